@@ -1,11 +1,11 @@
-"""Where hair touches hair at the beginning of a step: points, normals and the load that each carries.
+"""Contacts between hairs at the start of a step: points, normals and loads.
 
-A contact stays what it is for the whole step: its two points and its normal do not change, and its gap is
+A contact is fixed for the whole step: its two points and its normal do not change, and its gap is
 
     g = n . J x = n . (first point - second point),
 
-linear in the positions and with a sign, so that hair which a prediction carried through another one is still pushed
-back to the side it came from. For two crossing segments n is normal to both and g does not depend on how far they slid.
+linear in the positions and signed, so that hair that a prediction moved through another hair is still pushed back to
+its original side. For two crossing segments n is normal to both and g is independent of sliding.
 """
 
 from typing import NamedTuple
@@ -19,14 +19,14 @@ from hairpipe.sim.settings import Collisions
 from hairpipe.spatial.pairs import Pairs, mean_width
 
 REACH = 2.0
-"""Pairs within so many thicknesses at the beginning of a step may touch before it ends.
+"""Search distance in thicknesses: pairs within it at the start of a step may touch before its end.
 
-With those alone that touch then, whatever comes down on a stack is caught when it is in it already.
+With only those that touch at the start, hair that falls on a stack would be caught when already inside.
 """
 RELAXATION = 5e-3
 """Time in which two hairs that overlap and carry nothing come apart [s]: the viscosity of a contact over its stiffness.
 
-Without it they part within one step, at a speed that is as great as the step is short, and stacks tremble on.
+Without it they separate within one step, at a speed inversely proportional to it, and stacks keep trembling.
 """
 _COINCIDENT = 1e-9
 """Points nearer than this [m] have no direction between them."""
@@ -37,8 +37,8 @@ class Contacts(NamedTuple):
 
     segments   int32 (n, 2); fractions (n, 2): the two points, see `Pairs`
     normals    unit vectors from the second point to the first, (n, 3)
-    loads      force along the normal, as the step before left it [N], (n,)
-    thickness  distance that is kept between the axes [m], (n,)
+    loads      normal force at the end of the previous step [N], (n,)
+    thickness  contact distance of the axes [m], (n,)
     """
 
     segments: np.ndarray
@@ -58,9 +58,9 @@ def find_contacts(
     """Make contacts of pairs at the beginning of a step; pure.
 
     points, velocities  [m], [m/s], (points, 3)
-    widths              of segments, times the thickness of one hair, (points,); None: 1
+    widths              widths of segments in thicknesses of one hair, (points,); None: 1
 
-    The stiff spring of a contact is implicit, so what it exerts where a step ended is what it exerted in that step.
+    The stiff spring of a contact is implicit, so its force at the end of a step is its force in that step.
     """
     normals, loads, thickness = (np.empty((len(pairs.segments), *shape)) for shape in ((3,), (), ()))
     widths = np.ones(len(points)) if widths is None else widths
@@ -110,9 +110,9 @@ def apply(v, masses, segments, fractions, i, impulse):
 
 @inlined
 def impulse(u, n, dv, friction, mass):
-    """Impulse that changes n.u by dv > 0 and slows down the sliding u_t by at most friction dv [N s].
+    """Return the impulse that changes n.u by dv > 0 and reduces the sliding u_t by at most friction dv [N s].
 
-    u  relative velocity of first and second point; mass  M of the pair
+    u  relative velocity of first and second point; mass  mass M of the pair
     """
     ut = minus(u, scaled(dot(n, u), n))
     slide = np.sqrt(dot(ut, ut))
@@ -128,10 +128,10 @@ def along(x, k):
 
 @inlined
 def normal_of(x, v, segments, fractions, i):
-    """Unit vector from the second point of pair i to the first.
+    """Return the unit vector from the second point of pair i to the first.
 
-    Where the two coincide, normal to both segments and against the relative velocity; where these are parallel too,
-    against that part of the relative velocity that is normal to them; where there is none, any normal to the first.
+    If the two coincide, it is normal to both segments and opposes the relative velocity; if these are also parallel,
+    it opposes the normal component of the relative velocity; if that is zero, it is any normal of the first.
     """
     gap = between(x, segments, fractions, i)
     length = np.sqrt(dot(gap, gap))

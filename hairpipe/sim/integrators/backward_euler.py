@@ -2,10 +2,10 @@
 
     M (v - v^n) = dt f(x^n + dt v),   linearised at x^n
 
-With springs implicit along their direction only (`printed`) it is the fast mode: bounded at any step, good to
-about 1/120 s for long hair. Strands whose root moves so far that this strains them solve twice, see `Rule.guard`: gone
-along with their roots they would not, but then body and hair are looked at where they do not come. With the tension of
-the present stretch nothing makes it diverge, and a swing loses most of its energy.
+With springs implicit along their direction only (`printed`) it is the fast mode: bounded at any step, accurate up to
+about 1/120 s for long hair. Strands that the motion of their root strains are solved twice, see `Rule.guard`: a
+prediction that moved them with their roots would avoid this, but would query body and hair at wrong positions. With
+the tension of the present stretch it never diverges, but a swing loses most of its energy.
 """
 
 from dataclasses import dataclass

@@ -2,10 +2,10 @@
 
     xh = w1 x^n - w0 x^n-1,  vh = w1 v^n - w0 v^n-1,  h = (1 + r) / (1 + 2 r) dt,  guess v^n
 
-with r = dt / dt_before, w1 = (1 + r)^2 / (1 + 2 r), w0 = r^2 / (1 + 2 r). It remembers the step before, and a frame
-does not: the first step after a frame is one of TR-BDF2, so that a frame needs no more state than that scheme's, and
-with one step a frame the two are the same. What strands do to each other is not part of the differences; a strand whose
-forces jumped, as for TR-BDF2, does its next step by backward Euler, in one system with the others.
+with r = dt / dt_before, w1 = (1 + r)^2 / (1 + 2 r), w0 = r^2 / (1 + 2 r). It uses the previous step, which is not
+stored at frames: the first step of a frame is one of TR-BDF2, so that a frame needs no more state than that scheme,
+and with one step per frame the two are equal. Forces between strands are not part of the differences; a strand whose
+forces jumped takes its next step by backward Euler, in one system with the others, as in TR-BDF2.
 """
 
 from dataclasses import dataclass, field

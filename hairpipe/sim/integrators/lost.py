@@ -1,15 +1,17 @@
-"""Strands that a step has lost, and how each of them gets to a bounded state all the same.
+"""Recovery of strands that a step has lost: each of them still reaches a bounded state.
 
-An edge that is strained by more than 10 % after a step was beyond the scheme. So is a rod whose matrix was not positive
-definite: the result then is not a step of any scheme. (One that touches others takes what of it is, within the stage:
-`solve/implicit_stage.py`.) Lost strands do the step again, each as far as it needs:
+A strand is lost if an edge is strained by more than 10 % after a step, or if the matrix of a rod was not positive
+definite: the result is then not a step of any scheme. (A rod in contact with others uses the positive semidefinite
+part within the stage: `solve/implicit_stage.py`.) Lost strands repeat the step, each by the first of these methods
+that succeeds:
 
-    1  by backward Euler, with the tension of the present stretch and what of a rod's stiffness is positive semidefinite
+    1  by backward Euler, with the tension of the present stretch and the positive semidefinite part of a rod's
+       stiffness
     2  the same in `PARTS` shorter steps
-    3  not at all: the shape in which it began the step is moved rigidly with its root, see `hold`
+    3  held: its shape at the start of the step is moved rigidly with its root, see `hold_broken`
 
 1 is of first order, and rare; 2 and 3 are for strands that are not finite, or stretched beyond `BROKEN`. None of them
-changes a strand that is not lost. What held strands are is in `State.held`, and is warned of.
+changes a strand that is not lost. Held strands are counted in `State.held` and reported in a warning.
 """
 
 from typing import NamedTuple
@@ -49,15 +51,15 @@ def begin(model: StrandModel, state: State) -> Began:
 def strain_of_loss(model: StrandModel) -> float:
     """Return the strain beyond which backward differences of first or second order lose a strand.
 
-    Only a model whose matrix may be indefinite is better off with a matrix that is not.
+    Only a model whose matrix may be indefinite benefits from a semidefinite matrix.
     """
     return STRAIN if may_be_lost(model) else BROKEN
 
 
 def find_lost(model: StrandModel, state: State, strain: float) -> np.ndarray | None:
-    """Mark the strands that the step has lost with 1, (blocks, W); None where there are none.
+    """Mark the strands that the step has lost with 1, (blocks, W); None if there are none.
 
-    strain  of an edge, beyond which its strand is lost
+    strain  strain of an edge beyond which its strand is lost
     """
     lost = everywhere(model, state.x, 0.0)
     return lost if lost_lanes(model, state.x, state.T, strain, lost) else None
@@ -73,10 +75,10 @@ def recover(
     changes: tuple[ContactChange, ...],
     strain: float = STRAIN,
 ) -> None:
-    """Do the step of strands that the scheme has lost again, until each is in a bounded state, in place.
+    """Repeat the step of strands that the scheme has lost until each is in a bounded state, in place.
 
-    changes  of velocity by contact in the stages of the step; those of lost strands become that of this, in the last
-    strain   of an edge, beyond which its strand is lost to the scheme
+    changes  changes of velocity by contact in the stages; for lost strands set to that of the recovery, in the last
+    strain   strain of an edge beyond which its strand is lost
     """
     lost = find_lost(model, state, strain)
     if lost is None:
@@ -92,9 +94,9 @@ def recover(
 
 
 def find_broken(model: StrandModel, state: State, step: Step) -> np.ndarray | None:
-    """Mark strands that are not finite, or stretched beyond `BROKEN`, with 1, (blocks, W); None where there are none.
+    """Mark strands that are not finite, or stretched beyond `BROKEN`, with 1, (blocks, W); None if there are none.
 
-    How far a strand is stretched whose tip is held is up to what leads its ends.
+    The stretch of a strand with a held tip is not checked: its scripted ends determine it.
     """
     if may_be_lost(model):
         state.T[model.first[:-1], 0] = 0.0  # what was solved by the positive semidefinite part is a step
@@ -111,10 +113,10 @@ def are_finite(model: StrandModel, x: np.ndarray) -> np.ndarray:
 
 
 def hold_broken(model: StrandModel, state: State, began: Began, step: Step) -> None:
-    """Let strands that are in no state of hair end the step in the shape in which they began it, in place.
+    """End the step of broken strands in the shape in which they began it, in place.
 
-    They go rigidly with their roots, those whose tip is held with a share of what this misses it by; their velocity is
-    the mean one of that, and they are counted in `State.held`.
+    They move rigidly with their roots; the gap at a held tip is distributed along the strand. Their velocity is the
+    mean velocity of this motion, and they are counted in `State.held`.
     """
     broken = find_broken(model, state, step)
     if broken is None:
@@ -140,8 +142,8 @@ def hold_broken(model: StrandModel, state: State, began: Began, step: Step) -> N
 def carried_with(points: np.ndarray, clamp: np.ndarray) -> np.ndarray:
     """Move the particles of a strand [m], (n, 3), rigidly so that the first of them come to a clamp [m], (c, 3); pure.
 
-    The rotation is that of least squares; about an axis on which all of a clamp lies it does not turn. Source: Kabsch,
-    A solution for the best rotation to relate two sets of vectors, 1976.
+    The rotation is the least-squares fit; if all particles of a clamp lie on one axis, there is no rotation about it.
+    Source: Kabsch, A solution for the best rotation to relate two sets of vectors, 1976.
     """
     before = points[: len(clamp)] - points[len(clamp) - 1]
     after = clamp - clamp[-1]
@@ -160,11 +162,11 @@ def do_again(
     around: Surroundings,
     parts: int = 1,
 ) -> ContactChange:
-    """Do the step of lost strands, (blocks, W), by backward Euler with the tension of the present stretch, in place.
+    """Repeat the step of lost strands, (blocks, W), by backward Euler with the present tension, in place.
 
-    It is linearised where they would be if they went along with their roots; the others are where they have come.
+    It is linearised where lost strands would be if they moved with their roots; the others keep their final positions.
 
-    parts  equal steps that it is done in
+    parts  number of equal steps
 
     Returns the change of velocity by contact, see `Surroundings.solve`.
     """

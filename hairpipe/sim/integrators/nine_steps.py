@@ -6,12 +6,12 @@
     7  vh = v^n + dt/2 a(x^n+1/2, vh),  x^n+1/2 = (x^n + x^n+1) / 2
     8  v^n+1 = 2 vh - v^n                               9  repulsions between hairs change v^n+1
 
-v* moves the hair and is thrown away. Solves are implicit as the spring form says, linearised where the
-positions are known. The authors' archived code has full backward Euler at x^n+1 for 7 and 8, the other choice here.
+v* moves the hair and is discarded. Solves are implicit according to the spring form, linearised at the known
+positions. The authors' archived code has full backward Euler at x^n+1 for 7 and 8, the other choice here.
 
-Steps 3, 5, 6 and 9 are those of `sim/contact/`; what touched the body in 5 has its normal component held in 7. So hair
-that rests has no velocity into the body when it comes to 5, and friction there, which is as much as that is taken away,
-slows what hair moves in a step and not its velocity. Wind and stiction are among the forces of 1 and 7.
+Steps 3, 5, 6 and 9 are those of `sim/contact/`; points that touched the body in 5 have their normal component held in
+7. So resting hair has no velocity into the body before 5, and friction there, in proportion to the velocity removed,
+reduces the displacement of hair in a step but not its velocity. Wind and stiction are forces of 1 and 7.
 """
 
 from abc import ABC, abstractmethod
@@ -59,8 +59,8 @@ class NineSteps(ABC):
     ) -> np.ndarray:
         """Solve v = v^n + h a(x + h v, v) linearised at x [m], (rows, 3, W).
 
-        part  of the step after which held particles would stand at x + h v, at their mean velocity
-        time  that bodies and wind are those of [s]
+        part  share of the step after which held particles are at x + h v, at their mean velocity
+        time  time of bodies and wind [s]
         """
         moved = x.copy()
         v = np.zeros_like(x)

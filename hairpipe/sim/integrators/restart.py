@@ -1,12 +1,12 @@
-"""Strands that restart: where forces have jumped, the last acceleration says nothing about the next step.
+"""Restart of strands whose forces have jumped: their last acceleration is not valid for the next step.
 
-Their first stage is one of backward Euler over all that the stage of the others covers,
+Their first stage is one of backward Euler over the whole stage of the others,
 
     xh = x,   vh = v,   weight of the end: the whole of the stage
 
-in one system with the strands that they touch, which have weights of their own. Forces jump where contact with the body
-began or ended in a step, or moved a point out of the body at its end, and where a correction after the solves stretched
-or relieved a strand (`length_jump.py`).
+in one system with the strands that they touch, which have their own weights. Forces jump if contact with the body
+began or ended in a step, or moved a point out of the body at its end, or if a correction after the solves stretched or
+relieved a strand (`length_jump.py`).
 """
 
 import numpy as np
@@ -23,14 +23,14 @@ ContactChange = np.ndarray | float
 def restart_fresh(
     model: StrandModel, state: State, xh: np.ndarray, vh: np.ndarray, weights: np.ndarray, whole: float
 ) -> np.ndarray:
-    """Let fresh strands do a stage of backward Euler: changes xh and vh, in place.
+    """Set a stage of backward Euler for fresh strands: changes xh and vh, in place.
 
-    state    where the step begins
-    xh, vh   of the stage that the others do, (rows, 3, W)
-    weights  of its end [s], (blocks, W)
-    whole    weight of the end for fresh strands, the whole of the stage [s]
+    state    state at the start of the step
+    xh, vh   those of the stage of the others, (rows, 3, W)
+    weights  weights of its end [s], (blocks, W)
+    whole    weight of the end for fresh strands, the duration of the stage [s]
 
-    Returns the weights of all.
+    Returns the weights of all strands.
     """
     if state.fresh.any():
         np.copyto(xh, state.x, where=rows_of(model, state.fresh))

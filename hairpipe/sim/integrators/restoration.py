@@ -13,11 +13,11 @@ from hairpipe.sim.layout import relaid
 
 
 def restored(hair: HairModel, state: HairState, lead: Lead) -> tuple[HairState, np.ndarray]:
-    """Return a state in which strands that are not finite stand as groomed, at rest against their roots; pure.
+    """Return a state in which non-finite strands are reset to the groom, at rest relative to their roots; pure.
 
-    lead  what leads the roots at the frame of the state
+    lead  lead of the roots at the frame of the state
 
-    Returns also which strands these are, (blocks, W) bool. No other valid shape of them is known.
+    Also returns these strands, (blocks, W) bool. No other valid shape of them is known.
     """
     numbers = state.positions, state.velocities, state.accelerations, state.tensions
     finite = np.all([are_finite(hair.model, values) for values in numbers], axis=0)

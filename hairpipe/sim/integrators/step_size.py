@@ -35,9 +35,9 @@ class TooManySteps(ArithmeticError):
 
 
 class Limit(Protocol):
-    """Bounds a step by what hair and roots do.
+    """A bound on the step from the motion of hair and roots.
 
-    setting  of `StepControl` that asks for it
+    setting  name of its setting in `StepControl`
     """
 
     setting: ClassVar[str]
@@ -69,10 +69,10 @@ class Fixed:
 
 @dataclass(frozen=True, eq=False)
 class Courant:
-    """What an explicit step could be, times a number: dt = cfl / sqrt(max_p sum_s 4 k_s / (m_p l0_s)).
+    """The stability limit of an explicit step, times a factor: dt = cfl / sqrt(max_p sum_s 4 k_s / (m_p l0_s)).
 
     The sum runs over the springs at a particle, and over its connections by stiction. [code] of the authors: 4 for
-    heads, 10 for single strands; stiction, which is explicit there, does not count.
+    heads, 10 for single strands; stiction, which is explicit there, is not included.
     """
 
     setting: ClassVar[str] = "courant"
@@ -116,10 +116,10 @@ class StrainRate:
 
 @dataclass(frozen=True, eq=False)
 class Travel:
-    """A particle moves at most this far [m], and so does a body that may meet it.
+    """Maximum displacement of a particle, and of a body that it may collide with [m].
 
-    Nothing is leapt over by what goes farther; but hair is stretched by a body that goes farther than it is thick in
-    one step (`graphs/experiments/stability_contact.toml`: a bar of 3 cm).
+    Larger displacements miss no contact; but a body that moves farther than its own thickness in one step stretches
+    hair (`graphs/experiments/stability_contact.toml`: a bar of 3 cm).
     """
 
     setting: ClassVar[str] = "travel"
@@ -171,16 +171,16 @@ class Root:
 
 @dataclass(eq=False)
 class CrossingLimit:
-    """Steps so short that few segments have to be kept from passing through each other.
+    """A bound on the step that keeps the number of crossings to resolve small.
 
-    What the solve of a step does not see, since it is linear and contact in it is soft, is put right after it, by
-    moving the points of two segments. That stretches their strands, by the square of what they move in a step, and the
-    next solve has them cross again. Hair that got into this packs ever more densely: at 1/96 s throughout, 10,000 hairs
-    in a vigorous shake jam, and cost twice as much (graphs/paper/README.md).
+    Crossings that the solve of a step misses, since it is linear and its contact is soft, are corrected afterwards by
+    moving the points of two segments. That stretches their strands, by the square of the displacement in a step, and
+    the next solve makes them cross again. Such hair packs more and more densely: at a constant 1/96 s, 10,000 hairs in
+    a vigorous shake jam, and cost twice as much (graphs/paper/README.md).
 
-    part  pairs a segment that may be kept so in a step
-    most  of time in a step, where there are no such segments [s]
-    step  longest that is allowed now [s]
+    part  maximum number of resolved pairs per segment in a step
+    most  longest step without such pairs [s]
+    step  longest step allowed at present [s]
     """
 
     setting: ClassVar[str] = "crossings"
@@ -197,9 +197,9 @@ class CrossingLimit:
         return self.step
 
     def follow(self, dt: float, crossed: float) -> None:
-        """Take note of the pairs a segment that a step of dt [s] had to keep from passing through each other.
+        """Update the bound by the number of pairs per segment that a step of dt [s] resolved.
 
-        In packed hair it goes about with dt^1.5. Steps get longer slowly, lest they go up and down.
+        In packed hair it grows about as dt^1.5. Steps lengthen slowly to avoid oscillation.
         """
         change = min(max((self.part / crossed) ** (2.0 / 3.0), _SHORTER), _LONGER) if crossed > 0.0 else _LONGER
         step = dt * change if change < 1.0 else max(dt * change, self.step)
@@ -222,9 +222,9 @@ def limits_of(control: StepControl, model: StrandModel, around: Surroundings) ->
 
 
 def next_step(limits: list[Limit], state: State, path: ClampPath, time: float, most: int = 10**9) -> float:
-    """Choose the step from a time since the last frame [s]: an equal share of what is left of the frame.
+    """Choose the step at a time since the last frame [s]: an equal share of the rest of the frame.
 
-    TooManySteps where that would be more than `most`.
+    Raises TooManySteps if more than `most` would be needed.
     """
     left = path.frame_dt - time
     longest, limit = min(((limit.longest(state, path, time), limit) for limit in limits), key=lambda found: found[0])

@@ -6,13 +6,14 @@ With g = 2 - sqrt 2 both stages have the same weight h = g dt / 2 and the scheme
     2   xh = w1 x1 - w0 x,   vh = w1 v1 - w0 v,    guess v1
 
 with w1 = 1 / (g (2 - g)), w0 = (1 - g)^2 w1 and a = (v - vh) / h of the last stage, so that forces are not evaluated
-again. One solve a stage, linearised at the prediction. Strands that a step loses do it again, see `lost.py`.
+again. Each stage is one solve, linearised at the prediction. Strands that a step loses repeat it, see `lost.py`.
 
-What strands do to each other changes velocities within a stage as backward Euler would: it is taken out of v - vh and
-of v1 - v, so that no stage throws back what the one before has stopped. Strands whose forces have jumped restart: their
-first stage is one of backward Euler, see `restart.py`.
+Forces between strands change velocities within a stage as in backward Euler: they are removed from v - vh and from v1
+- v, so that no stage reverses the impacts of the previous one. Strands whose forces have jumped restart: their first
+stage is one of backward Euler, see `restart.py`.
 
-We differ from the paper, whose half step and trapezoid (Sec. 4) gain or lose energy at steps where this is accurate.
+We differ from the paper, whose half step and trapezoid (Sec. 4) gain or lose energy at steps at which this scheme is
+accurate.
 Source: Bank et al., Transient Simulation of Silicon Devices and Circuits, 1985; Hosea and Shampine, 1996.
 """
 

@@ -1,14 +1,14 @@
 """The audit: some locks, in turn, are simulated in full, and compared with interpolated followers.
 
-It is in the run, so that what is audited feels what guides feel. It lasts as many frames as a connection must, and
-comes to each lock every `1 / audit` times; hairs of a lock whose error is too large at its end part. What it does
-not see is the errors of guides themselves: a guide of many strands touches other guides otherwise than many
-hairs would.
+It is part of the run, so audited hairs have the same surroundings as guides. It lasts as many frames as a connection
+must, and selects each lock once in `1 / audit` audits; a lock whose error is too large at its end is dissolved. The
+audit does not measure the errors of guides themselves: a guide of many strands has other contacts with guides than
+many hairs would.
 
-Hair that has parted is on trial likewise, next to the nearest guides, from one audit to the next: hair by hair, it
-follows again where it is within the tolerance at the end, in the lock of the nearest that has room; or when its
-connections have lasted again. Where there is no room, some are guides from then on, to which others on trial are
-assigned. A trial says nothing of those that follow.
+Hairs of dissolved locks are on trial likewise, compared with the nearest guides, from one audit to the next. A hair
+whose error is within the tolerance at the end joins the lock of the nearest guide with free capacity; so does a hair
+whose connections have lasted again. Without free capacity, some become guides, to which others on trial are assigned.
+A trial does not measure the errors of followers.
 """
 
 import numpy as np
@@ -16,9 +16,9 @@ from numba import njit
 
 
 def to_audit(leaders: np.ndarray, share: float, turn: int) -> np.ndarray:
-    """Return the guide that each hair follows which is audited in a turn, -1 for the others, (S,) int32; pure.
+    """Return the guide of each hair that is audited in a turn, -1 for the others, (S,) int32; pure.
 
-    leaders  of every strand, (S,) int32; share  of the locks; of eight and more two at least, for a bound
+    leaders  guide of every strand, (S,) int32; share  share of the locks; at least two of eight or more, for a bound
     """
     follows = leaders != np.arange(len(leaders))
     chosen = np.full(len(leaders), -1, np.int32)
@@ -31,9 +31,9 @@ def to_audit(leaders: np.ndarray, share: float, turn: int) -> np.ndarray:
 
 
 def means_of_locks(guides: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the root mean square of the errors of the audited hairs of each lock, and of how many, (n,) each; pure.
+    """Return the rms error of the audited hairs of each lock, and their number, (n,) each; pure.
 
-    guides  of every strand, -1 where it is not audited, (S,) int32; errors  of strands [m], (S,)
+    guides  guide of every strand, -1 if it is not audited, (S,) int32; errors  errors of strands [m], (S,)
 
     In the order of the guides.
     """
@@ -58,14 +58,14 @@ def passed(guides: np.ndarray, errors: np.ndarray, tolerance: float) -> np.ndarr
 def back_in(
     leaders: np.ndarray, beside: np.ndarray, errors: np.ndarray, tolerance: float, most: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the guide of every strand after trials, (S,) int32, and strands that shall lead others, ascending; pure.
+    """Return the guide of every strand after trials, (S,) int32, and the strands that become guides, ascending; pure.
 
-    leaders    of every strand before, (S,) int32
-    beside     guides of those on trial, the nearest first, -1: no more, of the others -1, (S, n)
-    errors     of strands [m], (S,)
-    tolerance  up to which a hair follows again [m], by the numbers of strands while a lock has at most so many hairs
+    leaders    previous guide of every strand, (S,) int32
+    beside     guides near a strand on trial, the nearest first, -1: no more; -1 for the others, (S, n)
+    errors     errors of strands [m], (S,)
+    tolerance  largest error of a hair that follows again [m]; strands join in ascending order while a lock has capacity
 
-    Of those for which there is no room, one in `most` shall lead.
+    One in `most` of the strands without a lock becomes a guide.
     """
     tried = (beside[:, 0] >= 0) & (errors <= tolerance)
     out = leaders.copy()

@@ -1,18 +1,17 @@
 """Followers, interpolated from neighbouring guides.
 
-A point goes where the places that it follows take it,
+A point moves with the guide points that it follows,
 
     x = sum_j w_j (x_j + Q_j o_j),   w_j = 1 / max(|o_j|, core)^2 over their sum,
 
-with x_j a place on a guide, Q_j the rotation there since rest (`groom/keys/key_turns.py`) and o_j the way from there
-when the hair began to follow, turned back to rest. So hair that is moved rigidly stays rigid. Near the root the rest of
-the way to the root itself is added; a hair is then smoothed where neighbouring places disagree, by what its
-bend differs from that when it began to follow, and laid out at its own lengths from the root on. Velocities are the
-derivative of all of it, but for segments whose ways have nearly vanished.
+with x_j a point of a guide, Q_j its rotation since rest (`groom/keys/key_turns.py`) and o_j the offset from it when
+the hair began to follow, rotated back to rest. So a rigid motion of hair stays rigid. Near the root the remaining
+distance to the root is added. A hair is then smoothed where neighbouring points disagree, by the difference of its
+bend from the bend when it began to follow, and its segment lengths are restored from the root on. Velocities are the
+exact derivative, except in segments that have nearly collapsed.
 
-What the places of a point disagree by, the rms distance of their predictions from the mean, is an estimate of how far
-the point is from where it would be by itself: measured, the two have the same rms and are correlated by 0.7 to 0.85
-over hairs (`measure_locks`).
+The disagreement of a point, the rms distance of its predictions from their mean, estimates its error against a full
+simulation: measured, the two have the same rms and a correlation of 0.7 to 0.85 over hairs (`measure_locks`).
 """
 
 from typing import NamedTuple
@@ -37,11 +36,11 @@ _SHORTEST = 0.5
 
 
 class GuideMotion(NamedTuple):
-    """Guides at a frame; rows are points of the groom, of which only those of guides are set.
+    """Guides at a frame; rows are points of the groom, set for guides only.
 
     points, velocities  [m], [m/s], (P, 3)
-    turns               of segments since rest, (P, 3, 3)
-    spins               of segments [rad/s], (P, 3)
+    turns               rotations of segments since rest, (P, 3, 3)
+    spins               angular velocities of segments [rad/s], (P, 3)
     """
 
     points: np.ndarray
@@ -58,11 +57,11 @@ def carried(
     rest: np.ndarray,
     roots: tuple[np.ndarray, np.ndarray],
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return where strands are carried, their velocities, (F, 3), and what their places disagree by, (n,); pure.
+    """Return positions and velocities of followers, (F, 3), and the disagreement of their guides, (n,); pure.
 
-    followers  strands, ascending, (n,); places  of their points, (F, ...)
-    offsets    of all strands, (S+1,) int32; rest  points of the groom [m], (P, 3): segments have its lengths
-    roots      rigid motions of all roots, x -> R x + t, and their derivatives by time, (S, 3, 4)
+    followers  strands, ascending, (n,); places  places of their points, (F, ...)
+    offsets    offsets of all strands, (S+1,) int32; rest  points of the groom [m], (P, 3), which define segment lengths
+    roots      rigid motions of all roots, x -> R x + t, and their time derivatives, (S, 3, 4)
     """
     points, velocities = np.empty((len(places.points), 3)), np.empty((len(places.points), 3))
     disagreement = np.empty(len(followers))

@@ -13,12 +13,12 @@ from hairpipe.sim.settings import Locks
 
 
 class Deviations(NamedTuple):
-    """What is known of hairs that guides carry, rms over the points of each [m], (S,).
+    """Deviations of interpolated hairs, rms over the points of each [m], (S,).
 
-    disagreement  of the guides
-    pushed        by bodies
-    off           from where they are themselves, of those that are audited or on trial
-    beside        guides of those on trial, the nearest first, -1: no more, (S, FOLLOWED) int32
+    disagreement  disagreement of the guides
+    pushed        displacement by bodies
+    off           error of hairs that are audited or on trial, against their own simulation
+    beside        guides near hairs on trial, the nearest first, -1: no more, (S, FOLLOWED) int32
     """
 
     disagreement: np.ndarray
@@ -28,9 +28,9 @@ class Deviations(NamedTuple):
 
 
 class Grouping(NamedTuple):
-    """Who leads, follows, is audited and has parted; as the fields of the same names of `LockState`.
+    """Guides, followers, audited and parted strands, as the fields of the same names of `LockState`.
 
-    connections  of those that are simulated; ages  frames that each has lasted, (n,) int32
+    connections  connections of simulated strands; ages  age of each in frames, (n,) int32
     """
 
     leaders: np.ndarray
@@ -62,12 +62,12 @@ def grouped(
     locks: Locks,
     closest: int,
 ) -> Grouping:
-    """Return who leads and follows after a frame; pure.
+    """Return guides and followers after a frame; pure.
 
-    known        at its beginning
-    connections  at its end; ages  frames that they have lasted, (n,) int32
-    places       where all points are [m], (P, 3), and the offsets of the strands, (S+1,) int32
-    closest      connections that a segment may have
+    known        grouping at its start
+    connections  connections at its end; ages  their ages in frames, (n,) int32
+    places       all points [m], (P, 3), and the offsets of the strands, (S+1,) int32
+    closest      maximum number of connections of a segment
     """
     points, offsets = places
     strands = np.arange(len(known.leaders), dtype=np.int32)

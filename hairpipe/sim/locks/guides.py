@@ -19,14 +19,14 @@ _LATEST = "latest guides"
 
 @dataclass(frozen=True, eq=False)
 class Guides:
-    """Some strands of hair.
+    """The guides as a model of hair of their own.
 
-    whole    all of it
-    hair     the model of these
-    leaders  that it was taken for, (S,) int32
-    strands  that these are, ascending, (G,)
-    points   of the groom that theirs are, (Pg,)
-    numbers  of the points of the groom among theirs, -1 where they are not, (P,)
+    whole    model of all strands
+    hair     model of the guides
+    leaders  guides of strands from which it was built, (S,) int32
+    strands  strands that are guides, ascending, (G,)
+    points   points of the groom that belong to guides, (Pg,)
+    numbers  index of each point of the groom among these, -1 if absent, (P,)
     """
 
     whole: HairModel

@@ -10,13 +10,14 @@ from hairpipe.spatial.pairs import key_of
 def inherited(
     connections: Connections, ages: np.ndarray, leaders: np.ndarray, offsets: np.ndarray, closest: int
 ) -> tuple[Connections, np.ndarray]:
-    """Return the connections of guides, in order, and frames that they have lasted, (m,) int32; pure.
+    """Return the connections of guides, in order, and their ages in frames, (m,) int32; pure.
 
-    connections  of those that were simulated so far; ages  frames that these have lasted, (n,) int32
-    leaders      of every strand from now on, (S,) int32; offsets  of the strands, (S+1,) int32
-    closest      connections that a segment may have: a guide's own come first, then those that have lasted longest
+    connections  connections of strands simulated so far; ages  their ages in frames, (n,) int32
+    leaders      new guide of every strand, (S,) int32; offsets  offsets of the strands, (S+1,) int32
+    closest      maximum number of connections of a segment: a guide's own take precedence, then the oldest
 
-    One goes over to the same place along the guide, which has as many segments; what would tie a guide to itself ends.
+    A connection moves to the same segment of the guide, which has as many segments; connections of a guide to itself
+    are deleted.
     """
     strands = np.searchsorted(offsets, connections.segments, side="right") - 1
     theirs = leaders[strands]

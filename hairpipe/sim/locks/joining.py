@@ -1,7 +1,7 @@
-"""Which hairs form a lock: connections of stiction that have lasted join their hairs, those with most of them first.
+"""Formation of locks: lasting connections of stiction join their hairs, the pairs with most connections first.
 
-Connections of hair that has settled into a motion are nearly permanent, so hairs that many of them tie together move
-together. One hair of each lock is simulated, its guide; the others follow (`carrying.py`).
+In steady motion connections are nearly permanent, so hairs with many common connections move together. One hair of
+each lock, its guide, is simulated; the others are interpolated (`carrying.py`).
 """
 
 import numpy as np
@@ -12,11 +12,11 @@ from hairpipe.spatial.pairs import key_of
 
 
 def ages_of(before: np.ndarray, places: np.ndarray, ages: np.ndarray, now: np.ndarray, here: np.ndarray) -> np.ndarray:
-    """Return how many frames connections have lasted, (m,) int32; pure.
+    """Return the ages of connections in frames, (m,) int32; pure.
 
-    before, places, ages  of the frame before: segments, sorted by `key_of`, (n, 2) int32, where on them, (n, 2), and
-                          frames that they had lasted, (n,) int32
-    now, here             segments and places at this frame, (m, 2): one that has broken and was made again is elsewhere
+    before, places, ages  previous frame: segments, sorted by `key_of`, (n, 2) int32, positions on them, (n, 2), and
+                          ages in frames, (n,) int32
+    now, here             segments and positions at this frame, (m, 2): a changed position is a new connection
     """
     if not len(before):
         return np.zeros(len(now), np.int32)
@@ -41,8 +41,8 @@ def joined(
     segments   connected segments of guides, (n, 2) int32; ages  number of frames of each connection, (n,)
     offsets    of the points of strands, (S+1,) int32
 
-    Guides with as many segments as each other are joined where `part` of these have connections that lasted, as long as
-    a lock has at most so many hairs; ties go by the numbers of strands.
+    Guides with equal numbers of segments are joined if the share `part` of these have lasting connections, up to the
+    maximum size of a lock; ties are resolved by strand index.
     """
     lasted = segments[ages >= locks.after]
     strands = np.searchsorted(offsets, lasted, side="right") - 1
@@ -83,12 +83,12 @@ def _root(parents, s):
 
 
 def guides_of(locks: np.ndarray, leaders: np.ndarray, points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Return the guide of every strand, (S,) int32: of the guides in its lock, that which is nearest to the mean; pure.
+    """Return the guide of every strand, (S,) int32: the guide in its lock that is nearest to the mean; pure.
 
-    locks    of strands, as `joined` names them, (S,); leaders  their guides so far, (S,) int32
-    points   of all strands [m], (P, 3)
+    locks    lock of each strand, as named by `joined`, (S,); leaders  previous guides, (S,) int32
+    points   points of all strands [m], (P, 3)
 
-    A guide was simulated so far and has a state of its own: nothing is averaged.
+    A guide is one of the strands simulated so far and keeps its own state: nothing is averaged.
     """
     out = leaders.copy()
     _choose(np.argsort(locks, kind="stable"), locks, leaders, points, offsets, out)

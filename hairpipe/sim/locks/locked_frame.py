@@ -28,11 +28,11 @@ from hairpipe.sim.settings import Scene
 
 
 class Around(NamedTuple):
-    """What hair in locks is given of a frame.
+    """Inputs of a frame of hair in locks.
 
-    lead             of the roots
-    surfaces, parts  of bodies
-    frame_dt         since the frame before [s]
+    lead             lead of the roots
+    surfaces, parts  level sets of bodies
+    frame_dt         time since the previous frame [s]
     """
 
     lead: Lead
@@ -77,8 +77,8 @@ def advance_locked(
 ) -> HairState:
     """Return hair in locks at the next frame; pure.
 
-    scene    one that `check_locks` lets pass
-    advance  simulates guides from the frame before to this one
+    scene    scene accepted by `check_locks`
+    advance  function that simulates guides from the previous frame to this one
     """
     locks = scene.locks
     stiction = scene.stiction
@@ -125,9 +125,9 @@ def motion_of(guides: Guides, moved: HairState, lead: Lead) -> GuideMotion:
 def _carry(
     hair: HairModel, known: LockState, motion: GuideMotion, around: Around, thickness: float
 ) -> tuple[tuple[np.ndarray, np.ndarray], Deviations]:
-    """Carry the hairs that follow, are audited or on trial, and push them out of bodies to a distance [m]; pure.
+    """Interpolate followers, audited strands and trials, and push them out of bodies to a distance [m]; pure.
 
-    Returns points and velocities of all, (P, 3) each, and what is known of the errors of those that are carried.
+    Returns points and velocities of all strands, (P, 3) each, and the deviations of the interpolated ones.
     """
     groom = hair.groom
     offsets = hair.layout.offsets

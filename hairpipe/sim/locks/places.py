@@ -1,9 +1,9 @@
-"""Where a hair that follows is, among the guides: the places nearest to each of its points, and the way from them.
+"""Places of a follower among the guides: the guide points nearest to each of its points, and the offsets from them.
 
-Hairs of a lock cross and slide along each other, so neighbours of a hair change along it. Each of its points follows
-the few places of guides, of any lock, that are nearest to it when it begins to follow; where one of these guides
-follows others itself from then on, the point restarts, not the whole hair. Against a hair that follows its own guide
-alone, that halves the distance from where it would be by itself (`measure_locks`).
+Hairs of a lock cross and slide along each other, so the neighbours of a hair change along it. Each of its points
+follows the few nearest guide points, of any lock, when it begins to follow; if one of these guides becomes a follower,
+the point restarts, not the whole hair. Compared with a hair that follows only its own guide, this halves the error
+(`measure_locks`).
 """
 
 from typing import NamedTuple
@@ -25,12 +25,12 @@ _LISTED = 24
 
 
 class Places(NamedTuple):
-    """What points of hairs follow; rows are the points of strands that follow, in the order of the groom.
+    """Guide points of followers; rows are the points of followers in the order of the groom.
 
-    points   of guides that a point follows, the nearest first, -1 where there are no more, (F, 4) int32
-    offsets  from there to it, turned back to where the guide was at rest [m], (F, 4, 3) float32
-    bends    from the point to the middle of its two neighbours, twice, at the tip from it to the last; turned back as
-             the first offset is [m], (F, 3) float32
+    points   guide points that a point follows, the nearest first, -1: no more, (F, 4) int32
+    offsets  offsets of the point from them, rotated back to the guide at rest [m], (F, 4, 3) float32
+    bends    twice the vector from the point to the middle of its two neighbours, at the tip to the previous point;
+             rotated back like the first offset [m], (F, 3) float32
     """
 
     points: np.ndarray
@@ -48,11 +48,11 @@ def no_places(points: int) -> Places:
 def find_places(
     points: np.ndarray, offsets: np.ndarray, guides: np.ndarray, mine: np.ndarray, turns: np.ndarray
 ) -> Places:
-    """Find what points follow from where they are; pure.
+    """Find the guide points of points from their positions; pure.
 
-    points     of all strands [m], (P, 3); offsets  of the strands, (S+1,) int32
-    guides     strands that are simulated, (G,); mine  points of others that begin to follow, (F,)
-    turns      of the segments of guides since rest, at the first point of each segment, (P, 3, 3)
+    points     points of all strands [m], (P, 3); offsets  offsets of the strands, (S+1,) int32
+    guides     simulated strands, (G,); mine  points of others that begin to follow, (F,)
+    turns      rotations of guide segments since rest, at the first point of each segment, (P, 3, 3)
     """
     theirs = points_of_strands(guides, offsets)
     listed = min(_LISTED, len(theirs))
@@ -71,10 +71,10 @@ def renewed(
     offsets: np.ndarray,
     turns: np.ndarray,
 ) -> Places:
-    """Return what hairs follow from now on: what a point did where that may be followed still, else what is near; pure.
+    """Return the new places of followers: unchanged where all their guides remain guides, else the nearest; pure.
 
-    before   strands, ascending, (n,), with what they followed
-    carried  who follows something from now on, (S,) bool: the others may be followed
+    before   previous followers, ascending, (n,), with their places
+    carried  strands that are interpolated from now on, (S,) bool: the others may be followed
     points, offsets, turns  as for `find_places`
     """
     strands, places = before
@@ -94,12 +94,12 @@ def renewed(
 
 
 def guides_beside(strands: np.ndarray, followed: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Return the guides that may lead strands which follow points of them, those of most of these first; pure.
+    """Return the possible guides of strands, ordered by the number of their points that a strand follows; pure.
 
-    strands   ascending, (n,); offsets  of all strands, (S+1,) int32
-    followed  points of guides that each of their points follows, as of `Places`, (F, FOLLOWED)
+    strands   ascending, (n,); offsets  offsets of all strands, (S+1,) int32
+    followed  guide points that each of their points follows, as in `Places`, (F, FOLLOWED)
 
-    -1 where there are no more, (n, FOLLOWED) int32. A guide has as many segments as those that it leads.
+    Returns (n, FOLLOWED) int32, -1: no more. A guide has as many segments as its followers.
     """
     beside = np.full((len(strands), FOLLOWED), -1, np.int32)
     counts = np.diff(offsets)

@@ -19,12 +19,12 @@ from hairpipe.sim.locks.carrying import GuideMotion
 def stand_up(
     hair: HairModel, state: HairState, points: np.ndarray, velocities: np.ndarray, active: np.ndarray, lead: Lead
 ) -> HairState:
-    """Return the state with the particles of some strands, (S,) bool, about axes that they have been carried to; pure.
+    """Return the state with the particles of some strands, (S,) bool, rebuilt about interpolated axes; pure.
 
-    points, velocities  of the axes of all [m], [m/s], (P, 3)
+    points, velocities  axes of all strands [m], [m/s], (P, 3)
 
-    Those off an axis turn with its segments, twist carried along from the root; the held ones go with the root.
-    Nothing is known of accelerations and tensions: strands restart.
+    Particles off an axis rotate with its segments, the twist transported from the root; held particles move with the
+    root. Accelerations and tensions are unknown: strands restart.
     """
     if not active.any():
         return state

@@ -1,10 +1,10 @@
-"""What acts on points from outside as the rows that `sim/solve/implicit_stage.py` adds to the system of every strand.
+"""External forces on points as the rows that `sim/solve/implicit_stage.py` adds to the system of every strand.
 
 Forces push - damping v [N] become an impulse and its matrix over the weight h of a stage's end,
 
     h (push - damping v) + received,   h damping + diagonal,   following
 
-what other strands give being an impulse already, with blocks of its own: see `sim/contact/hair/couplings.py`.
+where `received` is the impulse from other strands, with its own blocks: see `sim/contact/hair/couplings.py`.
 """
 
 from typing import NamedTuple
@@ -20,13 +20,13 @@ _CHUNK = 4096
 
 
 class ExternalTerms(NamedTuple):
-    """What acts on points from outside in a solve.
+    """External forces on points in a solve.
 
     push       [N], (P, 3)
     damping    symmetric, xx xy xz yy yz zz [kg/s], (P, 6)
-    received   impulses from other strands [N s], (P, 3); no rows where nothing couples strands
-    diagonal   of what couples them, the block between a point and itself [kg], (P, 6) float32; no rows either
-    following  the block between a point and the next of its strand [kg], (P, 6) float32; no rows either
+    received   impulses from other strands [N s], (P, 3); no rows if strands are not coupled
+    diagonal   block of the couplings between a point and itself [kg], (P, 6) float32; no rows likewise
+    following  block between a point and the next of its strand [kg], (P, 6) float32; no rows likewise
     """
 
     push: np.ndarray
@@ -60,8 +60,8 @@ def set_contact_dv(active: np.ndarray, impulses: np.ndarray, masses: np.ndarray,
 def lay_out(axis: Axis, active, terms: ExternalTerms, velocities, weights, outer) -> None:
     """Write the rows of active strands, (blocks, W), in place.
 
-    velocities  of points, v [m/s], (P, 3)
-    weights     h, of the end of the stage, for every strand [s], (blocks, W)
+    velocities  velocities v of points [m/s], (P, 3)
+    weights     weight h of the end of the stage, for every strand [s], (blocks, W)
     outer       (rows / stride, 9 or 15, W)
     """
     for block in prange(len(axis.first) - 1):

@@ -1,16 +1,16 @@
 """One linearly implicit stage of a time integrator: assemble, eliminate and substitute, fused per block of strands.
 
-A stage asks for the velocity v at its end, with x = xh + h v, such that M (v - vh) = h f(x, v). Linearised once at a
+A stage solves for the velocity v at its end, with x = xh + h v, such that M (v - vh) = h f(x, v). Linearised once at a
 guess,
 
     (M + h D + h^2 K) dv = M (vh - v) + h (f(x) - D v),   v += dv,  x += h dv.
 
 Every integrator is a sequence of such stages; they differ in h, xh, vh and the guess. Strands of one stage may differ
-in h, too: all that touch are one system, whatever each of them has behind it.
+in h, too: all strands in contact form one system, whatever their history.
 
-What acts on hair from outside joins the system as numbers of each point of the axis, `outer` (rows / stride, 9 or 15,
-W): an impulse to add to the right-hand side [N s], a symmetric block to add to that on the diagonal [kg], and one to
-that between the point and the next [kg]; no rows where nothing does. Those of block b begin at first[b] // stride.
+External forces enter the system as values at each point of the axis, `outer` (rows / stride, 9 or 15, W): an impulse
+to add to the right-hand side [N s], a symmetric block to add to that on the diagonal [kg], and one to that between the
+point and the next [kg]; no rows without external forces. The rows of block b begin at first[b] // stride.
 """
 
 import numpy as np
@@ -126,10 +126,10 @@ def _restart(model, block, at, stage, h, bad):
 
 @njit(cache=True, error_model="numpy")
 def run_stage(model, block, at, stage, rule):
-    """Advance one block of strands through a stage that nothing from outside takes part in, in place.
+    """Advance one block of strands through a stage without external forces, in place.
 
     at     an Iterate, in: its v is the guess; out: at the end of the stage
-    stage  of the block
+    stage  stage of the block
     """
     x = at.x
     T = at.T
@@ -199,10 +199,10 @@ def _run_block(model, block, at, stage, rule):
 
 @njit(cache=True, parallel=True)
 def guess_stages(model, at, stage, rule):
-    """Begin a stage: place all strands where their guess leads, in place; see `run_stage`.
+    """Begin a stage: place all strands at the positions of their guess, in place; see `run_stage`.
 
-    A strand that this strains too much goes by itself, by backward Euler over the span from how the stage began: vh
-    has the forces of the springs, which balanced the contact forces on the strand; without those they would fling it.
+    A strand strained too much by this is solved alone, by backward Euler over the span from the start of the stage: vh
+    contains the spring forces, which balanced the contact forces on the strand, and would fling it without them.
     """
     for block in prange(len(model.first) - 1):
         _guess_block(model, np.int64(block), at, stage, rule)
@@ -258,8 +258,8 @@ def factor_stages(model, system, at, outer, active, stage, rule):
 
     system  a System, out: factors and change of velocity
     at      an Iterate, where the system is linearised; its T is set by the spring form
-    outer   what acts from outside, see above
-    active  1 for strands that are solved, (blocks, W); the others have 0 in b
+    outer   external forces, see above
+    active  1 for strands to solve, (blocks, W); the others have 0 in b
     """
     b = system.b
     for block in prange(len(model.first) - 1):

@@ -1,26 +1,27 @@
-"""Strands that are coupled: conjugate gradients on the impulses they exchange, the strands themselves solved exactly.
+"""Coupled strands: conjugate gradients on the impulses that they exchange; the strands themselves are solved exactly.
 
-The system is (P + O) x = b, with P one banded matrix a strand and O what couples strands, which touches points of
-their axes alone (`sim/contact/hair/couplings.py`). Preconditioned by P, and started from the strands on their own,
-x0 = P^-1 b, every residual lies on the axes too, as does P times every direction of search:
+The system is (P + O) x = b, with P one banded matrix per strand and O the couplings, which involve only points of
+their axes (`sim/contact/hair/couplings.py`). Preconditioned by P, and started from the uncoupled solution, x0 = P^-1
+b, every residual lies on the axes too, as does P times every search direction:
 
     x = x0 + P^-1 R^T s,   r = -O (u + R P^-1 R^T s),   u = R x0,   R: take the axis points
 
-s being the impulses that points get from other strands. So all vectors are (points, 3), whatever particles a strand
-has off its axis; P is never multiplied by, as P p follows from P z = r by the recurrence of p itself. The caller
-gives z = R P^-1 R^T r, and gets s. Vectors are in single precision, since memory is all that they cost. Sums run in
-an order that does not depend on threads.
+s being the impulses on points from other strands. So all vectors are (points, 3), independently of particles off the
+axis; there is no product with P, as P p follows from P z = r by the recurrence of p itself. The caller provides z = R
+P^-1 R^T r, and receives s. Vectors are in single precision, since their cost is memory traffic. Sums run in an order
+that does not depend on threads.
 
-The iterations end when sqrt(r . z) is a given fraction of the mass norm of R x: what the residual would still move
-strands by, each for itself. Bundles that move as one resist less than their strands do one by one, so the error of x is
-greater than that, by as much as hair is coupled. It falls in every iteration; where they end early, strands are held
-to where the others were foreseen.
+The iterations end when sqrt(r . z), the motion of uncoupled strands by the residual, is a given fraction of the mass
+norm of R x. Bundles that move as one are less stiff than their strands one by one, so the error of x is larger, in
+proportion to the strength of the coupling. It falls in every iteration; if they end early, strands are coupled to the
+previous estimate of the others.
 
-What strands get from each other is opposite as far as that goes: of an impulse between two free hairs a tenth was made
-up at 1/240 s. Exerting once, on both sides, what every coupling makes of the velocities found here keeps momentum to
-rounding, and was refuted: contact is so stiff that the small error of x is a great impulse, hair crossed hair more and
-steps got shorter, `hairpipe bench paper long_straight_5000` took 27.0 s a frame for 6.3; with 2,000 strands and a
-tolerance of 1e-2 it took 6.3 for 2.3, and 9.1 where couplings first took the residual over as if points were free.
+Impulses between strands are opposite up to this error: of an impulse between two free hairs a tenth was spurious at
+1/240 s. Applying the impulse of every coupling once more, on both sides, from the final velocities conserves momentum
+to rounding, and was rejected: contact is so stiff that the small error of x is a large impulse, hair crossed hair more
+often and steps became shorter, `hairpipe bench paper long_straight_5000` took 27.0 s per frame instead of 6.3; with
+2,000 strands and a tolerance of 1e-2 it took 6.3 instead of 2.3, and 9.1 if couplings first absorbed the residual as
+if points were free.
 """
 
 from collections.abc import Callable
@@ -43,11 +44,11 @@ _CHUNK = 512
 
 
 class Exchange(NamedTuple):
-    """What coupled strands exchange.
+    """Result of the exchange between coupled strands.
 
-    impulses    that points get [N s], (points, 3) float32
-    iterations  made
-    error       of what points move by, as estimated above, over that; both in the norm of the mass
+    impulses    impulses on points [N s], (points, 3) float32
+    iterations  number of iterations
+    error       estimated relative error of the motion of points, see above, in the norm of the mass
     """
 
     impulses: np.ndarray
@@ -63,16 +64,16 @@ def solve(
     tolerance: float = 1e-3,
     most: int = MOST,
 ) -> Exchange:
-    """Find the impulses that strands exchange.
+    """Find the impulses between strands.
 
-    respond    respond(r, z) sets z, what points move by [m/s], to R P^-1 R^T r for impulses r; 0 where they are held
+    respond    respond(r, z) sets z, the motion of points [m/s], to R P^-1 R^T r for impulses r; 0 for held points
     multiply   multiply(v, start, out) sets out to start + O v, as `multiply_across` does; all of both are float32
-    alone      what the points of every strand on its own move by, u [m/s], (points, 3)
-    masses     of the points, inf where they are held [kg], (points,)
-    tolerance  of the error, as estimated
-    most       iterations
+    alone      uncoupled motion u of the points [m/s], (points, 3)
+    masses     masses of the points, inf if held [kg], (points,)
+    tolerance  largest estimated error
+    most       maximum number of iterations
 
-    A strand for which this is not a number, or respond gives none, is taken as held, and spares the others.
+    A strand with a NaN here or in the result of respond is treated as held, so that the others are unaffected.
     """
     rows = -(-alone.size // _WIDTH)
     vectors = np.zeros((7, rows, _WIDTH), _SINGLE)  # Filled up to whole vectors with zeros, which add nothing to sums.

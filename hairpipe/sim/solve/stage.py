@@ -8,16 +8,17 @@ from hairpipe.sim.strands.interface import StiffnessPart
 
 
 class Rule(NamedTuple):
-    """What all stages of a simulation have in common.
+    """Parameters common to all stages of a simulation.
 
     form        a SpringForm
-    damping     of the springs, a fraction of critical damping
-    guard       strain of an edge at the guess beyond which its strand restarts as the stage began, at its root, in two
-                iterations, or where something acts on hair, from where `guess_stages` carries it; inf: never
-    iterations  of Newton's method a stage
+    damping     damping of the springs, a fraction of critical damping
+    guard       strain of an edge at the guess beyond which its strand restarts from the start of its stage, at its
+    root,
+                in two iterations, or with external forces, from the result of `guess_stages`; inf: never
+    iterations  number of Newton iterations per stage
     gravity     [m/s^2], (3,)
-    drag        against still air [1/s]
-    part        of the stiffness of models whose matrix may be indefinite, a StiffnessPart
+    drag        drag in still air [1/s]
+    part        part of the stiffness of models whose matrix may be indefinite, a StiffnessPart
     """
 
     form: int
@@ -30,16 +31,16 @@ class Rule(NamedTuple):
 
 
 class Stage(NamedTuple):
-    """One stage of an integrator: x = xh + h v, M (v - vh) = h f(x, v); of all strands, or of one block.
+    """One stage of an integrator: x = xh + h v, M (v - vh) = h f(x, v), for all strands or one block.
 
     xh, vh  explicit parts of position [m] and velocity [m/s], (rows, 3, W)
-    before  positions where the stage began, same shape; a strand that the guess strains too much restarts there
-    began   velocities there, same shape; the guess, or what drag and friction go by where the guess is another
+    before  positions at its start, same shape; a strand that the guess strains too much restarts there
+    began   velocities at its start, same shape: the guess, or the velocities for drag and friction if the guess differs
     ends    held particles at its end: those at the root, then those at the tip [m], (blocks, 2 clamped, 3, W)
-    held    1 where the tip is held, 0 where it is free, (blocks, W); no rows where all are free
+    held    1 if the tip is held, 0 if it is free, (blocks, W); no rows if all are free
     h       weight of the end, for every strand [s], (blocks, W)
-    time    that bodies and wind are those of, at its end but in the nine steps, since the previous frame [s]
-    span    that the stage covers [s]
+    time    time of bodies and wind since the previous frame: its end, except in the nine steps [s]
+    span    duration of the stage [s]
     """
 
     xh: np.ndarray
@@ -54,11 +55,11 @@ class Stage(NamedTuple):
 
 
 class Iterate(NamedTuple):
-    """Where Newton's method is, of all strands or of one block; kernels change it in place.
+    """Iterate of Newton's method, of all strands or of one block; kernels change it in place.
 
     x, v  positions [m] and velocities [m/s], (rows, 3, W)
-    T     tensions of the springs as the last solve found them [N], and what else a model remembers of it, in the shape
-          of its inverse_lengths, (rows, springs, W)
+    T     tensions of the springs in the last solve [N], and other results that a model stores, in the shape of its
+          inverse_lengths, (rows, springs, W)
     """
 
     x: np.ndarray
@@ -69,8 +70,8 @@ class Iterate(NamedTuple):
 class System(NamedTuple):
     """Banded systems of strands, of all or of one block.
 
-    A  factors, (rows, row_size, W), which may have less precision; no rows where they are not kept
-    b  right-hand side, then the change of velocity [m/s], and of what else a row has, (rows, unknowns, W)
+    A  factors, (rows, row_size, W), possibly in lower precision; no rows if they are not kept
+    b  right-hand side, then the change of velocity [m/s], and of other unknowns of a row, (rows, unknowns, W)
     """
 
     A: np.ndarray

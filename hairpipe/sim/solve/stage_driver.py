@@ -1,9 +1,9 @@
-"""One stage of all strands with what acts on them: predict, solve, judge, and solve again where that was wrong.
+"""One stage of all strands with their interactions: predict, solve, judge, and solve again where judged wrong.
 
-A stage that nothing takes part in is one kernel. Otherwise all strands are solved together from where they are
-predicted (`guess_stages`), judged, and solved again where an interaction asks for it: where contact changed. What
-couples strands to each other makes one system of all, solved by conjugate gradients preconditioned by the strands' own
-factors; strands that are solved again see the others where that left them.
+A stage without interactions is one kernel. Otherwise all strands are solved together from their prediction
+(`guess_stages`), judged, and solved again where an interaction requests it: where contact changed. Couplings make one
+system of all strands, solved by conjugate gradients preconditioned by the strands' own factors; strands that are
+solved again use the resulting positions of the others.
 
 Interactions are called in the order in which they are given, all of them for each hook.
 """
@@ -31,13 +31,13 @@ _PASSES = 4  # over the strands that must be solved again
 class StageDriver:
     """Solves stages of a frame.
 
-    model         of the strands
-    axis          where points lie among particles
-    masses        of points, inf where they are held [kg], (P,); may change between steps
-    interactions  that take part in solves, in order
-    coupling      of strands, by those that couple them
-    origin        about which positions of strands are [m], (3,)
-    seconds       of the shot at the previous frame [s]
+    model         model of the strands
+    axis          location of the points among the particles
+    masses        masses of points, inf if held [kg], (P,); may change between steps
+    interactions  interactions that act in solves, in order
+    coupling      coupling of strands by those that couple them
+    origin        origin of strand positions [m], (3,)
+    seconds       time of the shot at the previous frame [s]
     """
 
     model: StrandModel
@@ -53,9 +53,9 @@ class StageDriver:
         """Advance strands through a stage, in place.
 
         at      in: its v is the guess; out: the end of the stage
-        active  1 for strands that are solved, each for itself, (blocks, W); None: all, together
+        active  1 for strands to solve individually, (blocks, W); None: all, together
 
-        Returns the change of velocity by other strands, no part of the acceleration [m/s], (rows, 3, W), or 0.
+        Returns the change of velocity by other strands, excluded from the acceleration [m/s], (rows, 3, W), or 0.
         """
         together = active is None
         if not self.interactions and together:
@@ -129,7 +129,7 @@ class StageDriver:
     ) -> np.ndarray:
         """Return the change of velocity of active strands, (blocks, W) [m/s], (rows, 3, W).
 
-        coupled  in one system; else every strand sees the others where they are
+        coupled  whether all form one system; otherwise the other strands are fixed
         """
         coupled = coupled and bool(self.coupling)
         factors = outer[:0].astype(np.float32)

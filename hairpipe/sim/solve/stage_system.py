@@ -1,6 +1,6 @@
 """The system of one linearly implicit stage of a strand, assembled and eliminated row by row.
 
-See `implicit_stage.py` for the equation and for what acts from outside.
+See `implicit_stage.py` for the equation and external forces.
 """
 
 from hairpipe.kernels.banded import add
@@ -53,9 +53,9 @@ def _add_outer(model, A, b, outer, p, n, last):
 
 @inlined
 def assemble(model, block, system, at, outer, stage, h, rule):
-    """Leave the factors in A, and in b what is left to substitute for the change of velocity [m/s].
+    """Write the factors to A, and to b the right-hand side of the back substitution for the change of velocity [m/s].
 
-    Returns the lowest pivot, where that may be negative.
+    Returns the lowest pivot if it may be negative.
     """
     A, b = system
     x, v = at.x, at.v

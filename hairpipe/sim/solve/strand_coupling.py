@@ -1,7 +1,7 @@
-"""What joins strands to each other in one stage, whatever interactions it comes from, as one operator.
+"""The couplings of strands in one stage, from all interactions, as one operator.
 
-Strands exchange impulses until all of them agree, `pcg.py`; what each of them has of the couplings for itself is part
-of its own system. Strands that are solved again see the others where that left them.
+Strands exchange impulses until convergence, `pcg.py`; the own blocks of the couplings are part of each strand's
+system. Strands that are solved again use the resulting positions of the others.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,7 +27,7 @@ _TOLERANCE = 6e-2
 
 @dataclass(eq=False)
 class StrandCoupling:
-    """The couplings of a step; `begin` is called first, and `linearise` before all that follows it.
+    """The couplings of a step; `begin` is called first, and `linearise` before the other methods.
 
     interactions  that couple strands, in the order of their couplings
     """
@@ -81,12 +81,11 @@ class StrandCoupling:
         return pcg.solve(respond, multiply, alone, masses, _TOLERANCE).impulses
 
     def follow(self, change: np.ndarray, active: np.ndarray, received: np.ndarray) -> None:
-        """Note that a solve changed velocities of active points, (P,) bool, by so much [m/s], (P, 3).
+        """Update for a solve that changed velocities of active points, (P,) bool, by a change [m/s], (P, 3).
 
-        received  what they got at first, with what was exchanged; out: what they got in the end [N s], (P, 3)
+        received  in: their first impulses with those exchanged; out: their final impulses [N s], (P, 3)
 
-        What was exchanged stands for -O dv: contact is so stiff that the small error left in dv would be a great
-        impulse.
+        The exchanged impulses replace -O dv: contact is so stiff that the small error of dv would be a large impulse.
         """
         if self._change is None:
             self._change = np.zeros(change.shape)

@@ -15,12 +15,12 @@ from hairpipe.sim.strands.interface import shape_of
 def respond(model, axis: Axis, system, held, active, impulses, change) -> None:
     """Solve every strand's own system for impulses on its axis, in place.
 
-    system    A: factors, of `factor_stages`; they are all that it reads from memory, and so kept in single precision
-              b: the change of all particles is added to it [m/s], (rows, unknowns, W); nowhere where it has no rows
+    system    A: factors of `factor_stages`, in single precision since reading them dominates the time
+              b: the change of all particles is added to it [m/s], (rows, unknowns, W); skipped if it has no rows
     held      see `Step`
-    active    1 for strands that are solved, (blocks, W); the others do not move
+    active    1 for strands to solve, (blocks, W); the others do not move
     impulses  [N s], (P, 3)
-    change    out: of the velocity of points [m/s], (P, 3)
+    change    out: change of the velocity of points [m/s], (P, 3)
     """
     for block in prange(len(axis.first) - 1):
         _respond_block(model, axis, np.int64(block), system, held, active, impulses, change)

@@ -58,9 +58,9 @@ def note_pivot(model, T, lowest):
 
 @njit(cache=True, parallel=True)
 def lost_lanes(model, x, T, limit, out):
-    """Set out, (blocks, W), to 1 for strands that a step has lost, in place; tell whether any is.
+    """Set out, (blocks, W), to 1 for strands that a step has lost, in place; return whether there are any.
 
-    An edge is strained beyond +-limit, or a matrix since the last call was not positive definite.
+    Lost: an edge is strained beyond +-limit, or a matrix since the last call was not positive definite.
     """
     for block in prange(len(model.first) - 1):
         _mark_lost(model, np.int64(block), x, T, limit, out)

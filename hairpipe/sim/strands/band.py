@@ -1,7 +1,7 @@
-"""The banded matrix of a strand, by the unknowns that a row of its model has: which kernels solve it.
+"""Kernels for the banded matrix of a strand, selected by the number of unknowns per row of its model.
 
-Three unknowns a row are `kernels/banded.py`, four are `kernels/banded_angle.py`. Numba chooses as it compiles for the
-type of a model, as for what `interface.py` asks of it.
+Three unknowns a row are `kernels/banded.py`, four are `kernels/banded_angle.py`. Numba selects one at compilation by
+the type of the model, as for the functions of `interface.py`.
 """
 
 from collections.abc import Callable

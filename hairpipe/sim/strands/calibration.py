@@ -26,14 +26,14 @@ _STIFFEST = 1e-4  # of that compliance: stiffer edges change nothing and cost di
 
 
 def spring_constants(material: Material, construction: Construction, length: np.ndarray) -> np.ndarray:
-    """Fit the four spring constants of strands to their material, and take away what the construction leaves out.
+    """Fit the four spring constants of strands to their material, and remove the springs that the construction omits.
 
-    A lattice without turn has modes without stiffness: its constants are those of the lattice that works.
+    A lattice without turn has modes of zero stiffness: its constants are those of the default lattice.
 
-    length   of a segment [m], (s,)
+    length   length of a segment [m], (s,)
     returns  edge, bending, torsion and altitude constants: force per unit strain [N], (4, s)
 
-    Edges that are too short to be softened so far are softened as far as they may be, see `softenings`.
+    The softening of short edges is limited, see `softenings`.
     """
     unit = material.bending / length**2
     axial = material.axial * material.softening / softenings(material, length)
@@ -51,11 +51,11 @@ def spring_constants(material: Material, construction: Construction, length: np.
 
 
 def softenings(material: Material, length: np.ndarray) -> np.ndarray:
-    """Return by what the axial stiffness of strands is divided, (s,): less where edges would be softer than bending.
+    """Return the divisors of the axial stiffness of strands, (s,): less where edges would be softer than bending.
 
-    length  of a segment [m], (s,)
+    length  length of a segment [m], (s,)
 
-    Less than 1 is what no material has: segments shorter than 0.8 of the diameter are not a rod.
+    A divisor below 1 is not physical: segments shorter than 0.8 of the diameter are not a rod.
     """
     slack = material.bending / (material.axial * length**2)
     return material.softening * np.minimum(1.0, _SOFTEST / slack)
@@ -71,8 +71,8 @@ def _fit(slack: float, ratio: float, altitude: float, turn: float) -> tuple[floa
     """Compliances of bending and torsion springs for EI = 1, GJ = ratio and segments of length 1.
 
     slack     compliance of the edges; compliances in series add, so the fit is nearly linear in it
-    altitude  constant of the altitude springs over that of the torsion springs
-    turn      of the lattice [rad]
+    altitude  ratio of the altitude constant to the torsion constant
+    turn      turn of the lattice [rad]
     """
     log = np.log([1 / 6.2, 1 / 3.7])
     rod = straight_rod(turn)
@@ -103,10 +103,10 @@ class Springs(NamedTuple):
     """The springs of a network at rest, in the order in which their second derivatives are added.
 
     particles  at rest [m], (p, 3)
-    kinds      of the springs: 0 edge, 1 bending, 2 torsion, 3 altitude, (n,)
+    kinds      kinds of the springs: 0 edge, 1 bending, 2 torsion, 3 altitude, (n,)
     lengths    at rest [m], (n,)
-    owners     springs that the products belong to, (m,)
-    places     of the products in the flat matrix of second derivatives, (m,)
+    owners     springs of the products, (m,)
+    places     indices of the products in the flat matrix of second derivatives, (m,)
     products   w_i w_j n n^T for every pair of particles of a spring with weights w along its direction n, (m,)
     """
 

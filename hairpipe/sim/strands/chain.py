@@ -2,9 +2,9 @@
 
     m_-1  m_0  m_1  ...  m_n
 
-For straight hair that nothing twists: half the particles of the network, and a band of two particles instead of three.
-It has no torsion, and no shape at rest but the straight one. The buried segment (m_-1, m_0) gives the direction of the
-root; the joint at m_0 stands for half a segment of free hair and is twice as stiff, as in the network.
+For straight hair without twist: half the particles of the network, and a band of two particles instead of three. It
+has no torsion, and its rest shape is straight. The buried segment (m_-1, m_0) defines the direction of the root; the
+joint at m_0 represents half a segment of free hair and is twice as stiff, as in the network.
 """
 
 from typing import NamedTuple
@@ -48,11 +48,11 @@ class Chain(NamedTuple):
 def build_chain(
     layout: Layout, groom: Groom, material: Material, construction: Construction
 ) -> tuple[Chain, np.ndarray]:
-    """Make the chains of a groom of straight strands; a chain has nothing that the construction is about.
+    """Make the chains of a groom of straight strands; the construction does not affect a chain.
 
     returns  the chains, and their particles at rest [m], (rows, 3, W)
 
-    Raises BadInput where a strand is not straight.
+    Raises BadInput if a strand is not straight.
     """
     rest = layout.empty(3, dtype=np.float64)
     chain = Chain(layout.first, layout.empty(), layout.empty(1), layout.empty_blocks(2))

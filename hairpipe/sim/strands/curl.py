@@ -1,21 +1,21 @@
-"""The network of a curl, so that it gives way as a rod of that shape does.
+"""The network of a curl, fitted to the compliance of a rod of the same shape.
 
-Springs are calibrated on a straight strand, and softer one way across it than the other, which averages out as the
-lattice turns. On a curl of few segments a turn it does not: how stiff that is depends on how the lattice lies in it,
-and on which way it turns first. So each curl gets the lattice, of `ROLLS` rolls and both senses, whose tip gives way
-most nearly as that of the rod, in all directions alike, and its springs a factor that makes the two the same on the
-mean. With C the compliance of the tip of the network, and C^ that of the rod, both (3, 3),
+Springs are calibrated on a straight strand, and their transverse stiffness is anisotropic, which averages out as the
+lattice turns. On a curl of few segments per turn it does not: the stiffness depends on the roll of the lattice and on
+its first sense of rotation. So each curl gets the lattice, of `ROLLS` rolls and both senses, whose tip compliance is
+closest to that of the rod up to a factor, and this factor scales its springs so that both agree on average. With C the
+compliance of the tip of the network, and C^ that of the rod, both (3, 3),
 
     factor = tr(C^-1 C) / 3,    chosen: least |C^-1 C / factor - 1|.
 
-Forces are small, so C^ is a sum over the points of a strand (Castigliano): with r the way from a point to the tip, t
-the tangent there and l its share of the arc,
+Forces are small, so C^ is a sum over the points of a strand (Castigliano): with r the vector from a point to the tip,
+t the tangent there and l its share of the arc,
 
     C^ = sum l [r]x^T ((I - t t^T) / EI + t t^T / GJ) [r]x + sum l t t^T / EA.
 
-The arc between two points is that of a circle. A strand counts as curled if it bends by more than `STRAIGHTEST` at a
-point, on average: where it bends by less the lattice makes less than half a percent, and hair that only turns to where
-it lies, or sags, is not a curl. Not in the paper.
+The arc between two points is that of a circle. A strand counts as curled if it bends by more than `STRAIGHTEST` per
+point, on average: below this the effect of the lattice is less than half a percent, and hair that only bends to its
+groomed direction, or sags, is not a curl. Not in the paper.
 """
 
 from typing import NamedTuple
@@ -40,11 +40,11 @@ _ALIKE = 1e-6
 
 
 class Fit(NamedTuple):
-    """How strands are made curls.
+    """Lattices and spring factors of curls.
 
-    normals  directions in which the lattices begin, (s, 3)
-    turns    of the lattices from segment to segment [rad], (s, 1)
-    factors  on the constants of all springs but the edges, (s,)
+    normals  initial directions of the lattices, (s, 3)
+    turns    turns of the lattices from segment to segment [rad], (s, 1)
+    factors  factors on the constants of all springs except edges, (s,)
     """
 
     normals: np.ndarray
@@ -56,8 +56,8 @@ def fit_curls(axis: np.ndarray, normals: np.ndarray, turn: float, constants: np.
     """Choose the lattice of every strand, and a factor on its springs; straight strands keep theirs, and get 1. Pure.
 
     axis       points of strands of n segments [m], (s, n+1, 3)
-    normals    across the first segments, see `lattice.first_normals`, (s, 3)
-    turn       of the lattice [rad]
+    normals    normals of the first segments, see `lattice.first_normals`, (s, 3)
+    turn       turn of the lattice [rad]
     constants  see `spring_constants`, (4, s)
     """
     fit = Fit(normals.copy(), np.full((len(axis), 1), turn), np.ones(len(axis)))
@@ -132,7 +132,7 @@ def tip_of_rod(axis: np.ndarray, axial: np.ndarray, material: Material) -> np.nd
 
 
 def tip_of_network(particles: np.ndarray, constants: np.ndarray) -> np.ndarray:
-    """Return the stiffness of the tip of networks at rest, all but it and the clamp being free [N/m], (s, 3, 3).
+    """Return the stiffness of the tip of networks at rest, with all particles except the clamp free [N/m], (s, 3, 3).
 
     particles  [m], (s, p, 3); constants  edge, bending, torsion, altitude [N], (4, s)
     """

@@ -1,4 +1,4 @@
-"""How fast the springs of a strand can swing its particles: what an explicit step would be bound by.
+"""A bound on the highest frequency of the springs of a strand, which limits an explicit step.
 
     w^2 <= max_p sum_s 4 k_s / (m_p l0_s),   over the springs s at a free particle p
 

@@ -1,8 +1,8 @@
-"""What the solver asks of a model of a strand, and how a model is registered.
+"""The interface of strand models to the solver, and their registration.
 
 A model is a NamedTuple of arrays (`StrandModel`) and a few kernels (`ModelKind`). Kernels of the solver call
-`add_forces`, `spring_constant`, `springs_from`, `predict`, `hold_tip`, `follow_solve` and `shape_of` below; numba asks
-here for what the model of that type has registered, and inlines it. A kernel that is loaded from the cache needs no
+`add_forces`, `spring_constant`, `springs_from`, `predict`, `hold_tip`, `follow_solve` and `shape_of` below; numba
+looks up the functions registered for the type of the model, and inlines them. A kernel loaded from the cache needs no
 registration.
 """
 
@@ -24,7 +24,7 @@ from hairpipe.sim.strands.construction import Construction
 class StrandModel(Protocol):
     """Constants of all strands; rows are particles, strand after strand, block after block (see `Layout`).
 
-    shape  how the particles of a strand stand in its rows
+    shape  order of the particles of a strand in its rows
     """
 
     shape: Shape
@@ -43,7 +43,7 @@ class StrandModel(Protocol):
     def inverse_lengths(self) -> np.ndarray:
         """1 / l0 of the springs to the next particles [1/m], 0 past the end, (rows, springs, W).
 
-        What else a strand has at rest may follow the springs; what solves leave (`Iterate.T`) has the same shape.
+        Other rest values of a strand may follow the springs; results of solves (`Iterate.T`) have the same shape.
         """
         ...
 
@@ -56,10 +56,10 @@ class StrandModel(Protocol):
 
 
 class StiffnessPart(IntEnum):
-    """What of the stiffness of a model a matrix takes, where that may be indefinite.
+    """The part of the stiffness in the matrix of a model that may be indefinite.
 
-    projected  what is positive semidefinite of every vertex
-    full       all, but compression of edges
+    projected  positive semidefinite part of every vertex
+    full       all, except compression of edges
     exact      the second derivative of the energy
     """
 
@@ -91,19 +91,19 @@ Carry = Callable[[Any, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np
 class ModelKind:
     """A kind of strand model.
 
-    name    by which a graph asks for it
+    name    name in a graph
     model   the NamedTuple, a `StrandModel`
-    shape   of its strands
+    shape   shape of its strands
     build   makes the models of a groom in a layout, and their particles at rest [m], (rows, 3, W) float64; raises
-            BadInput for grooms that it cannot be
-    warn    warns of what the model does not take over of a material, once a shot
-    carry   finds what strands at x [m], (rows, 3, W), have at rest that stand there under gravity [m/s^2], (3,): rest
+            BadInput for unsuitable grooms
+    warn    warns once per shot of properties of the material that the model ignores
+    carry   finds the rest state of strands in equilibrium at x [m], (rows, 3, W), under gravity [m/s^2], (3,): rest
             state and T, both like `inverse_lengths`, and the largest strain of an edge, (blocks, W); None: springs do
 
-    single_limit  explicit steps in a step up to which single precision is chosen by itself, see `sim/precision.py`;
-            0, of a model that nobody has measured: never
+    single_limit  number of explicit steps per step up to which single precision is chosen, see `sim/precision.py`;
+                  0, for a model without measurements: never
 
-    The others are kernels that numba inlines, see the functions of those names below.
+    The other fields are kernels that numba inlines, see the functions of those names below.
     """
 
     name: str
@@ -141,12 +141,12 @@ def kind_of(model: StrandModel) -> ModelKind:
 
 
 class Terms(NamedTuple):
-    """By what forces and stiffness are multiplied, and which of them are asked for.
+    """Factors of forces and stiffness, and the parts to include.
 
     h        step [s]
-    hh       h^2, or 0 where the stiffness is left out [s^2]
-    damping  of the springs, a fraction of critical damping
-    part     of the stiffness, a StiffnessPart, for models whose matrix may be indefinite
+    hh       h^2, or 0 if the stiffness is omitted [s^2]
+    damping  damping of the springs, a fraction of critical damping
+    part     part of the stiffness, a StiffnessPart, for models whose matrix may be indefinite
     """
 
     h: Any
@@ -156,11 +156,11 @@ class Terms(NamedTuple):
 
 
 def add_forces(model: Any, system: Any, at: Any, p: Any, block: Any, terms: Any) -> None:
-    """Add what begins at particle p of a block: h f to the right-hand side, and hh K + h D to the rows of the matrix.
+    """Add the forces that begin at particle p of a block: h f to the right-hand side, hh K + h D to the matrix.
 
     system  matrix and right-hand side, A and b
-    at      positions [m] and velocities [m/s] where the system is linearised, (particles, 3, W), and the tensions that
-            the stiffness is to hold [N], (particles, springs, W): x, v and T
+    at      positions [m] and velocities [m/s] of the linearisation, (particles, 3, W), and the tensions in the
+            stiffness [N], (particles, springs, W): x, v and T
     terms   a Terms
     """
     raise NotImplementedError
@@ -177,9 +177,9 @@ def hold_tip(model: Any, block: Any, x: Any, T: Any, held: Any) -> Any:
 
 
 def follow_solve(model: Any, block: Any, at: Any, dx: Any, b: Any, h: Any) -> Any:
-    """Let what the model remembers of a block, T of the iterate `at`, follow a solve that moves it by dx, in place.
+    """Update the stored values of a block, T of the iterate `at`, after a solve that moves it by dx, in place.
 
-    b   change of velocity, and of what else a row has, (rows, unknowns, W); h  by which it is multiplied [s]
+    b   change of velocity, and of other unknowns, (rows, unknowns, W); h  its factor [s]
     """
     raise NotImplementedError
 

@@ -1,12 +1,12 @@
-"""The spring network of a strand: Fig. 7b of Selle, Lentine, Fedkiw 2008, as it must be to work.
+"""The spring network of a strand: Fig. 7b of Selle, Lentine, Fedkiw 2008, with the corrections below.
 
 A strand of n segments is a chain of 2n+3 particles
 
     m_-1  q_-1  m_0  q_0  m_1  ...  q_n-1  m_n
 
-The m lie on the axis, m_0 at the root; q_i stands off the middle of segment i so that (m_i, q_i, m_i+1) is an
-equilateral triangle. Along the chain every pair at distance one, two or three carries a spring, and every four
-particles in a row a tetrahedron:
+The m lie on the axis, m_0 at the root; q_i is off the middle of segment i so that (m_i, q_i, m_i+1) is an equilateral
+triangle. Along the chain every pair at distance one, two or three has a spring, and every four consecutive particles a
+tetrahedron:
 
     offset 1   m-q                    extra edges (as strong as the hair's edges)
     offset 2   m-m edge, q-q bending
@@ -18,14 +18,14 @@ so all couplings lie within three particles and one strand is one block-heptadia
 We differ from the paper:
 - q turns about the axis by 72 degrees a segment, to the left for five segments, then to the right for five. Without a
   turn the network is floppy. At 90 degrees two altitude springs tie: near it, bending or twist makes the choice jump,
-  and a strand with a Gamma beyond 60 finds no equilibrium. Turned one way only it is softer when twisted with the turn
-  than against it. Ten segments look in all directions alike.
-- One segment (m_-1, q_-1, m_0) is buried and clamped. The network bends at the m_i, and m_0 stands for half a segment
-  of free hair only: springs across it are twice as stiff. The free length is then exact for every roll of the strand.
-- The first q stands opposite to where the strand bends to, or where the skin says, not along an axis of the world: a
-  groom that is turned is the same groom (`first_normals`). Curls turn and stiffen theirs, see `curl.py`.
+  and a strand with a Gamma beyond 60 has no equilibrium. Turned one way only it is softer when twisted with the turn
+  than against it. Ten segments cover all directions equally.
+- One segment (m_-1, q_-1, m_0) is buried and clamped. The network bends at the m_i, and m_0 represents only half a
+segment of free hair: springs across it are twice as stiff. The free length is then exact for every roll of the strand.
+- The first q lies opposite to the bend of the strand, or in a direction defined by the skin, not along an axis of the
+world: a rotated groom is the same groom (`first_normals`). Curls rotate and stiffen their lattices, see `curl.py`.
 - Curls are perturbed too, instead of using their own turns as triangles (Fig. 7a): those degenerate as curls stretch.
-- Perturbed particles carry 5 % of the mass instead of a third: off-axis mass slows torsion by orders of magnitude.
+- Perturbed particles have 5 % of the mass instead of a third: off-axis mass slows torsion by orders of magnitude.
 """
 
 import numpy as np
@@ -45,8 +45,8 @@ def perturb(axis: np.ndarray, normals: np.ndarray, turn: float | np.ndarray = TU
     """Interleave the perturbed particles with the axis.
 
     axis     points of strands of n equal segments, root first [m], (s, n+1, 3)
-    normals  of the first segments: where the first perturbed particles stand, see `first_normals`, (s, 3)
-    turn     of the perturbed particles about the axis from segment to segment [rad], or of every strand, (s, 1)
+    normals  normals of the first segments: directions of the first perturbed particles, see `first_normals`, (s, 3)
+    turn     turn of the perturbed particles about the axis per segment [rad], for all or of every strand, (s, 1)
     returns  particles in the order of the chain [m], (s, 2n+3, 3)
     """
     axis = np.concatenate([2 * axis[:, :1] - axis[:, 1:2], axis], axis=1)
@@ -59,7 +59,7 @@ def perturb(axis: np.ndarray, normals: np.ndarray, turn: float | np.ndarray = TU
 
 
 def _carried(tangents: np.ndarray, first: np.ndarray, turn: float | np.ndarray) -> np.ndarray:
-    """Carry unit normals, (s, 3), along the axis without twist, and turn them at every segment, (s, n+1, 3).
+    """Transport unit normals, (s, 3), along the axis without twist, and turn them at every segment, (s, n+1, 3).
 
     The turn reverses its sense every REVERSAL segments.
     """
@@ -73,15 +73,15 @@ def _carried(tangents: np.ndarray, first: np.ndarray, turn: float | np.ndarray) 
 
 
 def first_normals(axis: np.ndarray, frames: np.ndarray) -> np.ndarray:
-    """Unit vectors across the first segments of strands, which turn with the strand and its root, (s, 3).
+    """Return unit normals of the first segments of strands, which rotate with the strand and its root, (s, 3).
 
     axis    [m], (s, n+1, 3)
-    frames  of the roots: columns tangent, bitangent, outward normal, (s, 3, 3 or more)
+    frames  frames of the roots: columns tangent, bitangent, outward normal, (s, 3, 3 or more)
 
-    Away from the middle of the strand, where that is off the line of the first segment: of heavy hair that hangs over,
-    the network is then most often as stable as the rod is. For a straight strand, along the tangent of the skin,
-    carried from its normal to the strand. A straight strand that goes back into the skin has no such direction: there
-    it is the mirrored tangent, and jumps about, as the smallest rotation to that does.
+    They point away from the middle of the strand, if that is off the line of the first segment: the network of heavy
+    overhanging hair is then usually as stable as the rod. For a straight strand, they follow the tangent of the skin,
+    transported from the skin normal to the strand. A straight strand into the skin has no such direction: there it is
+    the mirrored tangent, and discontinuous, like the smallest rotation to it.
     """
     edges = axis[:, 1] - axis[:, 0]
     along = edges / np.linalg.norm(edges, axis=1, keepdims=True)
@@ -94,9 +94,9 @@ def first_normals(axis: np.ndarray, frames: np.ndarray) -> np.ndarray:
 
 
 def transport(vectors: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Carry vectors by the smallest rotation that takes unit start to unit end; all (s, 3).
+    """Rotate vectors by the smallest rotation that maps unit start to unit end; all (s, 3).
 
-    Where end = -start no rotation is smallest, and the component along start is mirrored.
+    For end = -start the smallest rotation is not unique, and the component along start is mirrored.
     """
     across = np.cross(start, end)
     cosine = np.sum(start * end, axis=1, keepdims=True)
@@ -107,11 +107,11 @@ def transport(vectors: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.nda
 
 
 def masses(length: np.ndarray, segments: int, line_density: float, off_axis: float) -> np.ndarray:
-    """Share the mass of a strand among its particles.
+    """Distribute the mass of a strand over its particles.
 
     length        of a segment [m], (s,)
     line_density  [kg/m]; off_axis  the perturbed particles' share of the mass
-    returns       [kg], (s, 2n+3); the clamped ones count what their segment would carry
+    returns       [kg], (s, 2n+3); clamped particles have the mass that their segment would have
     """
     weights = np.tile([1 - off_axis, off_axis], segments + 2)[:-1]
     weights[-1] /= 2
@@ -132,7 +132,7 @@ def tetrahedra(particles: np.ndarray) -> np.ndarray:
 
 
 def rest_heights(particles: np.ndarray) -> np.ndarray:
-    """Signed lengths of the seven altitude springs of every tetrahedron [m], (s, p, 7); zero where there is none.
+    """Return signed lengths of the seven altitude springs of every tetrahedron [m], (s, p, 7); zero where undefined.
 
     h = 6V / |N|; N is the area vector of a face (four) or u x v of two opposite edges (three), Sec. 3.1.
     """

@@ -35,7 +35,7 @@ class Network(NamedTuple):
     inverse_lengths  1 / l0 of the springs to the next three particles [1/m], 0 past the end, (rows, 3, W)
     inverse_heights  signed 1 / h0 of the seven altitude springs [1/m], (rows, 7, W)
     constants        edge, bending, torsion and altitude constant [N], (blocks, 4, W)
-    shape            of a strand
+    shape            shape of a strand
     """
 
     first: np.ndarray
@@ -51,7 +51,7 @@ def build_of_groom(
 ) -> tuple[Network, np.ndarray]:
     """Make the networks of a groom, see `build_network`.
 
-    Raises BadInput naming strands whose segments are too short to be springs of the material.
+    Raises BadInput naming strands whose segments are too short for the springs of the material.
     """
     lengths = mean_segments(groom)
     short = softenings(material, lengths) < 1.0
@@ -76,7 +76,7 @@ def warn_of_softening(groom: Groom, material: Material) -> None:
 
 
 def warn_of_curls(groom: Groom) -> None:
-    """Warn which strands are curls, which a network holds up less well than a rod does: those of one turn or more.
+    """Warn of curls of one turn or more, for which a network is less accurate than a rod.
 
     Figures: `graphs/experiments/README.md`, against rod theory.
     """
@@ -104,7 +104,7 @@ def build_network(
     """Make the network whose rest shape is the groom.
 
     points   of the groom [m], (p, 3)
-    frames   of its roots, whose first three columns count, (strands, 3, 3 or more)
+    frames   frames of its roots, of which the first three columns are used, (strands, 3, 3 or more)
     returns  the network, and its particles at rest [m], (rows, 3, W)
     """
     rest = layout.empty(3, dtype=np.float64)

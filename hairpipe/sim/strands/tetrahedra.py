@@ -1,6 +1,6 @@
-"""Tetrahedra of four particles in numpy: volumes, and the vectors that their seven altitudes are along; Sec. 3.1.
+"""Tetrahedra of four particles in numpy: volumes, and the directions of their seven altitudes; Sec. 3.1.
 
-The kernel that springs are computed with has the same formulas, for lanes (`sim/strands/forces/altitude.py`).
+The kernel of the springs has the same formulas, for lanes (`sim/strands/forces/altitude.py`).
 """
 
 import numpy as np

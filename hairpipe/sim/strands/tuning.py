@@ -94,11 +94,11 @@ def of_particles(settings: Settings, sockets: Collection[str]) -> Iterator[Simpl
 
 
 def carried_by_particles(name: str, table: dict[str, Any], whole: str, part: Simplification) -> dict[str, Any]:
-    """Make the nodes that simulate particles, which carry the hair, in place of a simulation of strands; pure.
+    """Make the nodes that simulate particles, which deform the hair, in place of a simulation of strands; pure.
 
-    name   of the node, and
-    table  of it in the graph file
-    whole  edge of the groom of all strands: the particles stand for these also where a sample of them is carried
+    name   name of the node
+    table  its table in the graph file
+    whole  edge of the groom of all strands: the particles represent these even if only a sample of them is deformed
     """
     particles = f"{name}-particles"
     cloud = f"{name}-cloud"

@@ -32,14 +32,14 @@ _NEAR = 1e-4  # [m]; what is farther than this beyond it begins to touch in no c
 
 @dataclass(eq=False)
 class BodyContacts(Interaction):
-    """Contact with bodies within a frame; touching is remembered from stage to stage.
+    """Contact with bodies within a frame; contact states persist from stage to stage.
 
-    surfaces   the bodies, which are one
-    thickness  that points keep [m], (P,)
-    offsets    of the points of strands, (S+1,) int32
-    segments   from the points to those before them [m], (P,)
+    surfaces   the bodies, as one level set
+    thickness  contact distance of points [m], (P,)
+    offsets    offsets of the points of strands, (S+1,) int32
+    segments   lengths from the points to the previous points [m], (P,)
     axial      E A of the strands [N], (S,)
-    turns      of curls that keep their shape; None: they are pressed flat
+    turns      turns of curls that keep their shape; None: curls are pressed flat
     """
 
     surfaces: list[Collider]
@@ -67,9 +67,9 @@ class BodyContacts(Interaction):
         self._cache = ProbeCache(self.surfaces, len(self.thickness), far + _MARGIN, far + _NEAR)
 
     def look(self, points: np.ndarray, time: float, active: np.ndarray) -> SdfSample:
-        """Find how near the body is at a time since the previous frame [s], where it is, and what points keep there.
+        """Query the body at a time since the previous frame [s], and the contact distances of points there.
 
-        active  points that are looked at, (P,) bool; of the others what was seen last
+        active  points to query, (P,) bool; the others keep their last result
         """
         self._cache.renew(points, time, active, self._state.state != FREE)
         probe = self._cache.probe
@@ -143,7 +143,7 @@ class BodyContacts(Interaction):
     def _hold_normals(self, active: np.ndarray, normals: np.ndarray, masses: np.ndarray, dt: float) -> None:
         """Give active points, (P,) bool, the body's normal velocity in the next solves, and release the others.
 
-        This is how the paper's velocity solve has it, in a step of dt [s]; friction has acted before.
+        As in the paper's velocity solve, in a step of dt [s]; friction acts before it.
         """
         contact = self._state
         others = contact.state != INSIDE

@@ -1,17 +1,17 @@
-"""Hair inside a body rises out of it: gently, so that what holds it there is neither stretched nor shaken.
+"""Hair inside a body rises out of it slowly, so that the strand is neither stretched nor shaken.
 
-A point that begins a step deeper than DEEP is not held where the surface is, which its root may never let it reach. It
-goes through something thick that rises by PUSH_OUT along the way out n,
+A point that begins a step deeper than DEEP is not held at the surface, which may be out of reach of its root. It is
+dragged by a viscous medium that rises by PUSH_OUT along the outward normal n,
 
     f = m r (w - v),   w = v_b + min(PUSH_OUT, (kept - phi) / dt) n,   r = (STRAIN E A / M) / PUSH_OUT
 
-with E A the stiffness of the strand along itself and M its mass: all of it together never strains the strand by more
-than STRAIN. The push is the slope of a potential, r PUSH_OUT m times the depth, and the path of the point across it is
-lost: on a body that stands still the energy of hair only falls. Friction there is none. Held hard, a strand longer than
-it may be stored the work of the push in its springs, and was thrown about by it: at 5 to 14 m/s, for as long as it ran.
+with E A the axial stiffness of the strand and M its mass: the total force never strains the strand by more than
+STRAIN. The push is the gradient of a potential, r PUSH_OUT m times the depth, and motion in the medium is dissipated:
+on a body at rest the energy of hair only falls. There is no friction. With a rigid constraint, an overlong strand
+stored the work of the push in its springs and was thrown about: at 5 to 14 m/s, throughout the run.
 
-Nor does any point keep more from the body than the one before it lets it, `within_reach`: hair is drawn out from the
-root on, and what the root holds back is not pulled at.
+The contact distance of a point is also limited by the point before it, `within_reach`: hair leaves the body from the
+root on, and points that the root holds back are not pulled.
 """
 
 import numpy as np
@@ -31,11 +31,11 @@ _CHUNK = 512
 
 
 def pushes(axial: np.ndarray, masses: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Return how strongly points are pushed [m/s^2], (P,); pure.
+    """Return the acceleration that pushes points [m/s^2], (P,); pure.
 
     axial    E A of the strands [N], (S,)
-    masses   of the points [kg], (P,), inf where held
-    offsets  of the points of strands, (S+1,) int32
+    masses   masses of the points [kg], (P,), inf if held
+    offsets  offsets of the points of strands, (S+1,) int32
     """
     total = np.add.reduceat(np.where(np.isfinite(masses), masses, 0.0), offsets[:-1])
     push = np.divide(STRAIN * axial, total, out=np.zeros_like(axial), where=total > 0.0)
@@ -43,11 +43,11 @@ def pushes(axial: np.ndarray, masses: np.ndarray, offsets: np.ndarray) -> np.nda
 
 
 def within_reach(start_distance: np.ndarray, segments: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Return how far from the body points may be kept in a step, where the ones before them began it [m], (P,); pure.
+    """Return the largest contact distances of points in a step, limited by the points before them [m], (P,); pure.
 
-    start_distance  distances from the body there [m], (P,)
-    segments        from the points to those before them [m], (P,); of roots anything
-    offsets         of the points of strands, (S+1,) int32
+    start_distance  distances from the body at the start of the step [m], (P,)
+    segments        lengths from the points to the previous points [m], (P,); arbitrary at roots
+    offsets         offsets of the points of strands, (S+1,) int32
     """
     reach = np.roll(start_distance, 1) + _REACH * segments
     reach[offsets[:-1]] = np.inf
@@ -58,10 +58,10 @@ def within_reach(start_distance: np.ndarray, segments: np.ndarray, offsets: np.n
 def rise(
     contact: ContactState, probe: SdfSample, kept: np.ndarray, push: np.ndarray, mass: np.ndarray, dt: float
 ) -> None:
-    """Let points rise in a step of dt [s] that begin it deep inside, in place; those that do not any more are free.
+    """Mark the points that rise in a step of dt [s], which begin it deep inside, in place; the others become free.
 
-    probe  of the body there
-    kept   from it [m], (P,)
+    probe  probe of the body at the points
+    kept   contact distance [m], (P,)
     push   [m/s^2], (P,); mass  [kg], (P,), inf: held by the root
     """
     for chunk in prange((len(push) + _CHUNK - 1) // _CHUNK):

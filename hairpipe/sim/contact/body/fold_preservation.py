@@ -1,19 +1,19 @@
 """Curls that a body presses keep their shape: fold preservation, after Bridson, Marino and Fedkiw 2003 for cloth.
 
-A body meets a curl as it meets the tube around it. Let c be the centre line, a mean over one turn, o = x - c, and R the
-mean |o| of the groom. With the normal n of the body, point x stands h = o.n + R above the side of the tube that is
-nearest to the body, and keeps
+A body is in contact with the tube around a curl. Let c be the centre line, a mean over one turn, o = x - c, and R the
+mean |o| of the groom. With the normal n of the body, point x lies h = o.n + R above the side of the tube that is
+nearest to the body, and has the contact distance
 
     thickness + share min(max(h, 0), 2 R)
 
-from it: all points of a turn are held together, each at its own height, instead of the lowest first and the others on
-top of it. With share 0, or on hair without turns, nothing changes.
+All points of a turn are held together, each at its own height, instead of the lowest first and the others on top of
+it. With share 0, or on hair without turns, nothing changes.
 
-It is here to be compared with: curls whose springs hold their shape need it not, and follow a target that moves with
-them, `graphs/experiments/curls.toml`.
+It serves comparison: curls whose springs hold their shape do not need it, and the target of a contact moves with them,
+`graphs/experiments/curls.toml`.
 
-We differ from the paper, Selle et al. 2008, which leaves this undone and says that bodies flatten its curls; and from
-Bridson et al., whose heights are those that folds have in the animation, for those that the groom has.
+We differ from the paper, Selle et al. 2008, which does not implement this and states that bodies flatten its curls;
+and from Bridson et al., whose heights are those of the folds in the animation, not those of the groom.
 """
 
 from typing import NamedTuple
@@ -28,7 +28,7 @@ _LONGEST = 0.5  # of a strand, that a turn may take
 class Turns(NamedTuple):
     """The curls of a groom.
 
-    points  of a turn, 1 where hair does not curl, (S,) int32
+    points  number of points per turn, 1 for straight hair, (S,) int32
     radii   mean distance from the centre line [m], (S,)
     """
 
@@ -37,12 +37,12 @@ class Turns(NamedTuple):
 
 
 def turns_of(points: np.ndarray, offsets: np.ndarray) -> Turns:
-    """Find how many points make a turn of every strand, and how wide it is; pure.
+    """Find the number of points per turn of every strand, and its radius; pure.
 
     The change of direction from a segment to the next is normal to the axis of a helix and turns about it by the same
     angle every time: 2 pi over that angle is the number of points.
 
-    points  of the groom [m], (P, 3); offsets  (S+1,) int32
+    points  points of the groom [m], (P, 3); offsets  (S+1,) int32
     """
     found = np.ones(len(offsets) - 1, np.int32)
     radii = np.zeros(len(offsets) - 1)
@@ -100,9 +100,9 @@ def set_centres(points: np.ndarray, offsets: np.ndarray, turns: np.ndarray, cent
 def add_heights(
     points: np.ndarray, offsets: np.ndarray, turns: Turns, normals: np.ndarray, share: float, thickness: np.ndarray
 ) -> None:
-    """Add to the thickness, (P,) [m], what points keep on top of it, in place.
+    """Add the heights of points to the thickness, (P,) [m], in place.
 
-    points  [m], (P, 3); normals  of the body, zero where it is far, (P, 3)
+    points  [m], (P, 3); normals  normals of the body, zero far from it, (P, 3)
     """
     centres = np.empty_like(points)
     set_centres(points, offsets, turns.points, centres)

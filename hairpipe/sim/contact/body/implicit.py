@@ -1,29 +1,29 @@
-"""Contact with the body inside the solve: normals are held, friction acts, and only what pushes stays.
+"""Contact with the body inside the solve: held normals, friction, and an active set of pushing contacts.
 
-A point that would end a stage nearer to the body than its thickness d is held along the normal n at the velocity that
-takes it there, w_n = v_n + (d - phi) / h, by a damper so stiff that nothing else counts, in the strand's own system:
+A point predicted to end a stage nearer to the body than its thickness d is held along the normal n at the velocity
+that ends at d, w_n = v_n + (d - phi) / h, by a damper that dominates all other terms of the strand's own system:
 
     f = c_n n n^T (w - v) + c_t (I - n n^T) (w - v),   c_n = STIFF m / h
 
-Across it there is Coulomb's friction, as a damper that is as strong as friction was at the speed found last,
+Tangentially, Coulomb friction is a damper with the strength of friction at the last computed speed,
 
     c_t = min(c_n, mu N / |v_t - w_t|),   N = c_n n.(w - v)
 
-so that friction never drives, hair that sticks does not creep (c_t = c_n), and hair that slides feels mu N as soon as
-its speed is steady. A point that sticks with more force than mu N starts to slide at the speed it would have alone,
-from which the next solves come down. Points that the body would have to pull are released. Where that changes, or a
-point begins to touch or to slide, a strand is solved again, from where the solve before ended.
+so that friction never accelerates hair, sticking hair does not creep (c_t = c_n), and sliding hair has the friction mu
+N once its speed is steady. A point that sticks with a force above mu N starts to slide at its speed without contact,
+which the next solves reduce. Points with tensile contact forces are released. If the active set changes, or a point
+begins to touch or to slide, the strand is solved again, starting from the previous solve.
 
-A point that begins to touch is solved for without friction first: that solve knows its load and how fast it slides.
-Had it to stick first, the hair between it and the root would be strained by all that it should have slid, and pressed
-on the body by the tension of that: hair which a bar met at 1 m/s was flung away with 6 m/s. But what lies still where a
-step begins, and of which nothing is remembered, as at a new frame, sticks: without friction, if only for one solve, it
-would creep. And what slides around a body is held though a prediction, which goes straight, leads it off the surface:
-released and caught again in every stage it would need all the passes that there are, and forget its friction.
+A new contact is first solved without friction, which gives its load and sliding speed. If it stuck first, the hair
+between it and the root would be strained by the whole sliding distance, and the tension would press it on the body:
+hair hit by a bar at 1 m/s was flung away at 6 m/s. But a point at rest at the start of a step without a contact state,
+as at a new frame, sticks: one solve without friction would let it creep. A point that slides around a body stays held
+although its prediction, a straight line, leaves the surface: released and caught again in every stage, it would use up
+all passes and lose its friction.
 
-We differ from the paper, which moves positions first and holds the normals of what it moved in the velocity solve
-(equality, for a whole step): here nothing is stretched by being pushed, and friction and tension see each other, so
-that a hair around a post holds as Euler and Eytelwein say.
+We differ from the paper, which moves positions first and holds the normals of the moved points in the velocity solve
+(equality, for a whole step): here pushing stretches no hair, and friction and tension are coupled, so that a hair
+around a post holds according to Euler and Eytelwein.
 """
 
 from typing import NamedTuple
@@ -49,12 +49,12 @@ _CHUNK = 512
 
 
 class ContactState(NamedTuple):
-    """How points touch the body; arrays that a stage changes in place.
+    """Contact states of points on the body; arrays that a stage changes in place.
 
-    state          FREE, TOUCHES, NEW: began to touch, without friction yet, or INSIDE: rises, (P,) int8
+    state          FREE, TOUCHES, NEW (new contact, still without friction) or INSIDE (rises), (P,) int8
     c_t            tangential damping [kg/s], (P,)
-    freed          released in this stage, (P,) bool
-    discontinuous  began or ceased to touch in this step, or were turned about: forces jumped, (P,) bool
+    freed          points released in this stage, (P,) bool
+    discontinuous  points whose contact began, ended or reversed its motion in this step: forces jumped, (P,) bool
     normal         (P, 3)
     c_n            normal damping [kg/s], (P,)
     target         w [m/s], (P, 3)
@@ -81,9 +81,9 @@ class ContactState(NamedTuple):
 
 @njit(cache=True, parallel=True)
 def resume(contact: ContactState, probe: SdfSample, v: np.ndarray, thickness: np.ndarray, mass: np.ndarray) -> None:
-    """Let points touch that begin a step on the body, in place: what rests on it did so before.
+    """Set the points that begin a step on the body to touching, in place: they rested on it before.
 
-    probe  of the body there; v  velocities [m/s], (P, 3); thickness  [m], (P,)
+    probe  probe of the body at the points; v  velocities [m/s], (P, 3); thickness  [m], (P,)
     mass   [kg], (P,), inf: held by the root
     """
     for chunk in prange((len(v) + _CHUNK - 1) // _CHUNK):
@@ -112,10 +112,10 @@ def hold(
     push: np.ndarray,
     damping: np.ndarray,
 ) -> None:
-    """Hold the points that touch: add their forces, push - damping v, in place.
+    """Hold the touching points: add their forces, push - damping v, in place.
 
-    probe      of the body at the prediction; points that are not active are held as before
-    thickness  that points keep [m], (P,)
+    probe      probe of the body at the prediction; inactive points are held as before
+    thickness  contact distance of points [m], (P,)
     push       [N], (P, 3); damping [kg/s], (P, 6)
     """
     for chunk in prange((len(thickness) + _CHUNK - 1) // _CHUNK):
@@ -187,9 +187,9 @@ def _add_hold(contact, i, push, damping):
 def update_active_set(
     contact: ContactState, probe: SdfSample, at: Prediction, thickness: np.ndarray, friction: float, changed: np.ndarray
 ) -> None:
-    """Look at what a solve found: set changed, (P,) bool, where active points must be solved again, in place.
+    """Update the active set after a solve: set changed, (P,) bool, for active points to solve again, in place.
 
-    probe  of the body where points are now; the others as for `hold`
+    probe  probe of the body at the present points; the others as for `hold`
     """
     for chunk in prange((len(changed) + _CHUNK - 1) // _CHUNK):
         for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(changed))):
@@ -235,11 +235,11 @@ def _update_touching(contact, i, v, friction):
 
 @njit(cache=True, parallel=True)
 def stop_normals(contact: ContactState, v, distance, change) -> None:
-    """Set change, (P, 3), to what takes from v the speed that only put points in their place [m/s], in place.
+    """Set change, (P, 3), to remove from v the speed that only corrected positions [m/s], in place.
 
-    A contact gives nothing back. What rises goes on until it is out.
+    Contact is inelastic. Rising points keep their speed until they are outside.
 
-    v  [m/s], (P, 3); distance  from the body, where points came to [m], (P,)
+    v  [m/s], (P, 3); distance  distance of the final points from the body [m], (P,)
     """
     for chunk in prange((len(v) + _CHUNK - 1) // _CHUNK):
         for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(v))):

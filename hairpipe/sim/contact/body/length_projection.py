@@ -1,9 +1,9 @@
-"""Strands that a body pushes out, and that may not stretch: both, in turns.
+"""Projection of strands out of a body without stretch: alternates between both constraints.
 
-A point that was moved out may be too far from the one before it, towards the root. It is drawn after that in the plane
-of its contact, so that it slides along the body and not back into it; where the body is curved it is moved out again.
-Where that does not help, as where a thin part is between the two, it is laid next to the one before, on the same side
-of the body. That one is outside, so there always is a place.
+A point that was moved out may be too far from its neighbour towards the root. It is pulled towards that neighbour in
+the plane of its contact, so that it slides along the body and not back into it; on a curved body it is then moved out
+again. If that fails, as when a thin part of the body separates the two, it is placed next to the neighbour, on the
+same side of the body. The neighbour is outside, so a valid place always exists.
 """
 
 from collections.abc import Callable
@@ -32,11 +32,12 @@ def drape(
 ) -> None:
     """Change dx, (P, 3) [m], in place, until it neither stretches a segment nor leaves a point inside.
 
-    after    where points are without dx, which moves them out [m], (P, 3)
-    normals  they were moved along, 0 where they were not, (P, 3); in place
-    most     distance from the body up to which they may be moved out [m], (P,)
-    masses   [kg], (P,); inf where held, at roots
-    look     finds the body at places [m], (n, 3), of points (n,), and what these keep from it [m], (n,)
+    after    positions without dx, which moves them out [m], (P, 3)
+    normals  directions of these motions, 0 for points not moved, (P, 3); in place
+    most     largest distance from the body to which points are moved out [m], (P,)
+    masses   [kg], (P,); inf if held, at roots
+    look     finds the probe of the body at positions [m], (n, 3), of points (n,), and their contact distances [m],
+             (n,)
     """
     moved = after + dx
     strands = np.cumsum(np.isinf(masses))
@@ -66,7 +67,7 @@ def drape(
 
 @njit(cache=True)
 def keep_lengths(after: np.ndarray, normals: np.ndarray, masses: np.ndarray, moved: np.ndarray) -> None:
-    """Draw points, from the root on, after the one before where the way to it is stretched too far; moved in place.
+    """Pull points towards their predecessors, from the root on, where segments are stretched too far; moved in place.
 
     Arguments as for `drape`.
     """

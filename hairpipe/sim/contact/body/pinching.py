@@ -1,8 +1,8 @@
-"""Hair where bodies leave less room than it wants stays between them, and is not thrown from one to the other.
+"""Hair in a narrow gap between bodies stays there, and does not jump from one body to the other.
 
-A point at the distance phi < kept along the normal n would be moved out to x + (kept - phi) n. Where a body stands
-against it there, with a normal m.n < 0, nearer than the thickness d, at b, the room is kept + b and not kept + d, and
-the point keeps its share of that:
+A point at the distance phi < kept along the normal n would be moved out to x + (kept - phi) n. If a body opposes it
+there, with a normal m.n < 0, at a distance b below the thickness d, the gap is kept + b instead of kept + d, and the
+point takes its share of the gap:
 
     kept (kept + b) / (kept + d)
 
@@ -27,12 +27,12 @@ def share_gap(
     thickness: np.ndarray,
     kept: np.ndarray,
 ) -> np.ndarray:
-    """Return what points keep from bodies [m], (P,), where these leave less room than kept; pure.
+    """Return the contact distances of points [m], (P,), reduced in narrow gaps between bodies; pure.
 
     points     [m], (P, 3), at a time since the previous frame [s]
-    probe      of the bodies there
-    thickness  that points want on all sides [m], (P,)
-    kept       from the body that is nearest, at least that [m], (P,)
+    probe      probe of the bodies at the points
+    thickness  desired distance on all sides [m], (P,)
+    kept       contact distance from the nearest body, at least the thickness [m], (P,)
     """
     pushed = np.flatnonzero(probe.distance < kept - _PUSHED)
     pushed = pushed[probe.normal[pushed].any(axis=1)]

@@ -1,9 +1,9 @@
 """A cache of distances to bodies: only points whose answer may have changed are queried again.
 
-Within a step points are queried many times: where they begin, where a stage is predicted to end, where it ends, where
-the step does. A point that has not moved need not be queried again within one time, nor a free point that cannot have
-come near since: distances change by at most STEEPEST times what the point went and the bodies may have gone meanwhile.
-Of such points the cached distance may have an error of that; nothing reads it where it is so great.
+Within a step points are queried many times: at the start, at the predicted and the computed end of each stage, and at
+the end of the step. An unmoved point is not queried again at the same time, nor is a free point that cannot have come
+near: distances change by at most STEEPEST times the path of the point and of the bodies. The cached distance of such a
+point may have an error of that size; it is read only where the error is harmless.
 """
 
 from collections.abc import Sequence
@@ -22,12 +22,12 @@ STEEPEST = 2.0
 
 @dataclass(eq=False)
 class ProbeCache:
-    """The last answer for every point, of bodies taken as one.
+    """The last result for every point, of bodies as one.
 
-    reach      beyond which only the distance is found of bound points [m]
-    far        beyond which only that is found of free ones, and does not matter [m]
-    probe      last answers: changed in place
-    clearance  distance that points have at least where they were last asked for [m], (P,); that itself up to `far`
+    reach      distance beyond which bound points get the distance only [m]
+    far        distance beyond which free points get the distance only, which is not used [m]
+    probe      last results, changed in place
+    clearance  lower bound of the distance at the last query [m], (P,); exact up to `far`
     """
 
     surfaces: Sequence[Collider]
@@ -52,8 +52,8 @@ class ProbeCache:
     def renew(self, points: np.ndarray, time: float, active: np.ndarray, bound: np.ndarray) -> None:
         """Query the bodies at points [m], (P, 3), at a time since the previous frame [s].
 
-        active  points that are queried, (P,) bool; the others keep their last answers, from wherever and whenever
-        bound   to a body, whatever its distance: queried unless they have not moved, (P,) bool
+        active  points to query, (P,) bool; the others keep their last results, of any position and time
+        bound   points bound to a body at any distance: queried if they have moved, (P,) bool
         """
         seen = _Seen(self._places, self._times, self.probe.distance)
         unsure = np.empty(self.count, np.bool_)

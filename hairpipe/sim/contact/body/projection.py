@@ -1,18 +1,18 @@
 """Hair out of the body at the end of a step: level-set collision after Bridson et al. 2003, step 5 of the paper's nine.
 
-A point that ends a step nearer to the surface than its thickness is moved out along the normal n, and its velocity V,
-V_b being the body's, loses what points inwards and, by Coulomb friction, part of what slides:
+A point that ends a step nearer to the surface than its thickness is moved out along the normal n. Its velocity V, V_b
+being the body's, loses its inward component and, by Coulomb friction, part of its tangential component:
 
     V_n' = max(V_n, Vb_n),   V_t' = Vb_t + (V_t - Vb_t) max(0, 1 - mu (V_n' - V_n) / |V_t - Vb_t|)
 
-once for the velocity that is kept and once for the displacement of the step. A point that went through, and comes out
-on the other side or would be pushed out there, goes on from where it met the body with V'; one that comes out on the
-same side has slid around it, which a straight way between two steps cuts short.
+once for the final velocity and once for the displacement of the step. A point that passed through the body, or would
+be pushed out on the other side, continues from its first contact with V'; a point that leaves on the same side has
+slid around the body, and only its straight path cuts through.
 
-We differ from the paper: what began inside is left to what lets it rise (`depenetration.py`), and what began nearer
-than its thickness is moved out at a bounded speed, so that a groom that starts within the body does not burst; no
-segment is stretched by more than a tenth (`length_projection.py`), so that hair which is squeezed is not flung away
-when it comes free; and where contact is held in the solve (`implicit.py`) only what that missed is left to do.
+We differ from the paper: points that begin inside are left to `depenetration.py`, and points that begin nearer than
+their thickness are moved out at a bounded speed, so that a groom that starts within the body does not burst; no
+segment is stretched by more than a tenth (`length_projection.py`), so that squeezed hair is not flung away when it is
+released; and where contact is held in the solve (`implicit.py`), only its remaining errors are corrected.
 """
 
 from typing import NamedTuple
@@ -29,8 +29,8 @@ class Motion(NamedTuple):
 
     before, after  positions [m], (P, 3)
     speeds         velocities [m/s], (P, 3)
-    most           distance from the body up to which they are moved out [m], (P,); -inf where they are left alone
-    thickness      [m], (P,); mass [kg], inf where held, (P,)
+    most           largest distance from the body to which points are moved out [m], (P,); -inf: unchanged
+    thickness      [m], (P,); mass [kg], inf if held, (P,)
     dt             the step [s]
     friction       Coulomb coefficient
     """
@@ -70,14 +70,14 @@ def project(
     meeting: SdfSample,
     leaving: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Find the changes of position [m] and of velocity [m/s], (P, 3), that put points right; pure.
+    """Find the corrections of positions [m] and velocities [m/s], (P, 3); pure.
 
-    ended    the body at the end of the step, where points are then
-    met      points that ran into it, ascending; shares  of the step, at which they had not yet
-    meeting  the body there and then
-    leaving  normals of the body where they are at the end, zero where it is far, (len(met), 3)
+    ended    probe of the body at the points at the end of the step
+    met      points that ran into it, ascending; shares  fractions of the step just before contact
+    meeting  probe of the body at these contacts
+    leaving  normals of the body at their final positions, zero far from it, (len(met), 3)
 
-    Third and fourth: which points touched, (P,) bool, and their normals, (P, 3).
+    Also returns the points that touched, (P,) bool, and their normals, (P, 3).
     """
     count = len(motion.after)
     dx = np.zeros((count, 3))

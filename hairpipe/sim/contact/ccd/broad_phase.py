@@ -1,8 +1,7 @@
-"""Broad phase: pairs of segments that may come near each other within a step, also while where it ends is changed.
+"""Broad phase: pairs of segments that may come near each other within a step, valid also while its end is corrected.
 
-All pairs that come within reach are listed once. As long as no point ends farther than half of that from where it did
-when its pairs were listed, none is missed. The pairs of what ends farther are listed again, or those of all hair, where
-that is cheaper.
+All pairs that come within reach are listed once. The list is complete as long as no end of a point moves by more than
+half the reach. The pairs of points that move farther are listed again, or those of all hair if that is cheaper.
 """
 
 from dataclasses import dataclass, field
@@ -23,10 +22,10 @@ _MANY = 0.125
 class Neighbourhood(NamedTuple):
     """Hair in a step, ready to be searched.
 
-    tree    of all segments
-    frame   that it is in
-    reach   that it is searched for [m]
-    points  number of them
+    tree    tree of all segments
+    frame   its frame of reference
+    reach   search distance [m]
+    points  number of points
     """
 
     tree: Tree
@@ -42,7 +41,7 @@ def neighbourhood(before: np.ndarray, after: np.ndarray, offsets: np.ndarray, re
     offsets        strand s owns points offsets[s] : offsets[s + 1], (S + 1,) int32
     reach          [m]
 
-    Raises LostPoints where a position is not finite.
+    Raises LostPoints if a position is not finite.
     """
     refuse_lost(before)
     refuse_lost(after)
@@ -52,13 +51,14 @@ def neighbourhood(before: np.ndarray, after: np.ndarray, offsets: np.ndarray, re
 
 
 def swept_pairs(around: Neighbourhood, ignored: np.ndarray | None = None) -> np.ndarray:
-    """List all pairs of segments that get within reach in a motion, and some others, (n, 2) int32; pure.
+    """List all pairs of segments that come within reach in a motion, and some others, (n, 2) int32; pure.
 
     ignored  sorted keys of pairs to leave out, see `key_of`, (k,) int64
 
-    In no particular order, but each once and always in the same; first < second; the two share no point. Two segments
-    get nearer than at half time, d, by no more than half the largest relative displacement D of their ends: kept are
-    pairs with d <= reach + D / 2 that no plane keeps apart, across an axis or across the shortest way at half time.
+    The order is arbitrary but reproducible, without duplicates; first < second; the two share no point. The distance
+    of two segments falls below that at half time, d, by at most half the largest relative displacement D of their
+    ends: the list contains pairs with d <= reach + D / 2 without a separating plane across an axis or across the
+    shortest connection at half time.
     """
     return search(around.tree, around.tree, known_pairs(ignored, around.points))
 
@@ -70,11 +70,11 @@ def swept_pairs_of(
     after: np.ndarray,
     ignored: np.ndarray | None = None,
 ) -> np.ndarray:
-    """List the pairs with one of some segments, (m,) int32, that move otherwise than they did; pure.
+    """List the pairs of some segments, (m,) int32, whose motion has changed; pure.
 
-    around  hair as it moved; before, after  as it moves now [m], (P, 3) float64
+    around  hair in its previous motion; before, after  its present motion [m], (P, 3) float64
 
-    Of two of these segments both as they move now; the others as they moved. Otherwise as `swept_pairs`.
+    These segments move as now, also in pairs of two of them; the others as before. Otherwise as `swept_pairs`.
     """
     known = known_pairs(ignored, around.points)
     mine = build_tree(before, after, segments, around.reach, around.frame)
@@ -98,10 +98,10 @@ class Candidates:
     """Pairs of segments that may cross in a step.
 
     before, after  positions [m], (P, 3) float64
-    offsets        of the strands, (strands+1,) int32
-    reach          [m]; the longer, the more pairs, and the less often
-    ignored        keys of pairs that may cross, sorted; or None
-    pairs          that may cross on the way to where points end now, and some others, (n, 2) int32
+    offsets        offsets of the strands, (strands+1,) int32
+    reach          search distance [m]; a larger one lists more pairs, less often
+    ignored        sorted keys of pairs allowed to cross; or None
+    pairs          pairs that may cross in the present motion, and some others, (n, 2) int32
     """
 
     before: np.ndarray

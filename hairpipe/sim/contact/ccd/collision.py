@@ -1,17 +1,17 @@
-"""Step 6: hair that would pass through hair in a step does not, after Bridson et al. 2002, edges against edges.
+"""Step 6: collisions between hairs in a step, after Bridson et al. 2002, edges against edges.
 
 A crossing at the fractions s, t of two segments, with normal n, has the gap g0 = n.J x0 before the step and n.J x1 =
 g0 + dt n.u after it, u = J (x1 - x0) / dt. An impulse at these points changes n.u so that the gap ends at g:
 
     g = g0, but at most the thickness that is kept, and at least a hundredth of it;   dv = (g - g0) / dt - n.u > 0
 
-with restitution 0 and Coulomb friction. Impulses change x1 and v alike, by dt and by 1 times their effect on u. What
-new crossings are looked for among the pairs that they moved and added to what is solved, up to so many times;
-crossings that then are left are accepted: no rigid zones, as published, since no state of hair is invalid.
+with restitution 0 and Coulomb friction. Impulses change x1 and v alike, by dt and by 1 times their effect on u. New
+crossings are searched among the pairs that they moved and added to the solve, up to a number of attempts; the
+remaining crossings are accepted: no rigid zones, as published, since no state of hair is invalid.
 
-We differ from the paper, where an impulse stops the approach of the whole step, as if hair touched where it began: here
-it comes as near as the thickness. And every attempt goes over the crossings of all before it, several times, so that
-solving one does not undo another.
+We differ from the paper, where an impulse stops the approach of the whole step, as if hair touched at its start: here
+hair approaches up to the thickness. And every attempt iterates over the crossings of all previous attempts several
+times, so that one solution does not undo another.
 """
 
 from typing import NamedTuple
@@ -28,16 +28,15 @@ from hairpipe.sim.settings import Collisions
 _SWEEPS = 8
 _LEAST = 0.01
 _LOOK = 0.5
-"""Thicknesses within which candidates are listed: to look for the few again that impulses move by more than half of
-that is cheaper than to list what is near all."""
+"""Search distance of candidates, in thicknesses: to search again for the few that impulses move by more than half of
+that is cheaper than to list a wider neighbourhood of all."""
 
 
 class Outcome(NamedTuple):
-    """What became of the crossings of a step.
+    """Result of the crossings of a step.
 
-    found   pairs of segments that would have crossed; left: that still do
-    change  of the velocities of points [m/s], which end so many times the step away from where they would,
-            (points, 3)
+    found   pairs of segments that would have crossed; left: pairs that still cross
+    change  change of the velocities of points [m/s], whose ends move by it times the step, (points, 3)
     """
 
     found: int
@@ -54,13 +53,13 @@ def collide(
     collisions: Collisions,
     ignored: np.ndarray | None = None,
 ) -> Outcome:
-    """Find what keeps hair from passing through hair in a step; pure.
+    """Find the changes that prevent hair from crossing hair in a step; pure.
 
     before, after  positions [m], (points, 3)
-    masses         of the points, inf where they are held [kg], (points,)
-    offsets        of the strands, (strands+1,) int32
+    masses         masses of the points, inf if held [kg], (points,)
+    offsets        offsets of the strands, (strands+1,) int32
     dt             step [s]
-    ignored        keys of pairs that may cross, sorted
+    ignored        sorted keys of pairs allowed to cross
     """
     candidates = Candidates(before, after, offsets, _LOOK * collisions.thickness, ignored)
     met = crossings(before, after, candidates.pairs)

@@ -1,16 +1,17 @@
-"""When two moving segments first lie in one plane and meet there: the roots of a cubic.
+"""First time at which two moving segments are coplanar and meet: the roots of a cubic.
 
-With A, C the segments and P from the start of the first to that of the second, all linear in the time t of 0..1,
+With A, C the segments and P the vector from the start of the first to that of the second, all linear in the time t of
+0..1,
 f(t) = (A x C) . P = 0, Bridson et al. 2002 Sec. 6. As a product of linear functions it has the Bernstein coefficients
 
     b0 = N0.P0,  b1 = (N01.P0 + N0.P1) / 3,  b2 = (N01.P1 + N1.P0) / 3,  b3 = N1.P1,   N01 = A0 x C1 + A1 x C0
 
-of which no difference is taken; where all have one sign there is no root. `may_cross` finds that for eight pairs at
-once, and most pairs are done with it. Between its extremes f is monotone.
+without differences of them; if all have one sign there is no root. `may_cross` tests this for eight pairs at once,
+which excludes most pairs. Between its extremes f is monotone.
 
-Of segments that lie in one plane all the time, or are nearly parallel, the cubic says nothing. These meet where an end
-comes to the other's line: with E from the start of a segment A to an end of the other, E x A = 0, a quadratic in time,
-solved where its largest component is zero.
+For segments that are coplanar at all times, or nearly parallel, the cubic is degenerate. These meet where an end
+reaches the line of the other: with E from the start of a segment A to an end of the other, E x A = 0, a quadratic in
+time, solved for its largest component.
 """
 
 import numpy as np
@@ -125,7 +126,7 @@ def _pass(pair: Encounter, time: float, noise: float) -> bool:
     """Whether the segments pass through each other at a root of odd order.
 
     A joint that passes exactly through an edge does so with both of its segments or, rounded, with none: an end counts.
-    Lines that are nearly parallel are as far apart as rounding leaves them at the root.
+    The distance of nearly parallel lines at the root is that of rounding.
     """
     s, t, squared = meet(pair, time)
     size = lengths(pair)
@@ -171,7 +172,7 @@ def _times_on_line(end: Path, start: Path, stop: Path) -> tuple[float, float]:
 def quadratic_roots(first: float, middle: float, last: float) -> tuple[float, float]:
     """Return the roots of first u^2 + 2 middle u t + last t^2, u = 1 - t, in 0 < t < 1, in order, and 1 for others.
 
-    Of one without roots that is twice where it comes closest to zero: rounding may have taken a double root away.
+    Without real roots, returns twice the minimum of its absolute value: rounding may have removed a double root.
     """
     square = first - 2.0 * middle + last
     half = middle - first
@@ -187,7 +188,7 @@ def quadratic_roots(first: float, middle: float, last: float) -> tuple[float, fl
 def may_cross(before, after, pairs, start, room):
     """Return which of the pairs from `start` on may have a root, as bits of an int64, eight of them or to the end.
 
-    room  to compute in, (ROWS, WIDTH) float64
+    room  work array, (ROWS, WIDTH) float64
     """
     count = min(len(pairs) - start, WIDTH)
     for lane in range(WIDTH):

@@ -14,12 +14,12 @@ _CHUNK = 1024
 
 
 class Crossings(NamedTuple):
-    """The first crossing of each pair of segments that have one.
+    """The first crossing of each pair of crossing segments.
 
     segments   first < second, rows in lexicographic order, (n, 2) int32
-    fractions  of the segments where they meet, (n, 2) float64
-    times      when, a fraction of the step, (n,) float64
-    normals    across both, from the second to the first as they were before they met, (n, 3) float64
+    fractions  positions of the crossing on both segments, (n, 2) float64
+    times      time of the crossing, a fraction of the step, (n,) float64
+    normals    normal to both, from the second to the first before the crossing, (n, 3) float64
     """
 
     segments: np.ndarray
@@ -32,7 +32,7 @@ def crossings(before: np.ndarray, after: np.ndarray, pairs: np.ndarray) -> Cross
     """Find the pairs of segments that pass through or touch each other in a linear motion; pure.
 
     before, after  positions [m], (P, 3) float64
-    pairs          of segments that may, see `swept_pairs`, (n, 2) int32
+    pairs          candidates, see `swept_pairs`, (n, 2) int32
 
     Bridson et al. 2002, edges alone: segments that meet at an end point are left out, unless an edge passes exactly
     through a joint.

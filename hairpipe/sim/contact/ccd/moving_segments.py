@@ -51,7 +51,7 @@ def encounter(before: np.ndarray, after: np.ndarray, i: int, j: int) -> Encounte
 def meet(pair: Encounter, time: float) -> tuple[float, float, float]:
     """Return fractions of both segments where they are closest at a fraction of the step, and the squared distance.
 
-    Of nearly parallel ones that is the middle of where they overlap.
+    For nearly parallel segments this is the middle of the overlap.
     """
     a, b = mix(pair.a[0], pair.a[1], time), mix(pair.b[0], pair.b[1], time)
     c, d = mix(pair.c[0], pair.c[1], time), mix(pair.d[0], pair.d[1], time)
@@ -79,8 +79,8 @@ def crossing_normal(pair: Encounter, time: float, s: float, t: float) -> Vector:
 
     s, t  fractions of the segments where they meet, at a fraction of the step
 
-    The normal of both; of parallel ones the direction of approach, across them. Where they meet without approaching it
-    is some direction across the first.
+    The common normal; for parallel segments the direction of approach, normal to them. Without an approach it is an
+    arbitrary normal of the first.
     """
     A = minus(mix(pair.b[0], pair.b[1], time), mix(pair.a[0], pair.a[1], time))
     C = minus(mix(pair.d[0], pair.d[1], time), mix(pair.c[0], pair.c[1], time))

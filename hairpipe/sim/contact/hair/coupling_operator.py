@@ -1,8 +1,8 @@
-"""Couplings as every segment sees them: what conjugate gradients multiply by again and again, in order.
+"""Couplings sorted by segment: the operator of the conjugate gradient iterations.
 
-A coupling is seen from both of its sides. They are kept in few bytes, of which dense hair has hundreds of megabytes:
-directions and places are rounded to 1 / 32767, those of a coupling for both of its sides alike, and own blocks are made
-of the same numbers, so that P + O (`sim/contact/hair/couplings.py`) stays the matrix of springs, none of which drives.
+A coupling is stored once for each of its sides, in few bytes, since dense hair has hundreds of megabytes of them:
+directions and fractions are rounded to 1 / 32767, equally for both sides, and own blocks are built from the same
+numbers, so that P + O (`sim/contact/hair/couplings.py`) remains the positive semidefinite matrix of springs.
 """
 
 from typing import NamedTuple
@@ -24,15 +24,15 @@ _NO_PUSH = (0.0, 0.0, 0.0)
 
 
 class CouplingRows(NamedTuple):
-    """Couplings that act as segment after segment sees them, and what each point has of them for itself.
+    """Active couplings sorted by segment, and their blocks within the points of each segment.
 
-    first      those of segment k are first[k] : first[k+1], (points+1,) int32
+    first      couplings of segment k are first[k] : first[k+1], (points+1,) int32
     others     segment on the other side, (2 n,) int32
-    places     x y z of the direction and the fraction on the other side, in parts of `WHOLE`, (2 n, 4) int16
-    numbers    strength across the direction, what there is more along it [kg], fraction on this side, (2 n, 3) float32
+    places     x y z of the direction and the fraction on the other side, in units of 1 / `WHOLE`, (2 n, 4) int16
+    numbers    strength across the direction, additional strength along it [kg], fraction on this side, (2 n, 3) float32
     push       J^T push [N s], (points, 3) float64
     diagonal   own block between a point and itself, symmetric [kg], (points, 6) float32
-    following  that between a point and the next of its strand, symmetric too [kg], (points, 6) float32
+    following  block between a point and the next of its strand, symmetric [kg], (points, 6) float32
     """
 
     first: np.ndarray
@@ -77,9 +77,9 @@ def _gather(couplings, incidence, out):
 
 @njit(cache=True)
 def _gather_some(couplings, incidence, out, begin):
-    """Walk along the segments of a chunk: each gives the part of its own point, and carries that of the next.
+    """Traverse the segments of a chunk: each adds to its own point, and passes the term of the next point on.
 
-    The segment before the chunk, which carries something into it, is walked twice, and entered twice alike.
+    The segment before the chunk, which contributes to it, is traversed twice, with equal results.
     """
     first, sides, acts, exerted = incidence.first, incidence.sides, couplings.acts, couplings.exerted
     fractions = couplings.fractions
@@ -182,10 +182,10 @@ def rounded_speeds(v):
 
 @njit(cache=True, parallel=True)
 def impulses_after(rows: CouplingRows, change: np.ndarray, active: np.ndarray, out: np.ndarray) -> None:
-    """Set out to what points get after velocities have changed, J^T (push - M J dv), where asked for, in place.
+    """Set out to impulses after a change of velocities, J^T (push - M J dv), for active points, in place.
 
     change  dv [m/s], (points, 3)
-    active     points that are asked for, (points,) bool
+    active     points to compute, (points,) bool
     out     [N s], (points, 3)
     """
     places = rows.places.reshape(-1)
@@ -205,10 +205,10 @@ def impulses_after(rows: CouplingRows, change: np.ndarray, active: np.ndarray, o
 
 @njit(cache=True, parallel=True)
 def follow(rows: CouplingRows, change: np.ndarray, active: np.ndarray, total: np.ndarray, out: np.ndarray) -> None:
-    """Take note that velocities of active points have changed, in place; arguments as for `impulses_after`.
+    """Update for changed velocities of active points, in place; arguments as for `impulses_after`.
 
-    total  of all changes, to which this one is added; what is not finite does not move for others [m/s], (points, 3)
-    out    impulses, from which is subtracted what the own strand's change makes of them [N s], (points, 3)
+    total  sum of all changes, to which this one is added; non-finite changes count as 0 [m/s], (points, 3)
+    out    impulses, reduced by the effect of the own strand's change [N s], (points, 3)
     """
     for chunk in prange(-(-len(out) // _CHUNK)):
         for k in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(out))):

@@ -1,14 +1,14 @@
-"""Linear spring-dampers between points of two segments: what couples strands, in one linear system with them.
+"""Linear spring-dampers between points of two segments, which couple strands in one linear system.
 
 A coupling i joins the point (1 - s) x_k + s x_(k+1) of its first segment k to that of its second. With J_i the matrix
-that takes velocities of points to the relative velocity of the two, first minus second, a stage solves
+that maps velocities of points to the relative velocity of the two, first minus second, a stage solves
 
     (A + sum_i J_i^T M_i J_i) dv = b + sum_i J_i^T push_i,   M = t (h K + C),   push = t (f - C v_rel),
 
 A and b being those of the strands without couplings, h the weight of the stage's end, the mean of those of the two
-strands, and t the time that the stage covers: forces between strands are not part of accelerations, so it acts all
-that time. Every term of J^T M J is in exactly one of two places, so that
-P + O is the matrix of the whole system:
+strands, and t the duration of the stage: forces between strands are not part of accelerations, so they act for all of
+it. Every term of J^T M J is in exactly one of two operators, so that
+P + O is the matrix of the entire system:
 
     P = A + own    terms between points of one and the same segment. For the axis particle of point k diagonal[k] goes
                    to the block on the diagonal, following[k] to that which couples it to the axis particle of point
@@ -16,9 +16,9 @@ P + O is the matrix of the whole system:
     O              `multiply_across`: terms between points of the two segments of a coupling, also where both belong
                    to one strand; conjugate gradients multiply by it, `sim/solve/pcg.py`.
 
-The right-hand side of the strands gets J^T push. Rows of held particles (roots) are fixed after all of that. Which
-couplings touch a point is found once, by `find_incidence`, and holds as long as `segments` stay what they are; every
-point gathers from its own list, in the order of the couplings, so that no result depends on threads: `coupling_rows` in
+J^T push is added to the right-hand side of the strands. Rows of held particles (roots) are fixed afterwards. The
+couplings at a point are found once, by `find_incidence`, and are valid while `segments` do not change; every point
+gathers from its own list, in the order of the couplings, so that no result depends on threads: `coupling_rows` in
 `sim/contact/hair/coupling_operator.py`.
 """
 
@@ -34,10 +34,10 @@ PUSH, DIRECTION, ALONG, ACROSS = 0, 3, 6, 7
 class Couplings(NamedTuple):
     """A set of couplings.
 
-    segments   a segment joins a point to the next of its strand and has its number, (n, 2) int32
-    fractions  where on the segments, 0 at that point and 1 at the next, (n, 2)
-    acts       whether a coupling exerts anything, (n,) bool; where not, all below is not set
-    exerted    side by side, since all of it is read at once and anywhere in memory, (n, 8) float32:
+    segments   a segment joins a point to the next of its strand and has the index of the point, (n, 2) int32
+    fractions  positions on the segments, 0 at that point and 1 at the next, (n, 2)
+    acts       whether a coupling is active, (n,) bool; if not, `exerted` is not set
+    exerted    contiguous, since all values are read together at random places in memory, (n, 8) float32:
 
     push       impulse on the first point, the opposite on the second [N s], (n, 3)
     direction  d, a unit vector, (n, 3)
@@ -66,9 +66,9 @@ class Couplings(NamedTuple):
 
 
 class Incidence(NamedTuple):
-    """Which couplings touch a segment.
+    """The couplings at each segment.
 
-    first  those of segment k are sides[first[k]:first[k+1]], (points+1,) int32
+    first  couplings of segment k are sides[first[k]:first[k+1]], (points+1,) int32
     sides  2 i + j: coupling i, of which the segment is the first (j = 0) or the second (j = 1), ascending, (2 n,) int32
     """
 
@@ -124,7 +124,7 @@ def matrices(couplings: Couplings) -> np.ndarray:
 
 @njit(cache=True)
 def find_incidence(segments: np.ndarray, points: int) -> Incidence:
-    """Find which couplings touch every segment, by counting.
+    """Find the couplings of every segment, by a counting sort.
 
     segments  (n, 2) int32; points  their number
     """

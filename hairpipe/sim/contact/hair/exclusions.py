@@ -1,4 +1,4 @@
-"""Pairs that hair takes no notice of: stuck together, or so close in the groom that they belong there.
+"""Pairs excluded from contact: connected by stiction, or close to each other in the groom.
 
 A set of pairs is a sorted array of keys without duplicates, see `key_of`.
 """

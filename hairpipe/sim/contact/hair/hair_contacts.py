@@ -26,12 +26,12 @@ from hairpipe.spatial.proximity import approaches, near_pairs, pairs_about
 class HairContacts(Interaction):
     """Contact between strands within a frame.
 
-    offsets      of the points of strands, (strands+1,) int32
-    stiction     what sticks; None: nothing does
-    collisions   what is pushed away; None: hair passes through hair
-    connections  that there are at the moment
-    at_rest      keys of pairs that do not stick, and of those that do not collide, because the groom has them so near
-    widths       of segments: two of widths a and b keep (a + b) / 2 times the distances of single hairs, (P,)
+    offsets      offsets of the points of strands, (strands+1,) int32
+    stiction     settings of stiction; None: none
+    collisions   settings of repulsion; None: hair passes through hair
+    connections  present connections
+    at_rest      keys of pairs close in the groom: those that do not stick, and those that do not collide
+    widths       widths of segments: two of widths a and b have (a + b) / 2 times the distances of single hairs, (P,)
     """
 
     couples: ClassVar[bool] = True

@@ -11,11 +11,11 @@ For a pair at distance d with relative velocity u, normal n and 1/M = sum w^2 / 
 The impulses are +- M (dv n + change of u_t). Step 3 does all of it, step 9 leaves out the elastic part, as the authors'
 code. Pairs whose closest point is an end of a segment are left out, also as in their code.
 
-In a stack this converges as slowly as a blow travels, one layer a sweep, and is far from it with the few sweeps that
-one can afford: `graphs/experiments/stack.toml` compares it with `repulsion.py`, which is there for stacks.
+In a stack an impulse travels one layer per sweep, so this is far from convergence with an affordable number of sweeps:
+`graphs/experiments/stack.toml` compares it with `repulsion.py`, which serves stacks.
 
-We differ from the authors' code, which has friction in a pass of its own, before the approach is stopped; here as in
-Bridson et al. it comes with each impulse, so that Coulomb's law holds for each.
+We differ from the authors' code, which applies friction in a separate pass, before the approach is stopped; here, as
+in Bridson et al., it is part of each impulse, so that Coulomb's law holds for each.
 """
 
 import numpy as np
@@ -43,9 +43,9 @@ def sweep(
     """Change velocities so that pairs do not come closer, in place.
 
     points      [m], velocities [m/s], (points, 3)
-    masses      inf where a point is held [kg], (points,)
+    masses      inf for held points [kg], (points,)
     dt          step [s]
-    elastic     undo overlaps too
+    elastic     whether overlaps are also reduced
     """
     normals = find_contacts(pairs, points, velocities, collisions).normals
     rule = (collisions.thickness, collisions.friction, collisions.stiffness, dt)

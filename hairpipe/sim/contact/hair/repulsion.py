@@ -1,34 +1,34 @@
-"""Hair that pushes hair away, as springs with friction in the linear system of a stage: what stacks need.
+"""Repulsion between hairs by springs with friction in the linear system of a stage, as stacks need.
 
 Along the normal of a contact, one-sided,
 
     f_n = max(0, k (thickness - g) - c n.u),    g = n.J x,    u = J v,    M_n = t (h k + c) n n^T,
 
-and across it Coulomb friction, as a damper that is as strong as friction is at the prediction,
+and tangentially Coulomb friction, a damper with the strength of friction at the prediction,
 
     f_t = -b u_t,   b = mu N / max(|u_t| - mu N t / m, creep),   M_t = t b (I - n n^T),   1/m = sum w^2 / m_i,
 
-h and t being the weight of the stage's end and the time that it covers, see `sim/contact/hair/couplings.py`.
+h and t being the weight of the stage's end and its duration, see `sim/contact/hair/couplings.py`.
 
-Alone, a contact that slides so feels mu N exactly, one that friction can stop within the stage stops, and no friction
-ever reverses it; one that stays creeps, at less than `CREEP` while it holds. N is its load at the beginning of the step
-or, if that is more, what would stop the two segments if they were alone: the first is right for hair at rest, where the
-second ignores the stack above, and the second for impacts.
+A single sliding contact then has the friction mu N exactly, one that friction can stop within the stage stops, and
+friction never reverses it; a sticking contact creeps at less than `CREEP`. N is its load at the start of the step or,
+if larger, the force that would stop the two segments alone: the first is right for hair at rest, where the second
+ignores the stack above, and the second for impacts.
 
-Where the solve is linearised at rest (backward Euler, the paper's half steps) that says nothing of how fast hair is,
-and u_t in b, N and what begins to act go by where the velocity lagged_velocity so far would lead.
+If the solve is linearised at rest (backward Euler, the paper's half steps), the prediction has no velocity, and u_t in
+b, N and new contacts are computed from the motion with lagged_velocity.
 
-A contact acts if it would push at the prediction, or did so in the step before: it is released one step late. Decided
-by the prediction alone, which does not know the forces to come, a contact at rest that trembles falls by h^2 g before
-it is caught again, half its thickness, and a stack sinks through itself (`graphs/experiments/stack.toml`).
+A contact acts if it would push at the prediction, or did so in the step before: it is released one step late. By the
+prediction alone, which lacks the forces of the stage, a trembling contact at rest falls by h^2 g, half its thickness,
+before it is caught again, and a stack collapses (`graphs/experiments/stack.toml`).
 
 We differ from the paper, which adapts Bridson et al. 2002, impulses pair by pair (`impulses.py`): they do not
-converge in stacks. The authors' code also leaves out pairs whose closest point is an end of a segment. We count them:
-nearly parallel segments, as nearly all neighbours in hair are, always have their closest point there, and so has a tip
-that rests on another hair. Of segments in a row that are near the same one, the nearest has the contact
-(`spatial/proximity.py`): what slides over their joints goes from one to the next at the same point, with the same
-force. Where it is the same one that ends, both pairs share a contact and both springs act; Coulomb's law holds still:
-the two loads add up to one.
+converge in stacks. The authors' code also leaves out pairs whose closest point is an end of a segment. We include
+them: nearly parallel segments, as nearly all neighbours in hair are, always have their closest point there, and so has
+a tip that rests on another hair. Of consecutive segments near the same segment, the nearest has the contact
+(`spatial/proximity.py`): a contact that slides over their joint passes from one to the next at the same point, with
+the same force. Where that other segment also ends, both pairs share a contact and both springs act; Coulomb's law
+still holds: the two loads add up to one.
 """
 
 import numpy as np
@@ -47,7 +47,7 @@ _FIRMEST = 1e2
 
 
 def linearise(contacts: Contacts, at: Prediction, collisions: Collisions, out: Couplings) -> None:
-    """Linearise what contacts exert at a prediction, in place: all of out but segments and fractions is set.
+    """Linearise contact forces at a prediction, in place: sets all of out except segments and fractions.
 
     Contacts of non-finite strands, or between two inactive strands, do not act.
     """

@@ -1,21 +1,22 @@
 """Stiction, Sec. 5.2: segments that came close are connected by a spring until they are pulled apart.
 
-A connection joins the two points where its segments were closest when it was made. It is a spring that resists both
-ways, and breaks at once, Fig. 10c:
+A connection joins the closest points of its segments at its creation. It is a spring that resists stretch and
+compression, and breaks abruptly, Fig. 10c:
 
     f = -k (l - reach) d + ...,   d = (x - y) / l,   k = force / (release - reach),   0 at l > release
 
 on the first point x, the opposite on the second, y, with damping along d, a fraction of critical for the two points
-alone: 1/m = sum w_i^2 / m_i. It is implicit, with all of its stiffness but what is negative:
+alone: 1/m = sum w_i^2 / m_i. It is implicit, with its stiffness except for negative terms:
 
     K = k d d^T + max(T, 0) / l (I - d d^T),   T = k (l - reach),   C = c d d^T,   c = 2 fraction sqrt(k m).
 
-Connections are broken and made at the beginning of a step. One that is beyond release at a prediction breaks within
-the step: it gets the spring that does the same work on the whole way, k (release - reach)^2 / (l - reach)^2, and c less
-by the way it is there. Otherwise what it exerts would grow with the step, and take away whatever speed hair parts with.
+Connections are broken and created at the start of a step. One that is beyond release at a prediction breaks within the
+step: its stiffness becomes that of a spring with the same work over the whole distance, k (release - reach)^2 / (l -
+reach)^2, and c is multiplied by (release - reach) / (l - reach). Otherwise its force would grow with the step,
+and stop the separation of hair.
 
-We differ from the authors' code, which has a modulus without a unit, is explicit, and caps the connections of one of
-the two segments.
+We differ from the authors' code, which has a modulus without a unit, is explicit, and limits the connections of only
+one of the two segments.
 """
 
 from typing import NamedTuple
@@ -36,10 +37,10 @@ _SMALLEST = 1e-12  # [m]; a shorter connection counts as so long
 
 
 class Connections(NamedTuple):
-    """What sticks together.
+    """Connections of stiction.
 
     segments   first < second, rows in lexicographic order, (n, 2) int32
-    fractions  of the segments, where the connection is fixed for as long as it lasts, (n, 2)
+    fractions  positions on the segments, constant while the connection lasts, (n, 2)
     """
 
     segments: np.ndarray
@@ -86,10 +87,10 @@ def connect(connections: Connections, candidates: Pairs) -> Connections:
 def linearise(
     connections: Connections, at: Prediction, stiction: Stiction, out: Couplings, widths: np.ndarray | None = None
 ) -> None:
-    """Linearise what connections exert at a prediction, in place: all of out but segments and fractions is set.
+    """Linearise the forces of connections at a prediction, in place: sets all of out except segments and fractions.
 
-    widths  of segments, (points,): reach and release of two of widths a and b are (a + b) / 2 times those of single
-            hairs; None: 1
+    widths  widths of segments, (points,): reach and release of two of widths a and b are (a + b) / 2 times those of
+            single hairs; None: 1
 
     Connections of non-finite strands, or between two inactive strands, do not act.
     """
@@ -102,9 +103,9 @@ def _or_single(widths: np.ndarray | None, points: int) -> np.ndarray:
 
 
 def same_hair_keys(points: np.ndarray, offsets: np.ndarray, reach: float) -> np.ndarray:
-    """List pairs of one hair that its shape at rest has within reach: a curl does not stick to itself.
+    """List pairs of segments of one hair within reach at rest: a curl does not stick to itself.
 
-    points   of the groom [m], (points, 3); offsets  of its strands, (strands+1,) int32
+    points   points of the groom [m], (points, 3); offsets  offsets of its strands, (strands+1,) int32
     returns  sorted keys, see `key_of`, (n,) int64
     """
     segments = near_pairs(points, offsets, reach).segments
@@ -113,9 +114,9 @@ def same_hair_keys(points: np.ndarray, offsets: np.ndarray, reach: float) -> np.
 
 
 def stiffest(connections: Connections, masses: np.ndarray, stiction: Stiction) -> float:
-    """Bound what connections add to the square of the highest frequency: max_p sum_i 4 k |w_i| / m_p [1/s^2].
+    """Bound the share of connections in the squared highest frequency: max_p sum_i 4 k |w_i| / m_p [1/s^2].
 
-    masses  of the points, inf where they are held [kg], (points,)
+    masses  masses of the points, inf if held [kg], (points,)
 
     The sum runs over the connections at a point, like that over springs in `step_size.py`, to which it is added.
     """

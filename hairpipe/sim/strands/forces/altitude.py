@@ -8,12 +8,12 @@ the shortest, h = 6V / |N|, and only it acts, along n = N / |N| with weights g_i
 
 h and its rest value h0 are signed, so an inverted tetrahedron is pushed back through zero. dh/dx_i = g_i n exactly, the
 weights being those of the nearest points, so the force is the gradient of k/2 (h - h0)^2 / h0; K leaves out the
-change of n. Where the choice changes hands h is continuous, but h0, g and n are not: that jump is in the model.
+change of n. When the choice changes, h is continuous, but h0, g and n are not: this jump is part of the model.
 
 Four particles on a line have no N, see `sim/strands/forces/collinear.py`. Four in one place get no force.
 
-We differ from the paper, where no altitude spring acts on a collapsed edge: its direction, too, is good, that of the
-face that is left, and nothing has to be switched off.
+We differ from the paper, where no altitude spring acts on a collapsed edge: its direction is well defined, that of the
+remaining face, and no spring has to be switched off.
 """
 
 from numba import njit

@@ -1,6 +1,7 @@
 """Adds linearised forces to the banded system of a block.
 
-A number that several forces touch is read and written once: this, not arithmetic, is what assembly spends its time on.
+A value that several forces change is read and written once: memory access, not arithmetic, dominates the time of
+assembly.
 """
 
 from hairpipe.kernels import sym3

@@ -3,8 +3,8 @@
     E = B / 2 |x_p - 2 x_p+1 + x_p+2|^2,   f = -B (1, -2, 1)^T (x_p - 2 x_p+1 + x_p+2),   B = E I / l^3
 
 The second difference over l^2 is the curvature, exact to (angle)^2 / 24 where l keeps its length. The energy is
-quadratic, so force and stiffness are exact and the stiffness never changes. The rod is straight at rest and does not
-feel twist.
+quadratic, so force and stiffness are exact and the stiffness never changes. The rod is straight at rest and has no
+torsion.
 
 Source: Bergou et al., A Quadratic Bending Model for Inextensible Surfaces, 2006, in one dimension.
 """

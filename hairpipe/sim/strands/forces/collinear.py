@@ -1,14 +1,14 @@
 """Four particles on a line, whose altitude has no direction: the last resort of Sec. 3.1.
 
-They are taken to stand apart by a tiny part of their extent, the second and the third in directions that depend on the
-line alone. Of what is then a tetrahedron the shortest altitude is chosen as of any other: its length is next to 0, its
-direction at right angles to the line, and its weights are as good, so the full force of the spring takes the particles
-off the line. The displacement fades in where rounding begins to blur the true direction, and nothing jumps there.
+The second and the third are displaced by a tiny fraction of the extent, in directions that depend only on the line.
+The shortest altitude of the resulting tetrahedron is chosen as usual: its length is nearly 0, its direction normal to
+the line, and its weights are valid, so the full force of the spring moves the particles off the line. The displacement
+fades in where rounding begins to blur the true direction, without a jump.
 
-We differ from the paper and its code, which drop the true direction below an angle of 7.6 degrees and measure
-nothing then but the overlap of two edges. What is lost: nothing remembers from which side the particles came to the
-line, the direction turns abruptly as the line passes a diagonal of the axes, and angular momentum is kept to
-the size of the displacement only.
+We differ from the paper and its code, which ignore the true direction below an angle of 7.6 degrees and then measure
+only the overlap of two edges. The losses: the side from which the particles came to the line is not stored, the
+direction changes abruptly as the line passes a diagonal of the axes, and angular momentum is conserved only up to the
+size of the displacement.
 """
 
 from collections.abc import Callable

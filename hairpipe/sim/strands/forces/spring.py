@@ -4,8 +4,8 @@
     K = (k / l0) d d^T + max(T, 0) / l (I - d d^T),   D = c d d^T
 
 k is a force per unit strain [N], c = 2 z sqrt(k m / l0) a fraction z of critical damping, m = m_p m_q / (m_p + m_q).
-Which pairs are edges, bending or torsion springs is the model's business, what T is that of `sim/solve/spring_form.py`.
-For T < 0 the term is left out, so that K stays positive semidefinite.
+The model defines the pairs of edges, bending and torsion springs, `sim/solve/spring_form.py` defines T. For T < 0 the
+term is omitted, so that K stays positive semidefinite.
 
 We differ from the paper, which keeps only the first term of K (T = 0 here): hair hanging under gravity then diverges
 above a few milliseconds.
@@ -55,9 +55,9 @@ def linearise_spring(at, p, offset, spring, h, hh):
 
 @inlined
 def multiplier(x, dx, p, offset, k, inverse_rest):
-    """Tension that the linear system gave a spring: k (d . (x_q + dx_q - x_p - dx_p) / l0 - 1) [N].
+    """Return the tension of a spring after the linear solve: k (d . (x_q + dx_q - x_p - dx_p) / l0 - 1) [N].
 
-    x   where the system was linearised [m]; dx  what it was moved by [m]; both (particles, 3, W)
+    x   positions of the linearisation [m]; dx  displacement by the solve [m]; both (particles, 3, W)
     """
     d, length, _ = _direction(x, p, p + offset)
     return k * (inverse_rest * (length + dot(d, difference(dx, p, p + offset))) - 1.0)

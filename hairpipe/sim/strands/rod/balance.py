@@ -1,12 +1,12 @@
-"""Rods at rest as they stand: their natural bend, twist and lengths under weight, from the tip to the root.
+"""Sag-free rods: natural bends, twists and lengths in equilibrium under weight, from the tip to the root.
 
 A node and the angle of the edge before it have four equations, and the vertex and the edge before them four stresses:
-two moments, a torque and a tension. So a strand is solved node by node,
+two moments, a torque and a tension. So a strand is solved node by node:
 
     q1 g1_f + q2 g2_f + q3 g3_f + T tf = F,   q1 g1_b + q2 g2_b + q3 = Q
 
-with g the derivatives of `vertex.py` by the edge f that ends at the node and by its angle, and F and Q the
-weight and what is handed on from beyond. Then
+with g the derivatives of `vertex.py` by the edge f that ends at the node and by its angle, and F and Q the weight and
+the contributions from the side of the tip. Then
 
     k' = k - q / B1,   psi' = psi - q3 / C1,   l' = l / (1 + T / EA)
 
@@ -23,9 +23,9 @@ from hairpipe.sim.strands.rod.frames import BENDING, GHOST, TENSION, TWISTING
 
 
 def carry(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Find what rods without twist have at rest if they stand at x [m], (rows, 3, W), under gravity [m/s^2], (3,).
+    """Find the rest state of rods in equilibrium without twist at x [m], (rows, 3, W), under gravity [m/s^2], (3,).
 
-    Returns their rest state and what they remember, both (rows, 6, W), and the largest strain of an edge, (blocks, W).
+    Returns their rest state and stored values, both (rows, 6, W), and the largest strain of an edge, (blocks, W).
     """
     natural = model.inverse_lengths.copy()
     remembered = np.zeros_like(model.inverse_lengths)

@@ -1,11 +1,11 @@
-"""Material frames of a rod: carried from the root to the tip over its vertices, and turned there by their twist.
+"""Material frames of a rod: transported from the root to the tip over its vertices, and rotated there by their twist.
 
-A director m1 across the tangent te is carried by the smallest rotation to tf, and then turned about tf by psi:
+A director m1 normal to the tangent te is transported by the smallest rotation to tf, and then rotated about tf by psi:
 
     m' = m1 - (tf . m1) / (1 + te . tf) (te + tf),   m1f = cos psi m' + sin psi tf x m'
 
-So the twists of vertices are all that a rod knows of its frames: positions may change as they please, nothing drifts,
-and a turned scene has the same twists. Twist has no inertia of its own: it is where forces of a step balance.
+So the twists of vertices define the frames of a rod: they do not drift with any change of positions, and a rotated
+scene has the same twists. Twist has no inertia of its own: each step finds its equilibrium.
 """
 
 from hairpipe.kernels.compile import inlined
@@ -16,8 +16,8 @@ from hairpipe.kernels.vec3 import cross, dot, minus, plus, scaled
 GHOST = 1
 """Row of x_-1; the first vertex is in the row after it."""
 TENSION, TWIST, DIRECTOR, BEFORE = 0, 1, 2, 5
-"""Places of the tension of an edge, the twist of a vertex, the director of an edge, and the twist where the last stage
-began, in what solves leave."""
+"""Indices of the tension of an edge, the twist of a vertex, the director of an edge, and the twist at the start of the
+last stage, in the results of solves."""
 SPAN = 2
 """Place of the duration of the last stage in the row of q [s]; 0: none."""
 BENDING, TWISTING = 4, 5
@@ -94,7 +94,7 @@ def director_of(x, T, p, t):
 
 @inlined
 def carry_frame(x, T, p):
-    """Find the director of the edge after row p + 1 by that of the edge before it, and keep it in T.
+    """Find the director of the edge after row p + 1 from that of the edge before it, and store it in T.
 
     Returns both unit tangents, 1 / lengths and directors.
     """

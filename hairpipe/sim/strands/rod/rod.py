@@ -2,23 +2,23 @@
 
     q  x_-1  x_0  x_1  ...  x_n  q'
 
-True at half the segments of the network, twist included, and the same in every orientation. A row has a node and the
-angle of the edge to the next. x_-1 stands behind the root and makes the clamp: with a root vertex of half a length it
-acts at x_0 exactly. q lies next to x_-1 and shows where the director of the buried edge points; q' does so next to x_n
-where the tip is held, and else goes along with it. Neither has an equation.
+Accurate, including twist, with half the segments of the network, and independent of orientation. A row has a node and
+the angle of the edge to the next. x_-1 lies behind the root and forms the clamp: with a root vertex of half a length
+it acts at x_0 exactly. q lies next to x_-1 and defines the director of the buried edge; q' does so next to x_n for a
+held tip, and otherwise moves with it. Neither has an equation.
 
 A vertex has B/2l c^4 |k - k'|^2 + C/2l c^2 (psi - psi')^2 (`vertex.py`), with c = cos(phi'/2) of its natural bend phi':
-2 tan(phi/2) measures a coarse bend too stiffly, and a curl of 8 segments a turn were 18 % too stiff. Edges are springs
+2 tan(phi/2) overestimates a coarse bend, and a curl of 8 segments per turn would be 18 % too stiff. Edges are springs
 with a multiplier, as in the network.
 
 We differ from the sources: twist has no inertia, so that its angles are not part of the motion but only of each solve,
-and the state of a strand has its twists (`frames.py`). What a solve leaves (see `State.T`) is in a row
+and the state of a strand has its twists (`frames.py`). The results of a solve (see `State.T`) are in a row
 
     0 tension of the edge to the next node [N], 1 twist of the vertex [rad], 2-4 director of the edge, 5 twist of the
-    vertex when the last stage began [rad]
+    vertex at the start of the last stage [rad]
 
-and in the row of q, 0: whether the matrix was not positive definite, 1: steps done again, 2: duration of the last stage
-[s], by which the next one predicts twists; 0: it does not. At rest a row has
+and in the row of q, 0: whether the matrix was not positive definite, 1: repeated steps, 2: duration of the last stage
+[s], by which the next one predicts twists; 0: no prediction. At rest a row has
 
     0 1/l' [1/m], 1-2 k', 3 psi' [rad], 4 B c^4 / l, 5 C c^2 / l [N m]
 
@@ -64,10 +64,10 @@ class Rod(NamedTuple):
     """Constants of every strand; rows from q to q', block after block.
 
     first            rows of block b are first[b]:first[b+1], (blocks+1,) int64
-    mass             [kg], (rows, W); none of q and q'
-    inverse_lengths  what the strand has at rest, see above, (rows, 6, W)
-    constants        edge constant EA [N], and 1 / the length that makes angles unknowns [1/m], (blocks, 2, W)
-    shape            of a strand
+    mass             [kg], (rows, W); 0 for q and q'
+    inverse_lengths  rest values of the strand, see above, (rows, 6, W)
+    constants        edge constant EA [N], and 1 / the length that scales angles [1/m], (blocks, 2, W)
+    shape            shape of a strand
     """
 
     first: np.ndarray
@@ -78,7 +78,7 @@ class Rod(NamedTuple):
 
 
 def build_rod(layout: Layout, groom: Groom, material: Material, construction: Construction) -> tuple[Rod, np.ndarray]:
-    """Make the rods whose rest shape is a groom, of round section; a rod has nothing that the construction is about.
+    """Make the rods whose rest shape is a groom, of round section; the construction does not affect a rod.
 
     returns  the rods, and their rows at rest [m], (rows, 3, W)
     """
@@ -98,10 +98,10 @@ def build_rod(layout: Layout, groom: Groom, material: Material, construction: Co
 def shape_at_rest(
     axis: np.ndarray, normals: np.ndarray, material: Material
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Find the rows of strands [m], (s, n+4, 3), their masses [kg], (s, n+4), and what they have at rest, (s, n+4, 6).
+    """Find the rows of strands [m], (s, n+4, 3), their masses [kg], (s, n+4), and rest values, (s, n+4, 6).
 
     axis     [m], (s, n+1, 3)
-    normals  unit vectors across the first segments: the directors there, (s, 3)
+    normals  unit normals of the first segments: the directors there, (s, 3)
     """
     nodes = np.concatenate([2 * axis[:, :1] - axis[:, 1:2], axis], axis=1)
     edges = np.diff(nodes, axis=1)

@@ -1,7 +1,7 @@
 """Adds vertices of a rod to the banded matrix of a strand, whose rows are `kernels/banded_angle.py`.
 
 A vertex at row p + 1 moves nodes p, p + 1 and p + 2, and the angles of the two edges between: its edges are e = x_p+1 -
-x_p and f = x_p+2 - x_p+1. Angles are multiplied by a length, so that all unknowns are alike in size.
+x_p and f = x_p+2 - x_p+1. Angles are multiplied by a length, so that all unknowns have similar magnitudes.
 """
 
 from hairpipe.kernels import sym3

@@ -1,7 +1,7 @@
-"""The nearest positive semidefinite matrix to that of a vertex, for strands whose step is done again.
+"""The nearest positive semidefinite matrix to that of a vertex, for strands whose step is repeated.
 
-Eigenvalues of 8 x 8 matrices by Jacobi's cyclic rotations, a matrix a lane; those below zero become zero. It costs as
-much as ten segments do otherwise, and is rare.
+Eigenvalues of 8 x 8 matrices by Jacobi's cyclic rotations, one matrix per lane; negative ones are set to zero. It
+costs as much as ten ordinary segments, and is rare.
 
 Source: Golub and Van Loan, Matrix Computations, Sec. 8.5.
 """

@@ -14,9 +14,9 @@ _SHORTEST = 1e-30
 
 @inlined
 def predict(model, T, span, stays):
-    """Let twists go on at the rate of the last stage, but in lanes where they stay, in place.
+    """Extrapolate twists at the rate of the last stage, except in lanes where they are fixed, in place.
 
-    A solve linearised at the twists where its stage began is of first order.
+    A solve linearised at the initial twists of its stage is of first order.
     """
     last = load(T, (0, SPAN))
     goes = select(either(stays, last <= 0.0), 0.0, span / maximum(last, _SHORTEST))
@@ -29,7 +29,7 @@ def predict(model, T, span, stays):
 
 @inlined
 def follow_solve(model, block, at, dx, b, h):
-    """Change twists by what a solve turns edges by, to first order, in place: the next one is linearised there.
+    """Change twists by the rotation of edges in a solve, to first order, in place: the next solve is linearised there.
 
     dpsi = kb/2 . (de/|e| + df/|f|) + dth_f - dth_e
     """

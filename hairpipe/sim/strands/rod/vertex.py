@@ -4,18 +4,18 @@ Between an edge e and the next one f, with unit tangents te, tf and material dir
 
     kb = 2 te x tf / chi,   chi = 1 + te . tf,   tt = (te + tf) / chi,   c1 = (m1e + m1f) / chi,   c2 likewise
     k1 = (m2e + m2f) . kb / 2,   k2 = -(m1e + m1f) . kb / 2
-    psi = twist from the frame of e, carried over the vertex without twist, to that of f
+    psi = twist from the frame of e, transported over the vertex without twist, to that of f
 
-and with the frames carried along as edges turn, and turned about them by th,
+and with the frames transported as edges rotate, and rotated about them by th,
 
     dk1/de = (-k1 tt + tf x c2) / |e|     dk1/df = (-k1 tt - te x c2) / |f|     dk1/dth = -m1 . kb / 2
     dk2/de = (-k2 tt - tf x c1) / |e|     dk2/df = (-k2 tt + te x c1) / |f|     dk2/dth = -m2 . kb / 2
     dpsi/de = kb / (2 |e|)                dpsi/df = kb / (2 |f|)                dpsi/dth = -1, +1
 
-of each edge its own. The energy B1/2 (k1 - k1')^2 + B1/2 (k2 - k2')^2 + C1/2 (psi - psi')^2 has the moments q1, q2, q3,
-the gradient sum q g and the second derivative sum B g g^T + sum q ddk, all in the eight variables (e, th_e, f, th_f):
-how nodes move them is linear. Their second derivatives are summed before they are written out, which D = q1 c2 - q2 c1
-and K = q1 k1 + q2 k2 do for both curvatures at once.
+of each edge. The energy B1/2 (k1 - k1')^2 + B1/2 (k2 - k2')^2 + C1/2 (psi - psi')^2 has the moments q1, q2, q3,
+the gradient sum q g and the second derivative sum B g g^T + sum q ddk, all in the eight variables (e, th_e, f, th_f),
+which are linear in the nodes. Second derivatives of both curvatures are summed before they are expanded, by D = q1 c2
+- q2 c1 and K = q1 k1 + q2 k2.
 
 Source: Bergou, Audoly, Vouga, Wardetzky, Grinspun, Discrete Viscous Threads, 2010.
 """
