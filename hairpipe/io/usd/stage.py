@@ -119,7 +119,12 @@ def said(error: Tf.ErrorException) -> str:
         line = error.args[0].commentary.splitlines()[0]
     except UnicodeDecodeError:
         return "text in it is not UTF-8"
-    line = re.sub(r"^.*:(\d+):(\d+): ", r"line \1, column \2: ", line)
+    return shortened(re.sub(r"^.*:(\d+):(\d+): ", r"line \1, column \2: ", line))
+
+
+def shortened(text: str) -> str:
+    """Return a message of OpenUSD on one line of limited length."""
+    line = " ".join(text.split())
     return line if len(line) <= LINE else line[:LINE] + "..."
 
 

@@ -1,21 +1,21 @@
 """All rules over a whole stage, one frame of one shape in memory at a time."""
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from pxr import Tf, Usd, UsdGeom
 
 from hairpipe.io.usd.check.body_rules import body_drawn, body_rules, holes, skin
-from hairpipe.io.usd.check.finding import Fault, Finding, Rule
+from hairpipe.io.usd.check.finding import Finding, Rule
 from hairpipe.io.usd.check.hair_rules import curve_rules, drawn, shapes, size, strands
 from hairpipe.io.usd.check.motion_rules import clips, motion, strand_motion, velocity, volume_motion
 from hairpipe.io.usd.check.scene import find_scene
-from hairpipe.io.usd.check.stage_rules import assets, layers, looks, prims, stage_metrics, transforms
+from hairpipe.io.usd.check.stage_rules import assets, layers, looks, prims, stage_metrics, transforms, validators
 from hairpipe.io.usd.check.track import Track
 from hairpipe.io.usd.stage import open_stage, said, usd_faults
 
-UNREADABLE = Rule("unreadable", "error", lambda: iter(()))  # broken by whatever the other rules cannot read
 STAGE = (*stage_metrics.RULES, *layers.RULES, *drawn.STAGE_RULES)
 PRIM = (
     *prims.RULES,
@@ -40,7 +40,6 @@ SCENE = (
     *volume_motion.RULES,
     *looks.RULES,
 )
-Found = Iterator[tuple[Rule, Fault]]
 
 
 def lint(path: Path, inspect: assets.Inspect | None = None) -> list[Finding]:
@@ -54,18 +53,16 @@ def lint(path: Path, inspect: assets.Inspect | None = None) -> list[Finding]:
         return summarise(_lint_stage(open_stage(path), inspect))
 
 
-def summarise(found: Iterable[tuple[Rule, Fault]]) -> list[Finding]:
+def summarise(found: Iterable[Finding]) -> list[Finding]:
     """Return one finding for each rule and path, with the first message and how many there were."""
-    groups: dict[tuple[Rule, str], list[Fault]] = {}
-    for rule, fault in found:
-        groups.setdefault((rule, fault.path), []).append(fault)
-    return [
-        Finding(rule.name, path, faults[0].time, faults[0].message, rule.severity, len(faults))
-        for (rule, path), faults in groups.items()
-    ]
+    groups: dict[tuple[str, str], list[Finding]] = {}
+    for finding in found:
+        groups.setdefault((finding.rule, finding.path), []).append(finding)
+    return [replace(group[0], count=len(group)) for group in groups.values()]
 
 
-def _lint_stage(opened: Usd.Stage, inspect: assets.Inspect | None) -> Found:
+def _lint_stage(opened: Usd.Stage, inspect: assets.Inspect | None) -> Iterator[Finding]:
+    yield from _readable(validators.validate(opened))
     yield from _apply(STAGE, opened)
     for asset in assets.find_assets(opened):
         yield from _apply(assets.RULES, asset)
@@ -83,10 +80,16 @@ def _lint_stage(opened: Usd.Stage, inspect: assets.Inspect | None) -> Found:
     yield from _apply(SCENE, scene)
 
 
-def _apply(rules: Iterable[Rule], *subject: Any) -> Found:
-    """Apply rules to what they look at; where a file of the stage breaks off, that is a fault of its own."""
+def _apply(rules: Iterable[Rule], *subject: Any) -> Iterator[Finding]:
+    """Apply rules to what they look at."""
     for rule in rules:
-        try:
-            yield from ((rule, fault) for fault in rule.faults(*subject))
-        except Tf.ErrorException as error:
-            yield UNREADABLE, Fault("/", said(error))
+        faults = rule.faults(*subject)
+        yield from _readable(Finding(rule.name, f.path, f.time, f.message, rule.severity) for f in faults)
+
+
+def _readable(found: Iterator[Finding]) -> Iterator[Finding]:
+    """Give the findings; where a file of the stage breaks off, that is a finding of its own."""
+    try:
+        yield from found
+    except Tf.ErrorException as error:
+        yield Finding("unreadable", "/", None, said(error), "error")

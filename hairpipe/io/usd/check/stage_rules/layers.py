@@ -1,4 +1,4 @@
-"""Rules for the composition of a stage: arcs that fail, layers of other units, axes or rates."""
+"""Rules for composition: arcs that fail; variants, units, axes and rates of layers, which OpenUSD does not validate."""
 
 import math
 from collections.abc import Iterator
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pxr import Pcp, Sdf, Usd, UsdGeom
 
 from hairpipe.io.usd.check.finding import Fault, Rule
-from hairpipe.io.usd.stage import LINE
+from hairpipe.io.usd.stage import shortened
 
 UNIT, UP, CODES = "metersPerUnit", "upAxis", "timeCodesPerSecond"
 MENDED = ("scale", "transform", "rotate", "orient")
@@ -14,12 +14,11 @@ MENDED = ("scale", "transform", "rotate", "orient")
 
 
 def composition(stage: Usd.Stage) -> Iterator[Fault]:
-    """Find references, payloads, inherits and the like that lead nowhere."""
+    """Find arcs that lead nowhere; CompositionErrorTest of OpenUSD does not distinguish them from missing files."""
     for error in stage.GetCompositionErrors():
         if not isinstance(error, (Pcp.ErrorInvalidAssetPath, Pcp.ErrorInvalidSublayerPath)):  # files have a rule
             path = getattr(error, "rootSite", None)
-            said = " ".join(str(error).split())
-            yield Fault(str(path.path) if path else "/", said if len(said) <= LINE else said[:LINE] + "...")
+            yield Fault(str(path.path) if path else "/", shortened(str(error)))
 
 
 def variants(prim: Usd.Prim) -> Iterator[Fault]:

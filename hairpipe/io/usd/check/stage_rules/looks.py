@@ -1,4 +1,4 @@
-"""Rules for materials: bound, with a surface that clients know, and not transparent."""
+"""Rules for materials: a surface that clients know, sensible inputs, hair that is not transparent."""
 
 from collections.abc import Iterator
 
@@ -16,20 +16,8 @@ BETWEEN |= {"diffuseColor": (0, 1), "specularColor": (0, 1)}
 """What inputs of UsdPreviewSurface may be."""
 
 
-def material_binding(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find bindings that are ignored since the API is not applied, or that lead to something other than a material."""
-    bindings = [r for r in prim.GetAuthoredRelationships() if r.GetName().split(":")[:2] == ["material", "binding"]]
-    if bindings and not prim.HasAPI(UsdShade.MaterialBindingAPI):
-        yield Fault(str(prim.GetPath()), "binds a material without the MaterialBindingAPI")
-    for binding in bindings:
-        for path in binding.GetTargets():
-            target = prim.GetStage().GetPrimAtPath(path)
-            if target and not target.IsA(UsdShade.Material) and "collection" not in binding.GetName():
-                yield Fault(str(binding.GetPath()), f"leads to {path}, a {target.GetTypeName()}, not a Material")
-
-
 def shader_id(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find shaders that do not say which one they are, or an unknown one."""
+    """Find shaders of no id or an unknown one; ShaderSdrCompliance of OpenUSD rejects those of renderers, too."""
     shader = UsdShade.Shader(prim)
     if not shader or shader.GetImplementationSource() != UsdShade.Tokens.id:
         return
@@ -54,7 +42,7 @@ def surface(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def shader_inputs(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find inputs of the surface that no light makes sense of: transparent hair, colours of 0 to 255."""
+    """Find inputs that the surface has not, or of senseless values; OpenUSD validates their types alone."""
     shader = UsdShade.Shader(prim)
     if not shader or shader.GetShaderId() != OWN:
         return
@@ -65,9 +53,7 @@ def shader_inputs(prim: Usd.Prim) -> Iterator[Fault]:
         value = None if given.HasConnectedSource() else given.Get()
         if name not in known:
             yield Fault(str(given.GetAttr().GetPath()), f"is not an input of {OWN}, which has {', '.join(known)}")
-        elif given.GetTypeName() != (kind := node.GetShaderInput(name).GetTypeAsSdfType().GetSdfType()):
-            yield Fault(str(given.GetAttr().GetPath()), f"is of type {given.GetTypeName()}; it has to be {kind}")
-        elif value is not None and name in BETWEEN:
+        elif name in BETWEEN and np.asarray(value).dtype.kind in "iuf":
             least, most = BETWEEN[name]
             if not ((np.asarray(value) >= least) & (np.asarray(value) <= most)).all():
                 yield Fault(str(given.GetAttr().GetPath()), f"is {value}; {least} to {most} is possible")
@@ -93,7 +79,6 @@ def hair_looks(scene: Scene) -> Iterator[Fault]:
 
 
 PRIM_RULES = (
-    Rule("material-binding", "error", material_binding),
     Rule("shader-id", "error", shader_id),
     Rule("surface", "error", surface),
     Rule("shader-input", "error", shader_inputs),

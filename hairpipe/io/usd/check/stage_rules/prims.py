@@ -1,28 +1,10 @@
-"""Rules for every prim, whatever it is: types, tokens, relationships, skinning."""
+"""Rules for every prim, whatever it is: tokens, relationships, kinds, fields; OpenUSD has no validator of these."""
 
 from collections.abc import Iterator
 
-from pxr import Kind, Sdf, Usd, UsdGeom, UsdSkel, UsdVol
+from pxr import Kind, Sdf, Usd, UsdGeom, UsdVol
 
 from hairpipe.io.usd.check.finding import Fault, Rule
-
-SKINNING = ("skel:", "primvars:skel:")
-
-
-def nested_gprim(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find geometry under geometry, which renderers may skip."""
-    above = prim.GetParent()
-    if prim.IsA(UsdGeom.Gprim) and _within(above, UsdGeom.Gprim):
-        yield Fault(str(prim.GetPath()), f"a {prim.GetTypeName()} stands under another shape; put them side by side")
-
-
-def attribute_type(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find attributes that were authored with another type than the schema gives them."""
-    for attribute in prim.GetAuthoredAttributes():
-        declared = prim.GetPrimDefinition().GetSchemaAttributeSpec(attribute.GetName())
-        for spec in attribute.GetPropertyStack():
-            if declared and spec.typeName != declared.typeName:
-                yield Fault(str(attribute.GetPath()), f"is of type {spec.typeName}; it has to be {declared.typeName}")
 
 
 def token(prim: Usd.Prim) -> Iterator[Fault]:
@@ -38,10 +20,14 @@ def token(prim: Usd.Prim) -> Iterator[Fault]:
 def dangling_target(prim: Usd.Prim) -> Iterator[Fault]:
     """Find relationships and connections that lead nowhere."""
     for source in [*prim.GetAuthoredRelationships(), *prim.GetAuthoredAttributes()]:
-        targets = source.GetTargets() if isinstance(source, Usd.Relationship) else source.GetConnections()
-        for target in targets:
-            if not prim.GetStage().GetObjectAtPath(target):
-                yield Fault(str(source.GetPath()), f"leads to {target}, which does not exist")
+        for target in missing_targets(source):
+            yield Fault(str(source.GetPath()), f"leads to {target}, which does not exist")
+
+
+def missing_targets(source: Usd.Property) -> list[Sdf.Path]:
+    """Return the targets of a relationship, or connections of an attribute, that do not exist."""
+    targets = source.GetTargets() if isinstance(source, Usd.Relationship) else source.GetConnections()
+    return [target for target in targets if not source.GetStage().GetObjectAtPath(target)]
 
 
 def target_outside(prim: Usd.Prim) -> Iterator[Fault]:
@@ -72,17 +58,10 @@ def kind(prim: Usd.Prim) -> Iterator[Fault]:
     if name and not Kind.Registry.HasKind(name):
         known = ", ".join(sorted(Kind.Registry.GetAllKinds()))
         yield Fault(str(prim.GetPath()), f"the kind {name!r} is unknown; there are {known}")
-    elif name == Kind.Tokens.component and any(_is_component(above) for above in _above(prim)):
-        yield Fault(str(prim.GetPath()), "is a component in a component; use subcomponent")
-
-
-def _is_component(prim: Usd.Prim) -> bool:
-    return Usd.ModelAPI(prim).GetKind() == Kind.Tokens.component
-
-
-def _above(prim: Usd.Prim) -> Iterator[Usd.Prim]:
-    while prim := prim.GetParent():
-        yield prim
+    elif name == Kind.Tokens.component:
+        above = [prim.GetStage().GetPrimAtPath(path) for path in prim.GetPath().GetPrefixes()[:-1]]
+        if name in [Usd.ModelAPI(parent).GetKind() for parent in above]:
+            yield Fault(str(prim.GetPath()), "is a component in a component; use subcomponent")
 
 
 def volume_fields(prim: Usd.Prim) -> Iterator[Fault]:
@@ -100,31 +79,11 @@ def volume_fields(prim: Usd.Prim) -> Iterator[Fault]:
             )
 
 
-def skin_binding(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find skinning that is ignored: without the SkelBindingAPI, or not under a SkelRoot."""
-    if prim.IsA(UsdSkel.Skeleton) or prim.IsA(UsdSkel.Root):
-        return
-    skinned = any(p.GetName().startswith(SKINNING) for p in prim.GetAuthoredProperties())
-    if skinned and not prim.HasAPI(UsdSkel.BindingAPI):
-        yield Fault(str(prim.GetPath()), "has skinning attributes without the SkelBindingAPI")
-    elif skinned and not _within(prim, UsdSkel.Root):
-        yield Fault(str(prim.GetPath()), "is skinned, but is not under a SkelRoot")
-
-
-def _within(prim: Usd.Prim, schema: type) -> bool:
-    while prim and not prim.IsA(schema):
-        prim = prim.GetParent()
-    return bool(prim)
-
-
 RULES = (
-    Rule("nested-gprim", "error", nested_gprim),
-    Rule("attribute-type", "error", attribute_type),
     Rule("token", "error", token),
     Rule("dangling-target", "error", dangling_target),
     Rule("target-outside", "warning", target_outside),
     Rule("proxy-target", "warning", proxy_target),
     Rule("kind", "warning", kind),
     Rule("volume-fields", "error", volume_fields),
-    Rule("skin-binding", "error", skin_binding),
 )

@@ -1,4 +1,4 @@
-"""Rules for a stage as a whole: what every client reads before anything else."""
+"""Rules for a stage as a whole: its unit, its rate and its range; OpenUSD has no validator of these values."""
 
 import math
 from collections.abc import Iterator
@@ -8,24 +8,10 @@ from pxr import Usd, UsdGeom
 from hairpipe.io.usd.check.finding import Fault, Rule
 
 
-def default_prim(stage: Usd.Stage) -> Iterator[Fault]:
-    """Find a stage that cannot be referenced."""
-    if not stage.GetDefaultPrim():
-        yield Fault("/", "no defaultPrim that exists")
-
-
-def up_axis(stage: Usd.Stage) -> Iterator[Fault]:
-    """Find a stage that lies on its side wherever another axis is assumed."""
-    if not stage.HasAuthoredMetadata(UsdGeom.Tokens.upAxis):
-        yield Fault("/", "no upAxis")
-
-
 def metres_per_unit(stage: Usd.Stage) -> Iterator[Fault]:
-    """Find a stage of unknown size."""
+    """Find a unit that is not a positive length; the validator of OpenUSD finds only one that is not stated."""
     scale = UsdGeom.GetStageMetersPerUnit(stage)
-    if not UsdGeom.StageHasAuthoredMetersPerUnit(stage):
-        yield Fault("/", "no metersPerUnit")
-    elif not (math.isfinite(scale) and scale > 0):
+    if not (math.isfinite(scale) and scale > 0):
         yield Fault("/", f"metersPerUnit is {scale:g}; it has to be positive")
 
 
@@ -65,8 +51,6 @@ def is_animated(stage: Usd.Stage) -> bool:
 
 
 RULES = (
-    Rule("default-prim", "error", default_prim),
-    Rule("up-axis", "error", up_axis),
     Rule("metres-per-unit", "error", metres_per_unit),
     Rule("frame-rate", "error", frame_rate),
     Rule("time-codes", "error", time_codes),

@@ -1,4 +1,4 @@
-"""Rules for where prims are placed: transforms that are ignored, cut off, of no volume, or not those of the body."""
+"""Rules for transforms that are ignored, cut off, flat, or not those of the body; OpenUSD has no validator of them."""
 
 from collections.abc import Iterator
 
