@@ -21,7 +21,7 @@ def exponential(r: np.ndarray) -> np.ndarray:
     """Return the rotation (3, 3) about r (3,) by its length: I + sin(t)/t [r] + (1 - cos t)/t^2 [r]^2 (Rodrigues)."""
     t = np.sqrt(np.sum(r * r))
     one, two = 1.0 - t * t / 6.0, 0.5 - t * t / 24.0
-    if t > SMALL:
+    if t > SMALL:  # Below, the quotients lose digits and the series does not.
         one = np.sin(t) / t
         two = (1.0 - np.cos(t)) / (t * t)
     K = cross_matrix(r)
@@ -34,12 +34,12 @@ def logarithm(R: np.ndarray) -> np.ndarray:
     trace = R[0, 0] + R[1, 1] + R[2, 2]
     q = np.array([1.0 + trace, R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     i = np.argmax(np.array([R[0, 0], R[1, 1], R[2, 2]]))
-    if R[i, i] > trace:
+    if R[i, i] > trace:  # By the largest component of the quaternion: nothing small is divided by.
         j, k = (i + 1) % 3, (i + 2) % 3
         q[0] = R[k, j] - R[j, k]
         q[1 + i] = 1.0 + R[i, i] - R[j, j] - R[k, k]
         q[1 + j], q[1 + k] = R[j, i] + R[i, j], R[k, i] + R[i, k]
-    q = q if q[0] >= 0.0 else -q
+    q = q if q[0] >= 0.0 else -q  # Of q and -q, one rotation, the shorter turn.
     sine = np.sqrt(np.sum(q[1:] ** 2))
     if sine < SMALL * SMALL * q[0]:
         return 2.0 * q[1:] / q[0]
@@ -52,7 +52,7 @@ def jacobian(r: np.ndarray) -> np.ndarray:
     t = np.sqrt(np.sum(r * r))
     one = 0.5 - t * t / 24.0
     two = 1.0 / 6.0 - t * t / 120.0
-    if t > SMALL:
+    if t > SMALL:  # Below, the quotients lose digits and the series does not.
         one = (1.0 - np.cos(t)) / (t * t)
         two = (t - np.sin(t)) / (t * t * t)
     K = cross_matrix(r)

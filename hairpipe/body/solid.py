@@ -58,7 +58,7 @@ def pseudonormals(mesh: Mesh, faces: np.ndarray) -> np.ndarray:
 def feature_at(weights: Vector) -> int:
     """Return the feature of a triangle that has a place with given barycentrics."""
     for k in range(3):
-        if weights[k] == 1.0:
+        if weights[k] == 1.0:  # Exact: `closest_on_triangle` writes 0 and 1, not results of arithmetic.
             return VERTICES + k
     for k in range(3):
         if weights[k] == 0.0:

@@ -78,7 +78,7 @@ def divide(curve: np.ndarray, points: np.ndarray) -> None:
     n = len(points) - 1
     low = length(minus(row(curve, len(curve) - 1), row(curve, 0))) / n * (1.0 - SLACK)
     high = arc_length(curve) / n * (1.0 + SLACK)
-    for _ in range(HALVINGS):  # A fixed number of halvings: the chord is the same to the bit on all machines.
+    for _ in range(HALVINGS):  # A fixed number, down to rounding: no tolerance decides.
         chord = 0.5 * (low + high)
         if stride(curve, chord, points) > n:
             low = chord

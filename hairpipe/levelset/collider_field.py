@@ -202,7 +202,7 @@ def first_hit(body: Body, ray: SpaceTimeRay, thickness: float, known: float) -> 
     if not first <= last:
         return np.inf
     change = MARGIN * max(change_along(body, ray, first), change_along(body, ray, last), STILL)
-    if known - 2.0 * thickness > change:  # Told by what the caller knows, before a distance is read.
+    if known - 2.0 * thickness > change:  # Decided by what the caller knows, before a distance is read.
         return np.inf
     begin, finish = distance_on(body, ray, first), distance_on(body, ray, last)
     # A point that begins nearer than its thickness hits only where it comes nearer still.
@@ -232,7 +232,7 @@ def _probe_between(
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(len(points), (chunk + 1) * CHUNK)):
             x, y, z = row(points, i)
-            if is_far(before, after, x, y, z):  # Most hair is far: two look-ups of bricks, not of velocities.
+            if is_far(before, after, x, y, z):  # Far from both: two look-ups of bricks, not of velocities.
                 continue
             at = departure_points(scheme, before, after, seconds / frame, frame, x, y, z)
             phi = distance_at(before, after, at)

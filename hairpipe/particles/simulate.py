@@ -290,7 +290,7 @@ def _follow_roots(motions, rates, strands, ends, dt, steps):
         for c in range(3):
             x1 = dot(row(motion, c), x) + motion[c, 3]
             v1[k, c], t1[k, c] = dot(row(rate, c), x) + rate[c, 3], dot(row(motion, c), t)
-            for step in range(steps + 1):
+            for step in range(steps + 1):  # Hermite's between both frames: smooth at the frames, too.
                 s = step / steps
                 place = (1 + 2 * s) * (1 - s) ** 2 * x0[k, c] + s * (1 - s) ** 2 * dt * v0[k, c]
                 ways[step, k, c] = place + s**2 * (3 - 2 * s) * x1 + s**2 * (s - 1) * dt * v1[k, c]

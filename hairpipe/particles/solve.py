@@ -80,7 +80,7 @@ def solve(system: System, residual: np.ndarray, change: np.ndarray, tolerance: f
     while rz > 0.0 and made < MOST:
         _sweep_up(system, np.float32(rz / before), u, p, t, q)
         step = rz / _sweep_down(system, q, p, t, q)
-        gains[made % DELAY] = step * rz  # The last gains, in a ring.
+        gains[made % DELAY] = step * rz
         total += step * rz
         before = rz
         made = made + 1

@@ -24,7 +24,7 @@ def measure_links(links: Links, points: np.ndarray, ways: np.ndarray) -> None:
         i, j = links.ends[e, 0], links.ends[e, 1]
         x, y, z = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
         r = np.sqrt(x * x + y * y + z * z)
-        over = 1.0 / r if r > 0.0 else 0.0
+        over = 1.0 / r if r > 0.0 else 0.0  # A link of no length has no direction.
         ways[e, 0] = over * x
         ways[e, 1] = over * y
         ways[e, 2] = over * z

@@ -29,7 +29,7 @@ def compress(depths: np.ndarray, opacities: np.ndarray, tolerance: float, knots:
     through = 1.0
     for n in range(len(depths)):
         z = depths[n]
-        for behind in range(2):  # every step has two vertices  # A step is vertical: both of its vertices must be met.
+        for behind in range(2):  # every step has two vertices
             if behind:
                 through *= 1.0 - opacities[n]
             if z > begin:

@@ -63,7 +63,7 @@ def _find_keys(points, centre, scale, bits, shift, keys):
         code = 0
         for axis in range(3):
             code = code << 1 | _spread(_cell(scale * (points[k, axis] - centre[axis]), bits))
-        keys[k] = code << shift | k  # k | The index makes all keys different: ties keep their order in any sort.
+        keys[k] = code << shift | k  # The index makes all keys different: ties keep their order in any sort.
 
 
 @inlined

@@ -232,7 +232,7 @@ def _sort_buckets(buckets, shift, starts, order):
 @njit(cache=True)
 def _sort(row):
     """Sort a few numbers, or many, in place."""
-    if len(row) > 32:  # Insertion is fastest for a few, and what one segment is near are a few.
+    if len(row) > 32:  # Insertion is fastest for few numbers, as most rows have.
         row.sort()
         return
     for k in range(1, len(row)):

@@ -145,7 +145,7 @@ def kept_apart(rows, leaf, few, mine, lane, way, distance, drift):
         least = minimum(least, minimum(gap - change, gap + change))
     lengths = load(rows, (leaf, _SQUARE)) + few[mine, _SQUARE, lane]
     size = sqrt(length_squared(nx, ny, nz))
-    least = least - _ASKEW * size * (size + 2.0 * sqrt(lengths) + drift)  # For rounding: what is told apart is apart.
+    least = least - _ASKEW * size * (size + 2.0 * sqrt(lengths) + drift)  # Less a bound on rounding.
     return both(least > distance * size, lengths < _LONGEST)
 
 

@@ -221,7 +221,8 @@ def _apart(boxes, group, others, box, x):
     """Whether boxes are apart along an axis all the time, as lanes."""
     other, lane = box
     end = boxes.shape[1] - _SIDES
-    below = both(  # Apart at both ends, in the same order: a box that passes through another is not apart.
+    # Apart at both ends, in the same order: a box that passes through another is not apart.
+    below = both(
         load(boxes, (group, 3 + x)) < others[other, x, lane],
         load(boxes, (group, end + 3 + x)) < others[other, end + x, lane],
     )

@@ -112,7 +112,7 @@ def grow_strands(
     offsets        strand s gets points offsets[s]:offsets[s+1], (S+1,) int32
     """
     points = np.empty((offsets[-1], 3))
-    for s in prange(len(layout.roots)):  # Strands do not see each other: each thread writes points of its own.
+    for s in prange(len(layout.roots)):  # Strands are independent: each thread writes points of its own.
         length, radius, pitch = layout.lengths[s], layout.radii[s], layout.pitches[s]
         segments = offsets[s + 1] - offsets[s] - 1
         step = axis_step(length, segments, radius, pitch)

@@ -91,7 +91,7 @@ def flood_backward(marks: np.ndarray) -> int:
     """Mark, in place, the samples that a step towards -x, -y or -z joins to the outside; return how many."""
     nx, ny, nz = marks.shape
     found = 0
-    for i in range(nx - 1, -1, -1):  # The other way round: a few passes both ways reach everything, without a queue.
+    for i in range(nx - 1, -1, -1):  # The other way round: passes both ways reach all, without a queue.
         for j in range(ny - 1, -1, -1):
             for k in range(nz - 1, -1, -1):
                 here = marks[i, j, k]

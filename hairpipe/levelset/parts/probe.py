@@ -86,7 +86,7 @@ def probe_parts(
             if part < 0 or not phi < distance[i]:  # Written so that a NaN is not nearer.
                 continue
             distance[i] = phi
-            if not phi < reach[i]:
+            if not phi < reach[i]:  # Normal and velocity cost more, and are asked for within reach only.
                 continue
             shape = Shape(before, after, changes, part)
             X = place_in(stances, 0, part, x)

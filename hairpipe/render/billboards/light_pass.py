@@ -45,7 +45,7 @@ def _pass(
 ) -> None:
     """Write the light of all in order of their depth, darkening the rays, (rows, columns), both in place."""
     count = len(sprites.places)
-    for n in order:
+    for n in order:  # From the lamp on: each darkens only what comes after it.
         light[n] = (
             _darken(through, sprites, levels, front, n) if n < count else _read(through, others[n - count], front)
         )

@@ -70,7 +70,7 @@ def columns_under(
     Of a point (x, y) from the middle, |x ax + y ay| <= half the length and |y ax - x ay| <= half the width.
     """
     ax, ay = axes
-    ax, ay = ax if abs(ax) > 1e-9 else 1e-9, ay if abs(ay) > 1e-9 else 1e-9
+    ax, ay = ax if abs(ax) > 1e-9 else 1e-9, ay if abs(ay) > 1e-9 else 1e-9  # Neither is 0: divided by.
     a = (-halves[0] - down * ay) / ax
     b = (halves[0] - down * ay) / ax
     c = (down * ax - halves[1]) / ay

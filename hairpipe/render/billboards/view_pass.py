@@ -33,7 +33,7 @@ def _paint(
     film: np.ndarray, depth: np.ndarray, sprites: Sprites, colours: np.ndarray, levels: Levels, order: np.ndarray
 ) -> None:
     height, width = depth.shape
-    for n in order:
+    for n in order:  # The farthest first: each covers what is behind it.
         column, row, z = sprites.places[n, 0], sprites.places[n, 1], sprites.places[n, 2]
         if not z > NEAR:
             continue

@@ -69,7 +69,7 @@ class StageDriver:
         for interaction in self.interactions:
             interaction.predict(here)
         for left in reversed(range(rule.iterations + _PASSES)):
-            newton = left >= _PASSES
+            newton = left >= _PASSES  # After that, passes for strands whose contact changed, each by itself.
             points_of(self.axis, again, here.active)
             outer = self._act(here, stage, again, at.x, anew=newton)
             b = self._solve_once(at, stage, rule, outer, again, coupled=newton and together)
@@ -82,7 +82,7 @@ class StageDriver:
             gather(self.axis, again, at.x, here.points)
             np.add(here.points, self.origin, out=here.points, where=here.active[:, None])
             gather(self.axis, again, at.v, here.velocities)
-            here = here._replace(lagged_velocity=here.velocities)
+            here = here._replace(lagged_velocity=here.velocities)  # Newer than where the stage began.
             wrong = self._judge(here, at.x.dtype) * active
             again = active if left > _PASSES else wrong
             if not again.any():
@@ -132,7 +132,7 @@ class StageDriver:
         coupled  whether all form one system; otherwise the other strands are fixed
         """
         coupled = coupled and bool(self.coupling)
-        factors = outer[:0].astype(np.float32)
+        factors = outer[:0].astype(np.float32)  # No rows: factors are not kept where nothing couples strands.
         if coupled:
             factors = self._room("factors", at.x, row_size(self.model.shape), np.float32)
         b = self._room("b", at.x, self.model.shape.unknowns)

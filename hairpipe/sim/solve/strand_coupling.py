@@ -56,7 +56,7 @@ class StrandCoupling:
         for interaction, (first, last) in zip(self.interactions, pairwise(self._bounds.tolist()), strict=True):
             interaction.couple(at, part_of(couplings, first, last))
         self._rows = coupling_rows(couplings, self._incidence)
-        self._change = None
+        self._change = None  # No solve has moved strands since these were linearised.
 
     @property
     def own(self) -> tuple[np.ndarray, np.ndarray]:

@@ -173,7 +173,7 @@ def _carry_block(model, block, x, gravity, T, lengths, strains):
     for p in range(count):
         for c in range(3):
             store(b, (p, c), gravity[c] * load(model.mass, (first + p,)))
-    for q in range(count - 1, shape_of(model).clamped - 1, -1):
+    for q in range(count - 1, shape_of(model).clamped - 1, -1):  # From the tip: a particle passes on what hangs on it.
         _carry(x, b, T, q)
     worst = nothing = 0.0 * load(x, (0, 0))
     for p in range(count):

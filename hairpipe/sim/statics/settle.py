@@ -148,7 +148,7 @@ def _settle(model, block, x, T, gravity, active, left):
     furthest = _FURTHEST / load(model.inverse_lengths, (model.first[block] + shape_of(model).before, stride - 1))
     rate = mass * 0.0 + _START * _START
     before = mass * 0.0
-    for step in range(_MOST_STEPS + 1):
+    for step in range(_MOST_STEPS + 1):  # All lanes of a block, until the last is at rest; the others no longer move.
         set_tensions(model, block, x, T)
         force = _assemble(model, block, A, b, at, gravity, _FULL) / mass
         moving = select(load(active, (block,)) > 0.0, force, 0.0)
@@ -156,7 +156,7 @@ def _settle(model, block, x, T, gravity, active, left):
         if step == _MOST_STEPS or not any_lane(moving > STILL):
             break
         if step > 0:
-            rate = rate * minimum(maximum(force / before, 0.5), 2.0)
+            rate = rate * minimum(maximum(force / before, 0.5), 2.0)  # h grows as forces fall.
         before = force
         lowest = _solve(model, block, A, b, rate)
         if any_lane(lowest <= 0.0):

@@ -165,7 +165,7 @@ def _tip(x, constants, out):
             weights, along, height = _altitude(x, p)
             _add(A, p, 1, weights, along, root * constants[3] / height)
     last = 3 * count - 3
-    for i in range(3 * lattice.CLAMPED, last):
+    for i in range(3 * lattice.CLAMPED, last):  # Schur complement: what is left at the tip is its stiffness.
         reach = min(_BAND, 3 * count - i)
         for j in range(1, reach):
             factor = A[i, j] / A[i, 0]

@@ -58,7 +58,7 @@ def _sweep(v, pairs, normals, masses, rule, sweeps, elastic):
     thickness, friction, stiffness, dt = rule
     segments, fractions = pairs.segments, pairs.fractions
     for turn in range(sweeps + elastic):
-        for i in range(len(segments)):
+        for i in range(len(segments)):  # In the order of the pairs, on one thread: the result depends on it.
             s, t = fractions[i]
             w = inverse_mass(masses, segments, fractions, i)
             if w == 0.0 or not (0.0 < s < 1.0 and 0.0 < t < 1.0):
