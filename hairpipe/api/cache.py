@@ -4,17 +4,15 @@ import os
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from hairpipe.errors import BadInput
+from hairpipe.graph.file.graph import Graph
 from hairpipe.graph.plan.gc import Found, Item, Swept, clean, items, live_keys, usage, verify
 from hairpipe.graph.run.machine_code import kernels_parent
 from hairpipe.graph.store.ownership import check_store
 from hairpipe.graph.store.store import Store
 from hairpipe.plain_file import check_plain
-
-if TYPE_CHECKING:
-    from hairpipe.api.shot import Shot
 
 __all__ = ["Cache", "Found", "Item", "Swept", "open_store"]
 
@@ -32,6 +30,14 @@ def open_store(root: str | os.PathLike[str] | None = None, *, read_only: bool = 
         raise BadInput("is a file", where=path, right="a folder")
     check_store(path)
     return Store(path, read_only=read_only)
+
+
+class Keeper(Protocol):
+    """A shot whose results are kept."""
+
+    def graphs(self) -> list[Graph]:
+        """Return its graphs."""
+        ...
 
 
 class Cache:
@@ -62,7 +68,7 @@ class Cache:
             kernels = kernels_parent()
         return verify(self._store(), digest_file, kernels)
 
-    def clean(self, keep: Iterable["Shot"] = (), *, older: float = 0.0, size: int = 0, dry_run: bool = False) -> Swept:
+    def clean(self, keep: Iterable[Keeper] = (), *, older: float = 0.0, size: int = 0, dry_run: bool = False) -> Swept:
         """Remove results, least recently used first, and every object that no result holds; report how much.
 
         keep     results of these shots stay

@@ -3,9 +3,11 @@
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from pathlib import Path
+from typing import Any, Literal, Protocol
 
 from hairpipe.api.formatting import duration, plural, shown, table
+from hairpipe.api.selection import FrameSet
 from hairpipe.graph.file.frameset import fold_frames
 from hairpipe.graph.file.graph import Graph, Node
 from hairpipe.graph.file.merged import origin
@@ -13,9 +15,6 @@ from hairpipe.graph.plan.planner import Entry
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.events import Event, Failure, NodeProgress, Outcome, Progress
 from hairpipe.graph.store.record import Record
-
-if TYPE_CHECKING:
-    from hairpipe.api.shot import Shot
 
 __all__ = [
     "Entry",
@@ -122,6 +121,19 @@ class Recorder:
             self._pass_on(event)
 
 
+class ResultReader(Protocol):
+    """A shot whose results can be read."""
+
+    @property
+    def cache(self) -> Path:
+        """Folder of results."""
+        ...
+
+    def get(self, target: str, *, frames: FrameSet = None) -> Any:
+        """Read a result from the cache."""
+        ...
+
+
 @dataclass(frozen=True, repr=False)
 class Run:
     """A run that has ended.
@@ -137,7 +149,7 @@ class Run:
     stopped   stopped variants of a wedge, with reasons
     """
 
-    shot: "Shot"
+    shot: ResultReader
     graph: Graph
     frames: tuple[int, ...]
     outcome: Outcome

@@ -4,8 +4,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
+from hairpipe.api.graph_shot import GraphShot
 from hairpipe.api.selection import Names, read_names
-from hairpipe.api.shot import Shot
 from hairpipe.api.source import Source
 from hairpipe.api.stopping import Stopping, read_table
 from hairpipe.data import Table
@@ -39,7 +39,7 @@ class Variant:
     names: dict[str, str]
 
 
-class WedgeShot(Shot):
+class WedgeShot(GraphShot):
     """All variants of a wedge in one graph: nodes that are the same in several are there once.
 
     definition  of the wedge in the graph file

@@ -1,0 +1,239 @@
+"""A checked graph with the cache of its results: plan, run, and read what was computed."""
+
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from copy import copy
+from pathlib import Path
+from typing import Any, Self
+
+from hairpipe.api.explanation import Explanation
+from hairpipe.api.reports import Plan, Recorder, Run
+from hairpipe.api.selection import FrameSet, Names, Target, read_frames, read_names, read_target
+from hairpipe.api.source import Source
+from hairpipe.api.stopping import Stopping
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.bounds import Bounds
+from hairpipe.graph.file.graph import Graph, Node
+from hairpipe.graph.plan.planner import Planner
+from hairpipe.graph.plan.planner import explain as explain_task
+from hairpipe.graph.plan.recipe import Recipe, recipe_of
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.results import read_result, read_value
+from hairpipe.graph.run.events import Event, Options
+from hairpipe.graph.run.player import Player, playing_environment
+from hairpipe.graph.run.pool import Member
+from hairpipe.graph.run.scheduler import run as run_graph
+from hairpipe.graph.store.record import Record
+from hairpipe.graph.store.store import Store
+
+__all__ = ["GraphShot"]
+
+
+class GraphShot:
+    """A checked graph with the cache of its results. It does not change: `changed` makes another one.
+
+    graph  as the engine sees it
+    """
+
+    def __init__(self, source: Source, store: Store, spare: list[Member] | None = None) -> None:
+        self._source, self._store, self._spare = source, store, spare
+        self.graph: Graph = source.graph()
+
+    def __repr__(self) -> str:
+        """Write path, number of nodes, and frames."""
+        return repr(self.graph).replace("<Graph", "<Shot", 1)
+
+    @property
+    def path(self) -> Path:
+        """The graph file."""
+        return self.graph.path
+
+    @property
+    def cache(self) -> Path:
+        """Folder of results."""
+        return self._store.root
+
+    @property
+    def frames(self) -> range:
+        """Frames of the shot."""
+        return self.graph.all_frames
+
+    @property
+    def fps(self) -> float:
+        """Frames per second [1/s]."""
+        return self.graph.fps
+
+    @property
+    def nodes(self) -> dict[str, Node]:
+        """Nodes by name, each after those it depends on; `nodes["hair"].type.outputs` names its outputs."""
+        return dict(self.graph.nodes)
+
+    @property
+    def tables(self) -> dict[str, Any]:
+        """A copy of the tables of the graph file, `like` written out, settings changed."""
+        return self._source.tables
+
+    def changed(self, set: Mapping[str, Any]) -> Self:
+        """Return the shot with settings changed, by `node.setting` or `node.group.setting`; pure."""
+        return self._of(self._source.changed(set)) if set else self
+
+    def edited(self, tables: Mapping[str, Any]) -> Self:
+        """Return a shot of the same file with other tables; pure."""
+        return self._of(self._source.edited(tables))
+
+    def part(self, to: Names) -> Graph:
+        """Return the graph, or the part of it up to some nodes; BadInput for an unknown one."""
+        names = read_names(to)
+        return self.graph.upto(names) if names else self.graph
+
+    def stopping(self) -> Stopping:
+        """Return what stops variants during a run; None for a shot of one variant."""
+        return Stopping(self.graph, self._store, (), {})
+
+    def plan(
+        self,
+        frames: FrameSet = None,
+        *,
+        to: Names = (),
+        set: Mapping[str, Any] | None = None,
+        publish_root: Path | None = None,
+    ) -> Plan:
+        """Report what `run` would compute, and why; nothing is computed or written. BadInput where `run` raises it."""
+        shot = self.changed(set or {})
+        graph = shot.part(to)
+        Bounds(graph, self.cache, publish_root).check()
+        planner = Planner(graph, self._store, read_frames(frames))
+        stopping = shot.stopping()
+        entries = planner.entries()
+        results = planner.resolver.results
+        known = {entry.task: results[entry.task] for entry in entries if entry.status == "cached"}
+        for task, record in known.items():
+            stopping.limits(task, record)
+        return Plan(tuple(e for e in entries if not stopping.gives_up(e.task)), known, stopping.stopped())
+
+    def run(
+        self,
+        frames: FrameSet = None,
+        *,
+        to: Names = (),
+        set: Mapping[str, Any] | None = None,
+        jobs: int | None = None,
+        progress: Callable[[Event], object] | None = None,
+        keep_going: bool = False,
+        publish_root: Path | None = None,
+        force: bool = False,
+    ) -> Run:
+        """Compute what has changed, and publish; BadInput before anything is computed. A node that fails is reported.
+
+        frames        such as "1001-1060x2", 1001, or range(1001, 1061); all frames by default. Frames before them are
+                      computed where a simulation needs them
+        to            only these nodes and what they depend on
+        set           settings to change for this run; the report's `shot` has them
+        jobs          processes, and threads of a simulation; all cores by default. No result depends on it
+        progress      called with every event, such as `print`
+        keep_going    after a failure, go on with what does not depend on it
+        publish_root  folder below which files may be published as well as below that of the project
+        force         overwrite files that hairpipe has not published, or that were changed since
+        """
+        shot = self.changed(set or {})
+        graph = shot.part(to)
+        stopping = shot.stopping()
+        numbers = graph.select(read_frames(frames))
+        options = Options(
+            jobs or os.cpu_count() or 1,
+            keep_going,
+            publish_root=publish_root,
+            force=force,
+            judge=stopping,
+            spare=self._spare,
+        )
+        self._make_cache()
+        begun = time.monotonic()
+        recorder = Recorder(graph, options.jobs, progress)
+        outcome = run_graph(graph, self._store, numbers, options, recorder)
+        seconds = time.monotonic() - begun
+        found = recorder.progress.nodes, recorder.warnings, recorder.fates, seconds, stopping.stopped()
+        return Run(shot, graph, numbers, outcome, *found)
+
+    @contextmanager
+    def keeping_workers(self) -> Iterator[Self]:
+        """Give the shot with workers that stay between its runs, and those of shots made of it, until this ends.
+
+        Within another such block they are those of the other, and stay until that ends.
+        """
+        if self._spare is not None:
+            yield self
+            return
+        kept = copy(self)
+        spare = list[Member]()
+        kept._spare = spare
+        try:
+            yield kept
+        finally:
+            for member in spare:
+                member.end()
+
+    def get(self, target: str | Target, *, frames: FrameSet = None) -> Any:
+        """Read a result from the cache; BadInput where it has not been computed.
+
+        target  `hair.strands@1020`: output `strands` of `hair` at frame 1020; `hair@1020`: its first output; `groom`:
+                value for the shot. `hair`, of a node with a value per frame: values by frame
+        frames  of the run that computed it, where the result depends on them; of values by frame, which ones
+        """
+        node, output, frame = read_target(target) if isinstance(target, str) else target
+        numbers = read_frames(frames)
+        if frame is not None or not self.graph.node(node).per_frame:
+            return read_result(self.graph, self._store, Task(node, frame), output, numbers)
+        found = self.results(numbers, to=node)
+        tasks = [Task(node, number) for number in self.graph.select(numbers)]
+        return {task.frame: read_value(self.graph, self._store, task, found.get(str(task)), output) for task in tasks}
+
+    def read(self, task: Task, record: Record | None, output: str | None = None) -> Any:
+        """Read an output of a result by its record, see `plan`; BadInput where there is none, or it was not kept."""
+        return read_value(self.graph, self._store, task, record, output)
+
+    def object_path(self, name: str) -> Path:
+        """Where an object of a result lies in the cache, complete or not; ValueError for an invalid name."""
+        return self._store.object_path(name)
+
+    def player(self, node: str) -> Player:
+        """Play the simulations that lead to a node in this process, see `Player`; BadInput where it cannot be."""
+        return Player(self.graph, self._store, node)
+
+    def playing_environment(self) -> dict[str, str]:
+        """Environment of a process that calls `player`; BadInput or OSError where kernels have no safe place."""
+        return playing_environment(self.graph, self._store)
+
+    def single(self, target: Target) -> Target:
+        """Return a target that names one result; BadInput where a frame is missing."""
+        if target.frame is None and self.graph.node(target.node).per_frame:
+            right = f"{target.node}@{self.graph.frames[0]}"
+            raise BadInput(f"'{target.node}' has a value per frame", where=self.path, right=right)
+        return target
+
+    def results(self, frames: FrameSet = None, *, to: Names = ()) -> dict[str, Record]:
+        """Return the record of every result that is in the cache, by target: what it is made of, when, in how long."""
+        planner = Planner(self.part(to), self._store, read_frames(frames))
+        known = [entry.task for entry in planner.entries() if entry.status == "cached"]
+        return {str(task): planner.resolver.results[task] for task in known}
+
+    def recipe(self, frames: FrameSet = None, *, to: Names = ()) -> Recipe:
+        """Return what results are made of, computed or not: settings, edges, files, code. Nothing is written."""
+        return recipe_of(self.part(to), self._store, read_frames(frames))
+
+    def explain(self, target: str | Target, *, frames: FrameSet = None) -> Explanation:
+        """Report what a result is made of, and every difference to the latest one; BadInput for an unknown target."""
+        node, output, frame = read_target(target) if isinstance(target, str) else target
+        self.graph.output(node, output)
+        return Explanation(**vars(explain_task(self.graph, self._store, Task(node, frame), read_frames(frames))))
+
+    def _of(self, source: Source) -> Self:
+        return type(self)(source, self._store, self._spare)
+
+    def _make_cache(self) -> None:
+        try:
+            self.cache.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise BadInput(f"cannot be made: {error.strerror}", where=self.cache, right="a folder") from None
