@@ -32,7 +32,9 @@ __all__ = ["GraphShot"]
 
 
 class GraphShot:
-    """A checked graph with the cache of its results. It does not change: `changed` makes another one.
+    """A checked graph with the cache of its results; the base of `Shot` and `WedgeShot`.
+
+    It does not change: `changed` makes another one.
 
     graph  as the engine sees it
     """
