@@ -40,8 +40,8 @@ WRONG = {
         lambda roots, tips: (roots @ DOWN / 0.0254, tips @ DOWN / 0.0254),
         "hair is in units of 1 inch, the body in metres, and hair has Z up in place of Y",
     ),
-    "moved twice": (lambda roots, tips: (roots + TWICE, tips + TWICE), "off by one vector"),
-    "moved far": (lambda roots, tips: (roots - [3.0, 2.0, 1.0], tips - [3.0, 2.0, 1.0]), "off by one vector"),
+    "moved twice": (lambda roots, tips: (roots + TWICE, tips + TWICE), "displaced by one vector"),
+    "moved far": (lambda roots, tips: (roots - [3.0, 2.0, 1.0], tips - [3.0, 2.0, 1.0]), "displaced by one vector"),
 }
 
 

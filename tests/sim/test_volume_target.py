@@ -71,7 +71,7 @@ def test_hair_follows_a_density_that_moves(scene, straight):
 
 def test_a_target_without_a_group_and_a_group_without_a_target_are_refused(scene, straight):
     density = density_at(straight, 50.0)
-    with pytest.raises(BadInput, match=r"no in\.target"):
+    with pytest.raises(BadInput, match=r"requires in\.target"):
         led(scene, straight, [None], Target())
-    with pytest.raises(BadInput, match=r"no \[volume\.target\]"):
+    with pytest.raises(BadInput, match=r"requires \[volume\.target\]"):
         led(scene, straight, [(density, density)], None)

@@ -22,7 +22,9 @@ NAMED = 3
 @click.option("--write", is_flag=True, help="Write the figures into the pages.")
 @options.as_json
 def results(paths: tuple[Path, ...], write: bool, as_json: bool) -> None:
-    """List recorded results: which are current, which are of older code, what has changed, what measuring them costs.
+    """List recorded figures and whether they are current.
+
+    The list names the code and nodes that have changed since, and the cost of a new measurement.
 
     PATH is a page, a graph, a results file, or a folder; the current folder without one. Results are current where
     code, settings and files are as they were when the results were recorded.

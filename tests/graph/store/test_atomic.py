@@ -91,7 +91,7 @@ def test_names_are_random_and_what_stands_there_is_not_followed(tmp_path, monkey
 def test_a_link_put_in_place_of_what_is_in_the_making_is_not_followed(tmp_path):
     victim = tmp_path / "victim"
     victim.write_text("mine")
-    with pytest.raises(OSError, match="another file"), replacing(tmp_path / "file") as temporary:
+    with pytest.raises(OSError, match="replaced the file"), replacing(tmp_path / "file") as temporary:
         temporary.unlink()
         temporary.symlink_to(victim)
         with pytest.raises(OSError, match="symbolic link"):

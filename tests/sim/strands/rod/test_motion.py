@@ -173,6 +173,6 @@ def test_rods_touch_and_any_number_of_threads_gives_the_same_bytes(rods, straigh
 
 @pytest.mark.parametrize("scheme", [Scheme("nine_steps"), Scheme("backward_euler", spring="printed")])
 def test_schemes_that_leave_out_stiffness_are_refused(rods, straight, triangle, scheme):
-    with pytest.raises(BadInput, match=r"of a rod|a rod needs") as refused:
+    with pytest.raises(BadInput, match=r"not for a rod|a rod needs") as refused:
         start(rods(straight(0.1, 5, [0, -1, 0])), triangle(), Scene(scheme=scheme))
     assert "tr_bdf2" in str(refused.value.right) or "multiplier" in str(refused.value.right)
