@@ -30,7 +30,7 @@ def _start_row(model, system, mass, speeds, p, h, rule):
     for c in range(3):
         speed = load(v, (p, c))
         store(b, (p, c), m * (load(vh, (p, c)) - speed + h * (rule.gravity[c] - rule.drag * speed)))
-    for c in range(3, shape_of(model).unknowns):
+    for c in range(3, shape_of(model).unknowns):  # Twist has no inertia.
         store(b, (p, c), 0.0)
     add_inertia(model, A, p, m * (1.0 + h * rule.drag))
 
@@ -47,7 +47,7 @@ def _add_outer(model, A, b, outer, p, n, last):
     for c in range(3):
         add(b, p, c, load(outer, (n, c)))
     add_point(model, A, p, _six(outer, n, 3))
-    if outer.shape[1] > 9 and p < last:
+    if outer.shape[1] > 9 and p < last:  # Blocks between points exist where hair couples hair; the tip has no next.
         add_next(model, A, p, _six(outer, n, 9))
 
 

@@ -164,7 +164,7 @@ def _settle(model, block, x, T, gravity, active, left):
             _solve(model, block, A, b, rate)
         way = _largest(b, clamped)
         part = select(moving > STILL, select(way > furthest, furthest / way, 1.0), 0.0)
-        for p in range(clamped - 1, count):
+        for p in range(clamped - 1, count):  # From the root's own row on: a rod has a free angle there.
             for c in range(b.shape[1]):
                 store(b, (p, c), part * load(b, (p, c)))
         for p in range(clamped, count):

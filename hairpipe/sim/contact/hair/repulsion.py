@@ -74,7 +74,7 @@ def _linearise(out, contacts, at, law):
         coming = between(at.lagged_velocity, segments, fractions, i)
         un, closing = dot(n, u), dot(n, coming)
         h = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]])
-        ahead = overlap - h * (closing - un)  # Where the solve starts at rest, only the lagged velocity shows it.
+        ahead = overlap - h * (closing - un)  # By the lagged velocity, as a solve may be linearised at rest.
         force, load = stiffness * overlap - viscosity * un, stiffness * ahead - viscosity * closing
         # A loaded contact acts one step longer than it pushes: hair at rest would lose and catch it in turns.
         if np.isfinite(force + load) and (contacts.loads[i] > 0.0 or (ahead > 0.0 and load > 0.0)):

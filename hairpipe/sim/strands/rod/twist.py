@@ -23,7 +23,7 @@ def predict(model, T, span, stays):
     for p in range(GHOST + 1, T.shape[0] - 2):
         twist = load(T, (p, TWIST))
         store(T, (p, TWIST), twist + goes * (twist - load(T, (p, BEFORE))))
-        store(T, (p, BEFORE), twist)
+        store(T, (p, BEFORE), twist)  # The rate of this stage, by which the next one predicts.
     store(T, (0, SPAN), 0.0 * last + span)
 
 
@@ -34,7 +34,7 @@ def follow_solve(model, block, at, dx, b, h):
     dpsi = kb/2 . (de/|e| + df/|f|) + dth_f - dth_e
     """
     x, T = at.x, at.T
-    s = h * load(model.constants, (block, 1))
+    s = h * load(model.constants, (block, 1))  # Unknowns are angles times a length.
     for p in range(GHOST, x.shape[0] - 3):
         te, ie = unit_of(difference(x, p, p + 1))
         tf, jf = unit_of(difference(x, p + 1, p + 2))
