@@ -1,1 +1,1 @@
-"""The strict lint of shots: usd-core ships no validator that sees broken hair."""
+"""The strict lint of shots: validators of usd-core, and rules of ours, since it ships none that sees broken hair."""

@@ -238,6 +238,11 @@ DEFECTS: dict[str, tuple[Callable[[Usd.Stage], object], str, str]] = {
         "nested-gprim",
         f"{HAIR}/child",
     ),
+    "component in a component": (
+        lambda s: [Usd.ModelAPI(s.GetPrimAtPath(path)).SetKind("component") for path in ("/shot", "/shot/prop")],
+        "kind",
+        "/shot/prop",
+    ),
     "double widths": (
         retype(HAIR, "widths", TYPES.DoubleArray, Vt.DoubleArray(30, 8e-5)),
         "attribute-type",
