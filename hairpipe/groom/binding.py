@@ -1,4 +1,4 @@
-"""Roots bound to the body, Sec. 6 of Selle, Lentine, Fedkiw 2008: a place in a triangle, and the triangle's frame.
+"""Roots bound to the body, Sec. 6 of Selle, Lentine, Fedkiw 2008: a point of a triangle, and the triangle's frame.
 
 We differ from the paper, which embeds the first points of a hair in tetrahedra of a head that deforms.
 """
@@ -26,9 +26,9 @@ FREE = -1  # triangle of a tip that nothing holds
 def bind_roots(mesh: Mesh, roots: np.ndarray, tips: np.ndarray, reach: float, ids: np.ndarray) -> Sites:
     """Return the sites of a mesh closest to the roots [m], (S, 3).
 
-    A root off the surface stays where it is: it keeps its coordinates in the frame of its site, and moves with it.
-    Raise BadInput naming strands by their ids, (S,), where roots lie farther than reach [m] from the mesh, and why
-    where that is known from the roots and the tips [m], (S, 3).
+    A root off the surface keeps its position: it has constant coordinates in the frame of its site, and moves with it.
+    Raises BadInput naming strands by their ids, (S,), whose roots lie farther than reach [m] from the mesh, with the
+    cause if the roots and the tips [m], (S, 3), reveal it.
     """
     sites, distances = nearest_sites(mesh, roots)
     far = distances > reach
@@ -41,9 +41,9 @@ def bind_roots(mesh: Mesh, roots: np.ndarray, tips: np.ndarray, reach: float, id
 
 
 def bind_tips(mesh: Mesh, groom: Groom, held: np.ndarray, reach: float) -> Groom:
-    """Return the groom with its tips bound to the closest sites of a mesh where they are held, (S,) bool; pure.
+    """Return the groom with its held tips, (S,) bool, bound to the closest sites of a mesh; pure.
 
-    A tip off the surface moves with its site, as a root does; warn of those farther than reach [m], by their ids.
+    A tip off the surface moves with its site, like a root; warns of those farther than reach [m], by their ids.
     """
     if not held.any():
         return groom
@@ -74,13 +74,14 @@ def root_frames(
 ) -> np.ndarray:
     """Return the frames of roots on a mesh, (S, 3, 4) float64: columns tangent, bitangent, outward normal, origin [m].
 
-    The tangent runs along the first edge of the triangle. At rest and in a pose it is the same function, so that a hair
-    follows the body by the product of the one frame with the inverse of the other, which at rest is the identity.
+    The tangent runs along the first edge of the triangle. At rest and in a pose it is the same function, so that the
+    motion of a hair with the body is the product of one frame with the inverse of the other, which at rest is the
+    identity.
 
-    points             of the mesh [m], (n, 3) float64
+    points             points of the mesh [m], (n, 3) float64
     triangles          (m, 3) int32
     root_triangles     triangle of every root, (S,) int32
-    root_barycentrics  where in it, (S, 3) float64
+    root_barycentrics  barycentric coordinates in it, (S, 3) float64
     """
     frames = np.empty((len(root_triangles), 3, 4))
     for s in prange(len(root_triangles)):
@@ -99,10 +100,10 @@ def root_frames(
 
 
 def rigid_strands(groom: Groom, motions: np.ndarray, rates: np.ndarray, diameter: float) -> Strands:
-    """Return a groom's strands, each rigid, where their roots are led; pure.
+    """Return a groom's strands moved rigidly with their roots; pure.
 
-    motions, rates  of the roots from rest, x -> R x + t, and their derivative by time, (S, 3, 4)
-    diameter        of every strand [m]
+    motions, rates  motions of the roots from rest, x -> R x + t, and their time derivatives, (S, 3, 4)
+    diameter        diameter of every strand [m]
     """
     strand = np.repeat(np.arange(len(groom.ids)), np.diff(groom.offsets))
     placed = np.concatenate([groom.points, np.ones((len(groom.points), 1))], axis=1)

@@ -1,7 +1,7 @@
-"""The axis that hair runs along: of a curl the line that it turns about, of other hair the hair itself.
+"""The axis of hair: of a curl the line that it winds about, of other hair the hair itself.
 
-A direction along the hair is to say where the hair leads; that of a curl turns about its axis. The axis at a point is
-the mean of the curve over one turn about it; nearer to an end than half a turn it goes straight on, as it does there.
+The tangent of a curl rotates about its axis, so the axis defines its direction. The axis at a point is the mean of the
+curve over one turn about it; within half a turn of an end it is extrapolated along its tangent.
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ def axes_of(groom: Groom) -> np.ndarray:
 def curls_of(groom: Groom) -> np.ndarray:
     """Return the strands that are curls of one turn or more, (n,) int64; pure.
 
-    They turn by as much from segment to segment, all in all, and wind about an axis.
+    Their total turning is at least one turn, and they wind about an axis.
     """
     ways = np.diff(groom.points, axis=0)
     units = ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), np.finfo(float).tiny)

@@ -17,11 +17,11 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Cut:
-    """How strands are cut; BadInput where it is said twice.
+    """Division of strands into segments; raises BadInput if both a number and a length are given.
 
-    segments        of every strand; None: not said
-    segment_length  longest that a segment may be [m]; None: not said
-    shortest        that a segment may be [m]
+    segments        number of segments of every strand; None: not given
+    segment_length  maximum length of a segment [m]; None: not given
+    shortest        minimum length of a segment [m]
     """
 
     segments: int | None = None
@@ -47,14 +47,14 @@ class Cut:
 
 
 def fitting(lengths: np.ndarray, turns: np.ndarray) -> np.ndarray:
-    """Return as many segments as hair needs, (S,) int64; pure.
+    """Return the number of segments that hair needs, (S,) int64; pure.
 
-    One for every FINE of the length, A_TURN for every turn of a curl, from FEWEST to MOST, rounded up to whole runs of
-    the lattice. Against rod theory the tip of a cantilever of 5 to 25 cm is then within 0.7 % of its length, the
+    One for every FINE of the length, A_TURN for every turn of a curl, from FEWEST to MOST, rounded up to whole periods
+    of the lattice. Against rod theory the tip of a cantilever of 5 to 25 cm is then within 0.7 % of its length, the
     stiffness of helices of 4 to 15 mm within 3 %, where half as many leave 12 to 21 %.
 
-    lengths  of the strands [m], (S,)
-    turns    of a turn of their curls, along the hair [m], (S,); inf where they are straight
+    lengths  lengths of the strands [m], (S,)
+    turns    arc length of a turn of their curls [m], (S,); inf for straight strands
     """
     needed = lengths * np.maximum(1.0 / FINE, A_TURN / turns)
     runs = np.ceil(np.clip(needed, FEWEST, MOST) / LATTICE - ROUNDING)

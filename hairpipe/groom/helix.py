@@ -47,9 +47,9 @@ def wound(curl: Helix, length: float, segments: int) -> np.ndarray:
 
 
 def turn_of(points: np.ndarray) -> float:
-    """Return how many segments of a curve, (n, 3), make a turn, on the median; inf where it is straight.
+    """Return the number of segments per turn of a curve, (n, 3), the median; inf if it is straight.
 
-    The bend from one segment to the next points to the axis: it turns about that by the same angle every segment.
+    The bend from one segment to the next points to the axis, and rotates about it by the same angle every segment.
     """
     bends = np.diff(points, 2, axis=0)
     sizes = np.linalg.norm(bends, axis=1)
@@ -63,7 +63,7 @@ def turn_of(points: np.ndarray) -> float:
 def centres_of(points: np.ndarray, turn: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the mean of a curve, (n, 3), over one turn about each point, and the points that have one; pure.
 
-    turn  segments
+    turn  number of segments per turn
     """
     at = np.arange(len(points))
     middle = at[(at >= 0.5 * turn) & (at <= at[-1] - 0.5 * turn)]

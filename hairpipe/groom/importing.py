@@ -26,14 +26,13 @@ KEPT = 0.9  # of the length of a strand, without a word: what four segments keep
 def adopt(body: Body, curves: Curves, *, cut: Cut, strands: int | None, reach: float, tips: Tips = "file") -> Groom:
     """Return strands of a file as a groom.
 
-    curves   on the body at rest, in the one of their shapes whose roots lie nearest to the skin
-    cut      of every strand; into as many segments as it has where nothing is said
-    strands  how many to keep, evenly spread over their order; all where None
-    reach    farthest a root may lie from the body [m]
-    tips     held by the body, free, or what the file says
-    Raise BadInput naming strands whose roots are too far off, and why; warn of roots in one place, of strands that
-    segments are too few for, of those that are left out since a point is not finite or they are too short, and of tips
-    far off.
+    curves   curves on the body at rest, in the shape whose roots lie nearest to the skin
+    cut      division into segments; by default the number of segments in the file
+    strands  number of strands to keep, evenly spread over their order; None: all
+    reach    maximum distance of a root from the body [m]
+    tips     held by the body, free, or as in the file
+    Raises BadInput naming strands whose roots are too far from the body, with the cause; warns of coincident roots, of
+    strands with too few segments, of strands that are omitted (non-finite or too short), and of distant tips.
     """
     chosen = choose_strands(len(curves.ids), strands)
     known = curves.ids[chosen]
@@ -82,7 +81,7 @@ def spread_along(
 ) -> np.ndarray:
     """Return values of points, (p,), at the points of resegmented strands, by their share of the length, (P,) float64.
 
-    points, offsets  of all strands
+    points, offsets  those of all strands
     strands          resegmented strands, with offsets new_offsets
     """
     along = []
@@ -100,7 +99,7 @@ def choose_strands(total: int, wanted: int | None) -> np.ndarray:
 
 
 def drop_broken(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray) -> np.ndarray:
-    """Return which strands are of finite points, (n,) int64; warn of the others by their ids.
+    """Return the strands with finite points, (n,) int64; warn of the others by their ids.
 
     Raise BadInput where none is.
     """
@@ -130,7 +129,7 @@ def told_times(body: Body, curves: Curves) -> Iterator[None]:
 
 
 def drop_short(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray, shortest: float) -> np.ndarray:
-    """Return which strands are as long as the shortest segment [m], (n,) int64; warn of the others by their ids.
+    """Return the strands at least as long as the shortest segment [m], (n,) int64; warn of the others by their ids.
 
     Raise BadInput where none is.
     """
@@ -145,9 +144,9 @@ def drop_short(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray, shortes
 
 
 def cut_up(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray, cut: Cut) -> tuple[np.ndarray, np.ndarray]:
-    """Return points and offsets of resegmented strands, no segment shorter than it may be but where it is the only one.
+    """Return points and offsets of resegmented strands; only a single segment may be shorter than the minimum.
 
-    Chords cut through curls: what is left of the length tells how many segments it bears, until none is too short.
+    Chords cut through curls: the number of segments is reduced by the remaining length until none is too short.
     """
     lengths = strand_lengths(points, offsets)
     counts = wanted = cut.wanted(lengths, np.diff(offsets) - 1)

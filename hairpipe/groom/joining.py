@@ -13,8 +13,8 @@ from hairpipe.groom.strand_arrays import offsets_of
 def joined_strands(grooms: tuple[Groom, ...]) -> Groom:
     """Return the strands of all grooms in turn, renumbered; pure.
 
-    Roots keep their triangles, so that grooms on a body belong to the same body. Tips are free in grooms that do not
-    say, and widths are kept where all have some.
+    Roots keep their triangles, so all grooms have to be on the same body. Tips are free in grooms without tip data,
+    and widths are kept if all grooms have them.
     """
     kept = {
         name: np.concatenate([getattr(groom, name) for groom in grooms])

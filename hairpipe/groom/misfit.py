@@ -1,6 +1,6 @@
-"""Why roots of hair do not lie on a body: drawn from the tip, moved, of another unit or axis, or at another time.
+"""Causes of roots off the body: curves from the tip, an offset, another unit or axis, or another time.
 
-Each cause is tried: it is the one if roots lie on the body without it.
+Each cause is tested: it applies if its correction moves the roots onto the body.
 """
 
 from typing import NamedTuple
@@ -32,7 +32,7 @@ class Cause(NamedTuple):
 
 
 def cause_of_misfit(mesh: Mesh, roots: np.ndarray, tips: np.ndarray, reach: float) -> Cause | None:
-    """Return why roots (S, 3) do not lie within reach [m] of a body; None where no cause is found. Pure.
+    """Return the cause of roots (S, 3) not within reach [m] of a body; None if no cause is found. Pure.
 
     tips  other ends of the strands, (S, 3)
     """
@@ -70,10 +70,10 @@ def share_on(tree: Tree, places: np.ndarray, reach: float) -> float:
 
 
 def common_offset(mesh: Mesh, tree: Tree, roots: np.ndarray, reach: float) -> np.ndarray | None:
-    """Return the vector by which roots (S, 3) are off a body [m], (3,); None where there is none.
+    """Return the offset of roots (S, 3) from a body [m], (3,); None if there is none.
 
-    The movement that brings roots nearest to their closest places is repeated [ICP, Besl and McKay 1992], without the
-    turn, from where they are, from the middle of the body and from its top.
+    The translation to the closest points is iterated [ICP, Besl and McKay 1992], without rotation, from the present
+    position, from the middle of the body and from its top.
     """
     lower = mesh.points.min(axis=0)
     upper = mesh.points.max(axis=0)

@@ -12,14 +12,14 @@ from hairpipe.groom.strand_arrays import shares_of
 
 
 def perturbed(groom: Groom, member: int, tip: float) -> Groom:
-    """Return a member of the ensemble around a groom: every strand is turned rigidly about its root; pure.
+    """Return a member of the ensemble around a groom: every strand is rotated rigidly about its root; pure.
 
     member  0 is the groom itself
-    tip     standard deviation of where the tip is aimed, by component [m]: root and tip stay as far apart as they are,
-            so that the tip moves by as much in both directions across the line between them
+    tip     standard deviation of each component of the tip's target [m]: the distance of root and tip is unchanged, so
+            that the tip moves by this in both directions normal to the line between them
 
-    What a strand is turned by depends on its id and on the member alone, not on the other strands. Raises BadInput
-    where tips are held.
+    The rotation of a strand depends only on its id and the member, not on the other strands. Raises BadInput for held
+    tips.
     """
     if member == 0:
         return groom

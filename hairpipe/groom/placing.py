@@ -13,10 +13,10 @@ from hairpipe.spatial.triangle_tree import Tree, tree_over
 def placed(mesh: Mesh, curves: Curves) -> Curves:
     """Return the curves as they grow from a mesh, without a rest shape or spare points; pure.
 
-    The rest shape is taken where its roots lie at least as near to the skin as those of the points: a file may show
-    hair at another time than it shows the body. Curves are taken with the ends that pins would give them where these
-    lie nearer to the skin: B-splines that were hair of which the first control vertex is the root, as Blender writes
-    it, would begin off the skin. Of distances the median over the strands counts.
+    The rest shape is used if its roots lie at least as near to the skin as those of the points: hair and body of a
+    file may be of different times. Curves are used with pinned ends if these lie nearer to the skin: B-splines of hair
+    whose first control vertex is the root, as written by Blender, would otherwise begin off the skin. Distances are
+    compared by their median over the strands.
     """
     tree = tree_over(mesh.points[mesh.triangles])
     rest = curves.points if curves.rest is None else curves.rest

@@ -30,7 +30,7 @@ def cut_by_sphere(a: Vector, b: Vector, centre: Vector, radius: float) -> Vector
 
 @njit(cache=True)
 def stride(curve: np.ndarray, chord: float, points: np.ndarray) -> int:
-    """Walk along a polyline (k, 3) with dividers opened to a chord [m]; return how many points (n, 3) were reached.
+    """Step along a polyline (k, 3) by equal chords [m]; return the number of points (n, 3) reached.
 
     The first point is that of the polyline; those beyond its end are not written.
     """
@@ -71,9 +71,9 @@ def arc_length(curve: np.ndarray) -> float:
 def divide(curve: np.ndarray, points: np.ndarray) -> None:
     """Write points (n + 1, 3) that divide a polyline into n equal chords, from its first point to its last.
 
-    The chord is found by bisection: n of them reach no farther than the arc, and no less far than the straight line.
-    On a curl with few segments a turn no chord may end at the last point, since a longer one leaps over a bend: then
-    they end before it, on the curve, and add up to far less than the arc.
+    The chord is found by bisection, between the n-th parts of the straight line and of the arc. On a curl with few
+    segments per turn no chord may end exactly at the last point, since a longer one skips a bend: then the chords end
+    before it, on the curve, and add up to much less than the arc.
     """
     n = len(points) - 1
     low = length(minus(row(curve, len(curve) - 1), row(curve, 0))) / n * (1.0 - SLACK)
@@ -114,11 +114,11 @@ def catmull_rom(a: Vector, b: Vector, c: Vector, d: Vector, t: float) -> Vector:
 
 
 def spline_knots(hull: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Return the knots of uniform cubic B-splines, (p, 3), each next to a point of their control hull; pure.
+    """Return the knots of uniform cubic B-splines, (p, 3), one per point of their control hull; pure.
 
-    (p_k-1 + 4 p_k + p_k+1) / 6; the ends are pinned by mirrored points, as in USD: there it is the point itself.
+    (p_k-1 + 4 p_k + p_k+1) / 6; the ends are pinned by mirrored points, as in USD: there the knot is the point itself.
 
-    hull     points that control the curves [m], (p, 3); offsets  strand s owns hull[offsets[s]:offsets[s+1]], (S+1,)
+    hull     control points of the curves [m], (p, 3); offsets  strand s owns hull[offsets[s]:offsets[s+1]], (S+1,)
     """
     knots = (np.roll(hull, 1, axis=0) + 4.0 * hull + np.roll(hull, -1, axis=0)) / 6.0
     for ends in (offsets[:-1], offsets[1:] - 1):
@@ -128,9 +128,9 @@ def spline_knots(hull: np.ndarray, offsets: np.ndarray) -> np.ndarray:
 
 @njit(cache=True, parallel=True)
 def equal_segments(points: np.ndarray, offsets: np.ndarray, new_offsets: np.ndarray) -> np.ndarray:
-    """Return resegmented strands, along smooth curves through their points, into segments of equal length each.
+    """Return strands divided into segments of equal length along smooth curves through their points.
 
-    points       of all strands [m], (p, 3) float64; no strand without length
+    points       points of all strands [m], (p, 3) float64; every strand has a positive length
     offsets      strand s owns points offsets[s]:offsets[s+1], (S+1,)
     new_offsets  the same for the points returned, (S+1,)
     """

@@ -12,13 +12,13 @@ GOLDEN = 0.6180339887498949  # every further sample has its seeds where gaps are
 
 
 def sample_patches(groom: Groom, strands: int, patches: int, number: int) -> Groom:
-    """Return patches of a groom, one after another, of equal size, strands in each in order and with their ids; pure.
+    """Return patches of a groom of equal size, concatenated, with the order and ids of their strands; pure.
 
     A patch is a seed and the roots nearest to it; seeds are spread evenly along a curve through all roots.
 
-    strands  altogether; rounded up to a multiple of the patches; a groom that has no more is given as it is
-    number   of the sample: samples of different numbers share no strand
-    Raise BadInput where the groom has too few strands for that many samples.
+    strands  total number, rounded up to a multiple of the patches; a groom with at most this many is unchanged
+    number   number of the sample: samples of different numbers share no strand
+    Raises BadInput if the groom has too few strands for that many samples.
     """
     total = len(groom.ids)
     size = -(-strands // patches)
@@ -47,9 +47,9 @@ def choose_patches(roots: np.ndarray, size: int, patches: int, number: int) -> n
 
 
 def thinned(groom: Groom, every: int) -> Groom:
-    """Return every n-th strand of a groom, with the id that it has; pure.
+    """Return every n-th strand of a groom, with its id; pure.
 
-    Strands stand along a Morton curve through their roots, so what is left is about as even as all of it was.
+    Strands are ordered along a Morton curve through their roots, so the result is about as even as the groom.
     """
     return take(groom, np.arange(every // 2, len(groom.ids), every))
 

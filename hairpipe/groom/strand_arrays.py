@@ -29,7 +29,7 @@ def at_shares(values: np.ndarray, offsets: np.ndarray, strands: np.ndarray, shar
     """Return values of points, (P, 3), at shares 0..1 of the length of strands, linear between points, (n, 3); pure.
 
     offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
-    strands  whose share each is, (n,)
+    strands  strand of each share, (n,)
     """
     segments = (np.diff(offsets) - 1)[strands]
     place = shares * segments

@@ -22,13 +22,13 @@ def lay_strands(
     curl: Helix | None,
     arch: float,
 ) -> Groom:
-    """Return equal strands of equal segments, the root of the first at the origin, bound to nothing.
+    """Return equal strands of equal segments, the root of the first at the origin, not bound to a body.
 
-    length     of the polyline [m]: segments of length / segments each
-    direction  from root to tip, of any length
-    spacing    from one root to the next [m]
-    arch       rise of a parabola over its span, towards +Y, or +Z where the direction is along Y
-    Raise BadInput where there is no direction, where a strand is curled and arched, or coarser than half a turn.
+    length     length of the polyline [m]: segments of length / segments each
+    direction  direction from root to tip, of any length
+    spacing    distance from one root to the next [m]
+    arch       rise of a parabola over its span, towards +Y, or +Z for a direction along Y
+    Raises BadInput if the direction is zero, or if a strand is curled and arched, or coarser than half a turn.
     """
     if not np.linalg.norm(direction) > 0.0:
         raise BadInput(f"direction = {list(direction)} has no length", right="any other vector")

@@ -3,10 +3,10 @@
     target_k = sum_i v_i a_i,   a_i = x_i + Q_i (X_k - X_i),   v_i = w_i / (|a_i - x_k-1|^2 + b^2)^2 over their sum,
     x_k = x_k-1 + l_k unit(target_k - x_k-1)
 
-with Q_i of `turns`, and l_k the length of a segment at rest: lengths are exact, roots stay on the body, and hair that
-is moved rigidly is right. Where particles part, hair goes with those that are near where it has come to, within b, half
-the reach of links: else it would lie across the opening. Laid down by directions, sum_i w_i Q_i D_k, instead of by
-targets, hair is farther off. Velocities are the derivative. The groom may be another one than particles lie on.
+with Q_i of `turns`, and l_k the length of a segment at rest: lengths are exact, roots stay on the body, and rigid
+motions are exact. Where particles separate, hair follows those near its present position, within b, half the reach of
+links: otherwise it would cross the opening. Directions, sum_i w_i Q_i D_k, instead of targets have a larger error.
+Velocities are the exact derivative. The groom may differ from the one of the particles.
 """
 
 from typing import NamedTuple
@@ -29,7 +29,7 @@ _TINY = 1e-9  # of that distance, by which weights end farther off
 
 
 class Carriers(NamedTuple):
-    """What carries the vertices of a groom.
+    """Particles that deform the vertices of a groom.
 
     particles  (P, CARRIERS) int64
     weights    rows sum to 1, (P, CARRIERS) float64
@@ -40,10 +40,10 @@ class Carriers(NamedTuple):
 
 
 def weigh_carriers(particles: Particles, groom: Groom) -> Carriers:
-    """Return which particles carry the vertices of a groom, by w = (1 - d^2/d_8^2)^2 max(0.01, cos)^2; pure.
+    """Return the particles that deform the vertices of a groom, by w = (1 - d^2/d_8^2)^2 max(0.01, cos)^2; pure.
 
     d is the distance at rest, d_8 that of the eighth nearest, and cos that of the angle between both directions. Raises
-    BadInput where there are fewer particles.
+    BadInput if there are fewer particles.
     """
     from scipy.spatial import KDTree  # here: a node that names this function is read without it
 
@@ -60,12 +60,12 @@ def weigh_carriers(particles: Particles, groom: Groom) -> Carriers:
 def carried(
     groom: Groom, cloud: Cloud, particles: Particles, carriers: Carriers, body: Mesh | None, diameter: float
 ) -> Strands:
-    """Return a groom at a frame, carried by particles; pure.
+    """Return a groom at a frame, deformed by particles; pure.
 
-    body      that leads the roots of both the groom and the hair that particles lie on
-    diameter  of strands [m]
+    body      body of the roots of the groom and of the hair of the particles
+    diameter  diameter of strands [m]
 
-    Raises BadInput where the cloud or the body is another one.
+    Raises BadInput if the cloud or the body does not match.
     """
     turns = rigid_motions(cloud, particles, motion_of_roots(body, particles.hair))
     points = np.empty_like(groom.points)

@@ -1,14 +1,14 @@
-"""Particles and bodies: half-spaces for the steps of a frame, and a last look at its end.
+"""Contact of particles with bodies: half-spaces for the steps of a frame, and a correction at its end.
 
-Bodies are looked at once where particles would be at the end of the frame; what is found is a plane for each, which
-moves as the body does there. A step keeps the gap from its plane: along the normal n a particle that would come nearer
-than its thickness moves as
+Bodies are queried once at the predicted positions of particles at the end of the frame, which gives a plane for each
+that moves with the body. A step keeps the distance from the plane: along the normal n a particle that would come nearer
+than its thickness moves with
 
     n . v = n . v_b + min((thickness - gap) / dt, 0.5 m/s)
 
-within the solve, so that links see what the body carries; held is what would come too near if its links stayed as they
-are. Friction, mu times what holds it, is a damper in the solve. What the planes missed is put right by a
-second look at the end, where particles are moved out and lose what points inwards.
+within the solve, so that links are coupled to contact; a particle is held if it would come too near with unchanged
+links. Friction, mu times the contact force, is a damper in the solve. Errors of the planes are corrected by a second
+query at the end, where particles are moved out and lose their inward velocity.
 """
 
 from collections.abc import Sequence
@@ -28,12 +28,12 @@ PUSH_OUT = 0.5
 
 
 class Planes(NamedTuple):
-    """What bodies are like near particles.
+    """Contact planes of bodies near particles.
 
-    normals    unit, outward; 0 where there is no body, (N, 3)
-    offsets    gap of a place x at the end of the frame is n . x + offset [m], (N,)
+    normals    unit, outward; 0 without a body, (N, 3)
+    offsets    gap of a point x at the end of the frame is n . x + offset [m], (N,)
     drifts     velocity of the body there [m/s], (N, 3)
-    thickness  distance that particles keep [m], (N,)
+    thickness  contact distance of particles [m], (N,)
     friction   Coulomb coefficient
     """
 
@@ -51,9 +51,9 @@ def look(
     first: int = 0,
     reach: float | np.ndarray = np.inf,
 ) -> SdfSample:
-    """Return what is nearest of bodies at points [m], (n, 3), from the first on, at a time in the frame [s].
+    """Return the nearest body at points [m], (n, 3), of particles from the first on, at a time in the frame [s].
 
-    reach  distance beyond which nothing is found [m], (n,)
+    reach  maximum distance of the query [m], (n,)
     """
     found = SdfSample.blank(len(points), reach)
     for body in bodies:
@@ -97,7 +97,7 @@ def rubbed(planes: Planes, k: int, v: Vector, push: float) -> Vector:
 
 @njit(cache=True)
 def stale(planes: Planes, found: SdfSample, places: np.ndarray, points: np.ndarray, first: int) -> np.ndarray:
-    """Return the particles from the first on whose planes do not tell where the body is, of those looked at elsewhere.
+    """Return the moved particles, from the first on, whose planes are no longer valid for the body.
 
     Pure; they are sorted, (n,).
     """
@@ -115,10 +115,10 @@ def stale(planes: Planes, found: SdfSample, places: np.ndarray, points: np.ndarr
 def put_right(
     found: SdfSample, which: np.ndarray, planes: Planes, starts: np.ndarray, dt: float, moving: Moving
 ) -> None:
-    """Move particles out that are nearer than their thickness, and take what points inwards, in place.
+    """Move particles out that are nearer than their thickness, and remove their inward velocity, in place.
 
-    found   bodies where the particles which, (n,), are at the end of the frame
-    starts  where they began it [m], (N, 3); dt  it lasted [s]
+    found   probe of bodies at the particles `which`, (n,), at the end of the frame
+    starts  positions at its start [m], (N, 3); dt  its duration [s]
     """
     for a in range(len(which)):
         k = which[a]

@@ -1,11 +1,11 @@
 """Directions of the hair at particles, (15) of Bando, Chen, Nishita 2003.
 
-Every link says where the hair leads at its end i: the way d along it, turned by the angle theta it had at rest, in the
-plane of d and the direction that the hair has,
+Every link predicts the direction of the hair at its end i: its own direction d, rotated by the angle theta at rest, in
+the plane of d and the present direction of the hair,
 
     t_i <- unit of sum K (cos theta d + sin theta p / max(|p|, 1e-3)),   p = t_i - (t_i . d) d
 
-We differ from the paper where t_i is parallel to d, so that there is no such plane, and where no link holds a particle:
+We differ from the paper if t_i is parallel to d, so that the plane is undefined, and for particles without links:
 there the hair keeps its direction.
 """
 
@@ -23,10 +23,10 @@ LEAST = 1e-3
 
 @njit(cache=True, error_model="numpy")
 def turn_directions(links: Links, ways: np.ndarray, stiffness: np.ndarray, deep: int, directions: np.ndarray) -> None:
-    """Turn the directions of free particles, in place; those below the skin are turned by their roots.
+    """Turn the directions of free particles, in place; those below the skin turn with their roots.
 
-    ways       of the links, as `measure_links` writes them, (E, 4)
-    stiffness  of the links [N/m], (E,)
+    ways       vectors of the links, as `measure_links` writes them, (E, 4)
+    stiffness  stiffness of the links [N/m], (E,)
     """
     sums = np.zeros_like(directions)
     for e in range(len(links.ends)):
@@ -50,7 +50,7 @@ def redirect(
     stiffness: np.ndarray,
     directions: np.ndarray,
 ) -> None:
-    """Turn directions, and write the stiffness of links [N/m], (E,), for where particles are [m], (N, 3), in place.
+    """Turn directions, and write the stiffness of links [N/m], (E,), at points [m], (N, 3), in place.
 
     reach, axial  as `stiffen` takes them
     """

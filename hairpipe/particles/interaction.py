@@ -1,22 +1,21 @@
-"""Hair that acts on hair: pressure, collision and friction of particles, (16) to (18) of Bando, Chen, Nishita 2003.
+"""Forces between hair: pressure, collision and friction of particles, (16) to (18) of Bando, Chen, Nishita 2003.
 
-Once a frame of duration dt, one after another, each with the velocities that the last has left; the steps of the frame
-then have it as a force. What is denser than at rest has the energy k_a m_i (ln(rho_i / rho_0) + rho_0 / rho_i - 1), of
-which (16) is the force. By backward Euler
+They act once per frame of duration dt, in sequence, each on the velocities after the previous one; the steps of the
+frame apply the result as a force. Hair denser than at rest has the energy k_a m_i (ln(rho_i / rho_0) + rho_0 / rho_i -
+1), of which (16) is the force. By backward Euler
 
     lambda = k_a m_i / rho_i^2 dt max(rho_i - rho_0 + dt rho_i', 0) / (1 + k_a m_i / rho_i^2 dt^2 G . M^-1 G),
 
-with G the derivative of rho_i by all places, and impulses -lambda G. Collision takes speed v_n along the normal n of
-both hairs, where they approach, and friction that across it, v_t, (17) and (18): with d W dt / m = a, m the reduced
-mass, backward Euler of the pair gives
+with G the derivative of rho_i by all positions, and impulses -lambda G. Collision reduces the speed v_n of approach
+along the normal n of both hairs, and friction the tangential speed v_t, (17) and (18): with d W dt / m = a, m the
+reduced mass, backward Euler of the pair gives
 
     j_c = a / (1 + a) m v_n,   j_f = min(a / (1 + a) m v_t, bound (j_c + j_p)),   d = m_i rate pi h_2^3
 
-We differ from the paper: explicit forces of these rates blow up, or make hair tremble that lies on a body; these
-impulses never do, at any rate. Pressure does not attract, as where hair is thin particles would clump. rho_0 is that of
-the densest hair at rest, for what stands apart there may lie as close as that: with its own as rho_0, released hair
-from above the head would keep its room. Friction has Coulomb's bound. Rates do not depend on how many particles stand
-for the hair.
+We differ from the paper: explicit forces of these rates blow up, or make hair on a body tremble; these impulses are
+stable at any rate. Pressure does not attract, since particles of thin hair would clump. rho_0 is the density of the
+densest hair at rest, since sparse hair may be compressed to it: with its own density as rho_0, hair released from
+above the head would keep its volume. Friction has Coulomb's bound. Rates are independent of the number of particles.
 """
 
 from typing import NamedTuple
@@ -57,8 +56,8 @@ class Pairs(NamedTuple):
 
     ends     (P, 2) int32
     apart    distance [m], (P,)
-    rows     of particle k are rows[k]:rows[k+1] in the next, (N+1,) int32
-    by       the pairs that each is in, (2 P,) int32
+    rows     range of particle k in `by` is rows[k]:rows[k+1], (N+1,) int32
+    by       pairs of each particle, (2 P,) int32
     density  at every particle [kg/m^3], (N,)
     """
 
@@ -87,9 +86,9 @@ def exchange(
     dt: float,
     velocities: np.ndarray,
 ) -> None:
-    """Change the velocities of particles by what they exchange in dt [s], in place.
+    """Change the velocities of particles by the impulses between them in dt [s], in place.
 
-    inverse_masses  of particles, 0 where they are led [1/kg], (N,)
+    inverse_masses  inverse masses of particles, 0 if prescribed [1/kg], (N,)
     """
     count = len(pairs.ends)
     pressed = np.zeros(count)
@@ -120,10 +119,10 @@ def exchange(
 
 @inlined
 def _press(law, pairs, particles, dt, k, room, velocities, pressed):
-    """Let particle k, which is too dense, press on those around it, in place; add the impulse to those of its pairs.
+    """Apply the pressure of particle k, which is too dense, to its neighbours and add it to pair impulses, in place.
 
-    particles  1 / m of all, and where they are
-    room       for those next to it, and for the gradient of its density by their places, and its length with its sign
+    particles  1 / m and positions of all
+    room       work arrays for the neighbours, the gradient of the density by their positions, and its signed length
     """
     (inverse_masses, points), (others, gradients) = particles, room
     rate = 0.0

@@ -1,15 +1,15 @@
 """Links between particles that are neighbours at rest, (5) and (6) of Bando, Chen, Nishita 2003.
 
-With theta_ij the angle between the hair at i and the way x_ij from i to j,
+With theta_ij the angle between the hair at i and the vector x_ij from i to j,
 
     a_ij = |cos theta_ij - cos theta_ji| / 2 where the cosines have opposite signs, else 0      (6)
     c_ij = a_ij l_ij                                                                            (5)
 
-Pairs within 2 h_1 with a >= a_0 are linked. Of these the weakest, by c W(l, h_1), are dropped as long as both ends keep
-more links than are wanted, and the end towards the tip keeps another one towards the root.
+Pairs within 2 h_1 with a >= a_0 are linked. Of these the weakest, by c W(l, h_1), are removed while both ends have
+more links than requested, and the end towards the tip keeps another link towards the root.
 
-We differ from the paper: reaches follow from the number of neighbours, since hair of even roots is uneven in space; a
-particle that no link joins to the root gets its strongest below a_0.
+We differ from the paper: reaches follow from the number of neighbours, since hair of evenly spaced roots is uneven in
+space; a particle without a link towards the root gets its strongest link below a_0.
 """
 
 from typing import NamedTuple
@@ -30,10 +30,10 @@ HALVINGS = 40
 
 
 class LinkRule(NamedTuple):
-    """Which neighbours are linked.
+    """The rule that selects linked neighbours.
 
-    most       links that a particle keeps, N_n
-    alignment  least a of a link, a_0
+    most       number of links that a particle keeps, N_n
+    alignment  minimum a of a link, a_0
     linked     neighbours within 2 h_1, on average
     touching   neighbours within 2 h_2, on average
     """
@@ -47,7 +47,7 @@ class LinkRule(NamedTuple):
 class Candidates(NamedTuple):
     """Pairs of particles.
 
-    pairs       that towards the root first, (E, 2) int64
+    pairs       the particle towards the root first, (E, 2) int64
     alignments  a_ij, (E,)
     weights     c_ij W(l_ij, h_1), (E,)
     """
@@ -58,11 +58,11 @@ class Candidates(NamedTuple):
 
 
 def link(samples: Samples, rule: LinkRule, line_density: float) -> Particles:
-    """Link particles, which share the mass of all hair, equally; pure.
+    """Link particles, which have equal shares of the mass of all hair; pure.
 
-    line_density  of a fibre [kg/m]
+    line_density  line density of a fibre [kg/m]
 
-    BadInput where there are too few of them.
+    Raises BadInput if there are too few particles.
     """
     hair, places, points, directions, length = samples
     deep = int(np.count_nonzero(places.arcs < 0.0))
@@ -73,9 +73,9 @@ def link(samples: Samples, rule: LinkRule, line_density: float) -> Particles:
 
 
 def reach_with(points: np.ndarray, neighbours: float) -> float:
-    """Return h [m] such that particles have so many neighbours within 2 h, on average; pure.
+    """Return h [m] such that particles have a number of neighbours within 2 h, on average; pure.
 
-    BadInput where there are no more particles than that.
+    Raises BadInput if there are not more particles than that.
     """
     if neighbours > len(points) - 1:
         told = f"{len(points)} particles cannot have {neighbours:g} neighbours each"
@@ -95,13 +95,13 @@ def reach_with(points: np.ndarray, neighbours: float) -> float:
 def find_links(
     points: np.ndarray, directions: np.ndarray, deep: int, reach: float, rule: LinkRule
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the links, (E, 2) int32, that towards the root first and ordered by it, and their a_ij, (E,); pure.
+    """Return the links, (E, 2) int32, ordered by their first particle, towards the root, and their a_ij, (E,); pure.
 
-    points      [m], (N, 3), of which so many are deep below the skin, and come first
+    points      [m], (N, 3); the first `deep` of them are below the skin
     directions  unit vectors, (N, 3)
     reach       h_1 [m]
 
-    BadInput where particles are not linked to a root.
+    Raises BadInput if particles are not linked to a root.
     """
     near = _candidates(points, directions, deep, reach)
     near = Candidates(*(column[near.alignments >= rule.alignment] for column in near))

@@ -1,7 +1,7 @@
-"""What particles are for the whole shot: flat arrays as kernels take them, computed once from those at rest.
+"""The particle model of a shot: flat arrays for kernels, computed once from the particles at rest.
 
-A particle of hair is at most as far from its root as the hair is long, with the stretch of its links: by `sag` at the
-root where it hangs, by half of that on average, and by ten times as much at ten times its weight.
+The distance of a particle from its root is at most the length of the hair, with the stretch of its links: for hanging
+hair `sag` at the root, half of that on average, and ten times as much at ten times its weight.
 """
 
 from typing import NamedTuple
@@ -27,14 +27,14 @@ ALIGNED = 8
 class Links(NamedTuple):
     """Springs between particles.
 
-    ends      that towards the root first, (E, 2) int32
+    ends      the particle towards the root first, (E, 2) int32
     lengths   at rest, l_ij [m], (E,)
     strength  c_ij l_ij / (4 pi h_1^3) of (5), (10), (11), so that times `shape` it is l k of (7) [1/m], (E,)
-    keeps     distance beyond which a link fades no farther [m], (E,); inf but for that which holds a particle
-    cosines   of the hair at both ends with the way from the first to the second, (E, 2)
-    rows      of particle k are rows[k]:rows[k+1] in others and by, (N+1,) int32
-    mids      where in these the particles begin that come after it, (N,) int32
-    others    the particles that each is linked to, and by which links, (2 E,) int32 each
+    keeps     distance beyond which a link fades no further [m], (E,); inf except for the link that holds a particle
+    cosines   cosines between the hair at both ends and the vector from the first to the second, (E, 2)
+    rows      range of particle k in others and by is rows[k]:rows[k+1], (N+1,) int32
+    mids      start of the particles after it in that range, (N,) int32
+    others    particles linked to each, and the links, (2 E,) int32 each
     by        see others
     """
 
@@ -52,14 +52,14 @@ class Links(NamedTuple):
 class Model(NamedTuple):
     """Particles and their links.
 
-    deep      number of those below the skin, which are led by their roots, and come first
+    deep      number of particles below the skin, which move with their roots, and come first
     masses    [kg], (N,)
-    sections  area of the hair that each stands for over that of all of them, A_i of (9), (N,)
+    sections  share of the cross-section of the hair of each particle in the total, A_i of (9), (N,)
     links     between them
     reach     h_1 [m]
     range     h_2 [m]
-    hang      m g L / (l sag) with sag and g of 1: stiffness E A [N s^2/m] at which hair of mean length L is stretched
-              by itself at the root
+    hang      m g L / (l sag) with sag and g of 1: stiffness E A [N s^2/m] for the stretch at the root of hair of mean
+              length L by its own weight
     """
 
     deep: int
@@ -86,10 +86,10 @@ class Moving(NamedTuple):
 def build_model(particles: Particles) -> Model:
     """Build the arrays of particles; pure.
 
-    Hair that hangs is a bar. A particle has the room V, and with sum l K = E A towards the root a strain e along the
-    hair, which a link at an angle of cosine a feels as e a^2, takes the energy sum K (l e a^2)^2 / 2 = e^2 E A s / 2 in
-    it, with s the mean of l a^4 weighted by l K: its modulus is E A s / V. Its weight, m g / V a volume, stretches it
-    at the root by m g L / (E A s).
+    Hanging hair is a bar. A particle has the volume V. With sum l K = E A towards the root, a strain e along the hair
+    strains a link at an angle of cosine a by e a^2, with the energy sum K (l e a^2)^2 / 2 = e^2 E A s / 2, with s the
+    mean of l a^4 weighted by l K: the modulus is E A s / V. The weight, m g / V per volume, stretches the hair at the
+    root by m g L / (E A s).
     """
     deep = int(np.count_nonzero(particles.arcs < 0.0))
     ends, points = particles.links, particles.points
@@ -144,10 +144,10 @@ def _rows(ends: np.ndarray, count: int) -> tuple[np.ndarray, ...]:
 
 
 def reaches_of(particles: Particles, sag: float) -> np.ndarray:
-    """Return how far from its root each particle may be [m], (N,); pure.
+    """Return the maximum distance of each particle from its root [m], (N,); pure.
 
-    The way along the hair, of a curl, whose places are along its axis, the share of its whole length, and the reach of
-    links more: so far from its hair a particle may represent it.
+    It is the arc length along the hair (for a curl, with positions along its axis, the share of its total length) plus
+    the reach of links: a particle may represent hair at this distance.
     """
     lengths = strand_lengths(particles.hair.points, particles.hair.offsets)
     farthest = np.zeros(len(lengths))
@@ -159,15 +159,15 @@ def reaches_of(particles: Particles, sag: float) -> np.ndarray:
 def keep_within_reach(
     particles: Particles, reaches: np.ndarray, lead: Lead, deep: int, frame: int, moving: Moving
 ) -> None:
-    """Take particles back to within reach of their roots along straight lines, in place, and warn of it.
+    """Move particles back to within reach of their roots along straight lines, in place, with a warning.
 
-    They lose their speed away from there.
+    They lose their speed away from the root.
 
     reaches  as `reaches_of` finds them [m], (N,)
-    lead     what leads the roots at the end of the frame
+    lead     lead of the roots at the end of the frame
     deep     number of particles below the skin, which come first
 
-    Raises ArithmeticError where one is `TORN` times as far away.
+    Raises ArithmeticError if one is `TORN` times as far away.
     """
     hair = particles.hair
     strands = particles.strands[deep:]

@@ -1,8 +1,8 @@
 """Particles near each other now, and the density (1) of Bando, Chen, Nishita 2003: rho_i = sum_j m_j W(r_ij, h_2).
 
-Space is cut into cells of 2 h_2, in which particles are counted and sorted; where hair is so far apart that there would
-be many more cells than particles, cells are larger. A few that were thrown far make none larger. Pairs come in the
-order of cells, which no thread changes.
+Space is divided into cells of 2 h_2, in which particles are counted and sorted; for sparse hair with many more cells
+than particles, cells are larger. A few outliers do not enlarge them. Pairs are in the order of cells, independent of
+threads.
 """
 
 from typing import NamedTuple
@@ -53,7 +53,7 @@ class Around(NamedTuple):
     """Particles of a cell, then those of half of the cells about it, in lanes.
 
     places   [m], inf in the lanes beyond the last, (3, rows, W) float64
-    order    which particles they are, (rows W,)
+    order    indices of these particles, (rows W,)
     squares  of distances in a row of lanes, (1, W)
     """
 

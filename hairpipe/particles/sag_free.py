@@ -1,8 +1,8 @@
-"""Links that carry the hair as groomed: one linear solve, after which hair neither sinks nor creeps.
+"""Links that support the hair as groomed: one linear solve, after which hair neither sinks nor creeps.
 
-With K at rest, and roots held, (sum K d d^T + eps) u = m g gives how far particles would sink, and T = K d . u' the
-tension of every link; its rest length becomes l - T / K. The diagonal eps, 1e-4 of the mean one, bounds what hangs on
-links that cannot carry it. Hair that lies on a body still sinks: what supports it is not known here.
+With K at rest, and roots held, (sum K d d^T + eps) u = m g gives the sag of particles, and T = K d . u' the tension of
+every link; its rest length becomes l - T / K. The diagonal eps, 1e-4 of the mean one, bounds the sag on links that
+cannot support it. Hair on a body still sinks: its support is unknown here.
 """
 
 import numpy as np
@@ -18,11 +18,11 @@ EXACT = 1e-4
 
 
 def rest_lengths(model: Model, points: np.ndarray, axial: np.ndarray, gravity: float, strain: float) -> np.ndarray:
-    """Return the rest lengths of links [m], (E,), with which particles stay at points [m], (N, 3); pure.
+    """Return the rest lengths of links [m], (E,), for equilibrium of particles at points [m], (N, 3); pure.
 
     axial    E A of every particle [N], (N,)
     gravity  [m/s^2]
-    strain   by which a length may change, at most
+    strain   maximum relative change of a length
     """
     links = model.links
     count = len(points)

@@ -1,15 +1,14 @@
-"""Particles that stand for the hair of a groom, Sec. 3.2 of Bando, Chen, Nishita 2003.
+"""Particles that represent the hair of a groom, Sec. 3.2 of Bando, Chen, Nishita 2003.
 
-"strands": roots are chosen that are a spacing apart, and points on their hair a spacing after the other. As the paper's
-distance (3), this is even on the scalp and along the hair, whatever becomes of hair in space.
-"even":    points of all hair are chosen that are a spacing apart in space; they cover it evenly, and belong to hairs
-that have nothing else in common.
+"strands": roots at a spacing, and points on their hair at the same spacing. As with the paper's distance (3), the
+sampling is even on the scalp and along the hair, independent of the shape of hair in space.
+|"even":    points of all hair at a spacing in space; they cover it evenly, on otherwise unrelated hairs.
 
-Either way some more lie below the skin, down to 2.5 spacings, and move with the root. The spacing is that which gives
-the number of particles asked for.
+In both cases additional particles lie below the skin, down to 2.5 spacings, and move with the root. The spacing
+follows from the requested number of particles.
 
-We differ from the paper: hair is that of a groom, so there is no map of the scalp to a square, and no beam (4) to grow
-it by; masses are equal, as unequal ones double the range of frequencies.
+We differ from the paper: hair comes from a groom, so there is no map of the scalp to a square, and no beam (4) to grow
+it; masses are equal, as unequal ones double the range of frequencies.
 """
 
 from typing import Literal, NamedTuple
@@ -36,8 +35,8 @@ TRIES = 60
 class Places(NamedTuple):
     """Places on strands.
 
-    strands  whose each is, (n,)
-    arcs     from the skin, negative below it [m], (n,)
+    strands  strand of each, (n,)
+    arcs     arc length from the skin, negative below it [m], (n,)
     """
 
     strands: np.ndarray
@@ -47,11 +46,11 @@ class Places(NamedTuple):
 class Samples(NamedTuple):
     """Particles without their links; those below the skin come first.
 
-    hair        strands that they lie on
-    places      on these
+    hair        strands on which they lie
+    places      places on these
     points      [m], (N, 3)
     directions  unit vectors to the tip, (N, 3)
-    length      of all hair that they stand for [m]
+    length      length of all represented hair [m]
     """
 
     hair: Groom
@@ -62,11 +61,11 @@ class Samples(NamedTuple):
 
 
 class Lines(NamedTuple):
-    """The lines that hair runs along.
+    """The axes of hair.
 
     points   of all strands [m], (p, 3)
     offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
-    arcs     of the points from their root [m], (p,)
+    arcs     arc lengths of the points from their root [m], (p,)
     ways     directions at the points, unit vectors, (p, 3)
     roots    directions below the skin, unit vectors, (S, 3)
     """
@@ -117,9 +116,9 @@ def lines_of(groom: Groom) -> Lines:
 
 
 def _root_directions(ways: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """Return t_r of (4), with w_t = w_n: as hair leaves the skin, but at 45 degrees where it would be flatter; pure.
+    """Return t_r of (4), with w_t = w_n: the direction of hair at the skin, at least 45 degrees from it; pure.
 
-    Straight on below the skin, hair that begins along it, or inwards, would come out again elsewhere.
+    A straight extension below the skin of hair that begins along it, or inwards, would come out elsewhere.
     """
     across = _units(ways - np.sum(ways * normals, axis=1)[:, None] * normals)
     flat = np.sum(ways * normals, axis=1) < np.sqrt(0.5)
@@ -133,9 +132,9 @@ def _units(vectors: np.ndarray) -> np.ndarray:
 
 
 def sample(groom: Groom, count: int, sampling: Sampling, seed: int) -> Samples:
-    """Choose so many free particles, and those below the skin; pure.
+    """Choose a number of free particles, and those below the skin; pure.
 
-    BadInput where the groom has no strands, or too few points for so many.
+    Raises BadInput if the groom has no strands, or too few points.
     """
     if not len(groom.ids):
         raise BadInput("no hair grows from the scalp", where="in.groom", right="a groom with strands")
@@ -214,7 +213,7 @@ class _InSpace:
 
 
 def darts(tree: KDTree, order: np.ndarray, spacing: float) -> np.ndarray:
-    """Take points of a tree in an order, each that is a spacing [m] from all that were taken; return which, ascending.
+    """Select points of a tree in an order, each at least a spacing [m] from those selected; return them, ascending.
 
     Source: R. L. Cook, Stochastic sampling in computer graphics, 1986: dart throwing.
     """

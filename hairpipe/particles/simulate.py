@@ -38,13 +38,13 @@ NEAR_ROOT = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """What a shot needs of its particles.
+    """Constants of the particles of a shot.
 
-    model     their arrays
-    springs   what links are like
-    reaches   how far each particle may be from its root [m], (N,)
-    law       how hair acts on hair; None: not at all
-    printed   the part of it that is as the paper prints it; None: none is
+    model     arrays of particles and links
+    springs   parameters of links
+    reaches   maximum distance of each particle from its root [m], (N,)
+    law       laws of interaction; None: no interaction
+    printed   laws used as printed in the paper; None: none
     """
 
     model: Model
@@ -105,8 +105,8 @@ class ParticleSimulation:
     def advance(self, state: ParticleState, frame: Frame) -> ParticleState:
         """Return particles at a frame.
 
-        Raises ArithmeticError naming hair that is not finite, that is torn from its roots, or is pushed by more than a
-        solve can hold.
+        Raises ArithmeticError naming hair that is not finite, is torn from its roots, or is pushed beyond what a solve
+        can handle.
         """
         return advance_frame(self.particles, self.prepared, state, frame, self._bodies_at(frame), self.settings)
 
@@ -154,7 +154,7 @@ def advance_frame(
 ) -> ParticleState:
     """Advance particles from the previous frame to this one; pure. ArithmeticError as `next_state`.
 
-    Nothing takes particles back to their roots where a part is as printed, to see how it fails.
+    With a printed formula, particles are not moved back to their roots, so that its failure is visible.
     """
     model = prepared.model
     springs = prepared.springs
@@ -205,9 +205,9 @@ def _act(prepared: Prepared, points: np.ndarray, directions: np.ndarray, dt: flo
 
 @dataclass(frozen=True, eq=False)
 class RootWays:
-    """How particles below the skin go through a frame.
+    """Paths of particles below the skin in a frame.
 
-    points      where they are as each step begins, and at the end [m], (steps + 1, deep, 3)
+    points      positions at the start of each step, and at the end [m], (steps + 1, deep, 3)
     velocities  at the end [m/s], (deep, 3)
     directions  at the end, (deep, 3)
     """
@@ -219,13 +219,13 @@ class RootWays:
 
 @dataclass(frozen=True, eq=False)
 class Acting:
-    """What acts on particles in a frame.
+    """Prescribed motion, forces and contacts of particles in a frame.
 
-    ways    of those below the skin
-    forces  of gravity, air and hair
-    places  where particles are expected at the end [m], (N, 3)
-    found   bodies there
-    planes  of these
+    ways    paths of particles below the skin
+    forces  forces of gravity, air and hair
+    places  predicted positions of particles at the end [m], (N, 3)
+    found   probe of bodies there
+    planes  contact planes of these
     """
 
     ways: RootWays
@@ -277,7 +277,7 @@ def _ways_of_roots(particles: Particles, state: ParticleState, frame: Frame, dee
 def _follow_roots(motions, rates, strands, ends, dt, steps):
     """Return the arrays of `RootWays`.
 
-    ends  places and directions at rest, places and velocities at the previous frame
+    ends  positions and directions at rest, positions and velocities at the previous frame
     """
     rest, directions, x0, v0 = ends
     count = len(strands)
@@ -317,11 +317,11 @@ def _forces_on(prepared: Prepared, settings: ParticleSettings, state: ParticleSt
 
 
 def carry_over_cut(particles: Particles, state: ParticleState, leads: tuple[Lead, Lead]) -> ParticleState:
-    """Move particles with their roots to a body that is somewhere else, and moves otherwise; pure.
+    """Move particles with their roots from the body before a cut to that after it; pure.
 
     leads  bodies before the cut and after it
 
-    As `hairpipe.sim.cuts.carry_over_cut` does with strands; directions turn, tensions stay, and no time passes.
+    As `hairpipe.sim.cuts.carry_over_cut` for strands; directions rotate, tensions are unchanged, and no time passes.
     """
     strands, groom = particles.strands, particles.hair
     rigid, turn = (motions[strands] for motions in rigid_over_cut(leads, groom))

@@ -3,15 +3,15 @@
     A = L + D + L^T = diag(D_i) - sum over links of B_e,   B_e = a d d^T + b,   D_i = m_i + dt C_i + sum of B_e
 
 is symmetric and positive definite. With M = (D + L) D^-1 (D + L^T) conjugate gradients take less than half of the
-iterations that they do with the blocks D alone; after Eisenstat, Efficient implementation of a class of preconditioned
-conjugate gradient methods, 1981, they cost no more each, as for r = (D + L) s, x = (D + L^T)^-1 y
+iterations needed with the blocks D alone; after Eisenstat, Efficient implementation of a class of preconditioned
+conjugate gradient methods, 1981, an iteration costs no more, as for r = (D + L) s, x = (D + L^T)^-1 y
 
     (D + L)^-1 A (D + L^T)^-1 p = t + (D + L)^-1 (p - D t),   t = (D + L^T)^-1 p.
 
-Particles that a body holds do not move along its normal n: their rows are those of A across n, as in Baraff and Witkin,
-Large steps in cloth simulation, 1998, and D^-1 gives nothing along n. Sweeps go through particles in their order, on
-one thread. Vectors are in single precision, since memory is what they cost; what they add to is not. They are fours of
-which the last is 0, as in blocks, which are columns.
+Particles held by a body do not move along its normal n: their rows are those of A projected across n, as in Baraff and
+Witkin, Large steps in cloth simulation, 1998, and D^-1 is 0 along n. Sweeps process particles in order, on one thread.
+Vectors are in single precision, since their cost is memory traffic; the state they are added to is in double. They are
+4-vectors whose last component is 0, like the columns of blocks.
 """
 
 from typing import NamedTuple
@@ -34,11 +34,11 @@ DELAY = 2
 class System(NamedTuple):
     """A system.
 
-    links     that join particles
-    deep      particles that are not solved for, which come first
+    links     links between particles
+    deep      number of prescribed particles, which come first
     blocks    D_i of every particle, three columns of it, (12 N,) float32
     inverses  of the D_i, the same
-    joins     sqrt(a) d and b of the links of every particle, in the order of `links.others`, (8 E,) float32
+    joins     sqrt(a) d and b of the links of every particle, ordered as `links.others`, (8 E,) float32
     """
 
     links: Links
@@ -58,16 +58,17 @@ def build_system(links: Links, deep: int) -> System:
 
 @njit(cache=True, error_model="numpy")
 def solve(system: System, residual: np.ndarray, change: np.ndarray, tolerance: float, still: float) -> int:
-    """Solve A x = b on; return how many iterations that took.
+    """Continue the solution of A x = b; return the number of iterations.
 
     residual   b - A x, (4 N,) float32
     change     x, the same; changed in place
-    tolerance  of the error over the change, both in the norm of A
-    still      square of an error in that norm that is as good as none
+    tolerance  ratio of the error to the change, both in the norm of A
+    still      square of a negligible error in that norm
 
-    An iteration takes step r . M^-1 r from the square of the error; the last DELAY of them together tell what it was
-    before them, after Hestenes and Stiefel, Methods of conjugate gradients for solving linear systems, 1952. A residual
-    alone does not: the more particles a hair has, the more of the error is in what moves all of it.
+    An iteration reduces the square of the error by step r . M^-1 r; the sum over the last DELAY iterations estimates
+    the error before them, after Hestenes and Stiefel, Methods of conjugate gradients for solving linear systems, 1952.
+    A residual alone does not suffice: the more particles a hair has, the more of the error is in modes that move
+    all of it.
     """
     s, t, q = np.zeros_like(change), np.zeros_like(change), np.zeros_like(change)
     u, p = np.zeros_like(change), np.zeros_like(change)

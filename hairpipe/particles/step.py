@@ -1,15 +1,15 @@
 """The steps of a frame: links, air and bodies in one linearly implicit step each.
 
-With v' the velocities at the end of a step, and T the tension that the last one found,
+With v' the velocities at the end of a step, and T the tension of the previous step,
 
     M (v' - v) = dt (M g + p - C v' + sum f_e),
     f_e = d (K (r - l) + dt K d . u' + c d . u') + dt max(T, 0) / r (u' - d d . u'),   T' = K (r - l + dt d . u')
 
-over the links of a particle, u' being the velocity of the other end against this one, c = 2 zeta sqrt(K m) of the
-reduced mass m; x' = x + dt v'. Those below the skin go where their roots do.
+over the links of a particle, u' being the velocity of the other end relative to this one, c = 2 zeta sqrt(K m) of the
+reduced mass m; x' = x + dt v'. Particles below the skin move with their roots.
 
-We differ from the paper, whose steps are explicit and in the frame of the head: this is stable at a step a frame, and
-finds inertia by itself.
+We differ from the paper, whose steps are explicit and in the frame of the head: this is stable with one step per
+frame, and needs no inertial forces.
 """
 
 from typing import NamedTuple
@@ -32,11 +32,11 @@ CREEP = 1e-4
 
 
 class Springs(NamedTuple):
-    """What links are like in a shot.
+    """Parameters of links in a shot.
 
     axial    E A of every particle [N], (N,)
-    rest     length at which a link has no tension [m], (E,)
-    damping  a fraction of critical damping
+    rest     length of a link without tension [m], (E,)
+    damping  fraction of critical damping
     """
 
     axial: np.ndarray
@@ -45,7 +45,7 @@ class Springs(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """What else acts on particles in a frame: the force push - drag v.
+    """External forces on particles in a frame: push - drag v.
 
     push   [N], (N, 3)
     drag   symmetric xx xy xz yy yz zz [kg/s], (N, 6)
@@ -59,9 +59,9 @@ class Forces(NamedTuple):
 def advance(
     model: Model, springs: Springs, forces: Forces, planes: Planes, roots: np.ndarray, dt: float, moving: Moving
 ) -> int:
-    """Do the steps of a frame, in place; return how many iterations they took.
+    """Compute the steps of a frame, in place; return the number of iterations.
 
-    roots  where particles below the skin are as each step begins, and at the end [m], (steps + 1, deep, 3)
+    roots  positions of particles below the skin at the start of each step, and at the end [m], (steps + 1, deep, 3)
     dt     duration of a step [s]
     """
     links = model.links
@@ -155,10 +155,10 @@ def _assemble(model, springs, forces, moving, dt, ways, stiffness):
 
 @njit(cache=True, error_model="numpy")
 def _hold(system, planes, moving, left, dt, residual, change):
-    """Hold particles that would come too near to bodies by themselves, and move them as those do, in place.
+    """Hold particles that would come too near to bodies, and move them with the bodies, in place.
 
-    What holds each alone, were its links to stay as they are, bears friction: a damper that takes mu times that at the
-    speed at which the particle, alone, would slide.
+    The contact force on a single particle with unchanged links determines friction: a damper with mu times this force
+    at the speed at which the single particle would slide.
     """
     count = len(planes.offsets)
     held = np.zeros(count, np.bool_)

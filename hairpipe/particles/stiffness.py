@@ -1,13 +1,13 @@
-"""Stiffness of links that hold the modulus of the hair while some fade, (7) to (14) of Bando, Chen, Nishita 2003.
+"""Stiffness of links that preserves the modulus of hair while some fade, (7) to (14) of Bando, Chen, Nishita 2003.
 
 With w = l k, k = c W(r, h_1) of (7), and its sums S over a particle's links to the tip and to the root, (10) and (11),
-each side alone is a bar of the stiffness E A; a link has the mean of what both its ends give it, (14):
+each side alone is a bar of the stiffness E A; a link has the mean of the values of both ends, (14):
 
     K = E (A_i w / S_tip,i + A_j w / S_root,j) / (2 l)                 = alpha k of (12) to (14)
 
-We differ from the paper: the factor alpha of (13) divides by zero where the last link fades. Shares of it do not; both
-are at most 1, so K <= E A / l for any link however hair is torn. Of every particle the strongest link to the root, w
-a^8 at rest, fades no farther than it is there: what is pulled off comes back, where the paper's is lost for good.
+We differ from the paper: the factor alpha of (13) divides by zero when the last link fades. Shares do not; both are at
+most 1, so K <= E A / l for any link, even of torn hair. For every particle the strongest link to the root, w a^8 at
+rest, does not fade below its value at rest: a particle that is pulled off returns, whereas the paper's is lost.
 """
 
 import numpy as np
@@ -37,7 +37,7 @@ def stiffen(links: Links, reach: float, axial: np.ndarray, ways: np.ndarray, sti
 
     reach  h_1 [m]
     axial  E A of every particle [N], (N,)
-    ways   of the links, as `measure_links` writes them
+    ways   vectors of the links, as `measure_links` writes them
     """
     sums = np.zeros((len(axial), 2))
     over = 1.0 / reach

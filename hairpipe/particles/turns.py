@@ -1,14 +1,14 @@
-"""How particles carry what lies about them: each as a rigid motion from rest, and its derivative by time.
+"""Rigid motions of particles from rest, which deform their surroundings, and their time derivatives.
 
     x -> x_i + Q_i (x - X_i),   Q_i = M(R_i T_i, t_i) R_i
 
 with R_i the rotation of the particle's root, T_i and t_i its direction at rest and now, and M(u, t) the smallest
-rotation that takes u to t. Directions change as lines of a medium that moves with the particles,
+rotation that maps u to t. Directions change like lines of a medium that moves with the particles,
 
     dt/dt = (1 - t t^T) G t,   min over G of sum w |v_ij - G x_ij|^2 + e |G - R'|^2
 
-over the links of the particle, R' being the rate at which its root turns: what moves rigidly, or evenly, has the rate
-it has, and a particle that has lost its links turns with its root.
+over the links of the particle, R' being the rotation rate of its root: rigid and affine motions are exact, and a
+particle without links rotates with its root.
 """
 
 import numpy as np
@@ -30,9 +30,9 @@ def rigid_motions(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the rigid motions of particles since rest, x -> Q x + s, and their derivatives, (N, 3, 4); pure.
 
-    roots  the same of the strands that particles lie on, (S, 3, 4) float64
+    roots  the same of the strands of the particles, (S, 3, 4) float64
 
-    Raises BadInput where the cloud is not one of these particles.
+    Raises BadInput if the cloud does not belong to these particles.
     """
     if len(cloud.points) != len(particles.points):
         what = f"a cloud of {len(cloud.points)} particles, at rest there are {len(particles.points)}"

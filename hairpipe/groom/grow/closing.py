@@ -12,7 +12,7 @@ FLATTEST = 1e-3  # volume over area^(3/2) of a body: a ball has 0.094, a sheet c
 def closed(mesh: Mesh) -> Mesh:
     """Return a mesh without holes, their caps facing outward; pure.
 
-    A sheet has no inside, which caps would only lay a second sheet over: it stays as it is.
+    A sheet has no inside, and caps would only add a second sheet: it is returned unchanged.
     """
     edges, uses = edge_uses(mesh.triangles)
     found = holes(edges[uses % 2 == 1], mesh.points)

@@ -19,7 +19,7 @@ def wind(axis: np.ndarray, step: float, radius: float, pitch: float, onset: floa
     """Wind a polyline (k, 3) with a point every step [m] into a helix around itself, in place.
 
     x(s) = a(s) + R(s) (cos(phi) n + sin(phi) b), phi = 2 pi s / pitch + phase, R(s) growing smoothly over onset [m]
-    from 0 to radius [m]; n and b are carried along the axis without twisting.
+    from 0 to radius [m]; n and b are transported along the axis without twist.
     """
     last = len(axis) - 1
     normal = (0.0, 0.0, 0.0)

@@ -14,10 +14,10 @@ STANDSTILL = 1e-12  # barycentric move that is rounding error, not motion
 
 
 class Terrain(NamedTuple):
-    """What a walk needs to know of a mesh.
+    """Mesh data for a geodesic walk.
 
     twins      corner across the edge opposite to each corner, -1 at a border, (m, 3) int32
-    gradients  of the three barycentric coordinates over the triangle [1/m], (m, 3, 3) float64
+    gradients  gradients of the three barycentric coordinates over the triangle [1/m], (m, 3, 3) float64
     """
 
     twins: np.ndarray

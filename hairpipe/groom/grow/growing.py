@@ -37,9 +37,9 @@ def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, cut:
     """Return hair grown on the scalp, every strand cut into equal segments that add up to its length.
 
     density   painted number of roots per area, relative to that of the scalp map alone
-    strands   number of roots; hair that comes out shorter than the shortest segment is left out
-    cut       of every strand; as its length and its curl need where nothing is said
-    Raise BadInput where no hair can grow.
+    strands   number of roots; hair shorter than the shortest segment is omitted
+    cut       division into segments; by default determined by the length and curl of a strand
+    Raises BadInput if no hair can grow.
     """
     mesh = canvas.body.mesh
     sites = seed_roots(mesh, scalp_density(canvas, density), strands, stream(canvas.seed, "roots"))
@@ -106,8 +106,8 @@ def grow_strands(
 ) -> np.ndarray:
     """Return the points of strands of equal segments [m], (P, 3).
 
-    tree, normals  of the body's Solid: a parallel loop takes no tuple within a tuple
-    bend           length over which a strand turns to where it is pulled [m]
+    tree, normals  those of the body's Solid: a parallel loop does not accept a tuple within a tuple
+    bend           length over which a strand bends to the direction of its pull [m]
     onset          length over which the radius of its curl grows [m]
     offsets        strand s gets points offsets[s]:offsets[s+1], (S+1,) int32
     """

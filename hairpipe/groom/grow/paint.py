@@ -18,10 +18,10 @@ Coat = Callable[[Sites], np.ndarray]
 
 @dataclass(frozen=True)
 class Canvas:
-    """A body, and where its paint and its chance come from.
+    """A body with the sources of its paint and random numbers.
 
-    read_image  returns the picture in a file, (height, width) float64 in 0..1, the top row first
-    seed        of all random numbers
+    read_image  function that returns the image in a file, (height, width) float64 in 0..1, the top row first
+    seed        seed of all random numbers
     """
 
     body: Body

@@ -1,4 +1,4 @@
-"""Points on a surface push away the neighbours within their reach.
+"""Repulsion of points on a surface within their reach.
 
 Source: G. Turk, Re-tiling polygonal surfaces, SIGGRAPH 1992; reach by density, r ~ density^(-1/2).
 """
@@ -14,11 +14,11 @@ from hairpipe.kernels.vec3 import Vector, dot, flattened, length, minus, plus, r
 class Cells(NamedTuple):
     """Points sorted into cubic cells; the keys of neighbours along the last axis are consecutive.
 
-    size    of a cell [m]
-    counts  of the cells per axis, (3,) int64
-    places  the cell of every point, (k, 3) int64
-    order   the points sorted by key, (k,) int64
-    keys    of the cells of the sorted points, (k,) int64
+    size    size of a cell [m]
+    counts  number of cells per axis, (3,) int64
+    places  cell of every point, (k, 3) int64
+    order   points sorted by key, (k,) int64
+    keys    keys of the cells of the sorted points, (k,) int64
     """
 
     size: float
@@ -40,9 +40,9 @@ def sort_into_cells(points: np.ndarray, size: float, furthest: float) -> Cells:
 
 @njit(cache=True)
 def push(i: int, j: int, points: np.ndarray, normals: np.ndarray, reach: np.ndarray) -> Vector:
-    """Return the push of j on i [m]: r - d away from it, where both face the same way.
+    """Return the push of j on i [m]: r - d away from it, if both normals point the same way.
 
-    Within the lesser reach r of the two only: otherwise a dense region would drive neighbouring sparse hair away.
+    It acts only within the smaller reach r of the two: otherwise a dense region would repel neighbouring sparse hair.
     """
     away = minus(row(points, i), row(points, j))
     d = length(away)
@@ -70,7 +70,7 @@ def total_push(i: int, points: np.ndarray, normals: np.ndarray, reach: np.ndarra
 
 @njit(cache=True, parallel=True)
 def repulsion(points: np.ndarray, normals: np.ndarray, reach: np.ndarray, cells: Cells) -> np.ndarray:
-    """Return the push on every point in its tangent plane [m], (k, 3), whatever the number of threads.
+    """Return the push on every point in its tangent plane [m], (k, 3), for any number of threads.
 
     points (k, 3) and reach (k,) in m, unit normals (k, 3).
     """

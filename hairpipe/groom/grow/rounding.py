@@ -1,10 +1,10 @@
-"""What roots are placed by: the mesh and the density, rounded so coarsely that errors of rounding change neither.
+"""Inputs of root placement: the mesh and the density, rounded so coarsely that floating-point errors change neither.
 
-Placing roots is chaotic. A root that is drawn in another triangle moves all others, so that an error of 1e-16 in one
-vertex (another processor, another version of numpy) would give another groom. Rounded to coarse steps, the mesh is the
-same: errors of 1e-12 m change a number of the bust in 4 of 10,000 cases, those of 1e-16 m in 4 of 100 million. Roots
-then have the same triangles and barycentrics to the bit, since what follows adds, multiplies, divides and takes square
-roots alone, which are exactly rounded everywhere, in an order that is written down.
+Root placement is chaotic. A root drawn in another triangle moves all others, so that an error of 1e-16 in one vertex
+(another processor, another version of numpy) would give another groom. Rounded to coarse steps, the mesh is the same:
+errors of 1e-12 m change a number of the bust in 4 of 10,000 cases, those of 1e-16 m in 4 of 100 million. Roots then
+have the same triangles and barycentrics to the bit, since the placement uses only addition, multiplication, division
+and square roots, which are exactly rounded everywhere, in a fixed order.
 """
 
 import math
@@ -23,9 +23,9 @@ POINT_STEPS, DENSITY_STEPS = 64, 256  # in the side of a triangle, and in the la
 
 
 def rounded_mesh(mesh: Mesh, bearing: np.ndarray) -> Mesh:
-    """Return the mesh with its points moved by up to a 70th of the side of a triangle that bears hair; pure.
+    """Return the mesh with its points moved by up to a 70th of the side of a triangle with hair; pure.
 
-    bearing  whether a triangle does, (m,) bool; what counts is the median of their areas
+    bearing  whether a triangle has hair, (m,) bool; the median of their areas determines the step
     """
     areas = np.linalg.norm(area_vectors(mesh)[bearing], axis=1)
     side = math.sqrt(2.0 * float(np.median(areas[areas > 0.0]))) if areas.any() else 1.0

@@ -1,9 +1,9 @@
-"""Even placement of hair roots on the scalp, as dense as painted.
+"""Even placement of hair roots on the scalp with the painted density.
 
-Source: G. Turk, Re-tiling polygonal surfaces, SIGGRAPH 1992: points placed by area push each other apart.
-We differ from the paper: the points follow a density, each with a reach of its own, r_i ~ (density_i)^(-1/2); and all
-move at once, so that the result does not depend on an order or on the number of threads. Mesh and density are rounded
-first, so that it does not depend on errors of rounding either: see `rounding.py`.
+Source: G. Turk, Re-tiling polygonal surfaces, SIGGRAPH 1992: points placed by area repel each other. We differ from
+the paper: the points follow a density, each with its own reach, r_i ~ (density_i)^(-1/2); and all move simultaneously,
+so that the result does not depend on an order or on the number of threads. Mesh and density are rounded first, so that
+it does not depend on floating-point errors either: see `rounding.py`.
 """
 
 import math
@@ -30,7 +30,7 @@ def seed_roots(mesh: Mesh, density: Density, count: int, random: np.random.Gener
     """Place count points on a mesh, evenly and in proportion to a density; in Morton order.
 
     density  relative number of roots per area at sites, (k,) >= 0; no root is placed where it is zero
-    Raise BadInput where the density is zero everywhere.
+    Raises BadInput if the density is zero everywhere.
     """
     samples = draw_sites(np.arange(len(mesh.triangles)), random)
     density = rounded_density(density, float(density(samples).max(initial=0.0)))
@@ -57,7 +57,7 @@ def choose(
 ) -> Sites:
     """Return count sites, stratified by the cumulative mass of the triangles and at random places within them.
 
-    values  density at the samples of every triangle, (m, SAMPLES), one of which is taken where new ones find none
+    values  density at the samples of every triangle, (m, SAMPLES), used as a fallback if new samples have density 0
     mass    density x area of every triangle, (m,)
     """
     cumulative = np.cumsum(mass)
@@ -74,10 +74,10 @@ def choose(
 
 
 def spread(mesh: Mesh, density: Density, sites: Sites, mass: np.ndarray) -> Sites:
-    """Return sites after their points have pushed each other apart, staying where there is density.
+    """Return sites after the repulsion of their points, restricted to positive density.
 
-    The reach shrinks from sweep to sweep: a wide one evens out how many there are, a close one how far they are from
-    their neighbours, whose distances then vary by less than 5 %.
+    The reach shrinks from sweep to sweep: a wide one equalises numbers, a short one the distances to neighbours, which
+    then vary by less than 5 %.
 
     mass  density x area of every triangle, (m,)
     """

@@ -27,10 +27,10 @@ def pull(comb: Vector, touch: float, normal: Vector) -> Vector:
 def lay(solid: Solid, axis: np.ndarray, ahead: Vector, comb: Vector, layer: float, bend: float, step: float) -> None:
     """Write a polyline (k, 3) with a point every step [m] from its first point, which is the root.
 
-    ahead  unit direction in which it leaves the skin
+    ahead  unit direction at the skin
     comb   pull where it touches the body, in units of gravity
-    layer  distance from the body at which it slides along [m]
-    bend   length over which it turns to where it is pulled [m]
+    layer  distance from the body at which it slides [m]
+    bend   length over which it bends to the direction of its pull [m]
     """
     here = row(axis, 0)
     gap, normal, place = distance_and_normal(solid, here, 0)
@@ -73,12 +73,12 @@ def lift_off(solid: Solid, curve: np.ndarray, gap: float) -> None:
 
 @njit(cache=True)
 def clearance(solid: Solid, here: Vector, there: Vector, need: float, place: int) -> tuple[float, float, Vector, int]:
-    """Return how far a segment is from the body at its end [m], and what it lacks [m] in which direction.
+    """Return the distance of a segment's end from the body [m], its deficit [m] and the direction of correction.
 
-    need   distance from the body that its end should have [m]; its middle should be outside
+    need   required distance of its end from the body [m]; its middle should be outside
     place  guess of the closest triangle
 
-    The third is the outward direction in which the end has to move by what is lacking; the last the closest triangle.
+    The third value is the outward direction in which the end has to move by the deficit; the last the closest triangle.
     """
     gap, normal, place = distance_and_normal(solid, there, place)
     lack = need - gap
@@ -92,10 +92,10 @@ def clearance(solid: Solid, here: Vector, there: Vector, need: float, place: int
 
 @njit(cache=True)
 def turned_out(solid: Solid, here: Vector, there: Vector, need: float, place: int) -> Vector:
-    """Return the end of a segment turned about its root, which is outside, until it is clear of the body.
+    """Return the end of a segment rotated about its root, which is outside, until it is clear of the body.
 
-    What it lacks is added to it and its length restored, over and over. Where that finds no way, as between two walls,
-    it takes the direction nearest to its own that is clear enough, of many; the clearest where none is.
+    The deficit is added and the length restored, iteratively. If that fails, as between two walls, it takes the
+    direction nearest to its own among many with enough clearance; otherwise that with the largest clearance.
     """
     way = length(minus(there, here))
     end = there
@@ -122,12 +122,12 @@ def turned_out(solid: Solid, here: Vector, there: Vector, need: float, place: in
 
 @njit(cache=True)
 def keep_out(solid: Solid, points: np.ndarray, gap: float) -> None:
-    """Turn segments that are in the body out of it, in place, from the root on; all lengths stay what they are.
+    """Rotate segments out of the body, in place, from the root on; lengths are unchanged.
 
-    points  of a strand, the first on the skin [m], (k, 3)
-    gap     that points should clear the body by, from RISE on [m]; only those with less than LEAST of it are moved
+    points  points of a strand, the first on the skin [m], (k, 3)
+    gap     required clearance of points, from RISE on [m]; only those with less than LEAST of it are moved
 
-    The strand beyond a segment is shifted along with its end, so that its shape stays: a curl stays a curl.
+    The strand beyond a segment is translated with its end, so that its shape is kept: a curl stays a curl.
     """
     free, way, place = 0.0, 0.0, 0
     for k in range(1, len(points)):

@@ -15,12 +15,12 @@ BACK_OF_HEAD = 0.6  # how far the skin faces backwards where nothing is left of 
 
 
 class Layout(NamedTuple):
-    """What strands are grown from, one row per strand.
+    """Parameters of growth, one row per strand.
 
     roots      [m], (S, 3)
-    ahead      unit direction in which the hair leaves the skin, (S, 3)
+    ahead      unit direction of the hair at the skin, (S, 3)
     combs      pull where it touches the body, in units of gravity, (S, 3)
-    layers     distance from the body at which it slides along [m], (S,)
+    layers     distance from the body at which it slides [m], (S,)
     lengths    [m], (S,)
     radii      of the curls [m], (S,); 0 for straight hair
     pitches    of the curls [m], (S,)

@@ -1,9 +1,9 @@
-"""Clumps: tips of interpolated hair that taper towards the key next to it.
+"""Clumps: tips of interpolated hair taper towards the nearest key.
 
     y(a) = x(a) + p s((a - b) / (1 - b)) (x_g(a) - x(a)),   s(t) = t^2 (3 - 2 t)
 
 at a share a of the length, from the share b on, with x_g the nearest of the keys that it follows and p the pull.
-Segments have the directions of those between the y, and the lengths that they had. Velocities are the derivative.
+Segments have the directions of those between the y, and their original lengths. Velocities are the exact derivative.
 """
 
 import numpy as np
@@ -17,10 +17,10 @@ from hairpipe.kernels.vec3 import length, minus, mix, row
 
 
 def clumped(hair: Strands, keys: Strands, followed: KeyWeights, pull: float, begin: float) -> Strands:
-    """Return hair whose tips have come nearer to the keys that it follows; pure.
+    """Return hair with its tips pulled towards the keys that it follows; pure.
 
-    pull   share of the way to the key that the tip goes
-    begin  share of the length before which nothing is pulled, less than 1
+    pull   share of the distance to the key by which the tip moves
+    begin  share of the length at which the pull begins, less than 1
     """
     points = hair.points.copy()
     velocities = hair.velocities.copy()

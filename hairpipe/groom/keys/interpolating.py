@@ -1,10 +1,11 @@
-"""Hair interpolated between key hairs: its own segments at rest, turned as those of the keys next to it.
+"""Hair interpolated between key hairs: its own segments at rest, rotated like those of nearby keys.
 
     t_k = l_k sum_g w_g Q_g,k T_k / |sum_g w_g Q_g,k T_k|,   x_k+1 = x_k + t_k
 
-with T_k a segment of the hair at rest, l_k its length, Q_g,k the rotation of the same place of key g since rest, see
-`key_turns`. It is the kinematic limit of Hsu et al. 2024, Real-time Physically Guided Hair Interpolation: lengths are
-exact, curls do not flatten, and hair that is moved rigidly with its root is right. Velocities are the derivative.
+with T_k a segment of the hair at rest, l_k its length, Q_g,k the rotation since rest of key g at the same position
+along it, see `key_turns`. It is the kinematic limit of Hsu et al. 2024, Real-time Physically Guided Hair
+Interpolation: lengths are exact, curls do not flatten, and rigid motions are exact. Velocities are the exact
+derivative.
 """
 
 import numpy as np
@@ -23,10 +24,10 @@ _TINY = 1e-12  # of a segment; a way that is shorter has no direction
 def interpolated(
     hair: Strands, keys: Groom, groom: Groom, followed: KeyWeights, roots: tuple[np.ndarray, np.ndarray]
 ) -> Strands:
-    """Return all hairs of a groom at a frame, those that are keys as these are; pure.
+    """Return all hairs of a groom at a frame, with the keys unchanged; pure.
 
-    hair   of the keys at the frame
-    roots  rigid motions of the roots of the groom, x -> R x + t, and their derivatives by time, (S, 3, 4) float64
+    hair   hair of the keys at the frame
+    roots  rigid motions of the roots of the groom, x -> R x + t, and their time derivatives, (S, 3, 4) float64
     """
     motions, rates = roots
     turns = turns_since(keys.points, hair, motions[followed.homes], rates[followed.homes])
@@ -93,12 +94,12 @@ def _turned_by_keys(
 
 @inlined
 def go_on(x: Vector, v: Vector, l: float, way: Vector, speed: Vector) -> tuple[Vector, Vector]:
-    """Return the point at a distance l [m] from x along a way [m], x + l way/|way|, and its velocity [m/s].
+    """Return the point at a distance l [m] from x along a vector `way` [m], x + l way/|way|, and its velocity [m/s].
 
-    A way that has no direction, as where keys are opposed, goes down.
+    A zero vector, as between opposed keys, is replaced by the downward direction.
 
-    v      of x [m/s]
-    speed  at which the way changes [m/s]
+    v      velocity of x [m/s]
+    speed  rate of change of `way` [m/s]
     """
     size = length(way)
     if size <= _TINY * l:
@@ -109,9 +110,9 @@ def go_on(x: Vector, v: Vector, l: float, way: Vector, speed: Vector) -> tuple[V
 
 @inlined
 def middle_among(k: int, segments: int, theirs: int) -> tuple[int, float]:
-    """Return behind which middle of a key's segments that of segment k of a hair lies, and how far to the next.
+    """Return the middle of a key's segment before that of segment k of a hair, and the fraction towards the next.
 
-    In whole numbers, so that it is on a middle exactly, where one is.
+    In integer arithmetic, so that coincident middles are exact.
     """
     if theirs == segments:
         return k, 0.0

@@ -1,10 +1,10 @@
-"""How far the segments of key hairs have turned since rest, and how fast they turn: once a frame.
+"""Rotations of the segments of key hairs since rest, and their angular velocities, once per frame.
 
 With T_k the direction of a segment at rest, t_k now, and Q_0 = R the rotation of the root,
 
     Q_k = M(Q_{k-1} T_k, t_k) Q_{k-1},   w_k = w_M + M w_{k-1}
 
-where M(u, t) is the smallest rotation that takes u to t: twist is carried along the hair and neither made nor lost.
+where M(u, t) is the smallest rotation that maps u to t: twist is transported along the hair and conserved.
 """
 
 from typing import NamedTuple
@@ -39,11 +39,11 @@ Columns = tuple[Vector, Vector, Vector]
 
 
 class KeyTurns(NamedTuple):
-    """Rotations of the segments of key hairs; rows are those of their points, the last of each key is not used.
+    """Rotations of the segments of key hairs; rows are those of their points, the last of each key is unused.
 
-    turns    from rest, (P, 3, 3) float64
+    turns    rotations from rest, (P, 3, 3) float64
     spins    angular velocities [rad/s], (P, 3) float64
-    offsets  of the points of keys, (K+1,) int32
+    offsets  offsets of the points of keys, (K+1,) int32
     """
 
     turns: np.ndarray
@@ -52,10 +52,10 @@ class KeyTurns(NamedTuple):
 
 
 def turns_since(rest: np.ndarray, now: Strands, motions: np.ndarray, rates: np.ndarray) -> KeyTurns:
-    """Return how keys have turned; pure.
+    """Return the rotations of keys; pure.
 
     rest            points of the keys at rest [m], (P, 3) float64
-    motions, rates  of their roots, x -> R x + t, and their derivative by time, (K, 3, 4) float64
+    motions, rates  motions of their roots, x -> R x + t, and their time derivatives, (K, 3, 4) float64
     """
     turns = np.zeros((len(rest), 3, 3))
     spins = np.zeros((len(rest), 3))

@@ -15,11 +15,11 @@ _SAME_PLACE = 1e-9  # [m]; keys nearer than that to a root have it for themselve
 
 
 class KeyWeights(NamedTuple):
-    """What hair follows.
+    """Keys that hair follows, and their weights.
 
-    own      key that a hair of the groom is itself, -1: none, (S,) int64
-    keys     that it follows, the nearest first, (S, FOLLOWED) int64
-    weights  of these, rows sum to 1, (S, FOLLOWED)
+    own      key that is this hair of the groom, -1: none, (S,) int64
+    keys     keys that it follows, the nearest first, (S, FOLLOWED) int64
+    weights  weights of these, rows sum to 1, (S, FOLLOWED)
     homes    hair of the groom whose root is nearest to that of each key, (K,) int64
     """
 
@@ -30,12 +30,13 @@ class KeyWeights(NamedTuple):
 
 
 def weigh_keys(keys: Groom, groom: Groom, parting: float) -> KeyWeights:
-    """Return which keys the hairs of a groom follow; pure.
+    """Return the keys that the hairs of a groom follow; pure.
 
-    They are the nearest ones by their roots, with weights 1/d^2, of those that lie at rest within an angle of the hair,
-    root to tip, if any do: hair does not follow keys beyond a parting. Where none does, it is the one most like it.
+    They are the nearest by their roots, with weights 1/d^2, among keys whose direction at rest, root to tip, is within
+    an angle of the hair's: hair does not follow keys beyond a parting. Without any, it is the one nearest in
+    direction.
 
-    parting  that angle [deg]
+    parting  this angle [deg]
     """
     from scipy.spatial import KDTree  # here: a node that names this function is read without it
 

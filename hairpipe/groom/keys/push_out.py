@@ -1,11 +1,12 @@
-"""Hair that was not simulated pushed out of bodies.
+"""Projection of interpolated hair out of bodies.
 
-A point that is nearer than it may be is drawn to the nearest place at its distance from the one before it that is
-outside by the plane that the body is there,
+A point nearer than its contact distance is moved to the nearest position at its distance from the previous point that
+is outside of the tangent plane of the body,
 
     n.(x_k+1 - x_k) >= h,   h = kept - phi(y) - n.(x_k - y)
 
-and what hangs on it follows. Since the body is not a plane, the test is repeated a few times. Lengths stay.
+and the rest of the strand moves with it. Since the body is not a plane, the test is repeated a few times. Lengths are
+unchanged.
 """
 
 from collections.abc import Sequence
@@ -38,9 +39,9 @@ def pushed_out(
 ) -> Strands:
     """Return hair that is outside of bodies at their frame; pure.
 
-    among      strands that are pushed, (S,) bool
-    thickness  distance that points keep, less at the root [m]
-    frame_dt   between frames [s]
+    among      strands to push, (S,) bool
+    thickness  contact distance of points, less at the root [m]
+    frame_dt   time between frames [s]
     """
     if not (surfaces or parts):
         return hair

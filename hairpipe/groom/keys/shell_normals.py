@@ -1,9 +1,9 @@
-"""Normals of the hair shell, carried by the hair.
+"""Normals of the hair shell, transported by the hair.
 
     N_k(now) = Q_k grad S(x_k at rest)
 
 with Q_k the rotation of the segment after point k since rest, see `key_turns`: Petrovic, Henne, Anderson 2005,
-Sec. 4.1, who have frames of Bishop 1975 that are fixed to the head at the root.
+Sec. 4.1, who use frames of Bishop 1975 that are fixed to the head at the root.
 """
 
 import numpy as np
@@ -24,12 +24,12 @@ def probe_shell(points: np.ndarray, shell: LevelSet) -> SdfSample:
 
 
 def carried_normals(rest: np.ndarray, groom: Groom, hair: Strands, roots: tuple[np.ndarray, np.ndarray]) -> Normals:
-    """Return normals as hair has turned them since rest, unit; pure.
+    """Return unit normals rotated with the hair since rest; pure.
 
-    rest   of the points of the groom, (P, 3)
-    roots  rigid motions of the roots of the groom, x -> R x + t, and their derivatives by time, (S, 3, 4) float64
+    rest   normals at the points of the groom, (P, 3)
+    roots  rigid motions of the roots of the groom, x -> R x + t, and their time derivatives, (S, 3, 4) float64
 
-    Raises BadInput where hair and groom are not the same strands.
+    Raises BadInput if hair and groom are not the same strands.
     """
     if not np.array_equal(hair.offsets, groom.offsets):
         raise BadInput("hair and groom are not the same strands", right="in.groom: the groom that is simulated")

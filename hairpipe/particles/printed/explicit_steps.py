@@ -2,9 +2,9 @@
 
     v' = v + dt / m (M g + p - C v + sum f_e),   f_e = d (K (r - l) + c d . u),   x' = x + dt v'
 
-with the terms of the implicit step, `hairpipe/particles/step.py`, but pairs, stiffness and directions (15) are those of
-every step. Links are stable only where dt < 2 / omega of the fastest of their oscillations: the number of steps that a
-frame takes goes with the root of the modulus, and with the particles along a hair.
+with the terms of the implicit step, `hairpipe/particles/step.py`, except that pairs, stiffness and directions (15) are
+updated in every step. Links are stable only for dt < 2 / omega of the fastest oscillation: the number of steps per
+frame is proportional to the square root of the modulus, and to the number of particles along a hair.
 """
 
 from collections.abc import Callable
@@ -29,7 +29,7 @@ def advance_explicitly(
     moving: Moving,
     begin: Callable[[Moving, float], None],
 ) -> None:
-    """Do the steps of a frame, in place, as long as particles are finite; arguments are those of `advance`.
+    """Compute the steps of a frame, in place, while particles are finite; arguments are those of `advance`.
 
     begin  called before every step with its duration [s]: pairs change velocities, and directions turn
     """

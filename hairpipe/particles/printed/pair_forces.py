@@ -1,11 +1,11 @@
-"""Pressure (16) and friction (18) as Bando, Chen, Nishita 2003 print them: explicit forces.
+"""Pressure (16) and friction (18) as printed by Bando, Chen, Nishita 2003: explicit forces.
 
     (16)  f_i = - sum_j m_i m_j (P_i / rho_i^2 + P_j / rho_j^2) grad_i W(r_ij, h_2),   P = k_a (rho - rho_0)
     (18)  f_i = sum_j d_f W(r_ij, h_2) v_t,   v_t the part of v_j - v_i across the normal of both hairs
 
-with one rho_0 for all, the mean at rest. Hair thinner than that attracts: at the surface particles clump. Friction
-grows with speed without bound, whether hair is pressed together or not; where d_f W dt is more than the reduced mass,
-it reverses what slides, and hair explodes.
+with one rho_0 for all, the mean at rest. Hair of lower density attracts: at the surface particles clump. Friction
+grows with speed without bound, whether hair is pressed together or not; if d_f W dt exceeds the reduced mass, it
+reverses sliding, and hair explodes.
 """
 
 from typing import NamedTuple
@@ -19,10 +19,10 @@ from hairpipe.particles.smoothing_kernel import shape, slope
 
 
 class PrintedLaw(NamedTuple):
-    """The laws of interaction that are taken as printed.
+    """The laws of interaction used as printed.
 
     pressure  k_a [m^2/s^2], and
-    friction  rate of particles in the same place [1/s]; 0 where a law is not taken as printed
+    friction  rate of coincident particles [1/s]; 0 if a law is not used as printed
     rest      density rho_0 [kg/m^3]
     h         smoothing length h_2 [m]
     mass      of a particle [kg]
@@ -47,7 +47,7 @@ def push_pairs(
 ) -> None:
     """Change the velocities of particles by the forces of all pairs over dt [s], in place.
 
-    inverse_masses  of particles, 0 where they are led [1/kg], (N,)
+    inverse_masses  inverse masses of particles, 0 if prescribed [1/kg], (N,)
     """
     forces = np.zeros(velocities.shape)
     for k in range(len(pairs.ends)):
