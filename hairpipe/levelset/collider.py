@@ -9,8 +9,8 @@ class SdfSample(NamedTuple):
     """Samples of the signed distance to a body at points; of several bodies, the nearest.
 
     distance  signed, negative inside [m], (P,) float64
-    normal    unit, outward, (P, 3) float64; 0 where no way out is shorter than others
-    velocity  of the body there [m/s], (P, 3) float64
+    normal    unit, outward, (P, 3) float64; 0 where the closest point is ambiguous
+    velocity  velocity of the body there [m/s], (P, 3) float64
     """
 
     distance: np.ndarray
@@ -24,9 +24,9 @@ class SdfSample(NamedTuple):
 
 
 class FirstHit(NamedTuple):
-    """When points that move first hit a body; of several bodies, the first hit.
+    """First hits of moving points with a body; of several bodies, the earliest.
 
-    fraction  of the way from the old position to the new, 0 to 1; inf where there is no hit, (P,) float64
+    fraction  fraction of the path from the old position to the new, 0 to 1; inf without a hit, (P,) float64
     """
 
     fraction: np.ndarray
@@ -38,11 +38,11 @@ class FirstHit(NamedTuple):
 
 
 class Walk(NamedTuple):
-    """Points that move straight from one place to another, as kernels take them.
+    """Points that move along straight lines, as arguments of kernels.
 
-    before, after  where from, and where to [m], (P, 3) float64
-    thickness      distance from a body at which each has hit it, less than the body's band [m], (P,) float64
-    begin, finish  distances from bodies that both ends are known to have at least, -inf: nothing is [m], (P,) float64
+    before, after  start and end [m], (P, 3) float64
+    thickness      distance from a body that counts as a hit, less than the body's band [m], (P,) float64
+    begin, finish  known lower bounds of the distances of both ends from bodies, -inf: unknown [m], (P,) float64
     """
 
     before: np.ndarray
@@ -55,8 +55,8 @@ class Walk(NamedTuple):
 class Collider(Protocol):
     """A body between two frames. Times are counted from the first of them [s].
 
-    Both queries write in place, only where this body is nearer, or hit sooner, than what is written already: the union
-    of bodies is queried one body after another. Results do not depend on the number of threads.
+    Both queries write in place, only where this body is nearer, or hit earlier, than the present value: the union of
+    bodies is queried body by body. Results do not depend on the number of threads.
     """
 
     @property
@@ -73,19 +73,19 @@ class Collider(Protocol):
         """Write distance, normal and velocity where the distance is smaller than out.distance.
 
         points   [m], (P, 3) float64
-        reach    where it is not below that, only the distance is written [m], (P,); None: everywhere all
+        reach    distance from which on only the distance is written [m], (P,); None: all is written everywhere
 
         Nothing is written for a point beyond the narrow band of the body.
         """
         ...
 
     def sweep(self, walk: Walk, start: float, end: float, out: FirstHit) -> None:
-        """Write the fraction of the way at which the distance first is below the thickness, if below out.fraction.
+        """Write the fraction of the path at which the distance first is below the thickness, if below out.fraction.
 
-        start, end  times at both ends of the walk
+        start, end  times at both ends of the path
 
-        At that fraction the point is still outside. A point that begins nearer than its thickness is compared with the
-        distance it begins with, so that contact at rest is detected, too; one that begins inside has no hit. A point
-        that crosses a thin part and leaves it on its other side is detected.
+        At that fraction the point is still outside. For a point that begins nearer than its thickness the initial
+        distance is the threshold, so that contact at rest is detected, too; one that begins inside has no hit. A point
+        that passes through a thin part is detected.
         """
         ...

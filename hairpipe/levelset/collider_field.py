@@ -41,12 +41,12 @@ CHUNK = 512
 
 
 class Motion(NamedTuple):
-    """How a body moves between two frames.
+    """Motion of a body between two frames.
 
     frame    time between them [s]
     scheme   an Interpolation
-    speed    no point of the body is faster [m/s]
-    corners  lower and upper one of the box around the bricks of both frames [m], (2, 3) float64
+    speed    upper bound of the speed of its points [m/s]
+    corners  lower and upper corner of the box around the bricks of both frames [m], (2, 3) float64
     """
 
     frame: float
@@ -69,8 +69,8 @@ class ColliderField:
 
     before, after  its level sets
     frame          time between them [s]
-    scheme         of interpolation
-    corners        lower and upper one of the box around the bricks of both frames [m], (2, 3) float64
+    scheme         scheme of interpolation
+    corners        lower and upper corner of the box around the bricks of both frames [m], (2, 3) float64
     """
 
     before: Field
@@ -81,9 +81,9 @@ class ColliderField:
 
     @property
     def speed(self) -> float:
-        """Speed that no point of the body exceeds [m/s], by its velocities and by how it changes; all is read, once.
+        """Return an upper bound of the speed of the body [m/s], from its velocities and its change; all is read, once.
 
-        Velocities at the frames say little of a body that stands still there and is somewhere else in between.
+        Velocities at the frames are not sufficient for a body that rests there and moves in between.
         """
         return self._speed
 
@@ -99,9 +99,9 @@ class ColliderField:
         return self.before.background
 
     def probe(self, points: np.ndarray, seconds: float, out: SdfSample, reach: np.ndarray | None = None) -> None:
-        """Write what is nearer than out, in place; see Collider.
+        """Write the values where this body is nearer than out, in place; see Collider.
 
-        At the end of a frame that is what its own level set says; the previous one is not read.
+        At the end of a frame only its own level set is read.
         """
         reach = np.full(len(points), np.inf) if reach is None else reach
         if seconds == self.frame and self.scheme != ONE_SIDED:
@@ -117,7 +117,7 @@ class ColliderField:
 
 
 def build_collider_field(before: LevelSet, after: LevelSet, frame: float, scheme: Interpolation) -> ColliderField:
-    """Build a body that moves from one level set to the next; their arrays are shared.
+    """Build a body that moves from one level set to the next; shares their arrays.
 
     frame  time between them [s]
     """
@@ -164,10 +164,10 @@ def distance_on(body: Body, ray: SpaceTimeRay, s: float) -> float:
 
 @inlined
 def change_along(body: Body, ray: SpaceTimeRay, s: float) -> float:
-    """Return by how much the distance may change over a ray, at the rate it has at its fraction s [m].
+    """Return a bound of the change of the distance over a ray, from the rate at its fraction s [m].
 
-    That is the length of the ray as seen from the body, by the velocity that its frames have there. Where they have
-    none, it is the length of the ray and the farthest that the body goes meanwhile.
+    It is the length of the ray relative to the body, by the velocities of its frames there. Without velocities, it is
+    the length of the ray plus the largest displacement of the body.
     """
     x, y, z = point_on(ray, s)
     seconds = ray.da * body.motion.frame
@@ -191,12 +191,11 @@ def seen_from(ray: SpaceTimeRay, seconds: float, v: Vector) -> float:
 
 @inlined
 def first_hit(body: Body, ray: SpaceTimeRay, thickness: float, known: float) -> float:
-    """Return the fraction of a ray at which the distance gets below the thickness [m], or inf.
+    """Return the fraction of a ray at which the distance falls below the thickness [m], or inf.
 
-    known  sum of the distances that both ends are known to have at least [m]
+    known  sum of the known lower bounds of the distances at both ends [m]
 
-    Where the distance changes by at most L over a ray, it does not get below zero if the distances at both ends add up
-    to more than L.
+    If the distance changes by at most L over a ray, and the distances at both ends add up to more, it stays positive.
     """
     first, last = crossed_box(row(body.motion.corners, 0), row(body.motion.corners, 1), ray)
     if not first <= last:
@@ -224,9 +223,9 @@ def _probe_between(
     normals: np.ndarray,
     velocities: np.ndarray,
 ) -> None:
-    """Write what a body is like between two frames where it is nearer than `nearest`, in place.
+    """Write the sample of a body between two frames where it is nearer than `nearest`, in place.
 
-    A SdfSample is unpacked: a parallel loop loses what is written to a member.
+    A SdfSample is unpacked: a parallel loop loses writes to a member.
     """
     scheme, frame, seconds = when
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):

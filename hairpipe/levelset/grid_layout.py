@@ -39,13 +39,13 @@ class Lattice:
 
 
 def lattice_around(corners: np.ndarray, voxel: float, half_width: float) -> Lattice:
-    """Return the lattice that holds a surface and its band, and at least one sample more all around; pure.
+    """Return the lattice that contains a surface and its band, with at least one more sample on all sides; pure.
 
     corners     of the surface's triangles [m], (m, 3, 3)
     voxel       spacing of the samples [m]
-    half_width  of the band, in voxels
+    half_width  half width of the band, in voxels
 
-    Raises BadInput, naming a voxel that would do, where the lattice would be too large.
+    Raises BadInput, naming a valid voxel size, if the lattice would be too large.
     """
     block = BRICK * voxel
     margin = (half_width + 1) * voxel
@@ -57,9 +57,9 @@ def lattice_around(corners: np.ndarray, voxel: float, half_width: float) -> Latt
 
 
 def refuse_if_huge(count: float, size: np.ndarray, voxel: float, most: int) -> None:
-    """Raise BadInput where there would be more samples than `most`, naming a voxel that would do.
+    """Raise BadInput if there would be more samples than `most`, naming a valid voxel size.
 
-    size  of the lattice [m], (3,)
+    size  size of the lattice [m], (3,)
     """
     if count > most:
         box = " x ".join(f"{side:.3g}" for side in size)

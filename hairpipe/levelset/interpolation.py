@@ -2,8 +2,7 @@
 
 Sec. 5.1 and Fig. 15 of Selle, Lentine, Fedkiw 2008.
 
-A scheme decides where to read either frame, the points of departure of semi-Lagrangian advection, and how to weigh what
-is read:
+A scheme defines where to read each frame, the departure points of semi-Lagrangian advection, and the weights:
 
     phi(x, a) = (1 - weight) phi0(x0) + weight phi1(x1),   0 <= a <= 1
 """
@@ -31,11 +30,11 @@ TINY = 1e-300
 
 
 class DeparturePoints(NamedTuple):
-    """Where to read the two frames, and how to weigh them.
+    """Departure points in the two frames, and their weight.
 
-    weight      of the second frame, 0 to 1
-    x0, y0, z0  where to read the first frame [m]
-    x1, y1, z1  where to read the second frame [m]
+    weight      weight of the second frame, 0 to 1
+    x0, y0, z0  departure point in the first frame [m]
+    x1, y1, z1  departure point in the second frame [m]
     """
 
     weight: float
@@ -51,7 +50,7 @@ class DeparturePoints(NamedTuple):
 def linear(a: float, x: float, y: float, z: float) -> DeparturePoints:
     """Read both frames at the point itself: phi(x, a) = (1 - a) phi0(x) + a phi1(x).
 
-    A body that moves by more than its own radius fades out at one place and in at the other.
+    A body that moves by more than its own radius fades out at its old position and in at the new one.
     """
     return DeparturePoints(a, x, y, z, x, y, z)
 
@@ -60,8 +59,8 @@ def linear(a: float, x: float, y: float, z: float) -> DeparturePoints:
 def one_sided(field0: Field, a: float, dt: float, x: float, y: float, z: float) -> DeparturePoints:
     """Advect the first frame by its own velocity: phi(x, a) = phi0(x - dt a v0(x)).
 
-    The second frame is not read (Kim and Ko, after Selle et al. 2008), so that the body is discontinuous there, where
-    the next pair of frames begins.
+    The second frame is not read (Kim and Ko, after Selle et al. 2008), so that the body is discontinuous at the start
+    of the next pair of frames.
     """
     vx, vy, vz = velocity(field0, x, y, z)
     s = dt * a
@@ -74,7 +73,7 @@ def two_sided(field0: Field, field1: Field, a: float, dt: float, x: float, y: fl
 
     phi(x, a) = (1 - a) phi0(x - dt a v) + a phi1(x + dt (1 - a) v),  v = (v0(x) + v1(x)) / 2   (Selle et al. 2008, 5)
 
-    We differ from the paper: where only one frame has a velocity at x, it stands for both, instead of its half. An
+    We differ from the paper: if only one frame has a velocity at x, it is used for both, instead of its half. An
     ellipsoid that moves by its radius in a frame then has an error of 0.26 % of it instead of 4.1 %.
     """
     ux, uy, uz = velocity(field0, x, y, z)
@@ -134,11 +133,11 @@ def distance_at(field0: Field, field1: Field, at: DeparturePoints) -> float:
 
 @inlined
 def normal_at(field0: Field, field1: Field, at: DeparturePoints) -> tuple[float, float, float]:
-    """Return the unit outward normal, that of the blended gradients; 0 where both are.
+    """Return the unit outward normal of the blended gradients; 0 where both are 0.
 
-    It leaves out how the velocity varies in space: that would give the gradient of phi(x, a) itself, but while the body
-    turns it is farther from the body's normal (at 30 degrees a frame 1.3 degrees on average instead of 0.8) and
-    dearer.
+    It ignores the spatial variation of the velocity: with it the result would be the gradient of phi(x, a) itself, but
+    for a rotating body this is farther from the body's normal (at 30 degrees per frame 1.3 degrees on average instead
+    of 0.8) and more expensive.
     """
     px, py, pz = gradient(field0, at.x0, at.y0, at.z0)
     qx, qy, qz = gradient(field1, at.x1, at.y1, at.z1)

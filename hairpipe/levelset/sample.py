@@ -1,7 +1,7 @@
 """Read a level set at a point: distance, gradient, velocity, by trilinear interpolation.
 
-The reader is not that of dense grids (`volume/trilinear.py`): bricks lie in any order, each with all the samples that
-its voxels need, and the samples are subtracted in their single precision.
+This differs from dense grids (`volume/trilinear.py`): bricks are in any order, each with all the samples of its
+voxels, and the samples are subtracted in single precision.
 """
 
 from typing import NamedTuple
@@ -17,14 +17,14 @@ FAR_OUTSIDE, FAR_INSIDE = LevelSet.FAR_OUTSIDE, LevelSet.FAR_INSIDE
 
 
 class Field(NamedTuple):
-    """The arrays and numbers of a level set, in a form that compiled functions take.
+    """The arrays and numbers of a level set, in a form for compiled functions.
 
     bricks      index of the brick at every block of space, or LevelSet.FAR_OUTSIDE, FAR_INSIDE, (na, nb, nc) int32
     distance    signed distance [m], (B, 9, 9, 9) float32
-    velocity    of the nearest point of the surface [m/s], (B, 9, 9, 9, 3) float32
+    velocity    velocity of the nearest point of the surface [m/s], (B, 9, 9, 9, 3) float32
     inner       distance and velocity at the corners of blocks far inside, (na + 1, nb + 1, nc + 1, 4) float32
     x, y, z     position of the first sample [m]
-    per_metre   samples in a metre [1/m]
+    per_metre   samples per metre [1/m]
     background  distance beyond the band, outside [m]
     """
 
@@ -72,9 +72,9 @@ def brick_at(field: Field, x: float, y: float, z: float) -> int:
 
 @inlined
 def sample(field: Field, x: float, y: float, z: float) -> tuple[float, float, float, float]:
-    """Return the signed distance [m] at a point [m] and its gradient, that of the interpolant itself.
+    """Return the signed distance [m] at a point [m] and the gradient of the interpolant.
 
-    Beyond the bricks the gradient is 0; outside the distance is that of the band's border, inside that of `between`.
+    Beyond the bricks the gradient is 0; the distance is that of the band's border outside, that of `between` inside.
     """
     n, i, j, k, f, g, h = locate(field, x, y, z)
     phi = field.background if n == FAR_OUTSIDE else between(field, 0, x, y, z)
@@ -109,7 +109,7 @@ def gradient(field: Field, x: float, y: float, z: float) -> tuple[float, float, 
     """Return the gradient of the distance by central differences over one voxel.
 
     The interpolant's own gradient jumps from voxel to voxel: by 1.2 degrees on average and 5 at most on a body of 6 to
-    12 cm at 5 mm, where the error of this one is 0.1 and 0.4. A hair that slides feels those jumps as chatter.
+    12 cm at 5 mm, where the error of this one is 0.1 and 0.4. These jumps make sliding hair chatter.
     """
     e = 0.5 / field.per_metre
     per = field.per_metre

@@ -1,10 +1,10 @@
-"""When a point that moves first gets near a body: sphere tracing along its way.
+"""First contact of a moving point with a body: sphere tracing along its path.
 
-The distance at a place tells how far on the body cannot be. Along a ray over which the distance changes by at most L, a
-step of d / L from where it is d does not pass the surface; the last step is bisected.
+The distance at a point bounds the free path. Along a ray over which the distance changes by at most L, a step of d / L
+from a point at distance d does not pass the surface; the last step is bisected.
 
 Source: J. C. Hart, Sphere tracing: a geometric method for the antialiased ray tracing of implicit surfaces, 1996. We
-differ from the paper: the body moves while the ray is walked, and L is estimated at the ends of the ray (`MARGIN`).
+differ from the paper: the body moves along the ray, and L is estimated at the ends of the ray (`MARGIN`).
 """
 
 from collections.abc import Callable
@@ -25,12 +25,12 @@ _LEAST, _SHARP = 1e-2, 1e-5
 
 
 class SpaceTimeRay(NamedTuple):
-    """A straight line through space and time; a fraction 0 to 1 names a place on it.
+    """A straight line through space and time; a fraction 0 to 1 is a point on it.
 
-    start  where it begins [m]
-    way    from there to where it ends [m]
-    a      when it begins, since the first frame [frames]
-    da     how long it takes [frames]
+    start  start [m]
+    way    vector from start to end [m]
+    a      time of the start since the first frame [frames]
+    da     duration [frames]
     """
 
     start: Vector
@@ -40,12 +40,12 @@ class SpaceTimeRay(NamedTuple):
 
 
 class Span(NamedTuple):
-    """The part of a ray on which a body may be hit, and what is known of the distance there.
+    """The part of a ray on which a body may be hit, with bounds of the distance.
 
     first, last  fractions of the ray
-    gap          distance at the first, less the distance looked for [m]
-    change       by how much the distance may change over the whole ray [m]
-    voxel        spacing of the samples that the distance is read from [m]
+    gap          distance at the first, minus the threshold [m]
+    change       largest change of the distance over the whole ray [m]
+    voxel        spacing of the samples of the distance [m]
     """
 
     first: float
@@ -57,12 +57,12 @@ class Span(NamedTuple):
 
 @inlined
 def is_clear(walk: Walk, i: int, change: float) -> bool:
-    """Tell whether point i of a walk is known not to get nearer to a body than its thickness.
+    """Return whether point i of a walk is known to stay farther from a body than its thickness.
 
-    change  the longest way that the body may go meanwhile [m]
+    change  largest possible displacement of the body [m]
 
-    Where the distance changes by at most L over a way, it is nowhere below half of what the distances at both ends add
-    up to more than L.
+    If the distance changes by at most L over a path, it is nowhere below half of the sum of the distances at both ends
+    minus L.
     """
     way = length(minus(row(walk.after, i), row(walk.before, i))) + change
     return walk.begin[i] + walk.finish[i] - 2.0 * walk.thickness[i] > MARGIN * way
@@ -98,11 +98,11 @@ def crossed_box(low: Vector, high: Vector, ray: SpaceTimeRay) -> tuple[float, fl
 
 @inlined
 def first_below(distance: Callable[..., float], body: Any, ray: SpaceTimeRay, kept: float, span: Span) -> float:
-    """Return the fraction of a ray at which the distance first is below `kept` [m], inf where it nowhere is.
+    """Return the fraction of a ray at which the distance first is below `kept` [m], inf if it never is.
 
     distance  distance(body, ray, s) at a fraction of the ray [m], a compiled function
 
-    At the fraction returned the distance is not yet below `kept`, unless it is so at the first.
+    At the returned fraction the distance is not yet below `kept`, unless it is below at the start.
     """
     near, far, gap = span.first, span.first, span.gap
     while gap >= 0.0:

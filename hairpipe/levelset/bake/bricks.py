@@ -17,9 +17,9 @@ MOST_STORED = 100_000_000
 
 
 class Bricks(NamedTuple):
-    """The bricks of a band, as LevelSet holds them.
+    """The bricks of a band, as in LevelSet.
 
-    places    number of the brick at every place, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32
+    places    index of the brick of every block, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32
     distance  [m], (B, 9, 9, 9) float32
     velocity  [m/s], (B, 9, 9, 9, 3) float32
     """
@@ -30,7 +30,7 @@ class Bricks(NamedTuple):
 
 
 class Band(NamedTuple):
-    """Where samples are taken, and how far from the surface.
+    """Lattice of the samples, and width of the band.
 
     first  index of the lattice's first sample, (3,) int64
     voxel  spacing of the samples [m]
@@ -45,12 +45,12 @@ class Band(NamedTuple):
 def filled_bricks(tree: Tree, velocities: np.ndarray, lattice: Lattice, marks: np.ndarray, width: float) -> Bricks:
     """Return the bricks that the band touches; pure.
 
-    tree        over the surface
-    velocities  of the corners of the surface's triangles [m/s], (m, 3, 3) float64
-    marks       of the lattice's samples, from outside.marked_samples, (x, y, z) uint8
-    width       of the band [m]
+    tree        tree over the surface
+    velocities  velocities of the corners of the surface's triangles [m/s], (m, 3, 3) float64
+    marks       marks of the lattice's samples, from flood_fill.marked_samples, (x, y, z) uint8
+    width       width of the band [m]
 
-    Raises BadInput where they would take too much room.
+    Raises BadInput if they would need too much memory.
     """
     places = near_bricks(tree, lattice, width)
     refuse_if_huge(len(places) * SIDE**3, lattice.size, lattice.voxel, MOST_STORED)
@@ -64,9 +64,9 @@ def filled_bricks(tree: Tree, velocities: np.ndarray, lattice: Lattice, marks: n
 
 
 def brick_index(places: np.ndarray, marks: np.ndarray) -> np.ndarray:
-    """Return the number of the brick at every place, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32; pure.
+    """Return the index of the brick of every block, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32; pure.
 
-    places  that have a brick, (n, 3) int64; all samples of any other place are on one side
+    places  blocks with a brick, (n, 3) int64; all samples of any other block are on one side
     """
     corner = marks[:-1:BRICK, :-1:BRICK, :-1:BRICK] & OUTSIDE
     index = np.where(corner, LevelSet.FAR_OUTSIDE, LevelSet.FAR_INSIDE).astype(np.int32)
@@ -75,9 +75,9 @@ def brick_index(places: np.ndarray, marks: np.ndarray) -> np.ndarray:
 
 
 def near_bricks(tree: Tree, lattice: Lattice, width: float) -> np.ndarray:
-    """Return the bricks that the band may touch, (n, 3) int64, in the order they lie in memory; pure.
+    """Return the bricks that the band may touch, (n, 3) int64, in memory order; pure.
 
-    width  of the band [m]
+    width  width of the band [m]
 
     No sample of a brick is farther from its middle than half the brick's diagonal.
     """
@@ -115,8 +115,8 @@ def fill_bricks(
     """Fill, in place, the first 8 x 8 x 8 samples of every brick: distance, and velocity of the closest point.
 
     velocities  of the corners of the surface's triangles [m/s], (m, 3, 3) float64
-    places      of the bricks along the axes, (n, 3) int64
-    marks       of the lattice's samples, from flood_fill.marked_samples, (x, y, z) uint8
+    places      blocks of the bricks, (n, 3) int64
+    marks       marks of the lattice's samples, from flood_fill.marked_samples, (x, y, z) uint8
     distance    clamped outside to the width [m], (n, 9, 9, 9) float32
     velocity    [m/s], (n, 9, 9, 9, 3) float32
     """
@@ -144,11 +144,11 @@ def share_samples(
 ) -> None:
     """Fill, in place, the last samples of every brick along each axis: they are the first of the brick beyond.
 
-    index  of the brick at every place, negative where there is none, with one place more at the end of every axis,
+    index  index of the brick of every block, negative if there is none, with one more block at the end of every axis,
            (na + 1, nb + 1, nc + 1) int32
 
-    Where that brick is missing, the sample is beyond the band: it takes sign and velocity of the sample before it, in a
-    brick that all who share the sample agree on. Inside, the distance goes on as it does before that.
+    If that brick is missing, the sample is beyond the band: it takes sign and velocity of the previous sample, in a
+    brick that is the same for all bricks with this sample. Inside, the distance is extrapolated.
     """
     last = BRICK - 1
     for n in range(len(places)):
@@ -172,9 +172,10 @@ def share_samples(
 
 @njit(cache=True)
 def holder(index: np.ndarray, i: int, j: int, k: int) -> tuple[int, int, int, int]:
-    """Return the first brick that holds a sample of the lattice, the one it begins before all others; and where in it.
+    """Return the first brick with a sample of the lattice, preferably as its first sample, and the index in
+    it.
 
-    At least one must; the others it lies in are those before, along one axis or more.
+    At least one must contain it; the other candidates precede along one axis or more.
     """
     for a in (i // BRICK, (i - 1) // BRICK):  # In a fixed order: all bricks that share a sample find the same holder.
         for b in (j // BRICK, (j - 1) // BRICK):

@@ -15,7 +15,7 @@ FARTHEST = 1e6
 
 
 class Surface(NamedTuple):
-    """Triangles that stand alone, each with its own corners.
+    """Independent triangles, each with its own corners.
 
     corners     [m], (m, 3, 3) float64
     velocities  of the corners [m/s], (m, 3, 3) float64
@@ -30,8 +30,8 @@ def closed_surface(mesh: Mesh, open_edges: str) -> Surface:
 
     open_edges  "fill": every hole is capped, with a warning; "refuse": a hole is an error
 
-    Overlapping parts and edges shared by more than two triangles are fine: the sign of the distance comes from what can
-    be reached from outside. Raises BadInput for an empty, flat or broken mesh, and for holes that are refused.
+    Overlapping parts and edges shared by more than two triangles are allowed: the sign of the distance follows from a
+    flood from outside. Raises BadInput for an empty, flat or broken mesh, and for holes that are refused.
     """
     mesh = checked(mesh)
     found, crowded = openings(mesh)
@@ -79,9 +79,9 @@ def refuse_unless_sane(rows: np.ndarray, name: str) -> None:
 
 
 def openings(mesh: Mesh) -> tuple[list[Hole], int]:
-    """Return the holes, and how many edges more than two triangles share; pure.
+    """Return the holes, and the number of edges shared by more than two triangles; pure.
 
-    Points at one place count as one, so that a surface split along its texture seams is still closed.
+    Coincident points count as one, so that a surface split along its texture seams is closed.
     """
     edges, uses = edge_uses(mesh.triangles)
     names = np.arange(len(mesh.points))

@@ -17,8 +17,8 @@ def marked_samples(corners: np.ndarray, lattice: Lattice) -> np.ndarray:
 
     corners  of a closed surface's triangles [m], (m, 3, 3)
 
-    A sample is outside if a path along the lattice joins it to the border and crosses no triangle. Orientation, parts
-    that overlap, and closed parts within others do not matter: what cannot be reached is inside.
+    A sample is outside if a path along the lattice joins it to the border and crosses no triangle. Orientation,
+    overlapping parts, and closed parts within others have no effect: all unreached samples are inside.
     """
     marks = np.zeros(lattice.samples, np.uint8)
     places = corners / lattice.voxel - lattice.first
@@ -32,9 +32,9 @@ def marked_samples(corners: np.ndarray, lattice: Lattice) -> np.ndarray:
 
 @njit(cache=True)
 def side(pu: float, pv: float, qu: float, qv: float, u: float, v: float) -> float:
-    """Return twice the signed area of p, q and (u, v); exactly opposite when p and q change places.
+    """Return twice the signed area of p, q and (u, v); exactly opposite when p and q are exchanged.
 
-    Two triangles therefore agree on which side of their common edge a line passes, and no line slips between them.
+    So two triangles agree on the side of their common edge on which a line passes, and no line passes between them.
     """
     if pu < qu or (pu == qu and pv < qv):
         return (qu - pu) * (v - pv) - (qv - pv) * (u - pu)
@@ -45,7 +45,7 @@ def side(pu: float, pv: float, qu: float, qv: float, u: float, v: float) -> floa
 def block_steps(places: np.ndarray, axis: int, marks: np.ndarray) -> None:
     """Mark, in place, the steps along one axis that meet a triangle.
 
-    places  of the triangles' corners, counted in samples from the first, (m, 3, 3) float64
+    places  positions of the triangles' corners, in samples from the first, (m, 3, 3) float64
     """
     second, third = (axis + 1) % 3, (axis + 2) % 3
     step = np.zeros(3, np.int64)

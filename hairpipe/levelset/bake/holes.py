@@ -13,10 +13,10 @@ NAMED = 4
 class Hole(NamedTuple):
     """One loop of open edges.
 
-    loop     the points it passes, in order, (k,)
-    length   around it [m]
+    loop     its points, in order, (k,)
+    length   its length [m]
     weights  share of every point in the middle of the loop: half of the two edges that meet there, (k,), sum 1
-    centre   that middle [m], (3,) float64
+    centre   this middle [m], (3,) float64
     """
 
     loop: np.ndarray
@@ -37,9 +37,9 @@ def edge_uses(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def holes(edges: np.ndarray, points: np.ndarray) -> list[Hole]:
     """Return the loops that the open edges form, longest first; pure.
 
-    edges  those used by an odd number of triangles, (e, 2)
+    edges  edges of an odd number of triangles, (e, 2)
 
-    Such edges meet in even numbers at every point, whatever the mesh, so that they always fall into closed loops.
+    At every point of any mesh the number of such edges is even, so they always form closed loops.
     """
     return sorted((measured(loop, points) for loop in loops(edges)), key=lambda hole: -hole.length)
 
@@ -81,8 +81,8 @@ def measured(loop: list[int], points: np.ndarray) -> Hole:
 def capped(mesh: Mesh, found: list[Hole]) -> Mesh:
     """Return the mesh with every hole closed by a fan of triangles around its middle; pure.
 
-    The middle moves as the edge does. A fan over a bent or hollow loop may fold over itself;
-    it is closed all the same, which is what the sign of the distance needs.
+    The middle moves as the edge does. A fan over a bent or concave loop may overlap itself; it is still closed, as the
+    sign of the distance requires.
     """
     points, triangles, velocities = [mesh.points], [mesh.triangles], [mesh.rates]
     for number, hole in enumerate(found):

@@ -12,12 +12,12 @@ from hairpipe.spatial.triangle_tree import Tree
 def inner_corners(tree: Tree, velocities: np.ndarray, lattice: Lattice, places: np.ndarray) -> np.ndarray:
     """Return signed distance [m] and velocity [m/s] at the corners of blocks far inside, 0 at others; pure.
 
-    tree        over the surface
-    velocities  of the corners of the surface's triangles [m/s], (m, 3, 3) float64
-    places      number of the brick at every place, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32
+    tree        tree over the surface
+    velocities  velocities of the corners of the surface's triangles [m/s], (m, 3, 3) float64
+    places      index of the brick of every block, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32
     returns     (na + 1, nb + 1, nc + 1, 4) float32
 
-    Between them, a distance that bends with a radius of R has an error of up to (8 voxel)^2 / 4 R.
+    Between them, a distance with a radius of curvature R has an error of up to (8 voxel)^2 / 4 R.
     """
     corners = np.zeros((*np.add(places.shape, 1), 4), np.float32)
     far = np.pad(places == LevelSet.FAR_INSIDE, 1)

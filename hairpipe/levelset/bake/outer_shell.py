@@ -15,10 +15,10 @@ DEEPEST = 128
 
 
 class Outer(NamedTuple):
-    """What the outside touches of a surface.
+    """The part of a surface reached from outside.
 
-    surface  its triangles; those that are hidden in part are cut into pieces no larger than a voxel
-    lost     share of their area that no inside sample backs: parts too thin for the voxel
+    surface  its triangles; partly hidden ones are cut into pieces no larger than a voxel
+    lost     share of their area without inside samples behind it: parts too thin for the voxel
     """
 
     surface: Surface
@@ -26,12 +26,12 @@ class Outer(NamedTuple):
 
 
 def outer_surface(surface: Surface, marks: np.ndarray, lattice: Lattice) -> Outer:
-    """Return the part of a surface that the outside touches; pure.
+    """Return the part of a surface reached from outside; pure.
 
-    marks  of the samples, from outside.marked_samples, (x, y, z) uint8
+    marks  marks of the samples, from flood_fill.marked_samples, (x, y, z) uint8
 
-    A point outside is nearest to that part anyway. A point inside must not take a sheet hidden within the body for its
-    surface: its distance and its velocity would be those of an unreachable surface. Where parts meet, sheets end
+    The closest point of a point outside is always on this part. A point inside must not refer to a sheet hidden within
+    the body: its distance and its velocity would be those of an unreachable surface. Where parts meet, sheets end
     within two voxels behind the crease.
     """
     triangles = np.concatenate([surface.corners / lattice.voxel - lattice.first, surface.velocities], axis=2)
@@ -49,13 +49,13 @@ def outer_surface(surface: Surface, marks: np.ndarray, lattice: Lattice) -> Oute
 
 @njit(cache=True)
 def sort_pieces(triangles: np.ndarray, marks: np.ndarray, pieces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Cut every triangle into pieces no larger than a voxel and tell which of them the outside touches.
+    """Cut every triangle into pieces no larger than a voxel and find the pieces reached from outside.
 
-    triangles  place of the corners, counted in samples from the first, and velocity [m/s], (m, 3, 6) float64
-    pieces     takes those that are touched, one triangle after the other, as many as fit, (p, 3, 6) float64
+    triangles  positions of the corners, in samples from the first, and velocity [m/s], (m, 3, 6) float64
+    pieces     out: pieces that are reached, triangle by triangle, up to its length, (p, 3, 6) float64
 
-    Returns how many pieces of each triangle are touched, (m,) int64, and the area of its pieces that are hidden, backed
-    by an inside sample, and lost, (m, 3) float64 [voxel^2].
+    Returns the number of reached pieces of each triangle, (m,) int64, and the area of its pieces that are hidden,
+    backed by an inside sample, and lost, (m, 3) float64 [voxel^2].
     """
     counts = np.zeros(len(triangles), np.int64)
     areas = np.zeros((len(triangles), 3))
@@ -120,9 +120,9 @@ def halve(piece: np.ndarray, s: int, other: np.ndarray) -> None:
 
 @njit(cache=True)
 def fate_of(piece: np.ndarray, marks: np.ndarray) -> int:
-    """Return HIDDEN where all samples of the voxels that hold a piece are inside, LOST where all are outside.
+    """Return HIDDEN if all samples of the voxels that contain a piece are inside, LOST if all are outside.
 
-    A piece that lies on samples is held by the voxels on both sides.
+    A piece that lies on samples is contained in the voxels on both sides.
     """
     outside = inside = False
     low, high = np.empty(3, np.int64), np.empty(3, np.int64)

@@ -25,14 +25,14 @@ LOST = 0.05
 
 
 def bake_parts(rest: Body, pose: Pose | None, voxel: float, half_width: float, smallest: float) -> BodyParts:
-    """Return the parts of a body in a pose; at rest and still without one. Pure.
+    """Return the parts of a body in a pose; without a pose, at rest and static. Pure.
 
     voxel       spacing of the samples [m]
-    half_width  of the band, in voxels
-    smallest    size of a part of the skin [m]; bones with less move with their parents
+    half_width  half width of the band, in voxels
+    smallest    minimum size of a part of the skin [m]; bones with less move with their parents
 
-    The skin of a part is the posed one: what neighbours share is bent in the frames of both. Raises BadInput as `skin`
-    and, naming the part, `bake` do, and warns of parts that are too thin for the voxel.
+    The skin of a part is the posed one: skin shared by neighbours is bent in the frames of both. Raises BadInput as
+    `skin` and, naming the part, `bake` do, and warns of parts that are too thin for the voxel.
     """
     points = skin(rest, pose).points
     groups = group_bones(rest, smallest)
@@ -56,9 +56,9 @@ def bake_parts(rest: Body, pose: Pose | None, voxel: float, half_width: float, s
 
 
 def frames_of(rest: Body, pose: Pose | None, leaders: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the frames of bones, [R | p] [m] and its rate, (G, 3, 4) each, R being the turn since rest; pure.
+    """Return the frames of bones, [R | p] [m] and its rate, (G, 3, 4) each, R being the rotation since rest; pure.
 
-    leaders  the bones, (G,), whose joints are p; -1 is none, and its frame the world's
+    leaders  the bones, (G,), whose joints are p; -1: no bone, with the frame of the world
     """
     poses = np.tile(np.eye(3, 4), (len(leaders), 1, 1))
     rates = np.zeros((len(leaders), 3, 4))
@@ -76,9 +76,9 @@ def frames_of(rest: Body, pose: Pose | None, leaders: np.ndarray) -> tuple[np.nd
 def bake_part(
     cut: Cut, points: np.ndarray, place: np.ndarray, voxel: float, half_width: float
 ) -> tuple[LevelSet, float]:
-    """Return the level set of a part in its own frame, and the share of its area that is too thin for it.
+    """Return the level set of a part in its own frame, and the share of its area that is too thin for the voxel.
 
-    points  of the posed skin [m], (n, 3) float64
+    points  points of the posed skin [m], (n, 3) float64
     place   [R | p] of the part [m], (3, 4) float64
     """
     local = (points[cut.vertices] - place[:, 3]) @ place[:, :3]

@@ -19,10 +19,10 @@ COLLAR, REACH = 0.2, 1.0
 class Cut(NamedTuple):
     """A patch of the skin that belongs to a group of bones.
 
-    group      it belongs to
-    vertices   of the body that it has, (k,) int64
-    triangles  between them, counted in `vertices`, (m, 3) int32
-    rim        vertices on edges where the body itself is open, (k,) bool
+    group      index of the group
+    vertices   vertices of the body in the patch, (k,) int64
+    triangles  triangles between them, indices into `vertices`, (m, 3) int32
+    rim        vertices on open edges of the body itself, (k,) bool
     """
 
     group: int
@@ -32,11 +32,11 @@ class Cut(NamedTuple):
 
 
 class Edges(NamedTuple):
-    """The ways along a skin. Vertices at one place count as one: skins are split along the seams of their texture.
+    """The edge graph of a skin. Coincident vertices count as one: skins are split along the seams of their texture.
 
-    places   the place of every vertex, (n,) int64
-    ends     of the edges, places, (e, 2) int64
-    lengths  of the edges [m], (e,) float64
+    places   node of every vertex, (n,) int64
+    ends     nodes at the ends of the edges, (e, 2) int64
+    lengths  lengths of the edges [m], (e,) float64
     """
 
     places: np.ndarray
@@ -47,10 +47,10 @@ class Edges(NamedTuple):
 def cut_skin(body: Body, groups: Groups, overlap: float) -> list[Cut]:
     """Return the patches of all groups that have skin; pure.
 
-    overlap  how far along the skin a patch goes on beyond the vertices that follow its group most [m]
+    overlap  extension of a patch along the skin beyond the vertices with the largest weight of its group [m]
 
-    Two bones share their skin where both have weight 1/2. What more than two share goes to the foremost, so that no
-    skin is left out.
+    Two bones share the skin where both have weight 1/2. Skin shared by more than two belongs to the first of them, so
+    that no skin is omitted.
     """
     owners = group_weights(body, groups).argmax(axis=1)
     skin = edges_along(body.mesh)
@@ -97,11 +97,11 @@ def near_along(skin: Edges, own: np.ndarray, reach: float) -> np.ndarray:
 
 
 def closed(points: np.ndarray, triangles: np.ndarray, rim: np.ndarray) -> Mesh:
-    """Return a patch closed by caps across its holes, standing still; pure.
+    """Return a patch closed by caps across its holes, static; pure.
 
-    rim  vertices on edges where the body itself is open, (n,) bool
+    rim  vertices on open edges of the body itself, (n,) bool
 
-    Where it was cut the cap is a hat: a collar across a limb, and a cone inside the neighbour that goes on there.
+    At a cut the cap is a hat: a collar across a limb, and a cone inside the adjacent part.
     """
     mesh = Mesh(points, triangles, np.zeros_like(points))
     found = openings(mesh)[0]

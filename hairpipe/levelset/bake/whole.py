@@ -17,18 +17,18 @@ LOST = 0.01
 
 
 def bake(mesh: Mesh, voxel: float, half_width: float, open_edges: str = "fill") -> LevelSet:
-    """Return the signed distance and the velocity of a body in a band around its surface, and all over inside; pure.
+    """Return the signed distance and the velocity of a body in a band around its surface, and everywhere inside; pure.
 
-    phi(x) = -+min |x - p| over the points p of the surface that the outside touches, negative inside; v(x) = v(p)
+    phi(x) = -+min |x - p| over the points p of the surface reached from outside, negative inside; v(x) = v(p)
 
-    voxel       spacing of the samples [m]; they lie at whole multiples of it
-    half_width  of the band, in voxels
+    voxel       spacing of the samples [m]; they lie at integer multiples of it
+    half_width  half width of the band, in voxels
     open_edges  "fill": holes are capped, with a warning; "refuse": they are an error
 
     The distance is that to the triangles themselves, in double precision. The sign is that of a flood from outside
-    along the samples, which no triangle lets pass. Neither is OpenVDB's: on a sphere of radius 12 voxels its conversion
-    of a mesh had an error of up to 0.48 voxels, this 0.003; next to the MakeHuman body's surface, at 8 mm, it had
-    191 of 20,000 samples on the wrong side, by the winding number, where this has none. A body bakes without it.
+    along the samples, which triangles block. OpenVDB's conversion of a mesh is less accurate in both: on a sphere of
+    radius 12 voxels it had an error of up to 0.48 voxels, this 0.003; next to the MakeHuman body's surface, at 8 mm,
+    it had 191 of 20,000 samples on the wrong side, by the winding number, this none. Baking does not use OpenVDB.
 
     Raises BadInput for a mesh that is broken, empty, encloses no sample, or is too large for its voxel.
     """

@@ -1,12 +1,12 @@
-"""A body in parts between two frames: each part goes along its bone's path, and its shape from frame to frame.
+"""A body in parts between two frames: each part moves along its bone's path, with a blended shape.
 
     phi(x, a) = min_k f_k(R_k(a)^T (x - p_k(a)), a),   f_k(X, a) = (1 - a) phi_k0(X) + a phi_k1(X)
     v = dp/dt + omega x (x - p) + u n,   u = (phi_k0 - phi_k1) / (dt |grad f_k|)
 
-with the path of `pose_path`. A part that is the same in both frames is read once.
+with the path of `pose_path`. A part of constant shape is read once.
 
 We differ from the paper (Selle et al. 2008, section 5), which blends one level set of the whole body along its mean
-velocity: this needs no velocities, keeps the shape of what turns, and does not mix up two bodies that are close.
+velocity: this needs no velocities, preserves the shape of rotating parts, and does not mix two close bodies.
 """
 
 from dataclasses import dataclass
@@ -37,8 +37,8 @@ class ColliderParts:
     """A body in parts between two frames; a Collider.
 
     before, after  the parts at the two frames
-    outlines       of the parts in their own frames
-    path           of the poses
+    outlines       outlines of the parts in their own frames
+    path           path of the poses
     """
 
     before: PartField
@@ -48,9 +48,9 @@ class ColliderParts:
 
     @property
     def speed(self) -> float:
-        """Speed that no part exceeds [m/s]: of the fastest corner of its box, and of its shape.
+        """Return an upper bound of the speed of parts [m/s]: of the fastest corner of a box, plus that of its shape.
 
-        The corners are seen a few times, v + omega x (x - p).
+        The corners are sampled at a few times, v + omega x (x - p).
         """
         return self._speed
 
@@ -96,11 +96,11 @@ class ColliderParts:
 
 
 def build_collider_parts(before: BodyParts, after: BodyParts, frame: float) -> ColliderParts:
-    """Build a body that moves from one frame to the next; the arrays are shared.
+    """Build a body that moves from one frame to the next; shares the arrays.
 
     frame  time between them [s]
 
-    Raises BadInput where the frames have other parts.
+    Raises BadInput if the frames have different parts.
     """
     if before.names != after.names or before.voxel != after.voxel or before.half_width != after.half_width:
         right = "parts baked from one body with the same settings"

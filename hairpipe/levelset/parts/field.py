@@ -14,9 +14,9 @@ FAR_OUTSIDE = LevelSet.FAR_OUTSIDE
 class PartField(NamedTuple):
     """The arrays and numbers of BodyParts, without their poses.
 
-    starts, shapes, origins, bricks, distance, inner  as there
-    corners     where the corners of every part begin in `inner`, (G,) int64
-    per_metre   samples in a metre [1/m]
+    starts, shapes, origins, bricks, distance, inner  as in BodyParts
+    corners     start of the corners of every part in `inner`, (G,) int64
+    per_metre   samples per metre [1/m]
     background  distance beyond the band, outside [m]
     """
 

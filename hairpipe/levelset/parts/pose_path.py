@@ -1,11 +1,11 @@
-"""Where the parts of a body are between two frames: a path through their poses, smooth at the frames.
+"""Poses of the parts of a body between two frames: a path through their poses, smooth at the frames.
 
     R(a) = R_0 exp(q(a)),  q = h10 w0 + h01 r + h11 J(r)^-1 w1,  p(a) = p_0 + h10 v0 + h01 (p_1 - p_0) + h11 v1
 
 with r = log(R_0^T R_1), the velocities v and w (in the part's own frame) of the key poses times the frame, the right
 Jacobian J of `turns`, and Hermite's h10 = a^3 - 2 a^2 + a, h01 = 3 a^2 - 2 a^3, h11 = a^3 - a^2. Poses and velocities
-at the frames are the given ones, whatever lies before or after: the path is C1. A turn of half a circle in a frame is
-ambiguous: the shorter way is taken.
+at the frames are the given ones, independent of other frames: the path is C1. A rotation by half a circle per frame is
+ambiguous: the shorter one is used.
 """
 
 from typing import NamedTuple
@@ -34,9 +34,9 @@ class PosePath(NamedTuple):
 
 
 class Stances(NamedTuple):
-    """Where G parts are, and how they move, at T times.
+    """Poses and velocities of G parts at T times.
 
-    times   since the first frame [frames], (T,)
+    times   time since the first frame [frames], (T,)
     turns   R, (T, G, 3, 3)
     places  p [m], (T, G, 3)
     spins   angular velocity in the world [rad/s], (T, G, 3)
@@ -71,7 +71,7 @@ def path_between(pose0: np.ndarray, rate0: np.ndarray, pose1: np.ndarray, rate1:
 def spin_within(turn: np.ndarray, rate: np.ndarray) -> np.ndarray:
     """Return the angular velocity in its own frame [rad/s], (3,), of a rotation and its rate, (3, 3) each; pure.
 
-    Of R^T dR/dt only the part is taken that turns: a rate that was measured over a time also has a little stretch.
+    Only the antisymmetric part of R^T dR/dt is used: a rate from finite differences also contains a small stretch.
     """
     W = turn.T @ rate
     return 0.5 * np.array([W[2, 1] - W[1, 2], W[0, 2] - W[2, 0], W[1, 0] - W[0, 1]])

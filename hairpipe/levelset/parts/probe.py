@@ -49,12 +49,12 @@ def nearest_part(
 
 
 class Places(NamedTuple):
-    """What is known of G parts at one time, and what is asked of them.
+    """Data of G parts at one time for a query.
 
-    changes  whether the parts have another shape in the second frame, (G,) bool
-    boxes    around the parts in the world [m], (G, 2, 3)
+    changes  whether the shape of a part differs in the second frame, (G,) bool
+    boxes    boxes around the parts in the world [m], (G, 2, 3)
     frame    time between the frames [s]
-    reach    nothing is asked but their distance of points where that is not less [m], (P,)
+    reach    distance from which on only the distance of a point is queried [m], (P,)
     """
 
     changes: np.ndarray
@@ -74,9 +74,9 @@ def probe_parts(
     normal: np.ndarray,
     velocity: np.ndarray,
 ) -> None:
-    """Write, in place, what the body is like where it is nearer than `distance`; a SdfSample, unpacked.
+    """Write the sample of the body where it is nearer than `distance`, in place; a SdfSample, unpacked.
 
-    stances  of the parts at one time
+    stances  stances of the parts at one time
     """
     changes, boxes, frame, reach = parts.changes, parts.boxes, parts.frame, parts.reach
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):

@@ -13,10 +13,10 @@ from hairpipe.levelset.parts.pose_path import Stances
 
 
 class Shape(NamedTuple):
-    """What the distance to a part is read from.
+    """Source of the distance to a part.
 
     before, after  the parts at the two frames
-    changes        whether a part has another shape in the second frame, (G,) bool
+    changes        whether the shape of a part differs in the second frame, (G,) bool
     part           its index
     """
 
@@ -94,11 +94,11 @@ def velocity_of(stances: Stances, t: int, part: int, x: Vector) -> Vector:
 
 @njit(cache=True)
 def largest_changes(before: PartField, after: PartField, changes: np.ndarray) -> np.ndarray:
-    """Return by how much the distance to every part changes at most over the frame, in its own frame [m], (G,); pure.
+    """Return the largest change of the distance to every part over the frame, in its own frame [m], (G,); pure.
 
-    What is deeper inside than the band is taken as its border: there the nearest way out may jump.
+    Values deeper inside than the band are clamped to its border: there the closest point may jump.
 
-    changes  whether it does, (G,)
+    changes  whether the shape changes, (G,)
     """
     found = np.zeros(len(changes))
     for part in np.flatnonzero(changes):

@@ -29,9 +29,9 @@ CHUNK = 512
 
 
 class Outlines(NamedTuple):
-    """What is known of G parts in their own frames.
+    """Outlines of G parts in their own frames.
 
-    changes    whether a part has another shape in the second frame than in the first, (G,) bool
+    changes    whether the shape of a part differs between the frames, (G,) bool
     low, high  corners of the box around a part [m], (G, 3) float64
     """
 
@@ -55,12 +55,11 @@ def swelling_along(shape: Shape, ray: SpaceTimeRay, first: float, last: float) -
 
 @inlined
 def first_hit(shape: Shape, ray: SpaceTimeRay, low: Vector, high: Vector, kept: float) -> float:
-    """Return the fraction of a ray in a part's frame at which the distance gets below `kept` [m], or inf.
+    """Return the fraction of a ray in a part's frame at which the distance falls below `kept` [m], or inf.
 
     low, high  corners of the part's box [m]
 
-    Where the distance changes by at most L over a ray, it does not get below zero if the distances at both ends add up
-    to more than L.
+    If the distance changes by at most L over a ray, and the distances at both ends add up to more, it stays positive.
     """
     first, last = crossed_box(low, high, ray)
     if not first <= last:
@@ -133,11 +132,11 @@ def sweep_parts(
     farthest: float,
     fraction: np.ndarray,
 ) -> None:
-    """Write, in place, hits sooner than `fraction` of points that walk from the first of the times to the last.
+    """Write the hits before `fraction` of points that move from the first of the times to the last, in place.
 
-    stances   of the parts at even times
-    boxes     around the parts in the world at all these times [m], (G, 2, 3)
-    farthest  the longest way of a part [m]
+    stances   stances of the parts at equidistant times
+    boxes     boxes around the parts in the world at all these times [m], (G, 2, 3)
+    farthest  longest displacement of a part [m]
     """
     count = len(walk.thickness)
     changes = outlines.changes
