@@ -5,10 +5,11 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from hairpipe import __version__
+from hairpipe.api.graph_shot import GraphShot
 from hairpipe.api.node_types import document as type_document
 from hairpipe.api.reports import Fate, Plan, Run, Task
 from hairpipe.api.selection import FrameSet, fold_frames
-from hairpipe.api.shot import Node, Record, Shot
+from hairpipe.api.shot import Node, Record
 from hairpipe.api.wedge_shot import WedgeShot
 from hairpipe.page.values import kinds_of
 from hairpipe.wedge.comparison import compare
@@ -22,7 +23,7 @@ RESERVED = ("type", "in", "publish", "checkpoint")
 """Keys in the table of a node that are not settings."""
 
 
-def graph_document(shot: Shot) -> dict[str, Any]:
+def graph_document(shot: GraphShot) -> dict[str, Any]:
     """Describe a graph: its nodes in order, with sockets, wires, settings as set, and what each is."""
     tables = shot.tables
     return {
@@ -80,7 +81,7 @@ def told_by(run: Run | None) -> Told:
     return Told(run.fates, {failure.task: failure.message for failure in run.failures}) if run else NOTHING
 
 
-def state_document(shot: Shot, found: Plan, suffix: Suffix, told: Told = NOTHING) -> dict[str, Any]:
+def state_document(shot: GraphShot, found: Plan, suffix: Suffix, told: Told = NOTHING) -> dict[str, Any]:
     """Describe what is in the cache, what a run would do and why, or what one has done.
 
     found  plan of the shot
@@ -107,7 +108,7 @@ def wedge_document(wedge: WedgeShot, found: Plan, suffix: Suffix, told: Told, fr
     }
 
 
-def nodes_document(shot: Shot, found: Plan, suffix: Suffix, told: Told) -> dict[str, Any]:
+def nodes_document(shot: GraphShot, found: Plan, suffix: Suffix, told: Told) -> dict[str, Any]:
     """Describe the results of every node, a cell for the shot or for each frame."""
     nodes: dict[str, dict[str, Any]] = {name: {"cells": []} for name in shot.graph.nodes}
     for entry in found:
@@ -150,7 +151,7 @@ def short(found: Any) -> str:
     return str(found)[:NAMED]
 
 
-def verdict(shot: Shot, found: Plan, options: str = "") -> dict[str, Any]:
+def verdict(shot: GraphShot, found: Plan, options: str = "") -> dict[str, Any]:
     """Sum up: frames, results in the cache and to compute, seconds, bytes, failures, warnings, versions, the command.
 
     options  of the command
@@ -171,7 +172,7 @@ def verdict(shot: Shot, found: Plan, options: str = "") -> dict[str, Any]:
     }
 
 
-def frames_of(shot: Shot, found: Plan) -> set[int]:
+def frames_of(shot: GraphShot, found: Plan) -> set[int]:
     """Find the frames of the range at which all nodes are planned: a simulation is planned from its first frame on."""
     frames: dict[str, set[int]] = {}
     for entry in found:

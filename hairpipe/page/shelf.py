@@ -3,8 +3,9 @@
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+from hairpipe.api.graph_shot import GraphShot
 from hairpipe.api.reports import Plan, Task
-from hairpipe.api.shot import Record, Shot
+from hairpipe.api.shot import Record
 from hairpipe.errors import BadInput
 from hairpipe.graph import File
 from hairpipe.page import shapes
@@ -15,7 +16,7 @@ from hairpipe.page.values import document_of, kinds_of, mesh_of, suffix_of
 class Place(NamedTuple):
     """Where an object came from: an output of a result of a shot."""
 
-    shot: Shot
+    shot: GraphShot
     task: Task
     record: Record
     output: str
@@ -38,7 +39,7 @@ class Shelf:
         self._faces: dict[str, Packed] = {}
         self._suffixes: dict[str, str | None] = {}
 
-    def take(self, shot: Shot, found: Plan) -> None:
+    def take(self, shot: GraphShot, found: Plan) -> None:
         """Take the results that a plan of a shot has found in; what was named before stays."""
         for task, record in found.records.items():
             for name, output in record.outputs.items():

@@ -43,18 +43,20 @@ class Recording:
 
     def write(self, done: Run) -> None:
         """Write the tables of a run that has ended well; OSError where the file cannot be written."""
-        records = done.shot.results(done.frames, to=self._nodes)
-        recipe = done.shot.recipe(done.frames, to=self._nodes)
+        shot = done.shot
+        assert isinstance(shot, Shot)
+        records = shot.results(done.frames, to=self._nodes)
+        recipe = shot.recipe(done.frames, to=self._nodes)
         results = Results(
             commit=self._commit,
             machine=recording_machine(),
             command=self._command,
-            graph=done.shot.path.name,
+            graph=shot.path.name,
             settings=self._settings,
             frames=self._frames,
             module="",
             processor=round(seconds_of(records.values()), 2),
-            tables={name: table_of(done.shot, done.graph.nodes[name], records) for name in self._nodes},
+            tables={name: table_of(shot, done.graph.nodes[name], records) for name in self._nodes},
             nodes=recipe.nodes,
             shot=recipe.frames,
             modules=recipe.modules,

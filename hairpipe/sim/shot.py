@@ -47,15 +47,19 @@ class Simulation(Protocol[S]):
     @property
     def groom(self) -> Groom:
         """The strands whose roots are led."""
+        ...
 
     def start(self, frame: Frame) -> S:
         """Return the hair at the first frame."""
+        ...
 
     def advance(self, state: S, frame: Frame) -> S:
         """Return the hair at a frame from that at the previous one; the shot is not cut between them."""
+        ...
 
     def carry_over_cut(self, state: S, leads: tuple[Lead, Lead]) -> S:
         """Return the hair moved with its roots, from what leads them before a cut to what leads them after it."""
+        ...
 
 
 def next_state(simulation: Simulation[S], previous: S | None, frame: Frame) -> S:

@@ -8,10 +8,17 @@ intermediate code, in memory and in the folder of kernels, and the function that
 
 from typing import Any
 
+KNOWN = (0, 68)
+"""Version of numba whose internal classes are patched here; another one compiles as it does by itself."""
+
 
 def defer_code() -> None:
     """Patch numba's modules of compilation, in place: libraries of functions generate their code when it is needed."""
+    import numba
     from numba.core import codegen, compiler
+
+    if numba.version_info[:2] != KNOWN:
+        return
     from numba.core.environment import lookup_environment
 
     class DeferredLibrary(codegen.JITCodeLibrary):
@@ -42,7 +49,7 @@ def defer_code() -> None:
             for name in self._globals():
                 environment = lookup_environment(name)
                 if environment is not None:
-                    self._codegen.set_env(name, environment)
+                    self._codegen.set_env(name, environment)  # pyright: ignore[reportAttributeAccessIssue]
 
         def _globals(self) -> list[str]:
             return [variable.name for variable in self._final_module.global_variables]
@@ -60,7 +67,7 @@ def defer_code() -> None:
                 self._generate()
             return super().get_pointer_to_function(name)
 
-        def serialize_using_object_code(self) -> tuple[str, str, Any]:
+        def serialize_using_object_code(self) -> Any:
             """Give what is kept of the library in a file."""
             return self.serialize_using_bitcode() if self._pending else super().serialize_using_object_code()
 
@@ -77,5 +84,6 @@ def defer_code() -> None:
         return define_pipeline(state)
 
     codegen.JITCPUCodegen._library_class = DeferredLibrary
-    codegen.JITCPUCodegen.set_env = set_env_of_generated
-    compiler.DefaultPassBuilder.define_parfor_gufunc_pipeline = staticmethod(define_without_entries)
+    codegen.JITCPUCodegen.set_env = set_env_of_generated  # pyright: ignore[reportAttributeAccessIssue]
+    builder: Any = compiler.DefaultPassBuilder
+    builder.define_parfor_gufunc_pipeline = staticmethod(define_without_entries)

@@ -18,8 +18,8 @@ def body_drawn(scene: Scene) -> Iterator[Fault]:
     if noted and scene.hair and not body and not scene.meshes:
         yield Fault(str(noted), "is missing: the stage was written with a body there, and has no other mesh")
     hidden = {body.GetPath(): why_hidden(body, UsdGeom.Mesh)} if body else {}
-    for roots in (told_roots(scene, track) for track in scene.hair):
-        reason = why_hidden(roots.mesh.prim, UsdGeom.Mesh) if roots else None
+    for roots in filter(None, (told_roots(scene, track) for track in scene.hair)):
+        reason = why_hidden(roots.mesh.prim, UsdGeom.Mesh)
         if reason and not reason[2] and not any(mesh.prim != roots.mesh.prim for mesh in scene.meshes):
             hidden[roots.mesh.prim.GetPath()] = reason
     for path, reason in hidden.items():
