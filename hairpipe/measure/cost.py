@@ -11,13 +11,13 @@ COLUMNS = ("seconds per frame", "fastest frame [s]", "slowest frame [s]", "frame
 
 
 def cost_table(nodes: Sequence[Mapping[int, float]], warm: int, timed: int) -> Table:
-    """Return one row: what a frame of all nodes together took [s]: the median, the fastest and the slowest.
+    """Return one row: the time of a frame of all nodes together [s]: the median, the fastest and the slowest.
 
-    nodes  seconds of each node by frame [s]; frames that one of them lacks do not count
-    warm   frames after the first that do not count: kernels are compiled, hair falls and meets what is in its way
-    timed  frames after those; of a shot without any, its last one counts
+    nodes  seconds of each node by frame [s]; frames missing for one of them are excluded
+    warm   number of frames after the first to exclude: kernels are compiled, hair falls into its first contacts
+    timed  number of frames after those; in a shot without any, the last frame is used
 
-    All is NaN where there is no frame to be timed.
+    All values are NaN if there is no frame to time.
     """
     seconds = list(after_the_first(nodes))
     counted = seconds[min(warm, max(len(seconds) - 1, 0)) :][:timed] or [np.nan]

@@ -10,10 +10,11 @@ from hairpipe.groom.strand_arrays import at_shares
 
 
 class Deviation(NamedTuple):
-    """Distances of hair from a reference at one frame; strands that are not finite count in none of them.
+    """Distances of hair from a reference at one frame; non-finite strands are excluded.
 
     tip            root mean square over the strands [m]
-    whole          root mean square over strands and points but the roots [m], a strand as a strand, long or short
+    whole          root mean square over strands and points except the roots [m], strands of any length weighted
+                   equally
     tip_percent    the first, every distance over the length of its strand in the reference [%]
     whole_percent  the second, likewise
     largest        of any point [m]
@@ -31,10 +32,11 @@ class Deviation(NamedTuple):
 def deviation(hair: Strands, reference: Strands, whose: np.ndarray | None = None) -> Deviation:
     """Compare strands with a reference at the points of the latter, at equal shares of their lengths. Pure.
 
-    whose  strand of the reference that each strand of the hair is, (S,); the same one in order without
+    whose  strand of the reference for each strand of the hair, (S,); by default in order
 
     Segments of a strand are of equal length, so a share of its length is a share of its segments, stretched or not;
-    between two points it is straight. All is NaN where no strand is finite. ValueError where strands do not correspond.
+    between two points it is linear. All values are NaN without finite strands. Raises ValueError if strands do not
+    match.
     """
     count = len(hair.offsets) - 1
     whose = np.arange(len(reference.offsets) - 1) if whose is None else np.asarray(whose)

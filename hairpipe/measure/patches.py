@@ -14,8 +14,8 @@ COLUMNS = ("frame", "patch", "strands", "tip [m]", "whole [m]", "tip [%]", "whol
 def measure_patches(hair: Mapping[int, Strands], reference: Mapping[int, Strands], patches: int) -> Table:
     """Return a row for every frame and patch: root mean square of the distances as in `deviation`.
 
-    patches  that the strands are divided into in order, as evenly as possible
-    Raise BadInput where the two are not the same strands, or fewer than the patches.
+    patches  number of patches of consecutive strands, as equal as possible
+    Raises BadInput if the strands differ, or are fewer than the patches.
     """
     rows = []
     for frame in hair:

@@ -14,13 +14,14 @@ _FARTHEST = 2.0  # places looked at, over the depth and the room
 
 
 def is_pinched(points: np.ndarray, depths: np.ndarray, bodies: Sequence[Collider]) -> np.ndarray:
-    """Tell for which points inside bodies there is no room, as where two bodies overlap, (P,); pure.
+    """Return the points inside bodies without free space, as where two bodies overlap, (P,); pure.
 
-    points  [m], (P, 3); depths  how deep they are inside [m], (P,)
+    points  [m], (P, 3); depths  depths inside the bodies [m], (P,)
     bodies  at time zero
 
-    The way out is followed along the normals, out of every body that it leads into, as far as twice the depth and the
-    room: pinched is what finds no place outside there. Nothing is pinched that comes to where there is no way out.
+    A path out is traced along the normals, out of every body that it enters, up to twice the sum of depth and
+    clearance: a point is pinched if there is no free position on it. It is not pinched if the path ends at an
+    undefined normal.
     """
     places = points.copy()
     pinched = np.ones(len(points), bool)

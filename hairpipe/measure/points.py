@@ -20,11 +20,11 @@ def measure_points(
 ) -> PointValues:
     """Return `depth [mm]` where there are bodies, `stretch [%]` with a groom, and `tension [uN]` with a state as well.
 
-    Of hair in locks also `lock`, a colour of each, and `follows`, 0 where hair is simulated and 1 where not: there the
+    For hair in locks also `lock`, a colour of each, and `follows`, 0 for simulated hair and 1 for followers, whose
     tension is that of the guide, which has as many segments.
 
-    A point has the stretch and the tension of the segment that ends there, a root those of the one that begins. Raises
-    BadInput where groom or state are of other strands.
+    A point has the stretch and the tension of the segment that ends there, a root those of the first segment. Raises
+    BadInput if groom or state do not match the strands.
     """
     inner = np.ones(len(hair.points), bool)
     inner[hair.offsets[:-1]] = False
@@ -51,10 +51,10 @@ def measure_points(
 
 
 def spread(values: np.ndarray, inner: np.ndarray, root: float | None = None) -> np.ndarray:
-    """Return values of all points but roots as values of all points, (p,); pure.
+    """Return values of all points except roots as values of all points, (p,); pure.
 
-    inner  which points are not roots, (p,) bool
-    root   value of the roots; without, that of the point after
+    inner  points that are not roots, (p,) bool
+    root   value of the roots; by default that of the next point
     """
     spread_out = np.zeros(len(inner))
     spread_out[inner] = values

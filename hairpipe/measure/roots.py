@@ -12,8 +12,8 @@ from hairpipe.sim.boundary import check_lead
 def measure_root_motion(groom: Groom, leads: Mapping[int, Mesh | Ends], fps: float, cuts: Sequence[int] = ()) -> Table:
     """Return a row for every frame: root mean square, over the strands, of speed and acceleration of the roots.
 
-    leads  at the frames of the run, ascending; some may be left out
-    cuts   frames at which the shot is cut: differences are taken on one side of them
+    leads  leads at the frames of the run, ascending; some may be missing
+    cuts   frames at which the shot is cut: differences are one-sided there
     """
     frames = list(leads)
     places = np.array([root_places(groom, leads[frame]) for frame in frames])
@@ -28,8 +28,8 @@ def measure_root_motion(groom: Groom, leads: Mapping[int, Mesh | Ends], fps: flo
 def differences(values: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the first and the second derivative of values (n, ...) at ascending places (n,), by central differences.
 
-    They need not be evenly spaced: a parabola through three neighbours has these derivatives in the middle one. Beyond
-    both ends values go on in a straight line, and a single one stays what it is.
+    They need not be evenly spaced: the derivatives are those of a parabola through three neighbours. Beyond both ends
+    values are extrapolated linearly, a single one as a constant.
     """
     first, second = np.zeros_like(values), np.zeros_like(values)
     if len(at) > 1:

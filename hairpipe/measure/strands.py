@@ -77,9 +77,9 @@ def bulge(points: np.ndarray) -> float:
 
 
 def turns(ends: Sequence[Ends], along: np.ndarray) -> np.ndarray:
-    """Add up how far the tips have been turned against the roots [rad], (frames, S); less than half a turn a frame.
+    """Sum the rotations of the tips relative to the roots [rad], (frames, S); less than half a turn per frame.
 
-    along  axis of every strand as the groom put it, (S, 3), of any length
+    along  axis of every strand in the groom, (S, 3), of any length
     """
     axes = along / np.linalg.norm(along, axis=1, keepdims=True)
     against = np.array([np.einsum("sji,sjk->sik", e.roots[:, :, :3], e.tips[:, :, :3]) for e in ends])

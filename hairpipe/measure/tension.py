@@ -40,9 +40,9 @@ def measure_tensions(groom: Groom, states: Mapping[int, HairState], fps: float, 
 
 
 def turns(points: np.ndarray) -> np.ndarray:
-    """Return how far every segment of a curve, (n+1, 3), is turned against the first [deg], (n,).
+    """Return the angle of every segment of a curve, (n+1, 3), relative to the first [deg], (n,).
 
-    Angles between neighbours are taken about the mean of their axes, so that wriggles cancel out.
+    Angles between neighbours are measured about the mean of their axes, so that oscillations cancel.
     """
     edges = np.diff(points, axis=0)
     across = np.cross(edges[:-1], edges[1:])
@@ -66,9 +66,9 @@ def layout_of(groom: Groom, state: HairState) -> Layout:
 def tensions(layout: Layout, state: HairState) -> list[tuple[int, np.ndarray, np.ndarray]]:
     """Return every strand with its points [m], (n+1, 3), and the tension of its segments [N], (n,).
 
-    What is on one side of a cut through a segment pulls at what is on the other with sum T d, over the linear springs
-    that the cut goes through; the tension is what of that is along the segment. Altitude springs are left out: they
-    keep tetrahedra apart and carry nothing along a strand that hangs or is drawn.
+    The force across a section of a segment is sum T d, over the linear springs that it cuts; the tension is its
+    component along the segment. Altitude springs are excluded: they separate tetrahedra and have no force along a
+    hanging or pulled strand.
     """
     shape = layout.shape
     found = []

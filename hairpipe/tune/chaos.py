@@ -56,7 +56,7 @@ class Chaos:
 
 @dataclass(frozen=True)
 class Climate:
-    """What members of a model differ by from those of the reference once hair cannot be predicted any more.
+    """Differences of members of a model from those of the reference after the predictable frames.
 
     bias    of their means, of tips or of whole strands, the larger, in the tolerance's unit
     bound   what it may be in strands that were not sampled
@@ -77,9 +77,9 @@ class Climate:
 def chaos_of(
     pairs: Mapping[tuple[int, int], Table], tolerance: Tolerance, tip: float, frames: range, fps: float
 ) -> Chaos:
-    """Find how long hair can be predicted from the tables of `measure_patches` of all pairs of the reference.
+    """Find the predictable time of hair from the tables of `measure_patches` of all pairs of the reference.
 
-    frames  of the tables; the first does not count
+    frames  frames of the tables; the first is excluded
     """
     squares = squares_of(pairs, tolerance.unit)[:, 1:]
     count = squares.shape[-1]
@@ -128,7 +128,7 @@ def squares_of(pairs: Mapping[tuple[int, int], Table], unit: str) -> np.ndarray:
 
 
 def refusal(climate: Climate, chaos: Chaos, tolerance: Tolerance, limit: float) -> str:
-    """Say why a model cannot be promised to keep a tolerance, whatever its errors are; nothing where it can.
+    """Return why a tolerance cannot be guaranteed for a model, whatever its errors are; empty if it can.
 
     limit  of the observables, over what the reference differs from itself by
     """

@@ -1,6 +1,6 @@
-"""Chooses the cheapest combination of simplifications that was measured to keep the tolerance.
+"""Choose the cheapest combination of simplifications whose measured error is within the tolerance.
 
-Errors do not add, so a combination is predicted only to decide what is measured next, and what is chosen was measured.
+Errors do not add, so predictions only determine the next measurement, and every choice is measured.
 """
 
 import math
@@ -22,10 +22,10 @@ Measure = Callable[[Combination], Measured]
 
 @dataclass(frozen=True)
 class Guess:
-    """What a combination is expected to be like before it is measured.
+    """The prediction for a combination before its measurement.
 
-    bound    if what its parts add to the squared error of the full model added up, in the unit of the tolerance
-    seconds  if what its parts save multiplied [s]
+    bound    error if the contributions of its parts to the squared error of the full model add, in the tolerance's unit
+    seconds  time if the savings of its parts multiply [s]
     """
 
     parts: Combination
@@ -43,11 +43,11 @@ class Trial:
 
 @dataclass(frozen=True)
 class Choice:
-    """What was chosen.
+    """The choice.
 
-    parts     left out; None where nothing meets what was asked
-    measured  of the choice; else of what comes nearest: the full model, or the cheapest where a budget was asked for
-    trials    that led there
+    parts     simplifications of the choice; None if nothing satisfies the request
+    measured  measurement of the choice, otherwise of the nearest: the full model, or the cheapest for a budget
+    trials    measurements before the choice
     """
 
     parts: Combination | None
@@ -58,9 +58,9 @@ class Choice:
 def choose(full: Measured, singles: Mapping[Simplification, Measured], tolerance: float, measure: Measure) -> Choice:
     """Choose the cheapest combination within a tolerance.
 
-    Those that are expected to keep it are measured, the cheapest first, until one does; what leaves out at least as
-    much as one that failed is not tried. Of all that was measured and keeps the tolerance the cheapest is chosen.
-    Nothing is where the full model does not keep it: what leaves something out and comes nearer does so by luck.
+    Those predicted within the tolerance are measured, the cheapest first, until one is within it; combinations that
+    omit at least as much as a failed one are skipped. The cheapest of all measured within the tolerance is chosen.
+    None is chosen if the full model is not within it: a simplification that comes nearer does so by chance.
     """
     if not full.keeps(tolerance):
         return Choice(None, full, ())
@@ -90,9 +90,9 @@ def choose_within(
     measure: Measure,
     before: Iterable[Trial] = (),
 ) -> Choice:
-    """Choose the combination of the smallest error that costs no more than a budget [s] a frame.
+    """Choose the combination of the smallest error that costs at most a budget [s] per frame.
 
-    before  what was tried already
+    before  previous trials
     """
     known = table_of(full, singles) | {trial.guess.parts: trial.measured for trial in before}
     sound = {part: found for part, found in singles.items() if not found.fault}

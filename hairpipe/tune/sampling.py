@@ -43,9 +43,9 @@ class Sample:
 def choose_sample(
     frames: range, fps: float, motion: np.ndarray | None, total: int, strands: int, patches: int
 ) -> Sample:
-    """Choose strands, and the frames in which the roots accelerate most, with as many before them to settle in.
+    """Choose strands, and the frames with the largest acceleration of the roots, preceded by as many to settle.
 
-    frames  of the shot
+    frames  frames of the shot
     motion  acceleration of the roots at every frame [m/s^2], (frames,); None where they rest
     total   strands there are
     """
@@ -64,10 +64,10 @@ def other_sample(sample: Sample, frames: range, fps: float, motion: np.ndarray |
 
 
 def window(sample: Sample, frames: range, fps: float, motion: np.ndarray) -> Sample:
-    """Place the frames of a sample where the mean square of the motion is largest; negative motion is out of bounds.
+    """Place the frames of a sample where the mean square of the motion is largest; negative motion excludes a frame.
 
-    Of several such places the first one that leaves time to settle in is taken. Where no place keeps within bounds,
-    it is the one with the most frames that do.
+    Among several maxima the first that leaves time to settle is used. If every position contains excluded frames, it is
+    the one with the fewest.
     """
     lead = round(LEAD * fps)
     length = max(round(LONG * fps), 2)

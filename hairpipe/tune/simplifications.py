@@ -1,9 +1,9 @@
 """Simplifications that `tune` tries: those that a model of hair lists, and those that all models have in common.
 
-A model is a node with a value per frame from the frame before, which takes a Groom at `groom` and gives Strands at
-`strands`. What else it may take has one name in all: bodies at `body`, ends of strands at `ends`, level sets anywhere;
-the settings of its steps in a group `steps`, with the longest one as `longest` [s]. No model is named here:
-`hairpipe/simplification.py` says how one lists its own.
+A model is a scan node with an input Groom `groom` and an output Strands `strands`. Other inputs have the same name in
+all models: bodies at `body`, ends of strands at `ends`, level sets anywhere; the settings of its steps are in a group
+`steps`, with the longest one as `longest` [s]. No model is named here: `hairpipe/simplification.py` describes how a
+model lists its own.
 """
 
 import importlib

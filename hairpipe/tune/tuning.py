@@ -30,7 +30,7 @@ class Untunable(BadInput):
 
 @dataclass(frozen=True)
 class Check:
-    """The choice, measured on strands and frames that were not sampled, as far as the scene has others.
+    """The choice, measured on strands and frames outside the sample, if the scene has any.
 
     reference  as in `Tuned`
     """
@@ -75,10 +75,10 @@ class Tuned:
 
 
 class Scene(NamedTuple):
-    """What is known of a scene before anything is simulated.
+    """Properties of a scene before the simulation.
 
-    strands  of it
-    motion   how its roots accelerate [m/s^2], (frames,); None where none is led
+    strands  number of its strands
+    motion   acceleration of its roots [m/s^2], (frames,); None if no root moves
     tip      by how much members of an ensemble are to differ [m]; None where hair acts on no hair, so that it is not
              chaotic, or where tips are held, which no member is made of
     """
@@ -89,7 +89,7 @@ class Scene(NamedTuple):
 
 
 def tune(request: Request, say: Callable[[str], None] = lambda line: None) -> Tuned:
-    """Measure a scene's own strands and frames, and choose; BadInput where the graph is none that can be tuned.
+    """Measure strands and frames of a scene, and choose; raises BadInput if the graph cannot be tuned.
 
     say  receives a line about each measurement
     """

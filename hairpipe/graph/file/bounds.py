@@ -1,8 +1,9 @@
 """Where a graph may publish: below the folder of its project, or one that the user names, and never over its own files
 or where programs look for code.
 
-A graph may come from anybody, so it must not choose paths outside of its project, nor have anything executed. What is
-published has a suffix of data, which its node type declares (see `File`); the rules for folders hold in addition.
+A graph may come from anybody, so it must not choose paths outside of its project, nor cause code to be executed.
+Published files have a suffix of data, which their node type declares (see `File`); the rules for folders apply in
+addition.
 """
 
 import os

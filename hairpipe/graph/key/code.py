@@ -1,10 +1,10 @@
 """The code a node depends on: its module and, transitively, the first-party modules it imports.
 
-Imports inside functions count; comments, docstrings and layout do not. A module counts whole, with all that it imports:
-`from package import name` leads to the package, and to the module of that name where there is one; `import
-package.module` leads to both. So a package that re-exports what it gathers makes its users depend on all of it. The
-engine itself does not count: it promises not to change values. What does is the class of the processor, since the last
-bits of results depend on it.
+Imports inside functions are included; comments, docstrings and layout are not. A module is included as a whole, with
+all its imports: `from package import name` includes the package, and the module of that name if there is one; `import
+package.module` includes both. So users of a package that re-exports its modules depend on all of them. The engine
+itself is excluded: it must not change values. The class of the processor is included, since the last bits of results
+depend on it.
 """
 
 import importlib.metadata

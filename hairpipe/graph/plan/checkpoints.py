@@ -1,9 +1,9 @@
 """Checkpoints of scans: states of most frames are removed, so that a scan restarts from every n-th frame.
 
 While a scan runs, the states of its last two frames are kept, and that of every n-th: a shot need not fit on the disk
-with all its states. The last but one is kept in case the last is found damaged. Where another scan of the run may have
-the same first frames, as variants of a wedge do, a state is kept until that one has it too, or has parted: it would
-have to compute again what both share.
+with all its states. The last but one is kept in case the last is damaged. If another scan of the run may have the same
+first frames, as variants of a wedge do, a state is kept until that scan has it too, or differs: otherwise it would
+recompute the shared frames.
 """
 
 from collections import Counter, defaultdict
@@ -17,7 +17,7 @@ from hairpipe.graph.store.record import Record
 
 
 class Thinner:
-    """Removes the states that a run has passed; an object that a record holds in another role stays.
+    """Removes the states that a run has passed; an object that a record uses in another role is kept.
 
     Each state is visited once when the scan passes it, and again only where its frame was evaluated again.
     """

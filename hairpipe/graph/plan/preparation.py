@@ -24,16 +24,16 @@ class Prepared(NamedTuple):
 class Preparations:
     """Calls the `prepare` functions of node types, and keeps the latest results of each.
 
-    A result is found again by the names of the objects and by the settings that it was made from: no array is compared.
+    A result is looked up by the names of its objects and by its settings: no array is compared.
     """
 
     def __init__(self) -> None:
         self._kept: dict[Callable[..., Any], OrderedDict[str, Prepared]] = {}
 
     def prepare(self, node_type: NodeType, named: Named, settings: dict[str, Any], load: Load) -> Prepared:
-        """Prepare a node, or return what it was prepared with before; an exception of the function passes through.
+        """Prepare a node, or return its previous preparation; an exception of the function is propagated.
 
-        The function gets values of its own: a node that writes to its inputs does not change what was prepared.
+        The function receives its own values: a node that writes to its inputs does not change the preparation.
         """
         preparation = node_type.prepare
         if preparation is None:

@@ -1,7 +1,7 @@
-"""Recipes: what results are made of, as far as it is known without computing them.
+"""Recipes: the parts of result keys that are known before a run.
 
-The key of a result contains the contents of its inputs, which exist only after a run. A recipe leaves them out and
-lists what else is in the keys of all nodes: settings, edges, files, code. Equal recipes give equal keys.
+The key of a result contains the contents of its inputs, which exist only after a run. A recipe omits them and lists the
+other parts of the keys of all nodes: settings, edges, files, code. Equal recipes give equal keys.
 """
 
 import sys
@@ -22,7 +22,7 @@ SHORT = 16
 
 @dataclass(frozen=True)
 class Recipe:
-    """What results are made of.
+    """The recipe of results.
 
     nodes    digests of type, settings, files and edges, by name of the node
     frames   digest of the frames of the run, frame rate, cuts and pre-roll

@@ -22,9 +22,9 @@ Kind = Literal["begun", "started", "finished", "cached", "failed", "warning", "p
 
 
 class Judge:
-    """Gives nodes up while a graph is run: this one none.
+    """Stops nodes while a graph is run: this base class stops none.
 
-    judged  names of the nodes by whose results it decides; these are computed before what goes on
+    judged  names of the nodes whose results decide; these are computed before the others
     """
 
     judged: frozenset[str] = frozenset()
@@ -43,7 +43,7 @@ class Options:
     codec         module that writes and reads values
     publish_root  folder below which files may be published, in addition to the graph's project
     force         whether files are replaced that were not published by hairpipe
-    judge         gives nodes up meanwhile
+    judge         stops nodes during the run
     spare         idle workers that stay between runs of which each is given this list; None: they end with the run
     """
 
@@ -85,7 +85,7 @@ Report = Callable[[Event], None]
 
 @dataclass(frozen=True)
 class Failure:
-    """A task that gave no result.
+    """A task without a result.
 
     kind       input: something the user can fix; node: it raised; diverged: it raised ArithmeticError itself, not a
                subclass; disk: full; crash: its process died; publish

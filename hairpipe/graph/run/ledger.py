@@ -1,7 +1,7 @@
 """Record of published files: it distinguishes files that hairpipe may replace from those of the user.
 
-It lies in a folder of the user, since the store may be deleted or exchanged. A line is added for each file that is
-written; the last one for a name counts, and a damaged line is ignored.
+It lies in a folder of the user, since the store may be deleted or exchanged. A line is added for each written file;
+the last line of a name is valid, and a damaged line is ignored.
 """
 
 import json

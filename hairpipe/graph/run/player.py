@@ -1,7 +1,7 @@
-"""Plays a graph: a scan, and what follows it up to one node, is evaluated frame by frame in this process.
+"""Plays a graph: a scan, and the nodes after it up to one node, are evaluated frame by frame in this process.
 
-Nothing that it makes is stored, so settings may change from one frame to the next. What goes into it comes from the
-store. After the last frame it restarts.
+Results are not stored, so settings may change from one frame to the next. Inputs come from the store. After the last
+frame it restarts.
 """
 
 import time
@@ -26,8 +26,8 @@ from hairpipe.graph.store.values import Values, codec_named
 class Played(NamedTuple):
     """A frame that was played.
 
-    values   outputs of the node that is looked at, by name
-    seconds  that each node took, without reading what goes in [s]
+    values   outputs of the shown node, by name
+    seconds  time of each node, without reading its inputs [s]
     """
 
     frame: int
@@ -38,8 +38,8 @@ class Played(NamedTuple):
 class Player:
     """Plays a graph up to a node.
 
-    nodes  that are evaluated, in order; BadInput where no scan leads to the one that is looked at, or where one of them
-           needs all frames, or a folder
+    nodes  nodes to evaluate, in order; BadInput if no scan leads to the shown node, or if one of them needs all
+           frames, or a folder
     """
 
     def __init__(self, graph: Graph, store: Store, node: str) -> None:

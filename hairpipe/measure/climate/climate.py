@@ -34,7 +34,7 @@ NUMBERS = (*ERRORS, "predicted [s]", *BIASES, "spread", *LOOKS)
 def climate_table(
     model: Sequence[Run], reference: Sequence[Run], half: Sequence[Run], sides: Sides, criteria: Criteria
 ) -> Table:
-    """Return one row: what members of a model differ by from those of a reference; the first frame does not count.
+    """Return one row: differences of members of a model from those of a reference; the first frame is excluded.
 
     half   members of the reference with half its steps, with the seeds of the first ones of the reference
     sides  of the members, those of the model first
@@ -79,9 +79,9 @@ def climate_table(
 
 
 def predictable(spreads: np.ndarray, tolerance: float) -> int:
-    """Return for how many frames the spread of the reference [%], (frames,), is at most half the tolerance.
+    """Return the number of frames for which the spread of the reference [%], (frames,), is at most half the tolerance.
 
-    BadInput where it is not so for a single one.
+    Raises BadInput if there are none.
     """
     count = frames_within(spreads, 50.0 * tolerance)
     if not count:

@@ -30,12 +30,12 @@ Run = Mapping[int, Strands]
 
 
 class Criteria(NamedTuple):
-    """What hair is judged by.
+    """Criteria of comparison.
 
-    tolerance  of points, over the length of their strands
-    patches    that the strands are divided into in order, as evenly as possible
-    reach      up to which two points touch [m]
-    gravity    [m/s^2], by which energy is measured
+    tolerance  tolerance of points, over the length of their strands
+    patches    number of patches of consecutive strands, as equal as possible
+    reach      distance up to which two points touch [m]
+    gravity    [m/s^2], the scale of energy
     fps        frames per second [1/s]
     predicted  frames after the first for which hair can be predicted; None: found by the tolerance
     """
@@ -68,9 +68,9 @@ TOLD = (*OBSERVABLES, "speed spectrum")
 
 
 def position_squares(runs: Sequence[Run], frames: Sequence[int], patches: int) -> np.ndarray:
-    """Return mean squares of how far points of two runs are apart, over their length [%^2], (frames, patches, K, K).
+    """Return mean squares of the distances of points of two runs, over their length [%^2], (frames, patches, K, K).
 
-    Runs are compared at the points of the last. BadInput where strands do not correspond.
+    Runs are compared at the points of the last. Raises BadInput if strands do not correspond.
     """
     found = np.zeros((len(frames), patches, len(runs), len(runs)))
     for row, frame in zip(found, frames, strict=True):

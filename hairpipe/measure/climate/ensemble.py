@@ -1,8 +1,8 @@
-"""Distances between ensembles of runs: what models differ by, whatever chaos makes of each single run.
+"""Distances between ensembles of runs: differences between models of chaotic hair.
 
-A distance matrix d, (K, K), holds the distances of all runs, those of a model, m, and those of a reference, r. Runs of
-different seeds are independent; two with the same seed, one of each side, began alike, and their distance counts in no
-mean. All functions are pure, and take many matrices at once, (..., K, K).
+A distance matrix d, (K, K), contains the distances of all runs, those of a model, m, and those of a reference, r. Runs
+of different seeds are independent; two with the same seed, one of each side, have the same start, and their distance is
+excluded from means. All functions are pure, and take many matrices at once, (..., K, K).
 """
 
 from collections.abc import Callable
@@ -24,10 +24,10 @@ _ROUNDING = 1e-12
 
 
 class Sides(NamedTuple):
-    """Who the runs of an ensemble are.
+    """Sides and seeds of the runs of an ensemble.
 
-    model  whether each is of the model rather than of the reference, (K,) bool
-    seeds  of the runs, different within a side, (K,) int
+    model  whether each run is of the model rather than of the reference, (K,) bool
+    seeds  seeds of the runs, different within a side, (K,) int
     """
 
     model: np.ndarray
@@ -37,9 +37,9 @@ class Sides(NamedTuple):
 class Look(NamedTuple):
     """Test whether a model differs significantly from its reference in any of some observables.
 
-    ratios  energy distance T over its floor F for each, (Q,): beyond 1 is beyond what the reference differs from itself
-    score   Z, the largest of them; of many one is often beyond 1 by chance
-    p       share of all relabellings with a Z as large, which counts that in
+    ratios  energy distance T over its floor F for each, (Q,): above 1 exceeds the differences within the reference
+    score   Z, the largest of them; among many one often exceeds 1 by chance
+    p       share of all relabellings with a Z as large, which accounts for this
     """
 
     ratios: np.ndarray
@@ -66,8 +66,9 @@ def sides_of(model: tuple[int, ...], reference: tuple[int, ...]) -> Sides:
 def energy_distance(distances: np.ndarray, sides: Sides) -> np.ndarray:
     """Return T = 2 E d(m, r) - E d(m, m') - E d(r, r') as a U-statistic: 0 on average where both are alike.
 
-    It is the energy distance of Szekely and Rizzo 2004 between the distributions of runs. Of a side of one run the
-    spread is taken to be that of the other. `model` of the sides may be of many labellings, (R, K): (..., R) then.
+    It is the energy distance of Szekely and Rizzo 2004 between the distributions of runs. The spread of a side with
+    one run is set to that of the other. `model` of the sides may contain many labellings, (R, K): the result is then
+    (..., R).
     """
     labels = np.atleast_2d(sides.model).astype(float)
     apart = (sides.seeds[:, None] != sides.seeds).astype(float)
@@ -83,8 +84,8 @@ def energy_distance(distances: np.ndarray, sides: Sides) -> np.ndarray:
 def squared_bias(distances: np.ndarray, sides: Sides) -> np.ndarray:
     """Return B^2, the squared distance of the means of both sides, without bias, so that it may be negative.
 
-    B^2 = E d(m, r)^2 - E d(m, m')^2 / 2 - E d(r, r')^2 / 2 for a Euclidean d. That no run is compared with itself is
-    what makes scores of small ensembles fair (Ferro 2014).
+    B^2 = E d(m, r)^2 - E d(m, m')^2 / 2 - E d(r, r')^2 / 2 for a Euclidean d. Scores of small ensembles are fair since
+    no run is compared with itself (Ferro 2014).
     """
     return 0.5 * energy_distance(distances**2, sides)
 
@@ -116,7 +117,7 @@ def spread_ratio(distances: np.ndarray, sides: Sides) -> np.ndarray:
 def floors(distances: np.ndarray, sides: Sides, statistic: Statistic = energy_distance) -> np.ndarray:
     """Return F, the 95 % quantile of T over all splits of the reference into two: as many as the model has, and others.
 
-    Where the model has more than half as many as the reference, halves. BadInput where the reference has fewer than
+    If the model has more than half as many as the reference, halves. Raises BadInput if the reference has fewer than
     three runs.
 
     statistic  in place of T
@@ -141,8 +142,8 @@ def signed_root(squares: np.ndarray) -> np.ndarray:
 def relabellings(sides: Sides) -> np.ndarray:
     """Return all ways to say which runs are of the model that are as likely as this one where both sides are alike.
 
-    (R, K) bool, the present one first. Runs whose seed is on one side alone are exchanged freely, two of the same seed
-    for each other. BadInput where there are more than 20,000.
+    (R, K) bool, the present one first. Runs whose seed is on one side only are exchanged freely, two of the same seed
+    with each other. Raises BadInput if there are more than 20,000.
     """
     seeds, counts = np.unique(sides.seeds, return_counts=True)
     paired = np.isin(sides.seeds, seeds[counts == 2])
@@ -164,7 +165,7 @@ def relabellings(sides: Sides) -> np.ndarray:
 def look(distances: np.ndarray, sides: Sides) -> Look:
     """Tell a model from its reference by the largest T / F of Q observables, relabelled together; (Q, K, K).
 
-    One p for all of them, after Westfall and Young 1993; it is exact. One alone is tested by a stack of one.
+    One exact p for all of them, after Westfall and Young 1993. A single observable is a stack of one.
     """
     floor = floors(distances, sides)[:, None]
     found = energy_distance(distances, sides._replace(model=relabellings(sides)))
@@ -200,7 +201,7 @@ def uncertainty(values: np.ndarray) -> float:
 def interval_by_members(distances: np.ndarray, sides: Sides) -> Interval:
     """Return B^2 of one matrix and its 90 % interval by the jackknife over members of both sides (Arvesen 1969).
 
-    It is wide, and holds more often than it says. NaN where a side has fewer than two.
+    It is wide and conservative. NaN if a side has fewer than two.
     """
     value = float(squared_bias(distances, sides))
     variance = 0.0

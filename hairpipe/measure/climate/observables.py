@@ -1,6 +1,6 @@
-"""What is seen of hair that is chaotic: where it is, its volume, its liveliness, how it stretches; no strand by name.
+"""Observables of chaotic hair: position, volume, motion and stretch, without reference to single strands.
 
-Each is a function of the strands that are shown, so that it compares any two models of hair; all are pure.
+Each is a function of the visible strands, so that it compares any two models of hair; all are pure.
 """
 
 import numpy as np
@@ -25,9 +25,9 @@ STILL = 1e-12
 
 
 def resampled(hair: Strands, offsets: np.ndarray) -> Strands:
-    """Return hair at as many points as strands with these offsets have, at equal shares of their lengths.
+    """Return hair resampled to the point counts of these offsets, at equal shares of the lengths.
 
-    ValueError where there are not as many strands.
+    Raises ValueError if the numbers of strands differ.
     """
     if np.array_equal(hair.offsets, offsets):
         return hair
@@ -42,7 +42,7 @@ def resampled(hair: Strands, offsets: np.ndarray) -> Strands:
 def wasserstein(one: np.ndarray, other: np.ndarray) -> float:
     """Return the Wasserstein-1 distance of strands at equal shares of their lengths [m], the mean over shares and axes.
 
-    one, other  where strands are at each share [m], (shares, S, 3), S not necessarily the same
+    one, other  positions of strands at each share [m], (shares, S, 3), S not necessarily the same
     """
     pairs = [(a[:, axis], b[:, axis]) for a, b in zip(one, other, strict=True) for axis in range(3)]
     return float(np.mean([wasserstein_distance(*pair) for pair in pairs]))
@@ -117,7 +117,7 @@ def silhouettes(hair: Strands, pixel: float = PIXEL) -> list[np.ndarray]:
 def silhouette_distance(one: list[np.ndarray], other: list[np.ndarray]) -> float:
     """Return sqrt(1 - IoU), intersection over union of silhouettes, the mean over the views.
 
-    The root makes it a distance of negative type, whose energy distance is 0 for like distributions alone.
+    The square root makes it a distance of negative type, whose energy distance is 0 only for equal distributions.
     """
     common = [len(np.intersect1d(*views, assume_unique=True)) for views in zip(one, other, strict=True)]
     whole = [len(a) + len(b) - both for a, b, both in zip(one, other, common, strict=True)]
