@@ -11,7 +11,7 @@ from hairpipe.io.hdf5 import Tree, take_apart
 
 
 def write_npz(path: Path, value: Any) -> None:
-    """Write every array, number and text of a value under its dotted name; what is None is left out.
+    """Write every array, number and text of a value under its dotted name; None is omitted.
 
     The same value gives the same bytes. Raises TypeError where a value holds something else.
     """

@@ -23,14 +23,14 @@ DROP = 0.3
 
 @dataclass(frozen=True)
 class Shot:
-    """How a picture is taken; an eye and a target override what the view and the hair would give.
+    """Camera settings of a picture; an eye and a target override those from the view and the hair.
 
     width   of the picture [pixels]
     height  of the picture [pixels]
     view    side of the head it is taken from
     fov     field of view across the shorter side [degrees]
     eye     position of the camera [m]
-    target  what is at the centre of the picture [m]
+    target  point at the centre of the picture [m]
     grain   pixels of the film across one of the picture
     turn    angle by which the eye has gone around the target, towards the left ear [degrees]
     """

@@ -9,7 +9,7 @@ class Light(NamedTuple):
     """A lamp far away.
 
     towards  unit vector towards it, (3,) float64
-    colour   of what it sheds, linear red, green and blue, (3,) float64
+    colour   colour of its light, linear red, green and blue, (3,) float64
     """
 
     towards: np.ndarray

@@ -1,6 +1,6 @@
 """Deep opacity maps: the optical depth of hair and body between a lamp and a point.
 
-A cube of cells stands around the scene with one edge along the light. Every hair segment adds the area it shows to the
+A cube of cells surrounds the scene with one edge along the light. Every hair segment adds the area it shows to the
 light, over the area of a cell; summed along the light this is the number of hairs that a ray crosses on average: the
 deep opacity map of Yuksel and Keyser 2008 with layers of equal thickness, itself a cheap form of the deep shadow map of
 Lokovic and Veach 2000. Behind the body the depth grows to SOLID.

@@ -1,4 +1,4 @@
-"""Transmittance along a ray through what lets light through in part: exactly, compressed, and read.
+"""Transmittance along a ray through translucent media: exact, compressed, and evaluated.
 
 What stands on a ray lets light through at its depth: the product of (1 - opacity) over all before a place is a function
 of steps. It is kept as a few knots between which it is linear, two of them at one depth where it jumps, and is nowhere

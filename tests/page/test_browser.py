@@ -66,7 +66,7 @@ def test_one_file_holds_all_of_it(opened, shot, tmp_path):
     assert [a for a in requests(driver) if not a.startswith("data:")] == [(tmp_path / "report.html").as_uri()]
 
 
-def test_every_node_is_clicked_and_shows_what_it_made(opened, report):
+def test_every_node_shows_its_result_when_clicked(opened, report):
     driver = opened(report)
     shown = {
         "ball": ".slices canvas",

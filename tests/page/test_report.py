@@ -38,7 +38,7 @@ def test_strands_are_thinned_to_fit(shot, tmp_path):
 
 
 @pytest.mark.parametrize("single", [False, True])
-def test_what_is_no_report_is_left_alone(single, shot, tmp_path):
+def test_other_files_are_not_overwritten(single, shot, tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "letter.txt").write_text("dear")
     with pytest.raises(
@@ -59,7 +59,7 @@ def test_a_run_that_failed_is_shown_as_it_was(folder, tmp_path):
     assert '"failures":["torn@3: ValueError: \\u003c/script> at frame 3"]' in state
 
 
-def test_every_file_of_the_page_is_listed_and_vendored_ones_say_what_they_are():
+def test_every_file_of_the_page_is_listed_and_vendored_ones_are_described():
     names = {path.name for path in Path(str(WEB)).iterdir() if path.suffix == ".js"}
     assert names == set(SCRIPTS)
     for line in (WEB / "vendor" / "VENDORED").read_text().splitlines():

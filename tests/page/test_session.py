@@ -35,7 +35,7 @@ def until(true, most=60.0):
         time.sleep(0.05)
 
 
-def test_an_edit_says_what_would_run(session):
+def test_an_edit_lists_the_tasks_to_run(session):
     assert states(session, "picture") == ["cached"] * 5
     session.edit("picture.red", "0.75")
     assert states(session, "picture") == ["run"] * 5 and states(session, "hair") == ["cached"] * 5
@@ -56,7 +56,7 @@ def test_an_edit_that_the_file_would_not_take_changes_nothing(session, target, t
     assert session.revision == revision and states(session, "hair") == ["cached"] * 5
 
 
-def test_a_run_computes_what_the_plan_said_and_saving_changes_one_value(session, folder):
+def test_a_run_computes_the_plan_and_saving_changes_one_value(session, folder):
     session.edit("picture.red", "0.625")
     said = session.document("state")[0]["verdict"]["missing"]
     session.run([])
@@ -96,7 +96,7 @@ def test_a_file_that_others_change_is_read_again(session, folder):
     until(lambda: states(session, "hair") == ["cached"] * 5)
 
 
-def test_what_has_gone_from_the_cache_is_a_message(session, shot):
+def test_a_result_missing_from_the_cache_is_a_message(session, shot):
     name = cells(session, "ball")[0]["outputs"][""]
     path = shot.object_path(name)
     kept = path.read_bytes()

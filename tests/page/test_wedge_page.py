@@ -49,7 +49,7 @@ def test_a_variant_is_selected_everywhere_at_once(opened, wedge_report):
     assert driver.execute_script("return document.body.dataset.errors") == "0"
 
 
-def test_a_page_of_a_wedge_is_about_what_was_run(opened, wedge_report):
+def test_page_of_a_wedge_shows_its_run(opened, wedge_report):
     """It opens on a variant, with a verdict on the wedge; that on the graph file is another one."""
     driver = opened(wedge_report)
     word = "return [app.variant, document.querySelector('#verdict strong').innerText]"
@@ -60,7 +60,7 @@ def test_a_page_of_a_wedge_is_about_what_was_run(opened, wedge_report):
     assert "--wedge" not in driver.find_element("css selector", "#verdict code").text
 
 
-def test_strands_of_variants_are_shared_by_what_they_are(opened, wedge_report):
+def test_equal_strands_of_variants_are_shared(opened, wedge_report):
     driver = opened(wedge_report)
     script = "return app.wedge.states.map((nodes) => cellOf(nodes, 'hair', 1).outputs[''])"
     few, few_again, many, many_again = sorted(driver.execute_script(script))

@@ -175,7 +175,7 @@ def test_weights_are_one_in_all_and_fade_towards_the_eighth_particle(particles, 
     assert np.abs(np.diff(shares, axis=0)).max() < 0.1  # none of them comes or goes at once
 
 
-def test_hair_carried_into_a_body_is_pushed_out(particles, groom, sphere):
+def test_interpolated_hair_inside_a_body_is_pushed_out(particles, groom, sphere):
     centre, radius, voxel = np.array([0.0, -0.09, 0.01]), 0.05, 0.005
     surface = bake(sphere(radius, centre, level=4), voxel, 8.0)
     still = cloud_of(particles.points, particles.directions)

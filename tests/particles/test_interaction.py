@@ -52,7 +52,7 @@ def test_collision_and_friction_take_energy_at_any_rate(rate):
         assert crowd.energy(crowd.after(**law)) < crowd.energy(crowd.velocities)
 
 
-def test_those_that_are_led_take_no_part_but_push_the_others():
+def test_prescribed_particles_push_others_but_are_not_pushed():
     crowd = Crowd(deep=30)
     after = crowd.after(4.0, 50.0, 50.0, 0.3, 1.0)
     assert np.array_equal(after[:30], crowd.velocities[:30])
@@ -76,7 +76,7 @@ def test_pressure_acts_above_rest_density_only_and_does_not_overshoot():
     assert speeds[0] == pytest.approx(expected, rel=0.05)
 
 
-def test_friction_is_bounded_by_what_presses():
+def test_friction_is_bounded_by_the_normal_force():
     """Two that meet head on with a sideways speed: of that at most bound times what the collision took."""
     crowd = Crowd(2)
     crowd.points = np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]])

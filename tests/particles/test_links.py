@@ -13,7 +13,7 @@ from hairpipe.particles.settings import Fibre
 
 
 @pytest.mark.parametrize("sampling", ["strands", "even"])
-def test_all_are_led_by_roots_and_have_about_as_many_links_as_wanted(curtain, rule, sampling):
+def test_all_are_linked_to_roots_with_about_the_requested_number_of_links(curtain, rule, sampling):
     particles = link(sample(curtain, 500, sampling, 0), rule, Fibre().line_density)
     count, deep = len(particles.points), int(np.count_nonzero(particles.arcs < 0.0))
     led = np.bincount(particles.links[:, 1], minlength=count)

@@ -8,7 +8,7 @@ from hairpipe.particles.sag_free import rest_lengths
 from hairpipe.particles.stiffness import measure_links, stiffen
 
 
-def test_what_links_pull_balances_gravity(particles):
+def test_link_tensions_balance_gravity(particles):
     """But for the softness that was added, and what could not be had within the strain."""
     model, points = build_model(particles), particles.points
     axial = np.full(len(points), 9.81 * model.hang / 0.1)

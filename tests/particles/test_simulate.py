@@ -41,7 +41,7 @@ def test_stiff_pressure_neither_draws_particles_together_nor_makes_them_tremble(
     assert pressed.pace < 1e-3
 
 
-def test_hair_that_stands_apart_may_lie_as_close_as_the_densest_does(make_groom, rule):
+def test_sparse_hair_may_be_compressed_to_the_largest_density(make_groom, rule):
     """A fan of hair: where its tips come as close as its roots are, nothing presses; at rest nothing does anywhere."""
     roots = np.random.default_rng(3).uniform(-0.02, 0.02, (300, 3)) * (1.0, 0.0, 1.0)
     fan = [root + np.linspace(0.0, 0.2, 21)[:, None] * (8.0 * root[0], -1.0, 8.0 * root[2]) for root in roots]

@@ -13,7 +13,7 @@ def test_its_integral_is_1_and_its_value_at_0_that_of_the_paper():
     assert not kernel(np.array([2.0 * h, 5.0 * h]), h).any()
 
 
-def test_what_kernels_take_is_the_same_and_its_derivative():
+def test_shape_and_slope_equal_the_kernel_and_its_derivative():
     q, step = np.linspace(0.05, 2.5, 50), 1e-5
     assert [shape.py_func(x) for x in q] == pytest.approx(4.0 * np.pi * kernel(q, 1.0), abs=1e-12)
     differences = [(shape.py_func(x + step) - shape.py_func(x - step)) / (2.0 * step) for x in q]

@@ -36,7 +36,7 @@ def filled(vectors):
     return np.pad(vectors, ((0, 0), (0, 1))).astype(np.float32).ravel()
 
 
-def test_what_moves_is_what_the_dense_matrix_says_and_the_residual_is_what_is_left(systems):
+def test_the_solution_and_the_residual_equal_those_of_the_dense_matrix(systems):
     system, matrix, deep = systems
     count, rng = len(matrix) // 3, np.random.default_rng(3)
     pushes = rng.normal(size=(count, 3))

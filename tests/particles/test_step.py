@@ -46,7 +46,7 @@ class Pendulum:
         return self.moving.points[1]
 
 
-def test_what_hangs_comes_to_rest_stretched_by_its_weight():
+def test_hanging_particles_rest_at_the_stretch_of_their_weight():
     """The half of the stiffness that its own side gives it is all there is: the root's is the other half."""
     hung = Pendulum(drag=20.0)
     point = hung.run(4.0, 1 / 24)
@@ -97,7 +97,7 @@ def test_on_a_slope_it_slides_where_friction_is_too_little_as_coulomb_says(frict
         assert 0.0 <= along < 1e-4 and speed < 2e-4
 
 
-def test_what_a_body_stands_in_the_way_of_hangs_from_its_root_against_it():
+def test_hair_against_a_body_hangs_from_its_root():
     """A wall beside the root keeps it off the plumb line: the pendulum leans on it, at rest."""
     wall = 0.03
     leaning = Pendulum((0.05, -0.08, 0.0), normal=(1.0, 0.0, 0.0), damping=0.2, drag=5.0)

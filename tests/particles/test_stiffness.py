@@ -20,7 +20,7 @@ def stiffness_at(model, points, axial=0.1):
     return stiffness
 
 
-def test_it_is_the_mean_of_what_both_ends_share_out(particles, model):
+def test_stiffness_is_the_mean_of_the_shares_of_both_ends(particles, model):
     """(7) and (10) to (14) as printed, which are the same where nothing is out of reach."""
     i, j = particles.links.T
     points, lengths, reach = particles.points, model.links.lengths, particles.reach

@@ -27,7 +27,7 @@ def wedge(shot):
     return wedges_of(hairpipe.load(shot))["steps"]
 
 
-def test_before_a_run_it_says_that_nothing_is_there(wedge):
+def test_before_a_run_the_comparison_is_empty(wedge):
     rows = compare(wedge)
     assert [row.state for row in rows] == ["0 of 26 results"] * 4
     assert all(not row.metrics and row.seconds == row.bytes == 0 for row in rows)
@@ -48,7 +48,7 @@ def test_a_row_sums_a_variant_up(wedge):
     assert [row.settings for row in rows][1] == {"step": 1.0, "value": 4}
 
 
-def test_seconds_and_bytes_are_those_of_what_is_not_shared(wedge, shot):
+def test_seconds_and_bytes_exclude_shared_results(wedge, shot):
     one = shot.with_name("one.toml")
     one.write_text(shot.read_text().replace("axes.seed.value = [3, 4]", ""))
     wedge = wedges_of(hairpipe.load(one))["steps"]
@@ -79,7 +79,7 @@ def test_it_is_written_for_people_for_markdown_and_for_programs(wedge):
     assert found["wedge"] == "steps" and found["variants"][0]["variant"] == "step=1,value=3"
 
 
-def test_what_is_measured_must_be_a_table(wedge, shot):
+def test_a_measure_must_be_a_table(wedge, shot):
     shot.write_text(shot.read_text().replace('measures = ["weight"]', 'measures = ["sum"]'))
     wedge = hairpipe.load(shot).wedge("steps")
     wedge.run(jobs=1)

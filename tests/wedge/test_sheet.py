@@ -85,7 +85,7 @@ def test_joint_variants_fill_a_square(graph):
     assert columns == 3 and [variant.settings["seed.value"] for variant in places if variant] == [1, 2, 3, 4, 5]
 
 
-def test_what_cannot_be_shown_is_bad_input(graph, tmp_path):
+def test_a_node_without_pictures_is_bad_input(graph, tmp_path):
     for name, node, message in (
         ("bare", None, "no picture is shown"),
         ("steps", "pictur", r"'pictur' is not shown \(did you mean 'picture'\?\)"),

@@ -116,7 +116,7 @@ def _bad_count(path: Path, lines: list[str], first: int, frames: int, width: int
 
 
 def _put_in_place(hierarchy: Hierarchy, values: np.ndarray) -> None:
-    """Let the position channels of all joints stand in place of their OFFSETs, in place.
+    """Replace the OFFSETs of all joints by their position channels, in place.
 
     Those of a root always do. Those of other joints do so in most files (Maya, MotionBuilder, Blender) but are added to
     it in some (MakeHuman): the first two frames tell, of which one may be a T pose. Those added are nearer to 0.

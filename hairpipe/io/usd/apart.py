@@ -36,7 +36,7 @@ Result = TypeVar("Result")
 def work_apart(work: Callable[..., Result], path: Path, *arguments: Any) -> Result:
     """Return `work(path, *arguments)`, done in a child process; its warnings and BadInput come through.
 
-    work  a function of a module; its arguments and result are values that `wire` knows
+    work  a function of a module; its arguments and result are values that `wire` supports
 
     Raises BadInput where the work does, or when the process dies of the file or exceeds its limits of memory and time.
     """

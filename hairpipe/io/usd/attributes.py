@@ -43,7 +43,7 @@ def strand_ids(curves: UsdGeom.BasisCurves, count: int) -> np.ndarray:
 
 
 def widths(curves: UsdGeom.BasisCurves, counts: np.ndarray) -> list[np.ndarray]:
-    """Return the widths along each curve in units of the curves, (n,) float64; NaN where one is not known.
+    """Return the widths along each curve in units of the curves, (n,) float64; NaN if unknown.
 
     A curve has one width, as many as points, or as many as ends of spans (varying).
 

@@ -1,4 +1,4 @@
-"""What an OpenVDB file says about its grids, read without OpenVDB.
+"""Grid headers of an OpenVDB file, read without OpenVDB.
 
 OpenVDB's own reader trusts the counts in a file: a damaged one can make it ask for all memory. Nothing but headers is
 read here, so that a file can be checked where OpenVDB is not installed. Layout after OpenVDB's Archive, GridDescriptor
@@ -21,7 +21,7 @@ NUMBERS = {"vec3i": "<3i", "float": "<f", "double": "<d"}
 
 
 class Grid(NamedTuple):
-    """What a file says about one of its grids.
+    """Header of one grid of a file.
 
     name        of the grid
     grid_class  "level set", "fog volume", "staggered" or ""

@@ -172,8 +172,7 @@ def share_samples(
 
 @njit(cache=True)
 def holder(index: np.ndarray, i: int, j: int, k: int) -> tuple[int, int, int, int]:
-    """Return the first brick with a sample of the lattice, preferably as its first sample, and the index in
-    it.
+    """Return the first brick that contains a sample, preferably as its first sample, and the index in it.
 
     At least one must contain it; the other candidates precede along one axis or more.
     """

@@ -30,7 +30,7 @@ SHADES = 0.25
 
 
 class CloudStyle(NamedTuple):
-    """How particles are drawn, whatever they do.
+    """Style of drawn particles.
 
     particles  at rest
     framing    of the hair they lie on

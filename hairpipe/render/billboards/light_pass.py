@@ -1,4 +1,4 @@
-"""What light of a lamp reaches particles and body: billboards drawn from the lamp on, each darkening what is behind.
+"""Light of a lamp on particles and body: billboards drawn from the lamp on, each attenuating the light behind it.
 
 The first pass of Bando, Chen, Nishita 2003, Sec. 5:
 
@@ -20,7 +20,7 @@ DARK = 1e-4
 
 
 def transmittances(sprites: Sprites, levels: Levels, others: np.ndarray, front: np.ndarray) -> np.ndarray:
-    """Return what share of a lamp's light reaches billboards, (N,), and then other points, (V,); pure.
+    """Return the share of a lamp's light that reaches billboards, (N,), and then other points, (V,); pure.
 
     sprites  as the lamp sees them: rows and columns are those of its rays, depths run away from it
     levels   of the textures of billboards

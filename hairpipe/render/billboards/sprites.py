@@ -1,4 +1,4 @@
-"""Billboards as they fall on a film or on what a lamp sees: rectangles that face it, along the hair.
+"""Billboards projected to a film or to the view of a lamp: rectangles that face it, along the hair.
 
 After Bando, Chen, Nishita 2003, Sec. 5, which shortens them and makes them denser where hair points at the eye.
 """

@@ -1,4 +1,4 @@
-"""Textures of billboards: streaks along the hair that a particle stands for, faded at the ends and sides.
+"""Textures of billboards: streaks along the hair that a particle represents, faded at the ends and sides.
 
 A soft spot instead looks like smoke.
 """

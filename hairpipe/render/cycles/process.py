@@ -28,7 +28,7 @@ SMALLER = "fewer strands, a smaller picture, or more memory"
 
 
 def run_blender(scene: dict[str, Any], arrays: dict[str, np.ndarray], folder: Path) -> np.ndarray:
-    """Return what Cycles sees in a scene: linear light, (height, width, 3) float32.
+    """Return the image of a scene by Cycles: linear light, (height, width, 3) float32.
 
     It computes on as many threads as numba would, and light does not depend on them.
 

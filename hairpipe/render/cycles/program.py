@@ -1,4 +1,4 @@
-"""The program that runs Blender: it builds the scene that it is told, and renders it.
+"""The program that runs Blender: it builds the given scene, and renders it.
 
 Blender is under the GNU GPL. So this is run as a program, and nothing imports it; JSON comes on standard input, arrays
 and pixels are in files. Standard input says

@@ -71,7 +71,7 @@ def add_scattered(
     met: np.ndarray,
     table: Scattering,
 ) -> None:
-    """Add what one lamp makes points of fibres send to the eye, into `shed` (p, 3).
+    """Add the light of one lamp that points of fibres scatter to the eye, into `shed` (p, 3).
 
     around  colour of hair around, linear, (3,)
     eye     [m], (3,)

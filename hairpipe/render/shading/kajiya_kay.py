@@ -145,10 +145,10 @@ def lie(
 
 @njit(cache=True, nogil=True)
 def add_light(shed: np.ndarray, fibres: Fibres, eye: np.ndarray, light: Light, between: np.ndarray) -> None:
-    """Add what one lamp makes points of fibres send to the eye, into `shed` (p, 3).
+    """Add the light of one lamp that points of fibres scatter to the eye, into `shed` (p, 3).
 
     eye      [m], (3,)
-    between  optical depth of what is between them and the lamp, (p,)
+    between  optical depth between them and the lamp, (p,)
 
     With l and e unit vectors to lamp and eye and t along the hair, diffuse kd sin(t,l), or as above, and specular
     ks max(0, sin(t,l) sin(t,e) - cos(t,l) cos(t,e))^n (Kajiya and Kay 1989), which is -cos of the sum of both angles: a

@@ -54,9 +54,9 @@ def add_light(
     light: Light,
     between: np.ndarray,
 ) -> None:
-    """Add what one lamp makes the points (n, 3) send to the eye, into `shed` (n, 3).
+    """Add the light of one lamp that the points (n, 3) scatter to the eye, into `shed` (n, 3).
 
-    between  optical depth of what is between them and the lamp, (n,)
+    between  optical depth between them and the lamp, (n,)
 
     Diffuse ((n.l + w)/(1 + w))^2 where positive, with a width w for every colour; specular (n.h)^16, h halfway between
     lamp and eye (Blinn 1977); both in the colour of the point.

@@ -32,7 +32,7 @@ def refused(shot, **how) -> str:
     return str(caught.value)
 
 
-def test_a_project_is_what_holds_the_graphs(tmp_path, monkeypatch):
+def test_a_project_is_the_folder_that_contains_graphs(tmp_path, monkeypatch):
     for name in ("graphs/a.toml", "graphs/paper/b.toml"):
         assert project_of(tmp_path / name) == tmp_path
     assert project_of(tmp_path / "shots" / "c.toml") == tmp_path / "shots"
@@ -41,7 +41,7 @@ def test_a_project_is_what_holds_the_graphs(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("path", ["../list.txt", "../../home/.hidden.txt", "{outside}/list.txt", "out/../../list.txt"])
-def test_what_leads_out_is_refused_before_anything_runs(shot, outside, path):
+def test_a_path_outside_is_refused_before_the_run(shot, outside, path):
     publish_to(shot, path.format(outside=outside))
     assert f"the path leaves {shot.folder} (a path within, or --publish-root FOLDER)" in refused(shot)
     assert not list(outside.iterdir())
@@ -158,7 +158,7 @@ def test_companions_have_suffixes_of_data(shot):
     assert not list(shot.folder.rglob("*.pth"))
 
 
-def test_a_file_of_the_users_stays_unless_he_says_so(shot):
+def test_a_file_of_the_user_is_kept_without_force(shot):
     path = shot.folder / "out" / "list.txt"
     path.parent.mkdir()
     path.write_text(MINE)
@@ -174,7 +174,7 @@ def test_a_file_of_the_users_stays_unless_he_says_so(shot):
     assert not outcome.failures and outcome.evaluated == 0 and path.read_text() != MINE
 
 
-def test_what_was_published_is_replaced_whatever_became_of_the_store(shot):
+def test_a_published_file_is_replaced_even_without_the_store(shot):
     """An edit of the graph, then no store: yesterday's file is known as ours."""
     path = shot.folder / "out" / "list.txt"
     shot.run()

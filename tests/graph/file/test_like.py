@@ -86,7 +86,7 @@ def test_it_has_the_keys_of_the_node_that_is_written_out(shot):
     assert {entry.status for entry in shot.plan().values()} == {"cached"}
 
 
-def test_what_a_variant_changes_is_all_that_is_computed(shot):
+def test_only_the_changes_of_a_variant_are_computed(shot):
     shot.write(SUM)
     shot.run()
     shot.tally()
@@ -98,7 +98,7 @@ def test_what_a_variant_changes_is_all_that_is_computed(shot):
     assert shot.tally() == {"move_seed": 3, "add_up": 3}
 
 
-def test_what_a_node_publishes_and_keeps_is_its_own(shot):
+def test_publish_and_checkpoint_are_not_inherited(shot):
     shot.write(LIST + '[other]\nlike = "list"\n[again]\nlike = "sum"\n')
     nodes = shot.load().nodes
     assert nodes["other"].publish is None and nodes["again"].checkpoint == 24

@@ -12,7 +12,7 @@ from hairpipe.graph.key.code import CodeReader
 from hairpipe.graph.node.import_paths import EXPERIMENTS, folder_of
 
 
-def test_what_a_file_prints_when_it_is_imported_is_no_result(shot, capsys):
+def test_output_of_an_import_is_not_a_result(shot, capsys):
     shot.edit("make_seed.py", "from pathlib", "print('hello')\nfrom pathlib")
     sys.modules.pop("make_seed", None)
     Registry(shot.nodes).find("make_seed")
@@ -26,7 +26,7 @@ def test_a_node_type_cannot_have_the_name_of_a_module_of_python(shot):
         Registry(shot.nodes).find("json")
 
 
-def test_a_type_of_the_experiments_is_found_beside_them_only():
+def test_a_type_of_the_experiments_is_found_only_next_to_them():
     home = folder_of(EXPERIMENTS)
     assert Registry(home).find("measure_writhe").name == "measure_writhe"
     code = CodeReader(lambda name, make: make(), home).code_of("measure_writhe")

@@ -86,7 +86,7 @@ def test_a_file_without_an_end_of_line_and_with_a_byte_order_mark_is_kept_so(tmp
 
 
 @pytest.mark.parametrize("target", ["hare.drag", "hair", "hair.in.groom.x"])
-def test_what_cannot_be_set_is_bad_input(target):
+def test_an_unknown_target_is_bad_input(target):
     with pytest.raises(BadInput):
         with_settings(TEXT, {target: 1.0})
 

@@ -124,7 +124,7 @@ def test_what_is_wrong_is_named_with_its_place(text, message):
         wedge(text)
 
 
-def test_an_unknown_wedge_is_told_from_its_neighbours():
+def test_an_unknown_wedge_is_reported_with_similar_names():
     with pytest.raises(BadInput, match=r"no wedge 'gripp' \(did you mean 'grip'\?\)"):
         find_wedge(GraphText(Path("shot.toml"), GRAPH + AXIS), "gripp")
 

@@ -179,7 +179,7 @@ def test_the_version_of_usd_counts_for_who_writes_with_it(node, counts):
     assert ("pxr (version)" in code_of(f"hairpipe.nodes.{node}").parts) == counts
 
 
-def test_what_is_installed_without_a_version_counts_by_its_code(shop, installed):
+def test_a_package_without_a_version_is_identified_by_its_code(shop, installed):
     (installed / "yawl.py").write_text("x = 1\n")
     (shop / "breakfast.py").write_text("import yawl\n")
     assert modules("breakfast") == {"breakfast", "yawl"}

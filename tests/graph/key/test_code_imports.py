@@ -76,7 +76,7 @@ def test_what_a_plain_import_binds_counts(write):
     assert modules() == {"pq2.sub.deep"}
 
 
-def test_a_relative_import_outside_of_a_package_leads_nowhere(write):
+def test_a_relative_import_outside_of_a_package_is_ignored(write):
     write({"bake.py": "try:\n    from . import tally\nexcept ImportError:\n    import tally\n", "tally.py": ""})
     assert modules() == {"tally"}
     write({"bake.py": "def bake():\n    from . import nothing\n"})

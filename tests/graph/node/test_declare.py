@@ -289,5 +289,5 @@ def test_frames_read_when_asked_and_not_before():
         frames[4]
 
 
-def test_time_knows_the_length_of_a_frame():
+def test_time_has_the_duration_of_a_frame():
     assert Time(7, 25.0).dt == 0.04

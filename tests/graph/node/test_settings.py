@@ -122,7 +122,7 @@ def test_missing_setting_is_named():
         check_settings(TYPE, {}, lambda names: "here")
 
 
-def test_description_tells_kind_unit_range_default_and_help():
+def test_description_contains_kind_unit_range_default_and_help():
     fields = {field.name: field for field in fields_of(TYPE)}
     assert (fields["voxel"].unit, fields["voxel"].range, fields["voxel"].help) == (
         "m",

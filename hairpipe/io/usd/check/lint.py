@@ -43,7 +43,7 @@ SCENE = (
 
 
 def lint(path: Path, inspect: assets.Inspect | None = None) -> list[Finding]:
-    """Return what is wrong in a stage; nothing, if it is as `hairpipe.io.usd.shot` writes it.
+    """Return the faults of a stage; none if it is as `hairpipe.io.usd.shot` writes it.
 
     inspect  lists the grids of an OpenVDB file; without it these files are only looked for
 

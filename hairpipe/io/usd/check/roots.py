@@ -19,10 +19,10 @@ PROBED = 64  # strands of which the nearest place is searched
 
 @dataclass(frozen=True)
 class Roots:
-    """Where strands stand on a mesh.
+    """Roots of strands on a mesh.
 
     scene, hair, mesh  whose they are
-    strands            that are known to stand somewhere, (s,) int64
+    strands            strands with known roots, (s,) int64
     corners            points of the mesh around each root, (s, 3) int64
     weights            of these, (s, 3) float64
     told               whether the file says so; else it is the nearest place at the first time

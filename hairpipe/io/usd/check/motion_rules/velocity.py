@@ -64,7 +64,7 @@ def velocity_match(scene: Scene) -> Iterator[Fault]:
 
 
 def _overall(track: Track) -> Iterator[str]:
-    """Say what is wrong over the whole shot.
+    """Report the faults of the whole shot.
 
     x1 - x-1 = dt/3 (v-1 + 4 v0 + v1) up to the fifth derivative of x (Simpson's rule).
     """
