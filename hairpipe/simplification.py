@@ -19,16 +19,16 @@ Puts = tuple[tuple[str, Any], ...]
 class Simplification:
     """One part of the physics left out, or one discretisation made coarser.
 
-    axis     what it is about; of each axis one simplification at most can be taken
-    level    how far it goes on this axis: a higher one leaves out more
-    text     what it does, in words
+    axis     aspect that it simplifies; at most one simplification per axis is used
+    level    level on this axis: a higher one omits more
+    text     description
     puts     settings by target, with their values
-    drops    targets of groups that are taken out
-    keys     one in how many strands is simulated; 1: all
-    instead  function "module:name" that makes the nodes which take the place of the simulation; it is called with the
+    drops    targets of groups to remove
+    keys     number of strands per simulated strand; 1: all are simulated
+    instead  function "module:name" that makes nodes to replace the simulation; it is called with the
              name of the node, its table, the edge of the groom of all strands, and the simplification, and returns
-             tables by name: that of the same name gives the strands. Empty: the node stays
-    count    of what `instead` simulates in place of at least as many strands
+             tables by name: that of the same name provides the strands. Empty: the node is kept
+    count    number of elements that `instead` simulates in place of at least as many strands
     beside   axes that can be simplified at the same time; None: all
     """
 

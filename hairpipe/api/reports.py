@@ -40,7 +40,7 @@ FATES: dict[str, Fate] = {"cached": "cached", "finished": "computed", "failed": 
 
 @dataclass(frozen=True, repr=False)
 class Plan:
-    """What a run would do to every node and frame, each after those it needs.
+    """Planned evaluation of every node and frame, each after those it needs.
 
     records  of the results that are in the cache: what each is made of, when, in how long
     stopped  stopped variants of a wedge, with reasons

@@ -25,7 +25,7 @@ UNNAMED = "<text>"
 class Source:
     """A graph as it was read, before it is checked.
 
-    text     its tables, and the lines on which they stand
+    text     its tables, and their lines
     shipped  name of a graph that is installed with hairpipe; None for any other graph
     project  folder in which a shipped graph publishes, as if its file lay in `graphs` there
     """

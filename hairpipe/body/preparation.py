@@ -93,7 +93,7 @@ def transform(body: Body, matrix: np.ndarray) -> Body:
 
 
 def rig_rigidly(body: Body, joint: str) -> Body:
-    """Return the body carried as a whole by one joint at the middle of its vertices, its tip at their top. Pure.
+    """Return the body moved rigidly by one joint at the middle of its vertices, its tip at their top. Pure.
 
     joint  its name
     """

@@ -64,7 +64,7 @@ def build_box(size: Vector, centre: Vector) -> Mesh:
 def join(meshes: tuple[Mesh, ...]) -> Mesh:
     """Return several meshes as one, each in its own place.
 
-    Those that do not say how they move stand still; those without texture coordinates have 0 where others have some.
+    Those without velocities are static; those without texture coordinates have 0 where others have some.
     """
     firsts = np.cumsum([0, *(len(mesh.points) for mesh in meshes)])
     still, bare = all(mesh.velocities is None for mesh in meshes), all(mesh.uv is None for mesh in meshes)

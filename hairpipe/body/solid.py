@@ -20,7 +20,7 @@ FACE, EDGES, VERTICES = 0, 1, 4  # features: the face, edges 1..3 opposite to co
 
 
 class Solid(NamedTuple):
-    """A mesh that can tell how deep inside it a point lies.
+    """A mesh with queries for the depth of a point inside it.
 
     tree     over its triangles
     normals  outward, of the seven features of each triangle in the tree, (k, 7, 3) float64

@@ -34,7 +34,7 @@ def fail(message: str, code: int) -> None:
 
 
 def open_stderr() -> None:
-    """Send errors to nowhere where there is no stream for them: a file that is opened would get its number.
+    """Discard errors if there is no stream for them: otherwise an opened file would get its number.
 
     Messages, and what workers print, would then be written into that file.
     """

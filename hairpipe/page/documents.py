@@ -63,7 +63,7 @@ def paragraphs(text: str) -> str:
 
 
 class Told(NamedTuple):
-    """What a run has told, or tells.
+    """Output of a run, finished or in progress.
 
     fates     of the tasks that it has reached
     failures  messages of those that failed

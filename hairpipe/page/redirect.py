@@ -15,7 +15,7 @@ REDIRECT = '<!doctype html><meta charset="utf-8"><meta http-equiv="refresh" cont
 
 @contextmanager
 def redirecting(address: str) -> Iterator[Path]:
-    """Write a file that leads a browser to an address, and that this user alone can read; it is removed at the end.
+    """Write a file that redirects a browser to an address, and that only this user can read; it is removed at the end.
 
     OSError where the user has no folder to write in.
     """

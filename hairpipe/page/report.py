@@ -31,7 +31,7 @@ Made = TypeVar("Made")
 
 
 class Contents(NamedTuple):
-    """What a report holds.
+    """Contents of a report.
 
     scripts   by the name of the data file
     pictures  by the name of the object

@@ -53,7 +53,7 @@ PATIENCE = 1
 class Server:
     """A page that is served.
 
-    address  of the page, token included; whoever knows it may change settings and start runs
+    address  of the page, token included; anybody with it may change settings and start runs
     """
 
     def __init__(self, session: Session, port: int) -> None:

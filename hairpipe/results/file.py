@@ -22,7 +22,7 @@ Value = str | int | float | bool | None
 
 @dataclass(frozen=True)
 class Machine:
-    """What was measured on.
+    """Machine of a measurement.
 
     bandwidth  of its memory [GB/s], None where it was not measured
     kind       class of the processor, as `hairpipe version` names it
@@ -54,7 +54,7 @@ class ValueTable:
 
 @dataclass(frozen=True)
 class Results:
-    """What one command has measured.
+    """Measurements of one command.
 
     commit     of the code, in full
     command    that measures the same again

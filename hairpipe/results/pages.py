@@ -33,7 +33,7 @@ def written_page(page: Path, text: str, word_of: Callable[[Path], str]) -> str:
 
     word_of  returns the word for the state of a results file
 
-    BadInput names page and line of a marker that does not end, and of a reference that leads nowhere.
+    BadInput names page and line of a marker without an end, and of a reference without a target.
     """
 
     def replaced(match: re.Match[str]) -> str:

@@ -16,7 +16,7 @@ WORDS = (CURRENT, OLDER, UNKNOWN)
 
 @dataclass(frozen=True)
 class State:
-    """What has changed since results were measured.
+    """Changes since results were measured.
 
     word     one of WORDS: code of another version of Python, and a graph that cannot be loaded, are not compared
     changed  files of code, nodes of the graph in brackets, or why they were not compared

@@ -12,7 +12,7 @@ NAME = "body"
 
 
 def carried(mesh: Mesh, track: Track, time: float) -> Mesh:
-    """Return a mesh where keys take it at a time [s], with the exact velocities of that motion.
+    """Return a mesh moved by keys at a time [s], with the exact velocities of that motion.
 
     The pivot of the track is a place in space; the mesh may move by itself, too.
     """

@@ -36,7 +36,7 @@ _SAMPLE = 1024
 
 
 class Frame(NamedTuple):
-    """What coordinates are relative to.
+    """Frame of reference of coordinates.
 
     centre  where they are zero [m], (3,)
     unit    of length [m]

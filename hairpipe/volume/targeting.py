@@ -1,4 +1,4 @@
-"""Hair led to where a density is: equation (3) of Petrovic, Henne, Anderson 2005.
+"""Attraction of hair to a target density: equation (3) of Petrovic, Henne, Anderson 2005.
 
 With rho the length of hair per volume, rho_t that of the target, rho_0 = sum rho_t^2 / sum rho_t what hair of the
 target sees, h the cell and w a rate, on each of some grids
@@ -28,7 +28,7 @@ STIFFNESS = 6.0
 
 
 class TargetGrid(NamedTuple):
-    """The density that hair is led to, on one grid.
+    """The target density on one grid.
 
     low     of the first node, in cells from the world's origin, (3,) int64
     cell    [m]
@@ -94,7 +94,7 @@ def placed(grid: TargetGrid, low: np.ndarray, shape: np.ndarray) -> np.ndarray:
 
 
 class Hair(NamedTuple):
-    """Strands that are led.
+    """Strands attracted to a target.
 
     points   [m], (P, 3) float64; offsets  of strands, (S+1,) int32
     reach    see `sample_strands` [m], (S,)

@@ -5,7 +5,7 @@ With the weights w_gs of sample s at node g and a_si of point i in it, whose mas
     B_gi = m_i sum_s w_gs a_si / A_i
     M_g = sum_i B_gi,   V_g = sum_i B_gi v_i / M_g,   V(i) = sum_g B_gi V_g / m_i
 
-What is a momentum on the grid is the same momentum on the strands: sum_i m_i V(i) = sum_g M_g V_g, exactly.
+Momentum on the grid equals momentum on the strands: sum_i m_i V(i) = sum_g M_g V_g, exactly.
 """
 
 import numpy as np

@@ -13,7 +13,7 @@ RESTING = 0.25  # [m/s] slower than this, the lower foot stands
 
 
 def standing_height(retarget: Retarget, clip: Clip) -> float | None:
-    """Return how far above the floor of the body at rest its feet stand [m], below it less than 0. Pure.
+    """Return the height of the feet above the floor of the body at rest [m], negative below it. Pure.
 
     That is the median of the lower foot's height over the frames in which it rests; None where the body has no feet, or
     they rest in less than a tenth of the frames.

@@ -72,7 +72,7 @@ def pose_at(
 
 
 def lift(retarget: Retarget, clip: Clip, floor: str | None) -> float:
-    """Return by how much the clip is to be lowered for its feet to stand on the body's floor [m]; pure.
+    """Return the distance by which to lower the clip so that its feet touch the body's floor [m]; pure.
 
     floor  "clip": not at all; "feet": by all of what `standing_height` says; None: so for a single pose
 

@@ -40,7 +40,7 @@ class Reference(NamedTuple):
 
 
 def find_reference(clip: Clip, roles: Roles, up: str | None, reference: str | None, yaw: float = 0.0) -> Reference:
-    """Return the reference pose; axes and pose that are left open are told by how the performer stands. Pure.
+    """Return the reference pose; missing axes and poses are derived from the stance of the performer. Pure.
 
     up         "y", "z", or None: see `find_up`
     reference  "zero", "first", or None: all channels zero where that pose stands upright, else the first frame
