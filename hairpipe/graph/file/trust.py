@@ -1,6 +1,6 @@
 """Trust in folders of nodes: they are code, and nothing in them is imported before the user has trusted it.
 
-Trust covers the bytes of everything that Python could import from the folder, wherever a copy of it lies, and is
+Trust covers the bytes of all files that Python could import from the folder, independent of its location, and is
 recorded in a folder of the user. Our own nodes, and those of installed packages, need none.
 """
 
@@ -35,8 +35,8 @@ Files = Mapping[str, str]
 class Untrusted(BadInput):
     """Code that would be imported is not trusted, or not in its present state.
 
-    folder  it lies in
-    files   that one would trust
+    folder  folder of the code
+    files   files to trust
     """
 
     def __init__(self, folder: Path, files: Files, what: str) -> None:

@@ -15,7 +15,7 @@ STAR = "*"
 
 @dataclass(frozen=True)
 class Source:
-    """What matters of a source file.
+    """Digest and imports of a source file.
 
     digest   of the syntax tree without comments, docstrings and layout
     imports  (module, name) of `from module import name` and (module, None) of `import module`, anywhere in the file;

@@ -27,7 +27,7 @@ PREPARED = "prepared"
 
 @dataclass(frozen=True)
 class Socket:
-    """An input of a node: which type of value, how much of time it sees, and whether it may stay unconnected.
+    """An input of a node: its type, its view of frames, and whether it may stay unconnected.
 
     many  whether it takes a list of edges; each is plugged in under a name of its own, as `tables.0`, `tables.1`
     """
@@ -67,7 +67,7 @@ class Preparation:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NodeType:
-    """All that a signature declares.
+    """The declaration in a signature.
 
     returns         as declared, a NamedTuple where there are several outputs
     writes          suffixes under which its File may be published, in lower case

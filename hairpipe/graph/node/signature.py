@@ -33,7 +33,7 @@ class Time:
 
 
 Cuts = NewType("Cuts", tuple[int, ...])
-"""Frames at which the shot is cut, ascending: what moves is somewhere else there, without a way from the frame before.
+"""Frames at which the shot is cut, ascending: positions there are discontinuous with those of the previous frame.
 
 A `once` node sees the cuts within the run, an `each` node all of them, a scan its own frame alone, where that is a cut.
 """

@@ -11,7 +11,7 @@ class Divergence(NamedTuple):
     """A scan that diverged.
 
     lost       its tasks, from the failed one on
-    consumers  tasks of other nodes that go on with the frames before
+    consumers  tasks of other nodes that continue with the frames before
     """
 
     lost: frozenset[Task]

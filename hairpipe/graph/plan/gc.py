@@ -144,10 +144,10 @@ def is_whole(path: Path, check_value: CheckValue) -> bool:
 
 
 def live_keys(store: Store, graphs: Iterable[Graph]) -> set[str]:
-    """Keys of the results that these graphs use, over all their frames.
+    """Return the keys of the results that these graphs use, over all their frames.
 
-    The keys of tasks that depend on a missing result are not known: their latest ones are kept, which are valid if that
-    result comes out as before.
+    The keys of tasks that depend on a missing result are unknown: their latest ones are kept, which are valid if that
+    result is unchanged.
     """
     keys: set[str] = set()
     for graph in graphs:

@@ -19,7 +19,7 @@ Status = Literal["cached", "run", "depends"]
 
 @dataclass(frozen=True)
 class Entry:
-    """What would happen to a task.
+    """The planned evaluation of a task.
 
     status  cached: its result is in the store; run: it will be evaluated; depends: on whether its inputs change
     reason  of `run`: the first difference to the latest result; of `depends`: the task it waits for
@@ -39,7 +39,7 @@ class Explanation:
     parts    that its key is made of; None while something it needs is not established
     reasons  that of the entry, and every difference to the latest result of this node and frame
     record   its result, where it is there
-    thinned  outputs of it that were not kept: states of a scan to go on from
+    thinned  outputs that were not kept: states from which a scan continues
     """
 
     entry: Entry

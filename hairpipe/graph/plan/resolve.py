@@ -19,7 +19,7 @@ from hairpipe.graph.store.store import Store
 class Resolver:
     """For every task: what it needs, its key once the results of those are known, and the established result.
 
-    frames   that are asked for; more are evaluated where a scan needs them
+    frames   requested frames; more are evaluated if a scan needs them
     results  established so far, by task
     reader   of the code behind the nodes
     """

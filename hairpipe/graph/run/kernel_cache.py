@@ -41,10 +41,10 @@ VERSIONED = {"builtins", "llvmlite", "numba", "numpy", *sys.stdlib_module_names}
 
 
 class Entry(NamedTuple):
-    """What the table says of a module.
+    """Entry of a module in the table.
 
-    code  digest of the module and of all that it imports
-    key   digest of what its kernels are compiled of, how they are compiled included
+    code  digest of the module and of all its imports
+    key   digest of the code and the compiler options of its kernels
     """
 
     module: str

@@ -1,7 +1,7 @@
-"""The folder of compiled kernels, and the table that tells processes which of them are current.
+"""The folder of compiled kernels, and the table of current kernels for processes.
 
-Machine code is compiled of the module that defines a kernel and of all that it imports: the digest of that code is part
-of the name of the folder of the module's kernels. So an edit leaves all kernels current that cannot contain it, and
+Machine code is compiled from the module that defines a kernel and all its imports: the digest of that code is part of
+the name of the folder of the module's kernels. So an edit leaves all kernels current that cannot contain it, and
 checkouts with the same code share theirs. The folder lies where only this user can write, never in a store: a store may
 come from anywhere, and kernels are code.
 """
@@ -54,9 +54,9 @@ def kernels_parent() -> Path:
 
 
 def claim_kernels(folder: Path) -> Path:
-    """Make a folder for kernels that this user alone can write to, or check that one is; returns it.
+    """Make a folder for kernels that only this user can write to, or check an existing one; returns it.
 
-    Raises BadInput where it is somebody else's or others may write to it, OSError where there can be none.
+    Raises BadInput if it belongs to somebody else or others may write to it, OSError if it cannot be made.
     """
     make_own(folder)
     fault = fault_of(folder)
@@ -80,9 +80,9 @@ def kernels_environment(folder: Path, reader: CodeReader, nodes: Iterable[str] =
 
 
 def share_kernels() -> None:
-    """Prepare this process to compute, before it imports kernels: they lie where those of runs do.
+    """Prepare this process for computation, before it imports kernels: it shares the kernels of runs.
 
-    The threading layer is that of runs, too. BadInput where others may write to the folder, or it is read-only.
+    The threading layer is also that of runs. Raises BadInput if others may write to the folder, or it is read-only.
     """
     try:
         folder = claim_kernels(kernels_parent())
