@@ -1,6 +1,7 @@
 """Folders full of modules that are called as others: no command runs one of them."""
 
 import os
+import shutil
 import subprocess
 import sys
 
@@ -14,21 +15,17 @@ START = [sys.executable, "-P", "-c", "from hairpipe.cli import main; main()"]  #
 
 @pytest.fixture(scope="module")
 def poisoned(result, tmp_path_factory):
-    """The shot after a run, in a folder with modules that are called as others; so is the one of its nodes."""
-    for folder in (result, result / "nodes"):
+    """A copy of the shot after a run, with modules that are called as others in its folder and in that of its nodes."""
+    shot = tmp_path_factory.mktemp("poisoned") / "shot"
+    shutil.copytree(result, shot)
+    for folder in (shot, shot / "nodes"):
         for name in NAMES:
             (folder / f"{name}.py").write_text(POISON)
         for name in PACKAGES:
             (folder / name).mkdir()
             (folder / name / "__init__.py").write_text(POISON)
-    (result / "scene.usda").write_text('#usda 1.0\ndef Xform "a" {}\n')
-    yield result
-    for folder in (result, result / "nodes"):
-        for name in NAMES:
-            (folder / f"{name}.py").unlink()
-        for name in PACKAGES:
-            (folder / name / "__init__.py").unlink()
-            (folder / name).rmdir()
+    (shot / "scene.usda").write_text('#usda 1.0\ndef Xform "a" {}\n')
+    return shot
 
 
 @pytest.mark.parametrize(
