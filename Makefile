@@ -10,7 +10,7 @@ COMPILE := $(RUN) compileall -q -j 0 -x '/(bpy|tests)/' $(VENV)/lib hairpipe nod
 
 menu:
 	@echo "make demo    simulate hair on our bust and draw it: results in out/demo; FRAMES=1001-1010 for its first pictures"
-	@echo "make quick   run the tests that compile no kernels and take no seconds each: a minute on two cores"
+	@echo "make quick   run the tests that compile no kernels and take no seconds each: three minutes on two cores"
 	@echo "make test    run all tests"
 	@echo "make cases   run the inputs in ../shared/cases, where they are"
 	@echo "make check   lint, format and types"
