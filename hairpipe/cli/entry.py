@@ -19,26 +19,13 @@ from hairpipe.cli.stderr import Unheard, fail, open_stderr
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import nearest, one_line
 
-COMMANDS = (
-    "run",
-    "plan",
-    "view",
-    "report",
-    "explain",
-    "graph",
-    "nodes",
-    "get",
-    "tune",
-    "wedge",
-    "results",
-    "cache",
-    "trust",
-    "usd",
-    "data",
-    "bench",
-    "version",
-)
-"""Modules of this package; each defines the command of its name."""
+COMMANDS = {
+    **dict.fromkeys(
+        ("run", "plan", "view", "report", "explain", "graph", "nodes", "get", "tune", "wedge", "results"), "commands"
+    ),
+    **dict.fromkeys(("cache", "trust", "usd", "data", "bench", "version"), "housekeeping"),
+}
+"""Folders of the modules, by name; each module defines the command of its name."""
 BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
 COMPLETION = 'Shell completion: eval "$(_HAIRPIPE_COMPLETE=bash_source hairpipe)"; zsh and fish work the same way.'
 
@@ -79,14 +66,14 @@ class Commands(Group):
         """Import a command; None where there is none of this name."""
         if cmd_name not in COMMANDS:
             return None
-        return getattr(importlib.import_module(f"hairpipe.cli.commands.{cmd_name}"), cmd_name)
+        return getattr(importlib.import_module(f"hairpipe.cli.{COMMANDS[cmd_name]}.{cmd_name}"), cmd_name)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command that the arguments begin with; for an unknown one, name the nearest."""
         if not args[0].startswith("-") and args[0] not in COMMANDS and not ctx.resilient_parsing:
-            ctx.fail(f"no command '{args[0]}' ({nearest(args[0], COMMANDS)})")
+            ctx.fail(f"no command '{args[0]}' ({nearest(args[0], list(COMMANDS))})")
         return super().resolve_command(ctx, args)
 
 

@@ -73,7 +73,7 @@ def run(
     130 interrupted.
     """
     from hairpipe.cli import summary
-    from hairpipe.cli.commands.trust import asking
+    from hairpipe.cli.housekeeping.trust import asking
     from hairpipe.cli.watch import Watch
 
     shot = asking(lambda: hairpipe.load(graph, options.parsed(overrides), cache=cache))

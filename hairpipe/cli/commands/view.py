@@ -43,7 +43,7 @@ def view(
 
     The page is served to this machine alone, at an address with a secret in it. Ctrl-C ends it.
     """
-    from hairpipe.cli.commands.trust import asking
+    from hairpipe.cli.housekeeping.trust import asking
     from hairpipe.page.redirect import opened
     from hairpipe.page.server import Server
     from hairpipe.page.session import Session

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from pxr import Sdf
 
-from hairpipe.cli.commands.usd import lint_file
+from hairpipe.cli.housekeeping.usd import lint_file
 from hairpipe.errors import BadInput
 from hairpipe.io.usd.apart import work_apart
 from hairpipe.io.usd.layer_files import find_layers

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 import pytest
 
-from hairpipe.cli.commands.trust import asking
+from hairpipe.cli.housekeeping.trust import asking
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.file.trust import Untrusted
 

@@ -6,7 +6,7 @@ import platform
 import numpy as np
 
 from hairpipe import __version__
-from hairpipe.cli.commands.version import version_of
+from hairpipe.cli.housekeeping.version import version_of
 from hairpipe.graph.run.threading_layer import choose_layer
 from hairpipe.processor import processor_class
 
