@@ -1,6 +1,7 @@
 """Markdown that directives write: what they read from the code becomes Markdown, which MyST parses in their place."""
 
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 
 from docutils import nodes
@@ -12,7 +13,7 @@ PARAMETER = re.compile(r"(\*{0,2}\w+(?:, \w+)*) {2,}(\S.*)")
 """A line of a docstring that explains a parameter: names, two blanks or more, and a text."""
 
 
-class MarkdownDirective(SphinxDirective):
+class MarkdownDirective(SphinxDirective, ABC):
     """A directive whose content is Markdown that `write` returns; headings in it are sections of the page.
 
     prefix    of the labels by which `{ref}` finds the sections
@@ -24,9 +25,9 @@ class MarkdownDirective(SphinxDirective):
     has_content = True
     optional_arguments = 100
 
+    @abstractmethod
     def write(self) -> str:
         """Return the Markdown that stands for the directive."""
-        raise NotImplementedError
 
     def run(self) -> list[nodes.Node]:
         """Parse the Markdown in place of the directive."""

@@ -31,7 +31,7 @@ import numpy as np
 from hairpipe.data.hair import HairState
 from hairpipe.kernels.simd_arrays import combine_all, copied
 from hairpipe.sim.axis import Axis, follow, gather
-from hairpipe.sim.contact.hair.couplings import Couplings, Places
+from hairpipe.sim.contact.hair.couplings import NOWHERE, Couplings, Places
 from hairpipe.sim.settings import Scene
 
 
@@ -162,8 +162,8 @@ class Interaction:
 
     @property
     def places(self) -> Places:
-        """Pairs of segments that this step couples, known after `begin`."""
-        raise NotImplementedError
+        """Pairs of segments that this step couples, known after `begin`; none by default."""
+        return NOWHERE
 
     def couple(self, at: Prediction, couplings: Couplings) -> None:
         """Set which of `places` act, and what they exert, linearised at a prediction, in place."""

@@ -17,7 +17,7 @@ from hairpipe.sim.contact.hair.coupling_operator import (
     impulses_after,
     multiply_across,
 )
-from hairpipe.sim.contact.hair.couplings import Incidence, Joined, Places, couplings_at, find_incidence, join, part_of
+from hairpipe.sim.contact.hair.couplings import NOWHERE, Incidence, Places, couplings_at, find_incidence, join, part_of
 from hairpipe.sim.interactions import Interaction, Prediction
 from hairpipe.sim.solve import pcg
 
@@ -93,7 +93,6 @@ class StrandCoupling:
 
     def release(self) -> None:
         """Free what only the solves of a step need."""
-        nowhere = Joined(np.empty((0, 2), np.int32), np.empty((0, 2)))
-        self._places = nowhere
-        self._incidence = find_incidence(nowhere.segments, 0)
-        self._rows = coupling_rows(couplings_at(nowhere), self._incidence)
+        self._places = NOWHERE
+        self._incidence = find_incidence(NOWHERE.segments, 0)
+        self._rows = coupling_rows(couplings_at(NOWHERE), self._incidence)

@@ -13,7 +13,7 @@ from hairpipe.kernels.banded import row_size as size_by_reach
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load, store
 from hairpipe.sim.layout import Shape
-from hairpipe.sim.strands.interface import ModelKind, for_models
+from hairpipe.sim.strands.interface import ModelKind, by_model, for_models
 
 
 @inlined
@@ -22,49 +22,49 @@ def row_size(shape: Shape) -> int:
     return size_by_reach(shape.reach) if shape.unknowns == 3 else banded_angle.SIZE
 
 
+@by_model
 def start_row(model: Any, A: Any, p: Any, count: Any) -> Any:
     """Clear row p of a strand of so many rows, in place: zero, and 1 on the diagonal where there is no equation."""
-    raise NotImplementedError
 
 
+@by_model
 def add_inertia(model: Any, A: Any, p: Any, inertia: Any) -> Any:
     """Add a mass to the position of row p, in lanes, in place."""
-    raise NotImplementedError
 
 
+@by_model
 def add_point(model: Any, A: Any, p: Any, block: Any) -> Any:
     """Add a symmetric block, a tuple of six lanes, to the position of row p, in place."""
-    raise NotImplementedError
 
 
+@by_model
 def add_next(model: Any, A: Any, p: Any, block: Any) -> Any:
     """Add a symmetric block, six lanes, between the positions of row p and the next on the axis, in place."""
-    raise NotImplementedError
 
 
+@by_model
 def fix_root(model: Any, A: Any, b: Any, p: Any, count: Any, lowest: Any) -> Any:
     """Hold row p at the root, in place; return the lowest pivot of this and before."""
-    raise NotImplementedError
 
 
+@by_model
 def fix_lanes(model: Any, A: Any, b: Any, p: Any, fixed: Any) -> Any:
     """Hold row p in the lanes of a mask, in place."""
-    raise NotImplementedError
 
 
+@by_model
 def eliminate(model: Any, A: Any, b: Any, p: Any, count: Any, lowest: Any) -> Any:
     """Eliminate row p, in place; return the lowest pivot of this and before, where that may be negative."""
-    raise NotImplementedError
 
 
+@by_model
 def forward(model: Any, A: Any, b: Any, p: Any, count: Any) -> Any:
     """Do to row p of another right-hand side what `eliminate` did to the first, in place."""
-    raise NotImplementedError
 
 
+@by_model
 def substitute(model: Any, A: Any, b: Any, count: Any) -> Any:
     """Replace b by the solution, in place; rows that have no equation move as the one before them."""
-    raise NotImplementedError
 
 
 @inlined

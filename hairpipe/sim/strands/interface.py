@@ -9,6 +9,7 @@ registration.
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import wraps
 from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
@@ -155,6 +156,20 @@ class Terms(NamedTuple):
     part: int
 
 
+def by_model(declaration: Callable) -> Callable:
+    """Decorate the declaration of a kernel: numba compiles that of the model's kind in its place, see `for_models`.
+
+    A call from Python raises TypeError.
+    """
+
+    @wraps(declaration)
+    def declared(*_: Any) -> None:
+        raise TypeError(f"{declaration.__name__} is a kernel that numba selects by the model: call it in compiled code")
+
+    return declared
+
+
+@by_model
 def add_forces(model: Any, system: Any, at: Any, p: Any, block: Any, terms: Any) -> None:
     """Add the forces that begin at particle p of a block: h f to the right-hand side, hh K + h D to the matrix.
 
@@ -163,40 +178,39 @@ def add_forces(model: Any, system: Any, at: Any, p: Any, block: Any, terms: Any)
             stiffness [N], (particles, springs, W): x, v and T
     terms   a Terms
     """
-    raise NotImplementedError
 
 
+@by_model
 def predict(model: Any, T: Any, span: Any, stays: Any) -> Any:
     """Let what the model remembers of a block go on through a stage [s], but in lanes where it stays, in place."""
-    raise NotImplementedError
 
 
+@by_model
 def hold_tip(model: Any, block: Any, x: Any, T: Any, held: Any) -> Any:
     """Let what the model remembers of a block, T, follow tips that are held; arguments as in `Stage`; in place."""
-    raise NotImplementedError
 
 
+@by_model
 def follow_solve(model: Any, block: Any, at: Any, dx: Any, b: Any, h: Any) -> Any:
     """Update the stored values of a block, T of the iterate `at`, after a solve that moves it by dx, in place.
 
     b   change of velocity, and of other unknowns, (rows, unknowns, W); h  its factor [s]
     """
-    raise NotImplementedError
 
 
+@by_model
 def shape_of(model: Any) -> Any:
     """Shape of the model, as constants of the machine code."""
-    raise NotImplementedError
 
 
+@by_model
 def springs_from(model: Any, p: Any, count: Any) -> Any:
     """Number of springs from particle p to those after it, of a strand of so many particles."""
-    raise NotImplementedError
 
 
+@by_model
 def spring_constant(model: Any, block: Any, p: Any, offset: Any) -> Any:
     """Force per unit strain [N] of the spring from particle p to p + offset, in lanes."""
-    raise NotImplementedError
 
 
 def for_models(stub: Callable) -> Callable:

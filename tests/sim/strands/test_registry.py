@@ -3,6 +3,7 @@
 from typing import NamedTuple, get_args
 
 import numpy as np
+import pytest
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load
@@ -11,6 +12,7 @@ from hairpipe.sim.layout import Shape
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Air, Scene, Scheme
 from hairpipe.sim.simulate import advance_frame, start, strands_of
+from hairpipe.sim.strands.band import eliminate
 from hairpipe.sim.strands.forces.assembly import add_spring
 from hairpipe.sim.strands.forces.spring import linearise_spring
 from hairpipe.sim.strands.interface import ModelKind, kind_of, register_model
@@ -77,3 +79,8 @@ def test_models_of_the_house_are_those_that_a_graph_may_name(scene, straight):
     for name, kind in models.items():
         model = scene([straight(0.05, 5, [0, -1, 0])], model=name).hair.model
         assert isinstance(model, kind.model) and kind_of(model) is kind and model.shape is kind.shape
+
+
+def test_a_kernel_selected_by_the_model_is_refused_outside_compiled_code():
+    with pytest.raises(TypeError, match="eliminate is a kernel that numba selects by the model"):
+        eliminate(None, None, None, 0, 1, 1.0)

@@ -97,6 +97,10 @@ class Joined(NamedTuple):
     fractions: np.ndarray
 
 
+NOWHERE = Joined(np.empty((0, 2), np.int32), np.empty((0, 2)))
+"""No pairs."""
+
+
 def join(*places: Places) -> Joined:
     """Put places one set after the other."""
     segments = np.concatenate([some.segments for some in places])
