@@ -14,8 +14,8 @@ import pytest
 
 from hairpipe.data import Mesh
 from hairpipe.graph.file.data_folder import data_folder
-from hairpipe.graph.run.kernel_cache import guard_kernels
-from hairpipe.graph.run.machine_code import share_kernels
+from hairpipe.graph.worker.kernel_cache import guard_kernels
+from hairpipe.graph.worker.machine_code import share_kernels
 
 # Where tests use more threads than there are cores left, one that waits must not hold a core.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")

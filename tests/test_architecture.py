@@ -20,7 +20,7 @@ ORDER = (
 )
 """Rooms from the bottom up: the files of one import from it and from those before it."""
 WITHIN = {
-    "graph": "node store file key plan run results",
+    "graph": "node store file key plan worker run results",
     "levelset": """grid_layout collider sample interpolation sphere_tracing collider_field parts bake""",
     "sim": """material layout axis strands.construction strands.forces strands boundary state air.wind settings
         contact.hair.couplings interactions air hair_model cuts shot contact.contact_points contact.body contact.ccd
@@ -39,7 +39,7 @@ PURE = {
     "graph.file.overrides",  # edits tables of a graph file
     "graph.store.digest",  # digests plain values
     "graph.store.atomic",  # writes files whole or not at all
-    "graph.run.threading_layer",  # chooses a setting of numba
+    "graph.worker.threading_layer",  # chooses a setting of numba
     "graph.store.ownership",  # names the folders of a user
 }
 """What tools may use of the engine besides `hairpipe.api`: it neither loads, plans nor runs anything."""

@@ -80,7 +80,7 @@ it.measure_scene = lambda *words: [(case, {"strands": 0.1})]""",
 it.try_faults.__defaults__ = it.Trials(kills=0, damages=1, cleanings=0, modules=()),""",
 }
 """Lines of Python that are carried out before, which make a command small: users have no option for it."""
-SHARED = """from hairpipe.graph.run.machine_code import share_kernels
+SHARED = """from hairpipe.graph.worker.machine_code import share_kernels
 share_kernels()
 """
 """The same for all benches, before those lines import kernels: what the tests have compiled is not compiled again."""

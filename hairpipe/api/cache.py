@@ -9,9 +9,9 @@ from typing import Protocol
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
 from hairpipe.graph.plan.gc import Found, Item, Swept, clean, items, live_keys, usage, verify
-from hairpipe.graph.run.machine_code import kernels_parent
 from hairpipe.graph.store.ownership import check_store
 from hairpipe.graph.store.store import Store
+from hairpipe.graph.worker.machine_code import kernels_parent
 from hairpipe.plain_file import check_plain
 
 __all__ = ["Cache", "Found", "Item", "Swept", "open_store"]

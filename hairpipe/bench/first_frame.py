@@ -17,10 +17,10 @@ from hairpipe.bench.report import Report, make_report
 from hairpipe.child import command
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.run import kernel_cache
-from hairpipe.graph.run.machine_code import claim_kernels, kernels_environment, kernels_parent
 from hairpipe.graph.run.pool import environment
 from hairpipe.graph.store.store import Store
+from hairpipe.graph.worker import kernel_cache
+from hairpipe.graph.worker.machine_code import claim_kernels, kernels_environment, kernels_parent
 
 HAIR = "hair"
 """Name of the scan in our graphs."""

@@ -11,7 +11,7 @@ from hairpipe.bench.report import Case, Report, make_report
 from hairpipe.child import command, environment
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.run.kernel_cache import FOLDER_DIGITS
+from hairpipe.graph.worker.kernel_cache import FOLDER_DIGITS
 
 HAIR = "hair"
 """Name of the scan in our graphs."""

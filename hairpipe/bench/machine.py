@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hairpipe import __version__
-from hairpipe.graph.run.machine_code import share_kernels
-from hairpipe.graph.run.threading_layer import choose_layer
+from hairpipe.graph.worker.machine_code import share_kernels
+from hairpipe.graph.worker.threading_layer import choose_layer
 
 __all__ = ["Machine", "share_kernels", "this_machine"]
 

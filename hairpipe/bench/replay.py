@@ -13,8 +13,8 @@ from hairpipe.graph.plan.tasks import Source, Task, inputs_of
 from hairpipe.graph.results import read_result
 from hairpipe.graph.run.events import CODEC
 from hairpipe.graph.run.scheduler import run
-from hairpipe.graph.run.worker import keep_freed
 from hairpipe.graph.store.store import Store
+from hairpipe.graph.worker.worker import keep_freed
 
 
 @dataclass(eq=False)

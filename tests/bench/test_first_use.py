@@ -8,7 +8,7 @@ import pytest
 from hairpipe.bench import first_use
 from hairpipe.bench.first_use import kernels_in
 from hairpipe.errors import BadInput
-from hairpipe.graph.run.kernel_cache import FOLDER_DIGITS
+from hairpipe.graph.worker.kernel_cache import FOLDER_DIGITS
 
 
 def test_kernels_are_named_by_module_and_function(tmp_path):

@@ -12,7 +12,7 @@ from click.testing import CliRunner, Result
 
 from hairpipe.cli.entry import commands
 from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.run import machine_code
+from hairpipe.graph.worker import machine_code
 
 TOYS = Path(__file__).parents[1] / "graph" / "toys"
 SHOT = """schema = 1
@@ -47,7 +47,7 @@ Hairpipe = Callable[..., Result]
 START = [
     sys.executable,
     "-c",
-    """from hairpipe.graph.run import machine_code
+    """from hairpipe.graph.worker import machine_code
 machine_code.kernel_modules = lambda: iter(())
 from hairpipe.cli import main
 main()""",

@@ -14,10 +14,10 @@ import pytest
 
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.plan.planner import plan
-from hairpipe.graph.run import machine_code
 from hairpipe.graph.run.events import Options
 from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
+from hairpipe.graph.worker import machine_code
 
 HERE = Path(__file__).parent
 

@@ -101,4 +101,4 @@ def is_worker_of(shot, process: Path) -> bool:
         command = (process / "cmdline").read_bytes()
     except OSError:
         return False
-    return b"hairpipe.graph.run.worker" in command and str(shot.nodes).encode() in command
+    return b"hairpipe.graph.worker.worker" in command and str(shot.nodes).encode() in command

@@ -11,7 +11,7 @@ import pytest
 
 import hairpipe
 from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.run import machine_code
+from hairpipe.graph.worker import machine_code
 
 from ..cli.conftest import START
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.graph.run import machine_code
+from hairpipe.graph.worker import machine_code
 from hairpipe.results.file import read_results
 
 from ..cli.conftest import hairpipe  # noqa: F401

@@ -6,7 +6,7 @@ import sys
 from hairpipe.bench import paper
 from hairpipe.bench.machine import Machine
 from hairpipe.bench.report import Report
-from hairpipe.graph.run.kernel_cache import TABLE
+from hairpipe.graph.worker.kernel_cache import TABLE
 from hairpipe.results.bench_recording import BenchRecording
 from hairpipe.results.file import read_results
 from hairpipe.results.state import CURRENT, state_of

@@ -10,7 +10,7 @@ import click
 from hairpipe import __version__
 from hairpipe.api.formatting import table
 from hairpipe.cli import options
-from hairpipe.graph.run.threading_layer import choose_layer
+from hairpipe.graph.worker.threading_layer import choose_layer
 from hairpipe.processor import processor_class
 
 DISTRIBUTIONS = {"numpy": "numpy", "scipy": "scipy", "numba": "numba", "usd": "usd-core", "h5py": "h5py"}

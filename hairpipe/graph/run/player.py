@@ -16,11 +16,11 @@ from hairpipe.graph.plan.planner import Planner
 from hairpipe.graph.plan.preparation import Preparations
 from hairpipe.graph.plan.tasks import Source, Task, inputs_of
 from hairpipe.graph.run.events import CODEC
-from hairpipe.graph.run.kernel_cache import guard_kernels
-from hairpipe.graph.run.machine_code import claim_kernels, kernels_environment, kernels_parent
 from hairpipe.graph.run.pool import environment
 from hairpipe.graph.store.store import Store
 from hairpipe.graph.store.values import Values, codec_named
+from hairpipe.graph.worker.kernel_cache import guard_kernels
+from hairpipe.graph.worker.machine_code import claim_kernels, kernels_environment, kernels_parent
 
 
 class Played(NamedTuple):

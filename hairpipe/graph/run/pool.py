@@ -19,9 +19,9 @@ from typing import Any, Literal
 from hairpipe import child
 from hairpipe.graph.key.code import CodeReader
 from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.run.machine_code import claim_kernels, kernels_environment, kernels_parent
-from hairpipe.graph.run.threading_layer import choose_layer
 from hairpipe.graph.store.fingerprint import is_changed
+from hairpipe.graph.worker.machine_code import claim_kernels, kernels_environment, kernels_parent
+from hairpipe.graph.worker.threading_layer import choose_layer
 from hairpipe.processor import class_settings, processor_class
 
 WorkerKind = Literal["serial", "parallel"]
@@ -29,7 +29,7 @@ WorkerKind = Literal["serial", "parallel"]
 
 SERIAL_NICENESS = 10
 """Niceness of serial workers: threads of the parallel one wait for each other, so one delayed thread delays all."""
-BOOT = "from hairpipe.graph.run.worker import main; main({})"
+BOOT = "from hairpipe.graph.worker.worker import main; main({})"
 MEMORY = 256 << 20
 """Memory in which a worker keeps values it may need again [bytes]."""
 

@@ -5,7 +5,7 @@ import os
 from hairpipe.bench import first_use, paper
 from hairpipe.bench.machine import Machine
 from hairpipe.bench.report import Report
-from hairpipe.graph.run.kernel_cache import TABLE
+from hairpipe.graph.worker.kernel_cache import TABLE
 
 MACHINE = Machine("A Processor", 2, {"numba": "1.2"})
 

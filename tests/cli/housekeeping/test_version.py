@@ -7,7 +7,7 @@ import numpy as np
 
 from hairpipe import __version__
 from hairpipe.cli.housekeeping.version import version_of
-from hairpipe.graph.run.threading_layer import choose_layer
+from hairpipe.graph.worker.threading_layer import choose_layer
 from hairpipe.processor import processor_class
 
 

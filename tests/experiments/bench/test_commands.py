@@ -7,7 +7,7 @@ import pytest
 
 from hairpipe.bench.machine import Machine
 from hairpipe.bench.report import Report
-from hairpipe.graph.run.kernel_cache import TABLE
+from hairpipe.graph.worker.kernel_cache import TABLE
 from hairpipe.graphs.experiments.bench import contact, core, faults
 
 MACHINE = Machine("A Processor", 2, {"numba": "1.2"})

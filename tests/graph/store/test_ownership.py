@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.run.kernel_cache import TABLE
-from hairpipe.graph.run.machine_code import claim_kernels, kernels_parent
 from hairpipe.graph.run.pool import Pool
 from hairpipe.graph.store import ownership
 from hairpipe.graph.store.ownership import TRUST, check_store
+from hairpipe.graph.worker.kernel_cache import TABLE
+from hairpipe.graph.worker.machine_code import claim_kernels, kernels_parent
 
 
 @pytest.fixture

@@ -11,9 +11,9 @@ import pytest
 
 from hairpipe import child
 from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.run import machine_code
-from hairpipe.graph.run.kernel_cache import codes_behind, table
-from hairpipe.graph.run.machine_code import claim_kernels, kernels_environment
+from hairpipe.graph.worker import machine_code
+from hairpipe.graph.worker.kernel_cache import codes_behind, table
+from hairpipe.graph.worker.machine_code import claim_kernels, kernels_environment
 from hairpipe.kernels.simd import LanesType
 from hairpipe.sim.strands.chain import Chain
 from hairpipe.sim.strands.interface import Terms
@@ -46,7 +46,7 @@ def _force(x):
     "apart.py": "from numba import njit\n@njit(cache=True)\ndef apart(x):\n    return x - 1.0\n",
 }
 RUN = """
-from hairpipe.graph.run.kernel_cache import guard_kernels
+from hairpipe.graph.worker.kernel_cache import guard_kernels
 guard_kernels()
 import json, studio.model
 from typing import NamedTuple

@@ -13,7 +13,7 @@ from hairpipe.processor import processor_class
 
 ROUNDS = """
 import resource
-from hairpipe.graph.run.worker import keep_freed
+from hairpipe.graph.worker.worker import keep_freed
 
 {keep}
 def faults():

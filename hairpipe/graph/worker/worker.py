@@ -29,14 +29,14 @@ from hairpipe.graph.node.messages import recorded_warnings
 from hairpipe.graph.node.signature import Cuts, Time, Workspace
 from hairpipe.graph.plan.arguments import build_arguments
 from hairpipe.graph.plan.preparation import Preparations
-from hairpipe.graph.run.kernel_cache import guard_kernels
-from hairpipe.graph.run.threading_layer import layer_in_use
 from hairpipe.graph.store.atomic import workspace
 from hairpipe.graph.store.fingerprint import is_changed
 from hairpipe.graph.store.record import Output, Record
 from hairpipe.graph.store.seal import removed
 from hairpipe.graph.store.store import Store
 from hairpipe.graph.store.values import Values, codec_named, is_full
+from hairpipe.graph.worker.kernel_cache import guard_kernels
+from hairpipe.graph.worker.threading_layer import layer_in_use
 from hairpipe.processor import processor_class
 
 _M_TRIM_THRESHOLD, _M_MMAP_MAX = -1, -4

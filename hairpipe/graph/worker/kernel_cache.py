@@ -25,10 +25,10 @@ from types import FunctionType, ModuleType
 from typing import IO, Any, NamedTuple, Self
 
 from hairpipe.graph.key.code import INSTALLED, CodeReader
-from hairpipe.graph.run.deferred_code import defer_code
 from hairpipe.graph.store.atomic import replacing
 from hairpipe.graph.store.digest import digest, digest_bytes
 from hairpipe.graph.store.seal import is_there, seal
+from hairpipe.graph.worker.deferred_code import defer_code
 
 TABLE = "HAIRPIPE_KERNELS"
 """Variable that names the table of digests, a JSON object of the fields of `Entry` by file; kernels lie next to it."""

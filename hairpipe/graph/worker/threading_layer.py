@@ -105,7 +105,7 @@ def cost_of(name: str) -> CallCost:
         note = own_folder("cache") / f"threading-layer-{digest('layer', [name, version('numba'), tbb_stamp(name)])}"
         return CallCost(*map(float, json.loads(note.read_text(encoding="utf-8"))))
     environment = child.environment() | {NAME: name}
-    code = "from hairpipe.graph.run.threading_layer import report_cost; report_cost()"
+    code = "from hairpipe.graph.worker.threading_layer import report_cost; report_cost()"
     done = subprocess.run(child.command(code), env=environment, check=True, stdout=subprocess.PIPE, text=True)
     cost = CallCost(*json.loads(done.stdout))
     with suppress(OSError):

@@ -6,13 +6,13 @@ import subprocess
 import pytest
 
 from hairpipe import child
-from hairpipe.graph.run import threading_layer
 from hairpipe.graph.run.pool import environment
-from hairpipe.graph.run.threading_layer import NAME, ORDER, CallCost, choose_layer, is_loadable
+from hairpipe.graph.worker import threading_layer
+from hairpipe.graph.worker.threading_layer import NAME, ORDER, CallCost, choose_layer, is_loadable
 
 CALLS = """
 import json, numba
-from hairpipe.graph.run.threading_layer import layer_in_use
+from hairpipe.graph.worker.threading_layer import layer_in_use
 from hairpipe.kernels.call_cost import measure_calls
 before = layer_in_use()
 costs = measure_calls(500, 20_000)

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.run import machine_code
-from hairpipe.graph.run.kernel_cache import FOLDER_DIGITS
-from hairpipe.graph.run.machine_code import (
+from hairpipe.graph.worker import machine_code
+from hairpipe.graph.worker.kernel_cache import FOLDER_DIGITS
+from hairpipe.graph.worker.machine_code import (
     KEPT,
     UNUSED,
     WITHOUT_KERNELS,

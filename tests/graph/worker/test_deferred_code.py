@@ -8,8 +8,8 @@ import pytest
 
 from hairpipe import child
 from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.run import machine_code
-from hairpipe.graph.run.machine_code import claim_kernels, kernels_environment
+from hairpipe.graph.worker import machine_code
+from hairpipe.graph.worker.machine_code import claim_kernels, kernels_environment
 
 MODULES = {
     "__init__.py": "",
@@ -38,7 +38,7 @@ def permutations(n):
 """,
 }
 RUN = """
-from hairpipe.graph.run.kernel_cache import guard_kernels
+from hairpipe.graph.worker.kernel_cache import guard_kernels
 guard_kernels()
 import json, sys
 import numpy as np

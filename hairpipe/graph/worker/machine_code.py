@@ -18,10 +18,10 @@ from pathlib import Path
 import hairpipe
 from hairpipe.errors import BadInput
 from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.run.kernel_cache import FOLDER_DIGITS, TABLE, Entry, guard_kernels, write_table
-from hairpipe.graph.run.threading_layer import choose_layer
 from hairpipe.graph.store.digest import digest
 from hairpipe.graph.store.ownership import fault_of, make_own, own_folder
+from hairpipe.graph.worker.kernel_cache import FOLDER_DIGITS, TABLE, Entry, guard_kernels, write_table
+from hairpipe.graph.worker.threading_layer import choose_layer
 
 WITHOUT_KERNELS = ("api", "chart", "cli", "graph", "page", "tune", "wedge")
 """Rooms without kernels, and without types that kernels take."""
