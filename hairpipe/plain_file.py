@@ -18,7 +18,7 @@ KINDS = {
 }
 
 
-def oddity(found: os.stat_result) -> str | None:
+def special_kind(found: os.stat_result) -> str | None:
     """Return what stands in the place of a regular file, or None where there is one; pure."""
     return None if stat.S_ISREG(found.st_mode) else KINDS.get(stat.S_IFMT(found.st_mode), "no file")
 
@@ -54,9 +54,9 @@ def checked_size(path: Path, right: str) -> int:
     try:
         found = Path(path).stat()
     except (OSError, ValueError) as fault:  # the latter of a name that no file can have
-        raise BadInput(f"the file cannot be read: {said(fault)}", where=path, right=right) from None
-    if odd := oddity(found):
-        raise BadInput(f"the file cannot be read: it is {odd}", where=path, right=right)
+        raise BadInput(f"the file cannot be read: {describe_fault(fault)}", where=path, right=right) from None
+    if kind := special_kind(found):
+        raise BadInput(f"the file cannot be read: it is {kind}", where=path, right=right)
     if not found.st_size:
         raise BadInput("the file is empty", where=path, right=right)
     if not os.access(path, os.R_OK):
@@ -78,9 +78,9 @@ def content(path: Path, right: str, most: int | None = None) -> bytes:
         with Path(path).open("rb") as file:
             return file.read(size)
     except OSError as fault:
-        raise BadInput(f"the file cannot be read: {said(fault)}", where=path, right=right) from None
+        raise BadInput(f"the file cannot be read: {describe_fault(fault)}", where=path, right=right) from None
 
 
-def said(fault: OSError | ValueError) -> str:
+def describe_fault(fault: OSError | ValueError) -> str:
     """Return what the system says of a fault."""
     return getattr(fault, "strerror", None) or str(fault)

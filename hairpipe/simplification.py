@@ -40,4 +40,4 @@ class Simplification:
     keys: int = 1
     instead: str = ""
     count: int = 0
-    beside: tuple[str, ...] | None = None
+    compatible: tuple[str, ...] | None = None

@@ -11,8 +11,8 @@ def carry_normals(hair: Strands, groom: Groom, shell: LevelSet, body: Mesh | Non
     `shell` is the shell of the groom without a body: `carry_groom`, `measure_density`, `mesh_shell`, `bake_levelset`.
     `body` or `ends` are the inputs that move the roots.
     """
-    from hairpipe.groom.keys.shell_normals import carried_normals, probe_shell
+    from hairpipe.groom.keys.shell_normals import probe_shell, rotated_normals
     from hairpipe.sim.boundary import lead_of, motion_of_roots
 
     rest = probe_shell(groom.points, shell).normal
-    return carried_normals(rest, groom, hair, motion_of_roots(lead_of(body, ends), groom))
+    return rotated_normals(rest, groom, hair, motion_of_roots(lead_of(body, ends), groom))

@@ -7,14 +7,14 @@ from hairpipe.graph import Time, node
 from hairpipe.units import Interval, Metres
 
 if TYPE_CHECKING:
-    from hairpipe.particles.carrying import Carriers
+    from hairpipe.particles.skinning import Influences
 
 
-def weigh(particles: Particles, groom: Groom) -> "Carriers":
+def weigh(particles: Particles, groom: Groom) -> "Influences":
     """Compute the weights of particles for all points of strands, for the whole shot."""
-    from hairpipe.particles.carrying import weigh_carriers
+    from hairpipe.particles.skinning import find_influences
 
-    return weigh_carriers(particles, groom)
+    return find_influences(particles, groom)
 
 
 @node(frames="each", prepare=weigh)
@@ -26,7 +26,7 @@ def carry_strands(
     surface: tuple[LevelSet, ...] | None,
     parts: tuple[BodyParts, ...] | None,
     time: Time,
-    prepared: "Carriers",
+    prepared: "Influences",
     *,
     diameter: Annotated[Metres, Interval(ge=1e-5, le=2e-3)] = 80e-6,
     thickness: Annotated[Metres, Interval(ge=0.0, le=0.02)] = 1e-3,
@@ -42,7 +42,7 @@ def carry_strands(
     import numpy as np
 
     from hairpipe.groom.keys.push_out import pushed_out
-    from hairpipe.particles.carrying import carried
+    from hairpipe.particles.skinning import deformed
 
-    shown = carried(groom, cloud, particles, prepared, body, diameter)
+    shown = deformed(groom, cloud, particles, prepared, body, diameter)
     return pushed_out(shown, np.ones(len(groom.ids), bool), surface or (), parts or (), thickness, time.dt)

@@ -19,7 +19,7 @@ def move_levelset(
     at      frame of the shot at time zero of the keys
     motion  motion by keys, as in `move_mesh`
     """
-    from hairpipe.scripted_ends.bodies import carried_surface
+    from hairpipe.scripted_ends.bodies import moved_surface
     from hairpipe.scripted_ends.track import instant_of
 
-    return carried_surface(surface, motion, instant_of(time.frame, at, time.fps, cuts))
+    return moved_surface(surface, motion, instant_of(time.frame, at, time.fps, cuts))

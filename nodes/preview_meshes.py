@@ -37,7 +37,7 @@ def preview_meshes(
     """
     import numpy as np
 
-    from hairpipe.io.panels import check_names, write_beside
+    from hairpipe.io.panels import check_names, write_side_by_side
     from hairpipe.render.film import linear
     from hairpipe.render.framing import Framing, Shot
     from hairpipe.render.objects import draw_object
@@ -47,5 +47,5 @@ def preview_meshes(
     framing = Framing(np.array(target), radius)
     pictures = [draw_object(mesh, shot, framing, linear(colour)) for mesh in meshes]
     path = workspace / "picture.png"
-    write_beside(path, pictures, names, f"{time.frame / time.fps:.2f} s")
+    write_side_by_side(path, pictures, names, f"{time.frame / time.fps:.2f} s")
     return File(path)

@@ -22,11 +22,11 @@ def preview_scalp(
     width   width of the picture of each side
     height  height of the picture
     """
-    from hairpipe.io.panels import write_beside
+    from hairpipe.io.panels import write_side_by_side
     from hairpipe.render.framing import Shot
     from hairpipe.render.hairline import draw_hairline
 
     views = ("front", "side", "back")
     path = workspace / "picture.png"
-    write_beside(path, [draw_hairline(scalp, map, Shot(width, height, view)) for view in views], views, map)
+    write_side_by_side(path, [draw_hairline(scalp, map, Shot(width, height, view)) for view in views], views, map)
     return File(path)

@@ -32,7 +32,7 @@ def open_store(root: str | os.PathLike[str] | None = None, *, read_only: bool = 
     return Store(path, read_only=read_only)
 
 
-class Keeper(Protocol):
+class Kept(Protocol):
     """A shot whose results are kept."""
 
     def graphs(self) -> list[Graph]:
@@ -68,7 +68,7 @@ class Cache:
             kernels = kernels_parent()
         return verify(self._store(), digest_file, kernels)
 
-    def clean(self, keep: Iterable[Keeper] = (), *, older: float = 0.0, size: int = 0, dry_run: bool = False) -> Swept:
+    def clean(self, keep: Iterable[Kept] = (), *, older: float = 0.0, size: int = 0, dry_run: bool = False) -> Swept:
         """Remove results, least recently used first, and every object that no result holds; report how much.
 
         keep     results of these shots stay

@@ -156,7 +156,7 @@ class GraphShot:
         recorder = Recorder(graph, options.jobs, progress)
         outcome = run_graph(graph, self._store, numbers, options, recorder)
         seconds = time.monotonic() - begun
-        found = recorder.progress.nodes, recorder.warnings, recorder.fates, seconds, stopping.stopped()
+        found = recorder.progress.nodes, recorder.warnings, recorder.statuses, seconds, stopping.stopped()
         return Run(shot, graph, numbers, outcome, *found)
 
     @contextmanager

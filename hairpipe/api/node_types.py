@@ -54,8 +54,8 @@ def summary_of(catalogue: Registry, name: str) -> str:
     """Return the first line of a node type's documentation, or say why it cannot be loaded."""
     try:
         return catalogue.find(name).summary
-    except Untrusted as doubt:
-        return f"(not trusted: hairpipe trust {doubt.folder})"
+    except Untrusted as error:
+        return f"(not trusted: hairpipe trust {error.folder})"
     except BadInput as fault:
         return f"({fault})"
 

@@ -32,9 +32,9 @@ __all__ = [
 ]
 
 
-Fate = Literal["cached", "computed", "resumed", "running", "failed"]
+Status = Literal["cached", "computed", "resumed", "running", "failed"]
 """What became of a task in a run; resumed: it was computed again for its state, which had not been kept."""
-FATES: dict[str, Fate] = {"cached": "cached", "finished": "computed", "failed": "failed", "started": "running"}
+STATUSES: dict[str, Status] = {"cached": "cached", "finished": "computed", "failed": "failed", "started": "running"}
 """By the kind of an event."""
 
 
@@ -67,10 +67,10 @@ class Plan:
 
 
 def plan_rows(entries: Iterable[Entry]) -> list[tuple[str, str, str]]:
-    """Fold the frames of each node that share a fate: node, frames, what and why."""
+    """Fold the frames of each node that share a status: node, frames, what and why."""
     groups: dict[tuple[str, str], list[int]] = {}
     for entry in entries:
-        frames = groups.setdefault((entry.task.node, fate(entry)), [])
+        frames = groups.setdefault((entry.task.node, status_text(entry)), [])
         frames += [] if entry.task.frame is None else [entry.task.frame]
     rows = []
     known = set()
@@ -85,7 +85,7 @@ def stop_lines(stopped: dict[str, str]) -> str:
     return "".join(f"\nstopped: {variant}: {why}" for variant, why in stopped.items())
 
 
-def fate(entry: Entry) -> str:
+def status_text(entry: Entry) -> str:
     """Describe what would happen to a task, in words that are equal for similar frames."""
     if entry.status == "cached":
         return "cached"
@@ -98,13 +98,13 @@ class Recorder:
     """Counts the events of a run, collects its warnings, and passes every event on.
 
     warnings  tasks by node and message, in the order in which they came
-    fates     what became of every task that was reached
+    statuses  what became of every task that was reached
     """
 
     def __init__(self, graph: Graph, jobs: int, pass_on: Callable[[Event], object] | None = None) -> None:
         self.progress = Progress(graph, jobs)
         self.warnings: dict[tuple[str, str], list[Task]] = {}
-        self.fates: dict[Task, Fate] = {}
+        self.statuses: dict[Task, Status] = {}
         self._established: set[Task] = set()
         self._pass_on = pass_on
 
@@ -113,9 +113,9 @@ class Recorder:
         self.progress.update(event)
         if event.kind == "warning" and event.task is not None:
             self.warnings.setdefault((event.task.node, event.message), []).append(event.task)
-        if event.task is not None and event.kind in FATES:
+        if event.task is not None and event.kind in STATUSES:
             again = event.kind == "finished" and event.task in self._established
-            self.fates[event.task] = "resumed" if again else FATES[event.kind]
+            self.statuses[event.task] = "resumed" if again else STATUSES[event.kind]
             self._established |= {event.task} if event.kind in ("cached", "finished") else set()
         if self._pass_on is not None:
             self._pass_on(event)
@@ -144,7 +144,7 @@ class Run:
     outcome   counts, failures, published files, seconds by node
     progress  number of results by node: in all, evaluated, cached
     warnings  tasks by node and message, in the order in which they came
-    fates     what became of every task that was reached
+    statuses  what became of every task that was reached
     seconds   that the run took altogether [s]
     stopped   stopped variants of a wedge, with reasons
     """
@@ -155,7 +155,7 @@ class Run:
     outcome: Outcome
     progress: dict[str, NodeProgress]
     warnings: dict[tuple[str, str], list[Task]]
-    fates: dict[Task, Fate]
+    statuses: dict[Task, Status]
     seconds: float
     stopped: dict[str, str]
 

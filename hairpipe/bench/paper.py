@@ -10,7 +10,7 @@ import numba
 import numpy as np
 
 from hairpipe.bench.replay import Replay
-from hairpipe.bench.report import Case, Report, Say, in_seconds, make_report
+from hairpipe.bench.report import Case, Echo, Report, in_seconds, make_report
 from hairpipe.bench.shares import shares_of
 from hairpipe.data.hair import HairState
 from hairpipe.graph.file.load import load_graph
@@ -40,7 +40,7 @@ HAIR = "hair"
 
 
 def measure_paper(
-    say: Say,
+    echo: Echo,
     scenes: dict[str, Path],
     store: Store,
     overrides: Mapping[str, str],
@@ -56,7 +56,7 @@ def measure_paper(
     """
     cases, parts = list[Case](), list[Case]()
     for name, path in scenes.items():
-        for case, shares in measure_scene(say, path, store, overrides, settling, threads):
+        for case, shares in measure_scene(echo, path, store, overrides, settling, threads):
             found: Case = {"scene": name, **case, "memory so far [GB]": memory_so_far()}
             if name in PRINTED:
                 printed = PRINTED[name]
@@ -67,7 +67,7 @@ def measure_paper(
 
 
 def measure_scene(
-    say: Say, path: Path, store: Store, overrides: Mapping[str, str], settling: int, threads: Sequence[int]
+    echo: Echo, path: Path, store: Store, overrides: Mapping[str, str], settling: int, threads: Sequence[int]
 ) -> Iterator[tuple[Case, dict[str, float]]]:
     """Measure some frames of a scene, in which the head is in full motion, with every number of threads.
 
@@ -77,10 +77,10 @@ def measure_scene(
     graph = replace(graph, frames=(graph.frames[0] + STILL, graph.frames[1]))
     replay = Replay(graph, store, HAIR)
     name = path.stem
-    say(f"{name}: body and groom")
+    echo(f"{name}: body and groom")
     replay.prepare(settling + FRAMES)
     for frame in range(settling):
-        say(f"{name}: frame {frame + 1} of {settling} before the measured ones")
+        echo(f"{name}: frame {frame + 1} of {settling} before the measured ones")
         replay.advance(replay.arguments())
     begun = (replay.frame, replay.state)
     before = numba.get_num_threads()
@@ -89,7 +89,7 @@ def measure_scene(
     counts: Case = {"strands": len(segments), "particles": sum(shape.count(int(count)) for count in segments)}
     for count in threads or (before,):
         replay.frame, replay.state = begun
-        say(f"{name}: {FRAMES} frames on {count} threads")
+        echo(f"{name}: {FRAMES} frames on {count} threads")
         numba.set_num_threads(min(count, before))
         try:
             found = [timed_frame(replay) for _ in range(FRAMES)]

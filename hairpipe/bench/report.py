@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from hairpipe.bench.machine import Machine, this_machine
 
-Say = Callable[[str], None]
+Echo = Callable[[str], None]
 """Takes a line on the progress of a bench."""
 Case = dict[str, str | int | float | None]
 """What was measured, and its cost: values by column, whose name carries the unit."""

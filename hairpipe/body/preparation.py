@@ -33,11 +33,11 @@ def prepare(body: Body, *, unit: float, up: str, joint: str, scalp: Scalp | None
         )
     if not body.skeleton.names:
         body = rig_rigidly(body, joint)
-        scalp = scalp and seated(scalp, body.mesh.points)
+        scalp = scalp and placed_hairline(scalp, body.mesh.points)
     return body if scalp is None else replace(body, maps={**body.maps, "scalp": paint_scalp(body, scalp)})
 
 
-def seated(scalp: Scalp, points: np.ndarray) -> Scalp:
+def placed_hairline(scalp: Scalp, points: np.ndarray) -> Scalp:
     """Return a hairline that says where the head is, guessed and warned of where the mesh is more than a head; pure.
 
     points  of a body without a skeleton [m], (n, 3)

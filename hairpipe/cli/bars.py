@@ -42,7 +42,7 @@ class Bars:
                 rows.add_row(self._spinner, name, *cells(node))
         self.rows = rows
 
-    def say(self, line: str) -> None:
+    def echo(self, line: str) -> None:
         """Write a line above the bars."""
         self._console.print(one_line(line), markup=False, soft_wrap=True)
 

@@ -15,7 +15,7 @@ from hairpipe import __version__
 from hairpipe.child import search_path
 from hairpipe.cli import leave
 from hairpipe.cli.completion import Bash
-from hairpipe.cli.stderr import Unheard, fail, open_stderr
+from hairpipe.cli.stderr import ClosedPipe, fail, open_stderr
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import nearest, one_line
 
@@ -45,7 +45,7 @@ class Group(click.Group):
             raise click.UsageError(one_line(fault.format_message()), fault.ctx) from None
         except BadInput as fault:
             fail(str(fault), BAD_INPUT)
-        except (BrokenPipeError, Unheard):
+        except (BrokenPipeError, ClosedPipe):
             close_output()
             sys.exit(BROKEN_PIPE)
         except OSError as fault:

@@ -4,13 +4,13 @@ import time
 
 from hairpipe.api.formatting import duration, plural
 from hairpipe.api.reports import Event, NodeProgress, Progress, origin
-from hairpipe.cli.stderr import say
+from hairpipe.cli.stderr import echo
 
 INTERVAL = 5.0
 """Time between two lines about nodes that are under way [s]."""
 
 
-class Silence:
+class NoProgress:
     """Shows no progress, only warnings and failures."""
 
     def begin(self) -> None:
@@ -19,15 +19,15 @@ class Silence:
     def update(self, event: Event) -> None:
         """Draw nothing."""
 
-    def say(self, line: str) -> None:
+    def echo(self, line: str) -> None:
         """Write a line."""
-        say(line)
+        echo(line)
 
     def end(self) -> None:
         """Stop drawing."""
 
 
-class Lines(Silence):
+class Lines(NoProgress):
     """Shows progress line by line."""
 
     def __init__(self, progress: Progress) -> None:
@@ -44,16 +44,16 @@ class Lines(Silence):
         node = self._progress.nodes[name]
         if event.kind == "started" and name not in self._begun:
             self._begun.add(name)
-            say(f"{name}: begins")
+            echo(f"{name}: begins")
         elif node.done == node.total and name not in self._done and event.kind in ("finished", "cached"):
             self._done.add(name)
-            say(f"{name}: {done_line(node)}")
+            echo(f"{name}: {done_line(node)}")
         elif time.monotonic() - self._latest > INTERVAL:
             self._latest = time.monotonic()
             for other, progress in self._progress.nodes.items():
                 # Between two of its frames none of them runs.
                 if other in self._begun - self._done:
-                    say(f"{other}: {running_line(progress)}")
+                    echo(f"{other}: {running_line(progress)}")
 
 
 def done_line(node: NodeProgress) -> str:
@@ -88,4 +88,4 @@ class Steps:
         if now - self._latest > INTERVAL:
             self._latest = now
             left = (now - self._begun) / done * (of - done)
-            say(f"{done:,} of {plural(of, self._noun)}, {duration(left)} left")
+            echo(f"{done:,} of {plural(of, self._noun)}, {duration(left)} left")

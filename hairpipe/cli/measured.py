@@ -40,7 +40,7 @@ def written(value: str | int | float | None) -> str:
     return "" if value is None else f"{value:,}" if isinstance(value, int) else str(value)
 
 
-def tell(report: "Report", as_json: bool, files: Iterable[Path] = ()) -> None:
+def print_report(report: "Report", as_json: bool, files: Iterable[Path] = ()) -> None:
     """Print a report, as a document or as people read it, and record it where `--record` asks for that.
 
     files  that it was made from besides its code

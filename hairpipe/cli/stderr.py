@@ -12,24 +12,24 @@ DESCRIPTOR = 2
 """Of the stream, by convention of all systems."""
 
 
-class Unheard(Exception):
+class ClosedPipe(Exception):
     """Nobody reads the messages: the other end of the pipe is closed."""
 
 
-def say(line: str) -> None:
+def echo(line: str) -> None:
     """Write a line to the standard error stream, which takes everything except results."""
     try:
         click.echo(one_line(line), err=True)
     except BrokenPipeError:
-        raise Unheard from None
+        raise ClosedPipe from None
     except OSError:
         pass  # a full disk under a log does not end a run
 
 
 def fail(message: str, code: int) -> None:
     """Report a fault, and end with this exit code."""
-    with suppress(Unheard):
-        say(f"hairpipe: {message}")
+    with suppress(ClosedPipe):
+        echo(f"hairpipe: {message}")
     sys.exit(code)
 
 

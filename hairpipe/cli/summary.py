@@ -4,26 +4,26 @@ from typing import Any
 
 from hairpipe.api.formatting import plural
 from hairpipe.api.reports import Failure, Run
-from hairpipe.cli.stderr import say
+from hairpipe.cli.stderr import echo
 
 
-def say_faults(done: Run, verbose: bool) -> None:
+def report_faults(done: Run, verbose: bool) -> None:
     """Report what failed, what was not reached, and which warnings came more than once."""
     outcome = done.outcome
     for line in done.warning_lines(fewest=2):
-        say(line)
+        echo(line)
     for failure in outcome.failures:
         if verbose and failure.traceback:
             for line in ("", str(failure.task), *failure.traceback.split("\n")):
-                say(line)
+                echo(line)
     if outcome.failures:
         names = ", ".join(str(failure.task) for failure in outcome.failures)
         missed = f"; {plural(outcome.blocked, 'result')} not reached" if outcome.blocked else ""
         raised = any(failure.kind in ("node", "diverged") and failure.traceback for failure in outcome.failures)
         hint = "; -v shows where in the code" if raised and not verbose else ""
-        say(f"hairpipe: {names} failed{missed}{hint}")
+        echo(f"hairpipe: {names} failed{missed}{hint}")
     if outcome.interrupted:
-        say("hairpipe: interrupted; computed results are kept, and the same command resumes")
+        echo("hairpipe: interrupted; computed results are kept, and the same command resumes")
 
 
 def document(done: Run) -> dict[str, Any]:

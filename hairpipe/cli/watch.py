@@ -6,7 +6,7 @@ from types import TracebackType
 from typing import Protocol, Self
 
 from hairpipe.api.reports import Event, Graph, Progress
-from hairpipe.cli.lines import Lines, Silence
+from hairpipe.cli.lines import Lines, NoProgress
 
 
 class Drawing(Protocol):
@@ -18,7 +18,7 @@ class Drawing(Protocol):
     def update(self, event: Event) -> None:
         """Draw what an event has changed; the progress knows of it already."""
 
-    def say(self, line: str) -> None:
+    def echo(self, line: str) -> None:
         """Write a line that stays."""
 
     def end(self) -> None:
@@ -39,9 +39,9 @@ class Watch:
         if event.kind == "warning" and event.task is not None:
             if (event.task.node, event.message) not in self._said:
                 self._said.add((event.task.node, event.message))
-                self._drawing.say(f"warning: {event.task}: {event.message}")
+                self._drawing.echo(f"warning: {event.task}: {event.message}")
         elif event.kind == "failed":
-            self._drawing.say(f"failed: {event.task}: {event.message}")
+            self._drawing.echo(f"failed: {event.task}: {event.message}")
         self._drawing.update(event)
 
     def __enter__(self) -> Self:
@@ -59,7 +59,7 @@ class Watch:
 def choose_drawing(progress: Progress, quiet: bool) -> Drawing:
     """Bars on a terminal, lines elsewhere, nothing where that was asked for; rich is imported for bars only."""
     if quiet:
-        return Silence()
+        return NoProgress()
     if sys.stderr.isatty() and os.environ.get("TERM") != "dumb":
         from hairpipe.cli.bars import Bars
 

@@ -36,14 +36,14 @@ def adopt(body: Body, curves: Curves, *, cut: Cut, strands: int | None, reach: f
     """
     chosen = choose_strands(len(curves.ids), strands)
     known = curves.ids[chosen]
-    held = told(tips, curves.held)[chosen]
+    held = tips_held(tips, curves.held)[chosen]
     shape = placed(body.mesh, taken(curves, chosen))
     finite = drop_broken(shape.points, shape.offsets, known)
     known = known[finite]
     held = held[finite]
     shape = taken(shape, finite)
     points, offsets, widths = shape.points, shape.offsets, shape.widths
-    with told_times(body, curves):
+    with report_times(body, curves):
         bound = bind_roots(body.mesh, points[offsets[:-1]], points[offsets[1:] - 1], reach, known)
     long = drop_short(points, offsets, known, cut.shortest)
     given = (points, offsets)
@@ -60,7 +60,7 @@ def adopt(body: Body, curves: Curves, *, cut: Cut, strands: int | None, reach: f
     return bind_tips(body.mesh, groom, held[kept], reach)
 
 
-def told(tips: Tips, held: np.ndarray) -> np.ndarray:
+def tips_held(tips: Tips, held: np.ndarray) -> np.ndarray:
     """Return whether tips are held, (S,) bool: as the file has it, (S,), or all or none."""
     return held if tips == "file" else np.full(len(held), tips == "held")
 
@@ -110,13 +110,13 @@ def drop_broken(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray) -> np.
     if broken.all():
         raise BadInput(f"{name_strands(ids)} have points that are not finite", right="finite coordinates")
     if broken.any():
-        told = f"{broken.sum()} strands are left out, with points that are not finite: {name_strands(ids[broken])}"
-        warnings.warn(told, stacklevel=3)
+        tips_held = f"{broken.sum()} strands are left out, with points that are not finite: {name_strands(ids[broken])}"
+        warnings.warn(tips_held, stacklevel=3)
     return np.flatnonzero(~broken)
 
 
 @contextmanager
-def told_times(body: Body, curves: Curves) -> Iterator[None]:
+def report_times(body: Body, curves: Curves) -> Iterator[None]:
     """State in a BadInput of this block at which times body and hair were read, where these differ."""
     try:
         yield
@@ -196,5 +196,5 @@ def warn_of_fewer(ids: np.ndarray, shortest: float) -> None:
 def warn_of_dropped(ids: np.ndarray, shortest: float) -> None:
     """Warn that strands of these ids are left out."""
     if len(ids):
-        told = f"{len(ids)} strands are left out, shorter than shortest = {shortest:g} m: {name_strands(ids)}"
-        warnings.warn(told, stacklevel=3)
+        tips_held = f"{len(ids)} strands are left out, shorter than shortest = {shortest:g} m: {name_strands(ids)}"
+        warnings.warn(tips_held, stacklevel=3)

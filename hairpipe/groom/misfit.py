@@ -46,7 +46,7 @@ def cause_of_misfit(mesh: Mesh, roots: np.ndarray, tips: np.ndarray, reach: floa
             moved = scale * roots @ matrix.T
             apart = np.ptp(moved, axis=0).max(initial=0.0) > WIDE * reach  # a smaller set of places fits anywhere
             if (turn or scale != 1.0) and apart and share_on(tree, moved, reach) >= MOST:
-                return Cause(said(scale, turn), "one unit and one up axis of hair and body")
+                return Cause(describe_unit(scale, turn), "one unit and one up axis of hair and body")
     offset = common_offset(mesh, tree, roots, reach)
     if offset is not None:
         vector = ", ".join(f"{x:.4g}" for x in np.round(offset, 4) + 0.0)
@@ -55,7 +55,7 @@ def cause_of_misfit(mesh: Mesh, roots: np.ndarray, tips: np.ndarray, reach: floa
     return None
 
 
-def said(scale: float, turn: str) -> str:
+def describe_unit(scale: float, turn: str) -> str:
     """Describe a unit, or an axis, which makes roots lie on the body."""
     unit = UNITS.get(scale) or UNITS.get(1.0 / scale, "")
     finer, other = ("hair", "the body") if scale < 1.0 else ("the body", "hair")

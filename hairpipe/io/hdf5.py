@@ -26,7 +26,7 @@ import h5py
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.plain_file import oddity
+from hairpipe.plain_file import special_kind
 
 T = TypeVar("T")
 Tree = Any
@@ -188,8 +188,8 @@ def read(path: Path) -> Tree:
     Only its digest tells that all of it is as written.
     """
     found = path.stat()
-    if odd := oddity(found):
-        raise BadInput(f"not a complete HDF5 value: {odd}", where=path)
+    if kind := special_kind(found):
+        raise BadInput(f"not a complete HDF5 value: {kind}", where=path)
     try:
         with h5py.File(path, "r", locking=False) as file:
             return Reader(found.st_size).group(file)["value"]

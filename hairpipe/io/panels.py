@@ -20,7 +20,7 @@ def check_names(names: Sequence[str], count: int) -> None:
         raise BadInput(f"{len(names)} for {count} to be named", where="names", right=f"{count} or fewer")
 
 
-def write_beside(path: Path, pictures: Sequence[np.ndarray], words: Sequence[str], corner: str) -> None:
+def write_side_by_side(path: Path, pictures: Sequence[np.ndarray], words: Sequence[str], corner: str) -> None:
     """Write a PNG of pictures of one size, (height, width, 3) uint8 each, with a word over each.
 
     words   one for each, or none; corner  a word in the corner of the first

@@ -30,12 +30,12 @@ def write_csv(path: Path, table: Table) -> None:
 def write_markdown(path: Path, table: Table) -> None:
     """Write a table of Markdown, numbers with four digits and to the right."""
     marks = ["---" if name in table.texts else "---:" for name in table.names]
-    rows = [table.names, marks, *([spoken(value) for value in row] for row in table.rows())]
+    rows = [table.names, marks, *([formatted(value) for value in row] for row in table.rows())]
     lines = ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]
     path.write_text("\n".join([*lines, ""]), encoding="utf-8")
 
 
-def spoken(value: Any) -> str:
+def formatted(value: Any) -> str:
     """Write a value as people read it; other values are dashes."""
     if isinstance(value, float):
         return f"{value:.4g}" if math.isfinite(value) else "-" if math.isnan(value) else str(value)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from hairpipe import __version__
 from hairpipe.api.graph_shot import GraphShot
 from hairpipe.api.node_types import document as type_document
-from hairpipe.api.reports import Fate, Plan, Run, Task
+from hairpipe.api.reports import Plan, Run, Status, Task
 from hairpipe.api.selection import FrameSet, fold_frames
 from hairpipe.api.shot import Node, Record
 from hairpipe.api.wedge_shot import WedgeShot
@@ -62,40 +62,40 @@ def paragraphs(text: str) -> str:
     return "\n".join(kept).strip()
 
 
-class Told(NamedTuple):
+class RunOutput(NamedTuple):
     """Output of a run, finished or in progress.
 
-    fates     of the tasks that it has reached
+    statuses  of the tasks that it has reached
     failures  messages of those that failed
     """
 
-    fates: Mapping[Task, Fate]
+    statuses: Mapping[Task, Status]
     failures: Mapping[Task, str]
 
 
-NOTHING = Told({}, {})
+NOTHING = RunOutput({}, {})
 
 
-def told_by(run: Run | None) -> Told:
+def output_of(run: Run | None) -> RunOutput:
     """Return what a run has told; nothing where there was none."""
-    return Told(run.fates, {failure.task: failure.message for failure in run.failures}) if run else NOTHING
+    return RunOutput(run.statuses, {failure.task: failure.message for failure in run.failures}) if run else NOTHING
 
 
-def state_document(shot: GraphShot, found: Plan, suffix: Suffix, told: Told = NOTHING) -> dict[str, Any]:
+def state_document(shot: GraphShot, found: Plan, suffix: Suffix, output: RunOutput = NOTHING) -> dict[str, Any]:
     """Describe what is in the cache, what a run would do and why, or what one has done.
 
     found  plan of the shot
     """
-    return {"nodes": nodes_document(shot, found, suffix, told), "verdict": verdict(shot, found), "wedge": False}
+    return {"nodes": nodes_document(shot, found, suffix, output), "verdict": verdict(shot, found), "wedge": False}
 
 
-def wedge_document(wedge: WedgeShot, found: Plan, suffix: Suffix, told: Told, frames: FrameSet) -> dict[str, Any]:
+def wedge_document(wedge: WedgeShot, plan: Plan, suffix: Suffix, output: RunOutput, frames: FrameSet) -> dict[str, Any]:
     """Describe the variants of a wedge: settings and measures of each, the state of its results, and a verdict on all.
 
-    found   plan of the wedge
+    plan    plan of the wedge
     frames  of the run that has computed it
     """
-    nodes = nodes_document(wedge, found, suffix, told)
+    nodes = nodes_document(wedge, plan, suffix, output)
     rows = comparison_document(wedge, compare(wedge, frames))["variants"]
     return {
         "name": wedge.definition.name,
@@ -104,23 +104,23 @@ def wedge_document(wedge: WedgeShot, found: Plan, suffix: Suffix, told: Told, fr
         "show": wedge.definition.show or [list(wedge.original.nodes)[-1]],
         "variants": [{"name": row.pop("variant"), **row} for row in rows],
         "states": [{name: nodes[other] for name, other in v.names.items()} for v in wedge.variants.values()],
-        "verdict": verdict(wedge, found, f" --wedge {wedge.definition.name}"),
+        "verdict": verdict(wedge, plan, f" --wedge {wedge.definition.name}"),
     }
 
 
-def nodes_document(shot: GraphShot, found: Plan, suffix: Suffix, told: Told) -> dict[str, Any]:
+def nodes_document(shot: GraphShot, found: Plan, suffix: Suffix, output: RunOutput) -> dict[str, Any]:
     """Describe the results of every node, a cell for the shot or for each frame."""
     nodes: dict[str, dict[str, Any]] = {name: {"cells": []} for name in shot.graph.nodes}
     for entry in found:
         state: str = entry.status
-        fate = told.fates.get(entry.task)
-        if fate is not None and (state == "cached" or fate in ("running", "failed")):
-            state = fate
-        elif told.failures and fate is None and state != "cached":
+        status = output.statuses.get(entry.task)
+        if status is not None and (state == "cached" or status in ("running", "failed")):
+            state = status
+        elif output.failures and status is None and state != "cached":
             state = "blocked"
         cell: dict[str, Any] = {"frame": entry.task.frame, "state": state, "reason": entry.reason}
-        if entry.task in told.failures:
-            cell["reason"] = told.failures[entry.task]
+        if entry.task in output.failures:
+            cell["reason"] = output.failures[entry.task]
         record = found.records.get(entry.task)
         if record is not None:
             cell |= measured(record, suffix)

@@ -14,7 +14,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.store.atomic import write_text
 from hairpipe.io.picture import reduced
 from hairpipe.page.assets import LICENCES, SCRIPTS, STYLES, VENDOR, asset, page_html, page_in_one
-from hairpipe.page.documents import ending, graph_document, state_document, told_by, wedge_document
+from hairpipe.page.documents import ending, graph_document, output_of, state_document, wedge_document
 from hairpipe.page.packing import script
 from hairpipe.page.shelf import Shelf
 
@@ -113,16 +113,16 @@ def plain_documents(
 ) -> dict[str, Any]:
     """Describe graph, state and wedge, and take their results in."""
     found = shot.plan(frames)
-    told = told_by(run)
+    output = output_of(run)
     ended = {} if run is None else ending(run)
     shelf.take(shot, found)
     if wedge is None:
-        state = state_document(shot, found, shelf.suffix, told)
+        state = state_document(shot, found, shelf.suffix, output)
         return {"graph": graph_document(shot), "state": state | {"verdict": state["verdict"] | ended}}
     variants = wedge.plan(frames)
     shelf.take(wedge, variants)
     state = state_document(shot, found, shelf.suffix) | {"wedge": True}  # what was run is the wedge
-    described = wedge_document(wedge, variants, shelf.suffix, told, frames)
+    described = wedge_document(wedge, variants, shelf.suffix, output, frames)
     return {
         "graph": graph_document(shot),
         "state": state,

@@ -39,7 +39,7 @@ def main() -> None:
     try:
         shot = hairpipe.load(job.graph, job.settings, cache=job.cache)
         shot = shot if job.wedge is None else shot.wedge(job.wedge)
-        done = shot.run(job.frames, to=job.to, progress=tell, keep_going=True)
+        done = shot.run(job.frames, to=job.to, progress=send_event, keep_going=True)
         ended: dict[str, Any] = {"kind": "ended", **ending(done)}
     except BadInput as fault:
         ended = {
@@ -52,16 +52,16 @@ def main() -> None:
         }
     except KeyboardInterrupt:
         ended = {"kind": "ended", "failures": [], "computed": 0, "reused": 0, "took": 0.0, "interrupted": True}
-    say(ended)
+    send(ended)
 
 
-def tell(event: Any) -> None:
+def send_event(event: Any) -> None:
     """Write an event."""
     if event.task is not None:
-        say({"kind": event.kind, "node": event.task.node, "frame": event.task.frame, "message": event.message})
+        send({"kind": event.kind, "node": event.task.node, "frame": event.task.frame, "message": event.message})
 
 
-def say(document: dict[str, Any]) -> None:
+def send(document: dict[str, Any]) -> None:
     """Write a line; nothing where the reader has gone."""
     try:
         print(json.dumps(document), flush=True)

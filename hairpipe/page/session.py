@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from hairpipe import child
-from hairpipe.api.reports import FATES, Fate, Task
+from hairpipe.api.reports import STATUSES, Status, Task
 from hairpipe.api.selection import FrameSet, read_frames
 from hairpipe.api.shot import Shot
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.overrides import parse_value
-from hairpipe.page.documents import Told, graph_document, state_document, wedge_document
+from hairpipe.page.documents import RunOutput, graph_document, state_document, wedge_document
 from hairpipe.page.packing import Packed
 from hairpipe.page.playing import Playing
 from hairpipe.page.runner import Job
@@ -27,7 +27,7 @@ MOST_STRANDS = 4000
 """That are drawn of a groom."""
 PAUSE = 0.7
 """Time between two looks at the cache and at the graph file [s]; longer where a look takes long."""
-Said = dict[str, Any]
+Message = dict[str, Any]
 """What a run has said last, see `runner.py`."""
 
 
@@ -48,8 +48,8 @@ class Session:
         self._lock = threading.RLock()
         self._changed = threading.Condition(self._lock)
         self._run: subprocess.Popen[str] | None = None
-        self._fates: dict[Task, Fate] = {}
-        self._ended: Said = {}
+        self._statuses: dict[Task, Status] = {}
+        self._ended: Message = {}
         self._stopped = False
         self._players: list[Playing] = []
         self._note = ""
@@ -129,7 +129,7 @@ class Session:
             assert self._run.stdin is not None
             self._run.stdin.write(job.text + "\n")
             self._run.stdin.flush()
-            self._fates = {}
+            self._statuses = {}
             self._ended = {}
             self._note = ""
             self._stopped = False
@@ -142,7 +142,7 @@ class Session:
             if self._run is not None and self._run.poll() is None:
                 self._stopped = True
                 # One that has said nothing yet has no workers, and may not listen to an interrupt yet.
-                self._run.send_signal(signal.SIGINT if self._fates else signal.SIGTERM)
+                self._run.send_signal(signal.SIGINT if self._statuses else signal.SIGTERM)
 
     def play(self, node: str, output: str) -> Playing:
         """Begin to play a node, with the settings as they are edited from now on; whoever reads it closes it.
@@ -173,7 +173,7 @@ class Session:
     def _state(self) -> dict[str, Any]:
         if self._wedge is not None:  # what is run is the wedge
             return state_document(self._shot, self._plan, self._shelf.suffix) | {"wedge": True}
-        document = state_document(self._shot, self._plan, self._shelf.suffix, Told(self._fates, {}))
+        document = state_document(self._shot, self._plan, self._shelf.suffix, RunOutput(self._statuses, {}))
         return {"nodes": document["nodes"], "verdict": document["verdict"] | self._running(), "wedge": False}
 
     def _variants(self) -> dict[str, Any]:
@@ -182,7 +182,7 @@ class Session:
         wedge = self._shot.wedge(self._wedge)
         found = wedge.plan(self.frames)
         self._shelf.take(wedge, found)
-        document = wedge_document(wedge, found, self._shelf.suffix, Told(self._fates, {}), self.frames)
+        document = wedge_document(wedge, found, self._shelf.suffix, RunOutput(self._statuses, {}), self.frames)
         return document | {"verdict": document["verdict"] | self._running()}
 
     def _running(self) -> dict[str, Any]:
@@ -236,12 +236,12 @@ class Session:
         """Take in what a run says until it ends."""
         assert run.stdout is not None
         for line in run.stdout:
-            said = json.loads(line)
+            message = json.loads(line)
             with self._lock:
-                if said["kind"] == "ended":
-                    self._ended = said
-                elif said["kind"] in FATES:
-                    self._fates[Task(said["node"], said["frame"])] = FATES[said["kind"]]
+                if message["kind"] == "ended":
+                    self._ended = message
+                elif message["kind"] in STATUSES:
+                    self._statuses[Task(message["node"], message["frame"])] = STATUSES[message["kind"]]
                 self._advance()
         run.wait()
         with self._lock:
@@ -249,7 +249,7 @@ class Session:
                 died = [] if self._stopped else [f"the run ended with exit code {run.returncode}"]
                 self._ended = {"failures": died, "interrupted": self._stopped}
             self._run = None
-            self._fates = {task: fate for task, fate in self._fates.items() if fate != "running"}
+            self._statuses = {task: status for task, status in self._statuses.items() if status != "running"}
             self._reload()
 
 

@@ -112,7 +112,7 @@ def stale(planes: Planes, found: SdfSample, places: np.ndarray, points: np.ndarr
 
 
 @njit(cache=True, error_model="numpy")
-def put_right(
+def push_out(
     found: SdfSample, which: np.ndarray, planes: Planes, starts: np.ndarray, dt: float, moving: Moving
 ) -> None:
     """Move particles out that are nearer than their thickness, and remove their inward velocity, in place.

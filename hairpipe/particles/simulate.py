@@ -11,7 +11,7 @@ from hairpipe.data.particles import ParticleState
 from hairpipe.errors import BadInput
 from hairpipe.kernels.vec3 import dot, row
 from hairpipe.levelset.collider import Collider, SdfSample
-from hairpipe.particles.contact import Planes, look, planes_of, put_right, stale
+from hairpipe.particles.contact import Planes, look, planes_of, push_out, stale
 from hairpipe.particles.directions import redirect
 from hairpipe.particles.interaction import Law, exchange, find_pairs
 from hairpipe.particles.model import Model, Moving, build_model, inverse_masses, keep_within_reach, reaches_of
@@ -110,9 +110,9 @@ class ParticleSimulation:
         """
         return advance_frame(self.particles, self.prepared, state, frame, self._bodies_at(frame), self.settings)
 
-    def carry_over_cut(self, state: ParticleState, leads: tuple[Lead, Lead]) -> ParticleState:
+    def move_over_cut(self, state: ParticleState, leads: tuple[Lead, Lead]) -> ParticleState:
         """Return particles moved with their roots."""
-        return carry_over_cut(self.particles, state, leads)
+        return move_over_cut(self.particles, state, leads)
 
     def _bodies_at(self, frame: Frame) -> list[Collider]:
         """Build the bodies of a frame."""
@@ -184,7 +184,7 @@ def advance_frame(
     if bodies:
         again = stale(planes, acting.found, acting.places, points, deep)
         there = look(bodies, points[again], frame_dt, reach=planes.thickness[again])
-        put_right(there, again, planes, state.points, frame_dt, moving)
+        push_out(there, again, planes, state.points, frame_dt, moving)
     velocities[:deep], directions[:deep] = ways.velocities, ways.directions
     redirect(model.links, model.reach, springs.axial, deep, points, stiffness, directions)
     return ParticleState(points, velocities, directions, moving.tensions)
@@ -316,7 +316,7 @@ def _forces_on(prepared: Prepared, settings: ParticleSettings, state: ParticleSt
     return forces
 
 
-def carry_over_cut(particles: Particles, state: ParticleState, leads: tuple[Lead, Lead]) -> ParticleState:
+def move_over_cut(particles: Particles, state: ParticleState, leads: tuple[Lead, Lead]) -> ParticleState:
     """Move particles with their roots from the body before a cut to that after it; pure.
 
     leads  bodies before the cut and after it

@@ -24,7 +24,7 @@ def carried(mesh: Mesh, track: Track, time: float) -> Mesh:
     return Mesh(points, mesh.triangles, velocities, mesh.uv)
 
 
-def carried_surface(surface: LevelSet, track: Track, time: float) -> BodyParts:
+def moved_surface(surface: LevelSet, track: Track, time: float) -> BodyParts:
     """Return the level set of a body where keys take it at a time [s], as a body of one part.
 
     The pivot of the track is a place in space. Raises BadInput where the body is not at rest, too: its level set would

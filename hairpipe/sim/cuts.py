@@ -82,7 +82,7 @@ def rigid_over_cut(leads: tuple[Lead, Lead], groom: Groom) -> tuple[np.ndarray, 
     return moved, np.concatenate([turn, np.zeros_like(shift)[:, :, None]], axis=2)
 
 
-def carry_over_cut(hair: HairModel, state: HairState, leads: tuple[Lead, Lead]) -> HairState:
+def move_over_cut(hair: HairModel, state: HairState, leads: tuple[Lead, Lead]) -> HairState:
     """Move hair from the pose and motion of the body before a cut to those after it; pure.
 
     leads  lead of the roots before and after the cut

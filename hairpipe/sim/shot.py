@@ -57,7 +57,7 @@ class Simulation(Protocol[S]):
         """Return the hair at a frame from that at the previous one; the shot is not cut between them."""
         ...
 
-    def carry_over_cut(self, state: S, leads: tuple[Lead, Lead]) -> S:
+    def move_over_cut(self, state: S, leads: tuple[Lead, Lead]) -> S:
         """Return the hair moved with its roots, from what leads them before a cut to what leads them after it."""
         ...
 
@@ -68,7 +68,7 @@ def next_state(simulation: Simulation[S], previous: S | None, frame: Frame) -> S
         return simulation.start(frame)
     if frame.cut:
         before = lead_before(frame.leads[1], simulation.groom, frame.frame_dt)
-        previous = simulation.carry_over_cut(previous, (frame.leads[0], before))
+        previous = simulation.move_over_cut(previous, (frame.leads[0], before))
         frame = after_cut(frame, before)
     return simulation.advance(previous, frame)
 

@@ -21,7 +21,7 @@ from hairpipe.sim.boundary import (
     place,
 )
 from hairpipe.sim.build import bodies_of, check_scheme, gravity_of, integrator_of, surroundings_of
-from hairpipe.sim.cuts import carry_over_cut
+from hairpipe.sim.cuts import move_over_cut
 from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_held, warn_of_lost, warn_of_stretch, warn_of_sweep
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.integrators.restoration import converted, restored
@@ -32,7 +32,7 @@ from hairpipe.sim.locks.locked_frame import Around, advance_locked, check_locks
 from hairpipe.sim.settings import Scene
 from hairpipe.sim.shot import Frame
 from hairpipe.sim.state import State, Step
-from hairpipe.sim.statics.sag_free import stand
+from hairpipe.sim.statics.sag_free import find_initial_state
 from hairpipe.sim.volume_target import volume_target
 from hairpipe.spatial.segments import LostPoints
 from hairpipe.volume.density import lengths_at_points
@@ -80,9 +80,9 @@ class StrandSimulation:
         warn_of_lost(hair, state, moved, frame.number)
         return replace(moved, stretched=warn_of_stretch(hair, moved.positions, scene, frame.number, state.stretched))
 
-    def carry_over_cut(self, state: HairState, leads: tuple[Lead, Lead]) -> HairState:
+    def move_over_cut(self, state: HairState, leads: tuple[Lead, Lead]) -> HairState:
         """Return the hair moved with its roots, see `hairpipe.sim.cuts`."""
-        return carry_over_cut(self.hair, state, leads)
+        return move_over_cut(self.hair, state, leads)
 
     def _bodies_at(self, frame: Frame) -> list[Collider]:
         """Build the bodies of a frame."""
@@ -146,12 +146,12 @@ def start(hair: HairModel, lead: Lead, scene: Scene) -> HairState:
     if scene.sag_free is not None:
         origin = origin_of(positions, layout)
         near = about(origin, positions, layout)
-        stance = stand(hair.model, layout, hair.groom.ids, near, gravity, scene.sag_free)
+        initial = find_initial_state(hair.model, layout, hair.groom.ids, near, gravity, scene.sag_free)
         # What stands as groomed stays where it is, to the bit.
-        positions = positions + (stance.positions - near)
+        positions = positions + (initial.positions - near)
         velocities = follow(lead, hair.groom, positions, layout)
-        tensions, inverse_lengths = stance.tensions, stance.inverse_lengths
-        pull = np.where(stance.rests[:, None], 0.0, pull)
+        tensions, inverse_lengths = initial.tensions, initial.inverse_lengths
+        pull = np.where(initial.rests[:, None], 0.0, pull)
     return HairState(
         positions,
         velocities,

@@ -30,10 +30,10 @@ def closest(tree: Tree, p: Vector, reach: float, guess: int) -> tuple[float, int
             if box < leaves:
                 box, waiting = 2 * box, 2 * waiting
                 gap = to_box(boxes, box, p)
-                beside = to_box(boxes, box + 1, p)
-                if beside < gap:  # The nearer child first: what is found there closes the other one more often.
-                    box, gap, beside = box + 1, beside, gap
-                waiting |= beside < best  # One bit a level in place of a stack: numbers of boxes give the path.
+                other = to_box(boxes, box + 1, p)
+                if other < gap:  # The nearer child first: what is found there closes the other one more often.
+                    box, gap, other = box + 1, other, gap
+                waiting |= other < best  # One bit a level in place of a stack: numbers of boxes give the path.
                 continue
             for t in range(tree.starts[box - leaves], tree.starts[box - leaves + 1]):
                 here, at = closest_on_triangle(tree.corners, t, p)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hairpipe.data import Table
-from hairpipe.measure.climate.distances import TOLD
+from hairpipe.measure.climate.distances import TESTED
 from hairpipe.measure.climate.ensemble import (
     Sides,
     floors,
@@ -71,7 +71,7 @@ class Climate:
     spread: float
     score: float | None
     p: float | None
-    told: dict[str, float]
+    significant: dict[str, float]
 
 
 def chaos_of(
@@ -110,7 +110,7 @@ def climate_of(pairs: Mapping[tuple[int, int], Table], look: Table, tolerance: T
     score, p = float(look["Z"][0]), float(look["p"][0])
     if np.isnan(score):
         return Climate(bias, bound, spread, None, None, {})
-    ratios = {name: float(look[f"{name} T/F"][0]) for name in TOLD}
+    ratios = {name: float(look[f"{name} T/F"][0]) for name in TESTED}
     return Climate(bias, bound, spread, score, p, {name: ratio for name, ratio in ratios.items() if ratio > 1.0})
 
 
@@ -134,9 +134,9 @@ def refusal(climate: Climate, chaos: Chaos, tolerance: Tolerance, limit: float) 
     """
     if chaos.floor > tolerance.value:
         return "the floor of chaos is above the tolerance"
-    name = max(climate.told, key=lambda name: climate.told[name], default="")
-    if name and climate.told[name] > limit and climate.p is not None and climate.p <= CHANCE:
-        return f"significantly different in {name} ({climate.told[name]:.2g} times chance)"
+    name = max(climate.significant, key=lambda name: climate.significant[name], default="")
+    if name and climate.significant[name] > limit and climate.p is not None and climate.p <= CHANCE:
+        return f"significantly different in {name} ({climate.significant[name]:.2g} times chance)"
     if not SPREADS[0] <= climate.spread <= SPREADS[1]:
         return f"spreads {climate.spread:.2g} times as far as the reference"
     return ""

@@ -72,13 +72,13 @@ def choose(full: Measured, singles: Mapping[Simplification, Measured], tolerance
         if len(trials) == MOST_TRIES:
             break
         if guess.parts not in known:
-            if any(goes_as_far(guess.parts, trial.guess.parts) for trial in trials):
+            if any(leaves_out_as_much(guess.parts, trial.guess.parts) for trial in trials):
                 continue
             known[guess.parts] = measure(guess.parts)
             trials.append(Trial(guess, known[guess.parts]))
         if known[guess.parts].keeps(tolerance):
             break
-    within = [parts for parts, found in known.items() if found.keeps(tolerance) and worth(parts, found, full)]
+    within = [parts for parts, found in known.items() if found.keeps(tolerance) and saves_time(parts, found, full)]
     parts = min(within, key=lambda parts: (known[parts].seconds, *names(parts)))
     return Choice(parts, known[parts], tuple(trials))
 
@@ -129,7 +129,7 @@ def guess_all(full: Measured, singles: Mapping[Simplification, Measured]) -> Ite
         drops = [target for part in taken for target in part.drops]
         if len(drops) > len(set(drops)):
             continue  # what is left out for something else is not left out again
-        if any(p.beside is not None and other.axis not in (p.axis, *p.beside) for p in taken for other in taken):
+        if any(p.compatible is not None and q.axis not in (p.axis, *p.compatible) for p in taken for q in taken):
             continue
         square = full.bound**2 + sum(max(singles[part].bound ** 2 - full.bound**2, 0.0) for part in taken)
         seconds = full.seconds * math.prod(min(singles[part].seconds / full.seconds, 1.0) for part in taken)
@@ -142,13 +142,13 @@ def saves(part: Simplification, found: Measured, full: Measured) -> bool:
     return found.seconds <= WORTH * full.seconds or idle
 
 
-def goes_as_far(parts: Iterable[Simplification], other: Iterable[Simplification]) -> bool:
+def leaves_out_as_much(parts: Iterable[Simplification], other: Iterable[Simplification]) -> bool:
     """Whether a combination leaves out at least as much as another one, on every axis."""
     levels = {part.axis: part.level for part in parts}
     return all(levels.get(part.axis, 0) >= part.level for part in other)
 
 
-def worth(parts: Combination, found: Measured, full: Measured) -> bool:
+def saves_time(parts: Combination, found: Measured, full: Measured) -> bool:
     """Whether a combination saves time; the full model need not."""
     return not parts or found.seconds <= WORTH * full.seconds
 

@@ -3,7 +3,7 @@
 from dataclasses import asdict
 from typing import Any
 
-from hairpipe.measure.climate.distances import TOLD
+from hairpipe.measure.climate.distances import TESTED
 from hairpipe.measure.climate.ensemble import CONFIDENCE
 from hairpipe.tune.chaos import MODEL, REFERENCE, Chaos
 from hairpipe.tune.choosing import Choice, Combination, Trial, names, saves
@@ -167,9 +167,9 @@ def promise_lines(tuned: Tuned) -> list[str]:
     means = f"afterwards the error of its mean is at most {length(climate.bound, tuned.tolerance)}"
     if climate.score is None:
         return [*lines, f"{means}; too few frames remain for statistics"]
-    alike = ", ".join(name for name in TOLD if name not in climate.told) or "nothing"
+    alike = ", ".join(name for name in TESTED if name not in climate.significant) or "nothing"
     lines.append(f"{means}, and statistics do not differ significantly from the reference in {alike}")
-    apart = ", ".join(f"{name} ({ratio:.2g} times chance)" for name, ratio in climate.told.items())
+    apart = ", ".join(f"{name} ({ratio:.2g} times chance)" for name, ratio in climate.significant.items())
     return [*lines, f"allowed to differ in {apart}; p {climate.p:.2g}"] if apart else lines
 
 

@@ -20,7 +20,7 @@ from hairpipe.tune.sampling import STRANDS, Sample
 from hairpipe.tune.simplifications import above, levelsets_of, scaled_steps
 from hairpipe.tune.variants import MEMBER, SAMPLE, merged_variants, sampled, shown_of, simplified, with_node
 
-CarryOut = Callable[[str, Shot, Sequence[str], Sequence[int]], Outcome]
+RunNodes = Callable[[str, Shot, Sequence[str], Sequence[int]], Outcome]
 """Runs a shot up to some nodes at some frames; the text describes what is measured."""
 ERROR, CLIMATE = "tune-error", "tune-climate"
 """Names of the nodes that compare."""
@@ -50,7 +50,7 @@ class Request:
     shot: Shot
     hair: str
     tolerance: Tolerance
-    run: CarryOut
+    run: RunNodes
     budget: float | None = None
     check: bool = False
     strands: int = STRANDS
@@ -222,11 +222,11 @@ class Study:
             name for nodes, (parts, _) in zip(names, runs, strict=True) if parts == self._reference for name in nodes
         ]
         errors = [error_of(pair) for pair in combinations(range(len(runs)), 2)]
-        fault = self._carry_out(text, shot, before, self.sample.simulated)
-        fault = fault or self._carry_out(f"reference: {self.steps}", shot, reference, self._frames)
-        return fault or self._carry_out(text, shot, [*errors, *more], self._frames)
+        fault = self._run_nodes(text, shot, before, self.sample.simulated)
+        fault = fault or self._run_nodes(f"reference: {self.steps}", shot, reference, self._frames)
+        return fault or self._run_nodes(text, shot, [*errors, *more], self._frames)
 
-    def _carry_out(self, text: str, shot: Shot, nodes: Sequence[str], frames: Sequence[int]) -> str:
+    def _run_nodes(self, text: str, shot: Shot, nodes: Sequence[str], frames: Sequence[int]) -> str:
         """Run a shot up to some nodes; returns the fault. One run at a time, so that times are those of one."""
         outcome = self.request.run(text, shot, nodes, frames)
         if outcome.interrupted:

@@ -88,7 +88,7 @@ class Scene(NamedTuple):
     tip: float | None
 
 
-def tune(request: Request, say: Callable[[str], None] = lambda line: None) -> Tuned:
+def tune(request: Request, echo: Callable[[str], None] = lambda line: None) -> Tuned:
     """Measure strands and frames of a scene, and choose; raises BadInput if the graph cannot be tuned.
 
     say  receives a line about each measurement
@@ -98,10 +98,10 @@ def tune(request: Request, say: Callable[[str], None] = lambda line: None) -> Tu
             "a motion needs two frames or more", where=request.shot.path, right="frames = [first, last] farther apart"
         )
     with request.shot.keeping_workers() as shot:
-        return measured_and_chosen(replace(request, shot=shot), say)
+        return measured_and_chosen(replace(request, shot=shot), echo)
 
 
-def measured_and_chosen(request: Request, say: Callable[[str], None]) -> Tuned:
+def measured_and_chosen(request: Request, echo: Callable[[str], None]) -> Tuned:
     """Measure the graph as it is and each simplification, and choose; as `tune`, with workers that stay."""
     shot = request.shot
     parts = simplifications(shot.graph, request.hair)
@@ -109,7 +109,7 @@ def measured_and_chosen(request: Request, say: Callable[[str], None]) -> Tuned:
     parts = [part for part in parts if part.count <= scene.strands]
     sample = sample_of(request, scene)
     study = Study(request, sample, scene.strands, scene.tip)
-    say(described(sample, scene.strands))
+    echo(described(sample, scene.strands))
     reference = study.converged()
     full = study.measure([])
     fault = full.fault or (reference.fault if isinstance(reference, Measured) else "")
@@ -126,7 +126,7 @@ def measured_and_chosen(request: Request, say: Callable[[str], None]) -> Tuned:
         affordable = choose_within(full, singles, request.budget, study.confirm, choice.trials)
     if request.check and choice.parts is not None:
         other = other_sample(sample, shot.frames, shot.fps, scene.motion, scene.strands)
-        check = checked(request, other, scene, choice.parts, say)
+        check = checked(request, other, scene, choice.parts, echo)
     found = (study.steps, full, singles, choice, request.budget, affordable, check)
     return Tuned(scene.strands, sample, request.tolerance, reference, *found)
 
@@ -144,10 +144,10 @@ def sample_of(request: Request, scene: Scene) -> Sample:
     return choose_sample(shot.frames, shot.fps, scene.motion, scene.strands, request.strands, patches)
 
 
-def checked(request: Request, sample: Sample, scene: Scene, parts: Combination, say: Callable[[str], None]) -> Check:
+def checked(request: Request, sample: Sample, scene: Scene, parts: Combination, echo: Callable[[str], None]) -> Check:
     """Measure the graph as it is and the choice on another sample."""
     study = Study(request, sample, scene.strands, scene.tip)
-    say(f"check: {described(sample, scene.strands)}")
+    echo(f"check: {described(sample, scene.strands)}")
     return Check(sample, study.converged(), study.confirm([]), study.confirm(parts))
 
 

@@ -44,8 +44,8 @@ def with_keys(tables: Tables, hair: str, every: int) -> Tables:
     """Return the tables with one strand in so many simulated, and the others interpolated where hair is used; pure."""
     keys = f"{hair}{KEYS}"
     groom = tables[hair]["in"]["groom"]
-    beside = {socket: edge for socket, edge in tables[hair]["in"].items() if socket in INTERPOLATED}
-    table = {"type": "interpolate_hair", "in": {"hair": hair, "keys": keys, "groom": groom} | beside}
+    interpolated = {socket: edge for socket, edge in tables[hair]["in"].items() if socket in INTERPOLATED}
+    table = {"type": "interpolate_hair", "in": {"hair": hair, "keys": keys, "groom": groom} | interpolated}
     for edge in (hair, f"{hair}.{OUTPUT}"):
         tables = with_node(tables, shown_of(hair), table, instead=edge)
     tables[keys] = {"type": "thin_groom", "in": {"groom": groom}, "every": every}

@@ -27,7 +27,7 @@ def smooth(grid: np.ndarray, velocities: np.ndarray, nu: float, out: np.ndarray)
                 if mass > 0.0:
                     for axis in range(3):
                         for side in range(-1, 2, 2):
-                            a, b, c = _beside(i, j, k, axis, side)
+                            a, b, c = _neighbour(i, j, k, axis, side)
                             if _is_inside(grid, a, b, c):
                                 # k_gh / M_g, by the lighter of the two: what one gives the other gets.
                                 share = nu * min(1.0, grid[a, b, c, 0] / mass)
@@ -38,7 +38,7 @@ def smooth(grid: np.ndarray, velocities: np.ndarray, nu: float, out: np.ndarray)
 
 
 @inlined
-def _beside(i, j, k, axis, side):
+def _neighbour(i, j, k, axis, side):
     return i + (side if axis == 0 else 0), j + (side if axis == 1 else 0), k + (side if axis == 2 else 0)
 
 

@@ -47,15 +47,15 @@ def _deposit(samples, own, velocities, parity, grid):
             w = coordinate(points, k, t, 2, low[2], inverse)
             row = (
                 own[k] + t * (own[k + 1] - own[k]),
-                _carried(own, velocities, k, t, 0),
-                _carried(own, velocities, k, t, 1),
-                _carried(own, velocities, k, t, 2),
+                _momentum(own, velocities, k, t, 0),
+                _momentum(own, velocities, k, t, 1),
+                _momentum(own, velocities, k, t, 2),
             )
             splat_row(grid, voxel_at(grid, u, v, w), row)
 
 
 @inlined
-def _carried(own, velocities, k, t, c):
+def _momentum(own, velocities, k, t, c):
     """Momentum of a sample along an axis."""
     before = own[k] * velocities[k, c]
     after = own[k + 1] * velocities[k + 1, c]

@@ -7,7 +7,7 @@ from PIL import Image
 from hairpipe.body.shapes import build_box
 from hairpipe.errors import BadInput
 from hairpipe.graph import File, Frames, Time, Workspace
-from hairpipe.io.panels import GAP, write_below, write_beside
+from hairpipe.io.panels import GAP, write_below, write_side_by_side
 from hairpipe.io.picture import write_png
 from hairpipe.nodes.contact_sheet import contact_sheet
 from hairpipe.nodes.preview_meshes import preview_meshes
@@ -18,8 +18,8 @@ def plain(level, height=40, width=60):
 
 
 def test_pictures_stand_beside_each_other_with_words(tmp_path):
-    write_beside(tmp_path / "a.png", [plain(50), plain(150)], ("one", "two"), "")
-    write_beside(tmp_path / "b.png", [plain(50), plain(150)], (), "")
+    write_side_by_side(tmp_path / "a.png", [plain(50), plain(150)], ("one", "two"), "")
+    write_side_by_side(tmp_path / "b.png", [plain(50), plain(150)], (), "")
     worded, bare = (np.asarray(Image.open(tmp_path / name)) for name in ("a.png", "b.png"))
     assert worded.shape == bare.shape == (40, 120 + GAP, 3)
     assert (bare[:, :60] == 50).all() and (bare[:, 60 + GAP :] == 150).all()

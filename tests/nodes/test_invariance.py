@@ -103,12 +103,12 @@ def particles_by(groom: Groom):
     particles = sample_particles(groom, particles=75)
     settings = ParticleSettings(interaction=Interaction(), sag_free=RestTension())
     hair = [getattr(settings, name) for name in ("sag", "damping", "gravity", "interaction", "sag_free", "printed")]
-    prepared, carriers = prepare_particles(particles, *hair), weigh(particles, groom)
+    prepared, influences = prepare_particles(particles, *hair), weigh(particles, groom)
 
     def step(body, box, state, time, cuts):
         given = {"interaction": settings.interaction, "sag_free": settings.sag_free}
         hair = simulate_particles(particles, body, None, None, state, time, cuts, prepared, **given)
-        return carry_strands(hair.cloud, particles, groom, body.current, None, None, time, carriers), hair.state
+        return carry_strands(hair.cloud, particles, groom, body.current, None, None, time, influences), hair.state
 
     return step
 

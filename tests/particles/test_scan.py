@@ -9,8 +9,8 @@ from hairpipe.groom.sampling import take
 from hairpipe.nodes.carry_strands import carry_strands
 from hairpipe.nodes.sample_particles import sample_particles
 from hairpipe.nodes.simulate_particles import prepare_particles, simulate_particles
-from hairpipe.particles.carrying import weigh_carriers
 from hairpipe.particles.settings import Interaction
+from hairpipe.particles.skinning import find_influences
 from hairpipe.sim.air.wind import Wind
 
 DEFAULTS = {"sag": 0.1, "damping": 0.2, "gravity": 9.81, "interaction": Interaction(), "sag_free": None, "printed": ()}
@@ -50,10 +50,10 @@ def test_at_a_cut_hair_goes_with_its_body(curtain, place_plate):
 def test_over_a_cut_the_strands_that_they_carry_go_with_the_body_too(curtain, place_plate):
     particles, there = sample_particles(curtain, particles=300), place_plate((5.0, 0.0, 0.0))
     groom = take(curtain, np.arange(0, 1000, 50))
-    carriers = weigh_carriers(particles, groom)
+    influences = find_influences(particles, groom)
     leapt, stayed = (
         [
-            carry_strands(cloud, particles, groom, body, None, None, Time(frame, 24.0), carriers)
+            carry_strands(cloud, particles, groom, body, None, None, Time(frame, 24.0), influences)
             for frame, (cloud, body) in enumerate(zip(frames_of(particles, bodies, cuts=cuts), bodies, strict=True), 1)
         ]
         for bodies, cuts in ([2 * [place_plate()] + 2 * [there], (3,)], [4 * [place_plate()], ()])

@@ -12,7 +12,7 @@ from hairpipe.particles.model import build_model
 from hairpipe.particles.neighbours import densities, near_pairs
 from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Interaction, RestTension
-from hairpipe.particles.simulate import ParticleSimulation, carry_over_cut, cloud_of, laws_of, start
+from hairpipe.particles.simulate import ParticleSimulation, cloud_of, laws_of, move_over_cut, start
 from hairpipe.sim.shot import Frame, next_state
 
 FRAME = 1 / 24
@@ -137,7 +137,7 @@ def test_over_a_cut_shape_and_motion_against_the_roots_are_kept(shot, place_plat
     hair = shot().run(4, kick=lambda frame: np.array([0.5, 0.0, 0.2]))
     turn = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
     there = place_plate((3.0, 2.0, -4.0), turn)
-    carried = carry_over_cut(hair.particles, hair.state, (place_plate(), there))
+    carried = move_over_cut(hair.particles, hair.state, (place_plate(), there))
     assert carried.points == pytest.approx(hair.state.points @ turn.T + (3.0, 2.0, -4.0), abs=1e-12)
     assert carried.velocities == pytest.approx(hair.state.velocities @ turn.T, abs=1e-9)
     assert carried.directions == pytest.approx(hair.state.directions @ turn.T, abs=1e-12)

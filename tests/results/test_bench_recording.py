@@ -18,7 +18,7 @@ CASES = [{"kernel": "solve", "median [ns]": 2.5, "floor": None}, {"kernel": "ste
 
 
 def test_the_table_of_the_paper_is_recorded(repository, hairpipe, monkeypatch):
-    def measure(say, scenes, store, overrides, moving, threads):
+    def measure(echo, scenes, store, overrides, moving, threads):
         return Report(paper.__name__, MACHINE, {"parts": [{"scene": "long_curly", "search [s]": 2.5}]})
 
     monkeypatch.setenv(TABLE, os.environ[TABLE])

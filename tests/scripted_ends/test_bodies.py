@@ -15,7 +15,7 @@ from hairpipe.graph.store.store import Store
 from hairpipe.levelset.bake.whole import bake
 from hairpipe.levelset.collider import SdfSample
 from hairpipe.levelset.parts.collider_parts import build_collider_parts
-from hairpipe.scripted_ends.bodies import carried, carried_surface
+from hairpipe.scripted_ends.bodies import carried, moved_surface
 from hairpipe.scripted_ends.track import Track
 
 VOXEL, HALF_WIDTH, FRAME = 0.05, 6.0, 1.0 / 24.0
@@ -69,7 +69,7 @@ def test_a_mesh_that_moves_by_itself_goes_on_doing_so(box):
 @pytest.mark.parametrize("begin", [0.2, 0.7])
 def test_between_frames_a_level_set_is_that_of_the_body_where_it_is_then(box, begin):
     surface = bake(box(), VOXEL, HALF_WIDTH)
-    moving = build_collider_parts(*(carried_surface(surface, TURNING, begin + t) for t in (0.0, FRAME)), FRAME)
+    moving = build_collider_parts(*(moved_surface(surface, TURNING, begin + t) for t in (0.0, FRAME)), FRAME)
     now = carried(box(), TURNING, begin + 0.4 * FRAME)
     corners = now.points[now.triangles]
     shares = np.random.default_rng(0).dirichlet(np.full(3, 4.0), (200, len(corners)))
@@ -86,7 +86,7 @@ def test_a_level_set_of_a_body_that_moves_by_itself_is_refused(box):
     mesh = box()
     falling = Mesh(mesh.points, mesh.triangles, np.tile([0.0, -1.0, 0.0], (len(mesh.points), 1)))
     with pytest.raises(BadInput, match=r"in\.surface: the body is not at rest .*mesh at rest"):
-        carried_surface(bake(falling, VOXEL, HALF_WIDTH), TURNING, 0.0)
+        moved_surface(bake(falling, VOXEL, HALF_WIDTH), TURNING, 0.0)
 
 
 def test_a_level_set_is_baked_once_for_all_frames_and_motions(tmp_path):

@@ -6,7 +6,7 @@ import pytest
 from hairpipe.data import Ends
 from hairpipe.scripted_ends.ends import lead
 from hairpipe.scripted_ends.track import Track
-from hairpipe.sim.cuts import carry_over_cut
+from hairpipe.sim.cuts import move_over_cut
 from hairpipe.sim.simulate import start
 
 
@@ -35,7 +35,7 @@ def test_shape_and_motion_against_the_root_are_the_same_on_both_sides(swinging):
     hair, state = swinging.hair, swinging.state
     turned = Track((0.0, 1.0), ((0.0, 0.0, 0.0), (5.0, -2.0, 9.0)), (0.0, 250.0), (1.0, 2.0, 0.5), (0.1, 0.0, 0.3))
     before, after = lead(hair.groom, 0.3, turned, None, None, None), lead(hair.groom, 0.8, turned, None, None, None)
-    carried = carry_over_cut(hair, state, (before, after))
+    carried = move_over_cut(hair, state, (before, after))
     old, new = in_root_frame(hair, state, before), in_root_frame(hair, carried, after)
     assert np.abs(carried.positions - state.positions).max() > 1.0
     for one, other, scale in zip(old, new, (1.0, 10.0, 1000.0), strict=True):
@@ -46,7 +46,7 @@ def test_shape_and_motion_against_the_root_are_the_same_on_both_sides(swinging):
 def test_no_cut_changes_nothing(swinging, triangle):
     hair, state = swinging.hair, swinging.state
     body = triangle(velocities=np.random.default_rng(1).normal(size=(3, 3)))
-    carried = carry_over_cut(hair, state, (body, body))
+    carried = move_over_cut(hair, state, (body, body))
     np.testing.assert_allclose(carried.positions, state.positions, atol=1e-14)
     np.testing.assert_allclose(carried.velocities, state.velocities, atol=1e-12)
     np.testing.assert_allclose(carried.accelerations, state.accelerations, atol=1e-10)
@@ -58,7 +58,7 @@ def test_no_whip_after_a_leap_and_a_turn_about_the_plumb_line(swinging, triangle
     turn, shift = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]), np.array([3.0, 2.0, -4.0])
     there = triangle(triangle().points @ turn.T + shift)
     here = swinging.run(0.25).axis
-    swinging.state, swinging.body = carry_over_cut(hair, state, (triangle(), there)), there
+    swinging.state, swinging.body = move_over_cut(hair, state, (triangle(), there)), there
     np.testing.assert_allclose(swinging.run(0.25).axis, here @ turn.T + shift, atol=1e-9)
 
 
@@ -66,6 +66,6 @@ def test_hair_that_starts_moves_with_the_body_after_the_cut(swinging, triangle):
     hair = swinging.hair
     moving = triangle(triangle().points + 2.0, np.tile([1.0, 0.0, -3.0], (3, 1)))
     first = start(hair, triangle(), swinging.scene)
-    carried, begun = carry_over_cut(hair, first, (triangle(), moving)), start(hair, moving, swinging.scene)
+    carried, begun = move_over_cut(hair, first, (triangle(), moving)), start(hair, moving, swinging.scene)
     np.testing.assert_allclose(carried.positions, begun.positions, atol=1e-14)
     np.testing.assert_allclose(carried.velocities, begun.velocities, atol=1e-9)

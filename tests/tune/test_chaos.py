@@ -7,7 +7,7 @@ import pytest
 
 from hairpipe.data.table import table_of_columns, table_of_rows
 from hairpipe.measure.climate.climate import LOOKS
-from hairpipe.measure.climate.distances import TOLD
+from hairpipe.measure.climate.distances import TESTED
 from hairpipe.measure.patches import COLUMNS
 from hairpipe.tune.chaos import MODEL, REFERENCE, chaos_of, climate_of, refusal
 from hairpipe.tune.quantity import Tolerance
@@ -84,7 +84,7 @@ def test_a_bias_is_found_though_chaos_is_larger():
 def test_what_is_told_apart_or_spreads_too_little_is_refused():
     found, runs = chaos(), tables([MODEL, REFERENCE])
     apart = climate_of(runs, look(p=0.05, score=3.4, contacts=3.4, nearest_strand=1.2), TOLERANCE, found)
-    assert set(apart.told) == {"contacts", "nearest strand"} <= set(TOLD)
+    assert set(apart.significant) == {"contacts", "nearest strand"} <= set(TESTED)
     assert refusal(apart, found, TOLERANCE, 2.0) == "significantly different in contacts (3.4 times chance)"
     assert refusal(apart, found, TOLERANCE, 4.0) == ""
     chance = climate_of(runs, look(p=0.2, score=1.2, contacts=1.2), TOLERANCE, found)
@@ -95,4 +95,4 @@ def test_what_is_told_apart_or_spreads_too_little_is_refused():
 
 def test_of_few_frames_nothing_is_seen_but_where_hair_is():
     few = climate_of(tables([MODEL, REFERENCE]), look(score=np.nan, p=np.nan), TOLERANCE, chaos())
-    assert few.score is None and few.p is None and not few.told
+    assert few.score is None and few.p is None and not few.significant

@@ -7,7 +7,7 @@ from itertools import product
 import pytest
 
 from hairpipe.simplification import Simplification
-from hairpipe.tune.choosing import WORTH, choose, choose_within, goes_as_far
+from hairpipe.tune.choosing import WORTH, choose, choose_within, leaves_out_as_much
 from hairpipe.tune.measured import Measured, failed
 
 AXES = {"model": 1, "segments": 3, "steps": 3, "collisions": 1}
@@ -83,7 +83,7 @@ def test_nothing_is_tried_that_goes_as_far_as_what_failed():
     choose(FULL, world.singles(), 3.0, world.measure)
     failed_before = []
     for parts in world.asked:
-        assert not any(goes_as_far(parts, other) for other in failed_before)
+        assert not any(leaves_out_as_much(parts, other) for other in failed_before)
         failed_before += [parts] if world.truth(parts).bound > 3.0 else []
     assert failed_before
 
@@ -143,7 +143,7 @@ def test_a_budget_that_buys_nothing_is_said_with_the_cheapest():
 def test_what_makes_others_moot_is_taken_with_none_of_them():
     """Everything together would be cheaper; particles leave nothing of what else is left out, but for the voxels."""
     voxels = Simplification("voxels", 1, "voxels")
-    alone = Simplification("particles", 1, "particles", instead="other:model", count=500, beside=("voxels",))
+    alone = Simplification("particles", 1, "particles", instead="other:model", count=500, compatible=("voxels",))
     singles = {part: found(0.2, 5.0) for part in (*PARTS, voxels)} | {alone: found(0.2, 0.5)}
     world = World()
     choose(FULL, singles, 1.0, world.measure)
@@ -154,8 +154,8 @@ class Chaotic(World):
     """A scene in which parts of an axis are told apart afterwards, and one was only screened."""
 
     def truth(self, parts) -> Measured:
-        told = any(part.axis == "collisions" for part in parts)
-        return replace(super().truth(parts), refused="told apart: contacts" if told else "")
+        significant = any(part.axis == "collisions" for part in parts)
+        return replace(super().truth(parts), refused="told apart: contacts" if significant else "")
 
     def singles(self) -> dict[Simplification, Measured]:
         return {

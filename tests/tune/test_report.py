@@ -104,7 +104,9 @@ def test_where_hair_is_chaotic_the_promise_says_until_when_and_what_of_it_afterw
         "statistics do not differ significantly from the reference in position, density" in text
         and "contacts (1.2 times" in text
     )
-    assert json.loads(json.dumps(report.document(chaotic, None)))["chosen"]["climate"]["told"] == {"contacts": 1.2}
+    assert json.loads(json.dumps(report.document(chaotic, None)))["chosen"]["climate"]["significant"] == {
+        "contacts": 1.2
+    }
     calm = replace(TUNED, reference=replace(CHAOS, chaotic=False, apart=1e-4, floor=0.0))
     assert "not chaotic: they are at most 0.1 mm apart" in "\n".join(report.header(calm))
     assert "confidence" not in "\n".join(report.conclusion(calm))

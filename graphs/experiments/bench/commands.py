@@ -9,8 +9,8 @@ import click
 from hairpipe.bench.machine import share_kernels
 from hairpipe.cli import measured, options
 from hairpipe.cli.entry import Group
-from hairpipe.cli.measured import tell
-from hairpipe.cli.stderr import say
+from hairpipe.cli.measured import print_report
+from hairpipe.cli.stderr import echo
 from hairpipe.graphs.experiments.bench.scene_commands import PROGRAM, needs, promises
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def core(as_json: bool) -> None:
     share_kernels()
     from hairpipe.graphs.experiments.bench.core import measure_core
 
-    tell(measure_core(say), as_json)  # lines: whatever moves on the screen would be measured, too
+    print_report(measure_core(echo), as_json)  # lines: whatever moves on the screen would be measured, too
 
 
 @bench.command()
@@ -71,7 +71,7 @@ def contact(segments: tuple[int, ...], between: tuple["Between", ...], moving: i
     share_kernels()
     from hairpipe.graphs.experiments.bench.contact import BETWEEN, SEGMENTS, measure_contact
 
-    tell(measure_contact(say, segments or SEGMENTS, between or BETWEEN, moving), as_json)
+    print_report(measure_contact(echo, segments or SEGMENTS, between or BETWEEN, moving), as_json)
 
 
 @bench.command()
@@ -85,7 +85,7 @@ def volume(as_json: bool) -> None:
     share_kernels()
     from hairpipe.graphs.experiments.bench.volume import measure_volume
 
-    tell(measure_volume(say), as_json)
+    print_report(measure_volume(echo), as_json)
 
 
 @bench.command()
@@ -98,7 +98,7 @@ def page(folder: Path, as_json: bool) -> None:
     """
     from hairpipe.graphs.experiments.bench.pictures.page import measure_page
 
-    tell(measure_page(folder), as_json)
+    print_report(measure_page(folder), as_json)
 
 
 @bench.command()
@@ -114,7 +114,7 @@ def particles(as_json: bool) -> None:
     share_kernels()
     from hairpipe.graphs.experiments.bench.particles import measure_particles
 
-    tell(measure_particles(say), as_json)
+    print_report(measure_particles(echo), as_json)
 
 
 @bench.command()
@@ -129,7 +129,7 @@ def picture(as_json: bool) -> None:
     share_kernels()
     from hairpipe.graphs.experiments.bench.pictures.picture import measure_picture
 
-    tell(measure_picture(say), as_json)
+    print_report(measure_picture(echo), as_json)
 
 
 @bench.command()
@@ -146,6 +146,6 @@ def faults(seed: int, as_json: bool) -> None:
     from hairpipe.graphs.experiments.bench.faults import held, try_faults
     from hairpipe.io.hdf5 import digest_file
 
-    report = try_faults(say, digest_file, seed)
-    tell(report, as_json)
+    report = try_faults(echo, digest_file, seed)
+    print_report(report, as_json)
     sys.exit(0 if held(report) else 1)

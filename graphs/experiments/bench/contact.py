@@ -4,7 +4,7 @@ from itertools import product
 
 import numba
 
-from hairpipe.bench.report import Case, Report, Say, in_seconds, make_report
+from hairpipe.bench.report import Case, Echo, Report, in_seconds, make_report
 from hairpipe.bench.shares import shares_of
 from hairpipe.graphs.experiments.bench.core import THREADS
 from hairpipe.graphs.experiments.bench.head import Between, Head, grow_head
@@ -18,7 +18,7 @@ BETWEEN: tuple[Between, ...] = ("pairs", "locks", "volume")
 
 
 def measure_contact(
-    say: Say,
+    echo: Echo,
     segments: tuple[int, ...] = SEGMENTS,
     between: tuple[Between, ...] = BETWEEN,
     moving: int = 20,
@@ -32,21 +32,21 @@ def measure_contact(
     frames    that are measured for each number of threads
     """
     threads = [count for count in THREADS if count <= numba.get_num_threads()]
-    say("multiply-adds and the triad")
+    echo("multiply-adds and the triad")
     roofs = measure_roofs(("float64",), threads)
     cases: list[Case] = []
     parts: list[Case] = []
     for wanted, kind in product(segments, between):
         named = f"{wanted:,} segments, {kind} between hairs"
-        say(f"{named}: growing them")
+        echo(f"{named}: growing them")
         head = grow_head(wanted, kind)
         for frame in range(moving):
-            say(f"{named}: frame {frame + 1} of {moving} before the measured ones")
+            echo(f"{named}: frame {frame + 1} of {moving} before the measured ones")
             head.advance(head.surroundings())
         begun = head.state, head.frame
         for count in threads:
             head.state, head.frame = begun
-            say(f"{named}: {frames} frames on {count} threads")
+            echo(f"{named}: {frames} frames on {count} threads")
             numba.set_num_threads(count)
             try:
                 found = [_timed(head) for _ in range(frames)]

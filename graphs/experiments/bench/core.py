@@ -10,7 +10,7 @@ from typing import get_args
 
 import numba
 
-from hairpipe.bench.report import Case, Report, Say, make_report
+from hairpipe.bench.report import Case, Echo, Report, make_report
 from hairpipe.child import command, environment
 from hairpipe.graphs.experiments.bench.arithmetic.assembly import count_arithmetic
 from hairpipe.graphs.experiments.bench.arithmetic.counting import Work
@@ -49,7 +49,7 @@ CACHED, STORED = 256, 9_712
 
 
 def measure_core(
-    say: Say, segments: int = 50, cached: int = CACHED, stored: int = STORED, triad: int = TRIAD, seconds: float = 2.0
+    echo: Echo, segments: int = 50, cached: int = CACHED, stored: int = STORED, triad: int = TRIAD, seconds: float = 2.0
 ) -> Report:
     """Measure every case, and report progress.
 
@@ -59,17 +59,17 @@ def measure_core(
     seconds         that every measurement is repeated
     """
     threads = [count for count in THREADS if count <= numba.get_num_threads()]
-    say("compiling every kernel with an empty cache")
+    echo("compiling every kernel with an empty cache")
     compilation: list[Case] = [{"every kernel of a frame [s]": measure_compilation()}]
-    say("multiply-adds and the triad")
+    echo("multiply-adds and the triad")
     roofs = measure_roofs(DTYPES, threads, triad, seconds)
-    say("reading machine code")
+    echo("reading machine code")
     work: dict[tuple[ModelName, str], Work] = {
         (model, dtype): work_of_a_solve(segments, dtype, model) for model in MODELS for dtype in DTYPES
     }
     cases = list[Case]()
     for (place, strands), dtype, model in product([("cache", cached), ("memory", stored)], DTYPES, MODELS):
-        say(f"{strands:,} strands of the {model} in {dtype}")
+        echo(f"{strands:,} strands of the {model} in {dtype}")
         hair = hang(strands, segments, dtype, model)
         for count, kernel in product(threads, KERNELS):
             spent = _time(KERNELS[kernel], hair, count, seconds)

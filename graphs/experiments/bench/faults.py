@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from hairpipe.bench.report import Case, Report, Say, make_report
+from hairpipe.bench.report import Case, Echo, Report, make_report
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.plan.gc import Found, clean, verify
@@ -79,12 +79,12 @@ def held(report: Report) -> bool:
     return not any(case["faults"] or case["done twice"] for case in report.tables["trials"])
 
 
-def try_faults(say: Say, check_value: CheckValue, seed: int, trials: Trials | None = None) -> Report:
+def try_faults(echo: Echo, check_value: CheckValue, seed: int, trials: Trials | None = None) -> Report:
     """Run every campaign, in a folder that is removed afterwards."""
     trials = trials or Trials()
     counts: list[Count] = []
     with tempfile.TemporaryDirectory(prefix="hairpipe-faults-") as name, toy_shot(Path(name)) as shot:
-        say("an undisturbed run")
+        echo("an undisturbed run")
         truth = undisturbed(shot)
         campaigns = {
             "poisoned folders": lambda: try_poison(shot, truth, trials.modules),
@@ -95,7 +95,7 @@ def try_faults(say: Say, check_value: CheckValue, seed: int, trials: Trials | No
             ),
         }
         for title, campaign in campaigns.items():
-            say(title)
+            echo(title)
             counts += [count for count in campaign() if count.tries]
     faults: list[Case] = [{"fault": fault} for count in counts for fault in count.faults]
     return make_report(__name__, {"trials": [count.case for count in counts], "faults": faults})

@@ -11,7 +11,7 @@ import numba
 import numpy as np
 from numba import njit
 
-from hairpipe.bench.report import Case, Report, Say, in_seconds, make_report
+from hairpipe.bench.report import Case, Echo, Report, in_seconds, make_report
 from hairpipe.body.mannequin.bust import build_bust
 from hairpipe.data import Body, Particles
 from hairpipe.data.particles import ParticleState
@@ -47,7 +47,7 @@ CROWD, LINKS, PASSES = 2_500, 15_000, 400
 
 
 def measure_particles(
-    say: Say,
+    echo: Echo,
     counts: tuple[int, ...] = (500, 2_000, 20_000, 200_000),
     steps: tuple[int, ...] = (1, 2),
     settling: int = 3,
@@ -66,11 +66,11 @@ def measure_particles(
     passes = list[float]()
     numba.set_num_threads(1)
     try:
-        say(f"a head, frames: {settling + frames}")
+        echo(f"a head, frames: {settling + frames}")
         bust = build_bust()
         shot = frames_of(bust, settling + frames)
         for count in counts:
-            say(f"{count:,} particles")
+            echo(f"{count:,} particles")
             particles = particles_on(bust, count)
             for number in steps:
                 case, shares = measure_frames(particles, shot, number, settling)

@@ -14,7 +14,7 @@ from hairpipe.api.formatting import markdown, table
 from hairpipe.cli import options
 from hairpipe.cli.commands.tune import INTERRUPTED, runner
 from hairpipe.cli.origin import origin
-from hairpipe.cli.stderr import say
+from hairpipe.cli.stderr import echo
 from hairpipe.errors import BadInput
 
 if TYPE_CHECKING:
@@ -78,12 +78,12 @@ def promises(seed: int, numbers: tuple[int, ...], cache: Path, as_markdown: bool
 
     drawn = {number: draw_scene(seed, number) for number in numbers}
     base = hairpipe.load(drawn[numbers[0]].tables, cache=cache, folder=shipped_graphs()["demo"].parent)
-    pace = Pace(len(drawn), lambda: runner(False), say)
+    pace = Pace(len(drawn), lambda: runner(False), echo)
     found = []
     with ending_where_interrupted(), base.keeping_workers() as shot:
         for number, scene in drawn.items():
             with pace.scene(f"scene {number}: {scene.text}"):
-                found.append(trying.try_promise(shot, number, scene, pace.run, say))
+                found.append(trying.try_promise(shot, number, scene, pace.run, echo))
     if as_json:
         click.echo(json.dumps(trying.document(found), indent=2))
         return
@@ -127,9 +127,9 @@ def needs(
 
     given = graphs or SIX
     shots = {Path(graph).stem: hairpipe.load(graph, options.parsed(overrides), cache=cache) for graph in given}
-    pace = Pace(len(shots) * len(tolerances), lambda: runner(False), say)
+    pace = Pace(len(shots) * len(tolerances), lambda: runner(False), echo)
     with ending_where_interrupted():
-        found = list(needed.needs_of(shots, node, tolerances, pace, say))
+        found = list(needed.needs_of(shots, node, tolerances, pace, echo))
     if as_json:
         click.echo(json.dumps(needed.document(found), indent=2))
         return
@@ -147,7 +147,7 @@ def ending_where_interrupted() -> Iterator[None]:
     try:
         yield
     except Interrupted:
-        say("hairpipe: interrupted; measurements are kept, and the same command resumes")
+        echo("hairpipe: interrupted; measurements are kept, and the same command resumes")
         sys.exit(INTERRUPTED)
 
 

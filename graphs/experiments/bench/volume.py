@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numba
 import numpy as np
 
-from hairpipe.bench.report import Case, Report, Say, make_report
+from hairpipe.bench.report import Case, Echo, Report, make_report
 from hairpipe.data import Groom, Strands
 from hairpipe.graphs.experiments.bench.repeat import repeat
 from hairpipe.groom.keys.interpolating import interpolated
@@ -27,7 +27,9 @@ MASS = 1e-6
 """Of time [s]; of a point [kg]."""
 
 
-def measure_volume(say: Say, hairs: int = 100_000, segments: int = 50, every: int = 10, seconds: float = 5.0) -> Report:
+def measure_volume(
+    echo: Echo, hairs: int = 100_000, segments: int = 50, every: int = 10, seconds: float = 5.0
+) -> Report:
     """Measure every case, and report progress.
 
     hairs     shown
@@ -37,9 +39,9 @@ def measure_volume(say: Say, hairs: int = 100_000, segments: int = 50, every: in
     """
     groom = scattered_hair(hairs, segments)
     keys = thinned(groom, every)
-    say(f"{len(keys.ids):,} hairs on a grid")
+    echo(f"{len(keys.ids):,} hairs on a grid")
     cases = [*_grid(keys, seconds), *_pressure(keys, seconds)]
-    say(f"{hairs:,} hairs between {len(keys.ids):,} keys")
+    echo(f"{hairs:,} hairs between {len(keys.ids):,} keys")
     return make_report(__name__, {"kernels": [*cases, *_interpolation(groom, keys, segments, seconds)]})
 
 

@@ -118,7 +118,7 @@ def frame_panel(axes: Axes, name: str, xs: Sequence[float], ys: Sequence[str]) -
     axes.set_title(name, fontsize=8)
     axes.set_xlim(-0.5, len(xs) - 0.5)
     axes.set_ylim(-0.5, len(ys) - 0.5)
-    axes.set_xticks(range(len(xs)), [spoken(value) for value in xs], rotation=90, fontsize=FONT)
+    axes.set_xticks(range(len(xs)), [formatted(value) for value in xs], rotation=90, fontsize=FONT)
     axes.set_yticks(range(len(ys)), list(ys), fontsize=FONT + 0.5)
     axes.grid(False)
     axes.tick_params(length=0)
@@ -130,7 +130,7 @@ def shortest(value: float) -> str:
     return "<.01" if value < 0.01 else f"{value:.0f}" if value >= 9.95 else f"{value:.2g}"
 
 
-def spoken(value: float) -> str:
+def formatted(value: float) -> str:
     """Write a step as people say it: one over a whole number where it is that and less than one."""
     if 0 < value < 1 and abs(value * round(1 / value) - 1) < EXACT:
         return f"1/{round(1 / value)}"

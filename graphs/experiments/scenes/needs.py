@@ -24,7 +24,7 @@ class Need(NamedTuple):
 
 
 def needs_of(
-    shots: Mapping[str, Shot], hair: str, tolerances: Sequence[Tolerance], pace: Pace, say: Callable[[str], None]
+    shots: Mapping[str, Shot], hair: str, tolerances: Sequence[Tolerance], pace: Pace, echo: Callable[[str], None]
 ) -> Iterator[Need]:
     """Tune scenes for several tolerances; runs that several of them need are carried out once.
 
@@ -34,13 +34,13 @@ def needs_of(
         with shot.keeping_workers() as kept:
             for tolerance in tolerances:
                 with pace.scene(f"{name} within {tolerance}"):
-                    yield Need(name, tolerance, found(Request(kept, hair, tolerance, pace.run), say))
+                    yield Need(name, tolerance, found(Request(kept, hair, tolerance, pace.run), echo))
 
 
-def found(request: Request, say: Callable[[str], None]) -> Tuned | None:
+def found(request: Request, echo: Callable[[str], None]) -> Tuned | None:
     """Tune a scene; None where the graph as it is does not get through."""
     try:
-        return tune(request, say)
+        return tune(request, echo)
     except Untunable:
         return None
 

@@ -7,7 +7,7 @@ from time import monotonic
 from hairpipe.api.formatting import duration
 from hairpipe.api.reports import Outcome
 from hairpipe.api.shot import Shot
-from hairpipe.tune.study import CarryOut
+from hairpipe.tune.study import RunNodes
 
 
 class Pace:
@@ -21,26 +21,26 @@ class Pace:
     def __init__(
         self,
         total: int,
-        runner: Callable[[], CarryOut],
-        say: Callable[[str], None],
+        runner: Callable[[], RunNodes],
+        echo: Callable[[str], None],
         clock: Callable[[], float] = monotonic,
     ) -> None:
-        self._total, self._runner, self._say, self._clock = total, runner, say, clock
-        self._carry = runner()
+        self._total, self._runner, self._say, self._clock = total, runner, echo, clock
+        self._run = runner()
         self._done = 0
         self._computed = False
         self._spent: list[float] = []
 
     def run(self, text: str, shot: Shot, nodes: Sequence[str], frames: Sequence[int]) -> Outcome:
         """Carry out a run."""
-        outcome = self._carry(text, shot, nodes, frames)
+        outcome = self._run(text, shot, nodes, frames)
         self._computed |= outcome.evaluated > 0
         return outcome
 
     @contextmanager
     def scene(self, text: str) -> Iterator[None]:
         """Say that a scene begins, and how long it and those after it should take."""
-        begun, self._carry, self._computed = self._clock(), self._runner(), False
+        begun, self._run, self._computed = self._clock(), self._runner(), False
         self._say(f"{self._done + 1} of {self._total}: {text}{self._rest()}")
         yield
         self._done += 1

@@ -10,7 +10,7 @@ from hairpipe.api.shot import Shot
 from hairpipe.graphs.experiments.scenes import cells
 from hairpipe.graphs.experiments.scenes.drawing import HAIR, DrawnScene
 from hairpipe.tune.report import plain
-from hairpipe.tune.study import CarryOut, Request
+from hairpipe.tune.study import Request, RunNodes
 from hairpipe.tune.tuning import Check, Tuned, Untunable, checked, look_at, sample_of, tune
 
 Verdict = Literal["kept", "broken", "inconclusive", "refused", "fails"]
@@ -58,14 +58,14 @@ def verdict_of(check: Check, tolerance: float) -> Verdict:
     return "broken" if check.chosen.broke(tolerance) and check.full.kept(tolerance) else "inconclusive"
 
 
-def try_promise(shot: Shot, number: int, scene: DrawnScene, run: CarryOut, say: Callable[[str], None]) -> Promise:
+def try_promise(shot: Shot, number: int, scene: DrawnScene, run: RunNodes, echo: Callable[[str], None]) -> Promise:
     """Tune a scene, and check the choice on other strands and frames, and on the same strands in another motion.
 
     shot  of any graph in the folder that the scene's files are in, with the cache
     """
     request = Request(shot.edited(scene.tables), HAIR, scene.tolerance, run, check=True)
     try:
-        tuned = tune(request, say)
+        tuned = tune(request, echo)
     except Untunable:
         return Promise(number, scene, None)
     if tuned.choice.parts is None or tuned.check is None:
@@ -74,7 +74,7 @@ def try_promise(shot: Shot, number: int, scene: DrawnScene, run: CarryOut, say: 
     moved = replace(request, shot=shot.edited(tables))
     seen = look_at(moved)
     sample = replace(sample_of(moved, seen), number=tuned.check.sample.number)
-    return Promise(number, scene, tuned, checked(moved, sample, seen, tuned.choice.parts, say))
+    return Promise(number, scene, tuned, checked(moved, sample, seen, tuned.choice.parts, echo))
 
 
 def rows(promises: Sequence[Promise]) -> list[tuple[str, ...]]:

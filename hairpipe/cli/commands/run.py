@@ -96,7 +96,7 @@ def run(
         write_report(plain, report, done.frames, wedge=None if wedge is None else plain.wedge(wedge), run=done)
     if recording is not None and done.ok:
         recording.write(done)
-    summary.say_faults(done, verbose)
+    summary.report_faults(done, verbose)
     sys.exit(done.outcome.exit_code)
 
 

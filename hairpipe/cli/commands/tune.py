@@ -13,7 +13,7 @@ import click
 import hairpipe
 from hairpipe.api.formatting import shown, table
 from hairpipe.cli import completion, options
-from hairpipe.cli.stderr import say
+from hairpipe.cli.stderr import echo
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import one_line
 from hairpipe.plain_file import check_plain
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from hairpipe.api.reports import Event, Outcome
     from hairpipe.api.shot import Shot
     from hairpipe.tune.quantity import Tolerance
-    from hairpipe.tune.study import CarryOut
+    from hairpipe.tune.study import RunNodes
 
 INTERRUPTED = 130
 
@@ -123,9 +123,9 @@ def tune(
     shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
     request = Request(shot, node, tolerance, runner(quiet), budget, check, limit=limit)
     try:
-        tuned = find(request, say if not quiet else lambda line: None)
+        tuned = find(request, echo if not quiet else lambda line: None)
     except Interrupted:
-        say("hairpipe: interrupted; measurements are kept, and the same command resumes")
+        echo("hairpipe: interrupted; measurements are kept, and the same command resumes")
         sys.exit(INTERRUPTED)
     fragment = None
     if tuned.choice.parts is not None:
@@ -148,7 +148,7 @@ def tune(
     sys.exit(0 if tuned.kept else 1)
 
 
-def runner(quiet: bool) -> "CarryOut":
+def runner(quiet: bool) -> "RunNodes":
     """Make a function that runs a shot and reports what is measured; a warning of many models is reported once."""
     said: set[str] = set()
 
@@ -158,7 +158,7 @@ def runner(quiet: bool) -> "CarryOut":
             if event.kind not in ("started", "warning") or mark in said or (quiet and event.kind == "started"):
                 return
             said.add(mark)
-            say(f"warning: {text}: {mark}" if event.kind == "warning" else f"measuring: {text}")
+            echo(f"warning: {text}: {mark}" if event.kind == "warning" else f"measuring: {text}")
 
         return shot.run(frames, to=nodes, jobs=1, progress=report).outcome
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import click
 
 from hairpipe.cli import measured, options
-from hairpipe.cli.measured import tell
-from hairpipe.cli.stderr import say
+from hairpipe.cli.measured import print_report
+from hairpipe.cli.stderr import echo
 
 
 @click.group()
@@ -50,8 +50,8 @@ def paper(
     from hairpipe.bench.paper import PRINTED, measure_paper
 
     graphs = {name: find_graph(f"paper/{name}") for name in scenes or PRINTED}
-    report = measure_paper(say, graphs, open_store(cache), overrides, moving, threads)
-    tell(report, as_json, graphs.values())
+    report = measure_paper(echo, graphs, open_store(cache), overrides, moving, threads)
+    print_report(report, as_json, graphs.values())
 
 
 @bench.command("first-frame")
@@ -66,7 +66,7 @@ def first_frame(graph: str, overrides: dict[str, str], as_json: bool) -> None:
     from hairpipe.api.source import find_graph
     from hairpipe.bench.first_frame import measure_first_frame
 
-    tell(measure_first_frame(find_graph(graph), overrides), as_json)
+    print_report(measure_first_frame(find_graph(graph), overrides), as_json)
 
 
 @bench.command("first-use")
@@ -82,4 +82,4 @@ def first_use(graph: str, overrides: dict[str, str], as_json: bool) -> None:
     from hairpipe.api.source import find_graph
     from hairpipe.bench.first_use import measure_first_use
 
-    tell(measure_first_use(find_graph(graph), overrides), as_json)
+    print_report(measure_first_use(find_graph(graph), overrides), as_json)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 import click
 
 from hairpipe.api.formatting import plural, table
-from hairpipe.cli.stderr import say
+from hairpipe.cli.stderr import echo
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import one_line
 
@@ -68,7 +68,7 @@ def asking(load: Callable[[], Result]) -> Result:
     except Untrusted as doubt:
         if sys.stdin is None or not sys.stdin.isatty() or not sys.stderr.isatty():
             raise
-        say(f"{doubt.folder}: {doubt.what}")
+        echo(f"{doubt.folder}: {doubt.what}")
         if not click.confirm("This code will run with your rights. Do you trust this code?", err=True):
             raise
         note(doubt.folder, doubt.files)

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import ModuleType
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.trust import doubt_about
+from hairpipe.graph.file.trust import trust_error
 from hairpipe.graph.node.declare import NodeType
 from hairpipe.graph.node.fields import fields_of
 from hairpipe.graph.node.import_paths import EXPERIMENTS, OUR_NODES, UncompiledLoader, enter, folder_of, leads_to
@@ -35,9 +35,9 @@ class Registry:
         self._known: dict[str, NodeType] = {}
 
     @cached_property
-    def _doubt(self) -> BadInput | None:
+    def _trust_error(self) -> BadInput | None:
         """The error where the folder is not trusted; None where it is."""
-        return doubt_about(self.folder) if self.folder else None
+        return trust_error(self.folder) if self.folder else None
 
     def names(self) -> list[str]:
         """List the node types there are, without importing them."""
@@ -72,9 +72,9 @@ class Registry:
         if self.folder:
             path = self.folder / f"{name}.py"
             own = name.isidentifier() and path.is_file()
-            if own and self._doubt:
-                raise self._doubt
-            if not self._doubt:
+            if own and self._trust_error:
+                raise self._trust_error
+            if not self._trust_error:
                 enter(self.folder)
             if own:
                 return load_file(name, path)

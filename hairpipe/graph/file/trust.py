@@ -58,7 +58,7 @@ class Trusted:
         return differing(self.files, code_in(self.folder))
 
 
-def doubt_about(folder: Path) -> Untrusted | None:
+def trust_error(folder: Path) -> Untrusted | None:
     """Return the error for a folder whose code is not trusted; None where it is. BadInput where it cannot be read."""
     folder = folder.resolve()
     if folder in shipped_folders() or folder in named_folders():

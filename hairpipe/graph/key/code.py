@@ -20,7 +20,7 @@ from importlib.util import spec_from_file_location
 from pathlib import Path
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.trust import doubt_about
+from hairpipe.graph.file.trust import trust_error
 from hairpipe.graph.key.source import FORMAT, STAR, Source, noted_source, read_source
 from hairpipe.graph.node.import_paths import HOUSE, enter, find_spec, is_namespace, leads_to
 from hairpipe.graph.store.digest import digest, digest_bytes
@@ -64,7 +64,7 @@ class CodeReader:
 
     def __init__(self, remember: Remember, folder: Path | None = None) -> None:
         self._remember = remember
-        self._folder = folder if folder and doubt_about(folder) is None else None
+        self._folder = folder if folder and trust_error(folder) is None else None
         self.stamps: dict[str, list[int]] = {}
         self._sources: dict[str, Source | None] = {}
         self._specs: dict[str, ModuleSpec | None] = {}

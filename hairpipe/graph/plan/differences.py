@@ -35,7 +35,7 @@ def settings(old: dict[str, Any], new: dict[str, Any], label: str) -> Iterator[s
         elif is_group(before) and is_group(after):
             yield from settings(before, after, f"{label}{name}.")
         else:
-            yield f"{label}{name} {spoken(before)} -> {spoken(after)}"
+            yield f"{label}{name} {formatted(before)} -> {formatted(after)}"
 
 
 def inputs(old: dict[str, Any], new: dict[str, Any]) -> Iterator[str]:
@@ -91,7 +91,7 @@ def is_group(value: Any) -> TypeGuard[dict[str, Any]]:
     return isinstance(value, dict) and not is_file(value)
 
 
-def spoken(value: Any) -> str:
+def formatted(value: Any) -> str:
     """Write a setting as in a graph file; an absent value, a group or a file in words."""
     if value is None:
         return "absent"

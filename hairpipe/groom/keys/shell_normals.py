@@ -23,7 +23,7 @@ def probe_shell(points: np.ndarray, shell: LevelSet) -> SdfSample:
     return found
 
 
-def carried_normals(rest: np.ndarray, groom: Groom, hair: Strands, roots: tuple[np.ndarray, np.ndarray]) -> Normals:
+def rotated_normals(rest: np.ndarray, groom: Groom, hair: Strands, roots: tuple[np.ndarray, np.ndarray]) -> Normals:
     """Return unit normals rotated with the hair since rest; pure.
 
     rest   normals at the points of the groom, (P, 3)

@@ -10,7 +10,7 @@ from typing import Any
 from pxr import Ar, Sdf, Tf
 
 from hairpipe.errors import BadInput
-from hairpipe.plain_file import oddity
+from hairpipe.plain_file import special_kind
 
 TEMPLATE = 100_000  # files of a template that are looked for
 
@@ -97,8 +97,8 @@ def _plain_size(file: str, stage: Path) -> int:
         found = Path(file).stat()
     except (OSError, ValueError):
         return 0
-    if odd := oddity(found):
-        raise BadInput(f"refers to {Path(file).name}, which is {odd}", where=stage, right="layers that are files")
+    if kind := special_kind(found):
+        raise BadInput(f"refers to {Path(file).name}, which is {kind}", where=stage, right="layers that are files")
     return found.st_size
 
 

@@ -56,12 +56,12 @@ def find_bindings(stage: Usd.Stage) -> dict[Sdf.Path, Binding]:
         if root and cache.Populate(root, predicate):
             for binding in cache.ComputeSkelBindings(root, predicate):
                 query = _query(cache, binding.GetSkeleton())
-                skins = [skin for skin in binding.GetSkinningTargets() if _says_joints(skin)]
+                skins = [skin for skin in binding.GetSkinningTargets() if _names_joints(skin)]
                 found |= {skin.GetPrim().GetPath(): Binding(query, skin) for skin in skins}
     return found
 
 
-def _says_joints(skin: UsdSkel.SkinningQuery) -> bool:
+def _names_joints(skin: UsdSkel.SkinningQuery) -> bool:
     return bool(skin.GetJointIndicesPrimvar() or skin.GetJointWeightsPrimvar())
 
 

@@ -107,13 +107,13 @@ def usd_faults(path: Path) -> Iterator[None]:
     try:
         yield
     except Tf.ErrorException as error:
-        what = f"not a readable USD file: {said(error)}"
+        what = f"not a readable USD file: {message_of(error)}"
         raise BadInput(what, where=path, right="a file OpenUSD can open") from None
     except UnicodeDecodeError:
         raise BadInput("a name or text in the file is not UTF-8", where=path, right="a USD file in UTF-8") from None
 
 
-def said(error: Tf.ErrorException) -> str:
+def message_of(error: Tf.ErrorException) -> str:
     """Return what OpenUSD says, on one line that can be read, with line and column first where it names them."""
     try:
         line = error.args[0].commentary.splitlines()[0]

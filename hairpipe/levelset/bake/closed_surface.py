@@ -53,7 +53,7 @@ def checked(mesh: Mesh) -> Mesh:
     points, triangles = mesh.points, mesh.triangles
     if len(points) == 0 or len(triangles) == 0:
         raise BadInput("the mesh is empty", where="body", right="at least one triangle")
-    refuse_unless_sane(points, "point")
+    refuse_invalid(points, "point")
     wild = np.flatnonzero(((triangles < 0) | (triangles >= len(points))).any(axis=1))
     if len(wild):
         right = f"indices 0 to {len(points) - 1}"
@@ -62,11 +62,11 @@ def checked(mesh: Mesh) -> Mesh:
     if velocities.shape != points.shape:
         right = f"one for each of the {len(points)} points"
         raise BadInput(f"the mesh has {len(velocities)} velocities", where="body", right=right)
-    refuse_unless_sane(velocities, "velocity of point")
+    refuse_invalid(velocities, "velocity of point")
     return Mesh(points, triangles, velocities)
 
 
-def refuse_unless_sane(rows: np.ndarray, name: str) -> None:
+def refuse_invalid(rows: np.ndarray, name: str) -> None:
     """Raise BadInput naming the first row that holds a NaN, an infinity or an absurd number."""
     bad = np.flatnonzero(~(np.abs(rows) < FARTHEST).all(axis=1))
     if len(bad):

@@ -72,9 +72,9 @@ def sort_pieces(triangles: np.ndarray, marks: np.ndarray, pieces: np.ndarray) ->
                 top += 1
                 continue
             top -= 1
-            fate = fate_of(piece, marks)
-            areas[t, fate] += area(piece)
-            if fate != HIDDEN:
+            found_class = class_of(piece, marks)
+            areas[t, found_class] += area(piece)
+            if found_class != HIDDEN:
                 counts[t] += 1
                 if at < len(pieces):  # A first pass without room only counts.
                     copy(piece, pieces[at])
@@ -119,7 +119,7 @@ def halve(piece: np.ndarray, s: int, other: np.ndarray) -> None:
 
 
 @njit(cache=True)
-def fate_of(piece: np.ndarray, marks: np.ndarray) -> int:
+def class_of(piece: np.ndarray, marks: np.ndarray) -> int:
     """Return HIDDEN if all samples of the voxels that contain a piece are inside, LOST if all are outside.
 
     A piece that lies on samples is contained in the voxels on both sides.

@@ -20,7 +20,7 @@ from hairpipe.errors import BadInput
 from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
 from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.levelset.parts.field import PartField, part_field_of
-from hairpipe.levelset.parts.pose_path import PosePath, Stances, path_between, stances_at
+from hairpipe.levelset.parts.pose_path import PartPoses, PosePath, part_poses_at, path_between
 from hairpipe.levelset.parts.probe import Places, probe_parts
 from hairpipe.levelset.parts.shape import largest_changes
 from hairpipe.levelset.parts.sweep import Outlines, sweep_parts
@@ -56,12 +56,12 @@ class ColliderParts:
 
     @cached_property
     def _speed(self) -> float:
-        stances = stances_at(self.path, np.linspace(0.0, self.path.frame, _LOOKS))
+        part_poses = part_poses_at(self.path, np.linspace(0.0, self.path.frame, _LOOKS))
         corners = np.stack(np.meshgrid(*3 * [[False, True]], indexing="ij"), axis=-1).reshape(-1, 3)
         arms = np.einsum(
-            "tkxy,cky->ctkx", stances.turns, np.where(corners[:, None], self.outlines.high, self.outlines.low)
+            "tkxy,cky->ctkx", part_poses.turns, np.where(corners[:, None], self.outlines.high, self.outlines.low)
         )
-        carried = np.linalg.norm(stances.drifts + np.cross(stances.spins, arms), axis=-1)
+        carried = np.linalg.norm(part_poses.drifts + np.cross(part_poses.spins, arms), axis=-1)
         return float((carried + self.swelling).max(initial=0.0))
 
     @cached_property
@@ -77,20 +77,20 @@ class ColliderParts:
     def probe(self, points: np.ndarray, seconds: float, out: SdfSample, reach: np.ndarray | None = None) -> None:
         """Write what is nearer than out, in place; see Collider."""
         reach = np.full(len(points), np.inf) if reach is None else reach
-        stances = stances_at(self.path, np.array([seconds]))
-        parts = Places(self.outlines.changes, boxes_at(stances, self.outlines), self.path.frame, reach)
-        probe_parts(self.before, self.after, stances, parts, points, *out)
+        part_poses = part_poses_at(self.path, np.array([seconds]))
+        parts = Places(self.outlines.changes, boxes_at(part_poses, self.outlines), self.path.frame, reach)
+        probe_parts(self.before, self.after, part_poses, parts, points, *out)
 
     def sweep(self, walk: Walk, start: float, end: float, out: FirstHit) -> None:
         """Write hits that are sooner than out, in place; see Collider."""
-        stances = stances_at(self.path, self.looks(start, end))
-        boxes = boxes_at(stances, self.outlines)
+        part_poses = part_poses_at(self.path, self.looks(start, end))
+        boxes = boxes_at(part_poses, self.outlines)
         farthest = self.speed * (end - start)
-        sweep_parts(self.before, self.after, self.outlines, stances, boxes, walk, farthest, out.fraction)
+        sweep_parts(self.before, self.after, self.outlines, part_poses, boxes, walk, farthest, out.fraction)
 
     def looks(self, start: float, end: float) -> np.ndarray:
         """Return even times from start to end [s] between which no part turns much, (T,)."""
-        spins = stances_at(self.path, np.array([start, 0.5 * (start + end), end])).spins
+        spins = part_poses_at(self.path, np.array([start, 0.5 * (start + end), end])).spins
         turn = np.sqrt((spins**2).sum(axis=2)).max() * (end - start)
         return np.linspace(start, end, 1 + min(MOST_LOOKS, 1 + int(turn / FINE)))
 
@@ -132,18 +132,18 @@ def samples_of(parts: BodyParts, part: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @njit(cache=True)
-def boxes_at(stances: Stances, outlines: Outlines) -> np.ndarray:
+def boxes_at(part_poses: PartPoses, outlines: Outlines) -> np.ndarray:
     """Return low and high corner, in the world, of the box around every part at all times together [m], (G, 2, 3)."""
     low, high = outlines.low, outlines.high
     boxes = np.empty((len(low), 2, 3))
     boxes[:, 0], boxes[:, 1] = np.inf, -np.inf
-    for t in range(len(stances.turns)):
+    for t in range(len(part_poses.turns)):
         for k in range(len(low)):
             for x in range(3):
-                middle = stances.places[t, k, x]
+                middle = part_poses.places[t, k, x]
                 half = 0.0
                 for y in range(3):
-                    turn = stances.turns[t, k, x, y]
+                    turn = part_poses.turns[t, k, x, y]
                     middle += 0.5 * turn * (low[k, y] + high[k, y])
                     # The box around a turned box: its half edges are those of the part times |R|.
                     half += 0.5 * abs(turn) * (high[k, y] - low[k, y])

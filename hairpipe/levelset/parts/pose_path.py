@@ -33,7 +33,7 @@ class PosePath(NamedTuple):
     frame: float
 
 
-class Stances(NamedTuple):
+class PartPoses(NamedTuple):
     """Poses and velocities of G parts at T times.
 
     times   time since the first frame [frames], (T,)
@@ -78,11 +78,11 @@ def spin_within(turn: np.ndarray, rate: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True)
-def stances_at(path: PosePath, times: np.ndarray) -> Stances:
+def part_poses_at(path: PosePath, times: np.ndarray) -> PartPoses:
     """Return the parts at times since the first frame [s], (T,); pure."""
     count = len(times)
     parts = len(path.places)
-    found = Stances(
+    found = PartPoses(
         np.empty(count),
         np.empty((count, parts, 3, 3)),
         np.empty((count, parts, 3)),

@@ -8,7 +8,7 @@ from numba import njit, prange
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import Vector, length, row
 from hairpipe.levelset.parts.field import PartField
-from hairpipe.levelset.parts.pose_path import Stances
+from hairpipe.levelset.parts.pose_path import PartPoses
 from hairpipe.levelset.parts.shape import (
     Shape,
     place_in,
@@ -34,7 +34,7 @@ def is_within(boxes: np.ndarray, part: int, x: Vector) -> bool:
 
 @inlined
 def nearest_part(
-    before: PartField, after: PartField, changes: np.ndarray, stances: Stances, boxes: np.ndarray, x: Vector
+    before: PartField, after: PartField, changes: np.ndarray, part_poses: PartPoses, boxes: np.ndarray, x: Vector
 ) -> tuple[int, float]:
     """Return the part nearest to a point at the first of the times, -1 where none is in reach, and its distance [m]."""
     found = -1
@@ -42,7 +42,7 @@ def nearest_part(
     for part in range(len(changes)):
         if is_within(boxes, part, x):  # Beyond its box a part is no nearer than the border of the band.
             shape = Shape(before, after, changes, part)
-            phi = shape_distance(shape, stances.times[0], place_in(stances, 0, part, x))
+            phi = shape_distance(shape, part_poses.times[0], place_in(part_poses, 0, part, x))
             if phi < nearest:
                 found, nearest = part, phi
     return found, nearest
@@ -67,7 +67,7 @@ class Places(NamedTuple):
 def probe_parts(
     before: PartField,
     after: PartField,
-    stances: Stances,
+    part_poses: PartPoses,
     parts: Places,
     points: np.ndarray,
     distance: np.ndarray,
@@ -82,20 +82,20 @@ def probe_parts(
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(len(points), (chunk + 1) * CHUNK)):
             x = row(points, i)
-            part, phi = nearest_part(before, after, changes, stances, boxes, x)
+            part, phi = nearest_part(before, after, changes, part_poses, boxes, x)
             if part < 0 or not phi < distance[i]:  # Written so that a NaN is not nearer.
                 continue
             distance[i] = phi
             if not phi < reach[i]:  # Normal and velocity cost more, and are asked for within reach only.
                 continue
             shape = Shape(before, after, changes, part)
-            X = place_in(stances, 0, part, x)
-            g = turned_out(stances, 0, part, shape_gradient(shape, stances.times[0], X))
+            X = place_in(part_poses, 0, part, x)
+            g = turned_out(part_poses, 0, part, shape_gradient(shape, part_poses.times[0], X))
             steep = length(g)
             scale = 1.0 / steep if steep > 0.0 else 0.0
             # u = (phi_0 - phi_1) / (dt |grad f|) along the normal; the slope is bounded, see `STEEP`.
             swell = -shape_change(shape, X) / (frame * max(steep, STEEP)) * scale
-            carried = velocity_of(stances, 0, part, x)
+            carried = velocity_of(part_poses, 0, part, x)
             for axis in range(3):
                 normal[i, axis] = scale * g[axis]
                 velocity[i, axis] = carried[axis] + swell * g[axis]

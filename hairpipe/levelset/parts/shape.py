@@ -9,7 +9,7 @@ from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import Vector
 from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.levelset.parts.field import FAR_OUTSIDE, PartField, part_distance
-from hairpipe.levelset.parts.pose_path import Stances
+from hairpipe.levelset.parts.pose_path import PartPoses
 
 
 class Shape(NamedTuple):
@@ -58,9 +58,9 @@ def shape_change(shape: Shape, X: Vector) -> float:
 
 
 @inlined
-def place_in(stances: Stances, t: int, part: int, x: Vector) -> Vector:
+def place_in(part_poses: PartPoses, t: int, part: int, x: Vector) -> Vector:
     """Return a point of the world [m] in the frame of a part, R^T (x - p)."""
-    R, p = stances.turns, stances.places
+    R, p = part_poses.turns, part_poses.places
     u, v, w = x[0] - p[t, part, 0], x[1] - p[t, part, 1], x[2] - p[t, part, 2]
     return (
         R[t, part, 0, 0] * u + R[t, part, 1, 0] * v + R[t, part, 2, 0] * w,
@@ -70,9 +70,9 @@ def place_in(stances: Stances, t: int, part: int, x: Vector) -> Vector:
 
 
 @inlined
-def turned_out(stances: Stances, t: int, part: int, g: Vector) -> Vector:
+def turned_out(part_poses: PartPoses, t: int, part: int, g: Vector) -> Vector:
     """Return a vector in the frame of a part in the world, R g."""
-    R = stances.turns
+    R = part_poses.turns
     return (
         R[t, part, 0, 0] * g[0] + R[t, part, 0, 1] * g[1] + R[t, part, 0, 2] * g[2],
         R[t, part, 1, 0] * g[0] + R[t, part, 1, 1] * g[1] + R[t, part, 1, 2] * g[2],
@@ -81,9 +81,9 @@ def turned_out(stances: Stances, t: int, part: int, g: Vector) -> Vector:
 
 
 @inlined
-def velocity_of(stances: Stances, t: int, part: int, x: Vector) -> Vector:
+def velocity_of(part_poses: PartPoses, t: int, part: int, x: Vector) -> Vector:
     """Return the velocity [m/s] of the part's frame at a point of the world [m], dp/dt + omega x (x - p)."""
-    p, w, d = stances.places, stances.spins, stances.drifts
+    p, w, d = part_poses.places, part_poses.spins, part_poses.drifts
     u, v, z = x[0] - p[t, part, 0], x[1] - p[t, part, 1], x[2] - p[t, part, 2]
     return (
         d[t, part, 0] + w[t, part, 1] * z - w[t, part, 2] * v,

@@ -9,7 +9,7 @@ from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import Vector, length, minus, mix, row
 from hairpipe.levelset.collider import Walk
 from hairpipe.levelset.parts.field import PartField
-from hairpipe.levelset.parts.pose_path import Stances
+from hairpipe.levelset.parts.pose_path import PartPoses
 from hairpipe.levelset.parts.probe import nearest_part
 from hairpipe.levelset.parts.shape import Shape, place_in, shape_change, shape_distance
 from hairpipe.levelset.sphere_tracing import (
@@ -72,7 +72,7 @@ def first_hit(shape: Shape, ray: SpaceTimeRay, low: Vector, high: Vector, kept: 
 
 
 @inlined
-def comes_by(boxes: np.ndarray, part: int, x: Vector, y: Vector) -> bool:
+def meets_box(boxes: np.ndarray, part: int, x: Vector, y: Vector) -> bool:
     """Tell whether the box around two points meets a part's."""
     meets = True
     for axis in range(3):
@@ -84,20 +84,20 @@ def comes_by(boxes: np.ndarray, part: int, x: Vector, y: Vector) -> bool:
 
 @inlined
 def first_hit_on_path(
-    shape: Shape, outlines: Outlines, stances: Stances, x: Vector, y: Vector, kept: float, soonest: float
+    shape: Shape, outlines: Outlines, part_poses: PartPoses, x: Vector, y: Vector, kept: float, soonest: float
 ) -> float:
     """Return the fraction of the way from x to y at which a part that moves gets nearer than `kept` [m], if sooner."""
-    if keeps_off(shape, stances, x, y, kept):
+    if stays_clear(shape, part_poses, x, y, kept):
         return soonest
-    times = stances.times
-    legs = len(stances.times) - 1
+    times = part_poses.times
+    legs = len(part_poses.times) - 1
     low, high = row(outlines.low, shape.part), row(outlines.high, shape.part)
-    end = place_in(stances, 0, shape.part, x)
+    end = place_in(part_poses, 0, shape.part, x)
     for t in range(legs):
         if t / legs >= soonest:  # Another part was hit before this leg begins.
             break
         start = end
-        end = place_in(stances, t + 1, shape.part, mix(x, y, (t + 1) / legs))
+        end = place_in(part_poses, t + 1, shape.part, mix(x, y, (t + 1) / legs))
         ray = SpaceTimeRay(start, minus(end, start), times[t], times[t + 1] - times[t])
         found = first_hit(shape, ray, low, high, kept)
         if found < np.inf:
@@ -106,15 +106,15 @@ def first_hit_on_path(
 
 
 @inlined
-def keeps_off(shape: Shape, stances: Stances, x: Vector, y: Vector, kept: float) -> bool:
+def stays_clear(shape: Shape, part_poses: PartPoses, x: Vector, y: Vector, kept: float) -> bool:
     """Tell whether the way from x to y, as a part sees it, is too short to get nearer than `kept` [m] on it."""
-    times = stances.times
-    legs = len(stances.times) - 1
-    start = end = place_in(stances, 0, shape.part, x)
+    times = part_poses.times
+    legs = len(part_poses.times) - 1
+    start = end = place_in(part_poses, 0, shape.part, x)
     way = 0.0
     for t in range(legs):
         last = end
-        end = place_in(stances, t + 1, shape.part, mix(x, y, (t + 1) / legs))
+        end = place_in(part_poses, t + 1, shape.part, mix(x, y, (t + 1) / legs))
         way += length(minus(end, last))  # The way as the part sees it, leg by leg: the part's own turning is in it.
     ray = SpaceTimeRay(start, minus(end, start), times[0], times[legs] - times[0])
     before, after = distance_on(shape, ray, 0.0) - kept, distance_on(shape, ray, 1.0) - kept
@@ -126,7 +126,7 @@ def sweep_parts(
     before: PartField,
     after: PartField,
     outlines: Outlines,
-    stances: Stances,
+    part_poses: PartPoses,
     boxes: np.ndarray,
     walk: Walk,
     farthest: float,
@@ -147,12 +147,12 @@ def sweep_parts(
             x, y = row(walk.before, i), row(walk.after, i)
             kept = -1.0
             for part in range(len(changes)):
-                if not comes_by(boxes, part, x, y):
+                if not meets_box(boxes, part, x, y):
                     continue
                 if kept < 0.0:
-                    _, phi = nearest_part(before, after, changes, stances, boxes, x)
+                    _, phi = nearest_part(before, after, changes, part_poses, boxes, x)
                     kept = min(walk.thickness[i], phi, 0.5 * before.background)
                     if phi <= 0.0:  # It begins inside: to come out is not a hit.
                         break
                 shape = Shape(before, after, changes, part)
-                fraction[i] = first_hit_on_path(shape, outlines, stances, x, y, kept, fraction[i])
+                fraction[i] = first_hit_on_path(shape, outlines, part_poses, x, y, kept, fraction[i])

@@ -8,7 +8,7 @@ import numpy as np
 from hairpipe.data import Table
 from hairpipe.data.table import table_of_columns
 from hairpipe.errors import BadInput
-from hairpipe.measure.climate.distances import TOLD, Criteria, Run, observable_distances, position_squares
+from hairpipe.measure.climate.distances import TESTED, Criteria, Run, observable_distances, position_squares
 from hairpipe.measure.climate.ensemble import (
     Interval,
     Sides,
@@ -27,7 +27,7 @@ LEAST = 4
 """Frames by which a climate can be told."""
 ERRORS = tuple(f"{name} [% of length]" for name in ("error", "low", "high", "floor"))
 BIASES = tuple(f"bias{name} [% of length]" for name in ("", " low", " high", " floor"))
-LOOKS = ("Z", "p", *(f"{name} T/F" for name in TOLD))
+LOOKS = ("Z", "p", *(f"{name} T/F" for name in TESTED))
 NUMBERS = (*ERRORS, "predicted [s]", *BIASES, "spread", *LOOKS)
 
 
@@ -75,7 +75,7 @@ def climate_table(
     if count + LEAST <= len(frames):
         seen = look(observable_distances(runs, frames[count:], criteria), sides)
         found |= zip(LOOKS, (seen.score, seen.p, *seen.ratios), strict=True)
-    return _table(found, said_of(frames, count, spreads, criteria.tolerance), "")
+    return _table(found, describe_chaos(frames, count, spreads, criteria.tolerance), "")
 
 
 def predictable(spreads: np.ndarray, tolerance: float) -> int:
@@ -91,7 +91,7 @@ def predictable(spreads: np.ndarray, tolerance: float) -> int:
     return count
 
 
-def said_of(frames: Sequence[int], count: int, spreads: np.ndarray, tolerance: float) -> str:
+def describe_chaos(frames: Sequence[int], count: int, spreads: np.ndarray, tolerance: float) -> str:
     """Say whether hair that can be predicted for so many frames is chaotic, and why."""
     apart = f"two references are at most {spreads.max():.2g} % of length apart, {50.0 * tolerance:.2g} % is allowed"
     if count == len(frames):

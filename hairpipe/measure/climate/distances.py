@@ -63,7 +63,7 @@ OBSERVABLES: Mapping[str, Callable[[Any, Any], float]] = {
     "strain": _apart,
 }
 """What is seen of each frame, and the distance of what is seen of two runs; `seen` gives it in this order."""
-TOLD = (*OBSERVABLES, "speed spectrum")
+TESTED = (*OBSERVABLES, "speed spectrum")
 """The same, and what is seen of all frames together."""
 
 

@@ -128,7 +128,7 @@ def hold_broken(model: StrandModel, state: State, began: Began, step: Step) -> N
     for block, lane in np.argwhere(broken).tolist():
         rows = slice(model.first[block], model.first[block + 1])
         here = began.x[rows, :, lane].astype(float)
-        there = carried_with(here, ends[block, :clamped, :, lane].astype(float))
+        there = moved_rigidly(here, ends[block, :clamped, :, lane].astype(float))
         if len(step.held) and step.held[block, lane] > 0.0:
             there += np.linspace(0.0, 1.0, len(there))[:, None] * (ends[block, -1, :, lane] - there[-1])
             there[-clamped:] = ends[block, clamped:, :, lane]
@@ -139,7 +139,7 @@ def hold_broken(model: StrandModel, state: State, began: Began, step: Step) -> N
     np.copyto(state.T, T, where=rows_of(model, broken != 0.0))
 
 
-def carried_with(points: np.ndarray, clamp: np.ndarray) -> np.ndarray:
+def moved_rigidly(points: np.ndarray, clamp: np.ndarray) -> np.ndarray:
     """Move the particles of a strand [m], (n, 3), rigidly so that the first of them come to a clamp [m], (c, 3); pure.
 
     The rotation is the least-squares fit; if all particles of a clamp lie on one axis, there is no rotation about it.

@@ -214,11 +214,11 @@ def _guess_block(model, block, at, stage, rule):
     part, its_stage = _of_block(model, block, at, stage)
     bad = _guess(model, block, part, its_stage, h, rule.guard)
     if any_lane(bad):
-        _carry(model, block, part, its_stage, h, bad, rule)
+        _fall_back(model, block, part, its_stage, h, bad, rule)
 
 
 @njit(cache=True, error_model="numpy")
-def _carry(model, block, at, stage, h, bad, rule):
+def _fall_back(model, block, at, stage, h, bad, rule):
     """Carry the lanes that are bad by backward Euler over the span of the stage, in place."""
     x, v, T = at
     before = stage.before

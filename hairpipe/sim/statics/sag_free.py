@@ -44,7 +44,7 @@ STEP = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
-class Stance:
+class InitialState:
     """How strands start.
 
     positions        [m], (rows, 3, W)
@@ -73,21 +73,21 @@ class Equilibrium:
     strains: np.ndarray
 
 
-def carry_weight(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> Equilibrium:
+def find_equilibrium(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> Equilibrium:
     """Find the springs, or what a model has in their place, that carry strands at x [m], (rows, 3, W).
 
     gravity  [m/s^2], (3,)
     """
-    carry = kind_of(model).carry
-    if carry is not None:
-        return Equilibrium(*carry(model, x, gravity))
+    equilibrium = kind_of(model).equilibrium
+    if equilibrium is not None:
+        return Equilibrium(*equilibrium(model, x, gravity))
     lengths, tensions = np.zeros_like(model.inverse_lengths), np.zeros_like(model.inverse_lengths)
     strains = np.zeros((len(model.first) - 1, x.shape[2]))
-    _carry_all(model, x, gravity, tensions, lengths, strains)
+    _balance_all(model, x, gravity, tensions, lengths, strains)
     return Equilibrium(lengths, tensions, strains)
 
 
-def stands(model: StrandModel, x: np.ndarray, found: Equilibrium, limit: float) -> np.ndarray:
+def are_stable(model: StrandModel, x: np.ndarray, found: Equilibrium, limit: float) -> np.ndarray:
     """Tell which strands stand at x [m] with the springs that were found, none strained too far, (blocks, W) bool."""
     model = model._replace(inverse_lengths=found.inverse_lengths)
     stable = np.zeros_like(found.strains)
@@ -99,9 +99,9 @@ def stands(model: StrandModel, x: np.ndarray, found: Equilibrium, limit: float) 
     return (stable > 0.0) & (found.strains <= limit)
 
 
-def stand(
+def find_initial_state(
     model: StrandModel, layout: Layout, ids: np.ndarray, x: np.ndarray, gravity: np.ndarray, wanted: SagFree
-) -> Stance:
+) -> InitialState:
     """Let strands stand as they are placed, and do with those that cannot as is wanted, which is said.
 
     ids      of the strands, to name them
@@ -110,19 +110,19 @@ def stand(
 
     Raises BadInput where the model has too few springs for it, or where strands that cannot stand are refused.
     """
-    if kind_of(model).carry is None and model.inverse_lengths.shape[1] != SPRINGS:
+    if kind_of(model).equilibrium is None and model.inverse_lengths.shape[1] != SPRINGS:
         said = f"a {kind_of(model).name} has no equilibrium in a groomed shape"
         raise BadInput(said, where="model", right='"network" or "rod"')
-    found = carry_weight(model, x, gravity)
-    able = stands(model, x, found, wanted.strain)
+    found = find_equilibrium(model, x, gravity)
+    able = are_stable(model, x, found, wanted.strain)
     _report(able, layout, ids, wanted.unstable)
     keeps = np.repeat(able, np.diff(layout.first), axis=0)
     lengths = np.where(keeps[:, None], found.inverse_lengths, model.inverse_lengths)
     tensions = np.where(keeps[:, None], found.tensions, 0.0)
     if wanted.unstable == "fall" or able.all():
-        return Stance(x, lengths, tensions, keeps)
+        return InitialState(x, lengths, tensions, keeps)
     settled = settle(model, layout, ids, x, gravity, ~able)
-    return Stance(
+    return InitialState(
         settled.positions, lengths, np.where(keeps[:, None], tensions, settled.tensions), np.full_like(keeps, True)
     )
 
@@ -152,7 +152,7 @@ def _direction(x, p, q):
 
 
 @inlined
-def _carry(x, b, T, q):
+def _solve_tensions(x, b, T, q):
     """Find the three tensions that carry b_q [N], and hand them on to the particles they pull at, in place."""
     d1, d2, d3 = _direction(x, q - 1, q)[0], _direction(x, q - 2, q)[0], _direction(x, q - 3, q)[0]
     f = load(b, (q, 0)), load(b, (q, 1)), load(b, (q, 2))
@@ -166,7 +166,7 @@ def _carry(x, b, T, q):
 
 
 @njit(cache=True, error_model="numpy")
-def _carry_block(model, block, x, gravity, T, lengths, strains):
+def _balance_block(model, block, x, gravity, T, lengths, strains):
     first = model.first[block]
     count = x.shape[0]
     b = np.empty_like(x)
@@ -174,7 +174,7 @@ def _carry_block(model, block, x, gravity, T, lengths, strains):
         for c in range(3):
             store(b, (p, c), gravity[c] * load(model.mass, (first + p,)))
     for q in range(count - 1, shape_of(model).clamped - 1, -1):  # From the tip: a particle passes on what hangs on it.
-        _carry(x, b, T, q)
+        _solve_tensions(x, b, T, q)
     worst = nothing = 0.0 * load(x, (0, 0))
     for p in range(count):
         for o in range(1, springs_from(model, p, count) + 1):
@@ -186,14 +186,14 @@ def _carry_block(model, block, x, gravity, T, lengths, strains):
 
 
 @njit(cache=True, parallel=True)
-def _carry_all(model, x, gravity, T, lengths, strains):
+def _balance_all(model, x, gravity, T, lengths, strains):
     """Fill tensions, inverse rest lengths and strains of all strands, in place."""
     for block in prange(len(model.first) - 1):
         # Numba counts blocks without sign, and would compile all below for that once more.
-        _carry_some(model, np.int64(block), x, gravity, T, lengths, strains)
+        _balance_some(model, np.int64(block), x, gravity, T, lengths, strains)
 
 
 @njit(cache=True)
-def _carry_some(model, block, x, gravity, T, lengths, strains):
+def _balance_some(model, block, x, gravity, T, lengths, strains):
     rows = slice(model.first[block], model.first[block + 1])
-    _carry_block(model, block, x[rows], gravity, T[rows], lengths[rows], strains)
+    _balance_block(model, block, x[rows], gravity, T[rows], lengths[rows], strains)

@@ -85,7 +85,7 @@ def _follow_nothing(model, block, at, dx, b, h):
 
 
 Build = Callable[[Layout, Groom, Material, Construction], tuple[Any, np.ndarray]]
-Carry = Callable[[Any, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
+FindEquilibrium = Callable[[Any, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,9 +98,9 @@ class ModelKind:
     build   makes the models of a groom in a layout, and their particles at rest [m], (rows, 3, W) float64; raises
             BadInput for unsuitable grooms
     warn    warns once per shot of properties of the material that the model ignores
-    carry   finds the rest state of strands in equilibrium at x [m], (rows, 3, W), under gravity [m/s^2], (3,): rest
-            state and T, both like `inverse_lengths`, and the largest strain of an edge, (blocks, W); None: springs do
 
+    equilibrium   finds the rest state of strands in equilibrium at x [m], (rows, 3, W), under gravity [m/s^2], (3,):
+                  rest state and T, like `inverse_lengths`, and largest strain of an edge, (blocks, W); None: springs
     single_limit  number of explicit steps per step up to which single precision is chosen, see `sim/precision.py`;
                   0, for a model without measurements: never
 
@@ -118,7 +118,7 @@ class ModelKind:
     hold_tip: Any = _hold_nothing
     follow_solve: Any = _follow_nothing
     warn: Callable[[Groom, Material], None] = lambda groom, material: None
-    carry: Carry | None = None
+    equilibrium: FindEquilibrium | None = None
     single_limit: float = 0.0
 
 

@@ -52,13 +52,13 @@ def perturb(axis: np.ndarray, normals: np.ndarray, turn: float | np.ndarray = TU
     axis = np.concatenate([2 * axis[:, :1] - axis[:, 1:2], axis], axis=1)
     edges = np.diff(axis, axis=1)
     lengths = np.linalg.norm(edges, axis=2, keepdims=True)
-    off_axis = (axis[:, :-1] + axis[:, 1:]) / 2 + HEIGHT * lengths * _carried(edges / lengths, normals, turn)
+    off_axis = (axis[:, :-1] + axis[:, 1:]) / 2 + HEIGHT * lengths * _transported(edges / lengths, normals, turn)
     particles = np.empty((len(axis), 2 * axis.shape[1] - 1, 3))
     particles[:, ::2], particles[:, 1::2] = axis, off_axis
     return particles
 
 
-def _carried(tangents: np.ndarray, first: np.ndarray, turn: float | np.ndarray) -> np.ndarray:
+def _transported(tangents: np.ndarray, first: np.ndarray, turn: float | np.ndarray) -> np.ndarray:
     """Transport unit normals, (s, 3), along the axis without twist, and turn them at every segment, (s, n+1, 3).
 
     The turn reverses its sense every REVERSAL segments.

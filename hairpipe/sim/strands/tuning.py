@@ -19,11 +19,11 @@ CELL = 0.006
 """Of the grid that takes the place of pairs [m]."""
 LOCKS = (4, 16)
 """Hairs in a lock, at most."""
-LOCKED_BESIDE = ("model", "precision", "segments", "steps", "voxels", "collisions", "keys")
+COMPATIBLE_WITH_LOCKS = ("model", "precision", "segments", "steps", "voxels", "collisions", "keys")
 """Axes to which locks can be added, as they need contact pair by pair."""
 PARTICLES = (2000, 500)
 """So many particles are simulated in place of at least as many strands."""
-LED = {"ends", "target"}
+PRESCRIBED = {"ends", "target"}
 """Sockets that lead strands, and do not lead particles."""
 SHARED = ("gravity", "air", "wind", "checkpoint")
 """Settings that a simulation of particles has in common with one of strands."""
@@ -82,18 +82,18 @@ def of_locks(settings: Settings, sockets: Collection[str]) -> Iterator[Simplific
     if stiction is not None and not (swept or others or "ends" in sockets):
         for level, most in enumerate(LOCKS, 1):
             puts = (("locks.most", most),)
-            yield Simplification("locks", level, f"locks of up to {most} hairs", puts, beside=LOCKED_BESIDE)
+            yield Simplification("locks", level, f"locks of up to {most} hairs", puts, compatible=COMPATIBLE_WITH_LOCKS)
 
 
 def of_particles(settings: Settings, sockets: Collection[str]) -> Iterator[Simplification]:
     """Simulate particles in place of strands, where these are led by a body alone and weigh something."""
-    instead = f"{__name__}:{carried_by_particles.__name__}"
-    for level, count in enumerate(() if LED & set(sockets) or not settings["gravity"] else PARTICLES, 1):
+    instead = f"{__name__}:{deformed_by_particles.__name__}"
+    for level, count in enumerate(() if PRESCRIBED & set(sockets) or not settings["gravity"] else PARTICLES, 1):
         text = f"{count:,} particles, not strands"
-        yield Simplification("particles", level, text, instead=instead, count=count, beside=("voxels",))
+        yield Simplification("particles", level, text, instead=instead, count=count, compatible=("voxels",))
 
 
-def carried_by_particles(name: str, table: dict[str, Any], whole: str, part: Simplification) -> dict[str, Any]:
+def deformed_by_particles(name: str, table: dict[str, Any], whole: str, part: Simplification) -> dict[str, Any]:
     """Make the nodes that simulate particles, which deform the hair, in place of a simulation of strands; pure.
 
     name   name of the node
@@ -111,8 +111,8 @@ def carried_by_particles(name: str, table: dict[str, Any], whole: str, part: Sim
     moved |= {"interaction": {}} if any(group in table for group, _ in GROUPS) else {}
     friction = table.get("contact", {}).get("friction")
     moved |= {"contact": {"friction": friction}} if friction is not None else {}
-    carriers = {"cloud": cloud, "particles": particles, "groom": table["in"]["groom"]}
-    carried = {"type": "carry_strands", "in": carriers | around}
+    inputs = {"cloud": cloud, "particles": particles, "groom": table["in"]["groom"]}
+    carried = {"type": "carry_strands", "in": inputs | around}
     carried |= {"diameter": material["diameter"]} if "diameter" in material else {}
     sampled = {"type": "sample_particles", "in": {"groom": whole}, "particles": part.count} | fibre
     return {particles: sampled, cloud: moved, name: carried}

@@ -32,7 +32,7 @@ TUNE = "tune shot.toml --node sum --tolerance 2mm -q"
 @pytest.fixture
 def tuned(shot: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The shot, with an outcome that is there at once."""
-    monkeypatch.setattr(tuning, "tune", lambda task, say: TUNED)
+    monkeypatch.setattr(tuning, "tune", lambda task, echo: TUNED)
     return shot
 
 

@@ -14,7 +14,7 @@ def test_the_table_of_the_paper_stands_beside_ours(monkeypatch, hairpipe, tmp_pa
     monkeypatch.setenv(TABLE, os.environ[TABLE])
     given = {}
 
-    def measure_scene(say, path, store, overrides, settling, threads):
+    def measure_scene(echo, path, store, overrides, settling, threads):
         given.update({path.stem: path}, overrides=overrides, moving=settling)
         for count in threads:
             yield {"strands": 99, "threads": count, "frame [s]": 4.25 / count}, {"strands": 1.5, "search": 2.5}

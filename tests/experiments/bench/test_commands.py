@@ -19,8 +19,8 @@ def table(monkeypatch):
 
 
 def test_progress_is_no_result(monkeypatch, bench):
-    def measure(say):
-        say("17 strands")
+    def measure(echo):
+        echo("17 strands")
         return Report("core", MACHINE, {"kernels": [{"kernel": "solve", "median [ns a particle]": 44.04}]})
 
     monkeypatch.setattr(core, "measure_core", measure)
@@ -39,7 +39,9 @@ def test_a_table_that_is_wider_than_the_screen_is_whole(monkeypatch, bench):
     case = {"segments": 1_000_000, "between": "locks", "threads": 2, "frame [s]": 117.5, **shares}
     given = []
     monkeypatch.setattr(
-        contact, "measure_contact", lambda say, *words: given.append(words) or Report("contact", MACHINE, {"x": [case]})
+        contact,
+        "measure_contact",
+        lambda echo, *words: given.append(words) or Report("contact", MACHINE, {"x": [case]}),
     )
     lines = [line.split() for line in bench("contact --between locks --moving 8").stdout.splitlines()]
     assert given == [(contact.SEGMENTS, ("locks",), 8)]
@@ -52,7 +54,7 @@ def test_faults_are_a_table_and_an_exit_code(bench, monkeypatch, found, code):
     for fault in ["", *found]:
         count.add(fault)
     tables = {"trials": [count.case], "faults": [{"fault": fault} for fault in found]}
-    monkeypatch.setattr(faults, "try_faults", lambda say, check, seed: Report("faults", MACHINE, tables))
+    monkeypatch.setattr(faults, "try_faults", lambda echo, check, seed: Report("faults", MACHINE, tables))
     result = bench("faults --seed 7")
     assert result.exit_code == code and all(fault in result.stdout for fault in found)
     assert json.loads(bench("faults --json").stdout)["tables"]["trials"][0]["faults"] == code

@@ -16,7 +16,7 @@ HEAD = re.compile(r"commit (?:[0-9a-f]{7}\b|of version )[^;]*; machine [^;]+; co
 def test_promises_are_a_table_below_commit_machine_and_command(bench, monkeypatch, tmp_path):
     tried = []
 
-    def try_promise(shot, number, scene, run, say):
+    def try_promise(shot, number, scene, run, echo):
         tried.append(number)
         return promises.Promise(number, scene, None)
 
@@ -34,7 +34,7 @@ def test_promises_are_a_table_below_commit_machine_and_command(bench, monkeypatc
 def test_needs_are_a_row_for_every_scene_and_tolerance(bench, monkeypatch, tmp_path):
     given = []
 
-    def needs_of(shots, hair, tolerances, pace, say):
+    def needs_of(shots, hair, tolerances, pace, echo):
         given.append(([*shots], hair, tolerances))
         return [needs.Need(name, tolerance, None) for name in shots for tolerance in tolerances]
 

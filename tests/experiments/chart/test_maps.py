@@ -6,7 +6,7 @@ from PIL import Image
 
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
-from hairpipe.graphs.experiments.chart.maps import MapColumns, draw_maps, shortest, spoken
+from hairpipe.graphs.experiments.chart.maps import MapColumns, draw_maps, formatted, shortest
 
 NAMES = ["case", "step [s]", "motion", "error [%]", "failed"]
 ROWS = [
@@ -48,8 +48,8 @@ def test_limits_that_do_not_ascend_are_refused(tmp_path, limits):
 
 
 def test_steps_are_said_as_people_say_them():
-    assert [spoken(step) for step in (1 / 24, 1e-4, 0.5, 1.0)] == ["1/24", "1/10000", "1/2", "1"]
-    assert [spoken(share) for share in (0.7, 0.6, 0.4, 0.3, 0.15)] == ["0.7", "0.6", "0.4", "0.3", "0.15"]
+    assert [formatted(step) for step in (1 / 24, 1e-4, 0.5, 1.0)] == ["1/24", "1/10000", "1/2", "1"]
+    assert [formatted(share) for share in (0.7, 0.6, 0.4, 0.3, 0.15)] == ["0.7", "0.6", "0.4", "0.3", "0.15"]
 
 
 def test_numbers_fit_into_a_cell():

@@ -104,11 +104,11 @@ def test_every_row_has_what_was_promised_and_what_came_of_it():
 def test_a_choice_is_checked_in_the_other_motion_on_strands_that_were_not_sampled(monkeypatch, tmp_path):
     asked = []
 
-    def checked(request, sample, scene, parts, say):
+    def checked(request, sample, scene, parts, echo):
         asked.append((request.shot.frames, sample.number, parts))
         return GOOD
 
-    monkeypatch.setattr(promises, "tune", lambda request, say: TUNED)
+    monkeypatch.setattr(promises, "tune", lambda request, echo: TUNED)
     monkeypatch.setattr(promises, "look_at", lambda request: Scene(300, None, None))
     monkeypatch.setattr(promises, "sample_of", lambda request, scene: SAMPLE)
     monkeypatch.setattr(promises, "checked", checked)
@@ -116,10 +116,10 @@ def test_a_choice_is_checked_in_the_other_motion_on_strands_that_were_not_sample
     assert promises.try_promise(shot, 1, SCENE, never, print) == promise(1)
     assert asked == [(range(1, 41), 1, frozenset([DRY]))]
 
-    monkeypatch.setattr(promises, "tune", lambda request, say: NOTHING)
+    monkeypatch.setattr(promises, "tune", lambda request, echo: NOTHING)
     assert promises.try_promise(shot, 3, SCENE, never, print) == promise(3, NOTHING, None)
 
-    def stuck(request, say):
+    def stuck(request, echo):
         raise Untunable("the unchanged graph fails on the sample")
 
     monkeypatch.setattr(promises, "tune", stuck)
@@ -131,7 +131,7 @@ def test_what_scenes_need_is_a_row_for_every_tolerance(monkeypatch, tmp_path):
     floor = Chaos(4e-4, 11, 0.46, 12, True, 13.0, 5.8)
     kept_at_first = {DRY: found(0.3), CHAIN: found(0.4, 1.5), FEWER: found(9.0, 0.5)}
     answers = [TUNED, replace(NOTHING, reference=floor, singles=kept_at_first)]
-    monkeypatch.setattr(needs, "tune", lambda request, say: answers.pop(0))
+    monkeypatch.setattr(needs, "tune", lambda request, echo: answers.pop(0))
     said = []
     pace = Pace(2, lambda: never, said.append)
     shots = {"short": load(TEXT, cache=tmp_path / "cache")}

@@ -9,7 +9,7 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.file.trust import Untrusted, code_in, doubt_about, register, revoke, shipped_folders, trust, trusted
+from hairpipe.graph.file.trust import Untrusted, code_in, register, revoke, shipped_folders, trust, trust_error, trusted
 from hairpipe.graph.key.code import CodeReader
 from hairpipe.graph.run.events import Options
 from hairpipe.graph.run.scheduler import run
@@ -94,8 +94,8 @@ def test_copies_are_trusted_together(shot):
     trust(shot.nodes, code_in(shot.nodes))
     copy = shot.folder / "other" / "nodes"
     shutil.copytree(shot.nodes, copy)
-    assert doubt_about(copy) is None
-    assert revoke(copy) and doubt_about(shot.nodes) and not revoke(copy)
+    assert trust_error(copy) is None
+    assert revoke(copy) and trust_error(shot.nodes) and not revoke(copy)
 
 
 def test_a_graph_that_needs_nothing_of_a_folder_does_without(marked):
@@ -111,13 +111,13 @@ def test_a_graph_that_needs_nothing_of_a_folder_does_without(marked):
 def test_folders_that_the_environment_names_are_trusted(shot, monkeypatch):
     monkeypatch.setenv("HAIRPIPE_TRUST", os.pathsep.join(["", "nodes", str(shot.folder / "other")]))
     monkeypatch.chdir(shot.folder)
-    assert doubt_about(shot.nodes), "a relative path names whatever folder one is in"
+    assert trust_error(shot.nodes), "a relative path names whatever folder one is in"
     monkeypatch.setenv("HAIRPIPE_TRUST", os.pathsep.join(["/none", str(shot.nodes)]))
-    assert doubt_about(shot.nodes) is None
+    assert trust_error(shot.nodes) is None
 
 
 def test_our_own_nodes_need_nothing():
-    assert all(doubt_about(folder) is None for folder in shipped_folders())
+    assert all(trust_error(folder) is None for folder in shipped_folders())
     assert {folder.parent.name for folder in shipped_folders()} >= {"experiments"}
 
 
@@ -131,9 +131,9 @@ def test_what_others_can_have_written_does_not_count(shot, which):
     else:
         (register() if which == "folder" else path).chmod(0o777)
     assert not list(trusted())
-    assert "is not trusted" in str(doubt_about(shot.nodes))
+    assert "is not trusted" in str(trust_error(shot.nodes))
     if which == "folder":
-        assert f"{register()} can be written to by others" in str(doubt_about(shot.nodes))
+        assert f"{register()} can be written to by others" in str(trust_error(shot.nodes))
         with pytest.raises(BadInput, match="chmod"):
             trust(shot.nodes, code_in(shot.nodes))
 
@@ -141,7 +141,7 @@ def test_what_others_can_have_written_does_not_count(shot, which):
 def test_what_belongs_to_somebody_else_does_not_count(shot, monkeypatch):
     trust(shot.nodes, code_in(shot.nodes))
     monkeypatch.setattr(os, "geteuid", lambda: 12345)
-    assert not list(trusted()) and "belongs to somebody else" in str(doubt_about(shot.nodes))
+    assert not list(trusted()) and "belongs to somebody else" in str(trust_error(shot.nodes))
 
 
 def test_a_damaged_entry_is_none(shot):
@@ -149,12 +149,12 @@ def test_a_damaged_entry_is_none(shot):
     (path,) = register().glob("*.json")
     for text in ("", "[1]", "null", json.dumps({"folder": 3, "files": {}}), json.dumps({"folder": "/", "files": 3})):
         path.write_text(text)
-        assert doubt_about(shot.nodes)
+        assert trust_error(shot.nodes)
 
 
 def test_without_a_home_nothing_is_trusted(shot, monkeypatch):
     monkeypatch.delenv("XDG_CONFIG_HOME")
     monkeypatch.setattr(os.path, "expanduser", lambda path: path)
-    assert "no folder for the list of trusted code" in str(doubt_about(shot.nodes))
+    assert "no folder for the list of trusted code" in str(trust_error(shot.nodes))
     with pytest.raises(OSError, match="no home folder"):
         trust(shot.nodes, code_in(shot.nodes))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.levelset.parts.pose_path import path_between, stances_at
+from hairpipe.levelset.parts.pose_path import part_poses_at, path_between
 
 FRAME = 1 / 24
 
@@ -25,7 +25,7 @@ def path(t):
 
 
 def stance(t, a):
-    return stances_at(path(t), np.array([a * FRAME]))
+    return part_poses_at(path(t), np.array([a * FRAME]))
 
 
 @pytest.mark.parametrize("a", [0.0, 1.0])
@@ -54,7 +54,7 @@ def test_velocities_are_those_of_the_path_and_do_not_jump_at_a_frame():
 def test_its_error_falls_with_the_fourth_power_of_the_interval():
     def worst(step):
         found = path_between(*(np.array([f(s)]) for s in (0.3, 0.3 + step) for f in (pose, rate)), FRAME * step)
-        middle = stances_at(found, np.array([0.5 * FRAME * step]))
+        middle = part_poses_at(found, np.array([0.5 * FRAME * step]))
         true = pose(0.3 + 0.5 * step)
         return np.abs(middle.turns[0, 0] - true[:, :3]).max(), np.abs(middle.places[0, 0] - true[:, 3]).max()
 
@@ -71,6 +71,6 @@ def test_a_steady_turn_and_a_parabola_are_exact():
     rates = [(at(a + 1e-5) - at(a - 1e-5)) / (2e-5 * FRAME) for a in (0.0, 1.0)]
     found = path_between(at(0.0)[None], rates[0][None], at(1.0)[None], rates[1][None], FRAME)
     times = np.linspace(0.0, 1.0, 7)
-    now = stances_at(found, times * FRAME)
+    now = part_poses_at(found, times * FRAME)
     assert np.allclose(now.turns[:, 0], [at(a)[:, :3] for a in times], atol=1e-9)
     assert np.allclose(now.places[:, 0], [at(a)[:, 3] for a in times], atol=1e-9)

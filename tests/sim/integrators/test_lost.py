@@ -8,7 +8,7 @@ import pytest
 
 from hairpipe.data import Ends
 from hairpipe.sim.hair_model import build_hair, build_models
-from hairpipe.sim.integrators.lost import carried_with
+from hairpipe.sim.integrators.lost import moved_rigidly
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Collisions, Scene, Scheme, StepControl, StrainLimit
 from hairpipe.sim.shot import Frame
@@ -131,12 +131,12 @@ def test_a_strand_is_carried_rigidly_with_its_clamp(clamped):
     turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
     turn *= np.linalg.det(turn)
     points, shift = random.normal(size=(9, 3)), np.array([1.0, -2.0, 3.0])
-    there = carried_with(points, points[:clamped] @ turn.T + shift)
+    there = moved_rigidly(points, points[:clamped] @ turn.T + shift)
     np.testing.assert_allclose(there[:clamped], points[:clamped] @ turn.T + shift, atol=1e-6)
     distances = [np.linalg.norm(each[:, None] - each[None], axis=2) for each in (points, there)]
     np.testing.assert_allclose(*distances, atol=1e-12)
     if clamped == 3:
         np.testing.assert_allclose(there, points @ turn.T + shift, atol=1e-6)
     else:
-        still = carried_with(points, points[:clamped] + shift)
+        still = moved_rigidly(points, points[:clamped] + shift)
         np.testing.assert_allclose(still, points + shift, atol=1e-12)

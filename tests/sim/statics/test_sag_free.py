@@ -14,7 +14,7 @@ from hairpipe.sim.material import Material
 from hairpipe.sim.settings import SagFree
 from hairpipe.sim.simulate import advance_frame, start
 from hairpipe.sim.statics.hessian import assemble, find_stable, tangent
-from hairpipe.sim.statics.sag_free import STEP, carry_weight, stand
+from hairpipe.sim.statics.sag_free import STEP, find_equilibrium, find_initial_state
 
 GRAVITY = np.array([0.0, -9.81, 0.0])
 OUT, UP, DOWN = [1, 0, 0], [0, 1, 0], [0, -1, 0]
@@ -43,7 +43,7 @@ def sag_free(scene):
 
 def is_stable(hair):
     """The verdict on a pose, beside the smallest eigenvalue of its tangent."""
-    found = carry_weight(hair.model, hair.rest, GRAVITY)
+    found = find_equilibrium(hair.model, hair.rest, GRAVITY)
     model = hair.model._replace(inverse_lengths=found.inverse_lengths)
     lanes = hair.rest.shape[2]
     steps = np.full((1, lanes), STEP * np.linalg.norm(hair.rest[2, :, 0] - hair.rest[0, :, 0]))
@@ -61,7 +61,7 @@ def is_stable(hair):
 def test_groomed_strands_are_in_equilibrium_to_rounding(scene, straight, softening):
     strands = [straight(0.3, 50, DOWN), straight(0.1, 50, OUT), straight(0.05, 50, UP), straight(0.3, 50, OUT)]
     hair = scene([*strands, curl(segments=50)], Material(softening=softening)).hair
-    found = carry_weight(hair.model, hair.rest, GRAVITY)
+    found = find_equilibrium(hair.model, hair.rest, GRAVITY)
     model = hair.model._replace(inverse_lengths=found.inverse_lengths)
     left = (
         assemble(model, 0, hair.rest, np.zeros_like(model.inverse_lengths), 0)[1]
@@ -181,10 +181,10 @@ def test_a_strand_that_is_not_finite_does_not_take_others_along(scene, straight)
     lost = hair.rest.copy()
     lost[20, :, 0] = np.nan
     with pytest.warns(UserWarning, match="1 of 2 strands .* and fall: strands 0"):
-        stance = stand(hair.model, hair.layout, hair.groom.ids, lost, GRAVITY, SagFree())
-    np.testing.assert_array_equal(stance.inverse_lengths[..., 0], hair.model.inverse_lengths[..., 0])
-    found = carry_weight(hair.model, hair.rest, GRAVITY)
-    np.testing.assert_array_equal(stance.tensions[..., 1], found.tensions[..., 1])
+        initial = find_initial_state(hair.model, hair.layout, hair.groom.ids, lost, GRAVITY, SagFree())
+    np.testing.assert_array_equal(initial.inverse_lengths[..., 0], hair.model.inverse_lengths[..., 0])
+    found = find_equilibrium(hair.model, hair.rest, GRAVITY)
+    np.testing.assert_array_equal(initial.tensions[..., 1], found.tensions[..., 1])
 
 
 def test_result_does_not_depend_on_threads_or_other_strands(sag_free, straight):

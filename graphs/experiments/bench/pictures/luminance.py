@@ -31,12 +31,12 @@ class Lock(NamedTuple):
     traced: float
 
 
-def measure_luminance(say: Callable[[str], None], strands: int = 3000, samples: int = 32) -> list[Lock]:
+def measure_luminance(echo: Callable[[str], None], strands: int = 3000, samples: int = 32) -> list[Lock]:
     """Take both pictures of a lock of each colour, and report progress; BadInput where Blender is not installed."""
     lock = make_lock(strands)
     measured = []
     for name, colour in COLOURS.items():
-        say(f"a {name} lock")
+        echo(f"a {name} lock")
         shade = np.array(colour)
         fibre = Fibre(1.0, np.array(colour))
         with tempfile.TemporaryDirectory() as folder:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hairpipe.bench.report import Case, Report, Say, in_seconds, make_report
+from hairpipe.bench.report import Case, Echo, Report, in_seconds, make_report
 from hairpipe.bench.shares import shares_of
 from hairpipe.body.mannequin.bust import build_bust
 from hairpipe.data import Mesh, Strands
@@ -44,7 +44,7 @@ HAIR = ((4_000, 26), (10_000, 51), (100_000, 26))
 """Strands, and points of each."""
 
 
-def measure_picture(say: Say, sizes: tuple[tuple[int, int], ...] = HAIR, times: int = 5) -> Report:
+def measure_picture(echo: Echo, sizes: tuple[tuple[int, int], ...] = HAIR, times: int = 5) -> Report:
     """Take pictures of hair at rest on our bust, and report progress.
 
     sizes  strands, and points of each
@@ -53,15 +53,15 @@ def measure_picture(say: Say, sizes: tuple[tuple[int, int], ...] = HAIR, times: 
     bust = build_bust()
     cases = list[Case]()
     for strands, points in sizes:
-        say(f"{strands:,} strands of {points} points")
+        echo(f"{strands:,} strands of {points} points")
         groom = grow(Canvas(bust, no_image, 0), Style(length=PaintedMetres(LENGTH)), None, strands, Cut(points - 1))
         at_rest = groom.points.astype(np.float32)
         hair = Strands(at_rest, np.zeros_like(at_rest), groom.offsets, Material().diameter)
         cases.append({"strands": strands, "points": points, **_costs(hair, mesh_at(bust, 0.0), times)})
     try:
-        locks = measure_luminance(say)
+        locks = measure_luminance(echo)
     except BadInput as missing:
-        say(f"no luminance: {missing}")
+        echo(f"no luminance: {missing}")
         locks = []
     luminance: list[Case] = [
         {"colour": lock.colour, "dual": lock.dual, "Cycles": lock.traced, "ratio": lock.dual / lock.traced}

@@ -10,7 +10,7 @@ from hairpipe.sim.solve.stretch import set_tensions
 from hairpipe.sim.state import State
 from hairpipe.sim.strands.lattice import tetrahedra
 from hairpipe.sim.strands.network import Network
-from hairpipe.sim.strands.rod.frames import BENDING, GHOST, TWIST, TWISTING, carry_frame
+from hairpipe.sim.strands.rod.frames import BENDING, GHOST, TWIST, TWISTING, frame_at
 from hairpipe.sim.strands.rod.rod import Rod
 from hairpipe.sim.strands.rod.vertex import bend
 from hairpipe.sim.strands.tetrahedra import altitude_vectors, area_vectors
@@ -74,7 +74,7 @@ def _add_vertices(model: Rod, block: int, x: np.ndarray, T: np.ndarray, found: n
     total = load(found, (block,))
     for p in range(GHOST, x.shape[0] - 3):
         row = model.first[block] + p + 1
-        vertex = bend(*carry_frame(x, T, p))
+        vertex = bend(*frame_at(x, T, p))
         k1, k2 = vertex.k1 - load(model.inverse_lengths, (row, 1)), vertex.k2 - load(model.inverse_lengths, (row, 2))
         psi = load(T, (p + 1, TWIST)) - load(model.inverse_lengths, (row, 3))
         bent, twisted = load(model.inverse_lengths, (row, BENDING)), load(model.inverse_lengths, (row, TWISTING))

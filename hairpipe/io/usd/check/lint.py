@@ -14,7 +14,7 @@ from hairpipe.io.usd.check.motion_rules import clips, motion, strand_motion, vel
 from hairpipe.io.usd.check.scene import find_scene
 from hairpipe.io.usd.check.stage_rules import assets, layers, looks, prims, stage_metrics, transforms, validators
 from hairpipe.io.usd.check.track import Track
-from hairpipe.io.usd.stage import open_stage, said, usd_faults
+from hairpipe.io.usd.stage import message_of, open_stage, usd_faults
 
 STAGE = (*stage_metrics.RULES, *layers.RULES, *drawn.STAGE_RULES)
 PRIM = (
@@ -92,4 +92,4 @@ def _readable(found: Iterator[Finding]) -> Iterator[Finding]:
     try:
         yield from found
     except Tf.ErrorException as error:
-        yield Finding("unreadable", "/", None, said(error), "error")
+        yield Finding("unreadable", "/", None, message_of(error), "error")

@@ -34,7 +34,7 @@ class Roots:
     strands: np.ndarray
     corners: np.ndarray
     weights: np.ndarray
-    told: bool
+    authored: bool
 
     def on_skin(self, time: float | None) -> np.ndarray:
         """Return where the skin is at a time, in the world, (s, 3) float64."""
@@ -47,7 +47,7 @@ class Roots:
 
     def far(self, hair: Snapshot, time: float | None) -> np.ndarray:
         """Return which roots are so far off the skin that the file names for them that one is a fault, (s,) bool."""
-        return self.told & (self.misses(hair, time) > FAR * self.reach)
+        return self.authored & (self.misses(hair, time) > FAR * self.reach)
 
     @cached_property
     def reach(self) -> float:
@@ -55,7 +55,7 @@ class Roots:
         hair = self.hair.first
         ends = hair.placed[1:] - hair.placed[:-1]
         length = np.median(hair.per_strand(np.add, np.delete(np.linalg.norm(ends, axis=1), hair.tips[:-1])))
-        return float(length) * (OFF if self.told else LOOSE)
+        return float(length) * (OFF if self.authored else LOOSE)
 
 
 def find_roots(scene: Scene, hair: Track) -> Roots | None:
@@ -67,17 +67,17 @@ def find_roots(scene: Scene, hair: Track) -> Roots | None:
 
 
 def _search(scene: Scene, hair: Track) -> Roots | None:
-    told = told_roots(scene, hair)
-    if told or not (hair.first.sound and hair.moves) or hair.first.array("primvars:skinprim") is not None:
-        return told
+    authored = authored_roots(scene, hair)
+    if authored or not (hair.first.sound and hair.moves) or hair.first.array("primvars:skinprim") is not None:
+        return authored
     moving = [mesh for mesh in scene.meshes if scene.moves(mesh)]
     meshes = moving or (scene.meshes if len(scene.meshes) == 1 else [])
     return _best([roots for mesh in meshes if (roots := _nearest(scene, hair, mesh))])
 
 
-def told_roots(scene: Scene, hair: Track) -> Roots | None:
+def authored_roots(scene: Scene, hair: Track) -> Roots | None:
     """Find the mesh that has the faces on which the hair says it stands; the nearest one, if several have."""
-    return _best([roots for mesh in scene.skins if hair.first.sound and (roots := _told(scene, hair, mesh))])
+    return _best([roots for mesh in scene.skins if hair.first.sound and (roots := _authored_on(scene, hair, mesh))])
 
 
 def _best(found: list[Roots]) -> Roots | None:
@@ -86,7 +86,7 @@ def _best(found: list[Roots]) -> Roots | None:
     return found[int(np.argmin(misses))] if found else None
 
 
-def _told(scene: Scene, hair: Track, mesh: Track) -> Roots | None:
+def _authored_on(scene: Scene, hair: Track, mesh: Track) -> Roots | None:
     """Return the roots on the triangles that the hair names, if the mesh has them."""
     faces = hair.first.array("primvars:skinprim")
     uv = hair.first.array("primvars:skinprimuv", 2)
@@ -100,7 +100,7 @@ def _told(scene: Scene, hair: Track, mesh: Track) -> Roots | None:
     corners = skin.corners.reshape(-1, 3)[faces[known].astype(np.int64)]
     inside = uv[known].astype(np.float64)  # so that weights sum to 1 also far from the origin
     weights = np.column_stack([1 - inside.sum(axis=1), inside])
-    return Roots(scene, hair, mesh, np.flatnonzero(known), corners, weights, told=True)
+    return Roots(scene, hair, mesh, np.flatnonzero(known), corners, weights, authored=True)
 
 
 def is_triangles(mesh: Snapshot) -> bool:
@@ -121,7 +121,7 @@ def _nearest(scene: Scene, hair: Track, mesh: Track) -> Roots | None:
     if not (np.isfinite(points).all() and len(triangles)):
         return None
     face, weights = nearest_on_triangles(hair.first.placed[hair.first.roots[strands]], points[triangles])
-    return Roots(scene, hair, mesh, strands, triangles[face], weights, told=False)
+    return Roots(scene, hair, mesh, strands, triangles[face], weights, authored=False)
 
 
 def _fan(mesh: Snapshot) -> np.ndarray:

@@ -59,7 +59,7 @@ def drape(
             normals[out] = probe.normal[bad]
             moved[out] += short[bad, None] * probe.normal[bad]
         else:
-            lay_beside(out, normals, moved)
+            align_with_neighbours(out, normals, moved)
     else:
         keep_lengths(after, normals, masses, moved)
     dx[:] = moved - after
@@ -95,7 +95,7 @@ def keep_lengths(after: np.ndarray, normals: np.ndarray, masses: np.ndarray, mov
 
 
 @njit(cache=True)
-def lay_beside(which: np.ndarray, normals: np.ndarray, moved: np.ndarray) -> None:
+def align_with_neighbours(which: np.ndarray, normals: np.ndarray, moved: np.ndarray) -> None:
     """Lay points, ascending, where the plane of contact of the ones before them is, else nearer to these; in place."""
     for i in which:
         down = 0.0

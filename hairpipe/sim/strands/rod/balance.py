@@ -22,7 +22,7 @@ from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.strands.rod.frames import BENDING, GHOST, TENSION, TWISTING
 
 
-def carry(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def balance(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Find the rest state of rods in equilibrium without twist at x [m], (rows, 3, W), under gravity [m/s^2], (3,).
 
     Returns their rest state and stored values, both (rows, 6, W), and the largest strain of an edge, (blocks, W).
@@ -43,7 +43,7 @@ def carry(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> tuple[np.nd
 
         axial = np.repeat(model.constants[blocks, 0].reshape(-1)[:, None], count, axis=1)
         weight = by_strand(model.mass)[:, :, None] * gravity
-        rest, tension = _carry(by_strand(x), weight, by_strand(model.inverse_lengths), axial[:, 0])
+        rest, tension = _solve(by_strand(x), weight, by_strand(model.inverse_lengths), axial[:, 0])
         back = rest.reshape(len(blocks), x.shape[2], count, -1)
         natural[rows] = np.moveaxis(back, 1, -1).reshape(len(rows), -1, x.shape[2])
         pulls = np.moveaxis(tension.reshape(len(blocks), x.shape[2], count), 1, -1)
@@ -69,7 +69,7 @@ def _directors(x: np.ndarray, tangents: np.ndarray) -> np.ndarray:
     return np.stack(found, axis=1)
 
 
-def _carry(x: np.ndarray, weight: np.ndarray, natural: np.ndarray, axial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _solve(x: np.ndarray, weight: np.ndarray, natural: np.ndarray, axial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Balance strands, the first axis of all arrays; return what they have at rest and their tensions [N]."""
     edges = np.diff(x[:, GHOST:-1], axis=1)
     lengths = np.linalg.norm(edges, axis=2, keepdims=True)

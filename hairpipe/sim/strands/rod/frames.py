@@ -43,7 +43,7 @@ def across(q, t):
 
 
 @inlined
-def carried(m, te, tf):
+def transport(m, te, tf):
     """Carry a vector across te to tf without twist; across a fold to the nearest unit vector that is across tf."""
     chi = 1.0 + dot(te, tf)
     over = minus(m, scaled(dot(tf, m) / maximum(chi, FOLDED), plus(te, tf)))
@@ -93,7 +93,7 @@ def director_of(x, T, p, t):
 
 
 @inlined
-def carry_frame(x, T, p):
+def frame_at(x, T, p):
     """Find the director of the edge after row p + 1 from that of the edge before it, and store it in T.
 
     Returns both unit tangents, 1 / lengths and directors.
@@ -102,7 +102,7 @@ def carry_frame(x, T, p):
     tf, jf = unit_of(difference(x, p + 1, p + 2))
     m1e = director_of(x, T, p, te)
     sine, cosine = sine_cosine(load(T, (p + 1, TWIST)))
-    m1f = turned(carried(m1e, te, tf), tf, sine, cosine)
+    m1f = turned(transport(m1e, te, tf), tf, sine, cosine)
     for c in range(3):
         store(T, (p + 1, DIRECTOR + c), m1f[c])
     return te, tf, ie, jf, m1e, m1f

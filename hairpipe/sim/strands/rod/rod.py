@@ -41,8 +41,8 @@ from hairpipe.sim.strands import lattice
 from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.forces.spring import critical_damping
 from hairpipe.sim.strands.interface import ModelKind, StiffnessPart, register_model
-from hairpipe.sim.strands.rod.balance import carry
-from hairpipe.sim.strands.rod.frames import BENDING, GHOST, TENSION, TWIST, TWISTING, carry_frame
+from hairpipe.sim.strands.rod.balance import balance
+from hairpipe.sim.strands.rod.frames import BENDING, GHOST, TENSION, TWIST, TWISTING, frame_at
 from hairpipe.sim.strands.rod.rows import (
     add_gradient,
     add_tangent,
@@ -153,7 +153,7 @@ def _add_forces(model, system, at, p, block, terms):
     row = model.first[block] + p + 1
     inverse = load(model.constants, (block, 1))
     bending, twisting = load(model.inverse_lengths, (row, BENDING)), load(model.inverse_lengths, (row, TWISTING))
-    vertex = bend(*carry_frame(x, T, p))
+    vertex = bend(*frame_at(x, T, p))
     q = (
         bending * (vertex.k1 - load(model.inverse_lengths, (row, 1))),
         bending * (vertex.k2 - load(model.inverse_lengths, (row, 2))),
@@ -200,7 +200,7 @@ ROD = register_model(
         predict,
         hold_tip,
         follow_solve,
-        carry=carry,
+        equilibrium=balance,
         single_limit=700.0,
     )
 )

@@ -7,7 +7,7 @@ from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import any_lane, either, load, maximum, select, store
 from hairpipe.kernels.simd_arrays import difference
 from hairpipe.kernels.vec3 import cross, dot, plus, scaled
-from hairpipe.sim.strands.rod.frames import BEFORE, FOLDED, GHOST, SPAN, TWIST, across, carried, carry_frame, unit_of
+from hairpipe.sim.strands.rod.frames import BEFORE, FOLDED, GHOST, SPAN, TWIST, across, frame_at, transport, unit_of
 
 _SHORTEST = 1e-30
 
@@ -57,10 +57,10 @@ def hold_tip(model, block, x, T, held):
 def _hold_tip(x, T, fixed):
     """Compare the last director with what q' shows; the nearest of the twists that differ by turns is taken."""
     last = x.shape[0] - 3
-    te, tf, _, _, m, _ = carry_frame(x, T, GHOST)
+    te, tf, _, _, m, _ = frame_at(x, T, GHOST)
     for p in range(GHOST + 1, last):  # The tip's director depends on all twists: frames are carried from the root.
-        te, tf, _, _, m, _ = carry_frame(x, T, p)
-    over = carried(m, te, tf)
+        te, tf, _, _, m, _ = frame_at(x, T, p)
+    over = transport(m, te, tf)
     shown = across(difference(x, last + 1, last + 2), tf)
     rows = np.empty((2, x.shape[2]), x.dtype)
     store(rows, (0,), dot(cross(over, shown), tf))

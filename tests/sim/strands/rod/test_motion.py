@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from hairpipe.data import Ends, Mesh
 from hairpipe.errors import BadInput
 from hairpipe.groom.helix import Helix, wound
-from hairpipe.sim.cuts import carry_over_cut
+from hairpipe.sim.cuts import move_over_cut
 from hairpipe.sim.hair_model import Precision, build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Air, Collisions, Scene, Scheme, StepControl, Stiction
@@ -128,7 +128,7 @@ def test_a_cut_carries_a_rod_with_its_root(rods, triangle):
     before, body = start(hair, triangle(), scene), triangle()
     before = run(hair, before, body, scene, 4)
     after = Mesh(body.points @ turn.T, body.triangles)
-    carried = carry_over_cut(hair, before, (body, after))
+    carried = move_over_cut(hair, before, (body, after))
     assert carried.tensions is before.tensions
     np.testing.assert_allclose(carried.positions[:, :, 0], before.positions[:, :, 0] @ turn.T, atol=1e-9)
 

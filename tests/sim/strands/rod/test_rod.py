@@ -36,12 +36,12 @@ class Bent:
         m = self.T[1:-2, DIRECTOR : DIRECTOR + 3, 0].astype(EXTENDED)
         first = self.x[0, :, 0] - base[0]
         m[0] = unit((first - (first @ before[0]) * before[0])[None])[0]
-        m = carry(m, before, t)
+        m = transport(m, before, t)
         m = np.cos(angles)[:, None] * m + np.sin(angles)[:, None] * np.cross(t, m)
         te, tf, m1e, m1f = t[:-1], t[1:], m[:-1], m[1:]
         m2 = np.cross(te, m1e) + np.cross(tf, m1f)
         kb = 2 * np.cross(te, tf) / (1 + np.sum(te * tf, axis=1, keepdims=True))
-        over = carry(m1e, te, tf)
+        over = transport(m1e, te, tf)
         psi = np.arctan2(np.sum(np.cross(over, m1f) * tf, axis=1), np.sum(over * m1f, axis=1))
         k1, k2 = np.sum(m2 * kb, axis=1) / 2, -np.sum((m1e + m1f) * kb, axis=1) / 2
         bend, twist = rest[1:-1, 4], rest[1:-1, 5]
@@ -59,7 +59,7 @@ def unit(a):
     return a / np.sqrt(np.sum(a**2, axis=1, keepdims=True))
 
 
-def carry(m, start, end):
+def transport(m, start, end):
     return m - np.sum(end * m, axis=1, keepdims=True) / (1 + np.sum(start * end, axis=1, keepdims=True)) * (start + end)
 
 

@@ -19,7 +19,7 @@ def across(m, t):
     return unit(m - (m @ t) * t)
 
 
-def carry(m, start, end):
+def transport(m, start, end):
     return m - (end @ m) / (1 + start @ end) * (start + end)
 
 
@@ -28,7 +28,7 @@ def measures(e, f, m1e, m1f):
     te, tf = unit(e), unit(f)
     m2e, m2f = np.cross(te, m1e), np.cross(tf, m1f)
     kb = 2 * np.cross(te, tf) / (1 + te @ tf)
-    over = carry(m1e, te, tf)
+    over = transport(m1e, te, tf)
     psi = np.arctan2(np.cross(over, m1f) @ tf, over @ m1f)
     return np.array([(m2e + m2f) @ kb / 2, -(m1e + m1f) @ kb / 2, psi])
 
@@ -38,7 +38,7 @@ def energy(u):
     frames = []
     for edge, m, du in ((E, DIRECTORS[0], u[:4]), (F, DIRECTORS[1], u[4:])):
         start, end = unit(edge.astype(u.dtype)), unit(edge + du[:3])
-        m = carry(across(m.astype(u.dtype), start), start, end)
+        m = transport(across(m.astype(u.dtype), start), start, end)
         frames.append(np.cos(du[3]) * m + np.sin(du[3]) * np.cross(end, m))
     return np.sum(STIFFNESS * (measures(E + u[:3], F + u[4:7], *frames) - NATURAL) ** 2) / 2
 

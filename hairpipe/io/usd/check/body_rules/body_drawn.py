@@ -6,7 +6,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from hairpipe.io.usd.check.finding import Fault, Rule
 from hairpipe.io.usd.check.hair_rules.drawn import why_hidden
-from hairpipe.io.usd.check.roots import told_roots
+from hairpipe.io.usd.check.roots import authored_roots
 from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.track import notes_of
 
@@ -18,7 +18,7 @@ def body_drawn(scene: Scene) -> Iterator[Fault]:
     if noted and scene.hair and not body and not scene.meshes:
         yield Fault(str(noted), "is missing: the stage was written with a body there, and has no other mesh")
     hidden = {body.GetPath(): why_hidden(body, UsdGeom.Mesh)} if body else {}
-    for roots in filter(None, (told_roots(scene, track) for track in scene.hair)):
+    for roots in filter(None, (authored_roots(scene, track) for track in scene.hair)):
         reason = why_hidden(roots.mesh.prim, UsdGeom.Mesh)
         if reason and not reason[2] and not any(mesh.prim != roots.mesh.prim for mesh in scene.meshes):
             hidden[roots.mesh.prim.GetPath()] = reason

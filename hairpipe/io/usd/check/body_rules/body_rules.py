@@ -40,14 +40,14 @@ def normals(scene: Scene) -> Iterator[Fault]:
         if faces is None:
             continue
         centres, areas, outward = faces
-        told = _told_normals(mesh)
-        lengths = None if told is None else np.linalg.norm(told.astype(np.float64), axis=1)
+        authored = _authored_normals(mesh)
+        lengths = None if authored is None else np.linalg.norm(authored.astype(np.float64), axis=1)
         if lengths is not None and (np.abs(lengths - 1) > UNIT).mean() > SOME:
             message = f"are {np.median(lengths):.3g} long in the median; unit vectors are right"
             yield Fault(track.path("normals"), message, mesh.code)
-        elif told is not None and _mean_cosine(told, outward, areas) < INWARD:
+        elif authored is not None and _mean_cosine(authored, outward, areas) < INWARD:
             yield Fault(track.path("normals"), "look the other way than the faces; outward is right", mesh.code)
-        elif told is not None and (away := (np.einsum("fx,fx->f", told, outward) < 0).mean()) > AWAY:
+        elif authored is not None and (away := (np.einsum("fx,fx->f", authored, outward) < 0).mean()) > AWAY:
             yield Fault(track.path("normals"), f"look away from {away:.0%} of the faces; outward is right", mesh.code)
         elif track.prim.GetPath() in skins and _outward(centres, areas, outward) < INWARD:
             message = "make faces that look inward; corners go counter-clockwise seen from outside"
@@ -68,7 +68,7 @@ def _face_normals(mesh: Snapshot) -> tuple[np.ndarray, np.ndarray, np.ndarray] |
     return (a + b + c) / 3, areas, cross / np.maximum(areas, np.finfo(np.float64).tiny)[:, None]
 
 
-def _told_normals(mesh: Snapshot) -> np.ndarray | None:
+def _authored_normals(mesh: Snapshot) -> np.ndarray | None:
     """Return the authored normal at the first corner of each face, (f, 3), None where there is none."""
     given = mesh.array("normals", 3)
     firsts = np.cumsum(mesh.counts) - mesh.counts

@@ -6,7 +6,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from hairpipe.io.usd.check.finding import Fault, Rule
-from hairpipe.io.usd.check.roots import Roots, find_roots, is_triangles, told_roots
+from hairpipe.io.usd.check.roots import Roots, authored_roots, find_roots, is_triangles
 from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
 
@@ -55,17 +55,17 @@ def roots_on_skin(scene: Scene) -> Iterator[Fault]:
             )
             yield Fault(track.path("points"), f"{message}; a root is a point of the skin", first.code)
         else:
-            yield from _goes_along(roots)
+            yield from _moves_with_skin(roots)
 
 
-def _goes_along(roots: Roots) -> Iterator[Fault]:
+def _moves_with_skin(roots: Roots) -> Iterator[Fault]:
     """Find the first time at which roots are not where the skin is, and whether they are late."""
     still = roots.misses(roots.hair.first, roots.hair.first.code)
     for time in _times(roots):
         hair = roots.hair.at(time)
         if not (hair.sound and np.array_equal(hair.counts, roots.hair.first.counts)):
             continue
-        drift = roots.misses(hair, time) - (0 if roots.told else still)
+        drift = roots.misses(hair, time) - (0 if roots.authored else still)
         off = np.abs(drift) > roots.reach
         if off.mean() > SOME or roots.far(hair, time).any():
             message = (
@@ -93,7 +93,7 @@ def _late(roots: Roots, hair: Snapshot, time: float) -> str:
 def root_uv(scene: Scene) -> Iterator[Fault]:
     """Find texture coordinates of roots that are not those of the skin they stand on, or all the same."""
     for track in scene.hair:
-        roots = told_roots(scene, track)
+        roots = authored_roots(scene, track)
         st = track.first.array("primvars:st", 2)
         if st is None or len(st) != len(track.first.counts) or not np.isfinite(st).all():
             continue

@@ -33,7 +33,7 @@ def plausible_size(scene: Scene) -> Iterator[Fault]:
         length = float(np.median(hair.lengths)) * _scale(hair, scene)
         scalp = _box(hair.placed[hair.roots], scene) if len(hair.counts) >= FEW else None
         votes = [_side(width, WIDTH), _side(length, LENGTH), _side(scalp, SCALP), _side(body, BODY)]
-        sizes = f"widths of {_said(width)}, strands of {_said(length)}" + (f", a body of {_said(body)}" if body else "")
+        sizes = f"widths of {_text(width)}, strands of {_text(length)}" + (f", a body of {_text(body)}" if body else "")
         alone = body is not None and votes[3] == 0 and scalp is not None and scalp > body
         if abs(sum(votes)) >= 2 and alone:
             message = f"make hair of {sizes}: points and widths are in another unit than the stage"
@@ -44,11 +44,11 @@ def plausible_size(scene: Scene) -> Iterator[Fault]:
             message = f"metersPerUnit is {unit:g}, which makes {sizes}: too {what}"
             yield Fault("/", message)
         elif votes[0]:
-            right = f"{_said(WIDTH[0])} to {_said(WIDTH[1])} is hair"
-            yield Fault(track.path("widths"), f"are {_said(width)} in the median; {right}", hair.code)
+            right = f"{_text(WIDTH[0])} to {_text(WIDTH[1])} is hair"
+            yield Fault(track.path("widths"), f"are {_text(width)} in the median; {right}", hair.code)
         elif votes[1]:
-            right = f"{_said(LENGTH[0])} to {_said(LENGTH[1])} is hair"
-            yield Fault(track.path("points"), f"make strands of {_said(length)} in the median; {right}", hair.code)
+            right = f"{_text(LENGTH[0])} to {_text(LENGTH[1])} is hair"
+            yield Fault(track.path("points"), f"make strands of {_text(length)} in the median; {right}", hair.code)
 
 
 def _side(value: float | None, usual: tuple[float, float]) -> int:
@@ -56,7 +56,7 @@ def _side(value: float | None, usual: tuple[float, float]) -> int:
     return 0 if not value or not np.isfinite(value) else int(value > usual[1]) - int(value < usual[0])
 
 
-def _said(metres: float | None) -> str:
+def _text(metres: float | None) -> str:
     return "none" if metres is None else f"{metres:.2g} m" if metres > 0.01 else f"{metres * 1000:.2g} mm"
 
 

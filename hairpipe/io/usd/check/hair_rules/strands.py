@@ -6,7 +6,7 @@ import numpy as np
 from pxr import UsdGeom
 
 from hairpipe.io.usd.check.finding import Fault, Rule
-from hairpipe.io.usd.check.roots import told_roots
+from hairpipe.io.usd.check.roots import authored_roots
 from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
 from hairpipe.io.usd.check.track import REST, Track
@@ -154,7 +154,7 @@ def rest(scene: Scene) -> Iterator[Fault]:
 
 def stands(scene: Scene, track: Track) -> bool:
     """Return whether hair stands on a skin at its first time, or on none that is known."""
-    roots = told_roots(scene, track)
+    roots = authored_roots(scene, track)
     return roots is None or bool(np.median(roots.misses(track.first, track.first.code)) <= roots.reach)
 
 

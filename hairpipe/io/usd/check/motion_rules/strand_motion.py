@@ -20,18 +20,18 @@ TINY = np.finfo(np.float64).tiny
 
 def velocities_of_strands(track: Track) -> Iterator[Fault]:
     """Find strands whose velocities are not theirs: 0 at one time or throughout, backwards, of another unit."""
-    told = both = seen = np.zeros(0)
+    authored = both = seen = np.zeros(0)
     for before, now in _steps(track):
         lead = _lead(before, now)
         way = now.points.astype(np.float64) - before.points
         yield from _lost(track, before, way)
-        told = _add(told, now.per_strand_of_points((lead**2).sum(axis=1)))
+        authored = _add(authored, now.per_strand_of_points((lead**2).sum(axis=1)))
         both = _add(both, now.per_strand_of_points((lead * way).sum(axis=1)))
         seen = _add(seen, now.per_strand_of_points((way**2).sum(axis=1)))
-    larger = np.maximum(told, seen)
+    larger = np.maximum(authored, seen)
     minded = larger > SLIGHT**2 * np.median(larger) if len(larger) else larger > 0
-    scale = np.sqrt(told / np.maximum(seen, TINY))
-    wrong = minded & ((both < BELONG * np.sqrt(told * seen)) | (scale < SCALE[0]) | (scale > SCALE[1]))
+    scale = np.sqrt(authored / np.maximum(seen, TINY))
+    wrong = minded & ((both < BELONG * np.sqrt(authored * seen)) | (scale < SCALE[0]) | (scale > SCALE[1]))
     if wrong.any() and not wrong[minded].all():  # of all together another rule reports
         at = int(np.argmax(wrong))
         turned = ", backwards" if both[at] < 0 else ""

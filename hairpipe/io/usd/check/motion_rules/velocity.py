@@ -1,4 +1,4 @@
-"""Rules for velocities and accelerations: they carry the points from frame to frame, in units per second."""
+"""Rules for velocities, which agree with the motion of the points, in units per second, and for accelerations."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -25,25 +25,25 @@ WILD = (0.2, 5.0)  # accelerations over the change of the velocities
 class Sums(NamedTuple):
     """Products of what velocities tell with what is seen, summed over a shot."""
 
-    told: float
+    authored: float
     both: float
     seen: float
 
-    def add(self, told: np.ndarray, seen: np.ndarray) -> "Sums":
+    def add(self, authored: np.ndarray, seen: np.ndarray) -> "Sums":
         """Return the sums with two arrays of one shape more."""
-        a = told.ravel()
+        a = authored.ravel()
         b = seen.ravel()
-        return Sums(self.told + a @ a, self.both + a @ b, self.seen + b @ b)
+        return Sums(self.authored + a @ a, self.both + a @ b, self.seen + b @ b)
 
     @property
     def scale(self) -> float:
         """Return by what the told has to be multiplied to come near the seen."""
-        return float(self.both / self.told) if self.told else 1.0
+        return float(self.both / self.authored) if self.authored else 1.0
 
     @property
     def correlation(self) -> float:
         """Return 1 where both agree but for a factor."""
-        product = np.sqrt(self.told) * np.sqrt(self.seen)
+        product = np.sqrt(self.authored) * np.sqrt(self.seen)
         return float(self.both / product) if product else 1.0
 
 
@@ -51,7 +51,7 @@ NONE = Sums(0.0, 0.0, 0.0)
 
 
 def velocity_match(scene: Scene) -> Iterator[Fault]:
-    """Find velocities that do not carry the points, in units per second: of another unit, rate, sign or frame."""
+    """Find velocities that do not agree with the motion of the points: of another unit, rate, sign or frame."""
     for track in [*scene.hair, *scene.meshes]:
         if track.moves and track.prim.GetAttribute("velocities").HasValue():
             message = next(_overall(track), "")
@@ -69,20 +69,20 @@ def _overall(track: Track) -> Iterator[str]:
     x1 - x-1 = dt/3 (v-1 + 4 v0 + v1) up to the fifth derivative of x (Simpson's rule).
     """
     right, late, early = NONE, NONE, NONE
-    told_before = seen_before = None
+    authored_before = seen_before = None
     rate = track.prim.GetStage().GetTimeCodesPerSecond()
     for trio in _trios(track):
-        told, seen = _simpson(trio, rate)
-        right = right.add(told, seen)
-        if told_before is not None and seen_before is not None and len(told_before) == len(told):
-            late = late.add(told, seen_before)
-            early = early.add(told_before, seen)
-        told_before, seen_before = told, seen
+        authored, seen = _simpson(trio, rate)
+        right = right.add(authored, seen)
+        if authored_before is not None and seen_before is not None and len(authored_before) == len(authored):
+            late = late.add(authored, seen_before)
+            early = early.add(authored_before, seen)
+        authored_before, seen_before = authored, seen
     noise = ROUNDING * np.sqrt(track.first.points.size) * np.abs(track.first.points).max(initial=0)
-    if max(right.told, right.seen) <= noise**2:
+    if max(right.authored, right.seen) <= noise**2:
         return
     scatter = np.sqrt(max(0.0, 1 - right.correlation**2))
-    near = min(1 - late.correlation, 1 - early.correlation) if late.told else 1.0
+    near = min(1 - late.correlation, 1 - early.correlation) if late.authored else 1.0
     if near < LATE * (1 - right.correlation) and 1 - right.correlation > EXACT**2:
         yield f"are those of the frame {'before' if early.correlation > late.correlation else 'after'}"
     elif right.correlation < -BELONG:
@@ -90,7 +90,7 @@ def _overall(track: Track) -> Iterator[str]:
     elif right.correlation < BELONG:
         yield "do not belong to these points"
     elif abs(right.scale - 1) > max(EXACT, scatter):
-        yield f"carry the points {np.sqrt(right.told / max(right.seen, 1e-300)):.3g} times as far as they go"
+        yield f"are {np.sqrt(right.authored / max(right.seen, 1e-300)):.3g} times the motion of the points"
 
 
 def _trios(track: Track) -> Iterator[list[Snapshot]]:
@@ -121,7 +121,7 @@ class Step(NamedTuple):
 
     code: float
     after: float
-    told: float
+    authored: float
     seen: float
     misfit: float
     noise: float
@@ -130,12 +130,12 @@ class Step(NamedTuple):
 def _step_by_step(track: Track) -> Iterator[Fault]:
     """Find single samples whose velocities are of something else."""
     steps = list(_steps(track))
-    usual = np.median([max(step.told, step.seen) for step in steps]) if steps else 0.0
+    usual = np.median([max(step.authored, step.seen) for step in steps]) if steps else 0.0
     for step in steps:
-        larger = max(step.told, step.seen)
+        larger = max(step.authored, step.seen)
         if step.misfit > max(MISFIT * larger, step.noise) and larger > SLIGHT * usual:
-            way = f"carry the points {step.told / step.seen:.2g} times as far as they go" if step.seen else MOVES_NONE
-            message = f"{way} to {step.after:g}"
+            text = f"are {step.authored / step.seen:.2g} times the motion of the points" if step.seen else MOVES_NONE
+            message = f"{text} to {step.after:g}"
             yield Fault(track.path("velocities"), f"{message}; units per second are right", step.code)
 
 
@@ -150,10 +150,10 @@ def _steps(track: Track) -> Iterator[Step]:
         if before is not None and all(a is not None and len(a) == len(now.points) for a in arrays):
             sound = np.logical_and.reduce([np.isfinite(array).all(axis=1) for array in arrays])
             start, end, v0, v1 = (array[sound].astype(np.float64) for array in arrays)
-            told = (v0 + v1) / 2 * (now.time.GetValue() - before.time.GetValue()) / rate
+            authored = (v0 + v1) / 2 * (now.time.GetValue() - before.time.GetValue()) / rate
             seen = end - start
             most = max(np.abs(start).max(initial=0), np.abs(end).max(initial=0))
-            norms = (float(np.linalg.norm(array)) for array in (told, seen, told - seen))
+            norms = (float(np.linalg.norm(array)) for array in (authored, seen, authored - seen))
             yield Step(before.code, now.code, *norms, ROUNDING * np.sqrt(start.size) * most)
         before = now
 
@@ -198,7 +198,7 @@ def acceleration_match(scene: Scene) -> Iterator[Fault]:
                 sums = sums.add((a0 + a1) / 2 * (now.time.GetValue() - before.time.GetValue()) / rate, v1 - v0)
             before = now
         if sums.seen > 0 and not (WILD[0] <= sums.scale <= WILD[1]):
-            message = f"change the velocities {sums.told**0.5 / sums.seen**0.5:.2g} times as much as they change"
+            message = f"change the velocities {sums.authored**0.5 / sums.seen**0.5:.2g} times as much as they change"
             yield Fault(track.path("accelerations"), f"{message}; units per second squared are right", track.first.code)
 
 

@@ -11,7 +11,7 @@ from pxr import Ar, Sdf, Tf, Usd, UsdVol
 from hairpipe.errors import BadInput
 from hairpipe.io.usd.check.finding import Fault, Rule
 from hairpipe.io.usd.layer_files import clip_names
-from hairpipe.io.usd.stage import said
+from hairpipe.io.usd.stage import message_of
 from hairpipe.plain_file import special
 
 ABSOLUTE = re.compile(r"^(/|\\\\|[A-Za-z]:[/\\]|file:)")
@@ -90,7 +90,7 @@ def broken_layer(asset: Asset) -> Iterator[Fault]:
         try:
             Sdf.Layer.FindOrOpen(asset.file)
         except Tf.ErrorException as error:
-            yield Fault(asset.path, f"names {asset.name}, which does not open: {said(error)}", asset.time)
+            yield Fault(asset.path, f"names {asset.name}, which does not open: {message_of(error)}", asset.time)
 
 
 def absolute_path(asset: Asset) -> Iterator[Fault]:

@@ -16,7 +16,7 @@ from hairpipe.groom.strands import lay_strands
 from hairpipe.groom.tuft import Tuft, gather_tuft
 from hairpipe.levelset.bake.whole import bake
 from hairpipe.nodes.carry_strands import carry_strands
-from hairpipe.particles.carrying import CARRIERS, weigh_carriers
+from hairpipe.particles.skinning import INFLUENCES, find_influences
 from hairpipe.sim.boundary import motion_of_roots
 
 SKIN = Mesh(np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, -0.1]]), np.array([[0, 1, 2]], np.int32))
@@ -59,9 +59,9 @@ def cloud_of(points, directions, velocities=0.0) -> Cloud:
     return Cloud(np.ascontiguousarray(points), speeds, directions / np.linalg.norm(directions, axis=1, keepdims=True))
 
 
-def carry(cloud, particles, groom, body=None, surface=None, **settings):
-    carriers = weigh_carriers(particles, groom)
-    return carry_strands(cloud, particles, groom, body, surface, None, Time(1, 24.0), carriers, **settings)
+def deform(cloud, particles, groom, body=None, surface=None, **settings):
+    influences = find_influences(particles, groom)
+    return carry_strands(cloud, particles, groom, body, surface, None, Time(1, 24.0), influences, **settings)
 
 
 def shaken(particles, seed):
@@ -87,14 +87,14 @@ def test_hair_that_is_moved_with_its_roots_is_right(linked, segments, particles)
         particles = replace(particles, links=particles.links[:0], alignments=particles.alignments[:0])
     points, velocities = moved(particles.points)
     groom = tuft(segments)
-    found = carry(cloud_of(points, turn.apply(particles.directions), velocities), particles, groom, body)
+    found = deform(cloud_of(points, turn.apply(particles.directions), velocities), particles, groom, body)
     assert np.abs(found.points - moved(groom.points)[0]).max() < 1e-12
     assert np.abs(found.velocities - moved(groom.points)[1]).max() < 1e-5
 
 
 def test_lengths_stay_and_roots_go_with_the_body(particles, groom):
     body = Mesh(SKIN.points @ np.diag((1.0, -1.0, -1.0)) + (0.1, 0.2, 0.3), SKIN.triangles)
-    found = carry(shaken(particles, 1), particles, groom, body)
+    found = deform(shaken(particles, 1), particles, groom, body)
     rest, now = (segment_lengths(some, groom.offsets) for some in (groom.points, found.points))
     assert np.abs(now - rest).max() < 1e-12
     motions, roots = motion_of_roots(body, groom)[0], groom.offsets[:-1]
@@ -109,7 +109,7 @@ def test_velocities_are_the_derivative_where_particles_flow_evenly(particles, gr
     def at(time):
         flow = np.eye(3) + time * A
         points, speeds = particles.points @ flow.T, particles.points @ A.T
-        return carry(cloud_of(points, particles.directions @ flow.T, speeds), particles, groom)
+        return deform(cloud_of(points, particles.directions @ flow.T, speeds), particles, groom)
 
     before, now, after = (at(0.02 + way * span) for way in (-1.0, 0.0, 1.0))
     rate = (after.points - before.points) / (2 * span)
@@ -134,7 +134,7 @@ def test_hair_bends_to_the_same_arc_as_particles():
         dense = gather_tuft(row, Tuft(rows=4 * fine, apart=(0.0, 0.0, 0.01 / fine), stray=0.0))
         hair = lay_strands(1, 0.1, 40, (0.0, -1.0, 0.0), (0.0, 0.0, 0.0), None, 0.0)
         particles = particles_on(replace(dense, points=dense.points - np.array((0.023, 0.0, 0.014))))
-        found = carry(cloud_of(*bent(particles.points)), particles, hair)
+        found = deform(cloud_of(*bent(particles.points)), particles, hair)
         errors.append(np.abs(found.points - bent(hair.points)[0]).max())
     assert errors[0] < 2e-3 and errors[1] < errors[0] / 2.5
 
@@ -148,7 +148,7 @@ def test_hair_where_particles_part_goes_with_one_side_and_does_not_lie_across():
     hair, middle = lay_strands(30, 0.1, 20, (0.0, -1.0, 0.0), (0.0015, 0.0, 0.0), None, 0.0), 0.022
     slope = np.where(particles.points[:, 0] > middle, 0.4, -0.4)
     away = particles.points - slope[:, None] * particles.points[:, 1:2] * (1.0, 0.0, 0.0)
-    found = carry(cloud_of(away, np.c_[slope, -np.ones(len(slope)), 0.0 * slope]), particles, hair)
+    found = deform(cloud_of(away, np.c_[slope, -np.ones(len(slope)), 0.0 * slope]), particles, hair)
     tips = found.points[hair.offsets[1:] - 1, 0] - hair.points[hair.offsets[1:] - 1, 0]
     assert (np.abs(tips) > 0.03).all()
 
@@ -162,16 +162,16 @@ def test_hair_does_not_follow_particles_that_point_elsewhere():
     directions[astray] = np.cross(directions[astray], (0.0, 0.0, 1.0))
     mixed = replace(particles, directions=directions)
     away = cloud_of(particles.points + astray[:, None] * (0.05, 0.0, 0.05), directions)
-    assert np.abs(carry(away, mixed, groom).points - groom.points).max() < 0.02 * 0.07
+    assert np.abs(deform(away, mixed, groom).points - groom.points).max() < 0.02 * 0.07
 
 
 def test_weights_are_one_in_all_and_fade_towards_the_eighth_particle(particles, groom):
-    carriers = weigh_carriers(particles, groom)
-    assert np.abs(carriers.weights.sum(axis=1) - 1.0).max() < 1e-15
+    influences = find_influences(particles, groom)
+    assert np.abs(influences.weights.sum(axis=1) - 1.0).max() < 1e-15
     everywhere = np.linspace(particles.points[5], particles.points[40], 400)
     line = replace(groom, points=everywhere, offsets=np.array([0, 400], np.int32))
-    carriers, shares = weigh_carriers(particles, line), np.zeros((400, len(particles.points)))
-    np.put_along_axis(shares, carriers.particles, carriers.weights, axis=1)
+    influences, shares = find_influences(particles, line), np.zeros((400, len(particles.points)))
+    np.put_along_axis(shares, influences.particles, influences.weights, axis=1)
     assert np.abs(np.diff(shares, axis=0)).max() < 0.1  # none of them comes or goes at once
 
 
@@ -183,8 +183,8 @@ def test_interpolated_hair_inside_a_body_is_pushed_out(particles, groom, sphere)
     def heights(hair):
         return np.linalg.norm(hair.points - centre, axis=1) - radius
 
-    assert heights(carry(still, particles, groom)).min() < -0.03
-    found = carry(still, particles, groom, None, (surface,), thickness=2e-3)
+    assert heights(deform(still, particles, groom)).min() < -0.03
+    found = deform(still, particles, groom, None, (surface,), thickness=2e-3)
     assert heights(found)[np.tile(np.arange(7) >= 5, 12)].min() > 2e-3 - 0.1 * voxel
     assert heights(found).min() > -1e-3
     rest, now = (segment_lengths(some.points, groom.offsets) for some in (groom, found))
@@ -195,14 +195,16 @@ def test_any_number_of_threads_gives_the_same_bytes(particles, groom, threads):
     found = []
     for count in (1, 2):
         threads(count)
-        hair = carry(shaken(particles, 5), particles, groom)
+        hair = deform(shaken(particles, 5), particles, groom)
         found.append(hair.points.tobytes() + hair.velocities.tobytes())
     assert found[0] == found[1]
 
 
 def test_too_few_particles_and_another_cloud_are_refused(particles, groom):
-    few = {name: getattr(particles, name)[:CARRIERS] for name in ("strands", "arcs", "points", "directions", "masses")}
+    few = {
+        name: getattr(particles, name)[:INFLUENCES] for name in ("strands", "arcs", "points", "directions", "masses")
+    }
     with pytest.raises(BadInput, match="7 particles are too few for interpolation"):
-        weigh_carriers(replace(particles, **few), groom)
+        find_influences(replace(particles, **few), groom)
     with pytest.raises(BadInput, match="a cloud of 83 particles, at rest there are 84"):
-        carry(cloud_of(particles.points[1:], particles.directions[1:]), particles, groom)
+        deform(cloud_of(particles.points[1:], particles.directions[1:]), particles, groom)

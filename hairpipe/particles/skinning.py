@@ -22,13 +22,13 @@ from hairpipe.kernels.vec3 import dot, length, minus, plus, row, scaled
 from hairpipe.particles.turns import rigid_motions
 from hairpipe.sim.boundary import motion_of_roots
 
-CARRIERS = 7
+INFLUENCES = 7
 """Particles that carry a vertex, the nearest: weights end at the next one."""
 _ASLANT = 1e-2  # least cosine that counts: where no particle points along, all of them carry
 _TINY = 1e-9  # of that distance, by which weights end farther off
 
 
-class Carriers(NamedTuple):
+class Influences(NamedTuple):
     """Particles that deform the vertices of a groom.
 
     particles  (P, CARRIERS) int64
@@ -39,7 +39,7 @@ class Carriers(NamedTuple):
     weights: np.ndarray
 
 
-def weigh_carriers(particles: Particles, groom: Groom) -> Carriers:
+def find_influences(particles: Particles, groom: Groom) -> Influences:
     """Return the particles that deform the vertices of a groom, by w = (1 - d^2/d_8^2)^2 max(0.01, cos)^2; pure.
 
     d is the distance at rest, d_8 that of the eighth nearest, and cos that of the angle between both directions. Raises
@@ -47,18 +47,18 @@ def weigh_carriers(particles: Particles, groom: Groom) -> Carriers:
     """
     from scipy.spatial import KDTree  # here: a node that names this function is read without it
 
-    if len(particles.points) <= CARRIERS:
+    if len(particles.points) <= INFLUENCES:
         what = f"{len(particles.points)} particles are too few for interpolation"
-        raise BadInput(what, where="in.particles", right=f"more than {CARRIERS}")
-    distances, nearest = map(np.asarray, KDTree(particles.points).query(groom.points, k=CARRIERS + 1))
-    end = (1.0 + _TINY) * distances[:, CARRIERS:] + _TINY
-    cosines = np.einsum("pi,pci->pc", _tangents(groom), particles.directions[nearest[:, :CARRIERS]])
-    weights = (1.0 - (distances[:, :CARRIERS] / end) ** 2) ** 2 * np.maximum(cosines, _ASLANT) ** 2
-    return Carriers(nearest[:, :CARRIERS], weights / weights.sum(axis=1, keepdims=True))
+        raise BadInput(what, where="in.particles", right=f"more than {INFLUENCES}")
+    distances, nearest = map(np.asarray, KDTree(particles.points).query(groom.points, k=INFLUENCES + 1))
+    end = (1.0 + _TINY) * distances[:, INFLUENCES:] + _TINY
+    cosines = np.einsum("pi,pci->pc", _tangents(groom), particles.directions[nearest[:, :INFLUENCES]])
+    weights = (1.0 - (distances[:, :INFLUENCES] / end) ** 2) ** 2 * np.maximum(cosines, _ASLANT) ** 2
+    return Influences(nearest[:, :INFLUENCES], weights / weights.sum(axis=1, keepdims=True))
 
 
-def carried(
-    groom: Groom, cloud: Cloud, particles: Particles, carriers: Carriers, body: Mesh | None, diameter: float
+def deformed(
+    groom: Groom, cloud: Cloud, particles: Particles, influences: Influences, body: Mesh | None, diameter: float
 ) -> Strands:
     """Return a groom at a frame, deformed by particles; pure.
 
@@ -72,13 +72,13 @@ def carried(
     velocities = np.empty((len(groom.points), 3), np.float32)
     roots = motion_of_roots(body, groom)
     near = (0.5 * particles.reach) ** 2
-    _carry(carriers, near, turns, roots, groom.points, groom.offsets, points, velocities)
+    _deform(influences, near, turns, roots, groom.points, groom.offsets, points, velocities)
     return Strands(points, velocities, groom.offsets, diameter)
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _carry(
-    carriers: Carriers,
+def _deform(
+    influences: Influences,
     near: float,
     turns: tuple[np.ndarray, np.ndarray],
     roots: tuple[np.ndarray, np.ndarray],
@@ -98,11 +98,11 @@ def _carry(
             X = row(rest, k)
             way = speed = (0.0, 0.0, 0.0)
             total = change = 0.0
-            for c in range(CARRIERS):
-                i = carriers.particles[k, c]
+            for c in range(INFLUENCES):
+                i = influences.particles[k, c]
                 away, drift = minus(moved(turns[0], i, X), x), minus(moved(turns[1], i, X), v)
                 far = 1.0 + dot(away, away) / near
-                weight = carriers.weights[k, c] / (far * far)
+                weight = influences.weights[k, c] / (far * far)
                 rate = -4.0 * weight * dot(away, drift) / (far * near)
                 total += weight
                 change += rate
