@@ -1,4 +1,4 @@
-"""How particles that stand for hair hold together: clumps, stretch, links lost, and a split that closes again."""
+"""Cohesion of hair as particles: clumps, stretch, lost links, and a split that closes again."""
 
 from collections.abc import Mapping
 
@@ -10,36 +10,36 @@ from hairpipe.data.lengths import strand_lengths
 from hairpipe.data.table import table_of_rows
 
 FEW = 0.05
-"""Share of each half that may lie nearer to the other than the gap is wide."""
+"""Share of each half that the gap may exclude: the particles nearest to the other half."""
 CROSSED = 0.01
-"""What is farther beyond the end of the other half than this is on the wrong side [m]."""
+"""Distance beyond the end of the other half from which a particle is on the wrong side [m]."""
 COLUMNS = (
     "frames reached",
-    "nearest, of that at rest [%]",
+    "nearest particle, of rest [%]",
     "stretch [%]",
     "links out of reach [%]",
-    "at the end [%]",
-    "stretch at the end [%]",
-    "speed at the end [mm/s]",
+    "final links out of reach [%]",
+    "final stretch [%]",
+    "final speed [mm/s]",
 )
 SPLIT = (
-    "gap at first [mm]",
-    "widest [mm]",
-    "at the end [mm]",
-    "links released [%]",
-    "open at the end [%]",
-    "on the wrong side [%]",
+    "initial gap [mm]",
+    "largest gap [mm]",
+    "final gap [mm]",
+    "released links [%]",
+    "final released links [%]",
+    "particles on the wrong side [%]",
 )
 
 
 def cloud_table(cloud: Mapping[int, Cloud], particles: Particles) -> Table:
-    """Return one row, of the worst frame where nothing else is said.
+    """Return one row, of the worst frame by default.
 
-    cloud    at the frames that were reached
-    nearest  1 % quantile of the distance to the nearest other particle, over that at rest: less is clumped
-    stretch  99 % quantile, of the distance to the next particle on the same hair over that at rest
-    links    share of them that are longer than twice their reach, so that they have faded
-    speed    root mean square
+    cloud             particles at the frames that were reached
+    nearest particle  1 % quantile of the distance to the nearest other particle, over that at rest: less is clumped
+    stretch           99 % quantile, of the distance to the next particle on the same hair over that at rest
+    links             share longer than twice their reach, which have zero strength
+    speed             root mean square
     """
     order = np.lexsort((particles.arcs, particles.strands))
     same = particles.strands[order[1:]] == particles.strands[order[:-1]]
@@ -59,13 +59,13 @@ def cloud_table(cloud: Mapping[int, Cloud], particles: Particles) -> Table:
 
 
 def split_table(cloud: Mapping[int, Cloud], particles: Particles) -> Table:
-    """Return one row, of what is farther from the root than half of its hair.
+    """Return one row, of the particles in the outer half of the length of their hair.
 
-    Its halves lie on both sides of the widest room along x that there is at any frame, in the middle half of the hair.
+    They are split at the widest gap along x at any frame, in the middle half of the hair.
 
-    gap       between the halves: each without the 5 % nearest to the other
-    released  links from one half to the other that are out of reach, at the widest
-    wrong     particles that end more than 10 mm beyond where the other half ends
+    gap         between the sides: each without the 5 % nearest to the other
+    released    links across that are out of reach, at the largest gap
+    wrong side  particles more than 10 mm beyond the end of the other side, in the last frame
     """
     hair, ends = particles.hair, particles.links
     low = particles.arcs > 0.5 * strand_lengths(hair.points, hair.offsets)[particles.strands]
@@ -88,7 +88,7 @@ def split_table(cloud: Mapping[int, Cloud], particles: Particles) -> Table:
 
 
 def _widest(x: np.ndarray) -> tuple[float, float]:
-    """Return the width and the middle of the widest room between numbers, in the middle half of them."""
+    """Return the width and the middle of the widest gap between numbers, in the middle half of them."""
     x = np.sort(x)[len(x) // 4 : -(len(x) // 4)]
     widest = int(np.argmax(np.diff(x)))
     return float(x[widest + 1] - x[widest]), float(0.5 * (x[widest + 1] + x[widest]))
@@ -100,7 +100,7 @@ def _nearest(points: np.ndarray) -> np.ndarray:
 
 
 def _open(points: np.ndarray, particles: Particles) -> np.ndarray:
-    """Return which links are out of reach, (E,)."""
+    """Return the links that are out of reach, (E,) bool."""
     return _lengths(points, *particles.links.T) > 2.0 * particles.reach
 
 

@@ -17,11 +17,11 @@ from hairpipe.measure.pinching import is_pinched
 COLUMNS = (
     "time [s]",
     "deepest [mm]",
-    "99 % within [mm]",
+    "99 % quantile [mm]",
     "points inside",
     "points",
-    "not yet out [mm]",
-    "points not yet out",
+    "still inside [mm]",
+    "points still inside",
     "pinched [mm]",
     "points pinched",
     "fastest point [m/s]",
@@ -37,12 +37,12 @@ def measure_contacts(
 ) -> Table:
     """Return a row for every frame, over all points but the roots, which the body holds; time zero is the first frame.
 
-    surfaces, parts  of the bodies: a point is as deep as in the one that it is deepest in
-    deepest          point inside a body, 0 where all are outside
-    99 % within      depth that 99 of 100 points do not exceed
-    not yet out      of strands that began inside and have not been outside as a whole since: they count nowhere else
-    pinched          where bodies leave no room (`room.py`): they count nowhere else either
-    segment stretch  the largest, over the length in the first frame
+    surfaces, parts  level sets of the bodies; the depth of a point is the largest in any body
+    deepest          largest depth, 0 where all points are outside
+    99 % quantile    of the depth of points
+    still inside     strands that began inside and have not been outside as a whole since; excluded elsewhere
+    pinched          points between bodies without free space (`pinching.py`); excluded elsewhere
+    segment stretch  largest stretch, over the length in the first frame
     """
     frames = list(hair)
     rest = segment_lengths(hair[frames[0]].points, hair[frames[0]].offsets)
@@ -73,17 +73,17 @@ def measure_contacts(
 
 
 def still(surface: LevelSet) -> Collider:
-    """Make a body that is at all times what it is at one frame."""
+    """Make the collider of a body at rest."""
     return build_collider_field(surface, surface, 1.0, Interpolation.linear)
 
 
 def still_parts(parts: BodyParts) -> Collider:
-    """Make a body in parts of which the time zero is a frame."""
+    """Make the collider of a body in parts, at rest in the pose of a frame."""
     return build_collider_parts(parts, parts, 1.0)
 
 
 def depths(hair: Strands, bodies: Sequence[Collider]) -> np.ndarray:
-    """Return how deep all points but the roots are inside the union of bodies [m], (P - S,); 0 where outside."""
+    """Return the depth of all points but the roots inside the union of bodies [m], (P - S,); 0 outside."""
     free = free_points(hair)
     probe = SdfSample.blank(len(free), 0.0)
     for body in bodies:

@@ -1,4 +1,4 @@
-"""Cost of a frame, from the times that the results of nodes took."""
+"""Cost of a frame, from the recorded times of results."""
 
 from collections.abc import Iterable, Mapping, Sequence
 

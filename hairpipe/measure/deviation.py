@@ -15,9 +15,9 @@ class Deviation(NamedTuple):
     tip            root mean square over the strands [m]
     whole          root mean square over strands and points except the roots [m], strands of any length weighted
                    equally
-    tip_percent    the first, every distance over the length of its strand in the reference [%]
-    whole_percent  the second, likewise
-    largest        of any point [m]
+    tip_percent    the same as `tip`, over the length of each strand in the reference [%]
+    whole_percent  the same as `whole`, likewise
+    largest        largest distance of a point [m]
     lost           strands of the hair with a point that is not finite, (n,) int64
     """
 
@@ -63,7 +63,7 @@ def deviation(hair: Strands, reference: Strands, whose: np.ndarray | None = None
 
 
 def _is_finite(hair: Strands) -> np.ndarray:
-    """Tell which strands are finite, (S,)."""
+    """Return which strands are finite, (S,) bool."""
     return np.logical_and.reduceat(np.isfinite(hair.points).all(axis=1), hair.offsets[:-1])
 
 

@@ -1,4 +1,4 @@
-"""Fidelity of a simulation: a row of errors against a reference, and where it failed."""
+"""Fidelity of a simulation: errors against a reference, and the frame of a failure."""
 
 from collections.abc import Mapping, Sequence
 
@@ -36,16 +36,16 @@ def fidelity_table(
 ) -> Table:
     """Return one row: errors of hair against a reference, root mean squares over the frames.
 
-    hair     at the frames that it reached; where these are fewer than the reference has, it was not finite at the next:
-             its errors are infinite, depth and stretch those of what came before
+    hair     hair at the frames that it reached; with fewer frames than the reference, it was not finite at the next:
+             its errors are infinite, depth and stretch those of its frames
     grooms   of the hair and of the reference, whose strands correspond by ids; in order without
     gravity  along -Y [m/s^2]
-    bound    stretch of a segment, over its length in the first frame, beyond which hair has failed
-    skip     frames at the beginning that do not count, other than for failures
+    bound    largest stretch of a segment, over its length in the first frame, that is not a failure
+    skip     frames at the beginning that are excluded, except for failures
 
-    energy   of motion and of weight, the mean over the strands, over m g L of the reference; zero gravity leaves it out
-    deepest  point inside bodies at a frame; NaN without bodies
-    failed   what happened at which frame, or nothing
+    energy   kinetic and potential, the mean over the strands, over m g L of the reference; NaN without gravity
+    deepest  largest depth of a point inside bodies at a frame; NaN without bodies
+    failed   kind and frame of the failure, or empty
     BadInput where strands do not correspond, or no frames are left.
     """
     whose = None if grooms is None else matches(*grooms)
@@ -75,7 +75,7 @@ def fidelity_table(
 
 
 def _summed(found: np.ndarray) -> list[float]:
-    """Sum up what was found, (frames, 8), in the units of the columns."""
+    """Summarise the errors of frames, (frames, 8), in the units of the columns."""
     rms = np.sqrt(np.mean(found[:, [0, 1, 2, 3, 5]] ** 2, axis=0))
     deepest, stretch = 1e3 * np.fmax.reduce(found[:, 6]), 100.0 * np.fmax.reduce(found[:, 7])
     return [*rms[:2], *(1e3 * rms[2:4]), 1e3 * found[:, 4].max(), 100.0 * rms[4], deepest, stretch]
@@ -97,7 +97,7 @@ def _errors(
 
 
 def _heads(hair: Strands, gravity: float) -> np.ndarray:
-    """Return the energy of motion and weight of every strand over its weight m g [m], (S,); zero without gravity.
+    """Return kinetic and potential energy of every strand over its weight m g [m], (S,); zero without gravity.
 
     Mass is even along a strand: half of a segment's at either of its ends.
     """
@@ -114,7 +114,7 @@ def _heads(hair: Strands, gravity: float) -> np.ndarray:
 
 
 def matches(groom: Groom, other: Groom) -> np.ndarray:
-    """Return for every strand of a groom which of another has its id, (S,); BadInput where there is none."""
+    """Return the index of each strand of a groom in another one, by ids, (S,); BadInput where an id is missing."""
     order = np.argsort(other.ids)
     place = order[np.minimum(np.searchsorted(other.ids[order], groom.ids), len(order) - 1)]
     if missing := groom.ids[other.ids[place] != groom.ids].tolist():

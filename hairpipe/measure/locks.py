@@ -13,20 +13,20 @@ from hairpipe.sim.locks.auditing import means_of_locks
 from hairpipe.sim.locks.joining import ages_of
 
 LASTED = 5
-"""Frames after which a connection counts as lasting here."""
+"""Fewest frames of a lasting connection."""
 COLUMNS = (
     "time [s]",
-    "connections a segment",
-    f"of them {LASTED} frames old [%]",
+    "connections per segment",
+    f"connections of {LASTED} or more frames [%]",
     "simulated [%]",
-    "of them parted [%]",
+    "released, of simulated [%]",
     "largest lock",
-    "guides disagree by [mm]",
-    "hairs audited",
-    "audited off [mm]",
-    "at most [mm]",
-    "off [mm]",
-    "off [% of length]",
+    "guide disagreement [mm]",
+    "audited strands",
+    "audit error [mm]",
+    "audit error bound [mm]",
+    "error [mm]",
+    "error [% of length]",
 )
 
 
@@ -39,14 +39,12 @@ def measure_locks(
 ) -> Table:
     """Return a row for every frame; time zero is the first frame.
 
-    of them parted      that followed before, and have neither come back nor lead others
-    guides disagree by  an estimate of how far hairs that follow are from where they would go by themselves, given the
-                        guides: the rms over their points, 0 without any
-    hairs audited       whose audit ended at this frame (`sim/locks/auditing.py`)
-    audited off         rms distance of their points from where guides would have taken them in that time; NaN: none
-    at most             for all hairs that follow, with a confidence of 90 %, locks being independent of each other: NaN
-                        where fewer than two ended
-    off                 rms distance of all points from the truth, NaN without one
+    released            former followers that have neither returned to a lock nor become guides of others
+    guide disagreement  estimated error of followers from the guides: the rms over their points, 0 without followers
+    audited strands     strands whose audit ended at this frame (`sim/locks/auditing.py`)
+    audit error         rms distance of their points from the places that their guides predict; NaN without audits
+    audit error bound   of all followers, with a confidence of 90 %, for independent locks; NaN for fewer than two
+    error               rms distance of all points from the truth, NaN without truth
 
     Raises BadInput where the truth is of other strands.
     """
@@ -84,7 +82,7 @@ def measure_locks(
 
 
 def _audit(before: HairState | None, state: HairState) -> tuple[int, float, float]:
-    """Return how many hairs an audit has compared, their rms error [mm], and its bound [mm]."""
+    """Return the number of audited strands, their rms error [mm], and its bound [mm]."""
     if before is None or before.locks is None or state.locks is None or np.isnan(state.locks.errors).all():
         return 0, np.nan, np.nan
     audited = np.where(np.isnan(state.locks.errors), -1, before.locks.audited)
@@ -94,7 +92,7 @@ def _audit(before: HairState | None, state: HairState) -> tuple[int, float, floa
     mean = np.average(squares, weights=hairs)
     bound = np.nan
     if count > 1:
-        # Of a ratio of means: of squares over all hairs of a lock, and of these hairs.
+        # Variance of a ratio of means: sums of squares over the strands of a lock, and their number.
         apart = hairs * (squares - mean) / hairs.mean()
         bound = mean + uncertainty(apart)
     return int(hairs.sum()), 1e3 * float(np.sqrt(mean)), 1e3 * float(np.sqrt(bound))

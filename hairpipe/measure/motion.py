@@ -12,12 +12,12 @@ COLUMNS = ("time [s]", "rms speed [mm/s]", "fastest [mm/s]", "longest stretch [%
 
 
 def measure_speeds(hair: Mapping[int, Strands], fps: float, cuts: Sequence[int] = ()) -> Table:
-    """Return a row for every frame, over all points but the roots, which are led; time zero is the first frame.
+    """Return a row for every frame, over all points but the roots, which are prescribed; time zero is the first frame.
 
-    rms speed, fastest  of the points; half the square of the first is the kinetic energy of a kilogram
-    longest stretch     of a whole strand, over its length at the first frame
+    rms speed, fastest  of the points
+    longest stretch     largest stretch of a whole strand, over its length at the first frame
     mean height         along Y
-    moved               root mean square, since the frame before; 0 at a cut of the shot
+    moved               rms displacement since the previous frame; 0 at a cut of the shot
     """
     frames = list(hair)
     first = previous = hair[frames[0]]
@@ -35,7 +35,7 @@ def measure_speeds(hair: Mapping[int, Strands], fps: float, cuts: Sequence[int] 
 
 
 def watch(hair: Strands, groom: Groom) -> Table:
-    """Return one row as of `measure_speeds`, of one frame; strands are stretched against the groom."""
+    """Return the row of `measure_speeds` of one frame, with the stretch against the groom."""
     return table_of_rows(COLUMNS[1:-1], [row_of(hair, strand_lengths(groom.points, groom.offsets))])
 
 

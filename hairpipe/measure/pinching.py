@@ -7,10 +7,10 @@ import numpy as np
 from hairpipe.levelset.collider import Collider, SdfSample
 
 ROOM = 1e-3
-"""How far a place is outside that counts as room: the thickness that hair keeps by default [m]."""
+"""Distance from the body of a free position: the default thickness of hair [m]."""
 _STEPS = 12
-_ENOUGH = 0.5  # of the room; distances are not exact
-_FARTHEST = 2.0  # places looked at, over the depth and the room
+_ENOUGH = 0.5  # of the clearance; distances are not exact
+_FARTHEST = 2.0  # length of the traced path, over the sum of depth and clearance
 
 
 def is_pinched(points: np.ndarray, depths: np.ndarray, bodies: Sequence[Collider]) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What can be said of every point of hair: depth in bodies, stretch, tension, and the lock that it is in."""
+"""Values of every point of hair: depth in bodies, stretch, tension, lock."""
 
 from collections.abc import Sequence
 

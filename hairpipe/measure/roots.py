@@ -12,7 +12,7 @@ from hairpipe.sim.boundary import check_lead
 def measure_root_motion(groom: Groom, leads: Mapping[int, Mesh | Ends], fps: float, cuts: Sequence[int] = ()) -> Table:
     """Return a row for every frame: root mean square, over the strands, of speed and acceleration of the roots.
 
-    leads  leads at the frames of the run, ascending; some may be missing
+    leads  bodies or ends at the frames of the run, ascending; frames may be missing
     cuts   frames at which the shot is cut: differences are one-sided there
     """
     frames = list(leads)
@@ -40,7 +40,7 @@ def differences(values: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def root_places(groom: Groom, lead: Mesh | Ends) -> np.ndarray:
-    """Return where the roots are [m], (S, 3); BadInput where the lead is that of another groom."""
+    """Return the positions of the roots [m], (S, 3); BadInput for the ends of another groom."""
     check_lead(lead, groom)
     if isinstance(lead, Ends):
         rest = groom.points[groom.offsets[:-1]]

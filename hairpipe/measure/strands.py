@@ -27,15 +27,15 @@ TURNED = "turned [rad]"
 
 
 def measure(hair: Mapping[int, Strands], fps: float, ends: Mapping[int, Ends] | None = None) -> Table:
-    """Return a row for every frame and strand; time zero, and what moved and stretched is compared to, is the first.
+    """Return a row for every frame and strand, compared with the first frame, which is time zero.
 
     span            from root to tip
-    bulge           farthest from the straight line between them
+    bulge           largest distance from the line between root and tip
     stretch         of the whole strand
-    segment strain  the largest, whether stretched or compressed
+    segment strain  largest absolute strain
     writhe          loops, see `writhe`
-    moved           root mean square over the points
-    turned          the tip against the root, about the way from one to the other at first; where ends are given
+    moved           root mean square displacement of the points
+    turned          rotation of the tip against the root, about the initial line between them; with scripted ends
     """
     frames = list(hair)
     first = hair[frames[0]]
@@ -68,7 +68,7 @@ def rows_of(now: Strands, first: Strands, time: float) -> Iterator[tuple[Any, ..
 
 
 def bulge(points: np.ndarray) -> float:
-    """Return how far a curve, (n, 3), is from the straight line between its ends at most."""
+    """Return the largest distance of a curve, (n, 3), from the line between its ends."""
     line = points[-1] - points[0]
     length = np.linalg.norm(line)
     along = line / length if length > 0.0 else line

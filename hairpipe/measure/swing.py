@@ -1,4 +1,4 @@
-"""How hair swings about a head that turns: how far, and how long after it."""
+"""Swing of hair about a head that turns: amplitude and lag."""
 
 from collections.abc import Mapping
 
@@ -12,17 +12,17 @@ COLUMNS = ("lag [frames]", "correlation [1]", "swing [degrees]", "swing of the r
 LOWER = 0.75
 """Share of the points of a strand after which the lower quarter begins."""
 FINE = 10
-"""Lags that are tried a frame."""
+"""Number of tried lags per frame."""
 LONGEST = 0.25
-"""Of the shot: the longest lag that is looked for."""
+"""Longest lag, over the duration of the shot."""
 
 
 def swing_table(hair: Mapping[int, Strands]) -> Table:
     """Return one row.
 
-    swing  from one side to the other, of the angle by which the lower quarters of all strands have turned about the
-           vertical through the middle of the roots since the first frame, in least squares
-    lag    after which that angle correlates best with that of the roots
+    swing  peak-to-peak rotation of the lower quarters of all strands since the first frame, about the vertical
+           through the middle of the roots, in least squares
+    lag    delay of the largest correlation of this angle with that of the roots
 
     BadInput where roots do not turn.
     """
@@ -46,7 +46,7 @@ def swing_table(hair: Mapping[int, Strands]) -> Table:
 
 
 def _turns(places: list[np.ndarray]) -> np.ndarray:
-    """Return by how much places, (n, 2) each, have turned since the first of them [degrees], (frames,)."""
+    """Return the rotation of places, (n, 2) each, since the first frame [degrees], (frames,)."""
     first = places[0]
     sines = [np.sum(first[:, 0] * now[:, 1] - first[:, 1] * now[:, 0]) for now in places]
     cosines = [np.sum(first * now) for now in places]
@@ -54,6 +54,6 @@ def _turns(places: list[np.ndarray]) -> np.ndarray:
 
 
 def _correlation(first: np.ndarray, second: np.ndarray, lag: float) -> float:
-    """Return how a series correlates with another so many samples later."""
+    """Return the correlation of a series with another one, delayed by so many samples."""
     at = np.arange(len(first) - int(np.ceil(lag)))
     return float(np.corrcoef(first[at], np.interp(at + lag, np.arange(len(second)), second))[0, 1])

@@ -18,10 +18,10 @@ COLUMNS = ("time [s]", "strand", "segment", "root moved [mm]", "arc [m]", "turne
 def measure_tensions(groom: Groom, states: Mapping[int, HairState], fps: float, moments: Sequence[int]) -> Table:
     """Return a row for every segment of every strand at every frame; time zero is the first frame.
 
-    moments     frames that are looked at, where any of them are among the frames; all without
-    root moved  how far the root is from where it was at the first frame
+    moments     frames that are measured; all if none of them is among the frames
+    root moved  displacement of the root since the first frame
     arc         from the root to the middle of the segment
-    turned      how far the strand has turned since its root, about the axis that it turns about on the whole
+    turned      rotation of the strand since its root, about its mean axis of rotation
     tension     see `tensions`
     """
     frames = list(states)
@@ -54,7 +54,7 @@ def turns(points: np.ndarray) -> np.ndarray:
 
 
 def layout_of(groom: Groom, state: HairState) -> Layout:
-    """Return the layout that a state is in, of the model with as many particles; BadInput where there is none."""
+    """Return the layout of a state, of the model with as many particles; BadInput where there is none."""
     dtype = state.velocities.dtype
     layouts = [lay_out(groom.offsets, kind.shape, dtype) for kind in strand_models().values()]
     found = next((layout for layout in layouts if layout.first[-1] == len(state.positions)), None)

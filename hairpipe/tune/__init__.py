@@ -1,1 +1,1 @@
-"""Finds the model a scene needs: error and time of each simplification, measured on the scene."""
+"""Find the cheapest model of a scene within a tolerance, from errors and times measured on the scene."""

@@ -1,4 +1,4 @@
-"""What chaos leaves of a tolerance, from the distances of all pairs of runs of a sample, patch by patch."""
+"""Limits of a tolerance by chaos, from the distances of all pairs of runs of a sample, patch by patch."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,28 +21,28 @@ from hairpipe.tune.quantity import Tolerance
 
 REFERENCE = (0, 1, 2, 3)
 MODEL = (0, 4, 5)
-"""Members of both: the first of each begin alike, and are compared as far as hair can be predicted."""
+"""Members of model and reference: the first of each start equal, and are compared in the predictable frames."""
 INDIFFERENT, LEAST = 0.2, 1e-6
-"""How far tips of members are aimed apart: a share of the tolerance, and at least so far [m]."""
+"""Initial difference of the tips of members: a share of the tolerance, and a minimum [m]."""
 SPREADS = (0.67, 1.5)
-"""What the spread of a model may be, over that of the reference."""
+"""Accepted range of the spread of a model, over that of the reference."""
 CHANCE = 0.05
-"""Significance level: a model with such errors by chance no more often than this differs significantly."""
+"""Significance level."""
 PLACES = ("tip", "whole")
 
 
 @dataclass(frozen=True)
 class Chaos:
-    """What members of the reference say about a scene; lengths in the tolerance's unit.
+    """Chaos of a scene, from members of the reference; lengths in the tolerance's unit.
 
-    tip        standard deviation of where tips of members are aimed [m]
-    predicted  frames after the first for which two of them are at most half the tolerance apart
+    tip        standard deviation of the initial tips of members [m]
+    predicted  number of predictable frames after the first: two members differ by at most half the tolerance
     seconds    the same [s]
-    frame      the last of them
-    chaotic    whether there are others after them
-    apart      root mean square distance of two of them, of tips or of whole strands, the larger, from then on, or at
-               any frame where there are no others
-    floor      what can be told of the bias of three others from then on; 0 where there are no others
+    frame      last predictable frame
+    chaotic    whether later frames exist
+    apart      root mean square distance of two members, of tips or of whole strands, the larger, in later frames, or
+               in all frames without them
+    floor      smallest measurable bias of three members in later frames; 0 without them
     """
 
     tip: float
@@ -58,12 +58,12 @@ class Chaos:
 class Climate:
     """Differences of members of a model from those of the reference after the predictable frames.
 
-    bias    of their means, of tips or of whole strands, the larger, in the tolerance's unit
-    bound   what it may be in strands that were not sampled
-    spread  over that of the reference
-    score   largest of the observables, over what the reference differs from itself by; None where frames are too few
-    p       how often chance alone makes it as large
-    told    observables that differ by more than the reference from itself, with how many times as much
+    bias         difference of the means, of tips or of whole strands, the larger, in the tolerance's unit
+    bound        upper bound of the bias of strands that were not sampled
+    spread       spread over that of the reference
+    score        largest difference in an observable, over that within the reference; None for too few frames
+    p            probability of such a score by chance
+    significant  observables with larger differences than within the reference, and the ratios
     """
 
     bias: float
@@ -90,7 +90,7 @@ def chaos_of(
         return Chaos(*said, float(spreads.max()), 0.0)
     later = squares[:, predicted:].mean(axis=(1, 2))
     apart = root_mean_square(later).max()
-    others = np.arange(count + len(MODEL))  # of which nothing but their number counts
+    others = np.arange(count + len(MODEL))  # only their number is used
     floor = floors(np.sqrt(later), Sides(others >= count, others), squared_bias)
     return Chaos(*said, float(apart), float(np.sqrt(max(floor.max(), 0.0))))
 
@@ -128,9 +128,9 @@ def squares_of(pairs: Mapping[tuple[int, int], Table], unit: str) -> np.ndarray:
 
 
 def refusal(climate: Climate, chaos: Chaos, tolerance: Tolerance, limit: float) -> str:
-    """Return why a tolerance cannot be guaranteed for a model, whatever its errors are; empty if it can.
+    """Return why a tolerance cannot be guaranteed for a model, independent of its errors; empty if it can.
 
-    limit  of the observables, over what the reference differs from itself by
+    limit  largest accepted difference in an observable, over that within the reference
     """
     if chaos.floor > tolerance.value:
         return "the floor of chaos is above the tolerance"

@@ -14,7 +14,7 @@ from hairpipe.tune.measured import Measured
 WORTH = 0.97
 """Largest ratio of times at which a simplification counts as a saving: times are measured no more accurately."""
 MOST_TRIES = 12
-"""Combinations that are measured, at most, before the best of what is known is taken."""
+"""Maximum number of measured combinations; then the best of them is chosen."""
 
 Combination = frozenset[Simplification]
 Measure = Callable[[Combination], Measured]
@@ -113,7 +113,7 @@ def choose_within(
 
 
 def table_of(full: Measured, singles: Mapping[Simplification, Measured]) -> dict[Combination, Measured]:
-    """List all that is known at the beginning by combination, but for what was screened only."""
+    """List the initial measurements by combination, without those that were screened only."""
     known = {Combination(): full} | {Combination([part]): found for part, found in singles.items()}
     return {parts: found for parts, found in known.items() if not found.screened}
 
@@ -128,7 +128,7 @@ def guess_all(full: Measured, singles: Mapping[Simplification, Measured]) -> Ite
         taken = sorted(filter(None, picked), key=lambda part: part.axis)  # so that rounding is the same every time
         drops = [target for part in taken for target in part.drops]
         if len(drops) > len(set(drops)):
-            continue  # what is left out for something else is not left out again
+            continue  # a part can be omitted only once
         if any(p.compatible is not None and q.axis not in (p.axis, *p.compatible) for p in taken for q in taken):
             continue
         square = full.bound**2 + sum(max(singles[part].bound ** 2 - full.bound**2, 0.0) for part in taken)
@@ -154,15 +154,15 @@ def saves_time(parts: Combination, found: Measured, full: Measured) -> bool:
 
 
 def by_cost(guess: Guess) -> tuple[float | str, ...]:
-    """Order guesses by what they cost; of two that cost the same, the one that leaves out more comes first."""
+    """Order guesses by cost; of two with equal cost, the one that omits more is first."""
     return guess.seconds, -len(guess.parts), guess.bound, *names(guess.parts)
 
 
 def by_error(guess: Guess) -> tuple[float | str, ...]:
-    """Order guesses by how far off they are."""
+    """Order guesses by error."""
     return guess.bound, guess.seconds, *names(guess.parts)
 
 
 def names(parts: Iterable[Simplification]) -> list[str]:
-    """List what a combination leaves out, in an order that does not depend on how it was put together."""
+    """List the parts that a combination omits, in a fixed order."""
     return sorted(f"{part.axis} {part.level}" for part in parts)

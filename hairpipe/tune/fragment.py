@@ -1,4 +1,4 @@
-"""Settings as TOML: the tables of a graph file that a choice changes, whole, to take the place of those there."""
+"""Settings as TOML: the whole tables of a graph file that a choice changes, to replace those of the file."""
 
 import json
 import re
@@ -11,7 +11,7 @@ BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def changed_tables(before: Tables, after: Tables) -> Tables:
-    """Return the tables of nodes that are not as they were."""
+    """Return the tables of nodes that have changed."""
     return {name: table for name, table in after.items() if isinstance(table, dict) and table != before.get(name)}
 
 

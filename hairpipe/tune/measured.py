@@ -1,4 +1,4 @@
-"""What was measured of one model of a scene's hair, from the tables and times that the store holds."""
+"""Measurements of one model of a scene's hair, from tables and times in the store."""
 
 import statistics
 from collections.abc import Iterable, Sequence
@@ -18,16 +18,16 @@ class Measured:
     """Error and cost of a model.
 
     error     of tips or of whole strands, the larger, root mean square over strands and frames, in the tolerance's
-              unit; where hair is chaotic, until it cannot be predicted, or the bias afterwards, the larger
-    bound     what it may be in strands that were not sampled, judged by the spread among patches
-    seconds   a frame of the whole scene [s]
-    tip       root mean square distance of the tips, as far as hair can be predicted [m]
-    percent   the same in shares of the length of their strands [%]
-    whole     of whole strands [m]
-    fault     why there is no error; then all of those are infinite
-    screened  whether hair is chaotic, and only what is before that was looked at: enough to refuse, not to promise
-    climate   where hair is chaotic: afterwards
-    refused   why it cannot be promised to keep the tolerance, whatever the error is
+              unit; for chaotic hair that of predictable frames, or the bias afterwards, the larger
+    bound     upper bound of the error of strands that were not sampled, from the spread among patches
+    seconds   time of a frame of the whole scene [s]
+    tip       root mean square distance of the tips in predictable frames [m]
+    percent   the same over the length of their strands [%]
+    whole     the same of whole strands [m]
+    fault     reason for a missing error; the errors are then infinite
+    screened  whether only the predictable frames of chaotic hair were measured: enough to refuse, not to guarantee
+    climate   climate of chaotic hair
+    refused   why the tolerance cannot be guaranteed, independent of the error
     """
 
     error: float
@@ -42,25 +42,25 @@ class Measured:
     refused: str = ""
 
     def keeps(self, tolerance: float) -> bool:
-        """Whether that can be promised."""
+        """Whether a tolerance can be guaranteed."""
         return self.bound <= tolerance and not self.refused
 
     def kept(self, tolerance: float) -> bool:
-        """Whether a promise was kept where this was measured."""
+        """Whether the measured error is within a tolerance."""
         return self.error <= tolerance and not self.refused
 
     def broke(self, tolerance: float) -> bool:
-        """Whether one was broken, by more than the spread among patches explains: the bound as far below the error."""
+        """Whether the error exceeds a tolerance by more than the spread among patches."""
         return bool(self.fault or self.refused) or 2.0 * self.error**2 - self.bound**2 > tolerance**2
 
 
 def failed(fault: str) -> Measured:
-    """Describe a model that did not get through the sample."""
+    """Make the measurement of a model that failed on the sample."""
     return Measured(*[float("inf")] * 6, fault)
 
 
 def measured_of(table: Table, tolerance: Tolerance, seconds: float, frames: Iterable[int]) -> Measured:
-    """Sum the table of `measure_patches` up, at these frames; hair is lost at any."""
+    """Summarise the table of `measure_patches` at these frames; a lost strand at any of them is an error."""
     if np.any(table["lost"]):
         return failed("hair is not finite")
     rows = np.isin(table["frame"], list(frames))
@@ -83,12 +83,12 @@ def bounded(table: Table, column: str) -> tuple[float, float]:
 def seconds_per_frame(
     hair: Sequence[Sequence[float]], others: Sequence[Sequence[float]], frames: int, scale: float
 ) -> float:
-    """Return seconds a frame of the whole scene: the median of its hair, and all of the others.
+    """Return the time of a frame of the whole scene [s]: the median of its hair, and the sum of the others.
 
-    hair    seconds of each frame of the sample, for every node that hair takes [s]
-    others  seconds of each level set that was made, and of each frame of particles, which stand for the whole scene,
-            for every node that makes them [s]
-    frames  that were measured
+    hair    times of each frame of the sample, for every node of the hair [s]
+    others  times of each level set, and of each frame of particles, which represent the whole scene, for every node
+            that computes them [s]
+    frames  measured frames
     scale   strands of the scene over those of the sample
     """
     return scale * sum(map(statistics.median, hair)) + sum(statistics.median(b) * len(b) / frames for b in others if b)

@@ -1,4 +1,4 @@
-"""Numbers with units, as people give them: 2mm, 0.5 %, 5s."""
+"""Numbers with units: 2mm, 0.5 %, 5s."""
 
 import re
 from typing import Literal, NamedTuple
@@ -11,24 +11,24 @@ NUMBER = re.compile(r"\s*(\d{1,15}(?:\.\d{1,15})?(?:[eE][+-]?\d{1,2})?)\s*([a-zA
 
 
 class Tolerance(NamedTuple):
-    """How far tips and whole strands may be off, root mean square: in metres, or in % of the length of a strand."""
+    """Largest error of tips and whole strands, root mean square: in metres, or in % of the length of a strand."""
 
     value: float
     unit: Literal["m", "%"]
 
     def __str__(self) -> str:
-        """Write it as a person would give it."""
+        """Write the tolerance with its unit."""
         return f"{self.value:g} %" if self.unit == "%" else f"{1e3 * self.value:g} mm"
 
 
 def read_tolerance(text: str) -> Tolerance:
-    """Read a length, or a share of the length of a strand in %; BadInput where it is neither, or not positive."""
+    """Read a length, or a share of the length of a strand in %; BadInput for another text, or a value not above 0."""
     number, unit = take_apart(text, (*LENGTHS, "%"), "--tolerance", "2mm, or 0.5% of the length of the hair")
     return Tolerance(number, "%") if unit == "%" else Tolerance(number * LENGTHS[unit], "m")
 
 
 def read_seconds(text: str) -> float:
-    """Read a time [s]; BadInput where it is none, or not positive."""
+    """Read a time [s]; BadInput for another text, or a value not above 0."""
     number, unit = take_apart(text, tuple(TIMES), "--budget", "5s, 300ms or 2min a frame")
     return number * TIMES[unit]
 

@@ -18,7 +18,7 @@ ALIGN = "<>>>>>><"
 
 
 def header(tuned: Tuned) -> list[str]:
-    """Describe the sample, and whether the reference is converged within the tolerance, or what chaos does to it."""
+    """Describe the sample, and the convergence of the reference within the tolerance, or its chaos."""
     found, tolerance = tuned.reference, tuned.tolerance
     lines = [f"sample: {described(tuned.sample, tuned.strands)}", reference_line(tuned.steps, found, tolerance)]
     if isinstance(found, Chaos):
@@ -30,7 +30,7 @@ def header(tuned: Tuned) -> list[str]:
 
 
 def reference_line(steps: str, found: Measured | Chaos, tolerance: Tolerance) -> str:
-    """Describe how well the reference is converged, or known for chaos."""
+    """Describe the convergence of the reference, or its chaos."""
     if isinstance(found, Chaos):
         members = f"reference: {len(REFERENCE)} members, {steps}, tips aimed {millimetres(found.tip)} mm apart"
         apart = length(found.apart, tolerance)
@@ -47,7 +47,7 @@ def reference_line(steps: str, found: Measured | Chaos, tolerance: Tolerance) ->
 
 
 def floor_line(found: Chaos, tolerance: Tolerance) -> str:
-    """Say what can be promised where the floor of chaos is above the tolerance."""
+    """State the guarantee where the floor of chaos is above the tolerance."""
     floor = f"chaos floor {length(found.floor, tolerance)} ({len(MODEL)} + {len(REFERENCE)} members)"
     until = f"up to frame {found.frame} only" if found.predicted else "at no frame"
     return f"{floor}: a tolerance of {tolerance} can be promised {until}"
@@ -97,7 +97,7 @@ def trial_line(tuned: Tuned, trial: Trial) -> str:
 
 
 def row(text: str, found: Measured, full: Measured, tolerance: Tolerance, reason: str) -> tuple[str, ...]:
-    """Write what was measured of one model."""
+    """Write the measurements of one model."""
     if found.fault:
         return text, "", "", "", "", "", "", reason
     bound = length(found.bound, tolerance)
@@ -130,7 +130,7 @@ def why(tuned: Tuned, parts: Combination, found: Measured) -> str:
 
 
 def conclusion(tuned: Tuned) -> list[str]:
-    """Describe the choice, what it saves, and whether it holds on the second sample."""
+    """Describe the choice, its saving, and the result on the second sample."""
     choice, full, tolerance = tuned.choice, tuned.full, tuned.tolerance
     if choice.parts is None:
         found = choice.measured
@@ -155,7 +155,7 @@ def conclusion(tuned: Tuned) -> list[str]:
 
 
 def promise_lines(tuned: Tuned) -> list[str]:
-    """Say what is promised where hair is chaotic: until when, and what of it afterwards."""
+    """State the guarantee for chaotic hair: its duration, and its quantities afterwards."""
     chaos = tuned.reference
     climate = tuned.choice.measured.climate
     if not isinstance(chaos, Chaos) or climate is None:
@@ -253,12 +253,12 @@ def described_choice(choice: Choice) -> dict[str, Any] | None:
 
 
 def plain(found: Measured | Chaos) -> dict[str, Any]:
-    """Describe what was measured; what is infinite is null."""
+    """Describe a measurement; an infinite value is null."""
     return {name: None if value == float("inf") else value for name, value in asdict(found).items()}
 
 
 def names_of(parts: Combination) -> list[str]:
-    """List in words what is left out."""
+    """List the omitted parts in words."""
     return [part.text for part in sorted(parts, key=lambda part: names([part]))]
 
 

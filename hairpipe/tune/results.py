@@ -1,4 +1,4 @@
-"""Results of a run: values, and the processor time that they took."""
+"""Results of a run: values, and their processor time."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -8,9 +8,9 @@ from hairpipe.api.shot import Shot
 
 
 class Results:
-    """The results of a shot, of a run at these frames, that are in the cache.
+    """Cached results of a shot, of a run at these frames.
 
-    What is not there is missing from them: nothing is computed.
+    Nothing is computed; a result that is not in the cache is missing.
     """
 
     def __init__(self, shot: Shot, frames: Iterable[int]) -> None:

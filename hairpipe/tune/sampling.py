@@ -6,20 +6,20 @@ import numpy as np
 
 STRANDS = 96
 PATCHES = 4
-"""Of neighbours that strands come in where hair acts on hair; where it does not, each is one."""
+"""Number of patches of neighbouring strands where hair acts on hair; else every strand is a patch."""
 LEAD, LONG = 0.5, 0.5
-"""How long hair settles in before it is measured, and how long it is measured [s]."""
+"""Durations of settling and of measuring [s]."""
 
 
 @dataclass(frozen=True)
 class Sample:
     """Strands and frames of a scene.
 
-    strands  in patches of neighbours
-    number   of the sample of strands: those of different numbers share none
+    strands  sampled strands, in patches of neighbours
+    number   number of the sample: samples of different numbers have no common strands
     begin    frame at which the simulation starts
-    first    frame that is measured, and
-    last     of them
+    first    first measured frame
+    last     last measured frame
     """
 
     strands: int
@@ -31,12 +31,12 @@ class Sample:
 
     @property
     def frames(self) -> range:
-        """Frames that are measured."""
+        """Measured frames."""
         return range(self.first, self.last + 1)
 
     @property
     def simulated(self) -> range:
-        """Frames that are computed."""
+        """Computed frames."""
         return range(self.begin, self.last + 1)
 
 
@@ -46,8 +46,8 @@ def choose_sample(
     """Choose strands, and the frames with the largest acceleration of the roots, preceded by as many to settle.
 
     frames  frames of the shot
-    motion  acceleration of the roots at every frame [m/s^2], (frames,); None where they rest
-    total   strands there are
+    motion  acceleration of the roots at every frame [m/s^2], (frames,); None for roots at rest
+    total   number of strands
     """
     patches = min(patches, total)
     size = min(-(-strands // patches) * patches, total)
@@ -56,7 +56,7 @@ def choose_sample(
 
 
 def other_sample(sample: Sample, frames: range, fps: float, motion: np.ndarray | None, total: int) -> Sample:
-    """Choose other strands, where there are enough, and frames that are not in the sample, where there are enough."""
+    """Choose other strands and frames than those of the sample, as far as the scene has enough."""
     rest = np.zeros(len(frames)) if motion is None else motion.copy()
     rest[[frame - frames[0] for frame in sample.frames]] = -1.0
     number = 1 if total >= 2 * sample.strands else 0

@@ -1,4 +1,4 @@
-"""Simplifications that `tune` tries: those that a model of hair lists, and those that all models have in common.
+"""Simplifications that `tune` measures: those that a model of hair lists, and those common to all models.
 
 A model is a scan node with an input Groom `groom` and an output Strands `strands`. Other inputs have the same name in
 all models: bodies at `body`, ends of strands at `ends`, level sets anywhere; the settings of its steps are in a group
@@ -25,21 +25,21 @@ USUAL_LENGTHS = {"grow_groom": 0.005, "make_strands": 0.006}
 STEPS = (2.0, 4.0, 8.0)
 """Factors on the lengths that bound a step."""
 FARTHEST = 1e3
-"""The largest way in a step that a graph can state [m]."""
+"""Largest displacement in a step that a graph can set [m]."""
 VOXELS = (1.5, 2.0, 3.0)
 """Factors on the spacing of level sets."""
 LARGEST_VOXEL = 0.1  # [m]
 KEYS = (4, 8)
-"""So many strands one is simulated, the others are interpolated."""
+"""Numbers of strands per key strand."""
 BODIES = (LevelSet, BodyParts)
 """Types of sockets that take level sets."""
 OUTPUT = "strands"
 ORDER = ("model", "precision", "segments", "steps", "voxels", "*", "keys", "particles")
-"""Axes in the order in which they are tried; those that are not named, in the place of the star."""
+"""Axes in the order of measurement; the star is the place of axes that are not listed."""
 
 
 def simplifications(graph: Graph, name: str) -> list[Simplification]:
-    """List what can be left out of a simulation, axis by axis; BadInput where the node is none."""
+    """List the simplifications of a simulation, axis by axis; BadInput for another node."""
     node = graph.node(name)
     if not is_model(node):
         known = ", ".join(f"--node {other.name}" for other in graph.nodes.values() if is_model(other))
@@ -51,7 +51,7 @@ def simplifications(graph: Graph, name: str) -> list[Simplification]:
 
 
 def is_model(node: Node) -> bool:
-    """Tell whether a node simulates hair."""
+    """Return whether a node simulates hair."""
     sockets, outputs = node.type.sockets, node.type.outputs
     groom = sockets.get("groom")
     return node.type.mode == "scan" and groom is not None and groom.type is Groom and outputs.get(OUTPUT) is Strands
@@ -63,18 +63,18 @@ def place_of(axis: str) -> int:
 
 
 def declared(node: Node, function: str) -> Any:
-    """Find a function of the module that a node type names for its tuning; None where there is none."""
+    """Find a function of the tuning module of a node type; None without one."""
     return getattr(importlib.import_module(node.type.tuning), function, None) if node.type.tuning else None
 
 
 def touches(node: Node) -> bool:
-    """Tell whether hair acts on hair in a simulation."""
+    """Return whether hair acts on hair in a simulation."""
     couples = declared(node, "couples")
     return bool(couples and couples(node.settings))
 
 
 def of_node(graph: Graph, node: Node) -> Iterator[Simplification]:
-    """List those of the model itself; another takes its place only where no node takes anything but its strands."""
+    """List those of the model itself; another model replaces it only if all other nodes use nothing but its strands."""
     listed = declared(node, "simplifications")
     sockets = {plug.partition(".")[0] for plug in node.edges}
     taken = any(edge.node == node.name and edge.output != OUTPUT for _, _, edge in graph.consumers())
@@ -85,7 +85,7 @@ def of_node(graph: Graph, node: Node) -> Iterator[Simplification]:
 
 
 def of_segments(graph: Graph, node: Node) -> Iterator[Simplification]:
-    """Cut hair into fewer segments, or longer ones, where its grooms come from nodes that have settings for it."""
+    """Use fewer or longer segments, where nodes of the groom have settings for it."""
     behind = [maker for maker in above(graph, node.edges["groom"].node) if "segment_length" in maker.settings]
     counts = {maker.name: maker.settings["segments"] for maker in behind if maker.settings["segments"]}
     lengths = {
@@ -114,14 +114,14 @@ def of_steps(graph: Graph, node: Node) -> Iterator[Simplification]:
 
 
 def steps_of(node: Node) -> dict[str, float]:
-    """Return the numbers that bound the steps of a node; none where it takes no steps."""
+    """Return the settings that bound the steps of a node; empty without steps."""
     steps = node.settings.get("steps")
     bounds = ("longest", "root", "travel", "strain_rate", "courant")
     return {name: steps[name] for name in bounds if steps.get(name) is not None} if isinstance(steps, dict) else {}
 
 
 def scaled_steps(node: Node, factor: float, most: float = 1.0) -> Puts:
-    """Scale what bounds a step: `longest` [s] up to `most`, `root` and `travel` [m] up to what a graph can state."""
+    """Scale the bounds of a step: `longest` [s] up to `most`, `root` and `travel` [m] up to the largest setting."""
     limits = {"longest": most, "root": FARTHEST, "travel": FARTHEST}
     scaled = {name: min(value * factor, limits.get(name, math.inf)) for name, value in steps_of(node).items()}
     return tuple((f"{node.name}.steps.{name}", float(f"{value:.6g}")) for name, value in scaled.items())
@@ -139,7 +139,7 @@ def of_voxels(graph: Graph, node: Node) -> Iterator[Simplification]:
 
 
 def levelsets_of(node: Node) -> list[str]:
-    """List the nodes that give the level sets around a simulation."""
+    """List the nodes that compute the level sets around a simulation."""
     return [edge.node for plug, edge in node.edges.items() if node.type.socket(plug).type in BODIES]
 
 
@@ -156,7 +156,7 @@ def listed(counts: Iterable[float]) -> str:
 
 
 def above(graph: Graph, name: str) -> Iterator[Node]:
-    """Iterate over a node and those behind it, the nearest first."""
+    """Iterate over a node and its inputs, the nearest first."""
     queue = [name]
     seen = {name}
     while queue:

@@ -1,4 +1,4 @@
-"""Measures models of a scene's hair on a sample, as ordinary runs of the graph with other settings."""
+"""Measure models of a scene's hair on a sample, as ordinary runs of the graph with other settings."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -23,28 +23,27 @@ from hairpipe.tune.variants import MEMBER, SAMPLE, merged_variants, sampled, sho
 RunNodes = Callable[[str, Shot, Sequence[str], Sequence[int]], Outcome]
 """Runs a shot up to some nodes at some frames; the text describes what is measured."""
 ERROR, CLIMATE = "tune-error", "tune-climate"
-"""Names of the nodes that compare."""
+"""Names of the comparing nodes."""
 AS_IT_IS = "the graph as it is"
 FINE, FINEST = 0.5, 0.25
-"""Factors on the steps of the graph, of the two models that show whether the reference is converged."""
+"""Factors on the steps of the graph of the two models that test the convergence of the reference."""
 Parts = frozenset[Simplification]
 
 
 class Interrupted(Exception):
-    """A run was interrupted; what was computed is kept."""
+    """A run was interrupted; its results are kept."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """What is to be tuned, and how.
+    """Input of tuning.
 
-    hair     node that simulates
-    run      carries out a run
-    budget   processor time for a frame, to report what error it buys [s]; None where that is not asked for
-    check    whether the choice is measured on other strands and frames, too
-    strands  of the sample
-    limit    where hair is chaotic: how many times as far as the reference from itself a model may be from it, in what
-             is seen of hair
+    hair     node of the simulation
+    run      runs nodes of a shot
+    budget   processor time of a frame, to report its smallest error [s]; None without one
+    check    whether the choice is also measured on other strands and frames
+    strands  number of strands of the sample
+    limit    for chaotic hair: largest difference in an observable, over that within the reference
     """
 
     shot: Shot
@@ -61,7 +60,7 @@ class Request:
 class Comparison:
     """Some runs of one graph, and the tables of all pairs of them.
 
-    names   of the nodes of each run: those that simulate hair, and interpolate or carry it
+    names   nodes of each run: those that simulate, interpolate or deform hair
     """
 
     shot: Shot
@@ -73,13 +72,13 @@ class Comparison:
 
 
 class Study:
-    """A scene, a sample of it, and what has been measured there.
+    """A scene, a sample of it, and the measurements on the sample.
 
     Where hair may be chaotic, the reference is several members at half the steps, else one run at a quarter of them.
 
     scale   strands of the scene over those of the sample
-    tip     by what members of an ensemble differ [m]; None where hair is not chaotic
-    chaos   what the members of the reference showed, once that has been asked for
+    tip     initial difference of members of an ensemble [m]; None where hair is not chaotic
+    chaos   chaos of the reference, once it was measured
     """
 
     def __init__(self, request: Request, sample: Sample, total: int, tip: float | None = None) -> None:
@@ -98,14 +97,14 @@ class Study:
         return text_of(self._reference)
 
     def refined(self, factor: float) -> Parts:
-        """Describe the scene's own model at finer steps; one that takes no steps is as it is."""
+        """Describe the scene's own model at finer steps; a model without steps is unchanged."""
         puts = tuple((target, max(value, 2e-5)) for target, value in scaled_steps(self._node, factor))
         if not puts:
             return frozenset()
         return frozenset([Simplification("steps", 0, f"steps up to 1/{1.0 / puts[0][1]:.0f} s", puts)])
 
     def converged(self) -> Measured | Chaos:
-        """Measure how far the reference moves when its steps are halved, or what chaos does to it."""
+        """Measure the change of the reference when its steps are halved, or its chaos."""
         if self.tip is None:
             return self.measure(self.refined(FINE))
         runs = [(self._reference, member) for member in REFERENCE]
@@ -118,14 +117,14 @@ class Study:
         return self.chaos
 
     def measure(self, parts: Iterable[Simplification]) -> Measured:
-        """Measure the scene's model with these simplifications, once; where hair is chaotic, screen it."""
+        """Measure the scene's model with these simplifications, once; of chaotic hair in predictable frames only."""
         parts = frozenset(parts)
         if parts not in self._known:
             self._known[parts] = self._measure(parts)
         return self._known[parts]
 
     def confirm(self, parts: Iterable[Simplification]) -> Measured:
-        """Measure the same, once, and where hair is chaotic also what is after that."""
+        """Measure the same, once, and if hair is chaotic also its climate."""
         parts = frozenset(parts)
         if parts not in self._confirmed:
             self._confirmed[parts] = self._confirm(parts)
@@ -133,12 +132,12 @@ class Study:
 
     @property
     def _frames(self) -> range:
-        """Frames at which runs are compared: where there are members, from the start of the simulation."""
+        """Frames at which runs are compared: with members, from the start of the simulation."""
         return self.sample.frames if self.tip is None else self.sample.simulated
 
     @property
     def _measured(self) -> range:
-        """Frames of which errors are taken: the last as many as the sample has for which hair can be predicted."""
+        """Frames of the errors: the last predictable ones, as many as the sample has."""
         if self.chaos is None:
             return self.sample.frames
         return self._frames[1 : 1 + max(self.chaos.predicted, 1)][-len(self.sample.frames) :]
@@ -180,7 +179,7 @@ class Study:
     def _comparison(self, runs: Sequence[tuple[Parts, int]], predicted: int = 0) -> Comparison:
         """Lay out runs of models and members in one graph, and nodes that compare all pairs.
 
-        predicted  frames after which climates are compared, of as many runs as a model has, and the others; 0: none
+        predicted  frames after which climates are compared; 0: no comparison
         """
         tables = {
             str(place): simplified(self._tables_of(member), self.hair, parts)
@@ -215,7 +214,7 @@ class Study:
     def _compute(
         self, text: str, compared: Comparison, runs: Sequence[tuple[Parts, int]], more: Sequence[str] = ()
     ) -> str:
-        """Run what runs take, the reference, the others, and compare them; returns the fault."""
+        """Run the inputs, the reference and the others, and compare them; returns the fault."""
         shot, names = compared.shot, compared.names
         before = [edge.node for nodes in names for edge in shot.nodes[nodes[0]].edges.values()]
         reference = [
@@ -232,12 +231,12 @@ class Study:
         if outcome.interrupted:
             raise Interrupted
         for failure in outcome.failures:
-            if failure.kind in ("disk", "crash", "publish"):  # which are not a property of a model
+            if failure.kind in ("disk", "crash", "publish"):  # these are not a property of a model
                 raise BadInput(f"{text}: {failure}", where=self.shot.path)
         return next((str(failure.message) for failure in outcome.failures), "")
 
     def _seconds(self, shot: Shot, names: Sequence[str], results: Results) -> float:
-        """Read what the nodes of hair took: scaled to all strands where they depend on the sample, else as it is."""
+        """Read the times of the nodes of hair, scaled to all strands where they depend on the sample."""
         frames = [frame for frame in self.sample.frames if frame > self.sample.begin]
         others = [results.seconds(name, frames) for name in levelsets_of(shot.nodes[names[0]])]
         whole = [name for name in names if not any(node.name.startswith(SAMPLE) for node in above(shot.graph, name))]
@@ -247,7 +246,7 @@ class Study:
 
 
 def text_of(parts: Iterable[Simplification]) -> str:
-    """Say what a model leaves out."""
+    """List the parts that a model omits."""
     return ", ".join(part.text for part in sorted(parts, key=lambda part: part.axis)) or AS_IT_IS
 
 

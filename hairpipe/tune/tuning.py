@@ -1,4 +1,4 @@
-"""Tunes a scene: chooses a sample, measures error and time of each simplification, and chooses a combination."""
+"""Tune a scene: choose a sample, measure error and time of each simplification, and choose a combination."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -25,7 +25,7 @@ ROOTS = "tune-roots"
 
 
 class Untunable(BadInput):
-    """The graph as it is, or its reference, does not get through the sample."""
+    """The unchanged graph, or its reference, fails on the sample."""
 
 
 @dataclass(frozen=True)
@@ -45,13 +45,13 @@ class Check:
 class Tuned:
     """The results of tuning.
 
-    strands     of the scene
-    reference   how far its tips moved when its steps were halved, or where hair acts on hair, what chaos does to it
-    steps       of it, in words
-    full        the graph as it is
+    strands     number of strands of the scene
+    reference   change of its tips when its steps were halved, or where hair acts on hair, its chaos
+    steps       steps of the reference, in words
+    full        measurement of the unchanged graph
     singles     each simplification on its own
-    budget      processor time for a frame that was asked for [s]
-    affordable  the choice within the budget, where the choice for the tolerance costs more
+    budget      requested processor time of a frame [s]
+    affordable  choice within the budget, where the choice for the tolerance costs more
     """
 
     strands: int
@@ -68,7 +68,7 @@ class Tuned:
 
     @property
     def kept(self) -> bool:
-        """Whether the tolerance is kept, and was on the second sample, if there was one."""
+        """Whether the error is within the tolerance, on the second sample too, if there was one."""
         if self.choice.parts is None or self.check is None:
             return self.choice.parts is not None
         return self.check.chosen.kept(self.tolerance.value)
@@ -79,8 +79,8 @@ class Scene(NamedTuple):
 
     strands  number of its strands
     motion   acceleration of its roots [m/s^2], (frames,); None if no root moves
-    tip      by how much members of an ensemble are to differ [m]; None where hair acts on no hair, so that it is not
-             chaotic, or where tips are held, which no member is made of
+    tip      initial difference of members of an ensemble [m]; None where hair does not act on hair and is not
+             chaotic, or where tips are held, so that members cannot be made
     """
 
     strands: int
@@ -91,7 +91,7 @@ class Scene(NamedTuple):
 def tune(request: Request, echo: Callable[[str], None] = lambda line: None) -> Tuned:
     """Measure strands and frames of a scene, and choose; raises BadInput if the graph cannot be tuned.
 
-    say  receives a line about each measurement
+    echo  receives a line about each measurement
     """
     if len(request.shot.frames) < 2:
         raise BadInput(
@@ -102,7 +102,7 @@ def tune(request: Request, echo: Callable[[str], None] = lambda line: None) -> T
 
 
 def measured_and_chosen(request: Request, echo: Callable[[str], None]) -> Tuned:
-    """Measure the graph as it is and each simplification, and choose; as `tune`, with workers that stay."""
+    """Measure the unchanged graph and each simplification, and choose; as `tune`, with persistent workers."""
     shot = request.shot
     parts = simplifications(shot.graph, request.hair)
     scene = look_at(request)
@@ -132,27 +132,27 @@ def measured_and_chosen(request: Request, echo: Callable[[str], None]) -> Tuned:
 
 
 def confirmed(study: Study, part: Simplification, found: Measured, full: Measured) -> Measured:
-    """Measure what is after hair can be predicted, too, of what keeps the tolerance until then and saves time."""
+    """Measure the climate of a model that saves time and is within the tolerance in predictable frames."""
     worthy = found.keeps(study.request.tolerance.value) and saves(part, found, full)
     return study.confirm([part]) if worthy else found
 
 
 def sample_of(request: Request, scene: Scene) -> Sample:
-    """Choose what is measured; strands come with their neighbours where hair acts on hair."""
+    """Choose strands and frames; strands have their neighbours where hair acts on hair."""
     shot = request.shot
     patches = PATCHES if touches(shot.graph.node(request.hair)) else request.strands
     return choose_sample(shot.frames, shot.fps, scene.motion, scene.strands, request.strands, patches)
 
 
 def checked(request: Request, sample: Sample, scene: Scene, parts: Combination, echo: Callable[[str], None]) -> Check:
-    """Measure the graph as it is and the choice on another sample."""
+    """Measure the unchanged graph and the choice on another sample."""
     study = Study(request, sample, scene.strands, scene.tip)
     echo(f"check: {described(sample, scene.strands)}")
     return Check(sample, study.converged(), study.confirm([]), study.confirm(parts))
 
 
 def described(sample: Sample, total: int) -> str:
-    """Say what a sample consists of."""
+    """Describe a sample."""
     settle = f", after {sample.first - sample.begin} to settle in" if sample.first > sample.begin else ""
     which = "other " if sample.number else ""
     how = f"{sample.patches} patches of neighbours" if sample.patches < sample.strands else "each on its own"
@@ -160,7 +160,7 @@ def described(sample: Sample, total: int) -> str:
 
 
 def look_at(request: Request) -> Scene:
-    """Count the strands of a scene, measure how its roots accelerate, and see whether its hair may be chaotic."""
+    """Count the strands of a scene, measure the acceleration of its roots, and find whether hair may be chaotic."""
     shot = request.shot
     tables = request.shot.tables
     edges = tables[request.hair]["in"]
@@ -194,5 +194,5 @@ def tip_of(request: Request, groom: Groom) -> float | None:
 
 
 def chosen_tables(request: Request, parts: Combination) -> Tables:
-    """Return the tables of the graph with the choice left out."""
+    """Return the tables of the graph with the choice applied."""
     return simplified(request.shot.tables, request.hair, parts)

@@ -1,4 +1,4 @@
-"""Merges variants of a graph into one graph: common nodes once, differing nodes under names of their own."""
+"""Merge variants of a graph into one graph: common nodes once, differing nodes under names of their own."""
 
 import importlib
 from collections.abc import Iterable
@@ -14,17 +14,17 @@ from hairpipe.tune.simplifications import OUTPUT
 MARK = 8
 """Characters of the digest that distinguishes variants of a node."""
 KEYS = "-keys"
-"""What follows the name of a simulation in that of its thinned groom."""
+"""Suffix of the name of a simulation in that of its thinned groom."""
 SAMPLE = "tune-sample"
-"""The node that chooses strands of which a scene is tuned."""
+"""Name of the node that samples strands."""
 MEMBER = "tune-member"
-"""The node that makes a member of an ensemble of all of them."""
+"""Name of the node that makes a member of an ensemble."""
 INTERPOLATED = ("body", "ends", "surface", "parts")
 """Sockets that a simulation and an interpolation have in common."""
 
 
 def simplified(tables: Tables, hair: str, parts: Iterable[Simplification]) -> Tables:
-    """Return the tables of a graph with simplifications of a node that simulates applied; pure."""
+    """Return the tables of a graph with simplifications of a simulation applied; pure."""
     tables = deepcopy(tables)
     every = 1
     others = []
@@ -41,7 +41,7 @@ def simplified(tables: Tables, hair: str, parts: Iterable[Simplification]) -> Ta
 
 
 def with_keys(tables: Tables, hair: str, every: int) -> Tables:
-    """Return the tables with one strand in so many simulated, and the others interpolated where hair is used; pure."""
+    """Return the tables with one strand in `every` simulated, and the others interpolated where hair is used; pure."""
     keys = f"{hair}{KEYS}"
     groom = tables[hair]["in"]["groom"]
     interpolated = {socket: edge for socket, edge in tables[hair]["in"].items() if socket in INTERPOLATED}
@@ -78,7 +78,7 @@ def shown_of(hair: str) -> str:
 
 
 def with_node(tables: Tables, name: str, table: Tables, instead: str | None = None) -> Tables:
-    """Return the tables with a node more; pure.
+    """Return the tables with another node; pure.
 
     instead  edge whose consumers take the new node's value from now on
     """
@@ -92,8 +92,8 @@ def with_node(tables: Tables, name: str, table: Tables, instead: str | None = No
 def merged_variants(variants: dict[str, Tables], nodes: Iterable[str]) -> tuple[Tables, dict[str, list[str]]]:
     """Return one graph that holds nodes of every variant with their dependencies, and their names there by variant.
 
-    A variant that lacks a node is without it.
-    Nothing is published. A node keeps its name, followed by a digest of all that it depends on.
+    A variant may lack some of the nodes. Nothing is published. A node keeps its name, followed by a digest of all that
+    determines it.
     """
     merged: Tables = {}
     names = {

@@ -45,7 +45,7 @@ def test_what_is_simulated_and_what_of_it_has_parted(groom):
         {"leaders": [0, 1, 2, 3], "parted": [-1, 0, 0, -1]},
     )
     np.testing.assert_allclose(table["simulated [%]"], [100.0, 25.0, 50.0, 100.0])
-    np.testing.assert_allclose(table["of them parted [%]"], [0.0, 0.0, 50.0, 50.0])
+    np.testing.assert_allclose(table["released, of simulated [%]"], [0.0, 0.0, 50.0, 50.0])
     np.testing.assert_array_equal(table["largest lock"], [1, 4, 3, 1])
 
 
@@ -53,5 +53,5 @@ def test_an_audit_tells_of_those_that_follow_and_not_of_those_on_trial(groom):
     none = [np.nan] * 4
     before = {"leaders": [0, 1, 2, 3], "audited": [-1, 0, 0, 0], "parted": [-1, -1, -1, 0], "errors": none}
     table = measured(groom, before, {"leaders": [0, 0, 0, 3], "errors": [np.nan, 3e-3, 4e-3, np.nan]})
-    np.testing.assert_array_equal(table["hairs audited"], [0, 2])
-    np.testing.assert_allclose(table["audited off [mm]"][1], np.sqrt(12.5))
+    np.testing.assert_array_equal(table["audited strands"], [0, 2])
+    np.testing.assert_allclose(table["audit error [mm]"][1], np.sqrt(12.5))

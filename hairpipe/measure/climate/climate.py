@@ -1,4 +1,4 @@
-"""Errors of hair that is chaotic: of where it goes as far as that can be predicted, and of its climate from then on."""
+"""Errors of chaotic hair: of positions during the predictable frames, and of its climate afterwards."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -24,7 +24,7 @@ from hairpipe.measure.climate.ensemble import (
 )
 
 LEAST = 4
-"""Frames by which a climate can be told."""
+"""Fewest frames that define a climate."""
 ERRORS = tuple(f"{name} [% of length]" for name in ("error", "low", "high", "floor"))
 BIASES = tuple(f"bias{name} [% of length]" for name in ("", " low", " high", " floor"))
 LOOKS = ("Z", "p", *(f"{name} T/F" for name in TESTED))
@@ -36,19 +36,19 @@ def climate_table(
 ) -> Table:
     """Return one row: differences of members of a model from those of a reference; the first frame is excluded.
 
-    half   members of the reference with half its steps, with the seeds of the first ones of the reference
+    half   members of the reference at half its step, with the seeds of its first members
     sides  of the members, those of the model first
 
-    error      as far as hair can be predicted, root mean square of equal seeds over points and frames
-    floor      of it: what the reference and its half differ by, or, without, two members of the reference
-    predicted  until then, since the first frame
-    bias       afterwards: of the means of both sides (`squared_bias`), with its sign, and its floor F
+    error      in the predictable frames, root mean square of equal seeds over points and frames
+    floor      of the error: difference of the reference and its half, or without, of two members of the reference
+    predicted  predictable time since the first frame
+    bias       afterwards: difference of the means of both sides (`squared_bias`), with its sign, and its floor F
     low, high  90 % intervals: by patches, or with one patch by seeds and members
     spread     afterwards, over that of the reference
     Z, p, T/F  afterwards, of the observables (`look`)
-    What is afterwards is NaN where nothing is. Where a member is not finite at some frame, errors are infinite.
-    BadInput where strands do not correspond, no seed is on both sides, or members of the reference are farther apart
-    than half the tolerance at once.
+    The later values are NaN without later frames. Where a member is not finite at some frame, errors are infinite.
+    BadInput where strands do not correspond, no seed is on both sides, or members of the reference differ by more
+    than half the tolerance at the start.
     """
     frames = list(reference[0])
     seeds = sides.seeds[sides.model]
@@ -92,7 +92,7 @@ def predictable(spreads: np.ndarray, tolerance: float) -> int:
 
 
 def describe_chaos(frames: Sequence[int], count: int, spreads: np.ndarray, tolerance: float) -> str:
-    """Say whether hair that can be predicted for so many frames is chaotic, and why."""
+    """Describe whether hair with so many predictable frames is chaotic, and why."""
     apart = f"two references are at most {spreads.max():.2g} % of length apart, {50.0 * tolerance:.2g} % is allowed"
     if count == len(frames):
         return f"none: {apart}"
@@ -138,6 +138,6 @@ def _roots(interval: Interval) -> list[float]:
 
 
 def _table(found: Mapping[str, Any], chaos: str, failed: str) -> Table:
-    """Lay out what was found; the rest is NaN."""
+    """Make the row of the values that were found; the others are NaN."""
     numbers = {name: [found.get(name, np.nan)] for name in NUMBERS}
     return table_of_columns({**numbers, "chaos": [chaos], "failed": [failed]})

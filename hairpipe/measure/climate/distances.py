@@ -1,4 +1,4 @@
-"""How far members of ensembles are apart: of all pairs of runs, point by point and by what is seen of them."""
+"""Distances of all pairs of runs of an ensemble: of points, and of observables."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -37,7 +37,7 @@ class Criteria(NamedTuple):
     reach      distance up to which two points touch [m]
     gravity    [m/s^2], the scale of energy
     fps        frames per second [1/s]
-    predicted  frames after the first for which hair can be predicted; None: found by the tolerance
+    predicted  number of predictable frames after the first; None: found by the tolerance
     """
 
     tolerance: float
@@ -62,15 +62,15 @@ OBSERVABLES: Mapping[str, Callable[[Any, Any], float]] = {
     "kinetic energy": _apart,
     "strain": _apart,
 }
-"""What is seen of each frame, and the distance of what is seen of two runs; `seen` gives it in this order."""
+"""Observables of a frame, in the order of `seen`, and their distances between two runs."""
 TESTED = (*OBSERVABLES, "speed spectrum")
-"""The same, and what is seen of all frames together."""
+"""The same, and the observables of all frames together."""
 
 
 def position_squares(runs: Sequence[Run], frames: Sequence[int], patches: int) -> np.ndarray:
     """Return mean squares of the distances of points of two runs, over their length [%^2], (frames, patches, K, K).
 
-    Runs are compared at the points of the last. Raises BadInput if strands do not correspond.
+    Runs are compared at the points of the last run. Raises BadInput if strands do not correspond.
     """
     found = np.zeros((len(frames), patches, len(runs), len(runs)))
     for row, frame in zip(found, frames, strict=True):
@@ -86,7 +86,7 @@ def position_squares(runs: Sequence[Run], frames: Sequence[int], patches: int) -
 
 
 def observable_distances(runs: Sequence[Run], frames: Sequence[int], criteria: Criteria) -> np.ndarray:
-    """Return distances of runs in every observable, means over the frames, (Q, K, K) in the order of `TOLD`."""
+    """Return distances of runs in every observable, means over the frames, (Q, K, K) in the order of `TESTED`."""
     rests = _rests(runs)
     total = np.zeros((len(OBSERVABLES), len(runs), len(runs)))
     speeds = []
@@ -102,14 +102,14 @@ def observable_distances(runs: Sequence[Run], frames: Sequence[int], criteria: C
 
 
 def seen(hair: Strands, criteria: Criteria) -> tuple[Any, ...]:
-    """Return what is seen of hair at a frame, in the order of `OBSERVABLES`, but for strain, which is of its cut."""
+    """Return the observables of hair at a frame, in the order of `OBSERVABLES`, without strain."""
     touching = contacts(hair, criteria.reach)
     energy = kinetic_energy(hair, criteria.gravity)
     return places(hair), density(hair), silhouettes(hair), gaps(hair), touching, energy
 
 
 def _hairs(runs: Sequence[Run], frame: int) -> list[Strands]:
-    """Return the hair of all runs at a frame, in as many points as that of the last one has."""
+    """Return the hair of all runs at a frame, resampled to the points of the last run."""
     hairs = [run[frame] for run in runs]
     try:
         return [resampled(hair, hairs[-1].offsets) for hair in hairs]

@@ -15,11 +15,11 @@ from scipy.special import stdtrit
 from hairpipe.errors import BadInput
 
 CONFIDENCE = 0.9
-"""How often an interval or a bound should hold the truth."""
+"""Confidence of intervals and bounds."""
 LIMIT = 0.95
 """Quantile of the distances within the reference, beyond which a model differs significantly."""
 MOST = 20_000
-"""Relabellings that are gone through, at most."""
+"""Maximum number of relabellings."""
 _ROUNDING = 1e-12
 
 
@@ -64,7 +64,7 @@ def sides_of(model: tuple[int, ...], reference: tuple[int, ...]) -> Sides:
 
 
 def energy_distance(distances: np.ndarray, sides: Sides) -> np.ndarray:
-    """Return T = 2 E d(m, r) - E d(m, m') - E d(r, r') as a U-statistic: 0 on average where both are alike.
+    """Return T = 2 E d(m, r) - E d(m, m') - E d(r, r') as a U-statistic: 0 on average for equal distributions.
 
     It is the energy distance of Szekely and Rizzo 2004 between the distributions of runs. The spread of a side with
     one run is set to that of the other. `model` of the sides may contain many labellings, (R, K): the result is then
@@ -100,7 +100,7 @@ def root_mean_square(squares: np.ndarray) -> np.ndarray:
 
 
 def frames_within(spreads: np.ndarray, most: float) -> int:
-    """Return how many frames pass before the spread of a reference, (frames,), is larger than that."""
+    """Return the number of frames before the spread of a reference, (frames,), exceeds a limit."""
     return int(np.argmax(np.append(spreads > most, True)))
 
 
@@ -115,7 +115,7 @@ def spread_ratio(distances: np.ndarray, sides: Sides) -> np.ndarray:
 
 
 def floors(distances: np.ndarray, sides: Sides, statistic: Statistic = energy_distance) -> np.ndarray:
-    """Return F, the 95 % quantile of T over all splits of the reference into two: as many as the model has, and others.
+    """Return F, the 95 % quantile of T over all splits of the reference in two: a side as large as the model, the rest.
 
     If the model has more than half as many as the reference, halves. Raises BadInput if the reference has fewer than
     three runs.
@@ -140,7 +140,7 @@ def signed_root(squares: np.ndarray) -> np.ndarray:
 
 
 def relabellings(sides: Sides) -> np.ndarray:
-    """Return all ways to say which runs are of the model that are as likely as this one where both sides are alike.
+    """Return all relabellings of runs that are as likely as the present one if both sides have one distribution.
 
     (R, K) bool, the present one first. Runs whose seed is on one side only are exchanged freely, two of the same seed
     with each other. Raises BadInput if there are more than 20,000.
@@ -163,7 +163,7 @@ def relabellings(sides: Sides) -> np.ndarray:
 
 
 def look(distances: np.ndarray, sides: Sides) -> Look:
-    """Tell a model from its reference by the largest T / F of Q observables, relabelled together; (Q, K, K).
+    """Test a model against its reference by the largest T / F of Q observables, relabelled together; (Q, K, K).
 
     One exact p for all of them, after Westfall and Young 1993. A single observable is a stack of one.
     """
@@ -189,10 +189,10 @@ def interval_of_samples(values: np.ndarray) -> Interval:
 
 
 def uncertainty(values: np.ndarray) -> float:
-    """Return by how much more the mean of independent values may be than that of those seen, with 90 %; 0 of one value.
+    """Return the one-sided 90 % bound of the mean of independent values, minus their mean; 0 for one value.
 
-    It is t s / sqrt(n), with s the standard deviation of n values and t of Student's distribution with n - 1 degrees:
-    one bound, where `interval_of_samples` has two.
+    It is t s / sqrt(n), with s the standard deviation of n values and t of Student's distribution with n - 1 degrees;
+    `interval_of_samples` has two bounds.
     """
     count = len(values)
     return float(stdtrit(count - 1, CONFIDENCE) * np.std(values, ddof=1) / np.sqrt(count)) if count > 1 else 0.0
@@ -229,6 +229,6 @@ def _mean(distances: np.ndarray, apart: np.ndarray, one: np.ndarray, other: np.n
 
 
 def _check(count: int) -> None:
-    """Refuse to go through too many relabellings."""
+    """Raise BadInput for too many relabellings."""
     if count > MOST:
         raise BadInput(f"{count:,} ways to relabel runs are more than {MOST:,}", right="fewer members: 8 against 8")

@@ -15,13 +15,13 @@ from hairpipe.measure.shape.tuft import at_levels, nearest
 from hairpipe.volume.density import lengths_at_points
 
 SHARES = np.linspace(0.2, 1.0, 5)
-"""Shares of the length at which strands are looked at."""
+"""Shares of the length at which strands are sampled."""
 CELL, PIXEL = 0.02, 0.002
 """Side of the cubes in which hair is counted, and of the pixels of silhouettes [m]."""
 STRAIN = 0.95
-"""Quantile of strain: less of it is chance, more is a few segments."""
+"""Quantile of strain: a lower one is noise, a higher one is of a few segments."""
 STILL = 1e-12
-"""Power of speed that counts as none [m^2/s^2]."""
+"""Power of speed that is treated as zero [m^2/s^2]."""
 
 
 def resampled(hair: Strands, offsets: np.ndarray) -> Strands:
@@ -83,7 +83,7 @@ def tip_speeds(hair: Strands) -> np.ndarray:
 
 
 def contacts(hair: Strands, reach: float) -> float:
-    """Return how many points of other strands are within reach [m] of a point, the mean over all but the roots."""
+    """Return the number of points of other strands within reach [m] of a point, the mean over all but the roots."""
     strand = np.repeat(np.arange(len(hair.offsets) - 1), np.diff(hair.offsets) - 1)
     points = np.delete(hair.points.astype(float), hair.offsets[:-1], axis=0)
     pairs = KDTree(points).query_pairs(reach, output_type="ndarray")
@@ -96,14 +96,14 @@ def strain(hair: Strands, rest: np.ndarray) -> float:
 
 
 def density(hair: Strands, cell: float = CELL) -> tuple[np.ndarray, np.ndarray]:
-    """Return the cubes in which there is hair, and the share of it in each: keys, ascending, and shares, (n,)."""
+    """Return the cubes that contain hair, and the share of hair in each: keys, ascending, and shares, (n,)."""
     points, lengths = _samples(hair, cell)
     keys, where = np.unique(_keys(points / cell), return_inverse=True)
     return keys, np.bincount(where.ravel(), lengths) / lengths.sum()
 
 
 def density_distance(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray]) -> float:
-    """Return the share of hair that is elsewhere, half of the L1 distance of two densities, 0..1."""
+    """Return the share of hair in other cubes, half of the L1 distance of two densities, 0..1."""
     keys = np.union1d(one[0], other[0])
     return 0.5 * float(np.abs(np.subtract(*(_laid(keys, *found) for found in (one, other)))).sum())
 
@@ -144,7 +144,7 @@ def _keys(places: np.ndarray) -> np.ndarray:
 
 
 def _laid(keys: np.ndarray, some: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """Return shares at keys among which theirs are, 0 at others."""
+    """Return shares on a superset of their keys, 0 at the others."""
     laid = np.zeros(len(keys))
     laid[np.searchsorted(keys, some)] = shares
     return laid

@@ -1,1 +1,1 @@
-"""The shape of hair: curls, writhe, how a tuft spreads and crosses another."""
+"""Shape of hair: writhe, spread of a tuft, crossing of two locks."""

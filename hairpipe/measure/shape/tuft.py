@@ -1,4 +1,4 @@
-"""Spread and clumping of a tuft, and how far two of them have passed through each other."""
+"""Spread and clumping of a tuft, and crossings of two locks."""
 
 from collections.abc import Mapping
 
@@ -11,7 +11,7 @@ from hairpipe.errors import BadInput
 from hairpipe.groom.strand_arrays import at_shares
 
 LEVELS = np.linspace(0.5, 1.0, 9)
-"""Where strands are looked at: shares of their length from the root, the outer half of them."""
+"""Shares of the length at which strands are sampled, in the outer half."""
 COLUMNS = ("time [s]", "spread of tips [mm]", "nearest strand [mm]", "over random [1]")
 
 CROSSING = ("time [s]", "crossed pairs [%]", "crossed hairs [%]")
@@ -21,8 +21,8 @@ def measure_spread(hair: Mapping[int, Strands], fps: float) -> Table:
     """Return a row for every frame; time zero is the first.
 
     spread of tips   root mean square distance from their mean
-    nearest strand   mean distance to the nearest other, at the same share of its length, from half of it on
-    over random      that, over its value for strands at random over a disc of the same spread: 1 is by chance, 2 an
+    nearest strand   mean distance to the nearest other, at the same share of its length, in the outer half
+    over random      the same over its value for random strands on a disc of this spread: 1 is random, 2 an
                      even lattice, less than 1 clumps (Clark and Evans, Distance to Nearest Neighbor, 1954)
     Raise BadInput where there are fewer than two strands.
     """
@@ -45,9 +45,9 @@ def measure_crossing(hair: Mapping[int, Strands], count: int, fps: float) -> Tab
 
     count  of strands in the first lock, which come first
 
-    crossed pairs  of hairs, one of each lock, on other sides of each other than their locks at the roots: along the
-                   way from those of the first lock to those of the second, at the same share of length, from half on
-    crossed hairs  those that are in more than half of their pairs, over all these shares
+    crossed pairs  of one hair of each lock, in the opposite order of their roots along the line from the mean root of
+                   the first lock to that of the second, at the same share of length, in the outer half
+    crossed hairs  hairs crossed in more than half of their pairs, over all these shares
     Raise BadInput where one lock has no strands.
     """
     frames = list(hair)
@@ -66,7 +66,7 @@ def measure_crossing(hair: Mapping[int, Strands], count: int, fps: float) -> Tab
 
 
 def at_levels(hair: Strands, levels: np.ndarray = LEVELS) -> np.ndarray:
-    """Return where every strand is at shares of its length [m], (levels, S, 3)."""
+    """Return the position of every strand at shares of its length [m], (levels, S, 3)."""
     strands, shares = (grid.ravel() for grid in np.meshgrid(np.arange(len(hair.offsets) - 1), levels))
     places = at_shares(hair.points.astype(float), hair.offsets, strands, shares)
     return places.reshape(len(levels), -1, 3)

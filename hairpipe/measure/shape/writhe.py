@@ -21,7 +21,7 @@ def writhe(points: np.ndarray) -> float:
 
 
 def crossed(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the unit vectors across both of two, (n, 3); zero where they are parallel."""
+    """Return the unit vectors normal to two others, (n, 3); zero where these are parallel."""
     normal = np.cross(a, b)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)

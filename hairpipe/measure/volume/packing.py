@@ -1,4 +1,4 @@
-"""Packing of hair: how dense it lies, how much room it takes, and how fast neighbours pass each other."""
+"""Packing of hair: density, volume, and relative speed of neighbours."""
 
 from collections.abc import Mapping
 
@@ -15,8 +15,8 @@ from hairpipe.volume.strand_samples import reach_of, sample_strands
 COLUMNS = (
     "neighbours [m/s]",
     "nearest strand [mm]",
-    "room [l]",
-    "densest [km/l]",
+    "volume [l]",
+    "density 99 % [km/l]",
     "overlap [1]",
     "strand error [% of length]",
 )
@@ -33,13 +33,13 @@ def packing_table(
 
     cell  side of the cubes in which hair is counted [m]
     near  distance up to which points of two strands are neighbours [m]
-    skip  frames at the beginning that do not count
+    skip  frames at the beginning that are excluded
 
-    neighbours      relative speed of a point, roots aside, and the nearest point of another strand that is near
+    neighbours      relative speed of a point, roots excluded, and the nearest point of another strand
     nearest strand  mean distance at the same share of the length, see `tuft`
-    room            cells with hair: its length over the density around it, summed up
-    densest         density, length of hair over room, that one hundredth of the hair has around it or more
-    overlap         of the histograms of density, by length of hair, of hair and reference: 1 if they are the same
+    volume          of cells with hair: length of hair over the density around it, summed up
+    density         length of hair per volume: the 99 % quantile, by length of hair
+    overlap         of the histograms of density, by length of hair, of hair and reference: 1 if equal
     strand error    against the reference, see `deviation`
     Raise BadInput where strands do not correspond, or no frames are left.
     """
@@ -84,7 +84,7 @@ def relative_speed(hair: Strands, near: float) -> float:
 def densities(hair: Strands, cell: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the density of hair around every sample along the strands [m/m^3], and its length [m], (n,); pure.
 
-    A segment is sampled as on the grid of `[hair.volume]`. BadInput where no strand is sound.
+    A segment is sampled as on the grid of `[hair.volume]`. BadInput where no strand is finite.
     """
     points = hair.points.astype(float)
     found = sample_strands(points, hair.offsets, reach_of(points, hair.offsets), cell)

@@ -63,8 +63,8 @@ def test_hair_in_order_takes_the_room_that_it_fills():
     offsets = np.arange(0, 2 * len(x) + 1, 2).astype(np.int32)
     lattice = Strands(points.astype(np.float32), np.zeros((len(points), 3), np.float32), offsets, 8e-5)
     table = measured(lattice, lattice, cell=CELL, near=NEAR)
-    assert table["room [l]"] == pytest.approx([1e3 * 4 * 4 * 2 * CELL**3])
-    assert table["densest [km/l]"] == pytest.approx([1e-6 * 9 * 0.0058 / CELL**3], rel=1e-4)
+    assert table["volume [l]"] == pytest.approx([1e3 * 4 * 4 * 2 * CELL**3])
+    assert table["density 99 % [km/l]"] == pytest.approx([1e-6 * 9 * 0.0058 / CELL**3], rel=1e-4)
     assert table["nearest strand [mm]"] == pytest.approx([2.0], rel=1e-4)
     assert table["neighbours [m/s]"].tolist() == [0.0] and table["strand error [% of length]"].tolist() == [0.0]
     assert table["overlap [1]"] == pytest.approx([1.0])
