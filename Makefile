@@ -14,7 +14,7 @@ menu:
 	@echo "make test    run all tests"
 	@echo "make cases   run the inputs in ../shared/cases, where they are"
 	@echo "make check   lint, format and types"
-	@echo "make figures write recorded results into the pages; record with hairpipe run GRAPH --record"
+	@echo "make figures write recorded results into the pages; record with python -m hairpipe.graphs.experiments.figures record GRAPH"
 	@echo "make docs    build the documentation: out/docs/index.html"
 	@echo "make clean   remove the environment and the results, not the cache"
 
@@ -38,7 +38,7 @@ check: $(VENV)/tested
 	$(RUN) pyright
 
 figures: $(VENV)/installed
-	$(VENV)/bin/hairpipe results --write
+	$(RUN) hairpipe.graphs.experiments.figures write
 
 docs: $(VENV)/tested
 	$(RUN) sphinx -q -W --keep-going -E -j auto docs out/docs

@@ -18,7 +18,6 @@ from hairpipe.graph.file.bounds import Bounds
 from hairpipe.graph.file.graph import Graph, Node
 from hairpipe.graph.plan.planner import Planner
 from hairpipe.graph.plan.planner import explain as explain_task
-from hairpipe.graph.plan.recipe import Recipe, recipe_of
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.results import read_result, read_value
 from hairpipe.graph.run.events import Event, Options
@@ -220,10 +219,6 @@ class GraphShot:
         planner = Planner(self.part(to), self._store, read_frames(frames))
         known = [entry.task for entry in planner.entries() if entry.status == "cached"]
         return {str(task): planner.resolver.results[task] for task in known}
-
-    def recipe(self, frames: FrameSet = None, *, to: Names = ()) -> Recipe:
-        """Return what results are made of, computed or not: settings, edges, files, code. Nothing is written."""
-        return recipe_of(self.part(to), self._store, read_frames(frames))
 
     def explain(self, target: str | Target, *, frames: FrameSet = None) -> Explanation:
         """Report what a result is made of, and every difference to the latest one; BadInput for an unknown target."""

@@ -13,7 +13,6 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph, Node
 from hairpipe.graph.file.wedge import Wedge
 from hairpipe.graph.node.signature import File
-from hairpipe.graph.plan.recipe import Recipe, recipe_of_module
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.player import Player, played_nodes
 from hairpipe.graph.store.record import Record
@@ -24,13 +23,11 @@ __all__ = [
     "Graph",
     "Node",
     "Player",
-    "Recipe",
     "Record",
     "Shot",
     "Task",
     "Wedge",
     "load",
-    "module_recipe",
     "played_nodes",
 ]
 
@@ -56,11 +53,6 @@ def load(
     """
     source = read_source(graph, folder)
     return Shot(source.changed(set) if set else source, open_store(cache))
-
-
-def module_recipe(module: str) -> Recipe:
-    """Return what a module of ours is made of: its code and all that it imports."""
-    return recipe_of_module(module, open_store(read_only=True))
 
 
 class Shot(GraphShot):

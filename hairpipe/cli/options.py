@@ -1,21 +1,19 @@
 """Every argument and option that more than one command takes.
 
-GRAPH        run plan explain graph get tune wedge; any number in cache and bench; --graph in nodes
+GRAPH        run plan explain graph get tune wedge; any number in cache; --graph in nodes
 TARGET       explain get
---set        run plan explain graph get tune wedge bench
+--set        run plan explain graph get tune wedge
 --frames     run plan explain get wedge
 --to         run plan graph
 --wedge      run plan; WEDGE in wedge
 --publish-root  run plan
---cache      run plan explain get tune wedge cache bench
---json       run plan explain nodes tune wedge cache bench results
---moving     bench
---markdown   wedge bench
+--cache      run plan explain get tune wedge cache
+--json       run plan explain nodes tune wedge cache
+--markdown   wedge
 """
 
 import os
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -130,11 +128,4 @@ jobs = click.option(
     help="Number of processes, and of threads per simulation; results do not depend on it.",
 )
 as_json = click.option("--json", "as_json", is_flag=True, help="Print a JSON document instead of text.")
-moving = partial(
-    click.option,
-    "--moving",
-    type=click.IntRange(min=0),
-    show_default=True,
-    help="Number of frames before the measured ones, for locks to form.",
-)
 as_markdown = click.option("--markdown", "as_markdown", is_flag=True, help="Print a Markdown table.")

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hairpipe.bench.machine import share_kernels
-from hairpipe.cli import measured, options
+from hairpipe.cli import options
 from hairpipe.cli.entry import Group
-from hairpipe.cli.measured import print_report
 from hairpipe.cli.stderr import echo
+from hairpipe.graphs.experiments.bench.reporting.printing import moving, print_report, record
 from hairpipe.graphs.experiments.bench.scene_commands import PROGRAM, needs, promises
+from hairpipe.graphs.experiments.bench.shot_commands import first_frame, first_use, paper
+from hairpipe.graphs.experiments.figures.machine import share_kernels
 
 if TYPE_CHECKING:
     from hairpipe.graphs.experiments.bench.head import Between
@@ -21,16 +22,16 @@ __all__ = ["PROGRAM", "bench"]
 
 @click.group(cls=Group)
 def bench() -> None:
-    """Measure what parts of hairpipe cost on this machine, and what they withstand."""
+    """Measure what hair and parts of hairpipe cost on this machine, and what they withstand."""
 
 
-bench.add_command(promises)
-bench.add_command(needs)
+for command in (paper, first_frame, first_use, promises, needs):
+    bench.add_command(command)
 
 
 @bench.command()
 @options.as_json
-@measured.record
+@record
 def core(as_json: bool) -> None:
     """Measure the strand core: time per particle of a solve and of a step, for every model of a strand.
 
@@ -58,9 +59,9 @@ def core(as_json: bool) -> None:
     multiple=True,
     help="Model of contact between strands; repeatable.",
 )
-@options.moving(default=20)
+@moving(default=20)
 @options.as_json
-@measured.record
+@record
 def contact(segments: tuple[int, ...], between: tuple["Between", ...], moving: int, as_json: bool) -> None:
     """Measure hair in contact: seconds a frame of a shaking head, and their shares.
 
@@ -76,7 +77,7 @@ def contact(segments: tuple[int, ...], between: tuple["Between", ...], moving: i
 
 @bench.command()
 @options.as_json
-@measured.record
+@record
 def volume(as_json: bool) -> None:
     """Measure hair as a volume: 10,000 hairs of 50 segments on a grid, and 100,000 interpolated between them.
 
@@ -103,7 +104,7 @@ def page(folder: Path, as_json: bool) -> None:
 
 @bench.command()
 @options.as_json
-@measured.record
+@record
 def particles(as_json: bool) -> None:
     """Measure hair of particles: a frame of a shaking head, of 500 to 200,000 particles, at one step and at two.
 
@@ -119,7 +120,7 @@ def particles(as_json: bool) -> None:
 
 @bench.command()
 @options.as_json
-@measured.record
+@record
 def picture(as_json: bool) -> None:
     """Measure a picture of hair at rest on our bust: processor seconds of `preview`, by part, and with deep shadows.
 

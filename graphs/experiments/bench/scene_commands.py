@@ -13,9 +13,9 @@ import hairpipe
 from hairpipe.api.formatting import markdown, table
 from hairpipe.cli import options
 from hairpipe.cli.commands.tune import INTERRUPTED, runner
-from hairpipe.cli.origin import origin
 from hairpipe.cli.stderr import echo
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.bench.reporting.origin import origin
 
 if TYPE_CHECKING:
     from hairpipe.tune.quantity import Tolerance

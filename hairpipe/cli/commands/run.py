@@ -3,17 +3,11 @@
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 import hairpipe
 from hairpipe.cli import options
-from hairpipe.errors import BadInput
-
-if TYPE_CHECKING:
-    from hairpipe.api.shot import Shot
-    from hairpipe.results.recording import Recording
 
 
 @click.command()
@@ -32,13 +26,6 @@ if TYPE_CHECKING:
     metavar="FOLDER",
     help="Folder for a report of the run, as from `hairpipe report`.",
 )
-@click.option(
-    "--record",
-    is_flag=False,
-    flag_value="",
-    metavar="[NAME]",
-    help="Write the tables of the graph to results/NAME.json next to the graph; by default NAME is that of the graph.",
-)
 @options.cache
 @click.option("-v", "--verbose", is_flag=True, help="Print the traceback of a failed node.")
 @click.option("-q", "--quiet", is_flag=True, help="Print only warnings and failures.")
@@ -54,7 +41,6 @@ def run(
     publish_root: Path | None,
     force: bool,
     report: Path | None,
-    record: str | None,
     cache: Path,
     verbose: bool,
     quiet: bool,
@@ -77,9 +63,6 @@ def run(
     from hairpipe.cli.watch import Watch
 
     shot = asking(lambda: hairpipe.load(graph, options.parsed(overrides), cache=cache))
-    if record is not None and wedge is not None:
-        raise BadInput("--record does not apply to a wedge", right="`hairpipe wedge table`")
-    recording = None if record is None else recording_of(shot, record, overrides, frames, to)
     shot = shot if wedge is None else shot.wedge(wedge)
     with Watch(shot.graph, jobs, quiet=quiet) as watch:
         done = shot.run(
@@ -94,16 +77,5 @@ def run(
 
         plain = hairpipe.load(graph, options.parsed(overrides), cache=cache)
         write_report(plain, report, done.frames, wedge=None if wedge is None else plain.wedge(wedge), run=done)
-    if recording is not None and done.ok:
-        recording.write(done)
     summary.report_faults(done, verbose)
     sys.exit(done.outcome.exit_code)
-
-
-def recording_of(
-    shot: "Shot", name: str, overrides: dict[str, str], frames: tuple[int, ...] | None, to: tuple[str, ...]
-) -> "Recording":
-    """Prepare to record a run; an empty name stands for that of the graph."""
-    from hairpipe.results.recording import Recording
-
-    return Recording(shot, name or None, overrides, frames, to)

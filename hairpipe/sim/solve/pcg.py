@@ -19,7 +19,7 @@ previous estimate of the others.
 Impulses between strands are opposite up to this error: of an impulse between two free hairs a tenth was spurious at
 1/240 s. Applying the impulse of every coupling once more, on both sides, from the final velocities conserves momentum
 to rounding, and was rejected: contact is so stiff that the small error of x is a large impulse, hair crossed hair more
-often and steps became shorter, `hairpipe bench paper long_straight_5000` took 27.0 s per frame instead of 6.3; with
+often and steps became shorter, `bench paper long_straight_5000` took 27.0 s per frame instead of 6.3; with
 2,000 strands and a tolerance of 1e-2 it took 6.3 instead of 2.3, and 9.1 if couplings first absorbed the residual as
 if points were free.
 """

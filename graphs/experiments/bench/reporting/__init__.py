@@ -1,0 +1,1 @@
+"""Reports of benches: printed, recorded, and with the commit and machine that they come from."""

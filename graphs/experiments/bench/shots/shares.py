@@ -1,0 +1,82 @@
+"""Time of a frame by part of the work, from a profile of the Python that calls the kernels."""
+
+import cProfile
+import pstats
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import hairpipe
+
+PARTS = ("strands", "search", "stiction", "coupling", "collision", "grid", "body")
+"""Strands, search for neighbours, upkeep of stiction, the solve that couples strands, collisions, volume, bodies."""
+_ROOMS = {"spatial": "search", "ccd": "collision", "volume": "grid", "levelset": "body", "parts": "body"}
+"""Folders of which every file belongs to one part."""
+_FILES = {
+    "stiction": ("stiction", "exclusions"),
+    "coupling": (
+        "couplings",
+        "coupling_operator",
+        "repulsion",
+        "contact_points",
+        "hair_contacts",
+        "pcg",
+        "strand_inverse",
+    ),
+    "collision": ("impulses",),
+    "grid": ("volume_filter",),
+}
+
+_DEEPEST = 8
+"""Calls outside of this package that are followed back: numpy's own are few."""
+_HOUSE = Path(hairpipe.__file__).parent
+
+Function = tuple[str, int, str]
+Callers = dict[Function, tuple[int, int, float, float]]
+
+
+def part_of(path: Path) -> str:
+    """Name the part that a file stands for."""
+    if path.parent.parent.name == "contact" and path.parent.name == "body":
+        return "body"
+    found = next((part for part, stems in _FILES.items() if path.stem in stems), "strands")
+    return _ROOMS.get(path.parent.name, found)
+
+
+def shares_of(
+    work: Callable[[], object],
+    part_of: Callable[[Path], str] = part_of,
+    parts: tuple[str, ...] = PARTS,
+    clock: Callable[[], float] = time.perf_counter,
+) -> tuple[float, dict[str, float]]:
+    """Do some work; return its seconds and those of every part. What is not ours counts for the file that calls it.
+
+    part_of  names the part that a file stands for
+    parts    all of them
+    clock    tells seconds
+    """
+    profile = cProfile.Profile(clock)
+    begun = clock()
+    profile.runcall(work)
+    whole = clock() - begun
+    stats = pstats.Stats(profile).stats  # type: ignore[attr-defined]
+    seconds = dict.fromkeys(parts, 0.0)
+    for function, (_, _, own, _, _) in stats.items():
+        for caller, part_of_it in _charged(function, own, stats, 0).items():
+            seconds[part_of(Path(caller))] += part_of_it
+    return whole, seconds
+
+
+def _charged(function: Function, seconds: float, stats: dict, depth: int) -> dict[str, float]:
+    """Share seconds of a function among the files of this package that called it, by the time of their calls."""
+    callers: Callers = stats[function][4] if function in stats else {}
+    ours = Path(function[0]).is_relative_to(_HOUSE)
+    if ours or not callers or depth == _DEEPEST:
+        return {function[0]: seconds}
+    total = sum(cumulative for _, _, _, cumulative in callers.values())
+    found: dict[str, float] = {}
+    for caller, (_, _, _, cumulative) in callers.items():
+        weight = cumulative / total if total > 0.0 else 1.0 / len(callers)
+        for file, some in _charged(caller, weight * seconds, stats, depth + 1).items():
+            found[file] = found.get(file, 0.0) + some
+    return found

@@ -1,1 +1,0 @@
-"""Cost of the code: times, limits of the machine, and machine code."""

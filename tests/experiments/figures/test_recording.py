@@ -1,0 +1,70 @@
+"""What `figures record` writes, and when it refuses."""
+
+import pytest
+
+import hairpipe as package
+from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.figures.file import PROGRAM, read_results
+from hairpipe.processor import processor_class
+
+from .conftest import edit, git
+
+
+def test_recorded_values_are_those_of_the_run(recorded):
+    results = read_results(recorded / "graphs/results/circle.json")
+    measured = package.load("graphs/circle.toml").get("circle")
+    table = results.tables["table"]
+    assert table.columns == list(measured.names) == ["sides", "error [%]", "area"]
+    assert [row[:2] for row in table.rows] == [list(row[:2]) for row in measured.rows()]
+    assert [row[2] for row in table.rows] == [None, None]
+
+
+def test_results_name_commit_machine_command_and_keys(recorded):
+    results = read_results(recorded / "graphs/results/circle.json")
+    assert results.commit == git(recorded, "rev-parse", "HEAD")
+    assert results.machine.kind == processor_class() and results.machine.cores > 0
+    assert results.command == " ".join([*PROGRAM, "record graphs/circle.toml"])
+    assert results.tables["table"].keys == {"circle": package.load("graphs/circle.toml").explain("circle").entry.key}
+    assert results.processor >= 0.0 and results.nodes.keys() == {"circle", "table"}
+
+
+def test_recorded_command_has_settings_frames_and_name(repository, figures):
+    done = figures("record graphs/circle.toml -j1 --set circle.sides=[3] --frames 2 --to table --name coarse")
+    assert done.exit_code == 0
+    results = read_results(repository / "graphs/results/coarse.json")
+    assert results.command.endswith(
+        "record graphs/circle.toml --set 'circle.sides=[3]' --frames 2 --to table --name coarse"
+    )
+    assert results.settings == {"circle.sides": "[3]"} and results.frames == "2"
+
+
+def test_uncommitted_code_is_not_recorded(repository, figures, capsys):
+    edit(repository / "graphs/nodes/rounding.py", "6", "7")
+    done = figures("record graphs/circle.toml -j1")
+    assert done.exit_code == 2 and "uncommitted changes: graphs/nodes/rounding.py" in done.stderr
+    assert not (repository / "graphs/results").exists() and not (repository / "cache/actions").exists()
+
+
+def test_pages_and_results_may_be_uncommitted(recorded, figures):
+    edit(recorded / "graphs/README.md", "At most", "Up to")
+    assert figures("record graphs/circle.toml -j1").exit_code == 0
+
+
+def test_a_graph_without_tables_is_refused(repository, figures):
+    done = figures("record graphs/circle.toml -j1 --to circle")
+    assert done.exit_code == 2 and "no table to record" in done.stderr
+
+
+def test_damaged_and_edited_files_are_named_in_one_line(recorded):
+    path = recorded / "graphs/results/circle.json"
+    text = path.read_text()
+    for damaged, what in (
+        (text[: len(text) // 2], "damaged"),
+        ("[]", "damaged"),
+        (text.replace("-4.507034", "-3.507034"), "changed by hand"),
+        (text.replace('"format": 1', '"format": 2'), "format is 2"),
+    ):
+        path.write_text(damaged)
+        with pytest.raises(BadInput, match=what) as raised:
+            read_results(path)
+        assert str(path) in str(raised.value) and "\n" not in str(raised.value)
