@@ -3,11 +3,12 @@
 from collections import Counter
 from dataclasses import dataclass
 
+import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.graph import Time, node
-from hairpipe.graph.plan.preparation import Preparations
+from hairpipe.graph.plan.preparation import Preparations, Prepared, nbytes_of
 
 SCALE = '''"""A fold whose factor is made once."""
 import warnings
@@ -105,25 +106,40 @@ def plain(seed: Items, prepared: Items, time: Time, *, power: int = 2, offset: f
     return prepared
 
 
-def test_a_node_stays_a_plain_function_and_the_last_two_preparations_are_kept():
+def test_a_node_stays_a_plain_function():
     assert plain([1], [4], Time(1, 24.0)) == [4]
-    loaded, preparations = [], Preparations()
 
-    def prepare(name, **settings):
+
+def test_scans_that_advance_in_turn_are_prepared_once_each(prepared):
+    powers = {"second": 3, "third": 4, "fourth": 5}
+    scans = [f'[{name}]\nlike = "scale"\npower = {power}\n' for name, power in powers.items()]
+    prepared.path.write_text("\n".join([prepared.path.read_text(), *scans]))
+    assert prepared.run(jobs=1).exit_code == 0
+    assert prepared.tally() == Counter(make_seed=1, move_seed=10, make_factor=4, scale=40)
+
+
+@pytest.mark.parametrize(("memory", "forgotten"), [(0, ["b"]), (119, ["b"]), (120, []), (1000, [])])
+def test_the_latest_preparations_are_kept_within_the_memory(memory, forgotten):
+    """Each of the three takes 40 bytes."""
+    loaded, preparations = [], Preparations(memory)
+
+    def prepare(name):
         def load(name, kind):
             loaded.append(name)
-            return [name]
+            return [name, np.zeros(5)]
 
-        given = {"power": 2, "offset": 0.0} | settings
-        return preparations.prepare(plain.__node__, {"seed": name}, given, load).arguments["prepared"]
+        preparations.prepare(plain.__node__, {"seed": name}, {"power": 2, "offset": 0.0}, load)
 
-    assert [prepare("a"), prepare("b"), prepare("a", offset=1.0), prepare("a", power=3)] == [
-        ["a", 2],
-        ["b", 2],
-        ["a", 2],
-        ["a", 3],
-    ]
-    assert loaded == ["a", "b", "a"]
-    prepare("a")
-    prepare("b")
-    assert loaded == ["a", "b", "a", "b"], "the third pushed the one out that was not used for longest"
+    for name in "abaca":
+        prepare(name)
+    assert loaded == ["a", "b", "c"]
+    loaded.clear()
+    for name in "acb":
+        prepare(name)
+    assert loaded == forgotten, "the last two are kept in any memory"
+
+
+def test_arrays_are_counted_once_and_views_as_what_they_hold():
+    array = np.zeros(100)
+    assert nbytes_of({"whole": array, "part": array[:3], "again": [array]}) == 800
+    assert nbytes_of(Prepared({"value": Items()})) == 0
