@@ -12,7 +12,6 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.errors import BadInput
 from hairpipe.graph import File
 from hairpipe.graph.plan.gc import Found, is_whole, verify
 from hairpipe.graph.run.publish import files_of
@@ -242,8 +241,6 @@ def test_what_stands_in_place_of_a_file_or_folder_goes(shot, listed, place):
     """A folder with something in it where a file should be, a file where a folder should be."""
     _, _, right = listed
     for path in list(shot.store.root.glob(PLACES[place])):
-        if path.name == "lock":
-            continue
         if path.is_dir():
             shutil.rmtree(path)
             path.write_text("a file")
@@ -256,12 +253,6 @@ def test_what_stands_in_place_of_a_file_or_folder_goes(shot, listed, place):
     outcome = shot.run(list__parts="true")
     assert outcome.failures == () and published(shot) == right
     assert verify(shot.store, digest_file) == Found()
-
-
-def test_a_folder_in_place_of_the_lock_is_named(shot):
-    (shot.store.root / "lock").mkdir(parents=True)
-    with pytest.raises(BadInput, match=r"Is a directory: .*lock"):
-        shot.run()
 
 
 def test_verify_goes_on_after_what_it_cannot_read(shot, listed, monkeypatch):

@@ -23,7 +23,7 @@ from hairpipe.graph.run.events import Event, Failure, Kind, Options, Outcome, Re
 from hairpipe.graph.run.pool import Pool, WorkerKind
 from hairpipe.graph.run.publish import Publisher
 from hairpipe.graph.store.digest import action_key
-from hairpipe.graph.store.locks import KeyLocks
+from hairpipe.graph.store.lease import Leases
 from hairpipe.graph.store.record import Record, from_fields
 from hairpipe.graph.store.store import LostObject, Store
 
@@ -69,7 +69,7 @@ class Scheduler:
         reader = self.resolver.reader
         spare = options.spare
         self.pool = Pool(store.root, options.codec, graph.folder, options.jobs, modules, reader, spare)
-        self.locks = KeyLocks(store.root / "lock")
+        self.leases = Leases(store)
         self.queue = Queue(graph, options.judge.judged)
         self.agenda: deque[Task] = deque()
         self.unmet: dict[Task, set[Task]] = {}
@@ -104,7 +104,7 @@ class Scheduler:
             interrupted = True
         finally:
             self.pool.close()
-            self.locks.close()
+            self.leases.close()
             self.note_latest()
         return self.outcome(interrupted)
 
@@ -177,14 +177,14 @@ class Scheduler:
     def begin(self, kind: WorkerKind, task: Task) -> None:
         """Give a task to a worker, unless another process is evaluating it or has just finished it."""
         if not self.pool.members:
-            self.store.check_writable()
+            self.store.check_writable(f"'{task}'")
         parts = self.resolver.parts(task)
         key = self.keys[task] = action_key(parts)
-        if not self.locks.acquire(key):
+        if not self.leases.acquire(key):
             self.elsewhere.append(task)
             return
         if self.resolver.find(task, key):
-            self.locks.release(key)
+            self.leases.release(key)
             self.agenda.append(task)
             return
         node = self.graph.nodes[task.node]
@@ -205,7 +205,7 @@ class Scheduler:
 
     def finish(self, task: Task, reply: dict[str, Any]) -> None:
         """Process the reply of a worker."""
-        self.locks.release(self.keys[task])
+        self.leases.release(self.keys[task])
         self.report_once(task, [HEALED] if reply.get("healed") else [])
         if "record" in reply:
             self.establish(task, from_fields(reply["record"]), "finished")

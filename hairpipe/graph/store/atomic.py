@@ -1,72 +1,57 @@
 """Atomic files: written under a temporary name, flushed to disk, then renamed.
 
-A temporary file is locked (flock) by the process that makes it. The kernel releases a lock when its process ends,
-however it ends, so any process can detect and remove left-over files. Process numbers would not do, since containers
-of one host name count their own. Names are random, and files are created, never followed through links.
+A temporary file is named after the process that makes it, and renewed while it is in the making. So any process can
+detect left-over files: those of processes of this machine that have ended, and those that were not renewed for a day.
+Names are random, and files are created, never followed through links.
 """
 
 import errno
-import fcntl
 import io
 import os
-import re
-import secrets
 import shutil
 import stat
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
+from hairpipe.graph.store.holder import has_ended, make_name
+from hairpipe.graph.store.renewal import renewal
+
 STALE = 24 * 3600.0
-"""Age after which a temporary file counts as left over where the file system has no locks [s]."""
+"""Time without a renewal after which a temporary file is left over, by the clock of its file system [s]."""
+SHARED = stat.S_ISGID | stat.S_IWGRP
+"""Permissions of a folder whose files belong to its group."""
+GROUP = stat.S_IRGRP | stat.S_IWGRP
 
-_NAME = re.compile(r"\.hairpipe-(?:([0-9a-f]{32})|[A-Za-z0-9]+-\d+-\d+)\.tmp")
-"""Unique name of a temporary file; older versions wrote machine, process and number."""
-_NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL, errno.EBADF)
-_held: set[int] = set()
-"""Descriptors of the files that this process has in the making."""
-
-
-def _let_go() -> None:
-    """Close the temporary files of the parent in a forked process: their locks belong to the parent."""
-    for handle in _held:
-        with suppress(OSError):
-            os.close(handle)
-    _held.clear()
-
-
-os.register_at_fork(after_in_child=_let_go)
+_PREFIX, _SUFFIX = ".hairpipe-", ".tmp"
 
 
 @contextmanager
 def making(folder: Path) -> Iterator[tuple[Path, int]]:
-    """Yield an empty locked file with a unique name, and its descriptor; it is removed if it is still there at the end.
+    """Yield an empty file with a unique name, and its descriptor; it is removed if it is still there at the end.
 
     A folder of the same name but for the suffix `.work` belongs to it. The folder around is made where it is missing.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    path, handle = _create(folder)
-    _held.add(handle)
+    path = folder / f"{_PREFIX}{make_name()}{_SUFFIX}"
+    handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
+    renewal.add(handle)
     try:
+        share(path, folder)
         yield path, handle
     finally:
+        renewal.discard(handle)
+        os.close(handle)
         _remove(path)
-        if handle in _held:  # in a fork it is closed already
-            _held.discard(handle)
-            os.close(handle)
 
 
-def _create(folder: Path) -> tuple[Path, int]:
-    """Create a file and lock it."""
-    while True:
-        path = folder / f".hairpipe-{secrets.token_hex(16)}.tmp"
-        flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
-        handle = os.open(path, flags, 0o666)
-        if _lock(handle) is not False and is_at(handle, path):
-            return path, handle
-        os.close(handle)  # a sweep came before the lock, and takes the file
+def share(path: Path, folder: Path) -> None:
+    """Let the group write to a new file or folder, whatever the umask, where it is made in a folder of a group."""
+    mode = folder.stat().st_mode
+    if mode & SHARED == SHARED:
+        with suppress(OSError):
+            path.chmod(stat.S_IMODE(path.stat().st_mode) | (stat.S_IMODE(mode) if path.is_dir() else GROUP))
 
 
 @contextmanager
@@ -75,6 +60,7 @@ def workspace(folder: Path) -> Iterator[Path]:
     with making(folder) as (token, _):
         work = token.with_suffix(".work")
         work.mkdir()
+        share(work, folder)
         yield work
 
 
@@ -148,68 +134,28 @@ def write_text(path: Path, text: str, folder: Path | None = None, *, lasting: bo
         keep_mode(temporary, path)
 
 
-def sweep(folder: Path, *, ours_alone: bool = False) -> int:
-    """Remove left-over temporary files, and the folders that belong to them; returns how many.
-
-    ours_alone  the folder is used by hairpipe alone: files without a lock are removed too, after a day
-    """
+def sweep(folder: Path) -> int:
+    """Remove left-over temporary files, and the folders that belong to them; returns how many."""
     swept = 0
     with suppress(OSError):
-        for path in folder.glob(".hairpipe-*.tmp"):
-            with left_over(path, elsewhere=ours_alone) as gone:
-                swept += gone and _remove(path)
+        for path in folder.glob(f"{_PREFIX}*{_SUFFIX}"):
+            swept += is_left_over(path) and _remove(path)
     return swept
 
 
-def is_left_over(path: Path, *, elsewhere: bool = False) -> bool:
-    """Whether a file is a left-over temporary one of ours; `elsewhere` as below."""
-    with left_over(path, elsewhere=elsewhere) as gone:
-        return gone
-
-
-@contextmanager
-def left_over(path: Path, *, elsewhere: bool = False) -> Iterator[bool]:
-    """Tell whether a file is a left-over temporary one of ours, and hold its lock meanwhile.
-
-    elsewhere  judge files by their age where there are no locks
-    """
-    name = _NAME.fullmatch(path.name)
-    handle = None
-    gone = False
+def is_left_over(path: Path) -> bool:
+    """Whether a file is a left-over temporary one."""
+    name = path.name.removeprefix(_PREFIX).removesuffix(_SUFFIX)
     try:
-        if name is not None:
-            old = elsewhere and time.time() - path.lstat().st_mtime > STALE
-            handle = _open(path) if name[1] else None
-            locked = None if handle is None else _lock(handle)
-            gone = (handle is None or is_at(handle, path)) and (old if locked is None else locked)
-    except OSError:  # it has just gone, or is a link or a folder, and so none of ours
-        gone = False
-    try:
-        yield gone
-    finally:
-        if handle is not None:
-            os.close(handle)
-
-
-def _open(path: Path) -> int:
-    flags = os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
-    try:
-        return os.open(path, os.O_RDWR | flags)  # some file systems lock only what may be written
-    except PermissionError:
-        return os.open(path, os.O_RDONLY | flags)
-
-
-def _lock(handle: int) -> bool | None:
-    """Take the lock of an open file; False where somebody has it, None where there are no locks."""
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
+        return stat.S_ISREG(path.lstat().st_mode) and (has_ended(name) or is_stale(path))
+    except OSError:  # it has just gone
         return False
-    except OSError as error:
-        if error.errno in _NO_LOCKS:
-            return None
-        raise
-    return True
+
+
+def is_stale(path: Path) -> bool:
+    """Whether a file was not renewed for a day: stamps of one file system are compared, no clocks of two machines."""
+    with making(path.parent) as (_, handle):
+        return os.fstat(handle).st_mtime - path.lstat().st_mtime > STALE
 
 
 def is_at(handle: int, path: Path) -> bool:

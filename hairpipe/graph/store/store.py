@@ -5,10 +5,10 @@
     latest/<graph>/<node>.json  key of each frame's latest result, by which `plan` explains differences
     notes/ab/<name>             cached analyses: source files, digests of input files
     tmp/                        files and workspaces in the making
-    lock                        one byte range per key that is being evaluated
+    lease/<key>                 a key that is being evaluated, see `lease`
 
-Files are written atomically; any number of processes may share a store, and a killed one leaves nothing to repair. A
-store is data: nothing in it is executed, and compiled kernels are kept elsewhere (`machine_code`).
+Files are written atomically; any number of processes and users may share a store, and a killed process leaves nothing
+to repair. A store is data: nothing in it is executed, and compiled kernels are kept elsewhere (`machine_code`).
 """
 
 import json
@@ -19,7 +19,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.store.atomic import discard, sweep, write_text
+from hairpipe.graph.store.atomic import discard, is_stale, sweep, write_text
 from hairpipe.graph.store.digest import digest, is_key, parsed
 from hairpipe.graph.store.record import Record, is_object, read_record, write_record
 
@@ -45,12 +45,24 @@ class Store:
 
     def sweep(self) -> int:
         """Remove what killed processes left behind; returns how many files and folders."""
-        return 0 if self.read_only else sweep(self.temporary, ours_alone=True)
+        if self.read_only:
+            return 0
+        swept = sweep(self.temporary)
+        for path in (self.root / "lease").glob("*"):
+            with suppress(OSError):
+                if is_stale(path):
+                    discard(path)
+                    swept += 1
+        return swept
 
-    def check_writable(self) -> None:
-        """Refuse a store that cannot be written to, before anything is computed; reading it is allowed."""
+    def check_writable(self, needed: str) -> None:
+        """Refuse a store that cannot be written to, before anything is computed; reading it is allowed.
+
+        needed  name of what has to be computed
+        """
         if self.root.exists() and not os.access(self.root, os.W_OK | os.X_OK):
-            raise BadInput("cannot be written to", where=self.root, right="--cache FOLDER, or HAIRPIPE_CACHE")
+            what = f"{needed} has to be computed, and the store cannot be written to"
+            raise BadInput(what, where=self.root, right="--cache FOLDER of your own, or permission to write")
 
     def action_path(self, key: str) -> Path:
         """Where the record of a key lies; ValueError for an invalid key."""
@@ -139,15 +151,28 @@ class Store:
         """Create the folders of a file, and remove whatever blocks them or its place; returns its path."""
         if path.is_dir():
             self.remove(path)
-        for file in (path, self.temporary / "any"):
+        for folder in (path.parent, self.temporary):
             try:
-                file.parent.mkdir(parents=True, exist_ok=True)
+                self._make(folder)
             except (FileExistsError, NotADirectoryError):
-                for folder in reversed([file.parent, *file.parent.parents]):
-                    if folder.is_relative_to(self.root) and folder != self.root and not folder.is_dir():
-                        self.remove(folder)
-                file.parent.mkdir(parents=True, exist_ok=True)
+                for blocked in reversed([folder, *folder.parents]):
+                    if blocked.is_relative_to(self.root) and blocked != self.root and not blocked.is_dir():
+                        self.remove(blocked)
+                self._make(folder)
         return path
+
+    def _make(self, folder: Path) -> None:
+        """Create a folder of the store; of the group of the store, and writable for it, where the store is."""
+        if folder == self.root:
+            folder.mkdir(parents=True, exist_ok=True)
+        elif not folder.is_dir():
+            self._make(folder.parent)
+            folder.mkdir(exist_ok=True)
+            root = self.root.stat()
+            if root.st_mode & stat.S_IWGRP:
+                with suppress(OSError):  # another process may have made it
+                    os.chown(folder, -1, root.st_gid)
+                    folder.chmod(stat.S_IMODE(root.st_mode) | stat.S_ISGID)
 
     def _text(self, path: Path) -> str | None:
         """Read a text; None where there is no file, empty where there is something else."""

@@ -1,15 +1,14 @@
 """Files that appear whole or not at all."""
 
-import errno
-import fcntl
 import os
-import secrets
 import subprocess
 import sys
+import time
 
 import pytest
 
-from hairpipe.graph.store.atomic import is_left_over, making, open_made, replacing, sweep, write_text
+from hairpipe.graph.store import atomic, holder, renewal
+from hairpipe.graph.store.atomic import is_left_over, making, open_made, replacing, sweep, workspace, write_text
 
 
 def names_in(folder):
@@ -36,19 +35,19 @@ with making(Path(sys.argv[1])), workspace(Path(sys.argv[1])) as folder:
     print(flush=True)
     sys.stdin.read()
 """
-    holder = subprocess.Popen([sys.executable, "-c", code, folder], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-    holder.stdout.readline()
-    return holder
+    process = subprocess.Popen([sys.executable, "-c", code, folder], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    process.stdout.readline()
+    return process
 
 
 def test_sweep_takes_what_the_dead_left_and_spares_the_living(tmp_path):
-    """Of whom it knows neither number nor machine: a lock is held, or it is not."""
-    holder = hold(tmp_path)
+    """Processes of this machine are looked up."""
+    living = hold(tmp_path)
     there = names_in(tmp_path)
-    assert len(there) == 3 and sweep(tmp_path) == sweep(tmp_path, ours_alone=True) == 0
+    assert len(there) == 3 and sweep(tmp_path) == 0
     assert names_in(tmp_path) == there
-    holder.kill()
-    holder.wait()
+    living.kill()
+    living.wait()
     assert sweep(tmp_path) == 2 and names_in(tmp_path) == []
     assert sweep(tmp_path / "missing") == 0
 
@@ -71,7 +70,10 @@ def test_a_fork_does_not_hold_what_its_parent_has_in_the_making(tmp_path):
             os._exit(0)
         assert not is_left_over(path), "the parent lives"
     path.touch()
-    assert is_left_over(path), "it has let go, and the fork never held it"
+    assert not is_left_over(path), "this process may still be about to use it"
+    forked = path.with_name(path.name.replace(f"-{os.getpid()}-", f"-{child}-"))
+    forked.touch()
+    assert is_left_over(forked), "its number belonged to another process, which began at another time"
     os.close(write)
     os.waitpid(child, 0)
     os.close(read)
@@ -80,9 +82,8 @@ def test_a_fork_does_not_hold_what_its_parent_has_in_the_making(tmp_path):
 def test_names_are_random_and_what_stands_there_is_not_followed(tmp_path, monkeypatch):
     victim = tmp_path / "victim"
     victim.write_text("mine")
-    names = iter("a" * 32 for _ in range(2))
-    monkeypatch.setattr(secrets, "token_hex", lambda size: next(names, "b" * 2 * size))
-    (tmp_path / f".hairpipe-{'a' * 32}.tmp").symlink_to(victim)
+    monkeypatch.setattr(atomic, "make_name", lambda: "a")
+    (tmp_path / ".hairpipe-a.tmp").symlink_to(victim)
     with pytest.raises(FileExistsError):
         write_text(tmp_path / "file", "text")
     assert victim.read_text() == "mine" and not (tmp_path / "file").exists()
@@ -100,28 +101,46 @@ def test_a_link_put_in_place_of_what_is_in_the_making_is_not_followed(tmp_path):
 
 
 def test_sweep_leaves_what_is_not_ours(tmp_path):
-    names = ["other", "notes.tmp", "render-7-2.tmp", ".hairpipe-x.tmp", f".hairpipe-{'c' * 31}.tmp"]
+    names = ["other", "notes.tmp", "render-7-2.tmp", "x.hairpipe-x.tmp"]
     for name in names:
         (tmp_path / name).write_text("")
         os.utime(tmp_path / name, (0, 0))  # however old, they are somebody else's
     (tmp_path / f".hairpipe-{'d' * 32}.tmp").symlink_to(tmp_path / "other")
     there = names_in(tmp_path)
-    assert sweep(tmp_path, ours_alone=True) == 0 and names_in(tmp_path) == there
+    assert sweep(tmp_path) == 0 and names_in(tmp_path) == there
 
 
-def test_what_no_lock_tells_of_goes_by_its_age_where_nobody_else_writes(tmp_path, monkeypatch):
-    """Of older versions, and of file systems without locks."""
-    monkeypatch.setattr(fcntl, "flock", without_locks)
-    for number, name in enumerate([".hairpipe-elsewhere-1-{}.tmp", ".hairpipe-" + "e" * 31 + "{}.tmp"]):
-        for age in (0, 1):
-            path = tmp_path / name.format(age)
-            path.mkdir() if number == 0 else path.write_text("")
-            os.utime(path, None if age == 0 else (0, 0))
-    assert sweep(tmp_path) == 0 and sweep(tmp_path, ours_alone=True) == 2
-    assert [name[-5] for name in names_in(tmp_path)] == ["0", "0"]
-    write_text(tmp_path / "file", "text")
-    assert (tmp_path / "file").read_text() == "text"
+def test_files_of_other_machines_go_a_day_after_they_were_last_renewed(tmp_path, monkeypatch):
+    """By the clock of the file system: that of this machine may be off by years."""
+    monkeypatch.setattr(time, "time", lambda: 0.0)
+    now = time.clock_gettime(time.CLOCK_REALTIME)
+    for hours in (-3, 0, 23, 25):
+        with monkeypatch.context() as elsewhere:
+            elsewhere.setattr(holder, "machine", lambda: "0123456789ab")
+            path = tmp_path / f".hairpipe-{holder.make_name()}.tmp"
+        path.write_text(str(hours))
+        os.utime(path, (now - hours * 3600,) * 2)
+    assert sweep(tmp_path) == 1
+    assert sorted(path.read_text() for path in tmp_path.iterdir()) == ["-3", "0", "23"]
 
 
-def without_locks(handle, operation):
-    raise OSError(errno.ENOLCK, "No locks available")
+def test_a_file_in_the_making_is_renewed(tmp_path):
+    with making(tmp_path) as (path, _):
+        os.utime(path, (0, 0))
+        renewal.renewal.renew()
+        assert path.stat().st_mtime > 0
+
+
+@pytest.mark.parametrize("mode", [0o2775, 0o755])
+def test_in_a_folder_of_a_group_its_members_may_write(tmp_path, mode):
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    folder.chmod(mode)
+    before = os.umask(0o077)
+    try:
+        with workspace(folder) as work:
+            assert work.stat().st_mode & 0o7777 == (0o2775 if mode == 0o2775 else 0o700)
+            with making(folder) as (path, _):
+                assert path.stat().st_mode & 0o7777 == (0o660 if mode == 0o2775 else 0o600)
+    finally:
+        os.umask(before)

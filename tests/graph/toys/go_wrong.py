@@ -35,5 +35,5 @@ def go_wrong(
         if how == "type":
             return 3.0
         if how == "slow":
-            clock.sleep(60)
+            clock.sleep(float(os.environ.get("TOY_SECONDS", 60)))
     return numeral(number.value)

@@ -1,0 +1,169 @@
+"""Leases of keys: one evaluation of an action at a time, among all processes and machines that share a store.
+
+A lease is a file that is created exclusively and renewed by its holder. It has expired where its holder is known to
+have ended, or where its stamp has not changed for a time by the clock of the watcher. It is taken over by the exclusive
+creation of its successor:
+
+    lease/<key>          of the first holder, whose name is in the file
+    lease/<key>.<name>   of the holder that took over from the one of this name
+    lease/<file>.0       of the holder that took over a file without a name: its holder ended before it wrote one
+
+A name is used once, so that of any number of processes that see the same lease expire one creates the successor. A
+holder that gives a lease back creates that file first: from then on nobody can take over. No lock is used, since many
+network file systems grant a lock to each machine. A slow holder whose lease was taken over finishes: at worst an action
+is evaluated twice, with the same result.
+"""
+
+import json
+import os
+import socket
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+from hairpipe.graph.store.atomic import discard, is_at
+from hairpipe.graph.store.digest import DIGEST_BYTES, parsed
+from hairpipe.graph.store.holder import FORM, has_ended, make_name
+from hairpipe.graph.store.renewal import renewal
+from hairpipe.graph.store.store import Store
+
+EXPIRY = 60.0
+"""Time without a renewal after which a lease has expired; six renewals [s]."""
+KEY = 2 * DIGEST_BYTES
+"""Length of a key, with which the name of a lease file begins."""
+READABLE = 0o644
+"""Permissions of a lease file: other users of the store read who holds it, whatever the umask."""
+LONGEST = 1 << 12
+"""Of the text in a lease file [bytes]."""
+
+
+class Lease(NamedTuple):
+    """A lease file as found.
+
+    name   of its holder; empty where none was written
+    host   of its holder, for people
+    stamp  changes when the lease is renewed
+    """
+
+    path: Path
+    name: str
+    host: str
+    stamp: int
+
+    @property
+    def successor(self) -> Path:
+        """Path of the lease of whoever takes over."""
+        return self.path.with_name(f"{self.path.name}.0" if not self.name else f"{self.path.name[:KEY]}.{self.name}")
+
+
+class Held(NamedTuple):
+    """A lease of this process: its open file, its name, and the expired leases that it follows, first one first."""
+
+    handle: int
+    path: Path
+    name: str
+    before: tuple[Lease, ...]
+
+
+class Leases:
+    """The leases that a process holds, and those that it watches.
+
+    clock  of the watcher [s]
+    """
+
+    def __init__(self, store: Store, clock: Callable[[], float] = time.monotonic) -> None:
+        self._store = store
+        self._folder = store.root / "lease"
+        self._clock = clock
+        self._held: dict[str, Held] = {}
+        self._seen: dict[tuple[Path, str], tuple[int, float]] = {}
+
+    def acquire(self, key: str) -> bool:
+        """Acquire the lease of a key without waiting; False where it is held. OSError where none can be made."""
+        if key in self._held:
+            return False
+        before: list[Lease] = []
+        path = self._folder / key
+        name = make_name()
+        while (handle := self._create(path, name)) is None:
+            found = read_lease(path)
+            if found is None or not self._has_expired(found):
+                return False
+            before.append(found)
+            path = found.successor
+        if any(self._name_at(lease.path) != lease.name for lease in before):  # given back since it was seen
+            os.close(handle)
+            path.unlink(missing_ok=True)
+            return False
+        renewal.add(handle)
+        self._held[key] = Held(handle, path, name, tuple(before))
+        return True
+
+    def release(self, key: str) -> None:
+        """Give the lease of a key back; nothing is changed where another process has taken over."""
+        held = self._held.pop(key, None)
+        if held is None:
+            return
+        renewal.discard(held.handle)
+        closed = self._folder / f"{key}.{held.name}"
+        with suppress(OSError):
+            end = self._create(closed, make_name())
+            if end is not None:
+                os.close(end)
+                own = is_at(held.handle, held.path)
+                for path in [*(lease.path for lease in held.before), held.path] if own else []:
+                    discard(path)
+                closed.unlink(missing_ok=True)
+        os.close(held.handle)
+
+    def close(self) -> None:
+        """Give all leases back."""
+        for key in list(self._held):
+            self.release(key)
+
+    def _create(self, path: Path, name: str) -> int | None:
+        """Create a lease file; its open file, or None where there is one."""
+        try:
+            handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
+        except FileExistsError:
+            return None
+        except (FileNotFoundError, NotADirectoryError):
+            return self._create(self._store.room(path), name)
+        with suppress(OSError):  # on a full disk it has no name
+            os.fchmod(handle, READABLE)
+            os.write(handle, json.dumps({"holder": name, "host": socket.gethostname()}).encode())
+        return handle
+
+    def _has_expired(self, lease: Lease) -> bool:
+        """Whether a lease has expired, as far as this process knows."""
+        if has_ended(lease.name):
+            return True
+        now = self._clock()
+        stamp, since = self._seen.get((lease.path, lease.name), (None, now))
+        if stamp != lease.stamp:
+            since = now
+        self._seen[lease.path, lease.name] = lease.stamp, since
+        return now - since >= EXPIRY
+
+    def _name_at(self, path: Path) -> str | None:
+        found = read_lease(path)
+        return None if found is None else found.name
+
+
+def read_lease(path: Path) -> Lease | None:
+    """Read a lease file; None where there is none, and without a name where no holder can be read.
+
+    It is opened, since a client of a network file system asks the server for the stamp then.
+    """
+    name = host = ""
+    try:
+        if path.is_file():
+            with suppress(ValueError, TypeError, KeyError), path.open("rb") as file:
+                fields = parsed(file.read(LONGEST))
+                name, host = str(fields["holder"]), str(fields["host"])
+        stamp = path.stat().st_mtime_ns
+    except OSError:
+        return None
+    return Lease(path, name if FORM.fullmatch(name) else "", host, stamp)

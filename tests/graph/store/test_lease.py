@@ -1,0 +1,327 @@
+"""Leases of keys: exactly one holder, whatever stops, and whatever the order of system calls."""
+
+import os
+import random
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+
+from hairpipe.graph.store import lease, renewal
+from hairpipe.graph.store.lease import EXPIRY, Leases, read_lease
+from hairpipe.graph.store.store import Store
+from tests.sources import HOME
+
+ONE, OTHER = "0123456789abcdef0123" * 2, "fedcba9876543210fedc" * 2
+HOLD = """
+import sys
+from pathlib import Path
+from hairpipe.graph.store.lease import Leases
+from hairpipe.graph.store.store import Store
+leases = Leases(Store(Path(sys.argv[1])))
+print(leases.acquire(sys.argv[2]), flush=True)
+sys.stdin.read()
+leases.close()
+"""
+
+
+class Clock:
+    """The clock of a watcher."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def store(tmp_path):
+    return Store(tmp_path / "store")
+
+
+@pytest.fixture
+def clock():
+    return Clock()
+
+
+def files_of(store):
+    return sorted(path.name for path in (store.root / "lease").glob("*"))
+
+
+def hold(store, key):
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLD, store.root, key], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    return process, process.stdout.readline().strip() == "True"
+
+
+def test_a_key_is_held_by_one_process_until_it_ends(store):
+    process, held = hold(store, ONE)
+    leases = Leases(store)
+    assert held and not leases.acquire(ONE) and leases.acquire(OTHER)
+    process.kill()
+    os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+    assert leases.acquire(ONE), "a process of this machine that was killed is known to have ended, collected or not"
+    process.communicate()
+    assert not leases.acquire(ONE), "not twice by the same process"
+    second, held = hold(store, OTHER)
+    second.communicate()
+    assert not held
+    leases.close()
+    third, held = hold(store, OTHER)
+    third.communicate()
+    assert held and files_of(store) == []
+
+
+def test_no_lock_of_the_file_system_is_used():
+    """Many network file systems grant one to each machine."""
+    sources = [path for path in (HOME / "hairpipe/graph").rglob("*.py") if path.name != "doctor.py"]
+    assert len(sources) > 50
+    assert not [path for path in sources if "fcntl" in path.read_text() or "flock" in path.read_text()]
+
+
+def test_a_holder_elsewhere_expires_by_the_clock_of_the_watcher(store, clock, monkeypatch):
+    """Neither the age of its file nor the clock of its machine counts, only that nothing changes."""
+    with monkeypatch.context() as elsewhere:
+        elsewhere.setattr("hairpipe.graph.store.holder.machine", lambda: "0123456789ab")
+        assert Leases(store).acquire(ONE)
+    path = store.root / "lease" / ONE
+    watcher = Leases(store, clock)
+    for hours in (0, -5, 3, -4):
+        os.utime(path, (1e9 + hours * 3600,) * 2)  # it is renewed by a machine whose clock is off
+        assert not watcher.acquire(ONE)
+        clock.now += EXPIRY - 1
+        assert not watcher.acquire(ONE)
+    clock.now += 1
+    assert watcher.acquire(ONE)
+
+
+def test_a_lease_is_renewed_while_it_is_held(store):
+    leases = Leases(store)
+    leases.acquire(ONE)
+    path = store.root / "lease" / ONE
+    os.utime(path, (0, 0))
+    renewal.renewal.renew()
+    assert read_lease(path).stamp > 0
+    assert "renewal" in [thread.name for thread in threading.enumerate()]
+    leases.release(ONE)
+    path.write_text("")
+    os.utime(path, (0, 0))
+    renewal.renewal.renew()
+    assert path.stat().st_mtime == 0, "what was given back is left alone"
+
+
+def test_a_slow_holder_leaves_the_lease_to_the_one_that_took_over(store, clock):
+    slow = Leases(store)
+    slow.acquire(ONE)
+    taker = Leases(store, clock)
+    assert not taker.acquire(ONE)
+    clock.now += EXPIRY
+    assert taker.acquire(ONE)
+    slow.release(ONE)
+    assert not Leases(store).acquire(ONE), "that of the taker stands"
+    taker.release(ONE)
+    assert files_of(store) == []
+
+
+def test_what_stands_in_place_of_a_lease_expires(store, clock):
+    (store.root / "lease" / ONE / "within").mkdir(parents=True)
+    os.mkfifo(store.root / "lease" / OTHER)
+    leases = Leases(store, clock)
+    assert not leases.acquire(ONE) and not leases.acquire(OTHER)
+    clock.now += EXPIRY
+    assert leases.acquire(ONE) and leases.acquire(OTHER)
+    leases.close()
+    assert files_of(store) == []
+
+
+def test_a_store_that_may_not_be_written_to_is_an_error_and_nothing_to_wait_for(store, monkeypatch):
+    def refuse(*arguments):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(os, "open", refuse)
+    with pytest.raises(PermissionError):
+        Leases(store).acquire(ONE)
+
+
+class Stopped(BaseException):
+    """A process that ends between two system calls."""
+
+
+class Calls:
+    """System calls of leases: `before` is called before each."""
+
+    def __init__(self, monkeypatch, before):
+        self.before = before
+        for name in ("open", "write", "close", "fchmod"):
+            monkeypatch.setattr(os, name, self._guarded(getattr(os, name)))
+        monkeypatch.setattr(Path, "unlink", self._guarded(Path.unlink))
+        monkeypatch.setattr(lease, "read_lease", self._guarded(lease.read_lease))
+        monkeypatch.setattr(lease, "is_at", self._guarded(lease.is_at))
+
+    def _guarded(self, function):
+        def call(*given, **named):
+            self.before()
+            return function(*given, **named)
+
+        return call
+
+
+@pytest.mark.parametrize("taken", [False, True], ids=["free", "expired"])
+def test_whoever_stops_between_two_calls_is_followed_by_exactly_one(tmp_path, taken, monkeypatch, clock):
+    """At every call of acquiring, taking over and giving back, until nothing is left to stop at."""
+    left = None
+
+    def stop():
+        nonlocal left
+        if left is not None:
+            left -= 1
+            if left < 0:
+                raise Stopped
+
+    with monkeypatch.context() as patch:
+        Calls(patch, stop)
+        for number in range(100):
+            store = Store(tmp_path / str(number))
+            if taken:
+                Leases(store).acquire(ONE)
+            stopped = Leases(store, clock)
+            stopped.acquire(ONE)  # sees it for the first time
+            stopped.release(ONE)
+            clock.now += EXPIRY
+            left = number
+            try:
+                stopped.acquire(ONE)
+                stopped.release(ONE)
+            except Stopped:
+                pass
+            ended = left >= 0
+            left = None
+            watchers = [Leases(store, clock) for _ in range(3)]
+            got = []
+            for _ in range(4):  # as long a chain as there may be
+                got += [watcher.acquire(ONE) for watcher in watchers]
+                clock.now += 0 if any(got) else EXPIRY
+            assert sum(got) == 1
+            for watcher in watchers:
+                watcher.close()
+            assert Leases(store).acquire(ONE)
+            if ended:
+                break
+    assert ended and number > 5
+
+
+SEEDS = 120
+
+
+class Turns:
+    """Threads of which one runs at a time, from one system call to the next, in an order drawn at random."""
+
+    def __init__(self, seed):
+        self.random = random.Random(seed)
+        self.changed = threading.Condition()
+        self.waiting = {}
+        self.alive = set()
+        self.stopped = set()
+
+    def pause(self):
+        """Wait for a turn; some stop for ever."""
+        me = threading.current_thread().name
+        if me not in self.alive:
+            return
+        gate = threading.Event()
+        with self.changed:
+            self.waiting[me] = gate
+            self.changed.notify_all()
+        gate.wait()
+        if me in self.stopped:
+            raise Stopped
+
+    def run(self, programs):
+        def serve(name, program):
+            try:
+                self.pause()
+                program()
+            except Stopped:
+                pass
+            finally:
+                with self.changed:
+                    self.alive.discard(name)
+                    self.changed.notify_all()
+
+        self.alive = set(programs)
+        threads = [threading.Thread(target=serve, args=item, name=item[0]) for item in programs.items()]
+        for thread in threads:
+            thread.start()
+        while True:
+            with self.changed:
+                self.changed.wait_for(lambda: self.alive <= self.waiting.keys())
+                if not self.alive:
+                    break
+                name = self.random.choice(sorted(self.alive))
+                if name != "slow" and self.random.random() < 0.005:
+                    self.stopped.add(name)
+                self.waiting.pop(name).set()
+        for thread in threads:
+            thread.join()
+
+
+def test_in_any_order_of_system_calls_one_contender_holds(tmp_path, monkeypatch):
+    """Three that take over from a holder that is slow and gives back meanwhile; some stop for ever."""
+    taken = 0
+    for seed in range(SEEDS):
+        with monkeypatch.context() as patch:
+            taken += contend(Store(tmp_path / str(seed)), seed, patch)
+    assert taken > SEEDS
+
+
+def contend(store, seed, patch):
+    turns = Turns(seed)
+    makers = {}
+    inside = []
+    make = lease.make_name
+
+    def make_name():
+        name = make()
+        makers[name] = threading.current_thread().name
+        return name
+
+    patch.setattr(lease, "make_name", make_name)
+    patch.setattr(lease, "has_ended", lambda name: makers.get(name) in {"MainThread", *turns.stopped})
+    slow = Leases(store, lambda: 0.0)
+    assert slow.acquire(ONE)
+    Calls(patch, turns.pause)
+    taken = 0
+
+    def contender():
+        nonlocal taken
+        me = threading.current_thread().name
+        leases = Leases(store, lambda: 0.0)
+        for _ in range(8):
+            if leases.acquire(ONE):
+                assert set(inside) <= turns.stopped, f"{inside} and {me} with seed {seed}"
+                inside.append(me)
+                taken += 1
+                for _ in range(turns.random.randrange(20)):
+                    turns.pause()
+                inside.remove(me)  # of a stopped one it stays
+                leases.release(ONE)
+            turns.pause()
+
+    def give_back_late():
+        for _ in range(turns.random.randrange(100)):
+            turns.pause()
+        slow.release(ONE)
+
+    faults = []
+    patch.setattr(threading, "excepthook", lambda given: faults.append(given.exc_value))
+    turns.run({"a": contender, "b": contender, "c": contender, "slow": give_back_late})
+    assert not faults, faults
+    patch.setattr(lease, "has_ended", lambda name: True)
+    after = Leases(store, lambda: 0.0)
+    after.acquire(ONE)
+    late = Leases(store, lambda: EXPIRY)
+    assert ONE in after._held or late.acquire(ONE), files_of(store)
+    return taken

@@ -1,0 +1,83 @@
+"""Runs that share a store, on file systems whose locks are of one machine alone, and on machines that cannot look each
+other's processes up.
+"""
+
+import signal
+import time
+
+import pytest
+
+from hairpipe.graph.store import holder, lease
+from hairpipe.graph.store.atomic import workspace
+
+from .conftest import wait_for
+
+SLOW = '[slow]\ntype = "go_wrong"\nin.number = "move"\nhow = "slow"\nat = 1\n'
+PLAIN = {"make_seed": 1, "move_seed": 10, "add_up": 10, "write_list": 1}
+
+
+def first_lease(shot):
+    """Wait until an evaluation of the slow node is leased; returns the lease."""
+    wait_for(lambda: shot.has_called("go_wrong 1"))
+    found = [lease.read_lease(path) for path in (shot.store.root / "lease").iterdir()]
+    return next(one for one in found if one is not None)
+
+
+@pytest.fixture
+def elsewhere(monkeypatch):
+    """Be a machine from which no process of the runs of tests can be looked up, with a patience of two seconds."""
+    monkeypatch.setattr(holder, "machine", lambda: "0123456789ab")
+    monkeypatch.setattr(lease, "EXPIRY", 2.0)
+
+
+def test_a_run_that_starts_takes_nothing_from_one_that_is_computing(shot, elsewhere, monkeypatch):
+    """Neither its workspaces nor its leases, though no lock protects them, and the clock is off by hours."""
+    clock = time.time
+    monkeypatch.setattr(time, "time", lambda: clock() + 7 * 3600)
+    with monkeypatch.context() as other, workspace(shot.store.temporary) as live:
+        other.setattr(holder, "machine", lambda: "ba9876543210")
+        (live / "half").write_text("")
+        assert shot.store.sweep() == 0 and (live / "half").exists()
+    assert not live.exists()
+
+
+@pytest.mark.slow
+def test_two_runs_on_machines_that_know_nothing_of_each_other_share_the_work(shot):
+    outcomes = [shot.outcome(process) for process in [shot.start(jobs=1, TOY_MACHINE=name) for name in "ab"]]
+    assert [outcome["failures"] for outcome in outcomes] == [[], []]
+    assert shot.tally() == PLAIN and sum(outcome["evaluated"] for outcome in outcomes) == 22
+    assert list((shot.store.root / "lease").iterdir()) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ends", [True, False], ids=["killed", "stopped"])
+def test_the_work_of_a_silent_machine_is_taken_over(shot, elsewhere, monkeypatch, ends):
+    """One that was only slow finishes later, and changes nothing."""
+    shot.path.write_text(shot.path.read_text() + SLOW)
+    process = shot.start(jobs=1, TOY_SECONDS="3")
+    first_lease(shot)
+    process.send_signal(signal.SIGKILL if ends else signal.SIGSTOP)
+    monkeypatch.setenv("TOY_SECONDS", "0")
+    outcome = shot.run()
+    assert outcome.failures == ()
+    results = shot.results()
+    if ends:
+        process.communicate()
+    else:
+        process.send_signal(signal.SIGCONT)
+        late = shot.outcome(process)
+        assert late["failures"] == [] and shot.results() == results
+    assert shot.tally()["go_wrong"] == 11, "only what it was computing is computed again"
+    assert list((shot.store.root / "lease").iterdir()) == []
+
+
+@pytest.mark.slow
+def test_after_a_kill_a_run_of_the_same_machine_waits_for_nothing(shot, monkeypatch):
+    shot.path.write_text(shot.path.read_text() + SLOW)
+    process = shot.start(jobs=1, TOY_SECONDS="300")
+    first_lease(shot)
+    process.kill()
+    process.communicate()
+    monkeypatch.setenv("TOY_SECONDS", "0")
+    assert shot.run().failures == ()
+    assert shot.tally()["go_wrong"] == 11
