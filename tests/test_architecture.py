@@ -212,6 +212,16 @@ def test_rooms_import_only_what_they_may():
     assert not wrong, "\n".join(wrong)
 
 
+def test_locks_are_used_through_one_module():
+    wrong = [
+        f"{name_of(path)} imports {target}"
+        for path in SOURCES
+        for target in imports_of(path)
+        if "/sim/locks/" not in name_of(path) and re.match(r"hairpipe\.sim\.locks\.(?!locked_frame)", target)
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
 def test_no_node_imports_a_node_and_the_engine_only_by_its_public_names():
     public = re.compile(r"hairpipe\.graph\.(node|flat_group|Cuts|File|Frames|Pair|Reached|Spent|Time|Workspace)")
     wrong = [

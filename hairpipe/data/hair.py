@@ -2,39 +2,8 @@
 
 import numpy as np
 
+from hairpipe.data.locks import LockState
 from hairpipe.data.value import value
-
-
-@value
-class LockState:
-    """Guides, which are simulated, and their followers (`sim/locks`).
-
-    F rows: the points of strands that are interpolated (followers, audited and on trial), strand by strand.
-
-    leaders       guide of each strand, itself for a guide, (strands,) int32
-    ages          age of each connection in `HairState.stuck`, in frames, (n,) int32
-    points        points of guides that each point of a follower follows, -1 if fewer than 4, (F, 4) int32
-    offsets       offsets from those points, rotated back to rest [m], (F, 4, 3) float32
-    bends         bends of followers when they began to follow, rotated back likewise [m], (F, 3) float32
-    disagreement  disagreement of a follower's guides, 0 for simulated strands [m], (strands,) float32
-    audited       previous guide of a strand that is audited or on trial, -1: none, (strands,) int32
-    parted        previous guide of a strand that has left its lock, -1: none, (strands,) int32
-    errors        rms error of a strand whose audit ended at this frame, else NaN [m], (strands,) float32
-    turn          number of the current audit
-    since         its duration so far, in frames
-    """
-
-    leaders: np.ndarray
-    ages: np.ndarray
-    points: np.ndarray
-    offsets: np.ndarray
-    bends: np.ndarray
-    disagreement: np.ndarray
-    audited: np.ndarray
-    parted: np.ndarray
-    errors: np.ndarray
-    turn: int
-    since: int
 
 
 @value
@@ -65,3 +34,11 @@ class HairState:
     pace: float
     stretched: float
     locks: LockState | None = None
+
+    def leaders(self, strands: int) -> np.ndarray:
+        """Return the strand by whose simulation each of so many moves, itself if it is simulated, (strands,) int32."""
+        return np.arange(strands, dtype=np.int32) if self.locks is None else self.locks.leaders
+
+    def simulated(self, strands: int) -> np.ndarray:
+        """Return which of so many strands are simulated, the others being interpolated in locks, (strands,) bool."""
+        return self.leaders(strands) == np.arange(strands)

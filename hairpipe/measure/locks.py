@@ -6,11 +6,11 @@ import numpy as np
 
 from hairpipe.data import Groom, Strands, Table
 from hairpipe.data.hair import HairState
+from hairpipe.data.locks import Audit, no_locks
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.measure.climate.ensemble import uncertainty
-from hairpipe.sim.locks.auditing import means_of_locks
-from hairpipe.sim.locks.joining import ages_of
+from hairpipe.sim.contact.hair.stiction import ages_of
 
 LASTED = 5
 """Fewest frames of a lasting connection."""
@@ -61,32 +61,31 @@ def measure_locks(
             ages = np.zeros(len(state.stuck), np.int32)
         else:
             ages = ages_of(before.stuck, before.stuck_at, ages, state.stuck, state.stuck_at)
-        audit = _audit(before, state)
         before = state
-        leaders = np.arange(len(groom.ids)) if state.locks is None else state.locks.leaders
-        follows = leaders != np.arange(len(leaders))
+        locks = state.locks or no_locks(len(groom.ids))
         apart = 0.0
-        if state.locks is not None and follows.any():
-            apart = 1e3 * float(np.sqrt((state.locks.disagreement[follows].astype(float) ** 2).mean()))
+        if len(locks.disagreement):
+            apart = 1e3 * float(np.sqrt((locks.disagreement.astype(float) ** 2).mean()))
         off = np.nan
         if truth is not None and frame in truth:
             off = _distance(hair[frame], truth[frame])
         lasting = 100.0 * float((ages >= LASTED).mean()) if len(ages) else 0.0
         stuck = len(ages) / len(inner), lasting
-        simulated = np.count_nonzero(~follows)
-        largest = int(np.bincount(leaders).max())
-        parted = 0 if state.locks is None else np.count_nonzero(state.locks.parted >= 0)
-        locks = 100.0 * simulated / len(leaders), 100.0 * parted / simulated, largest
-        rows.append(((frame - frames[0]) / fps, *stuck, *locks, apart, *audit, 1e3 * off, 100.0 * off / length))
+        simulated = np.count_nonzero(~locks.follows)
+        released = 100.0 * np.count_nonzero(locks.released) / simulated
+        shares = 100.0 * simulated / len(groom.ids), released, int(np.bincount(locks.leaders).max())
+        rows.append(
+            ((frame - frames[0]) / fps, *stuck, *shares, apart, *_audited(locks.audit), 1e3 * off, 100.0 * off / length)
+        )
     return table_of_rows(COLUMNS, rows)
 
 
-def _audit(before: HairState | None, state: HairState) -> tuple[int, float, float]:
+def _audited(audit: Audit | None) -> tuple[int, float, float]:
     """Return the number of audited strands, their rms error [mm], and its bound [mm]."""
-    if before is None or before.locks is None or state.locks is None or np.isnan(state.locks.errors).all():
+    if audit is None:
         return 0, np.nan, np.nan
-    audited = np.where(np.isnan(state.locks.errors), -1, before.locks.audited)
-    errors, hairs = means_of_locks(audited, state.locks.errors)
+    errors = audit.errors
+    hairs = audit.hairs
     squares = errors**2
     count = len(errors)
     mean = np.average(squares, weights=hairs)

@@ -40,11 +40,11 @@ def measure_points(
             pulls = sorted(tensions(layout_of(groom, state), state), key=lambda strand: strand[0])
             found["tension [uN]"] = spread(1e6 * np.concatenate([pull for _, _, pull in pulls]), inner)
             if state.locks is not None:
-                leaders = state.locks.leaders
                 counts = np.diff(hair.offsets)
+                leaders = state.leaders(len(counts))
                 found["tension [uN]"] = found["tension [uN]"][points_of_strands(leaders, hair.offsets)]
                 found["lock"] = np.repeat(GOLDEN * leaders % 1.0, counts)
-                found["follows"] = np.repeat(leaders != np.arange(len(leaders)), counts).astype(float)
+                found["follows"] = np.repeat(~state.simulated(len(counts)), counts).astype(float)
     if not found:
         raise BadInput("no input to measure with", right="in.surfaces, in.parts, or in.groom, with in.state or without")
     return PointValues(tuple(found), np.stack(list(found.values())).astype(np.float32), hair.offsets)

@@ -27,8 +27,7 @@ from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.integrators.restoration import converted, restored
 from hairpipe.sim.integrators.step_size import TooManySteps, crossing_limit, limits_of, next_step
 from hairpipe.sim.interactions import with_interactions
-from hairpipe.sim.locks.guides import Guides
-from hairpipe.sim.locks.locked_frame import Around, advance_locked, check_locks
+from hairpipe.sim.locks.locked_frame import advance_locked, check_locks
 from hairpipe.sim.settings import Scene
 from hairpipe.sim.shot import Frame
 from hairpipe.sim.state import State, Step
@@ -68,15 +67,10 @@ class StrandSimulation:
         def simulate(strands: HairModel, before: HairState, leads: tuple[Lead, Lead]) -> HairState:
             return advance_frame(strands, before, leads, bodies, frame.frame_dt, scene, frame.began)
 
-        def simulate_guides(guides: Guides, before: HairState) -> HairState:
-            return simulate(guides.hair, before, guides.leads_of(frame.leads))
-
         if scene.locks is None:
             moved = simulate(hair, state, frame.leads)
         else:
-            surfaces, parts = [surface for _, surface in frame.surfaces], [body for _, body in frame.parts]
-            around = Around(frame.leads[1], surfaces, parts, frame.frame_dt)
-            moved = advance_locked(hair, state, around, scene, simulate_guides)
+            moved = advance_locked(hair, state, frame, scene, simulate)
         warn_of_lost(hair, state, moved, frame.number)
         return replace(moved, stretched=warn_of_stretch(hair, moved.positions, scene, frame.number, state.stretched))
 

@@ -1,4 +1,4 @@
-"""What locks leave to be simulated, and what of it has parted; what audits found."""
+"""What locks leave to be simulated, and what of it has released; what audits found."""
 
 from dataclasses import replace
 
@@ -7,8 +7,8 @@ import pytest
 
 from hairpipe.data import Groom, Strands
 from hairpipe.data.hair import HairState
+from hairpipe.data.locks import AUDITED, FOLLOWER, GUIDE, RELEASED, TRIED, Audit, no_locks
 from hairpipe.measure.locks import measure_locks
-from hairpipe.sim.locks.locked_frame import no_locks
 
 HAIRS, POINTS = 4, 6
 OFFSETS = np.arange(0, HAIRS * POINTS + 1, POINTS, dtype=np.int32)
@@ -30,28 +30,30 @@ def measured(groom, *states):
     hair = Strands(groom.points, np.zeros(groom.points.shape, np.float32), OFFSETS, np.full(len(groom.points), 1e-4))
     known = {}
     for frame, fields in enumerate(states):
-        locks = fields and replace(no_locks(HAIRS), **{name: np.array(values) for name, values in fields.items()})
+        locks = fields and replace(no_locks(HAIRS), **fields)
         known[frame] = HairState(*[np.empty(0)] * 6, *never, pace=np.inf, stretched=1.0, locks=locks)
     return measure_locks(groom, dict.fromkeys(known, hair), known, None, 24.0)
 
 
+def in_roles(*roles, guides):
+    return {"roles": np.array(roles, np.uint8), "guides": np.array(guides, np.int32)}
+
+
 def test_what_is_simulated_and_what_of_it_has_parted(groom):
-    nobody = [-1, -1, -1, -1]
     table = measured(
         groom,
         None,
-        {"leaders": [0, 0, 0, 0], "parted": nobody},
-        {"leaders": [0, 0, 2, 0], "parted": [-1, -1, 0, -1]},
-        {"leaders": [0, 1, 2, 3], "parted": [-1, 0, 0, -1]},
+        in_roles(GUIDE, FOLLOWER, FOLLOWER, FOLLOWER, guides=[0, 0, 0, 0]),
+        in_roles(GUIDE, FOLLOWER, RELEASED, FOLLOWER, guides=[0, 0, 0, 0]),
+        in_roles(GUIDE, TRIED, RELEASED, AUDITED, guides=[0, 0, 0, 0]),
     )
     np.testing.assert_allclose(table["simulated [%]"], [100.0, 25.0, 50.0, 100.0])
     np.testing.assert_allclose(table["released, of simulated [%]"], [0.0, 0.0, 50.0, 50.0])
     np.testing.assert_array_equal(table["largest lock"], [1, 4, 3, 1])
 
 
-def test_an_audit_tells_of_those_that_follow_and_not_of_those_on_trial(groom):
-    none = [np.nan] * 4
-    before = {"leaders": [0, 1, 2, 3], "audited": [-1, 0, 0, 0], "parted": [-1, -1, -1, 0], "errors": none}
-    table = measured(groom, before, {"leaders": [0, 0, 0, 3], "errors": [np.nan, 3e-3, 4e-3, np.nan]})
-    np.testing.assert_array_equal(table["audited strands"], [0, 2])
-    np.testing.assert_allclose(table["audit error [mm]"][1], np.sqrt(12.5))
+def test_an_audit_is_averaged_over_its_strands(groom):
+    audit = Audit(np.array([3e-3, 4e-3]), np.array([3, 1]))
+    table = measured(groom, {"turn": 1}, {"audit": audit})
+    np.testing.assert_array_equal(table["audited strands"], [0, 4])
+    np.testing.assert_allclose(table["audit error [mm]"][1], np.sqrt(0.25 * (3 * 9.0 + 16.0)))

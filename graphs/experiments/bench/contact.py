@@ -9,7 +9,6 @@ from hairpipe.graphs.experiments.bench.head import Between, Head, grow_head
 from hairpipe.graphs.experiments.bench.reporting.report import Case, Echo, Report, in_seconds, make_report
 from hairpipe.graphs.experiments.bench.roofs import measure_roofs
 from hairpipe.graphs.experiments.bench.shots.shares import shares_of
-from hairpipe.sim.locks.grouping import follows
 
 SEGMENTS = (10_000, 100_000, 1_000_000)
 """Of all hair."""
@@ -67,8 +66,7 @@ def segments_of(head: Head) -> int:
 
 def counts_of(head: Head) -> Case:
     """Count the particles, including those off the axes, the simulated strands, and connections by stiction."""
-    locks = head.state.locks
-    simulated = 1.0 if locks is None else float((~follows(locks.leaders)).mean())
+    simulated = float(head.state.simulated(len(head.hair.groom.ids)).mean())
     return {
         "particles": head.hair.layout.particles,
         "simulated [%]": 100.0 * simulated,

@@ -16,7 +16,7 @@ def locks_of(state: HairState, groom: Groom | None, strands: int) -> np.ndarray:
 
     Raises BadInput where the state is of other hair.
     """
-    leaders = np.arange(strands) if state.locks is None else state.locks.leaders
+    leaders = state.leaders(strands)
     if len(leaders) != strands:
         raise BadInput("the states are not those of the hair", where="states", right="those of its simulation")
     return leaders if groom is None else groom.ids[leaders]

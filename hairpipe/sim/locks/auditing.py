@@ -14,72 +14,54 @@ A trial does not measure the errors of followers.
 import numpy as np
 from numba import njit
 
+from hairpipe.data.locks import Audit
+
 
 def to_audit(leaders: np.ndarray, share: float, turn: int) -> np.ndarray:
-    """Return the guide of each hair that is audited in a turn, -1 for the others, (S,) int32; pure.
+    """Return which followers are audited in a turn, (S,) bool; pure.
 
     leaders  guide of every strand, (S,) int32; share  share of the locks; at least two of eight or more, for a bound
     """
     follows = leaders != np.arange(len(leaders))
-    chosen = np.full(len(leaders), -1, np.int32)
-    if share > 0.0 and follows.any():
-        guides = np.unique(leaders[follows])
-        period = min(round(1.0 / share), max(len(guides) // 2, 4))
-        among = follows & np.isin(leaders, guides[turn % period :: period])
-        chosen[among] = leaders[among]
-    return chosen
+    if share == 0.0 or not follows.any():
+        return np.zeros(len(leaders), np.bool_)
+    guides = np.unique(leaders[follows])
+    period = min(round(1.0 / share), max(len(guides) // 2, 4))
+    return follows & np.isin(leaders, guides[turn % period :: period])
 
 
-def means_of_locks(guides: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rms error of the audited hairs of each lock, and their number, (n,) each; pure.
+def audited_locks(guides: np.ndarray, errors: np.ndarray) -> tuple[Audit, np.ndarray]:
+    """Return the errors of audited locks, and the lock of each strand among these, (A,); pure.
 
-    guides  guide of every strand, -1 if it is not audited, (S,) int32; errors  errors of strands [m], (S,)
-
-    In the order of the guides.
+    guides  guides of the audited strands, (A,) int32; errors  rms errors of these strands [m], (A,)
     """
-    among = guides >= 0
-    _, locks, hairs = np.unique(guides[among], return_inverse=True, return_counts=True)
-    squares = np.bincount(locks, errors[among].astype(float) ** 2, len(hairs))
-    return np.sqrt(squares / hairs), hairs
+    _, locks, hairs = np.unique(guides, return_inverse=True, return_counts=True)
+    squares = np.bincount(locks, errors.astype(float) ** 2, len(hairs))
+    return Audit(np.sqrt(squares / hairs), hairs), locks
 
 
-def passed(guides: np.ndarray, errors: np.ndarray, tolerance: float) -> np.ndarray:
-    """Find which audited hairs may follow again, (S,) bool: of locks with errors of at most a tolerance [m]; pure.
-
-    guides, errors  as for `means_of_locks`
-    """
-    among = guides >= 0
-    _, locks = np.unique(guides[among], return_inverse=True)
-    good = np.zeros(len(guides), np.bool_)
-    good[among] = (means_of_locks(guides, errors)[0] <= tolerance)[locks]
-    return good
-
-
-def back_in(
-    leaders: np.ndarray, beside: np.ndarray, errors: np.ndarray, tolerance: float, most: int
-) -> tuple[np.ndarray, np.ndarray]:
+def back_in(leaders: np.ndarray, tried: np.ndarray, beside: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the guide of every strand after trials, (S,) int32, and the strands that become guides, ascending; pure.
 
-    leaders    previous guide of every strand, (S,) int32
-    beside     guides near a strand on trial, the nearest first, -1: no more; -1 for the others, (S, n)
-    errors     errors of strands [m], (S,)
-    tolerance  largest error of a hair that follows again [m]; strands join in ascending order while a lock has capacity
+    leaders  previous guide of every strand, (S,) int32
+    tried    strands whose trial has succeeded, ascending, (n,): they join in this order while a lock has capacity
+    beside   guides near each of them, the nearest first, then the strand itself, (n, FOLLOWED)
 
     One in `most` of the strands without a lock becomes a guide.
     """
-    tried = (beside[:, 0] >= 0) & (errors <= tolerance)
+    near = beside[:, 0] != tried
+    tried, beside = tried[near], beside[near]
     out = leaders.copy()
-    sizes = np.bincount(leaders, minlength=len(leaders))
-    _seat(np.flatnonzero(tried), beside, sizes, most, out)
-    return out, np.flatnonzero(tried & (out == leaders))[::most]
+    _seat(tried, beside, np.bincount(leaders, minlength=len(leaders)), most, out)
+    return out, tried[out[tried] == tried][::most]
 
 
 @njit(cache=True)
 def _seat(hairs, beside, sizes, most, leaders):
     """Give hairs the first guide that has room, one after the other, in place."""
-    for s in hairs:  # One after another, by number: each takes room from those after it.
-        for guide in beside[s]:
-            if guide >= 0 and sizes[guide] < most:
-                leaders[s] = guide
+    for i in range(len(hairs)):  # One after another, by number: each takes room from those after it.
+        for guide in beside[i]:
+            if guide != hairs[i] and sizes[guide] < most:
+                leaders[hairs[i]] = guide
                 sizes[guide] += 1
                 break

@@ -14,16 +14,16 @@ The disagreement of a point, the rms distance of its predictions from their mean
 simulation: measured, the two have the same rms and a correlation of 0.7 to 0.85 over hairs (`measure_locks`).
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.data.locks import Places
 from hairpipe.groom.keys.interpolating import go_on, moved
 from hairpipe.groom.keys.key_turns import turned
 from hairpipe.groom.resampling import put
 from hairpipe.kernels.vec3 import cross, dot, length, minus, plus, row, scaled
-from hairpipe.sim.locks.places import FOLLOWED, Places, turn_at
+from hairpipe.sim.locks.guides import GuideMotion
+from hairpipe.sim.locks.places import turn_at
 
 _CORE = 3e-4
 """Nearer places [m] count alike: two hairs touch."""
@@ -33,20 +33,6 @@ _PASSES = 2
 """Of smoothing."""
 _SHORTEST = 0.5
 """Way over the length of its segment below which the segment turns no faster than the way would at this length."""
-
-
-class GuideMotion(NamedTuple):
-    """Guides at a frame; rows are points of the groom, set for guides only.
-
-    points, velocities  [m], [m/s], (P, 3)
-    turns               rotations of segments since rest, (P, 3, 3)
-    spins               angular velocities of segments [rad/s], (P, 3)
-    """
-
-    points: np.ndarray
-    velocities: np.ndarray
-    turns: np.ndarray
-    spins: np.ndarray
 
 
 def carried(
@@ -106,10 +92,8 @@ def _follow(places, guides, owners, offsets, i, begin, x, v):
     """Put point i where its places take it; return the mean square of what they disagree by [m^2]."""
     weights, square = 0.0, 0.0
     there = to = speed = (0.0, 0.0, 0.0)
-    for j in range(FOLLOWED):
+    for j in range(places.counts[i]):
         p = np.int64(places.points[i, j])
-        if p < 0:
-            break
         offset = (
             np.float64(places.offsets[i, j, 0]),
             np.float64(places.offsets[i, j, 1]),

@@ -1,20 +1,34 @@
 """The hairs that are simulated, as a model of their own: taken out of all hairs, and put back among them."""
 
 from dataclasses import dataclass, fields, replace
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.data import Ends
+from hairpipe.data import Ends, Strands
 from hairpipe.data.hair import HairState
+from hairpipe.groom.keys.key_turns import turns_since
 from hairpipe.groom.sampling import take
 from hairpipe.groom.strand_arrays import points_of_strands
-from hairpipe.sim.boundary import Lead
+from hairpipe.sim.boundary import Lead, motion_of_roots
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.layout import Layout, lay_out
 from hairpipe.sim.strands.interface import StrandModel, kind_of
 
-_LATEST = "latest guides"
+
+class GuideMotion(NamedTuple):
+    """Strands at a frame; rows are points of the groom, of followers 0.
+
+    points, velocities  [m], [m/s], (P, 3)
+    turns               rotations of segments since rest, (P, 3, 3)
+    spins               angular velocities of segments [rad/s], (P, 3)
+    """
+
+    points: np.ndarray
+    velocities: np.ndarray
+    turns: np.ndarray
+    spins: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +37,6 @@ class Guides:
 
     whole    model of all strands
     hair     model of the guides
-    leaders  guides of strands from which it was built, (S,) int32
     strands  strands that are guides, ascending, (G,)
     points   points of the groom that belong to guides, (Pg,)
     numbers  index of each point of the groom among these, -1 if absent, (P,)
@@ -31,7 +44,6 @@ class Guides:
 
     whole: HairModel
     hair: HairModel
-    leaders: np.ndarray
     strands: np.ndarray
     points: np.ndarray
     numbers: np.ndarray
@@ -67,12 +79,22 @@ class Guides:
         stuck = self.points[moved.stuck].astype(np.int32)
         return replace(moved, **rows, fresh=fresh, inverse_lengths=state.inverse_lengths, stuck=stuck)
 
+    def motion_of(self, moved: HairState, lead: Lead) -> GuideMotion:
+        """Return the motion of these strands at a frame, at the points of all; pure."""
+        groom, layout = self.hair.groom, self.hair.layout
+        points = layout.axis(moved.positions)
+        velocities = layout.axis(moved.velocities).astype(np.float64)
+        roots = (motions[self.strands] for motions in motion_of_roots(lead, self.whole.groom))
+        turns = turns_since(groom.points, Strands(points, velocities, layout.offsets, self.hair.diameter), *roots)
+        out = []
+        for values in (points, velocities, turns.turns, turns.spins):
+            out.append(np.zeros((len(self.numbers), *values.shape[1:])))
+            out[-1][self.points] = values
+        return GuideMotion(*out)
+
 
 def take_guides(whole: HairModel, leaders: np.ndarray) -> Guides:
-    """Take the strands that lead out of all, (S,) int32; those that were taken last are kept."""
-    latest: list[Guides] = whole.once(_LATEST, list)
-    if latest and np.array_equal(latest[0].leaders, leaders):
-        return latest[0]
+    """Build the model of the guides of strands, (S,) int32, from that of all; pure."""
     layout, groom = whole.layout, whole.groom
     strands = np.flatnonzero(leaders == np.arange(len(leaders)))
     points = points_of_strands(strands, layout.offsets)
@@ -85,8 +107,7 @@ def take_guides(whole: HairModel, leaders: np.ndarray) -> Guides:
     model = _model_of(whole, part, strands)
     rest = _taken(whole.rest, layout, part, strands)
     guides = HairModel(some, part, model, rest, whole.diameter, widths, (whole, numbers), whole.in_double)
-    latest[:] = [Guides(whole, guides, leaders, strands, points, numbers)]
-    return latest[0]
+    return Guides(whole, guides, strands, points, numbers)
 
 
 def _model_of(whole: HairModel, part: Layout, strands: np.ndarray) -> StrandModel:

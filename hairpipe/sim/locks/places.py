@@ -6,43 +6,19 @@ the point restarts, not the whole hair. Compared with a hair that follows only i
 (`measure_locks`).
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import get_num_threads, njit, prange
 from scipy.spatial import KDTree
 
+from hairpipe.data.locks import FOLLOWED, Places, no_places
 from hairpipe.groom.keys.key_turns import turned_back
 from hairpipe.groom.resampling import put
 from hairpipe.groom.strand_arrays import points_of_strands
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import minus, plus, row
 
-FOLLOWED = 4
-"""Places that a point follows, each on a guide of its own."""
 _LISTED = 24
 """Nearest places among which they are chosen: several are on one guide."""
-
-
-class Places(NamedTuple):
-    """Guide points of followers; rows are the points of followers in the order of the groom.
-
-    points   guide points that a point follows, the nearest first, -1: no more, (F, 4) int32
-    offsets  offsets of the point from them, rotated back to the guide at rest [m], (F, 4, 3) float32
-    bends    twice the vector from the point to the middle of its two neighbours, at the tip to the previous point;
-             rotated back like the first offset [m], (F, 3) float32
-    """
-
-    points: np.ndarray
-    offsets: np.ndarray
-    bends: np.ndarray
-
-
-def no_places(points: int) -> Places:
-    """Give so many points nothing to follow."""
-    offsets = np.zeros((points, FOLLOWED, 3), np.float32)
-    bends = np.zeros((points, 3), np.float32)
-    return Places(np.full((points, FOLLOWED), -1, np.int32), offsets, bends)
 
 
 def find_places(
@@ -59,13 +35,15 @@ def find_places(
     near = KDTree(points[theirs]).query(points[mine], listed, workers=get_num_threads())[1].reshape(len(mine), listed)
     owners = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
     out = no_places(len(mine))
-    _choose(near, theirs, owners, out.points)
+    _choose(near, theirs, owners, out.counts, out.points)
     _look_back(points, offsets, turns, owners, mine, out)
     return out
 
 
 def renewed(
-    before: tuple[np.ndarray, Places],
+    places: Places,
+    before: np.ndarray,
+    keeps: np.ndarray,
     carried: np.ndarray,
     points: np.ndarray,
     offsets: np.ndarray,
@@ -73,39 +51,39 @@ def renewed(
 ) -> Places:
     """Return the new places of followers: unchanged where all their guides remain guides, else the nearest; pure.
 
-    before   previous followers, ascending, (n,), with their places
-    carried  strands that are interpolated from now on, (S,) bool: the others may be followed
+    places, before  previous places, and the strands that had them, ascending, (n,)
+    keeps, carried  strands that may keep them, and those that are interpolated from now on: the others may be
+                    followed, (S,) bool
     points, offsets, turns  as for `find_places`
     """
-    strands, places = before
-    mine = points_of_strands(np.flatnonzero(carried), offsets)
-    followed = carried[np.repeat(np.arange(len(carried)), np.diff(offsets))][places.points] & (places.points >= 0)
-    rows = np.full(len(points), -1)
-    rows[points_of_strands(strands, offsets)] = np.where(followed.any(axis=1), -1, np.arange(len(followed)))
-    rows = rows[mine]
-    kept = rows >= 0
-    fresh = np.flatnonzero(rows < 0)
+    owners = np.repeat(np.arange(len(carried)), np.diff(offsets))
+    rows = points_of_strands(before, offsets)
+    mine = np.flatnonzero(carried[owners])
+    lost = carried[owners[places.points]] & (np.arange(FOLLOWED) < places.counts[:, None])
+    stays = (keeps & carried)[owners[rows]] & ~lost.any(axis=1)
+    kept = np.isin(mine, rows[stays])
     out = no_places(len(mine))
-    guides = np.flatnonzero(~carried)
-    news = find_places(points, offsets, guides, mine[fresh], turns) if len(fresh) else no_places(0)
+    news = no_places(0)
+    if not kept.all():
+        news = find_places(points, offsets, np.flatnonzero(~carried), mine[~kept], turns)
     for whole, was, found in zip(out, places, news, strict=True):
-        whole[kept], whole[fresh] = was[rows[kept]], found
+        whole[kept] = was[stays]
+        whole[~kept] = found
     return out
 
 
-def guides_beside(strands: np.ndarray, followed: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+def guides_beside(strands: np.ndarray, places: Places, offsets: np.ndarray) -> np.ndarray:
     """Return the possible guides of strands, ordered by the number of their points that a strand follows; pure.
 
-    strands   ascending, (n,); offsets  offsets of all strands, (S+1,) int32
-    followed  guide points that each of their points follows, as in `Places`, (F, FOLLOWED)
+    strands  ascending, (n,); places  what their points follow; offsets  offsets of all strands, (S+1,) int32
 
-    Returns (n, FOLLOWED) int32, -1: no more. A guide has as many segments as its followers.
+    Returns (n, FOLLOWED) int32, filled up with the strand itself. A guide has as many segments as its followers.
     """
-    beside = np.full((len(strands), FOLLOWED), -1, np.int32)
+    beside = np.repeat(strands[:, None], FOLLOWED, axis=1).astype(np.int32)
     counts = np.diff(offsets)
     begins = np.concatenate([[0], np.cumsum(counts[strands])])
     owners = np.repeat(np.arange(len(counts)), counts)
-    _rank(followed, owners, counts, strands, begins, beside)
+    _rank(places, owners, counts, strands, begins, beside)
     return beside
 
 
@@ -116,7 +94,7 @@ def turn_at(offsets: np.ndarray, strand: int, point: int) -> int:
 
 
 @njit(cache=True, parallel=True)
-def _choose(near, theirs, owners, followed):
+def _choose(near, theirs, owners, counts, followed):
     """Write the nearest places on different guides, in place; near  places in order of distance, (F, listed)."""
     for i in prange(len(near)):
         chosen = 0
@@ -128,14 +106,17 @@ def _choose(near, theirs, owners, followed):
             if not taken:
                 followed[i, chosen] = place
                 chosen += 1
+        counts[i] = chosen
 
 
 @njit(cache=True, parallel=True)
-def _rank(followed, owners, counts, strands, begins, beside):
+def _rank(places, owners, counts, strands, begins, beside):
     """Write the owners of most places of each strand, in place; of as many, the first strand."""
     for f in prange(len(strands)):
-        places = followed[begins[f] : begins[f + 1]].reshape(-1)
-        guides = np.sort(owners[places[places >= 0]])  # Sorted: each guide is one run, ties go to the lower number.
+        rows = slice(begins[f], begins[f + 1])
+        valid = np.arange(FOLLOWED) < places.counts[rows].reshape(-1, 1)
+        followed = places.points[rows].reshape(-1)[valid.reshape(-1)]
+        guides = np.sort(owners[followed])  # Sorted: each guide is one run, ties go to the lower number.
         times = np.zeros(FOLLOWED, np.int64)
         first = 0
         while first < len(guides):
@@ -167,11 +148,10 @@ def _look_back(points, offsets, turns, owners, mine, places):
         p = mine[i]
         strand = owners[mine[i]]
         x = row(points, p)
-        for j in range(FOLLOWED):
+        for j in range(places.counts[i]):
             place = np.int64(places.points[i, j])
-            if place >= 0:
-                turn = turn_at(offsets, owners[place], place)
-                put(places.offsets[:, j], i, turned_back(turns, turn, minus(x, row(points, place))))
+            turn = turn_at(offsets, owners[place], place)
+            put(places.offsets[:, j], i, turned_back(turns, turn, minus(x, row(points, place))))
         if p > offsets[strand]:
             bend = minus(row(points, p - 1), x)
             if p + 1 < offsets[strand + 1]:

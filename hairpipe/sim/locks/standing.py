@@ -13,28 +13,26 @@ from hairpipe.kernels.vec3 import cross, minus, mix, plus, row
 from hairpipe.sim.axis import axis_of
 from hairpipe.sim.boundary import Lead, clamp_at, motion_of_roots
 from hairpipe.sim.hair_model import HairModel
-from hairpipe.sim.locks.carrying import GuideMotion
+from hairpipe.sim.locks.guides import GuideMotion
 
 
-def stand_up(
-    hair: HairModel, state: HairState, points: np.ndarray, velocities: np.ndarray, active: np.ndarray, lead: Lead
-) -> HairState:
-    """Return the state with the particles of some strands, (S,) bool, rebuilt about interpolated axes; pure.
+def motion_along(hair: HairModel, points: np.ndarray, velocities: np.ndarray, lead: Lead) -> GuideMotion:
+    """Return the motion of all strands, with axes at points [m], (P, 3), and velocities [m/s]; pure."""
+    strands = Strands(points, velocities, hair.layout.offsets, hair.diameter)
+    turns = turns_since(hair.groom.points, strands, *motion_of_roots(lead, hair.groom))
+    return GuideMotion(points, velocities, turns.turns, turns.spins)
 
-    points, velocities  axes of all strands [m], [m/s], (P, 3)
+
+def stand_up(hair: HairModel, state: HairState, motion: GuideMotion, active: np.ndarray, lead: Lead) -> HairState:
+    """Return the state with the particles of some strands, (S,) bool, rebuilt about their moving axes; pure.
 
     Particles off an axis rotate with its segments, the twist transported from the root; held particles move with the
     root. Accelerations and tensions are unknown: strands restart.
     """
-    if not active.any():
-        return state
-    groom, layout = hair.groom, hair.layout
-    motions = motion_of_roots(lead, groom)
-    turns = turns_since(groom.points, Strands(points, velocities, layout.offsets, hair.diameter), *motions)
+    layout = hair.layout
     names = ("positions", "velocities", "accelerations", "tensions")
     arrays = {name: copied(getattr(state, name)) for name in names}
-    motion = GuideMotion(points, velocities, turns.turns, turns.spins)
-    clamp = clamp_at(lead, groom, hair.rest, layout)
+    clamp = clamp_at(lead, hair.groom, hair.rest, layout)
     held = clamp.positions, clamp.velocities
     _stand(axis_of(layout), hair.rest, active, motion, held, tuple(arrays.values()))
     return replace(state, **arrays, fresh=state.fresh | active[layout.strands])

@@ -12,7 +12,8 @@ import pytest
 from pxr import Usd, UsdGeom, UsdShade
 
 from hairpipe.data import Groom, Mesh, Strands
-from hairpipe.data.hair import HairState, LockState
+from hairpipe.data.hair import HairState
+from hairpipe.data.locks import FOLLOWER, GUIDE, LockState, no_locks
 from hairpipe.errors import BadInput
 from hairpipe.groom.resampling import spline_knots
 from hairpipe.io.usd.check.lint import lint
@@ -21,7 +22,6 @@ from hairpipe.io.usd.curves import read as read_curves
 from hairpipe.io.usd.shot import Shot, write_clips, write_shot
 from hairpipe.io.usd.skinned_meshes import read as read_body
 from hairpipe.io.vdb.vdb_header import inspect
-from hairpipe.sim.locks.locked_frame import no_locks
 
 TOKENS = UsdGeom.Tokens
 
@@ -61,7 +61,10 @@ def test_every_frame_holds_what_was_given(write, shot: Shot) -> None:
 def test_which_hair_follows_which_is_written_at_every_frame(write, shot: Shot) -> None:
     alone = no_locks(len(shot.groom.ids))
     leads = {frame: np.roll([0, 0, 2, 3, 3, 3], k).astype(np.int32) for k, frame in enumerate(shot.hair)}
-    states = {frame: state_of(dataclasses.replace(alone, leaders=now)) for frame, now in leads.items()}
+    states = {}
+    for frame, guides in leads.items():
+        roles = np.where(guides == np.arange(6), GUIDE, FOLLOWER)
+        states[frame] = state_of(dataclasses.replace(alone, roles=roles, guides=guides))
     states[1002], leads[1002] = state_of(None), np.arange(6)
     opened = Opened(write(dataclasses.replace(shot, states=states)))
     written = UsdGeom.PrimvarsAPI(opened.hair).GetPrimvar("lockId")

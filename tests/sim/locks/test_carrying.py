@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from hairpipe.data import Strands
+from hairpipe.data.locks import FOLLOWED, no_places
 from hairpipe.groom.keys.key_turns import turns_since
 from hairpipe.groom.strand_arrays import points_of_strands
-from hairpipe.sim.locks.carrying import GuideMotion, carried
-from hairpipe.sim.locks.places import FOLLOWED, find_places, guides_beside, no_places, renewed
+from hairpipe.sim.locks.carrying import carried
+from hairpipe.sim.locks.guides import GuideMotion
+from hairpipe.sim.locks.places import find_places, guides_beside, renewed
 
 STRANDS, SEGMENTS = 12, 9
 OFFSETS = np.arange(0, STRANDS * (SEGMENTS + 1) + 1, SEGMENTS + 1, dtype=np.int32)
@@ -118,25 +120,26 @@ def test_hair_whose_ways_have_nearly_vanished_is_not_flung():
 
 def test_guides_beside_are_those_of_most_places_with_as_many_segments():
     offsets, strands = np.array([0, 4, 8, 12, 15, 19, 23, 27], np.int32), np.array([1, 3])
-    followed = no_places(7).points
+    places = no_places(7)
     # Of the first, strand 2 has four places, 4 three, 0 two; 3 has other segments.
-    followed[:4] = [[0, 8, 12, 15], [9, 1, 13, 16], [10, 14, 17, -1], [11, 12, -1, -1]]
-    followed[4:, :2] = [[0, 8], [15, 19], [24, 20]]
-    np.testing.assert_array_equal(guides_beside(strands, followed, offsets), [[2, 4, 0, -1], [-1] * FOLLOWED])
+    places.counts[:] = [4, 4, 3, 2, 2, 2, 2]
+    places.points[:4] = [[0, 8, 12, 15], [9, 1, 13, 16], [10, 14, 17, 1], [11, 12, 1, 1]]
+    places.points[4:, :2] = [[0, 8], [15, 19], [24, 20]]
+    np.testing.assert_array_equal(guides_beside(strands, places, offsets), [[2, 4, 0, 1], [3] * FOLLOWED])
 
 
 def test_where_a_guide_begins_to_follow_only_the_points_that_followed_it_begin_anew(rest):
     turns, mine = motion(rest, rest, np.zeros_like(rest), STILL).turns, points_of_strands(FOLLOWERS, OFFSETS)
     owners = np.repeat(np.arange(STRANDS), np.diff(OFFSETS))
     before, moved = find_places(rest, OFFSETS, GUIDES, mine, turns), rest + 0.01 * np.random.default_rng(4).random(3)
-    lost = ((owners[before.points] == 4) & (before.points >= 0)).any(axis=1)
-    assert 0 < lost.sum() < len(lost)
+    lost = (owners[before.points] == 4).any(axis=1)
+    assert 0 < lost.sum() < len(lost) and (before.counts == FOLLOWED).all()
     carried_now = np.isin(np.arange(STRANDS), [*FOLLOWERS, 4])
-    now = renewed((FOLLOWERS, before), carried_now, moved, OFFSETS, turns)
+    now = renewed(before, FOLLOWERS, carried_now, carried_now, moved, OFFSETS, turns)
     rows = np.isin(points_of_strands(np.flatnonzero(carried_now), OFFSETS), mine)
     for old, new in zip(before, now, strict=True):
         np.testing.assert_array_equal(new[rows][~lost], old[~lost])
     anew = find_places(moved, OFFSETS, GUIDES[GUIDES != 4], mine[lost], turns)
     for found, new in zip(anew, now, strict=True):
         np.testing.assert_array_equal(new[rows][lost], found)
-    assert (owners[now.points[~rows]] != 4).all() and (now.points[~rows, 0] >= 0).all()
+    assert (owners[now.points[~rows]] != 4).all() and (now.counts[~rows] > 0).all()

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hairpipe.sim.locks.joining import ages_of, guides_of, joined
+from hairpipe.sim.locks.joining import guides_of, joined
 from hairpipe.sim.settings import Locks
 
 OFFSETS = np.arange(0, 31, 5, dtype=np.int32)
@@ -19,13 +19,6 @@ def lead(segments, ages=None, leaders=None, occupancy=None, **settings):
     leaders = np.arange(6, dtype=np.int32) if leaders is None else leaders
     ages = np.full(len(segments), 9) if ages is None else ages
     return joined(leaders, leaders if occupancy is None else occupancy, segments, ages, OFFSETS, Locks(**settings))
-
-
-def test_a_connection_that_stayed_where_it_was_has_lasted_a_frame_longer():
-    before, places = ties((0, 1, 3)), np.full((3, 2), 0.5)
-    now, here = np.concatenate([before, [[20, 25]]]).astype(np.int32), np.full((4, 2), 0.5)
-    here[1, 0] = 0.25  # broke, and was made again elsewhere
-    np.testing.assert_array_equal(ages_of(before, places, np.array([4, 7, 0]), now, here), [5, 0, 1, 0])
 
 
 def test_those_with_enough_that_lasted_are_joined():

@@ -1,6 +1,6 @@
 """Hair that sticks together is simulated once, and again by itself where that is not good enough."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numba
@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from hairpipe.data import Ends, Groom, Mesh
+from hairpipe.data.locks import AUDITED, FOLLOWED, RELEASED, TRIED
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import root_frames
+from hairpipe.io.hdf5 import digest
 from hairpipe.sim.boundary import motion_of_roots
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.interactions import Interaction, with_interactions
-from hairpipe.sim.locks.grouping import is_carried
 from hairpipe.sim.locks.guides import take_guides
 from hairpipe.sim.locks.locked_frame import check_locks
 from hairpipe.sim.material import Material
@@ -61,16 +62,11 @@ def shot(hair, scene, frames, state=None, first=0, lead=body):
 
 
 def followers(state):
-    return np.flatnonzero(state.locks.leaders != np.arange(len(state.locks.leaders)))
+    return np.flatnonzero(state.locks.follows)
 
 
 def same(one, other):
-    for field in fields(one):
-        a, b = getattr(one, field.name), getattr(other, field.name)
-        if field.name == "locks":
-            same(a, b)
-        else:
-            np.testing.assert_array_equal(a, b)
+    assert digest(one) == digest(other)
 
 
 @pytest.fixture
@@ -124,9 +120,9 @@ def test_locks_that_are_all_audited_all_the_time_change_nothing(hair):
     for values in ("positions", "velocities"):
         np.testing.assert_array_equal(*(hair.layout.axis(getattr(state, values)) for state in (checked[-1], every)))
     np.testing.assert_array_equal(checked[-1].stuck, every.stuck)
-    compared = [~np.isnan(state.locks.errors) for state in checked[1:]]
-    assert not compared[1].any() and compared[-1].sum() > len(hair.groom.ids) // 2
-    errors = checked[-1].locks.errors[compared[-1]]
+    audits = [state.locks.audit for state in checked[1:]]
+    assert audits[1] is None and audits[-1].hairs.sum() > len(hair.groom.ids) // 2
+    errors = audits[-1].errors
     went = np.linalg.norm(hair.layout.axis(checked[-1].positions) - hair.layout.axis(checked[-2].positions), axis=1)
     assert 0.0 < errors.max() < 0.1 * went.max()
 
@@ -137,14 +133,17 @@ def test_some_are_audited_by_turns_whom_nobody_follows_meanwhile(hair):
     owners = np.repeat(np.arange(len(hair.groom.ids)), np.diff(hair.layout.offsets))
     for before, state in pairwise(states[5:]):
         now = state.locks
-        turns.add(tuple(np.flatnonzero(now.audited >= 0)))
-        assert (now.audited[owners[now.points[now.points >= 0]]] == -1).all()
-        assert (now.leaders[now.audited >= 0] == np.flatnonzero(now.audited >= 0)).all()
-        assert np.bincount(np.where(now.audited >= 0, now.audited, now.leaders)).max() <= SCENE.locks.most
-        if now.since:
-            assert np.isnan(now.errors).all()
+        among = np.flatnonzero(now.roles == AUDITED)
+        turns.add(tuple(among))
+        followed = owners[now.places.points[np.arange(FOLLOWED) < now.places.counts[:, None]]]
+        assert not now.compared[followed].any()
+        assert (now.leaders[among] == among).all()
+        assert np.bincount(now.guides).max() <= SCENE.locks.most
+        if now.since or not (before.locks.roles == AUDITED).any():
+            assert now.audit is None
         else:
-            np.testing.assert_array_equal(~np.isnan(now.errors), before.locks.audited >= 0)
+            locks = before.locks.guides[before.locks.roles == AUDITED]
+            np.testing.assert_array_equal(now.audit.hairs, np.unique(locks, return_counts=True)[1])
     assert len(turns - {()}) >= 3
     same(shot(hair, audited, 4, states[7], 8)[-1], states[11])
 
@@ -152,36 +151,37 @@ def test_some_are_audited_by_turns_whom_nobody_follows_meanwhile(hair):
 def test_hairs_that_fail_an_audit_follow_only_after_connections_last_again(hair):
     locks = replace(SCENE.locks, after=3, audit=0.5)
     states = shot(hair, replace(SCENE, locks=locks), 9)
-    last = next(k for k in range(8, 4, -1) if (states[k].locks.audited >= 0).any() and states[k].locks.since == 2)
-    who = states[last].locks.audited >= 0
+    last = next(k for k in range(8, 4, -1) if states[k].locks.compared.any() and states[k].locks.since == 2)
+    who = states[last].locks.compared
     good = shot(hair, replace(SCENE, locks=replace(locks, tolerance=0.1, audit=0.0)), 1, states[last], last + 1)[-1]
     bad = replace(SCENE, locks=replace(locks, tolerance=1e-12, audit=0.0))
-    parted = shot(hair, bad, 3, states[last], last + 1)[1:]
+    released = shot(hair, bad, 3, states[last], last + 1)[1:]
     assert np.isin(np.flatnonzero(who), followers(good)).all()
-    for state in parted[:3]:
+    for state in released[:3]:
         assert not np.isin(np.flatnonzero(who), followers(state)).any()
 
 
 def test_parted_hair_is_tried_with_other_guides_and_follows_within_tolerance(hair, states):
     strict = replace(SCENE, locks=replace(SCENE.locks, tolerance=1e-9, part=2.0, after=1000))
     apart = shot(hair, strict, 1, states[-1], 10)[-1]
-    who = np.flatnonzero(apart.locks.parted >= 0)
+    who = np.flatnonzero(apart.locks.roles == RELEASED)
     np.testing.assert_array_equal(who, followers(states[-1]))
-    np.testing.assert_array_equal(apart.locks.parted[who], states[-1].locks.leaders[who])
+    np.testing.assert_array_equal(apart.locks.guides[who], states[-1].locks.leaders[who])
     tried = replace(SCENE, locks=replace(SCENE.locks, part=2.0, most=25))  # nothing joins by its connections
     back = shot(hair, tried, 4, apart, 11)[1:]
     begun = next(k for k, state in enumerate(back) if state.locks.since == 0)
     assert not np.isin(who, followers(back[begun])).any()
-    assert (back[begun].locks.audited[who] >= 0).all() and np.isnan(back[begun + 2].locks.errors[who]).all()
+    assert (back[begun].locks.roles[who] == TRIED).all()
     again = who[np.isin(who, followers(back[begun + 2]))]
     assert len(again) > len(who) // 2
     leaders, tried_by = back[begun + 2].locks.leaders, back[begun + 1].locks
-    rows = np.flatnonzero(is_carried(tried_by.leaders, tried_by.audited))
-    owners = tried_by.points.reshape(len(rows), -1) // (SEGMENTS + 1)
+    assert back[begun + 2].locks.audit.hairs.sum() == (tried_by.roles == AUDITED).sum()
+    rows = np.repeat(np.flatnonzero(tried_by.interpolated), SEGMENTS + 1)
+    followed = tried_by.places.points // (SEGMENTS + 1)
+    valid = np.arange(FOLLOWED) < tried_by.places.counts[:, None]
     for s in again:
-        places = owners[rows == s].ravel()
-        # A guide with the most of its places; all have room here.
-        assert (places == leaders[s]).sum() == np.bincount(places[places >= 0]).max()
+        times = np.bincount(followed[rows == s][valid[rows == s]])
+        assert times[leaders[s]] == times.max()  # A guide with the most of its places; all have room here.
     never = shot(hair, replace(tried, locks=replace(tried.locks, tolerance=1e-9)), 4, apart, 11)[-1]
     assert not np.isin(who, followers(never)).any()
 
@@ -198,7 +198,6 @@ def test_guides_taken_out_and_put_back_are_what_they_were(hair, states):
     guides = take_guides(hair, state.locks.leaders)
     back = guides.put(state, guides.state_of(state))
     same(replace(back, locks=state.locks), state)
-    assert take_guides(hair, state.locks.leaders.copy()) is guides
     strands = guides.strands
     np.testing.assert_array_equal(
         guides.hair.groom.points.reshape(len(strands), -1, 3)[3],

@@ -108,7 +108,7 @@ def timed_frame(replay: Replay) -> tuple[float, dict[str, float]]:
 
 def simulated_share(state: HairState, strands: int) -> float:
     """Return the share of the strands that are simulated, where others follow in locks."""
-    return 1.0 if state.locks is None else len(np.unique(state.locks.leaders)) / strands
+    return float(state.simulated(strands).mean())
 
 
 def memory_so_far() -> float:

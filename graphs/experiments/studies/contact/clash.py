@@ -14,11 +14,9 @@ from hairpipe.graphs.experiments.studies.integrators.energy import altitude_ener
 from hairpipe.sim.boundary import Lead
 from hairpipe.sim.build import bodies_of
 from hairpipe.sim.hair_model import HairModel
-from hairpipe.sim.locks.grouping import follows
-from hairpipe.sim.locks.guides import Guides
-from hairpipe.sim.locks.locked_frame import Around, advance_locked
-from hairpipe.sim.locks.standing import stand_up
+from hairpipe.sim.locks.locked_frame import advance_locked, with_particles
 from hairpipe.sim.settings import Scene, StepControl
+from hairpipe.sim.shot import Frame
 from hairpipe.sim.simulate import advance_frame, start
 from hairpipe.sim.state import State
 from hairpipe.sim.strands.network import Network
@@ -101,10 +99,9 @@ def _advance(
     parts = [(bar_at(speed, times[0]), bar_at(speed, times[1]))] if bar else []
     bodies = bodies_of((), parts, scene.contact, FRAME)
 
-    def simulate(
-        strands: HairModel, before: HairState, leads: tuple[Lead, Lead], which: np.ndarray | slice
-    ) -> HairState:
+    def simulate(strands: HairModel, before: HairState, leads: tuple[Lead, Lead]) -> HairState:
         points = strands.layout.axis(before.positions)
+        worst.simulated = min(worst.simulated, len(strands.groom.ids))
 
         def look(motion: State, *when: float) -> None:
             nonlocal points
@@ -113,19 +110,15 @@ def _advance(
             worst.steps += 1
             worst.note(seen)
             if bar and worst.finite:
-                worst.through[which] |= passed_through(points - axes[0], seen.points - axes[1], strands.layout.offsets)
+                through = passed_through(points - axes[0], seen.points - axes[1], strands.layout.offsets)
+                worst.through[np.isin(hair.groom.ids, strands.groom.ids)] |= through
             points = seen.points
 
         return advance_frame(strands, before, leads, bodies, FRAME, scene, began, look)
 
-    def simulate_guides(guides: Guides, before: HairState) -> HairState:
-        worst.simulated = min(worst.simulated, len(guides.strands))
-        return simulate(guides.hair, before, guides.leads_of(leads), guides.strands)
-
     if scene.locks is None:
-        return simulate(hair, state, leads, slice(None))
-    around = Around(leads[1], (), [body for _, body in parts], FRAME)
-    moved = advance_locked(hair, state, around, scene, simulate_guides)
+        return simulate(hair, state, leads)
+    moved = advance_locked(hair, state, Frame(leads, (), parts, began, FRAME), scene, simulate)
     if worst.finite:
         worst.note(_seen(hair, moved.positions, moved.velocities, axis_at(speed, times[1])[0] if bar else None))
     return moved
@@ -147,9 +140,7 @@ def _energy(hair: HairModel, state: HairState, lead: Lead) -> float:
     assert isinstance(hair.model, Network)
     layout = hair.layout
     clamped = hair.model.shape.clamped
-    if state.locks is not None:
-        points, velocities = layout.axis(state.positions), layout.axis(state.velocities)
-        state = stand_up(hair, state, points, velocities, follows(state.locks.leaders), lead)
+    state = with_particles(hair, state, lead)
     motion = State.begin(state, state.positions)
     own = energies(hair, motion, GRAVITY) + altitude_energies(hair.model, layout, motion.x)
     masses = hair.model.mass.reshape(layout.blocks, -1, layout.width)[:, clamped:].sum(axis=1)

@@ -9,6 +9,7 @@ from hairpipe.sim.contact.hair.coupling_operator import coupling_rows
 from hairpipe.sim.contact.hair.couplings import Couplings, find_incidence, matrices
 from hairpipe.sim.contact.hair.stiction import (
     Connections,
+    ages_of,
     connect,
     linearise,
     no_connections,
@@ -269,3 +270,10 @@ def test_what_hairs_that_are_not_solved_do_to_each_other_is_left_out(web):
     assert everyone.acts[asked].all() and everyone.acts[~asked].all()
     np.testing.assert_array_equal(some.acts, asked)
     np.testing.assert_array_equal(some.exerted[asked], everyone.exerted[asked])
+
+
+def test_a_connection_that_stayed_where_it_was_has_lasted_a_frame_longer():
+    before, places = np.array([[0, 5], [1, 6], [2, 7]], np.int32), np.full((3, 2), 0.5)
+    now, here = np.concatenate([before, [[20, 25]]]).astype(np.int32), np.full((4, 2), 0.5)
+    here[1, 0] = 0.25  # broke, and was made again elsewhere
+    np.testing.assert_array_equal(ages_of(before, places, np.array([4, 7, 0]), now, here), [5, 0, 1, 0])
