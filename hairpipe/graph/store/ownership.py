@@ -57,9 +57,10 @@ def fault_of(path: Path) -> str | None:
 
 
 def check_store(root: Path) -> None:
-    """Refuse a store that another user owns, or to which everybody may write, unless it is trusted.
+    """Refuse a store that a stranger owns, or to which everybody may write, unless it is trusted.
 
-    Nothing in a store is executed, but results of others would be taken for ours. Root may change any file anyway.
+    A stranger is a user who shares the store with no group of this user. Nothing in a store is executed, but results
+    of others would be taken for ours. Root may change any file anyway.
     """
     try:
         status = root.stat()
@@ -69,7 +70,10 @@ def check_store(root: Path) -> None:
     if root.resolve() in trusted:
         return
     right = f"a --cache of your own, or {TRUST}={root.resolve()} where you trust its results"
-    if status.st_uid not in (os.geteuid(), 0):
-        raise BadInput(f"a store of user {status.st_uid}", where=root, right=right)
+    is_shared = status.st_mode & stat.S_IWGRP and status.st_gid in (os.getegid(), *os.getgroups())
+    if status.st_uid not in (os.geteuid(), 0) and not is_shared:
+        raise BadInput(
+            f"a store of user {status.st_uid}, to which no group of yours may write", where=root, right=right
+        )
     if status.st_mode & EVERYBODY:
         raise BadInput("a store to which everybody may write", where=root, right=right)

@@ -111,3 +111,16 @@ def test_a_store_that_everybody_may_write_to_is_refused(tmp_path):
     tmp_path.chmod(0o777)
     with pytest.raises(BadInput, match="everybody may write"):
         check_store(tmp_path)
+
+
+def test_a_store_of_another_user_is_accepted_where_a_group_of_ours_may_write(tmp_path, somebody_else, monkeypatch):
+    tmp_path.chmod(0o2775)
+    check_store(tmp_path)
+    tmp_path.chmod(0o2777)
+    with pytest.raises(BadInput, match="everybody may write"):
+        check_store(tmp_path)
+    tmp_path.chmod(0o2775)
+    monkeypatch.setattr(ownership.os, "getegid", lambda: 54321)
+    monkeypatch.setattr(ownership.os, "getgroups", lambda: [54322])
+    with pytest.raises(BadInput, match=r"a store of user .* to which no group of yours may write"):
+        check_store(tmp_path)
