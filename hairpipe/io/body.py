@@ -26,7 +26,7 @@ def read_body(
     skeleton, weights  files of a MakeHuman rig, for an OBJ file whose vertices they count
     time               code at which a USD file is read, see `hairpipe.io.usd.read.read_body`
 
-    Raises BadInput where a file cannot be read, the suffix is unknown, or settings do not go together.
+    Raises BadInput where a file cannot be read, the suffix is unknown, or settings exclude each other.
     """
     if (skeleton is None) != (weights is None):
         raise BadInput(

@@ -31,5 +31,5 @@ def write_points(
 
 
 def digits(array: np.ndarray) -> int:
-    """Count the digits from which every number of the array can be read back as it was."""
+    """Return the number of digits that represents every number of the array exactly."""
     return 9 if array.dtype == np.float32 else 17

@@ -1,9 +1,9 @@
 """Values on disk: any frozen dataclass of arrays and scalars as an HDF5 file, and its digest.
 
-A value is taken apart into a tree: None, bool, int, float, str, tuple of str, numpy array, or a dict of such by name.
-Dataclasses and NamedTuples become dicts of their fields. The tree of a value at hand and that of its file are the same,
-down to the order of names. The file holds names and data, never a class or code; what is read is built into the type
-that the reader expects. Equal trees give equal digests and, with one h5py, equal bytes.
+A value is converted into a tree: None, bool, int, float, str, tuple of str, numpy array, or a dict of such by name.
+Dataclasses and NamedTuples become dicts of their fields. The tree of a value in memory equals that of its file, down to
+the order of names. The file contains names and data, never a class or code; the reader states the type to build.
+Equal trees give equal digests and, with one h5py, equal bytes.
 
 A dict is a group, an array a contiguous dataset, a text or a tuple of texts a dataset of fixed-length UTF-8; None and
 numbers are attributes of their group. The format is that of HDF5 1.10, which guards its own structure by checksums, so
@@ -46,12 +46,12 @@ REFUSED = re.compile(r"errno = ([1-9]\d*)")
 
 
 def encode(value: Any, path: Path) -> None:
-    """Write a value as an HDF5 file; TypeError or ValueError names the field that has no place in one."""
+    """Write a value as an HDF5 file; TypeError or ValueError names a field that cannot be stored."""
     write(take_apart(value), path)
 
 
 def decode(path: Path, kind: type[T]) -> T:
-    """Read a value of this type; BadInput where the file is damaged or holds something else."""
+    """Read a value of this type; BadInput where the file is damaged or contains another type."""
     tree = read(path)
     try:
         return build(kind, tree)
@@ -60,12 +60,12 @@ def decode(path: Path, kind: type[T]) -> T:
 
 
 def digest(value: Any) -> str:
-    """Digest a value by the names, types, shapes and bytes of what it holds."""
+    """Digest a value by the names, types, shapes and bytes of its fields."""
     return digest_tree(take_apart(value))
 
 
 def take_apart(value: Any, name: str = "value") -> Tree:
-    """Take a value apart; arrays are copied only where they are not C-ordered and little-endian already."""
+    """Convert a value into a tree; arrays are copied only if they are not C-ordered and little-endian."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
         return take_apart(fields, name)
@@ -109,16 +109,16 @@ def plain_scalar(value: Any, name: str) -> Tree:
 
 
 def checked_text(value: Any, name: str) -> str:
-    """Return a plain text; refuse what is none, or none that HDF5 gives back as it was."""
+    """Return a plain text; raise for other values, and for a text that HDF5 does not preserve."""
     if not isinstance(value, str):
         raise TypeError(f"{name}: a {type(value).__name__} where only a text is stored")
     if "\0" in value:
         raise ValueError(f"{name}: {value!r} has a NUL in it")
-    return str.__str__(value)  # a subclass may be shown, and so digested, as something else
+    return str.__str__(value)  # a subclass may have another __str__, and so another digest
 
 
 def digest_tree(tree: Tree) -> str:
-    """Digest a value that has been taken apart."""
+    """Digest a tree."""
     state = blake2b(digest_size=DIGEST_BYTES, person=b"value")
     for path, leaf in leaves(tree, ()):
         array = leaf if isinstance(leaf, np.ndarray) else None
@@ -130,9 +130,9 @@ def digest_tree(tree: Tree) -> str:
 
 
 def leaves(tree: Tree, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Tree]]:
-    """Walk a tree in order; a dict comes before what it holds, as the tuple of its names.
+    """Walk a tree in order; a dict comes before its items, as the tuple of its names.
 
-    A tuple of no texts comes as a list: it is not a dict of no names.
+    An empty tuple of texts comes as a list, to distinguish it from an empty dict.
     """
     if isinstance(tree, dict):
         yield path, tuple(tree)
@@ -143,7 +143,7 @@ def leaves(tree: Tree, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...],
 
 
 def nbytes(tree: Tree) -> int:
-    """Memory that the arrays of a tree take [bytes]."""
+    """Return the size of the arrays of a tree [bytes]."""
     return sum(leaf.nbytes for _, leaf in leaves(tree, ()) if isinstance(leaf, np.ndarray))
 
 
@@ -154,7 +154,7 @@ def most_bytes(tree: Tree) -> int:
 
 
 def write(tree: Tree, path: Path) -> None:
-    """Write a tree to a new file; OSError before it is begun where this process may not write as large a file.
+    """Write a tree to a new file; OSError beforehand where this process may not write as large a file.
 
     HDF5 does not survive a file that reaches the limit (`ulimit -f`) while it is written.
     """
@@ -185,7 +185,7 @@ def write_entry(group: h5py.Group, name: str, tree: Tree) -> None:
 def read(path: Path) -> Tree:
     """Read a tree; BadInput where the file is not an HDF5 value, OSError where the system does not let it be read.
 
-    Only its digest tells that all of it is as written.
+    Only the digest detects changed data.
     """
     found = path.stat()
     if kind := special_kind(found):
@@ -201,15 +201,15 @@ def read(path: Path) -> Tree:
 
 
 def digest_file(path: Path) -> str:
-    """Digest the value in a file, as `digest` does; BadInput where there is none."""
+    """Digest the value in a file, as `digest`; BadInput for another file."""
     return digest_tree(read(path))
 
 
 class Reader:
-    """Reads what `write` writes and nothing else that HDF5 can hold: no links to elsewhere, no data outside the file.
+    """Reader of files of `write`; other contents of HDF5 are refused: external links, data outside the file.
 
-    room  bytes that arrays may still take: they lie in the file as they are, so that all of them are no larger than it
-    seen  addresses of what was read: every name leads to something of its own, so that there are no loops
+    room  bytes left for arrays: these are not compressed, so that their total is at most the size of the file
+    seen  addresses of objects that were read, against loops
     """
 
     def __init__(self, size: int) -> None:
@@ -217,7 +217,7 @@ class Reader:
         self.seen = set[int]()
 
     def group(self, group: h5py.Group) -> dict[str, Tree]:
-        """Read everything in a group; ValueError where that is not of ours."""
+        """Read a group; ValueError for a foreign object in it."""
         self.visit(group)
         tree: dict[str, Tree] = {}
         for name, value in group.attrs.items():
@@ -235,7 +235,7 @@ class Reader:
         return ordered(tree)
 
     def dataset(self, dataset: h5py.Dataset) -> Tree:
-        """Read an array or texts; ValueError where its data is not in the file, or claims to be larger than that."""
+        """Read an array or texts; ValueError where the data is not in the file, or larger than the file."""
         self.visit(dataset)
         if not 0 <= dataset.nbytes <= self.room:
             raise ValueError(f"{dataset.name} is larger than its file")
@@ -252,7 +252,7 @@ class Reader:
         return plain_array(array, str(dataset.name))
 
     def visit(self, item: h5py.Group | h5py.Dataset) -> None:
-        """Note that something is read; ValueError where it was before."""
+        """Note an object as read; ValueError for the second time."""
         address = h5py.h5o.get_info(item.id).addr  # pyright: ignore[reportAttributeAccessIssue] - its stubs lack it
         if address in self.seen:
             raise ValueError(f"{item.name} has two names")
@@ -260,7 +260,7 @@ class Reader:
 
 
 def escape(name: str) -> str:
-    """Spell a name so that HDF5 does not take it for a path."""
+    """Escape a name that HDF5 would read as a path."""
     return "".join(ESCAPES.get(letter, letter) for letter in name) or "%"
 
 
@@ -274,7 +274,7 @@ def unescape(name: str) -> str:
 
 
 def has_fields(kind: Any) -> bool:
-    """Whether values of a type consist of values with names: dataclasses, and tuples whose places have names."""
+    """Whether a type has named fields: dataclasses and NamedTuples."""
     return hasattr(kind, "__annotations__") and (dataclasses.is_dataclass(kind) or issubclass(kind, tuple))
 
 

@@ -1,4 +1,4 @@
-"""Images that carry painted values."""
+"""Images of painted values."""
 
 import warnings
 from pathlib import Path
@@ -16,7 +16,7 @@ EIGHT_BITS, SIXTEEN_BITS = 255.0, 65535.0
 def read_image(path: Path) -> np.ndarray:
     """Return an image as values 0..1, (height, width) float64, the top row first; of colours the luma, alpha ignored.
 
-    Values are those in the file over the largest there can be: paint is a number, not light, and no gamma is undone.
+    Values are those of the file over the largest possible one: paint is a number, not light, so that gamma is kept.
     Raise BadInput where the file cannot be read, is not an image, is broken, or has more pixels than Pillow allows.
     """
     checked_size(path, FORMATS)
@@ -30,7 +30,7 @@ def read_image(path: Path) -> np.ndarray:
         raise BadInput("not an image", where=path, right=FORMATS) from None
     except OSError as error:
         raise BadInput(f"the image cannot be read: {error.strerror or error}", where=path, right=FORMATS) from None
-    except Exception as error:  # broken files fail in a decoder, with whatever it trips over
+    except Exception as error:  # decoders raise any exception for broken files
         raise BadInput(f"the image is broken: {error}", where=path, right=FORMATS) from None
     if not (np.isfinite(values).all() and values.min() >= 0.0 and values.max() <= 1.0):
         raise BadInput("the image has values below black or above white", where=path, right="values 0..1")

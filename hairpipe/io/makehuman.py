@@ -1,4 +1,4 @@
-"""The rig of a MakeHuman body (.mhskel, .mhw): bones between means of vertices, and the weights of the vertices."""
+"""Rig of a MakeHuman body (.mhskel, .mhw): bones between means of vertices, and the weights of the vertices."""
 
 import json
 from pathlib import Path
@@ -31,9 +31,9 @@ def read_skeleton(path: Path, points: np.ndarray) -> Skeleton:
 
 
 def read_weights(path: Path, names: tuple[str, ...], vertices: int) -> tuple[np.ndarray, np.ndarray]:
-    """Read joint indices (n, k) int32 and weights (n, k) of n vertices, heaviest first; k is the most that one has.
+    """Read joint indices (n, k) int32 and weights (n, k) of n vertices, heaviest first, at most k joints per vertex.
 
-    Rows are scaled to sum to 1; a vertex that the file leaves out follows joint 0.
+    Rows are scaled to sum to 1; a vertex that the file omits follows joint 0.
     Raises BadInput where the file holds no weights or does not fit mesh and skeleton.
     """
     table = _member(path, _read_object(path), "weights", dict)

@@ -13,7 +13,7 @@ from hairpipe.io.hdf5 import Tree, take_apart
 def write_npz(path: Path, value: Any) -> None:
     """Write every array, number and text of a value under its dotted name; None is omitted.
 
-    The same value gives the same bytes. Raises TypeError where a value holds something else.
+    The same value gives the same bytes. Raises TypeError for other types.
     """
     with ZipFile(path, "w") as archive:
         for name, array in arrays(take_apart(value)):

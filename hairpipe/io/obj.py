@@ -18,9 +18,9 @@ NAMED = 8  # kinds of statements in a message
 
 
 def read_obj(path: Path, group: str | None = None) -> Mesh:
-    """Read the triangles of a file, or of one group or object of it; every vertex of the file is kept, in its order.
+    """Read the triangles of a file, or of one group or object of it, and all vertices of the file, in its order.
 
-    Polygons are cut into triangles. Texture coordinates are kept where every face kept has them.
+    Polygons are cut into triangles. Texture coordinates are kept if all of these faces have them.
     Raises BadInput, with the line, where the file cannot be read or is not a mesh.
     """
     file = _Obj(path)
@@ -62,7 +62,7 @@ class _Obj:
                 case "o":
                     self.object = (" ".join(words[1:]),)
                 case "vn" | "s" | "usemtl" | "mtllib":
-                    pass  # normals and materials are made again
+                    pass  # normals and materials are not used
                 case other:
                     self.unread[other] += 1
 
@@ -88,7 +88,7 @@ class _Obj:
         return self.index(parts[0], len(self.points)), texture
 
     def index(self, word: str, count: int) -> int:
-        """Count from 0 what the file counts from 1, or backwards from the last one so far where it is negative."""
+        """Convert an index of the file, from 1 or negative from the last one so far, to one from 0."""
         try:
             number = int(word)
         except ValueError:

@@ -1,4 +1,4 @@
-"""Pictures side by side and below each other, with a word on each."""
+"""Pictures side by side and below each other, each with a caption."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,15 +15,15 @@ GAP = 4
 
 
 def check_names(names: Sequence[str], count: int) -> None:
-    """Raise BadInput where there are more names than what they belong to."""
+    """Raise BadInput for more names than pictures."""
     if len(names) > count:
         raise BadInput(f"{len(names)} for {count} to be named", where="names", right=f"{count} or fewer")
 
 
 def write_side_by_side(path: Path, pictures: Sequence[np.ndarray], words: Sequence[str], corner: str) -> None:
-    """Write a PNG of pictures of one size, (height, width, 3) uint8 each, with a word over each.
+    """Write a PNG of pictures of one size, (height, width, 3) uint8 each, with a caption over each.
 
-    words   one for each, or none; corner  a word in the corner of the first
+    words   captions, one for each, or none; corner  text in the corner of the first
     """
     height, width = pictures[0].shape[:2]
     sheet = Image.new("RGB", (len(pictures) * (width + GAP) - GAP, height), PAPER)

@@ -1,4 +1,4 @@
-"""Pictures as PNG, and many of them as one animated WebP."""
+"""Pictures as PNG, and animations as WebP."""
 
 import io
 from collections.abc import Callable, Sequence
@@ -23,12 +23,12 @@ def write_png(path: Path, picture: np.ndarray) -> None:
 def write_webp(
     path: Path, frames: Sequence[int], picture: Callable[[int], Path], *, fps: float, scale: float, quality: int
 ) -> None:
-    """Write an animation that repeats for ever, at the speed of the shot; one picture is in memory at a time.
+    """Write an endless animation at the speed of the shot, with one picture in memory at a time.
 
-    A picture is shown until the next frame is due where frames are left out, the last one as long as the shortest.
+    Where frames are omitted, a picture is shown until the next one; the last one as long as the shortest.
 
-    WebP, since every browser plays it in full colour: the 256 colours of GIF break a soft backdrop into bands, and
-    APNG, which is lossless, is ten times as large.
+    WebP is played by every browser in full colour: the 256 colours of GIF show bands on a soft backdrop, and lossless
+    APNG is ten times as large.
 
     frames   their numbers, ascending
     picture  file of a frame, all of one size; BadInput names the first that is not a picture or has another size
@@ -46,7 +46,7 @@ def write_webp(
 
 
 def reduced(data: bytes, quality: int) -> bytes:
-    """Return a picture as WebP, 0..100 of quality, which is lossy; one that is WebP already, perhaps a film, as it is.
+    """Return a picture as lossy WebP of a quality 0..100; a WebP file, perhaps an animation, unchanged.
 
     BadInput where it is not a picture.
     """
@@ -62,7 +62,7 @@ def reduced(data: bytes, quality: int) -> bytes:
 
 
 class Reel(Image.Image):
-    """An image of many frames that reads a frame's file when it is wound to it, as Pillow's encoders do one by one."""
+    """An image of many frames that reads the file of a frame at `seek`, which Pillow's encoders call in order."""
 
     def __init__(self, frames: Sequence[int], picture: Callable[[int], Path], scale: float) -> None:
         super().__init__()
@@ -72,7 +72,7 @@ class Reel(Image.Image):
         self.seek(0)
 
     def seek(self, frame: int) -> None:
-        """Wind to a frame, counted from 0."""
+        """Select a frame, counted from 0."""
         if frame == self._frame:
             return
         image = read_picture(self._picture(self._numbers[frame]))
@@ -88,12 +88,12 @@ class Reel(Image.Image):
         self._frame = frame
 
     def tell(self) -> int:
-        """Return the frame it is wound to, counted from 0."""
+        """Return the selected frame, counted from 0."""
         return self._frame
 
 
 def read_picture(path: Path) -> Image.Image:
-    """Read a picture of any kind that Pillow knows as RGB; BadInput where it is none or damaged."""
+    """Read a picture of any format of Pillow as RGB; BadInput for a damaged or another file."""
     checked_size(path, "a whole PNG file")
     try:
         with Image.open(path) as image:

@@ -1,4 +1,4 @@
-"""Triangles of polygons: fans where a polygon is convex, ears where it is not."""
+"""Triangulation of polygons: fans of convex ones, ear clipping of others."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ def triangulate(corners: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """Return the triangles of polygons as indices into their corners, polygon after polygon, (m, 3) int64. Pure.
 
     corners  positions of all corners, one polygon after another, (c, 3)
-    sizes    how many corners every polygon has, 3 or more, (p,)
+    sizes    number of corners of every polygon, 3 or more, (p,)
     """
     starts = np.cumsum(sizes) - sizes
     parts, order = [], []
@@ -31,7 +31,7 @@ def newell_normal(polygons: np.ndarray) -> np.ndarray:
 
 
 def _is_convex(polygons: np.ndarray) -> np.ndarray:
-    """Whether every corner of polygons (p, size, 3) turns the way the whole does, (p,)."""
+    """Return which polygons, (p, size, 3), are convex, (p,) bool."""
     ahead = np.roll(polygons, -1, axis=1) - polygons
     turns = np.cross(np.roll(ahead, 1, axis=1), ahead)
     return (np.einsum("pij,pj->pi", turns, newell_normal(polygons)) >= 0.0).all(axis=1)
@@ -40,7 +40,7 @@ def _is_convex(polygons: np.ndarray) -> np.ndarray:
 def cut_ears(polygon: np.ndarray) -> np.ndarray:
     """Return the triangles of one simple polygon (size, 3), clipping ears, (size-2, 3). Pure.
 
-    A polygon that crosses itself has no ears left at some point: the corner that turns most outward goes then.
+    A polygon that crosses itself may have no ears: then the most convex corner is clipped.
     """
     flat = _flatten(polygon)
     left = list(range(len(polygon)))
@@ -55,7 +55,7 @@ def cut_ears(polygon: np.ndarray) -> np.ndarray:
 
 
 def _flatten(polygon: np.ndarray) -> np.ndarray:
-    """Coordinates (size, 2) seen along the normal, counter-clockwise: the axis nearest to the normal is left out."""
+    """Project a polygon along the axis nearest to its normal, counter-clockwise, (size, 2)."""
     normal = newell_normal(polygon)
     axis = int(np.argmax(np.abs(normal)))
     flat = polygon[:, [(axis + 1) % 3, (axis + 2) % 3]]
@@ -68,7 +68,7 @@ def _area(triangle: np.ndarray) -> float:
 
 
 def _holds_any(flat: np.ndarray, left: list[int], ear: int) -> bool:
-    """Whether the triangle at a corner contains another corner of what is left."""
+    """Whether the triangle at a corner contains another remaining corner."""
     a, b, c = (flat[left[(ear + step) % len(left)]] for step in (-1, 0, 1))
     others = [left[(ear + step) % len(left)] for step in range(2, len(left) - 1)]
     return any(all(_area(np.array([p, q, flat[o]])) >= 0.0 for p, q in ((a, b), (b, c), (c, a))) for o in others)

@@ -1,4 +1,4 @@
-"""Tables as text: CSV for programs and Markdown for people."""
+"""Tables as text: CSV and Markdown."""
 
 import csv
 import math
@@ -12,7 +12,7 @@ from hairpipe.errors import BadInput
 
 
 def lay_below(tables: Sequence[Table], cases: Sequence[str]) -> Table:
-    """Join tables that a user has put together, see `joined`; BadInput where they do not fit."""
+    """Join tables below each other, see `joined`; BadInput where they do not match."""
     try:
         return joined(tables, cases)
     except ValueError as error:
@@ -20,7 +20,7 @@ def lay_below(tables: Sequence[Table], cases: Sequence[str]) -> Table:
 
 
 def write_csv(path: Path, table: Table) -> None:
-    """Write a row per row, below a row of names; every number reads back as it was."""
+    """Write the names and the rows, with numbers in full precision."""
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(table.names)
@@ -36,7 +36,7 @@ def write_markdown(path: Path, table: Table) -> None:
 
 
 def formatted(value: Any) -> str:
-    """Write a value as people read it; other values are dashes."""
+    """Write a value of a table; a missing one as a dash."""
     if isinstance(value, float):
         return f"{value:.4g}" if math.isfinite(value) else "-" if math.isnan(value) else str(value)
     return str(value)

@@ -1,4 +1,4 @@
-"""Text files as people send them: any line ends, a byte order mark, and faults reported in one sentence."""
+"""Text files with any line ends and a byte order mark; faults are reported in one sentence."""
 
 from pathlib import Path
 
@@ -6,8 +6,8 @@ from hairpipe.errors import BadInput
 from hairpipe.plain_file import content
 
 MOST_BYTES = 64 << 20
-"""Size of a text file that is read: parsed, it takes up to thirty times as much memory [bytes]."""
-LARGEST = 1e12  # no position, angle or time of ours comes near; squares and products of such numbers stay finite
+"""Largest size of a text file: parsed, it takes up to thirty times as much memory [bytes]."""
+LARGEST = 1e12  # far above positions, angles and times; squares and products of such numbers are finite
 
 
 def read_text(path: Path) -> str:
@@ -25,7 +25,7 @@ def read_text(path: Path) -> str:
 
 
 def parse_number(word: str) -> float | None:
-    """Return the number a word says, or None where it says none or one that is not finite or beyond LARGEST."""
+    """Return the number in a word; None for another word, and for a number that is not finite or beyond LARGEST."""
     try:
         value = float(word)
     except ValueError:

@@ -24,11 +24,11 @@ START = struct.Struct("<f2I")
 
 
 class Format(NamedTuple):
-    """What a version has where.
+    """Layout of a version of the format.
 
-    header  size of it [bytes]
-    begin   byte that says where the positions begin
-    width   numbers of a point
+    header  size of the header [bytes]
+    begin   byte of the offset of the positions
+    width   numbers per point
     """
 
     header: int
@@ -39,11 +39,11 @@ class Format(NamedTuple):
 FORMATS = {3.0: Format(296, 144, 3), 4.0: Format(160, 12, 4)}
 BOTH_ENDS = 16
 UNREAD = {"coordinates of strands": 16, "coordinates of points": 20, "thickness": 24, "colours": 28}
-"""Arrays of version 4, and the byte that says where each begins, 0 where it is absent."""
+"""Arrays of version 4, and the byte of the offset of each, which is 0 for an absent array."""
 
 
 def read_tfx(path: Path, unit: float = 1.0, up: Literal["y", "z"] = "y") -> Curves:
-    """Return the strands, root first, Y up, numbered by their places.
+    """Return the strands, root first, Y up, numbered by their order.
 
     unit  unit of the file's coordinates, which the file does not state [m]
     up    axis of the file
@@ -73,7 +73,7 @@ def warn_of_unread(data: bytes, form: Format, path: Path) -> None:
 
 
 def read_header(data: bytes, path: Path) -> tuple[Format, int, int, int]:
-    """Return the format, how many strands there are, points in each, and the byte where they begin; all checked."""
+    """Return the format, the number of strands, points of each, and the byte where these begin; all checked."""
     if len(data) < START.size:
         raise BadInput(f"the file has {len(data)} bytes", where=path, right="the header of a .tfx file")
     version, strands, count = START.unpack_from(data)

@@ -1,1 +1,1 @@
-"""Quick pictures of hair and body, drawn in software: what a flipbook shows."""
+"""Pictures of hair and body: a software rasteriser, and Blender's Cycles."""

@@ -8,12 +8,12 @@ import numpy as np
 from hairpipe.errors import BadInput
 
 NEAR = 0.01
-"""Nothing nearer to the eye than this is drawn [m]."""
+"""Near plane [m]."""
 
 
 @dataclass(frozen=True)
 class Camera:
-    """Where the picture is taken from, and how it falls on the film.
+    """Position, axes and film of a camera.
 
     eye     position of the pinhole [m], (3,) float64
     axes    rows are the unit vectors to the right, up and into the picture, (3, 3) float64

@@ -1,8 +1,8 @@
-"""Deep shadow maps: for every texel before a lamp, the light that hair and body let through, by depth.
+"""Deep shadow maps: for every texel before a lamp, the transmittance of hair and body by depth.
 
-Lokovic and Veach 2000. Every strand covers a share of the texels that it crosses and takes light there, see OPACITY;
-the body takes what SOLID hairs take. We differ from the paper: coverage is found from the area that a segment shows the
-lamp, shared among the four nearest texels, not from samples in each; so what a texel holds is filtered already.
+Lokovic and Veach 2000. Every strand covers a share of the texels that it crosses and attenuates light there, see
+OPACITY; the body attenuates as SOLID hairs. We differ from the paper: coverage is computed from the area of a segment
+projected to the lamp, shared among the four nearest texels, not from samples in each; texels are filtered already.
 """
 
 import math
@@ -17,13 +17,13 @@ from hairpipe.render.shadows import BIAS, FINE, SOLID, apply, cells_of, front
 from hairpipe.render.transmittance import compress, transmittance
 
 TEXELS = 512
-"""Along an edge of the map."""
+"""Number of texels along an edge of the map."""
 OPACITY = 0.15
-"""Of a hair as it is shaded, per hair that a ray crosses: exp(-OPACITY) goes through, or around by scattering."""
+"""Opacity of a shaded hair, per hair that a ray crosses: exp(-OPACITY) is transmitted or scattered around it."""
 TOLERANCE = 0.02
-"""By which the compressed transmittance may miss."""
+"""Tolerance of the compressed transmittance."""
 LEAST = 1e-4
-"""Transmittance that counts as none."""
+"""Transmittance that is treated as zero."""
 
 
 class DeepShadow(NamedTuple):
@@ -71,7 +71,7 @@ def cast_deep_shadow(
 
 
 def starts_of(counts: np.ndarray) -> np.ndarray:
-    """Where the entries of each begin, one after another, and where all end, (n + 1,) int64."""
+    """Return the first entry of each texel, and the number of all, (n + 1,) int64."""
     return np.concatenate([[0], np.cumsum(counts)])
 
 
@@ -79,8 +79,8 @@ def starts_of(counts: np.ndarray) -> np.ndarray:
 def lay_body(ends: np.ndarray, fragments: np.ndarray, solid: np.ndarray) -> None:
     """Add the front of the body, BIAS behind it, to the fragments of every texel, in place.
 
-    solid  where rays of the texel meet it [texels], ascending, infinite outside, (TEXELS^2, rays): each has its share
-           of the transmittance, which therefore falls by equal steps
+    solid  hits of the rays of each texel [texels], ascending, infinite outside, (TEXELS^2, rays): each ray has its
+           share of the transmittance, which therefore falls by equal steps
     """
     step = (1.0 - math.exp(-OPACITY * SOLID)) / solid.shape[1]
     for t in range(len(solid)):
@@ -96,15 +96,15 @@ def lay_body(ends: np.ndarray, fragments: np.ndarray, solid: np.ndarray) -> None
 def scatter(ends: np.ndarray, fragments: np.ndarray, places: np.ndarray, offsets: np.ndarray, width: float) -> None:
     """Add depth and opacity of strands to the fragments of every texel, which end at `ends`, in place.
 
-    Pieces of a segment are a texel long or shorter, so that their shares on the four nearest texels leave no gap. Where
-    there is no room for fragments, these are counted only. Places (p, 3) and width in texels.
+    Pieces of a segment are at most a texel long, so that their shares on the four nearest texels have no gaps. Without
+    memory for fragments, these are counted only. Places (p, 3) and width in texels.
     """
     for s in range(len(offsets) - 1):
         for i in range(offsets[s], offsets[s + 1] - 1):
             x, y, z = places[i, 0], places[i, 1], places[i, 2]
             dx, dy, dz = places[i + 1, 0] - x, places[i + 1, 1] - y, places[i + 1, 2] - z
             length = math.hypot(dx, dy)
-            pieces = math.ceil(min(length, TEXELS))  # longer ones are not hair any more
+            pieces = math.ceil(min(length, TEXELS))  # a longer segment is invalid
             for n in range(pieces):
                 t = (n + 0.5) / pieces
                 add(ends, fragments, x + t * dx, y + t * dy, z + t * dz, width * length / pieces)
@@ -112,7 +112,7 @@ def scatter(ends: np.ndarray, fragments: np.ndarray, places: np.ndarray, offsets
 
 @njit(cache=True, nogil=True)
 def add(ends: np.ndarray, fragments: np.ndarray, x: float, y: float, z: float, area: float) -> None:
-    """Share an area among the four texels around a place, in place; nothing outside the cube behind the map."""
+    """Share an area among the four texels around a place, in place; a place outside the map is ignored."""
     top = TEXELS - 0.5
     if not (0.5 <= x < top and 0.5 <= y < top and 0.5 <= z < top):
         return
@@ -129,7 +129,7 @@ def add(ends: np.ndarray, fragments: np.ndarray, x: float, y: float, z: float, a
 
 @njit(cache=True, nogil=True, parallel=True)
 def compress_all(starts: np.ndarray, fragments: np.ndarray, counts: np.ndarray, knots: np.ndarray) -> None:
-    """Compress the fragments of every texel into as many knots as `counts` then says, from knots[2 starts[t]] on."""
+    """Compress the fragments of every texel into knots from knots[2 starts[t]] on; `counts` gets their numbers."""
     for i in prange(TEXELS):
         for t in range(TEXELS * i, TEXELS * (i + 1)):
             counts[t] = 0

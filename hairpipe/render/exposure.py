@@ -1,8 +1,7 @@
-"""Motion blur: hair and body at instants while the shutter is open, whose pictures are added up on the film.
+"""Motion blur: pictures of hair and body at instants of the exposure are summed on the film.
 
-Pictures are added, rather than every piece of hair smeared along its way: at each instant what is nearer covers what is
-farther, hair as well as body. Few instants would leave as many sharp copies of a hair; so each strand is early or late
-by a part of the step between them that is its own.
+Pictures are summed, and hair is not smeared along its path, so that occlusion is right at each instant. Few instants
+would leave sharp copies of a hair: each strand has a time offset of its own, a fraction of the interval.
 """
 
 from collections.abc import Iterator
@@ -15,14 +14,14 @@ from hairpipe.render.camera import Camera
 from hairpipe.render.shading.kajiya_kay import noise
 
 STRIDE, MOST = 4.0, 16
-"""Pixels that all but FEW of the points move between two instants, and the most of these."""
+"""Pixels that all but FEW of the points move between two instants; largest number of instants."""
 FEW = 0.02
 
 
 def instants(hair: Strands, body: Mesh, camera: Camera, shutter: float) -> Iterator[tuple[np.ndarray, Mesh]]:
     """Yield points of the hair [m], (p, 3) float64, and the body, at instants from -shutter/2 to shutter/2 [s].
 
-    Both move on with the velocities that they have. Raises BadInput where one of the hair's is not finite.
+    Both move with constant velocities. Raises BadInput where a velocity of the hair is not finite.
     """
     points = np.asarray(hair.points, float)
     if shutter == 0.0:
@@ -39,7 +38,7 @@ def instants(hair: Strands, body: Mesh, camera: Camera, shutter: float) -> Itera
 
 
 def instants_of(points: np.ndarray, way: np.ndarray, camera: Camera) -> int:
-    """Say how many instants make motion by `way` look continuous; both [m], (p, 3)."""
+    """Return the number of instants for a continuous look of motion by `way`; both [m], (p, 3)."""
     begin = camera.project(points - 0.5 * way)
     end = camera.project(points + 0.5 * way)
     pixels = np.quantile(np.hypot(*(end - begin)[:, :2].T), 1.0 - FEW)

@@ -1,4 +1,4 @@
-"""The film: what is behind everything, and how light becomes a picture."""
+"""The film: backdrop, outlines, tone mapping."""
 
 from functools import lru_cache
 
@@ -6,19 +6,19 @@ import numpy as np
 from numba import njit
 
 EXPOSURE, VIGNETTE = 0.75, 0.6
-"""Light of the film that reaches the picture, and how much of it is lost towards the corners."""
+"""Exposure of the film, and vignetting towards the corners."""
 CENTRE = np.array([0.30, 0.325, 0.36])
-"""Colour of the backdrop where it is brightest, linear."""
+"""Brightest colour of the backdrop, linear."""
 EDGE = np.array([0.06, 0.07, 0.09])
-"""Colour of the backdrop far away from there, linear."""
+"""Darkest colour of the backdrop, linear."""
 FAR = 1e6
 """Depth of the background [m]."""
 STEEP = 8.0
-"""Change of depth from pixel to pixel, over their distance, from which on it counts as an outline."""
+"""Smallest change of depth between pixels, over their distance, of an outline."""
 
 
 def backdrop(height: int, width: int) -> np.ndarray:
-    """Light a plain wall softly from the middle, linear, (height, width, 3) float32: a film to paint on."""
+    """Return a film with a plain wall, brightest in the middle, linear, (height, width, 3) float32."""
     return _wall(height, width).copy()
 
 
@@ -31,7 +31,7 @@ def _wall(height: int, width: int) -> np.ndarray:
 
 
 def outlines(depth: np.ndarray, focal: float) -> tuple[np.ndarray, np.ndarray]:
-    """Find the pixels on either side of where a body ends, or where it stands before itself: rows and columns.
+    """Find the pixels on either side of the outlines of a body: rows and columns.
 
     depth  of the body along the view, infinite outside [m], (height, width)
     focal  length of the camera [pixels]
@@ -51,7 +51,7 @@ def soften(film: np.ndarray, outline: tuple[np.ndarray, np.ndarray], before: np.
     """Smooth the outline of a body on the film, (height, width, 3), in place: weights 1 2 1 along rows and columns.
 
     outline  its pixels: rows and columns
-    before   light there before hair was drawn, (n, 3): a pixel that hair has changed shows hair, and stays
+    before   light of these pixels before hair was drawn, (n, 3): pixels changed by hair are not smoothed
     """
     bare = (film[outline] == before).all(axis=1)
     rows, columns = outline[0][bare], outline[1][bare]
@@ -64,10 +64,10 @@ def soften(film: np.ndarray, outline: tuple[np.ndarray, np.ndarray], before: np.
 
 
 def develop(film: np.ndarray, grain: int) -> np.ndarray:
-    """Make the picture of a film of so many pixels across each of its own, (height/grain, width/grain, 3) uint8, sRGB.
+    """Make the picture of a film with `grain` pixels across each pixel, (height/grain, width/grain, 3) uint8, sRGB.
 
     Bright light is compressed by the curve x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14), a fit to ACES by Narkowicz
-    2015, before the film is averaged: one bright speck does not outshine its pixel.
+    2015, before the film is averaged, so that single bright points do not dominate a pixel.
     """
     levels = np.linspace(0.0, 1.0, 4097)
     encoded = np.where(levels <= 0.0031308, 12.92 * levels, 1.055 * levels ** (1 / 2.4) - 0.055)

@@ -1,4 +1,4 @@
-"""Where to put the camera so that the hair fills the picture, whatever it does."""
+"""Placement of the camera: the hair fills the picture, independent of its motion."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -12,13 +12,13 @@ View = Literal["three_quarter", "front", "side", "back"]
 Place = tuple[float, float, float]
 
 GRAIN = 2
-"""Pixels of the film across one pixel of a picture that may take its time."""
+"""Pixels of the film across one pixel of a picture, for high quality."""
 AZIMUTHS = {"three_quarter": 38.0, "front": 0.0, "side": 90.0, "back": 180.0}
 """Azimuth of the eye about the up axis, from where the face looks (+Z) towards the left ear (+X) [degrees]."""
 ELEVATION = 6.0
 """Elevation of the eye above the horizon [degrees]."""
 DROP = 0.3
-"""How far below the centre of the roots the picture has its centre, over its radius."""
+"""Distance of the centre of the picture below that of the roots, over its radius."""
 
 
 @dataclass(frozen=True)
@@ -27,12 +27,12 @@ class Shot:
 
     width   of the picture [pixels]
     height  of the picture [pixels]
-    view    side of the head it is taken from
+    view    side of the head
     fov     field of view across the shorter side [degrees]
     eye     position of the camera [m]
     target  point at the centre of the picture [m]
     grain   pixels of the film across one of the picture
-    turn    angle by which the eye has gone around the target, towards the left ear [degrees]
+    turn    rotation of the eye about the target, towards the left ear [degrees]
     """
 
     width: int
@@ -47,10 +47,10 @@ class Shot:
 
 @dataclass(frozen=True)
 class Framing:
-    """What a picture should hold.
+    """Area of a picture.
 
-    target  centre of it [m], (3,) float64
-    radius  half of what its shorter side shows at the target [m]
+    target  centre of the picture [m], (3,) float64
+    radius  half the length of its shorter side at the target [m]
     """
 
     target: np.ndarray
@@ -58,10 +58,10 @@ class Framing:
 
 
 def frame_hair(points: np.ndarray, offsets: np.ndarray) -> Framing:
-    """Frame the hair from its roots and its length, not from where it happens to be.
+    """Frame the hair by its roots and its length, not by its positions.
 
-    The spread of the roots and the median length of the strands stay the same while the hair moves, so the picture
-    keeps its scale, and its centre moves with the roots only: hair that flies about does not drag it along.
+    The spread of the roots and the median length of the strands are constant while the hair moves: the scale of the
+    picture is constant, and its centre moves with the roots only.
 
     points   root first, strand after strand [m], (p, 3) float64
     offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
@@ -75,7 +75,7 @@ def frame_hair(points: np.ndarray, offsets: np.ndarray) -> Framing:
 
 
 def place_camera(shot: Shot, framing: Framing) -> Camera:
-    """Put the camera, with its film, where the shot says; where it says nothing, where the framed hair fills it."""
+    """Place the camera as set by the shot; by default, so that the framed hair fills the film."""
     target = framing.target if shot.target is None else np.array(shot.target)
     azimuth = np.radians(AZIMUTHS[shot.view])
     elevation = np.radians(ELEVATION)

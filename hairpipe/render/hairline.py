@@ -1,4 +1,4 @@
-"""A picture of what is painted on a body: where hair will grow."""
+"""Picture of a map of a body: the hairline."""
 
 import numpy as np
 
@@ -16,15 +16,15 @@ from hairpipe.spatial.closest import project
 from hairpipe.spatial.triangle_tree import tree_over
 
 PAINT, LINE = np.array([0.20, 0.045, 0.015]), np.array([0.9, 0.85, 0.35])
-"""Colours where the paint is 1, and where it passes through a half, linear."""
+"""Colours of the map at 1, and at its contour of 0.5, linear."""
 HALF = 0.06
-"""How far from a half the paint is drawn as the line."""
+"""Range of values around 0.5 that is drawn as the contour."""
 ROOM, SCENE = 1.6, 1.35
-"""Radius of the picture over that of what is painted, and half the edge of the cube in which shadows fall over that."""
+"""Radius of the picture over that of the painted area, and half the edge of the cube of shadows over that."""
 
 
 def draw_hairline(body: Body, name: str, shot: Shot) -> np.ndarray:
-    """Draw a body at rest with a map that is painted on it, (height, width, 3) uint8, sRGB.
+    """Draw a body at rest with one of its maps, (height, width, 3) uint8, sRGB.
 
     name  of the map
     Raise BadInput where the body has no such map, or nothing is painted.
@@ -46,7 +46,7 @@ def draw_hairline(body: Body, name: str, shot: Shot) -> np.ndarray:
 
 
 def frame_paint(body: Body, name: str) -> Framing:
-    """Frame the vertices of which the paint is at least a half; BadInput where there is none."""
+    """Frame the vertices whose value is at least 0.5; BadInput where there is none."""
     painted = body.mesh.points[body.maps[name] >= 0.5]
     if not len(painted):
         raise BadInput(f"map '{name}' is less than a half everywhere", where="map", right="a map that is painted")

@@ -6,7 +6,7 @@ import numpy as np
 
 
 class Light(NamedTuple):
-    """A lamp far away.
+    """A distant lamp.
 
     towards  unit vector towards it, (3,) float64
     colour   colour of its light, linear red, green and blue, (3,) float64
@@ -26,7 +26,7 @@ class Shade(Protocol):
 
     @property
     def cell(self) -> float:
-        """Distance across the light below which nothing is distinguished [m]."""
+        """Resolution of the shadow across the light [m]."""
         ...
 
     def between(self, points: np.ndarray) -> np.ndarray:
@@ -35,7 +35,7 @@ class Shade(Protocol):
 
 
 # Towards the lamp (right, up, to the viewer) and its colour. A warm key from the upper left, a cool fill from the
-# right, a strong rim from behind that draws the outline of the hair, and the sky, which leaves what lies under it dark.
+# right, a strong rim from behind for the outline of the hair, and the sky.
 STUDIO = (
     ((-0.4, 0.62, 0.67), (2.8, 2.55, 2.25)),
     ((0.85, 0.25, 0.5), (0.8, 0.85, 0.95)),
@@ -45,7 +45,7 @@ STUDIO = (
 
 
 def studio(axes: np.ndarray) -> list[Light]:
-    """Hang the lamps around a camera, so that every view is lit alike.
+    """Place the lamps relative to a camera, so that all views have the same light.
 
     axes  of the camera: rows to the right, up, into the picture, (3, 3)
     """

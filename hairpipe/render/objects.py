@@ -1,4 +1,4 @@
-"""A picture of a mesh on a level floor, every triangle with a face of its own."""
+"""Picture of a mesh on a level floor, flat shaded."""
 
 import numpy as np
 
@@ -14,16 +14,16 @@ from hairpipe.render.shadows import cast_shadow
 FLOOR = np.array([0.09, 0.095, 0.105])
 """Colour of the floor, linear."""
 WIDE, TILES = 8.0, 64
-"""Half the edge of the floor, over the radius of the picture, and tiles along it: those behind the eye are left out."""
+"""Half the edge of the floor, over the radius of the picture, and tiles along it; those behind the eye are omitted."""
 BELOW = 2e-3
-"""How far under y = 0 the floor lies, so that what lies on it is seen, over the radius of the picture."""
+"""Depth of the floor under y = 0, so that objects on it are visible, over the radius of the picture."""
 NO_HAIR = np.zeros((0, 3)), np.zeros(1, np.int32)
 
 
 def draw_object(mesh: Mesh, shot: Shot, framing: Framing, colour: np.ndarray) -> np.ndarray:
     """Draw a mesh and its shadow on the floor at y = 0, (height, width, 3) uint8, sRGB.
 
-    framing  what the picture holds where the shot does not say
+    framing  default framing of the picture
     colour   of the mesh, linear, (3,)
 
     Raises BadInput where a position is not finite.
@@ -56,7 +56,7 @@ def _floor(framing: Framing) -> Mesh:
 
 
 def _ahead(surface: Surface, nearest: np.ndarray) -> Surface:
-    """Keep what is nearer than what was drawn, and note it in `nearest`, in place."""
+    """Keep the pixels that are nearer than drawn ones, and update `nearest` in place."""
     rows, columns = surface.rows, surface.columns
     keep = surface.depth[rows, columns] < nearest[rows, columns]
     nearest[rows[keep], columns[keep]] = surface.depth[rows[keep], columns[keep]]

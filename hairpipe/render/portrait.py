@@ -1,4 +1,4 @@
-"""A picture of hair on a body, in a studio."""
+"""Picture of hair on a body, in a studio."""
 
 from collections.abc import Callable, Sequence
 
@@ -23,18 +23,18 @@ from hairpipe.render.shadows import cast_shadow
 FULLNESS = 14.0
 """Strands times drawn width, over the radius of the picture: that of 50,000 hairs of 80 um in a picture of 0.6 m."""
 WIDEST = 1.6
-"""What few strands are drawn with at most [pixels]."""
+"""Largest drawn width of strands [pixels]."""
 SCENE = 1.35
-"""Half the edge of the cube in which shadows fall, over the radius of the picture."""
+"""Half the edge of the cube of shadows, over the radius of the picture."""
 CASTERS = 250_000
-"""Points of the strands that cast shadows: of more, one strand in so many casts the shadow of all."""
+"""Largest number of points that cast shadows; of more, one strand in so many casts the shadow of all."""
 FINE = 200_000
-"""Points of the hair up to which light is found in the middle of segments, too: of more, these hide one another."""
+"""Number of points up to which light is also computed in the middle of segments."""
 SCALP = 0.8
-"""How far the skin takes the colour of the hair where hair grows: every strand drawn stands for many."""
+"""Share of the hair's colour in skin where hair grows: every drawn strand represents many."""
 SHADOWS = {"cube": cast_shadow, "deep": cast_deep_shadow}
 Shading = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, Sequence[Shade]], np.ndarray]
-"""See `shade_hair` for its arguments and what it returns."""
+"""Shading as `shade_hair`."""
 NOBODY = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
 
 
@@ -52,9 +52,9 @@ def draw_portrait(
 
     colour     of the hair, linear red, green and blue, (3,)
     thickness  drawn width over the width that looks full, see drawn_width
-    shade      finds the light that hair sends to the eye
-    shutter    how long it is open [s]: motion is blurred, in the light of its middle
-    shadow     name of how shadows are cast, one of SHADOWS
+    shade      computes the light from hair to the eye
+    shutter    exposure time [s]: motion is blurred, in the light of its middle
+    shadow     name of the shadow map, one of SHADOWS
 
     Raises BadInput where there is no strand, or a position is not finite.
     """
@@ -71,7 +71,7 @@ def expose_portrait(
     shutter: float = 0.0,
     shadow: str = "cube",
 ) -> np.ndarray:
-    """Find the light on the film, linear, (grain*height, grain*width, 3) float32; arguments as of `draw_portrait`."""
+    """Return the light on the film, linear, (grain*height, grain*width, 3) float32; arguments as of `draw_portrait`."""
     body = NOBODY if body is None else body
     check(hair, body)
     points = np.asarray(hair.points, float)
@@ -108,13 +108,13 @@ def expose_portrait(
 def cast_shadows(
     hair: Strands, body: Mesh, framing: Framing, lights: Sequence[Light], width: float, shadow: str
 ) -> list[Shade]:
-    """Cast the shadows of hair, so wide [m], and body away from every lamp, in the way of that name."""
+    """Cast the shadows of hair of a width [m] and of the body from every lamp, by the shadow map of that name."""
     casting = casters(np.asarray(hair.points, float), hair.offsets, width)
     return [SHADOWS[shadow](light, framing.target, SCENE * framing.radius, *casting, body) for light in lights]
 
 
 def lit_sites(curves: Curves, fine: bool) -> np.ndarray:
-    """Say which sites are lit, see `shade_hair`: ends, if fine middles, of segments that may be seen, (2 p,) bool."""
+    """Return which sites are lit, see `shade_hair`: ends, if fine middles, of visible segments, (2 p,) bool."""
     lit = np.zeros(2 * len(curves.places), bool)
     for site in (0, 1, 2) if fine else (0, 2):
         lit[2 * curves.starts + site] = True
@@ -122,14 +122,14 @@ def lit_sites(curves: Curves, fine: bool) -> np.ndarray:
 
 
 def drawn_width(hair: Strands, framing: Framing, camera: Camera, grain: int) -> float:
-    """Width that makes so many strands look full [m]: at least their own, and at most WIDEST pixels of the picture."""
+    """Width of strands for a dense look [m]: at least their own, and at most WIDEST pixels of the picture."""
     full = FULLNESS * framing.radius / (len(hair.offsets) - 1)
     pixel = grain * float(np.linalg.norm(camera.eye - framing.target)) / camera.focal
     return max(hair.diameter, min(full, WIDEST * pixel))
 
 
 def casters(points: np.ndarray, offsets: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray, float]:
-    """Take one strand in so many, and widen it by as much: points, offsets and width of those that cast shadows."""
+    """Choose every n-th strand, n times as wide: points, offsets and width of strands that cast shadows."""
     every = (len(points) - 1) // CASTERS + 1
     counts = np.diff(offsets)
     cast = np.arange(len(counts)) % every == 0
@@ -137,7 +137,7 @@ def casters(points: np.ndarray, offsets: np.ndarray, width: float) -> tuple[np.n
 
 
 def check(hair: Strands, body: Mesh) -> None:
-    """Refuse what cannot be drawn."""
+    """Raise BadInput for what cannot be drawn."""
     if len(hair.offsets) < 2 or np.any(np.diff(hair.offsets) < 2):
         raise BadInput("no strands to draw", where="hair", right="at least one, each of two points or more")
     lost = np.flatnonzero(~np.isfinite(hair.points).all(axis=1))

@@ -21,13 +21,13 @@ CELLS, FEW = 160, 128
 """Along an edge of the cube, of a lamp as bright as FAINT, and of others: there, so few cells change a picture no more
 than do other places of as many as the bright lamps have."""
 FAINT = 1.0
-"""Colour of a lamp, at its brightest, below which its cube has FEW cells."""
+"""Largest component of the colour of a lamp below which its cube has FEW cells."""
 SOLID = 15.0
-"""Hairs that the body is worth: next to no light comes through so many, yet the shadow has a soft edge."""
+"""Optical depth of the body, in hairs: nearly opaque, with a soft edge of the shadow."""
 FINE = 2
 """Rays across a cell that are cast to the body."""
 BIAS = 1.5
-"""How far behind the body's surface its shadow begins, so that the body does not shade its own lit side [cells]."""
+"""Distance of the shadow behind the body's surface, so that the body does not shade its own lit side [cells]."""
 
 
 class Shadow(NamedTuple):
@@ -89,7 +89,7 @@ def across(towards: np.ndarray) -> np.ndarray:
 
 
 def front(places: np.ndarray, triangles: np.ndarray, fine: int, cells: int) -> np.ndarray:
-    """Where along the rays the body begins [cells], infinite outside, (fine*cells, fine*cells); vertices in cells."""
+    """Depth of the body along the rays [cells], infinite outside, (fine*cells, fine*cells); vertices in cells."""
     far = places[:, 2].max(initial=0.0) + 1.0
     _, close = rasterise(fine * places[:, 1::-1], triangles, far - places[:, 2], fine * cells, fine * cells)
     return np.where(close > 0.0, far - close, np.inf)
@@ -97,7 +97,7 @@ def front(places: np.ndarray, triangles: np.ndarray, fine: int, cells: int) -> n
 
 @njit(cache=True, nogil=True)
 def scatter(depth: np.ndarray, places: np.ndarray, offsets: np.ndarray, width: float) -> None:
-    """Add the area that every segment shows the light [cell areas] to the cells, in place; places (p, 3) in cells."""
+    """Add the projected area of every segment [cell areas] to the cells, in place; places (p, 3) in cells."""
     for s in range(len(offsets) - 1):
         for i in range(offsets[s], offsets[s + 1] - 1):
             x, y, z = places[i, 0], places[i, 1], places[i, 2]
@@ -109,7 +109,7 @@ def scatter(depth: np.ndarray, places: np.ndarray, offsets: np.ndarray, width: f
 
 @njit(cache=True, nogil=True)
 def add(depth: np.ndarray, x: float, y: float, z: float, area: float) -> None:
-    """Share an area among the eight cells around a place, in place; nothing outside the cube."""
+    """Share an area among the eight cells around a place, in place; a place outside the cube is ignored."""
     top = len(depth) - 1.5
     if not (0.5 <= x < top and 0.5 <= y < top and 0.5 <= z < top):
         return
@@ -118,7 +118,7 @@ def add(depth: np.ndarray, x: float, y: float, z: float, area: float) -> None:
 
 @njit(cache=True, nogil=True)
 def accumulate(depth: np.ndarray, solid: np.ndarray) -> None:
-    """Sum the cells along the light, each to its centre, and fill what lies behind the body, in place."""
+    """Sum the cells along the light, each to its centre, and fill the cells behind the body, in place."""
     cells = len(depth)
     for i in range(cells):
         for j in range(cells):
@@ -133,7 +133,7 @@ def accumulate(depth: np.ndarray, solid: np.ndarray) -> None:
                         start = solid[FINE * i + n // FINE, FINE * j + n % FINE]
                         behind += min(max(k + 0.5 - start - BIAS, 0.0), 1.0) / FINE**2
                 own = depth[i, j, k]
-                if own + before + behind > 0.0:  # what is empty is not even written
+                if own + before + behind > 0.0:  # empty cells are not written
                     depth[i, j, k] = before + 0.5 * own + SOLID * behind  # Half of the cell's own hair is in front.
                     before += own
 

@@ -1,9 +1,8 @@
 """Transmittance along a ray through translucent media: exact, compressed, and evaluated.
 
-What stands on a ray lets light through at its depth: the product of (1 - opacity) over all before a place is a function
-of steps. It is kept as a few knots between which it is linear, two of them at one depth where it jumps, and is nowhere
-farther than a tolerance from the steps (Lokovic and Veach 2000, Sec. 3.2: the slopes that are admissible from the last
-knot are narrowed by one vertex after another, until none is left).
+Transmittance along a ray is a step function of depth: the product of (1 - opacity) of all fragments in front. It is
+compressed to a piecewise linear function within a tolerance of the steps, with two knots at one depth for a jump
+(Lokovic and Veach 2000, Sec. 3.2: each vertex narrows the interval of slopes from the last knot, until it is empty).
 """
 
 import numpy as np
@@ -12,12 +11,12 @@ from numba import njit
 
 @njit(cache=True, nogil=True)
 def compress(depths: np.ndarray, opacities: np.ndarray, tolerance: float, knots: np.ndarray) -> int:
-    """Compress the transmittance behind n fragments into at most 2 n knots, and return how many there are.
+    """Compress the transmittance behind n fragments into at most 2 n knots, and return their number.
 
     depths     of the fragments, ascending, (n,)
     opacities  0 to 1, (n,)
-    tolerance  by which the result may miss the transmittance
-    knots      depth and transmittance, never rising, (2 n, 2) float32, written
+    tolerance  largest error of the result
+    knots      depth and transmittance, not increasing, (2 n, 2) float32, written
     """
     begin = depths[0]
     value = 1.0

@@ -14,7 +14,7 @@ from hairpipe.io.text import LARGEST, parse_number, read_text
 
 
 def recall_bvh(path: Path) -> Clip:
-    """Read a clip, or return the one read before in this process where the file's size and time are the same."""
+    """Read a clip once per process, as long as the file's size and time are unchanged."""
     try:
         status = path.stat()
     except OSError:
@@ -28,7 +28,7 @@ def _recall(path: Path, size: int, modified: int) -> Clip:
 
 
 def read_bvh(path: Path) -> Clip:
-    """Read a clip, whatever the order of its channels and the names of its joints.
+    """Read a clip with any order of channels and any names of joints.
 
     Raises BadInput, with the line, where the file cannot be read or does not follow the format.
     """
@@ -119,7 +119,7 @@ def _put_in_place(hierarchy: Hierarchy, values: np.ndarray) -> None:
     """Replace the OFFSETs of all joints by their position channels, in place.
 
     Those of a root always do. Those of other joints do so in most files (Maya, MotionBuilder, Blender) but are added to
-    it in some (MakeHuman): the first two frames tell, of which one may be a T pose. Those added are nearer to 0.
+    it in some (MakeHuman), where they are nearer to 0 in the first two frames, of which one may be a T pose.
     """
     column = 0
     for joint in hierarchy.joints:

@@ -1,4 +1,4 @@
-"""The HIERARCHY section of a Biovision file: joints within joints, word by word."""
+"""HIERARCHY section of a Biovision file: nested joints."""
 
 import re
 from dataclasses import dataclass, field
@@ -15,13 +15,13 @@ CHANNELS = {
 MOST_CHANNELS = 6  # of one joint
 MOST_JOINTS = 10_000
 MOST_LETTERS = 8 << 20
-"""Of a HIERARCHY section; no rig has a tenth of that, and each word of it takes a hundred bytes of memory."""
+"""Maximum number of words of a HIERARCHY section: ten times that of any rig; a word takes 100 bytes of memory."""
 END_SITE = -1
 
 
 @dataclass
 class Joint:
-    """A joint as it is read: `offset` and `end` [file units], `end` NaN where there is no End Site."""
+    """A joint of the file: `offset` and `end` [file units], `end` NaN without an End Site."""
 
     name: str
     parent: int
@@ -40,7 +40,7 @@ def tokenise(lines: list[str]) -> list[tuple[str, int]]:
 
 
 class Hierarchy:
-    """The HIERARCHY section, read word by word without recursion: depth is limited by nothing but the file."""
+    """Parser of the HIERARCHY section, without recursion, so that the depth is not limited."""
 
     def __init__(self, path: Path, tokens: list[tuple[str, int]]) -> None:
         self.path = path
@@ -61,7 +61,7 @@ class Hierarchy:
             raise self.fault("there is no joint", "ROOT and a name")
 
     def read_item(self, word: str) -> None:
-        """Read what begins with this word."""
+        """Read the item that begins with this word."""
         match word.upper():
             case "ROOT" | "JOINT":
                 self.begin_joint(word.upper())
@@ -109,7 +109,7 @@ class Hierarchy:
             raise self.fault(f"joint {self.joints[joint].name!r} has no OFFSET", "OFFSET x y z")
 
     def read_offset(self) -> None:
-        """Read where a joint or its end is."""
+        """Read the offset of a joint or of its end."""
         numbers = [self.number() for _ in range(3)]
         if not self.open:
             raise self.fault("an OFFSET stands outside a joint", "OFFSET within a joint")

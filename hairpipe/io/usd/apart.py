@@ -1,8 +1,8 @@
-"""Work on a foreign file in a process of its own, because a damaged one can crash OpenUSD.
+"""Work on a foreign file in a child process, because a damaged one can crash OpenUSD.
 
 Of 1 000 crate files with one to four bytes changed thirteen ended the process with a segmentation fault, and so does a
-text file of 200 000 nested prims; others have it fill all memory there is, as 2 kB of references that double at each
-level do, or compute without an end. No check of the header foresees it, so that memory and time have a limit.
+text file of 200 000 nested prims; others fill all memory, as 2 kB of references that double at each level, or compute
+without end. No check of the header detects these, so that memory and time are limited.
 """
 
 import importlib
@@ -23,22 +23,22 @@ from hairpipe.io.usd.wire import pack, unpack
 if TYPE_CHECKING:
     from hairpipe.io.usd.layer_files import Layers
 
-MEMORY = 4 << 30  # bytes: far more than a frame of any shot, and OpenUSD says no to a damaged count beyond it
+MEMORY = 4 << 30  # bytes: far more than a frame of any shot; OpenUSD refuses a damaged count beyond it
 # Of processor time, and bytes of layers for each second more: ten times as long as a lint takes.
 SECONDS, RATE = 60, 1e6
-PATIENCE = 10  # times as long by the clock, for computers that do other things
+PATIENCE = 10  # wall-clock time over processor time, for busy computers
 ONE_THREAD = {"PXR_WORK_THREAD_LIMIT": "1"}
-"""Environment of a child: a further thread of OpenUSD that gets no memory ends by a segmentation fault, at times."""
+"""Environment of a child: a thread of OpenUSD without memory may end by a segmentation fault."""
 OVERDUE = (signal.SIGXCPU, signal.SIGALRM)
 Result = TypeVar("Result")
 
 
 def work_apart(work: Callable[..., Result], path: Path, *arguments: Any) -> Result:
-    """Return `work(path, *arguments)`, done in a child process; its warnings and BadInput come through.
+    """Return `work(path, *arguments)`, done in a child process, with its warnings and BadInput.
 
     work  a function of a module; its arguments and result are values that `wire` supports
 
-    Raises BadInput where the work does, or when the process dies of the file or exceeds its limits of memory and time.
+    Raises BadInput where the work does, or when the process crashes or exceeds its limits of memory and time.
     """
     child = subprocess.run(
         command(f"from {__name__} import serve; serve()"),
@@ -74,7 +74,7 @@ def _too_large(path: Path, most: int) -> BadInput:
 
 
 def most_memory() -> int:
-    """Return how much memory a child may have [bytes]: MEMORY, or less where this process may not have as much."""
+    """Return the memory limit of a child [bytes]: MEMORY, or the lower limit of this process."""
     _, hard = resource.getrlimit(resource.RLIMIT_DATA)
     return MEMORY if hard == resource.RLIM_INFINITY else min(MEMORY, hard)
 
@@ -87,24 +87,24 @@ def limit_memory() -> int:
 
 
 def limit_time(size: int, own: int) -> None:
-    """Let the system end this process after the time that layers may take.
+    """Set the processor time limit of this process.
 
     size  of the layers [bytes]
     own   limit of processor time that the caller has set [s], or RLIM_INFINITY
     """
     seconds = SECONDS + int(size / RATE)
     _, hard = resource.getrlimit(resource.RLIMIT_CPU)
-    # SIGKILL comes at the hard limit, and says nothing.
+    # The system sends SIGKILL at the hard limit, without a message.
     limits = [seconds, *(limit for limit in (own, hard - 1) if limit >= 0)]
     resource.setrlimit(resource.RLIMIT_CPU, (min(limits), hard))
     signal.alarm(PATIENCE * seconds)
 
 
 def serve() -> None:
-    """Do the work that stands on standard input, and write what came of it to standard output."""
+    """Read the work from standard input, do it, and write the result to standard output."""
     die_with_parent()
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as out:
-        os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints must not end up in the answer
+        os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # prints of a library must not be part of the answer
         module, name, path, arguments = unpack(sys.stdin.buffer.read())
         work = getattr(importlib.import_module(module), name)
         most = limit_memory()
@@ -124,7 +124,7 @@ def serve() -> None:
 
 
 def layers_of(path: object) -> "Layers | None":
-    """Open the layers of a stage; None for what is not a regular file with the name of one, which the work refuses."""
+    """Open the layers of a stage; None for a path that is not a regular USD file, which the work refuses."""
     from hairpipe.io.usd.layer_files import find_layers
     from hairpipe.io.usd.stage import SUFFIXES
 

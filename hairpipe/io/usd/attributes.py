@@ -1,4 +1,4 @@
-"""What curves of a stage carry besides their points: ids, a rest shape, widths."""
+"""Attributes of the curves of a stage: ids, rest shape, widths."""
 
 import warnings
 from pathlib import Path
@@ -9,18 +9,18 @@ from pxr import UsdGeom
 from hairpipe.io.usd.stage import location, shaped, time_of
 
 IDS = ("hairId", "groom_id", "id")
-"""Primvars that number strands: ours, Unreal's, Houdini's."""
+"""Primvars of strand ids: ours, Unreal's, Houdini's."""
 REST = ("pref", "rest")
 """Primvars of the rest shape: of many renderers, Houdini's."""
 DRAWN = ("displayColor", "displayOpacity", "st", "skinprim", "skinprimuv", "groom_guide", "lockId")
-"""Primvars of how others draw curves, and of what is recomputed here: places of roots, guides, locks."""
+"""Primvars of other renderers, and of values that are computed here: places of roots, guides, locks."""
 LARGEST = np.iinfo(np.int32).max
 NONE = np.iinfo(np.int64).min
-"""The id of a curve that has none."""
+"""Id of a curve without an id."""
 
 
 def rest_points(curves: UsdGeom.BasisCurves, count: int) -> np.ndarray | None:
-    """Return the rest shape of so many points in the space of the curves, (count, 3) float64; None where none fits."""
+    """Return the rest shape of `count` points in the space of the curves, (count, 3) float64; None without a match."""
     for name in REST:
         values = _primvar(curves, name, 3)
         if values is not None and len(values) == count:
@@ -31,7 +31,7 @@ def rest_points(curves: UsdGeom.BasisCurves, count: int) -> np.ndarray | None:
 
 
 def strand_ids(curves: UsdGeom.BasisCurves, count: int) -> np.ndarray:
-    """Return the ids of so many curves, (count,) int64; NONE where a curve has none that fits."""
+    """Return the ids of `count` curves, (count,) int64; NONE for a curve without a valid one."""
     for name in IDS:
         values = _primvar(curves, name, 1)
         if values is not None and len(values) == count:
@@ -70,7 +70,7 @@ def widths(curves: UsdGeom.BasisCurves, counts: np.ndarray) -> list[np.ndarray]:
 
 
 def span_ends(curves: UsdGeom.BasisCurves, counts: np.ndarray) -> np.ndarray:
-    """Return how many varying values curves of so many points have, (S,): one at each end of a span."""
+    """Return the number of varying values of each curve, (S,): one at each end of a span."""
     if curves.GetTypeAttr().Get() != UsdGeom.Tokens.cubic:
         return counts
     if curves.GetBasisAttr().Get() == UsdGeom.Tokens.bezier:
@@ -81,9 +81,9 @@ def span_ends(curves: UsdGeom.BasisCurves, counts: np.ndarray) -> np.ndarray:
 def own_ids(ids: np.ndarray, path: Path) -> np.ndarray:
     """Return an id for each of the curves of all prims, (S,) int32.
 
-    Those that have none, and all but the first of those that share one, get the lowest numbers that are free.
+    Curves without an id, and all but the first with the same id, get the lowest free numbers.
 
-    ids  as the prims have them, (S,), NONE where there is none
+    ids  of the prims, (S,), or NONE
     """
     _, first = np.unique(ids, return_index=True)
     kept = np.zeros(len(ids), bool)
@@ -99,13 +99,13 @@ def own_ids(ids: np.ndarray, path: Path) -> np.ndarray:
 
 
 def unused_primvars(curves: UsdGeom.BasisCurves) -> list[str]:
-    """Name the primvars of curves that nothing here reads."""
+    """List the primvars of curves that are not read."""
     given = [p.GetPrimvarName() for p in UsdGeom.PrimvarsAPI(curves).GetPrimvarsWithValues()]
     return sorted({name for name in given if name not in (*IDS, *REST, *DRAWN, "widths")})
 
 
 def _primvar(curves: UsdGeom.BasisCurves, name: str, columns: int) -> np.ndarray | None:
-    """Return the values of a primvar at the time of the stage, one by one; None where it has none that are numbers."""
+    """Return the flattened values of a primvar at the time of the stage; None where they are not numbers."""
     primvar = UsdGeom.PrimvarsAPI(curves).GetPrimvar(name)
     if not primvar.HasValue():
         return None

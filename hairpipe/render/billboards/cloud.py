@@ -1,4 +1,4 @@
-"""A picture of hair made of particles, on a body, in a studio: no strand is drawn, so it takes milliseconds."""
+"""Picture of hair as particles, on a body, in a studio, without strands."""
 
 from typing import NamedTuple
 
@@ -22,20 +22,20 @@ from hairpipe.render.shadows import CELLS, apply, cells_of, front
 from hairpipe.spatial.triangles import vertex_normals
 
 HALF = 1.6
-"""Half of a billboard's length over the range of particles, which is about their distance from each other."""
+"""Half of a billboard's length over the range of particles, which is about their spacing."""
 OPACITY = 0.6
 """Of a streak."""
 SHADES = 0.25
-"""How much strands differ in brightness: a factor of 2 to this power, up or down."""
+"""Variation of the brightness of strands: a factor of 2 to this power, up or down."""
 
 
 class CloudStyle(NamedTuple):
     """Style of drawn particles.
 
     particles  at rest
-    framing    of the hair they lie on
-    buried     how many of them, the first, are below the skin, move with the roots, and are not drawn
-    half       of the length of billboards [m]
+    framing    framing of the groom
+    buried     number of particles below the skin, the first ones, which move with the roots and are not drawn
+    half       half the length of billboards [m]
     kinds      texture of every other particle, (N,)
     colour     of the hair, linear, (3,)
     colours    of every other particle, linear, (N, 3)
@@ -54,7 +54,7 @@ def style_cloud(particles: Particles, colour: np.ndarray, size: float) -> CloudS
     """Choose how particles are drawn, once a shot; pure.
 
     colour  of the hair, linear red, green and blue, (3,)
-    size    of billboards, over what covers hair evenly
+    size    size of billboards, over the size that covers hair evenly
     """
     framing = frame_hair(particles.hair.points, particles.hair.offsets)
     buried = int(np.count_nonzero(particles.arcs < 0.0))
@@ -68,7 +68,7 @@ def style_cloud(particles: Particles, colour: np.ndarray, size: float) -> CloudS
 def draw_cloud(cloud: Cloud, style: CloudStyle, body: Mesh | None, shot: Shot) -> np.ndarray:
     """Draw particles as billboards, and the body under them, (height, width, 3) uint8, sRGB.
 
-    Raises BadInput where the cloud or the body is another one, or a position is not finite.
+    Raises BadInput where the cloud or the body does not match, or a position is not finite.
     """
     body = NOBODY if body is None else body
     check(cloud, style.particles, body)
@@ -84,13 +84,13 @@ def draw_cloud(cloud: Cloud, style: CloudStyle, body: Mesh | None, shot: Shot) -
 
 
 def frame_cloud(cloud: Cloud, style: CloudStyle) -> Framing:
-    """Frame the hair as at rest, moved as the particles below the skin have been."""
+    """Frame the hair at rest, moved with the particles below the skin."""
     moved = cloud.points[: style.buried] - style.particles.points[: style.buried]
     return Framing(style.framing.target + (moved.mean(axis=0) if len(moved) else 0.0), style.framing.radius)
 
 
 def check(cloud: Cloud, particles: Particles, body: Mesh) -> None:
-    """Refuse what cannot be drawn."""
+    """Raise BadInput for what cannot be drawn."""
     if len(cloud.points) != len(particles.points):
         what = f"a cloud of {len(cloud.points)} particles, at rest there are {len(particles.points)}"
         raise BadInput(what, where="in.cloud", right="the cloud simulated from in.particles")
@@ -112,7 +112,7 @@ def check(cloud: Cloud, particles: Particles, body: Mesh) -> None:
 def _shaded(
     cloud: Cloud, style: CloudStyle, body: Mesh, sight: Sight, place: tuple[Framing, Camera]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Light that particles, (N, 3), and the vertices of the body, (V, 3), send to the eye, linear; unseen ones none."""
+    """Light from particles, (N, 3), and vertices of the body, (V, 3), to the eye, linear; 0 for invisible ones."""
     framing, camera = place
     seen = seen_vertices(sight, body.triangles)
     points = body.points[seen]
@@ -138,7 +138,7 @@ def _shaded(
 
 
 def _haired(style: CloudStyle, body: Mesh, points: np.ndarray, camera: Camera) -> np.ndarray:
-    """How far the skin at points takes the colour of the hair, (n, 1)."""
+    """Share of the hair's colour in the skin at points, (n, 1)."""
     if not len(points):
         return np.zeros((0, 1))
     hair = style.particles.hair
@@ -147,7 +147,7 @@ def _haired(style: CloudStyle, body: Mesh, points: np.ndarray, camera: Camera) -
 
 
 def _seen(cloud: Cloud, style: CloudStyle, camera: Camera) -> Sprites:
-    """Billboards as the camera sees them."""
+    """Billboards projected to the camera."""
     places = camera.project(cloud.points)
     ways = cloud.directions @ camera.axes.T
     x, y, z = camera.see(cloud.points).T
@@ -158,7 +158,7 @@ def _seen(cloud: Cloud, style: CloudStyle, camera: Camera) -> Sprites:
 
 
 def _lit(cloud: Cloud, style: CloudStyle, cell: float, to_cells: np.ndarray) -> Sprites:
-    """Billboards as a lamp sees them."""
+    """Billboards projected to a lamp."""
     places = apply(to_cells, cloud.points)
     along = cloud.directions @ to_cells[:, :3].T
     scale = np.full(len(places), 1.0 / cell)
@@ -166,5 +166,5 @@ def _lit(cloud: Cloud, style: CloudStyle, cell: float, to_cells: np.ndarray) -> 
 
 
 def _of_rays(cells: np.ndarray) -> np.ndarray:
-    """Columns, rows and depths of a lamp's rays, see `front`, from places in its cells, (n, 3); rows lie one by one."""
+    """Columns, rows and depths of a lamp's rays, see `front`, from places in its cells, (n, 3)."""
     return np.ascontiguousarray(cells[:, [1, 0, 2]])

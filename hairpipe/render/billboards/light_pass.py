@@ -1,10 +1,10 @@
-"""Light of a lamp on particles and body: billboards drawn from the lamp on, each attenuating the light behind it.
+"""Light of a lamp on particles and body: billboards in order of distance from the lamp attenuate the light behind.
 
 The first pass of Bando, Chen, Nishita 2003, Sec. 5:
 
     l_i = mean of T under the billboard,   T <- T (1 - alpha) there
 
-Transmittance T lies on the rays by which `shadows` sees the body, behind which there is no light.
+Transmittance T is stored on the rays of `shadows`; behind the body it is 0.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ DARK = 1e-4
 def transmittances(sprites: Sprites, levels: Levels, others: np.ndarray, front: np.ndarray) -> np.ndarray:
     """Return the share of a lamp's light that reaches billboards, (N,), and then other points, (V,); pure.
 
-    sprites  as the lamp sees them: rows and columns are those of its rays, depths run away from it
+    sprites  billboards projected to the lamp: rows and columns of its rays, depths away from it
     levels   of the textures of billboards
     others   row and column, from 0 to as many as there are rays, and depth, (V, 3)
     front    depth at which the body begins, infinite outside, (rows, columns)
@@ -43,9 +43,9 @@ def _pass(
     front: np.ndarray,
     order: np.ndarray,
 ) -> None:
-    """Write the light of all in order of their depth, darkening the rays, (rows, columns), both in place."""
+    """Write the light of all in order of depth, and attenuate the rays, (rows, columns), both in place."""
     count = len(sprites.places)
-    for n in order:  # From the lamp on: each darkens only what comes after it.
+    for n in order:  # From the lamp on: each attenuates only later ones.
         light[n] = (
             _darken(through, sprites, levels, front, n) if n < count else _read(through, others[n - count], front)
         )
@@ -53,7 +53,7 @@ def _pass(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _darken(through: np.ndarray, sprites: Sprites, levels: Levels, front: np.ndarray, n: int) -> float:
-    """Light that billboard n takes, on average over its texture; rays that it darkens, in place."""
+    """Return the light on billboard n, on average over its texture, and attenuate its rays, in place."""
     height, width = through.shape
     column, row, depth = sprites.places[n, 0], sprites.places[n, 1], sprites.places[n, 2]
     axes, halves = (sprites.axes[n, 0], sprites.axes[n, 1]), (sprites.halves[n, 0], sprites.halves[n, 1])
@@ -82,7 +82,7 @@ def _darken(through: np.ndarray, sprites: Sprites, levels: Levels, front: np.nda
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _read(through: np.ndarray, at: np.ndarray, front: np.ndarray) -> float:
-    """Light at a point, between the centres of four rays; all of it outside."""
+    """Light at a point, interpolated between the centres of four rays; 1 outside."""
     height, width = through.shape
     x, y = at[0] - 0.5, at[1] - 0.5
     if not (0.0 <= x < width - 1 and 0.0 <= y < height - 1):

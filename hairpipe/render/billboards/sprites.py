@@ -1,6 +1,6 @@
-"""Billboards projected to a film or to the view of a lamp: rectangles that face it, along the hair.
+"""Billboards projected to a film or to the view of a lamp: rectangles along the hair that face it.
 
-After Bando, Chen, Nishita 2003, Sec. 5, which shortens them and makes them denser where hair points at the eye.
+After Bando, Chen, Nishita 2003, Sec. 5: where hair points at the eye, billboards are shorter and more opaque.
 """
 
 from typing import NamedTuple
@@ -11,18 +11,18 @@ from numba import njit
 SLIM = 0.5
 """Width of a billboard over its length."""
 LEAST = 0.15
-"""Sine between the hair and the ray below which a billboard grows no shorter and no more opaque."""
+"""Sine between hair and ray below which length and opacity are constant."""
 
 
 class Sprites(NamedTuple):
     """Billboards on a film.
 
     places   column [pixels], row [pixels] and depth of their middles, (N, 3) float64
-    axes     where the hair runs on the film, unit vectors, (N, 2)
+    axes     directions of the hair on the film, unit vectors, (N, 2)
     halves   half of length and width [pixels], (N, 2)
-    rises    by how much the end towards the tip is deeper than the middle, (N,)
-    opacity  of a streak, more than 1 where hair points along the ray, (N,)
-    kinds    texture of each, (N,) int64
+    rises    depth of the end towards the tip minus that of the middle, (N,)
+    opacity  opacity of a streak, more than 1 where hair points along the ray, (N,)
+    kinds    texture of each billboard, (N,) int64
     """
 
     places: np.ndarray
@@ -39,7 +39,7 @@ def lay_sprites(
     """Lay billboards on a film; pure.
 
     places   as in Sprites
-    along    how these change a metre along the hair, (N, 3)
+    along    change of `places` per metre along the hair, (N, 3)
     scale    pixels of a metre across the ray, (N,)
     half     of the length of a billboard seen from the side [m]
     opacity  of a streak seen from the side
@@ -56,7 +56,7 @@ def lay_sprites(
 
 @njit(cache=True, nogil=True, inline="always", error_model="numpy")
 def rows_under(row: float, axes: tuple[float, float], halves: tuple[float, float]) -> tuple[float, float]:
-    """Return between which rows a rectangle lies."""
+    """Return the first and the last row of a rectangle."""
     reach = halves[0] * abs(axes[1]) + halves[1] * abs(axes[0])
     return row - reach, row + reach
 
@@ -65,7 +65,7 @@ def rows_under(row: float, axes: tuple[float, float], halves: tuple[float, float
 def columns_under(
     column: float, down: float, axes: tuple[float, float], halves: tuple[float, float]
 ) -> tuple[float, float]:
-    """Return between which columns a rectangle lies in a row so far below its middle; none where the first is greater.
+    """Return the first and the last column of a rectangle in a row at a distance below its middle; else first > last.
 
     Of a point (x, y) from the middle, |x ax + y ay| <= half the length and |y ax - x ay| <= half the width.
     """
@@ -80,7 +80,7 @@ def columns_under(
 
 @njit(cache=True, nogil=True, inline="always", error_model="numpy")
 def texel_of(share: float, count: int) -> int:
-    """Return which of so many texels is at a share of the way from -1 to 1."""
+    """Return the index of the texel, of `count` texels from -1 to 1, at a coordinate."""
     return min(max(int(0.5 * (share + 1.0) * count), 0), count - 1)
 
 

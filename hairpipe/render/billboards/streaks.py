@@ -14,13 +14,13 @@ Levels = tuple[np.ndarray, ...]
 cover, 0 to 1, and brightness."""
 
 KINDS = 8
-"""Textures: neighbours seldom have the same."""
+"""Number of textures."""
 ALONG, ACROSS, STREAKS = 128, 64, 22
 """Texels of the finest level, and streaks in it."""
 FINEST = 0.025
-"""Standard deviation of the thinnest streak across, over half the width; that of the widest is three times this."""
+"""Standard deviation of the thinnest streak across, over half the width; the widest has three times as much."""
 BRIGHTER = 0.55
-"""How much brighter than the mean a streak is at most, or darker."""
+"""Largest relative deviation of the brightness of a streak from the mean."""
 
 
 @cache

@@ -1,4 +1,4 @@
-"""Billboards painted over the film from the back to the front, where no body is before them.
+"""Billboards painted over the film from back to front, except behind the body.
 
 The second pass of Bando, Chen, Nishita 2003, Sec. 5.
 """
@@ -12,7 +12,7 @@ from hairpipe.render.camera import NEAR
 from hairpipe.render.raster.triangles import first_centre
 
 SUNK, FADE = 0.010, 0.006
-"""How far below the skin a billboard is seen, and over which depth it fades there [m]: it is flat, skin is round."""
+"""Depth below the skin to which a billboard is visible, and of its fading [m]: billboards are flat, skin is round."""
 
 
 def paint(film: np.ndarray, depth: np.ndarray, sprites: Sprites, colours: np.ndarray, levels: Levels) -> None:
@@ -33,7 +33,7 @@ def _paint(
     film: np.ndarray, depth: np.ndarray, sprites: Sprites, colours: np.ndarray, levels: Levels, order: np.ndarray
 ) -> None:
     height, width = depth.shape
-    for n in order:  # The farthest first: each covers what is behind it.
+    for n in order:  # The farthest first: each covers those behind it.
         column, row, z = sprites.places[n, 0], sprites.places[n, 1], sprites.places[n, 2]
         if not z > NEAR:
             continue

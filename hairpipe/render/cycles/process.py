@@ -1,6 +1,6 @@
-"""Run Blender in a process of its own, which ends with this one.
+"""Run Blender in a child process, which ends with this one.
 
-Blender is under the GNU GPL and is imported nowhere but in `program.py`, and that only there.
+Blender is under the GNU GPL: only `program.py` imports it, and only the child process runs that file.
 """
 
 import json
@@ -17,7 +17,7 @@ import numpy as np
 from hairpipe.child import command, environment
 from hairpipe.errors import BadInput
 
-if TYPE_CHECKING:  # Keys follow imports wherever they stand: they depend on that program, and on the version of bpy.
+if TYPE_CHECKING:  # Keys include all imports: they depend on that program, and on the version of bpy.
     from hairpipe.render.cycles import program  # noqa: F401
 
 BOOT = (
@@ -30,11 +30,11 @@ SMALLER = "fewer strands, a smaller picture, or more memory"
 def run_blender(scene: dict[str, Any], arrays: dict[str, np.ndarray], folder: Path) -> np.ndarray:
     """Return the image of a scene by Cycles: linear light, (height, width, 3) float32.
 
-    It computes on as many threads as numba would, and light does not depend on them.
+    It uses the number of threads of numba; the light does not depend on it.
 
     scene   plain values, see `program.py`
     arrays  hair and body, see there
-    folder  for files that pass between the two; they stay there
+    folder  folder of the exchanged files, which are kept
 
     Raises BadInput, in one line, where Blender is not installed or fails.
     """

@@ -1,16 +1,16 @@
-"""The program that runs Blender: it builds the given scene, and renders it.
+"""Program that builds a scene in Blender and renders it.
 
-Blender is under the GNU GPL. So this is run as a program, and nothing imports it; JSON comes on standard input, arrays
-and pixels are in files. Standard input says
+Blender is under the GNU GPL: this file is run as a program, and nothing imports it. Arrays and pixels are in files,
+standard input is a JSON object:
 
     arrays, pixels            names of the files, see `add_hair` and `add_body` for the arrays
     fibre, skin               materials, see `make_material`
-    lamps, surroundings       see `add_lamp`; radiance that comes from everywhere, linear
+    lamps, surroundings       see `add_lamp`; radiance of the surroundings, linear
     camera                    see `add_camera`
-    samples, denoise, blur    samples a pixel; whether OpenImageDenoise smooths them; whether what moves is blurred
-    threads, parent           how many it may use, and the process that it ends with
+    samples, denoise, blur    samples per pixel; whether OpenImageDenoise is used; whether motion is blurred
+    threads, parent           number of threads; process that the program ends with
 
-Places are those of the caller [m]; axes are four rows: of a frame to the right, up and backwards, and its origin.
+Positions are in the caller's coordinates [m]; axes are four rows: right, up and backwards of a frame, and its origin.
 """
 
 import json
@@ -24,7 +24,7 @@ import numpy as np
 
 SEED = 1
 BOUNCES = 256
-"""After which a path ends: pale hair is bright by light that many hairs have passed on."""
+"""Maximum number of bounces of a path: light in pale hair scatters many times."""
 
 
 def main() -> None:
@@ -47,7 +47,7 @@ def main() -> None:
 def add_hair(arrays: Any, fibre: dict[str, Any]) -> None:
     """Add strands as Catmull-Rom curves: hair_points, hair_radii, hair_moves while exposed, hair_offsets.
 
-    What the hair absorbs over its radius is in hair_absorptions.
+    The absorption over the radius of the hair is in hair_absorptions.
     """
     curves = bpy.data.hair_curves.new("hair")
     curves.add_curves(np.diff(arrays["hair_offsets"]).tolist())
@@ -74,16 +74,16 @@ def add_body(arrays: Any, skin: dict[str, Any]) -> None:
 
 
 def add_lamp(lamp: dict[str, Any]) -> None:
-    """Add a disc of light far away: colour, irradiance of what faces it [W/m^2], angle that it fills [rad], axes."""
+    """Add a distant disc of light: colour, irradiance at normal incidence [W/m^2], angular diameter [rad], axes."""
     light = bpy.data.lights.new("lamp", "SUN")
     light.color, light.energy, light.angle = lamp["colour"], lamp["irradiance"], lamp["angle"]
     add_object(light).matrix_world = lamp["axes"]
 
 
 def add_surroundings(arrays: Any, colour: list[float]) -> None:
-    """Shed light of a colour from everywhere, and show a picture behind everything: wall, (height, width, 4), linear.
+    """Add uniform light of a colour, and a picture as background: wall, (height, width, 4), linear.
 
-    The denoiser knows light, not coverage: were the wall put behind afterwards, outlines would be frayed.
+    The denoiser uses light, not coverage: a background added after denoising would fray outlines.
     """
     wall = arrays["wall"]
     image = bpy.data.images.new("wall", wall.shape[1], wall.shape[0], float_buffer=True)
@@ -121,14 +121,14 @@ def add_camera(camera: dict[str, Any]) -> None:
 
 
 def add_object(data: Any) -> Any:
-    """Put data into the scene, and return the object that shows it."""
+    """Add data to the scene, and return its object."""
     shown = bpy.data.objects.new(data.name, data)
     bpy.context.scene.collection.objects.link(shown)
     return shown
 
 
 def make_material(shader: str, told: dict[str, Any], attribute: str, varied: str) -> Any:
-    """Make a material of one shader node with these properties and inputs, by the names that Blender gives them.
+    """Make a material of one shader node with these properties and inputs, by Blender's names.
 
     One more input, `varied`, is an attribute of the points.
     """
@@ -161,7 +161,7 @@ def render(told: dict[str, Any], path: Path) -> np.ndarray:
     scene.render.engine = "CYCLES"
     scene.render.threads_mode = "FIXED"
     scene.render.threads = told["threads"]
-    # The shutter is open for one frame, of one second: velocities are motions meanwhile.
+    # The shutter is open for one frame of one second, so that velocities are displacements.
     scene.render.use_motion_blur = told["blur"]
     scene.render.motion_blur_shutter = 1.0
     scene.render.fps = 1
@@ -171,7 +171,7 @@ def render(told: dict[str, Any], path: Path) -> np.ndarray:
     cycles.samples = told["samples"]
     cycles.use_adaptive_sampling = False
     cycles.max_bounces = cycles.glossy_bounces = cycles.transmission_bounces = BOUNCES
-    # No light is cut off, and lobes are not widened after the first bounce: what hair passes on would be wrong.
+    # Light is not clamped, and lobes are not widened after the first bounce, so that multiple scattering is right.
     cycles.sample_clamp_indirect = cycles.blur_glossy = 0.0
     cycles.use_denoising = told["denoise"]
     cycles.denoiser = "OPENIMAGEDENOISE"

@@ -1,4 +1,4 @@
-"""A picture of hair by path tracing: camera, lamps, backdrop and film are the preview's, the light is Cycles'."""
+"""Picture of hair by path tracing in Cycles; camera, lamps, backdrop and film are those of the preview."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,21 +21,21 @@ from hairpipe.render.shading.scalp_tint import hair_share
 from hairpipe.render.shading.skin import CLAY, IRRADIANCE
 
 SOFT = np.radians(12.0)
-"""Angle that a lamp fills, seen from the hair: what makes it an area, and its shadows soft."""
+"""Angular diameter of a lamp seen from the hair, for soft shadows."""
 FIBRE = {
     "properties": {"model": "CHIANG", "parametrization": "ABSORPTION"},
     "inputs": {"Roughness": ROUGHNESS, "Radial Roughness": ROUGHNESS, "IOR": INDEX, "Offset": TILT},
 }
-"""Scattering of hair after Chiang, Bitterli, Tappan, Burley 2016; what it absorbs is an attribute of its points."""
+"""Scattering of hair after Chiang, Bitterli, Tappan, Burley 2016; absorption is an attribute of the points."""
 SKIN = {"Roughness": 0.6, "Specular IOR Level": 0.2}
-"""Of the body: inputs of its material, which is dull; its colour is the preview's."""
+"""Inputs of the material of the body, which is matt; its colour is that of the preview."""
 FAR = 1e4
-"""Nothing farther from the eye than this is drawn [m]."""
+"""Far plane [m]."""
 
 
 @dataclass(frozen=True)
 class Fibre:
-    """What a strand is made of, and how thick it is drawn.
+    """Material and drawn width of strands.
 
     thickness  drawn width over the width that looks full, see `drawn_width`
     colour     of a lock, linear red, green and blue, (3,)
@@ -47,11 +47,11 @@ class Fibre:
 
 @dataclass(frozen=True)
 class Exposure:
-    """How light is gathered.
+    """Sampling of light.
 
-    samples  paths a pixel
-    denoise  whether OpenImageDenoise smooths what few of them leave
-    shutter  how long it is open, half before the frame and half after [s]: what moves is blurred; 0: nothing is
+    samples  paths per pixel
+    denoise  whether OpenImageDenoise removes the noise of few paths
+    shutter  exposure time, half before the frame and half after [s], for motion blur; 0: none
     """
 
     samples: int
@@ -74,7 +74,7 @@ def render_hair(
 def trace_hair(
     hair: Strands, body: Mesh | None, shot: Shot, fibre: Fibre, exposure: Exposure, folder: Path
 ) -> np.ndarray:
-    """Find the light that reaches the eye, linear, (height, width, 3) float32; arguments as of `render_hair`."""
+    """Return the light at the eye, linear, (height, width, 3) float32; arguments as of `render_hair`."""
     body = NOBODY if body is None else body
     check(hair, body)
     if exposure.shutter > 0.0 and not (np.isfinite(hair.velocities).all() and np.isfinite(body.rates).all()):
@@ -112,21 +112,21 @@ def trace_hair(
 
 
 def tapers(offsets: np.ndarray) -> np.ndarray:
-    """Width of strands at their points over that at the root: as in the preview they narrow to nothing, (p,)."""
+    """Width of strands at their points over that at the root, 0 at the tip, as in the preview, (p,)."""
     counts = np.diff(offsets)
     left = np.repeat(offsets[1:] - 1, counts) - np.arange(offsets[-1])
     return np.sqrt(np.minimum(left / np.repeat(TAPER * (counts - 1), counts), 1.0))
 
 
 def absorptions(colour: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Absorption at points of strands over the radius of a hair, of the colours that the preview gives them, (p, 3)."""
+    """Absorption at points of strands over the radius of a hair, for the colours of the preview, (p, 3)."""
     points = np.arange(offsets[-1])
     strand = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
     return absorption_of(strand_colours(colour, offsets, strand, 2 * points))
 
 
 def lamp_of(light: Light) -> dict[str, Any]:
-    """Describe a lamp as bright as that of the preview is to a sphere."""
+    """Describe a lamp that lights a sphere as brightly as that of the preview."""
     brightest = light.colour.max()
     aside = np.eye(3)[np.argmin(np.abs(light.towards))]
     right = np.cross(aside, light.towards) / np.linalg.norm(np.cross(aside, light.towards))

@@ -1,1 +1,1 @@
-"""What the camera sees: lines, triangles and surfaces at the pixels."""
+"""Rasterisation of lines, triangles and surfaces."""

@@ -1,7 +1,7 @@
-"""A buffer of fragments for every pixel of a tile: what crosses on the film is sorted there, by its depth.
+"""Buffer of fragments for every pixel of a tile, sorted by depth.
 
-A pixel keeps its last KEPT fragments sorted (a k-buffer, Bavoil et al. 2007). Where one more arrives, the nearest of
-them is blended: lines arrive nearly in order from front to back, so that nothing nearer is still to come.
+A pixel keeps its last KEPT fragments sorted (a k-buffer, Bavoil et al. 2007). For a further fragment, the nearest is
+blended: lines are drawn nearly from front to back, so that nearer fragments do not follow.
 """
 
 from typing import NamedTuple
@@ -12,11 +12,11 @@ from numba import njit
 KEPT = 8
 """Fragments that a pixel keeps, a power of two."""
 OPAQUE = 0.004
-"""Share of light that is let through below which nothing behind is drawn: a level of 8 bits."""
+"""Transmittance below which nothing behind is drawn: a level of 8 bits."""
 BLOCK = 8
-"""Pixels across a block: lines that lie behind all that its pixels show are skipped at once."""
+"""Pixels across a block: lines behind all of its pixels are skipped at once."""
 SKIN = 0.002
-"""Depth below the skin over which hair fades [m]: roots lie on the mesh, and hair rests on a slightly coarser body."""
+"""Depth below the skin over which hair fades [m]: roots lie on the mesh, hair rests on a coarser level set."""
 
 
 class Tile(NamedTuple):
@@ -24,11 +24,11 @@ class Tile(NamedTuple):
 
     kept     rings of fragments: depth [m], cover, linear red, green and blue, (rows, columns, KEPT, 5) float32
     head     place of the nearest in its ring, (rows, columns) int32
-    filled   how many are kept, (rows, columns) int32
-    blended  light of those blended, and the share of light that they let through, (rows, columns, 4) float32
-    through  share that these and those kept let through, (rows, columns) float32
-    sunk     depth at which hair is too far below the skin to be seen [m], (rows, columns) float32
-    limit    depth at which nothing is seen any more, behind opaque hair neither [m], (rows, columns) float32
+    filled   number of kept fragments, (rows, columns) int32
+    blended  light and transmittance of blended fragments, (rows, columns, 4) float32
+    through  transmittance of blended and kept fragments, (rows, columns) float32
+    sunk     depth at which hair is invisible below the skin [m], (rows, columns) float32
+    limit    depth at which everything is invisible, also behind opaque hair [m], (rows, columns) float32
     far      greatest limit in every block, (rows/BLOCK, columns/BLOCK) float32
     """
 
@@ -79,13 +79,13 @@ def farthest(limit: np.ndarray) -> np.ndarray:
 
 @njit(cache=True, nogil=True)
 def add_fragment(tile: Tile, i: int, j: int, z: float, cover: float, red: float, green: float, blue: float) -> None:
-    """Add to pixel (i, j) what a line covers of it, before its limit, in place."""
+    """Add the cover of a line to pixel (i, j), in front of its limit, in place."""
     kept = tile.kept
     head = tile.head[i, j]
     count = tile.filled[i, j]
     cover *= min(1.0, (tile.sunk[i, j] - z) / SKIN)
     if count == KEPT:
-        if z < kept[i, j, head, 0]:  # Nearer than all that is kept: blended itself, in place of the nearest of these.
+        if z < kept[i, j, head, 0]:  # Nearer than all kept fragments: blended itself in place of the nearest.
             blend(tile, i, j, cover, red, green, blue)
             tile.through[i, j] *= 1.0 - cover
             return
@@ -121,23 +121,23 @@ def blend(tile: Tile, i: int, j: int, cover: float, red: float, green: float, bl
 
 @njit(cache=True, nogil=True)
 def hide(tile: Tile, i: int, j: int, limit: float) -> None:
-    """Let nothing be seen in pixel (i, j) from this depth on, in place."""
+    """Set the limit of pixel (i, j) to a depth, in place."""
     top, left = i - i % BLOCK, j - j % BLOCK
     before, tile.limit[i, j] = tile.limit[i, j], limit
-    if before < tile.far[i // BLOCK, j // BLOCK]:  # Another pixel sets the limit of the block: it stays.
+    if before < tile.far[i // BLOCK, j // BLOCK]:  # Another pixel sets the limit of the block.
         return
     farthest = np.float32(0.0)
     for a in range(top, min(top + BLOCK, tile.limit.shape[0])):
         for b in range(left, min(left + BLOCK, tile.limit.shape[1])):
             farthest = max(farthest, tile.limit[a, b])
-            if farthest == before:  # Another pixel is as far: the limit of the block stays.
+            if farthest == before:  # Another pixel is as far: the limit of the block is unchanged.
                 return
     tile.far[i // BLOCK, j // BLOCK] = farthest
 
 
 @njit(cache=True, nogil=True)
 def develop_tile(film: np.ndarray, tile: Tile) -> None:
-    """Lay all fragments over this part of the film, (rows, columns, 3), in place; the tile is used up."""
+    """Blend all fragments over this part of the film, (rows, columns, 3), in place; the tile cannot be used again."""
     rows, columns = tile.filled.shape
     for i in range(rows):
         for j in range(columns):

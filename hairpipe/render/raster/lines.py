@@ -11,13 +11,13 @@ from hairpipe.render.raster.tiles import TILE, Curves, is_seen, list_by_tile
 from hairpipe.render.raster.triangles import first_centre
 
 BEND = 0.25
-"""Pixels of the film by which a straight piece may miss its curve."""
+"""Largest deviation of a straight piece from its curve [pixels of the film]."""
 MOST_PIECES = 16
 """Of a segment, however it bends."""
 TAPER = 0.35
 """Part of a strand, at its tip, over which it narrows to nothing."""
 ROOT = 4.0
-"""Length over which it widens from nothing at its root, over its width."""
+"""Length over which a strand widens from zero at its root, over its width."""
 
 
 def draw_strands(film: np.ndarray, depth: np.ndarray, curves: Curves, colours: np.ndarray) -> None:
@@ -25,9 +25,9 @@ def draw_strands(film: np.ndarray, depth: np.ndarray, curves: Curves, colours: n
 
     film     linear red, green, blue, (height, width, 3) float32
     depth    of the body [m], (height, width)
-    curves   what may be seen before that body
+    curves   visible segments of strands
     colours  linear, at every point and in the middle of the segment from there, (p, 2, 3) float64; only those of
-             segments that may be seen are read
+             visible segments are read
     """
     rows, columns = -(-depth.shape[0] // TILE), -(-depth.shape[1] // TILE)
     draw_tiles(film, depth, curves, colours, *list_by_tile(curves.boxes, rows, columns), columns)
@@ -43,7 +43,7 @@ def draw_tiles(
     indices: np.ndarray,
     columns: int,
 ) -> None:
-    """Draw in every tile what is listed there: tile t, in rows of so many, has indices[starts[t]:starts[t+1]]."""
+    """Draw the segments of every tile: tile t, in rows of `columns`, has indices[starts[t]:starts[t+1]]."""
     for t in prange(len(starts) - 1):  # Tiles are disjoint, and each draws in order: the same on any threads.
         place = TILE * (t // columns), TILE * (t % columns)
         draw_tile(film, depth, curves, colours, indices[starts[t] : starts[t + 1]], place)
@@ -65,7 +65,7 @@ def draw_tile(
     tile = make_tile(depth[top : top + TILE, left : left + TILE])
     ends = np.empty((2, 7))
     for n in listed:
-        # Nearest segments come first: later ones are often behind a block that is opaque by then.
+        # Nearest segments come first: later ones are often behind an opaque block.
         if is_seen(tile.far, curves.boxes[n], curves.nearest[n], top // BLOCK, left // BLOCK):
             draw_segment(tile, ends, curves, colours, curves.starts[n], place)
     develop_tile(film[top : top + TILE, left : left + TILE], tile)
@@ -77,8 +77,8 @@ def draw_segment(
 ) -> None:
     """Draw the segment from point i as straight pieces in a tile that begins at this row and column of the film.
 
-    A piece of n misses the curve c by at most max |c''| / (8 n^2); c'' is greatest at an end of the segment. Their
-    number is even: colours change their course in the middle.
+    A piece of n deviates from the curve c by at most max |c''| / (8 n^2); c'' is greatest at an end of the segment.
+    n is even, since the colour has a knot in the middle.
     """
     first = curves.offsets[curves.strand[i]]
     last = curves.offsets[curves.strand[i] + 1] - 1
@@ -106,7 +106,7 @@ def draw_segment(
             b[3] = 0.0
         if n > 0:
             draw_line(tile, a, b)
-        a, b = b, a  # The end of a piece is the beginning of the next: it is computed once.
+        a, b = b, a  # The end of a piece is the beginning of the next one.
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -153,12 +153,12 @@ def draw_line(tile: Tile, a: np.ndarray, b: np.ndarray) -> None:
     d_half = thick * b[3] - half
     d_red, d_green, d_blue = b[4] - red, b[5] - green, b[6] - blue
     for m in range(first_centre(start, size), first_centre(b[major], size)):
-        t = (m + 0.5 - start) / run  # At pixel centres, so that two lines in a row share no column and leave none out.
+        t = (m + 0.5 - start) / run  # At pixel centres, so that consecutive lines neither share nor miss a column.
         middle, spread, at = across + t * d_across, half + t * d_half, z + t * d_z
         low = min(max(middle - spread, 0.0), reach)
         high = min(max(middle + spread, 0.0), reach)
         for k in range(int(low), min(int(high) + 1, reach)):
             row, column = (m, k) if steep else (k, m)
             cover = min(high, k + 1.0) - max(low, float(k))
-            if cover > 0.0 and at < tile.limit[row, column]:  # Behind the limit nothing is seen any more.
+            if cover > 0.0 and at < tile.limit[row, column]:  # Everything behind the limit is invisible.
                 add_fragment(tile, row, column, at, cover, red + t * d_red, green + t * d_green, blue + t * d_blue)

@@ -1,4 +1,4 @@
-"""What the camera sees of the body."""
+"""Visible points of the body."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from hairpipe.spatial.triangles import vertex_normals
 
 @dataclass(frozen=True)
 class Surface:
-    """The points of the body that are seen, one for every pixel that sees it.
+    """Visible points of the body, one for every pixel of it.
 
     rows     of the pixels, (n,) int64
     columns  of the pixels, (n,) int64
@@ -31,9 +31,9 @@ class Surface:
 
 
 class Sight(NamedTuple):
-    """Which triangle of a body every pixel sees.
+    """Visible triangle of a body at every pixel.
 
-    rows       of the pixels that see one, (n,) int64
+    rows       of the pixels with a triangle, (n,) int64
     columns    of these, (n,) int64
     depth      of every pixel of the film along the view axis [m], infinite where no body is seen, (height, width)
     seen       triangle, (height, width) int32
@@ -50,7 +50,7 @@ class Sight(NamedTuple):
 
 
 def look_at_body(body: Mesh, camera: Camera) -> Sight:
-    """Find the triangles at the pixel centres; those that reach behind the eye are left out."""
+    """Find the triangles at the pixel centres, without those that reach behind the eye."""
     places = camera.project(body.points)
     closeness = np.where(places[:, 2] > NEAR, 1.0 / np.maximum(places[:, 2], NEAR), 0.0)
     seen, close = rasterise(np.ascontiguousarray(places[:, :2]), body.triangles, closeness, camera.height, camera.width)
@@ -61,7 +61,7 @@ def look_at_body(body: Mesh, camera: Camera) -> Sight:
 
 
 def seen_vertices(sight: Sight, triangles: np.ndarray) -> np.ndarray:
-    """List the vertices of triangles that any pixel sees, ascending."""
+    """List the vertices of visible triangles, ascending."""
     faces = np.zeros(len(triangles), bool)
     corners = np.zeros(len(sight.places), bool)
     faces[sight.seen[sight.rows, sight.columns]] = True
@@ -70,20 +70,20 @@ def seen_vertices(sight: Sight, triangles: np.ndarray) -> np.ndarray:
 
 
 def at_pixels(sight: Sight, triangles: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Interpolate values of vertices, (v, 3), at the pixels that see the body, (n, 3) float64."""
+    """Interpolate values of vertices, (v, 3), at the pixels of the body, (n, 3) float64."""
     taken = np.empty((len(sight.rows), 3))
     interpolate(taken, values, sight.places, sight.closeness, triangles, sight.seen, sight.rows, sight.columns)
     return taken
 
 
 def see_body(body: Mesh, camera: Camera, moved: Mesh | None = None) -> Surface:
-    """Find the body's points at the pixel centres; triangles that reach behind the eye are left out.
+    """Find the body's points at the pixel centres, without triangles that reach behind the eye.
 
-    moved  the body as it is seen; points and normals are where it is not moved
+    moved  body that determines visibility; points and normals are those of `body`
     """
     sight = look_at_body(body if moved is None else moved, camera)
     points, normals = (at_pixels(sight, body.triangles, some) for some in (body.points, vertex_normals(body)))
-    # not each by where it points: near an outline, those of a front may point away from the eye
+    # not by the direction of each: near an outline, normals of a front face may point away from the eye
     (ax, ay), (bx, by), (cx, cy) = sight.places[body.triangles, :2].transpose(1, 2, 0)
     sides = np.where((bx - ax) * (cy - ay) > (by - ay) * (cx - ax), -1.0, 1.0)[sight.seen[sight.rows, sight.columns]]
     normals *= (sides / np.maximum(np.linalg.norm(normals, axis=1), 1e-12))[:, None]
@@ -101,7 +101,7 @@ def interpolate(
     rows: np.ndarray,
     columns: np.ndarray,
 ) -> None:
-    """Interpolate vertex values (n, 3) at the pixels that see a triangle, true to perspective, into `taken` (p, 3)."""
+    """Interpolate vertex values (n, 3) at the pixels of triangles, perspective-correct, into `taken` (p, 3)."""
     for p in range(len(rows)):
         i, j = rows[p], columns[p]
         m = seen[i, j]

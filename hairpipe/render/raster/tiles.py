@@ -1,4 +1,4 @@
-"""Which segments of hair may be seen in which tile of the film, those nearest to the eye first."""
+"""Visible segments of hair in each tile of the film, the nearest first."""
 
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ LEVELS = 65535
 
 
 class Curves(NamedTuple):
-    """Strands on the film, and those of their segments that may be seen.
+    """Strands on the film, and their visible segments.
 
     places   column [pixels], row [pixels] and depth [m] of the points, (p, 3) float64
     offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
@@ -43,7 +43,7 @@ def lay_curves(places: np.ndarray, offsets: np.ndarray, width: float, depth: np.
     width    of a strand times the focal length [m pixels]
     depth    of the body [m], (height, width)
 
-    Steps of depth are equal in its logarithm: what has flown away does not make them coarse.
+    Steps of depth are equal in its logarithm, so that far outliers do not make them coarse.
     """
     strand = np.repeat(np.arange(len(offsets) - 1, dtype=np.int32), np.diff(offsets))
     boxes = np.empty((len(places), 4), np.int16)
@@ -68,9 +68,9 @@ def bound(
     far: np.ndarray,
     film: tuple[int, int],
 ) -> None:
-    """Write blocks and least depth of the segment from every point, infinite where there is none to draw.
+    """Write blocks and least depth of the segment from every point, infinite for an invisible one.
 
-    far   depth from which on nothing is seen in a block [m]
+    far   depth from which a block is opaque [m]
     film  its height and width [pixels]
 
     A segment lies within the control points of its curve in Bezier's form, p1, p1 + (p2 - p0)/6, p2 - (p3 - p1)/6, p2.
@@ -93,7 +93,7 @@ def bound(
             b2 = p2 - (p3 - p1) / 6.0
             low[d], high[d] = min(min(p1, p2), min(b1, b2)), max(max(p1, p2), max(b1, b2))
         z = max(low[2], NEAR)
-        half = width / z + 1.0  # A pixel more than the width, for coverage of pixels that are only touched.
+        half = width / z + 1.0  # A pixel more than the width, for partly covered pixels.
         if high[0] + half <= 0.0 or high[1] + half <= 0.0 or low[0] - half >= film[1] or low[1] - half >= film[0]:
             continue
         boxes[i, 0] = int(max(low[1] - half, 0.0)) // BLOCK
@@ -106,7 +106,7 @@ def bound(
 
 @njit(cache=True, nogil=True, inline="always")
 def is_seen(far: np.ndarray, box: np.ndarray, nearest: float, top: int, left: int) -> bool:
-    """Whether anything so near is before the limit of a block in the box; limits begin at block (top, left)."""
+    """Whether a depth is before the limit of a block in the box; limits begin at block (top, left)."""
     for i in range(max(box[0] - top, 0), min(box[1] - top + 1, far.shape[0])):
         for j in range(max(box[2] - left, 0), min(box[3] - left + 1, far.shape[1])):
             if nearest < far[i, j]:
@@ -116,7 +116,7 @@ def is_seen(far: np.ndarray, box: np.ndarray, nearest: float, top: int, left: in
 
 @njit(cache=True, nogil=True)
 def list_by_tile(boxes: np.ndarray, rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
-    """List what is in every tile of so many rows and columns of them, in the order given.
+    """List the segments of every tile, in the order given; `rows` and `columns` are numbers of tiles.
 
     boxes  first and last block of rows and of columns, (n, 4)
 

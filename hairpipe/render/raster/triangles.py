@@ -1,4 +1,4 @@
-"""Which triangle is seen at every pixel."""
+"""Visible triangle at every pixel."""
 
 import math
 
@@ -17,13 +17,13 @@ def rasterise(
     """Find the closest triangle over every pixel centre; of equals the first in order.
 
     film       column and row of the vertices [pixels], (n, 2) float64
-    triangles  vertex indices, (m, 3); those with a vertex of closeness <= 0 are left out
+    triangles  vertex indices, (m, 3); triangles with a vertex of closeness <= 0 are omitted
     closeness  greater is closer; linear on the film, as 1/depth is in perspective, (n,) float64
     height     of the film [pixels]
     width      of the film [pixels]
 
-    Returns the index of the triangle seen, UNSEEN where there is none, (height, width) int32, and how close it is, 0
-    where there is none, (height, width) float64.
+    Returns the index of the visible triangle, or UNSEEN, (height, width) int32, and its closeness, or 0,
+    (height, width) float64.
     """
     seen = np.full((height, width), UNSEEN, np.int32)
     best = np.zeros((height, width))

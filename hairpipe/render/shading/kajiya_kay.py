@@ -14,17 +14,17 @@ from numba import njit
 from hairpipe.render.lights import Light, Shade
 
 AMBIENT = 0.12
-"""Light that comes from everywhere."""
+"""Ambient light."""
 MATT, SHEEN, GLOSS = 0.42, 0.6, 0.15
 """Strength of the diffuse light, of the wide highlight in the hair's colour, and of the narrow white one."""
 BACK = 0.4
-"""What a hair lit from behind sends to the eye, over what it sends when lit from the eye's side."""
+"""Light of a hair lit from behind, over that of a hair lit from the eye's side."""
 DENSITY, TINT = 0.15, 0.6
-"""How fast light dies away in hair, and how much faster where the hair is dark."""
+"""Attenuation of light per hair, and its increase in dark hair."""
 DARK = 9.0
-"""Fold by which light dies away, as a power of e, of which nothing is seen."""
+"""Exponent of attenuation beyond which light is invisible."""
 LIFT = 1.0
-"""How far towards the lamp its shadow is looked up, so that a hair does not shade itself [cells]."""
+"""Distance towards the lamp at which the shadow is sampled, so that a hair does not shade itself [cells]."""
 TILT = math.radians(4.0)
 """Tilt of a hair's scales: twice this moves the narrow highlight to the root, three times the wide one to the tip."""
 
@@ -55,7 +55,7 @@ def shade_hair(
     shadows: Sequence[Shade],
     facing: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Light that sites on the strands send to the eye, linear, (n, 3) float64.
+    """Return the light from sites on the strands to the eye, linear, (n, 3) float64.
 
     points   [m], (p, 3) float64
     offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
@@ -76,7 +76,7 @@ def shade_hair(
 def lay_fibres(
     points: np.ndarray, offsets: np.ndarray, sites: np.ndarray, colour: np.ndarray, facing: np.ndarray | None
 ) -> Fibres:
-    """Find what shading must know of sites on the strands; arguments as of `shade_hair`."""
+    """Find the inputs of shading at sites on the strands; arguments as of `shade_hair`."""
     strand = np.repeat(np.arange(len(offsets) - 1, dtype=np.int32), np.diff(offsets))[sites // 2]
     places, along = lie(points, offsets, strand, sites)
     normals = np.zeros_like(places) if facing is None else 0.5 * (facing[sites // 2] + facing[(sites + 1) // 2])
@@ -159,7 +159,7 @@ def add_light(shed: np.ndarray, fibres: Fibres, eye: np.ndarray, light: Light, b
     points, along, facing, colours, tilts = fibres
     lx, ly, lz = light.towards
     for i in range(len(shed)):
-        if between[i] * DENSITY > DARK:  # In deep shadow nothing is seen.
+        if between[i] * DENSITY > DARK:  # Light in deep shadow is invisible.
             continue
         tx, ty, tz = along[i, 0], along[i, 1], along[i, 2]
         x, y, z = points[i, 0], points[i, 1], points[i, 2]

@@ -1,4 +1,4 @@
-"""Density of roots on the body: where hair grows, skin between the strands drawn takes the colour of hair."""
+"""Density of roots on the body: skin between drawn strands has the colour of hair."""
 
 import numpy as np
 from numba import njit
@@ -6,7 +6,7 @@ from numba import njit
 from hairpipe.render.shadows import CELLS, add, look_up_all
 
 REACH = 0.012
-"""Edge of the cells that roots are counted in: the softness of the hairline [m]."""
+"""Edge of the cells in which roots are counted: the softness of the hairline [m]."""
 NEIGHBOURS = 4
 
 
@@ -30,7 +30,7 @@ def hair_share(points: np.ndarray, roots: np.ndarray, axes: np.ndarray) -> np.nd
 
 
 def spacing(roots: np.ndarray) -> float:
-    """Return the edge of the square that a root has for itself on the skin [m], (S, 3); infinity for a single root.
+    """Return the edge of the square of skin per root [m]; infinity for a single root; roots (S, 3).
 
     The disc around a root that reaches its k-th neighbour has the area of k such squares.
     """

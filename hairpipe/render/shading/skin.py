@@ -1,4 +1,4 @@
-"""Shading of the body: diffuse, warm where light turns to shadow, with a faint highlight."""
+"""Shading of the body: diffuse, red at the terminator, with a faint highlight."""
 
 import math
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from hairpipe.render.raster.surface import Surface
 CLAY = np.array([0.25, 0.21, 0.19])
 """Colour of the body, linear."""
 WRAP = np.array([0.38, 0.22, 0.15])
-"""How far light creeps around into the shade: red furthest, as in skin."""
+"""Width of wrapped diffuse light: largest for red, as in skin."""
 IRRADIANCE = math.pi * (1.0 + WRAP.mean()) * 4.0 / 6.0
 """Of a surface that faces a lamp of colour 1, where light is physical and a sphere as bright as the body is here.
 
@@ -23,15 +23,15 @@ SHEEN = 0.25
 AMBIENT = 0.05
 """Light that comes from everywhere."""
 DENSITY = 0.2
-"""How fast light dies away in the hair before the body."""
+"""Attenuation of light by the hair before the body, per hair."""
 GRAZING = 0.3
-"""Cosine to the lamp below which the cells are too coarse to tell a surface's own shadow: there it fades away."""
+"""Cosine to the lamp below which cells are too coarse for self-shadowing: light fades to zero."""
 LIFT = 1.5
-"""How far off the surface the shadow is looked up [cells]."""
+"""Distance from the surface at which the shadow is sampled [cells]."""
 
 
 def shade_skin(surface: Surface, colours: np.ndarray, eye: np.ndarray, shadows: Sequence[Shade]) -> np.ndarray:
-    """Light that the seen points of the body send to the eye, linear, (n, 3) float64.
+    """Return the light from visible points of the body to the eye, linear, (n, 3) float64.
 
     colours  of the points, linear, (n, 3)
     eye      [m], (3,)
@@ -65,7 +65,7 @@ def add_light(
     for i in range(len(shed)):
         nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
         facing = nx * lx + ny * ly + nz * lz
-        if facing <= -WRAP[0]:  # Red wraps farthest: beyond it no colour is lit.
+        if facing <= -WRAP[0]:  # Red has the largest width.
             continue
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         ex, ey, ez = eye[0] - x, eye[1] - y, eye[2] - z

@@ -1,1 +1,1 @@
-"""The strict lint of shots: validators of usd-core, and rules of ours, since it ships none that sees broken hair."""
+"""Strict lint of shots: validators of usd-core, and rules for hair, which usd-core does not have."""

@@ -1,4 +1,4 @@
-"""What is wrong in a stage, and the rules that find it."""
+"""Faults of a stage, and the rules that find them."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -8,11 +8,11 @@ Severity = Literal["error", "warning"]
 
 
 class Fault(NamedTuple):
-    """What a rule has found.
+    """A fault found by a rule.
 
     path     of the layer, prim or attribute
-    message  what is wrong, and what would be right
-    time     code at which it was seen, or None where it does not depend on time
+    message  fault and remedy
+    time     time code, or None where the fault does not depend on time
     """
 
     path: str
@@ -21,7 +21,7 @@ class Fault(NamedTuple):
 
 
 class Rule(NamedTuple):
-    """A law that a stage keeps: an error breaks what is drawn, a warning breaks what others do with it."""
+    """A rule for stages: an error breaks the picture, a warning breaks the use in other programs."""
 
     name: str
     severity: Severity
@@ -32,12 +32,12 @@ class Rule(NamedTuple):
 class Finding:
     """A rule that is broken at one place.
 
-    rule      its name
+    rule      name of the rule
     path      of the layer, prim or attribute
-    time      code at which it was first seen, or None
-    message   what is wrong there, and what would be right
+    time      first time code, or None
+    message   fault and remedy
     severity  error or warning
-    count     how often the rule is broken at this place
+    count     number of faults at this path
     """
 
     rule: str

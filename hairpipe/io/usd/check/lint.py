@@ -1,4 +1,4 @@
-"""All rules over a whole stage, one frame of one shape in memory at a time."""
+"""All rules applied to a stage, with one frame of one shape in memory at a time."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -43,9 +43,9 @@ SCENE = (
 
 
 def lint(path: Path, inspect: assets.Inspect | None = None) -> list[Finding]:
-    """Return the faults of a stage; none if it is as `hairpipe.io.usd.shot` writes it.
+    """Return the faults of a stage; a stage of `hairpipe.io.usd.shot` has none.
 
-    inspect  lists the grids of an OpenVDB file; without it these files are only looked for
+    inspect  lists the grids of an OpenVDB file; without it only the existence of these files is checked
 
     Raises BadInput if the file cannot be read at all.
     """
@@ -54,7 +54,7 @@ def lint(path: Path, inspect: assets.Inspect | None = None) -> list[Finding]:
 
 
 def summarise(found: Iterable[Finding]) -> list[Finding]:
-    """Return one finding for each rule and path, with the first message and how many there were."""
+    """Return one finding for each rule and path, with the first message and the number of faults."""
     groups: dict[tuple[str, str], list[Finding]] = {}
     for finding in found:
         groups.setdefault((finding.rule, finding.path), []).append(finding)
@@ -81,14 +81,14 @@ def _lint_stage(opened: Usd.Stage, inspect: assets.Inspect | None) -> Iterator[F
 
 
 def _apply(rules: Iterable[Rule], *subject: Any) -> Iterator[Finding]:
-    """Apply rules to what they look at."""
+    """Apply rules to their subject."""
     for rule in rules:
         faults = rule.faults(*subject)
         yield from _readable(Finding(rule.name, f.path, f.time, f.message, rule.severity) for f in faults)
 
 
 def _readable(found: Iterator[Finding]) -> Iterator[Finding]:
-    """Give the findings; where a file of the stage breaks off, that is a finding of its own."""
+    """Yield the findings; an unreadable file of the stage is a finding of its own."""
     try:
         yield from found
     except Tf.ErrorException as error:

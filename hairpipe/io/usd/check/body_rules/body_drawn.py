@@ -1,4 +1,4 @@
-"""Rules for a body that is missing from the picture: hair is drawn, and what it grows on is not."""
+"""Rules for a body that is not drawn under its hair."""
 
 from collections.abc import Iterator
 
@@ -12,7 +12,7 @@ from hairpipe.io.usd.check.track import notes_of
 
 
 def body_drawn(scene: Scene) -> Iterator[Fault]:
-    """Find the body that we noted to have written, and the only skin of hair, where it is missing or not drawn."""
+    """Find a noted body, or the only skin of hair, that is missing or not drawn."""
     noted = _noted(scene.stage)
     body = scene.stage.GetPrimAtPath(noted or Sdf.Path.emptyPath)
     if noted and scene.hair and not body and not scene.meshes:
@@ -28,7 +28,7 @@ def body_drawn(scene: Scene) -> Iterator[Fault]:
 
 
 def _noted(stage: Usd.Stage) -> Sdf.Path | None:
-    """Return where we noted to have written a body; None where we did not, or another program wrote the stage."""
+    """Return the path of the body that we noted in the stage; None without a note."""
     body = notes_of(stage).get("body")
     known = isinstance(body, str) and Sdf.Path.IsValidPathString(body) and body.startswith("/")
     return Sdf.Path(body) if known else None

@@ -1,4 +1,4 @@
-"""Rules for the body: which way is out, how smooth it is, which way it stands."""
+"""Rules for the body: orientation of faces, smoothing, up axis."""
 
 from collections.abc import Iterator
 
@@ -13,13 +13,13 @@ from hairpipe.io.usd.check.track import Track
 
 TOKENS = UsdGeom.Tokens
 INWARD = -0.5  # mean cosine between normals and faces, or faces and the way out
-AWAY = 0.2  # share of faces that normals may look away from
-UNIT, SOME = 0.1, 0.05  # by which normals may be off unit length, and the share of faces that may have others
+AWAY = 0.2  # share of faces with opposite normals that is accepted
+UNIT, SOME = 0.1, 0.05  # tolerance of the length of normals, and share of faces that may exceed it
 UPRIGHT = 0.3  # of a size, by which the scalp lies above the middle, or hair below the scalp
 
 
 def subdivision(scene: Scene) -> Iterator[Fault]:
-    """Find meshes that are smoothed by default: triangles shrink, normals are ignored, and roots hang in the air."""
+    """Find meshes that are smoothed by default: triangles shrink, normals are ignored, and roots are off the skin."""
     for track in scene.meshes:
         mesh = track.first
         scheme = UsdGeom.Mesh(track.prim).GetSubdivisionSchemeAttr().Get()
@@ -32,7 +32,7 @@ def subdivision(scene: Scene) -> Iterator[Fault]:
 
 
 def normals(scene: Scene) -> Iterator[Fault]:
-    """Find normals that look the other way than the faces, and skins whose faces look inward."""
+    """Find normals opposite to the faces, and skins with inward faces."""
     skins = {roots.mesh.prim.GetPath() for hair in scene.hair if (roots := find_roots(scene, hair))}
     for track in scene.meshes:
         mesh = track.first
@@ -81,7 +81,7 @@ def _authored_normals(mesh: Snapshot) -> np.ndarray | None:
 
 
 def _mean_cosine(these: np.ndarray, those: np.ndarray, weights: np.ndarray) -> float:
-    """Return the weighted mean cosine of two fields of directions, 0 where nothing is known."""
+    """Return the weighted mean cosine of two fields of directions, 0 without values."""
     lengths = np.linalg.norm(these.astype(np.float64), axis=1)
     cosines = (these * those).sum(axis=1) / np.maximum(lengths, np.finfo(np.float64).tiny)
     known = np.isfinite(cosines) & np.isfinite(weights)
@@ -89,13 +89,13 @@ def _mean_cosine(these: np.ndarray, those: np.ndarray, weights: np.ndarray) -> f
 
 
 def _outward(centres: np.ndarray, areas: np.ndarray, faces: np.ndarray) -> float:
-    """Return the volume over that of a body of as large a box: below 0 where faces look inward."""
+    """Return the volume over that of a body of as large a box: below 0 for inward faces."""
     away = centres - (centres.min(axis=0) + centres.max(axis=0)) / 2
     return _mean_cosine(away, faces, areas * np.linalg.norm(away, axis=1))
 
 
 def up_axis(scene: Scene) -> Iterator[Fault]:
-    """Find a body that lies on its side: hair grows on top, hangs down, and a body is higher than deep."""
+    """Find a wrong up axis: hair grows on top, hangs down, and a body is higher than deep."""
     up = "XYZ".index(UsdGeom.GetStageUpAxis(scene.stage))
     for track in scene.hair:
         roots = find_roots(scene, track)
@@ -110,7 +110,7 @@ def up_axis(scene: Scene) -> Iterator[Fault]:
 
 
 def _ways_up(track: Track, body: np.ndarray) -> list[np.ndarray]:
-    """Return what speaks for each axis pointing up, 1, and against it, -1: (3,) each."""
+    """Return the votes for each axis as up axis, 1, and against it, -1: (3,) each."""
     hair = track.first
     size = np.maximum(np.ptp(body, axis=0), np.finfo(np.float64).tiny)
     roots, tips = hair.placed[hair.roots], hair.placed[hair.tips]

@@ -1,4 +1,4 @@
-"""Rules for holes in the skin: through them the inside of a head is seen, and hair falls into it."""
+"""Rules for holes in the skin: they show the inside of a head, and hair falls into it."""
 
 from collections.abc import Iterator
 
@@ -36,7 +36,7 @@ def _standing(roots: Roots, faces: np.ndarray) -> int:
 
 
 def _rim(mesh: Snapshot) -> tuple[int, int]:
-    """Return how many edges have one face, and how many there are; points in one place count as one."""
+    """Return the number of edges with one face, and of all; points in one place are merged."""
     corners = mesh.corners
     if not mesh.consistent or not len(corners) or corners.min() < 0 or corners.max() >= len(mesh.points):
         return 0, 0

@@ -10,13 +10,13 @@ from hairpipe.io.usd.check.roots import Roots, authored_roots, find_roots, is_tr
 from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
 
-SOME = 0.005  # share of strands that a rule minds
-OUTSIDE = 1e-4  # by which coordinates in a triangle may be outside of it
-UV = 0.01  # by which texture coordinates may be off those of the skin
+SOME = 0.005  # share of strands from which a rule reports
+OUTSIDE = 1e-4  # tolerance of coordinates outside of a triangle
+UV = 0.01  # tolerance of texture coordinates against those of the skin
 
 
 def skin_range(scene: Scene) -> Iterator[Fault]:
-    """Find roots on faces that no mesh has, or outside of the triangle they name."""
+    """Find roots on missing faces, or outside of their triangle."""
     for track in scene.hair:
         faces = track.first.array("primvars:skinprim")
         uv = track.first.array("primvars:skinprimuv", 2)
@@ -37,7 +37,7 @@ def skin_range(scene: Scene) -> Iterator[Fault]:
 
 
 def roots_on_skin(scene: Scene) -> Iterator[Fault]:
-    """Find roots off the skin, strands that stand on their tips, and hair that does not go with the body."""
+    """Find roots off the skin, strands with their tips on it, and hair that does not move with the body."""
     for track in scene.hair:
         roots = find_roots(scene, track)
         if roots is None or not roots.reach:
@@ -59,7 +59,7 @@ def roots_on_skin(scene: Scene) -> Iterator[Fault]:
 
 
 def _moves_with_skin(roots: Roots) -> Iterator[Fault]:
-    """Find the first time at which roots are not where the skin is, and whether they are late."""
+    """Find the first time at which roots are off the skin, and whether they are late."""
     still = roots.misses(roots.hair.first, roots.hair.first.code)
     for time in _times(roots):
         hair = roots.hair.at(time)
@@ -76,7 +76,7 @@ def _moves_with_skin(roots: Roots) -> Iterator[Fault]:
 
 
 def _times(roots: Roots) -> list[float]:
-    """Return when hair and skin are looked at: whenever one of them has a sample, while what moves has some."""
+    """Return the times of the check: samples of hair or skin in the range of those that move."""
     times = {*roots.hair.times, *roots.mesh.times}
     spans = [track.points for track in (roots.hair, roots.mesh) if track.moves]
     return sorted(t for t in times if all(span[0] <= t <= span[-1] for span in spans))
@@ -91,7 +91,7 @@ def _late(roots: Roots, hair: Snapshot, time: float) -> str:
 
 
 def root_uv(scene: Scene) -> Iterator[Fault]:
-    """Find texture coordinates of roots that are not those of the skin they stand on, or all the same."""
+    """Find texture coordinates of roots that differ from those of the skin, or are all equal."""
     for track in scene.hair:
         roots = authored_roots(scene, track)
         st = track.first.array("primvars:st", 2)

@@ -12,14 +12,14 @@ from hairpipe.io.usd.check.snapshot import Snapshot
 TOKENS = UsdGeom.Tokens
 IDS = re.compile(r"(?i)(^|[:_])((hair|strand|curve|groom)?_?ids?|[a-z]+Id)$")
 """Names of ids of strands in other programs."""
-FAT = 20.0  # times the median, a strand that is too thick
-THICK = 1.5  # times the root, a tip that is too thick
+FAT = 20.0  # width of a strand that is too thick, over the median
+THICK = 1.5  # width of a tip that is too thick, over that of the root
 SMALLEST = {TOKENS.nonperiodic: 4, TOKENS.periodic: 3, TOKENS.pinned: 2}
 """Fewest points of a cubic curve by its wrap mode."""
 
 
 def curve_counts(curves: Snapshot) -> Iterator[Fault]:
-    """Find curves that own more or fewer points than there are."""
+    """Find curve counts that do not sum to the number of points."""
     for name, columns in (("points", 3), ("curveVertexCounts", 1)):
         if curves.array(name, columns) is None:
             yield Fault(curves.path(name), "has no value", curves.code)
@@ -79,7 +79,7 @@ def widths(curves: Snapshot) -> Iterator[Fault]:
 
 
 def taper(curves: Snapshot) -> Iterator[Fault]:
-    """Find hair that is thicker at its tip than at its root: widths that run the other way than the points."""
+    """Find hair that is thicker at its tip than at its root: widths in the opposite order of the points."""
     values = curves.array("widths")
     if values is None or not curves.sound or len(values) != len(curves.points):
         return
@@ -108,7 +108,7 @@ def uneven_widths(curves: Snapshot) -> Iterator[Fault]:
 
 
 def two_of_one(curves: Snapshot) -> Iterator[Fault]:
-    """Find primvars that replace, in some clients, the attribute of the same name."""
+    """Find primvars that some clients use in place of the attribute of the same name."""
     for name in ("points", "widths", "velocities", "normals", "accelerations"):
         primvar, own = (curves.prim.GetAttribute(n) for n in (f"primvars:{name}", name))
         if primvar and primvar.HasAuthoredValue() and own.HasAuthoredValue():
@@ -117,7 +117,7 @@ def two_of_one(curves: Snapshot) -> Iterator[Fault]:
 
 
 def hair_ids(curves: Snapshot) -> Iterator[Fault]:
-    """Find hair that moves without names, names that are not whole numbers, and two hairs of one name."""
+    """Find moving hair without ids, ids that are not integers, and repeated ids."""
     attribute = curves.prim.GetAttribute("primvars:hairId")
     ids = curves.array("primvars:hairId")
     if not (attribute and attribute.HasValue()):
@@ -138,7 +138,7 @@ def hair_ids(curves: Snapshot) -> Iterator[Fault]:
 
 
 def lock_ids(curves: Snapshot) -> Iterator[Fault]:
-    """Find hair that follows none there is, or one that follows another: ids of other strands, or in another order."""
+    """Find followers of a missing strand or of another follower: ids of other strands, or in another order."""
     ids, followed = curves.array("primvars:hairId"), curves.array("primvars:lockId")
     if ids is None or followed is None or not len(ids) == len(followed) == len(curves.counts):
         return

@@ -1,4 +1,4 @@
-"""Rules for what is drawn at all: hair that is in the file and in no picture."""
+"""Rules for visibility: hair in the file that is not drawn."""
 
 from collections.abc import Iterator
 
@@ -11,12 +11,12 @@ from hairpipe.io.usd.check.snapshot import Snapshot
 from hairpipe.io.usd.stage import RENDERED
 
 CURVES = "BasisCurves"
-SAME = 0.5  # share of strands at one place that makes two grooms one
-NEAR = 1e-4  # what lies at one place, in parts of the size of the shape
+SAME = 0.5  # share of strands at the same place from which two grooms are equal
+NEAR = 1e-4  # distance of equal places, over the size of the shape
 
 
 def hair_drawn(stage: Usd.Stage) -> Iterator[Fault]:
-    """Find hair that is not drawn: hidden, switched off, defined by nothing, of a purpose that is left out."""
+    """Find hair that is not drawn: invisible, inactive, without a definition, of another purpose."""
     whole = Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)
     hair = [prim for prim in Usd.PrimRange(stage.GetPseudoRoot(), whole) if _holds_hair(prim)]
     why = {prim: why_hidden(prim, UsdGeom.BasisCurves) for prim in hair}
@@ -27,7 +27,7 @@ def hair_drawn(stage: Usd.Stage) -> Iterator[Fault]:
 
 
 def hair_selected(stage: Usd.Stage) -> Iterator[Fault]:
-    """Find hair in a variant that is not selected, where what is selected has none."""
+    """Find hair in a variant that is not selected, where the selected one has none."""
     drawn = any(prim.IsA(UsdGeom.BasisCurves) for prim in stage.Traverse(Usd.TraverseInstanceProxies()))
     for prim in stage.TraverseAll():
         for name in prim.GetVariantSets().GetNames():
@@ -53,7 +53,7 @@ def _curves_under(spec: Sdf.PrimSpec) -> bool:
 
 
 def why_hidden(prim: Usd.Prim, kind: type[UsdGeom.Gprim]) -> tuple[str, float | None, bool] | None:
-    """Return why a prim is not drawn as a kind of shape, since when, and whether that may be meant if others are."""
+    """Return why a prim is not drawn, since when, and whether this may be intended where others are drawn."""
     purpose = UsdGeom.Imageable(prim).ComputePurpose() if UsdGeom.Imageable(prim) else UsdGeom.Tokens.default_
     reasons = {
         "is inactive": not prim.IsActive(),
@@ -81,7 +81,7 @@ def _invisible_since(prim: Usd.Prim) -> Usd.TimeCode | None:
 
 
 def hair_in_default(scene: Scene) -> Iterator[Fault]:
-    """Find a default prim without hair: who refers to the file gets none."""
+    """Find a default prim without hair: references to the file have none."""
     default = scene.stage.GetDefaultPrim()
     paths = [track.prim.GetPath() for track in scene.hair]
     if default and paths and not any(path.HasPrefix(default.GetPath()) for path in paths):
@@ -120,7 +120,7 @@ def doubled(scene: Scene) -> Iterator[Fault]:
 
 
 def _marks(shape: Snapshot) -> np.ndarray:
-    """Return places that tell strands, or vertices, from each other, as multiples of what counts as near."""
+    """Return places that distinguish strands, or vertices, as multiples of the tolerance."""
     if not (shape.sound or not shape.curves) or not len(shape.points):
         return np.empty((0, 9), np.int64)
     size = max(np.linalg.norm(np.ptp(shape.placed, axis=0)), np.finfo(np.float64).tiny)

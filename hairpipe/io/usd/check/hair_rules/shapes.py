@@ -10,13 +10,13 @@ from hairpipe.io.usd.check.snapshot import Snapshot
 
 TOKENS = UsdGeom.Tokens
 USUAL = {"pref": TOKENS.vertex, "hairId": TOKENS.uniform, "st": TOKENS.uniform}
-"""How the values of a hair are laid over it: one rest position a point, one id and one place on the skin a hair."""
-ALIKE = 5.0  # times, by which a shape without a time may be larger or smaller
-TOUCH, SLACK = 1e-5, 0.1  # an extent may miss the points, and be too large, by these parts of their box
+"""Interpolation of values of hair: one rest position per point, one id and one place on the skin per strand."""
+ALIKE = 5.0  # largest ratio of the sizes of default and sampled shapes
+TOUCH, SLACK = 1e-5, 0.1  # tolerances of an extent that is too small or too large, over the box of the points
 
 
 def finite(shape: Snapshot) -> Iterator[Fault]:
-    """Find numbers that are none: one of them can make a renderer drop the whole groom."""
+    """Find numbers that are not finite: a renderer may drop the whole groom for one of them."""
     for attribute in shape.prim.GetAuthoredAttributes():
         value = attribute.Get(shape.time)
         array = np.asarray(value) if attribute.GetTypeName().isArray and value is not None else np.empty(0)
@@ -33,7 +33,7 @@ def _owner(shape: Snapshot, name: str, element: int) -> str:
 
 
 def mesh_faces(shape: Snapshot) -> Iterator[Fault]:
-    """Find faces whose corners are missing, or no points."""
+    """Find faces whose corners are missing, or are not points."""
     if shape.curves:
         return
     corners = shape.corners
@@ -74,7 +74,7 @@ def _count(shape: Snapshot, name: str, array: Sized | None, interpolation: str, 
 
 
 def hair_interpolation(shape: Snapshot) -> Iterator[Fault]:
-    """Find rest positions, ids and root coordinates laid over the hair in a way others do not look for."""
+    """Find rest positions, ids and root coordinates with an interpolation that other programs do not read."""
     for name, wanted in USUAL.items() if shape.curves else ():
         primvar = UsdGeom.PrimvarsAPI(shape.prim).GetPrimvar(name)
         if primvar.HasAuthoredValue() and primvar.GetInterpolation() != wanted:
@@ -82,7 +82,7 @@ def hair_interpolation(shape: Snapshot) -> Iterator[Fault]:
 
 
 def extent(shape: Snapshot) -> Iterator[Fault]:
-    """Find a box that cuts the shape off, and one that is far too large."""
+    """Find an extent that cuts the shape off, or is far too large."""
     box = shape.array("extent", 3)
     if not (shape.consistent and len(shape.points) and np.isfinite(shape.points).all()) or box is None or len(box) != 2:
         return
@@ -98,14 +98,14 @@ def extent(shape: Snapshot) -> Iterator[Fault]:
 
 
 def extent_missing(shape: Snapshot) -> Iterator[Fault]:
-    """Find shapes without a box."""
+    """Find shapes without an extent."""
     box = shape.array("extent", 3)
     if len(shape.points) and (box is None or len(box) != 2):
         yield Fault(shape.path("extent"), "has no value; clients have to read all points", shape.code)
 
 
 def defaults(shape: Snapshot) -> Iterator[Fault]:
-    """Find points without a time that are fewer or more than those with one: some clients read only these."""
+    """Find default points of another number than the samples: some clients read only the default."""
     points = shape.prim.GetAttribute("points")
     still = points.Get() if points and points.GetNumTimeSamples() and shape.consistent else None
     if still is not None and len(still) != len(shape.points):

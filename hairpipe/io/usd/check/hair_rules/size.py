@@ -1,4 +1,4 @@
-"""Rules for size: hair is as thick and as long as hair, and numbers have room for it."""
+"""Rules for size: plausible widths and lengths, and sufficient precision."""
 
 from collections.abc import Iterator
 
@@ -14,14 +14,14 @@ WIDTH = (1e-5, 3e-3)
 LENGTH = (2e-3, 1.5)
 SCALP = (0.03, 1.3)
 BODY = (0.08, 30.0)
-"""What hair, where it grows, and the body may measure [m]: from down to dreadlocks, from a doll to a dragon."""
+"""Accepted sizes of hair, scalp and body [m]: from down to dreadlocks, from a doll to a dragon."""
 ROOM = 0.05  # allowed error of positions in single precision, over the width
-HULL = (0.2, 4.0)  # of a body, sizes of level sets of it, or of a part
-FEW = 8  # strands that say nothing about the size of what they grow on
+HULL = (0.2, 4.0)  # accepted sizes of level sets over that of the body
+FEW = 8  # fewest strands that define a scalp
 
 
 def plausible_size(scene: Scene) -> Iterator[Fault]:
-    """Find units that make a head as small as a pea or as large as a house, and hair of other units than its stage."""
+    """Find implausible units of a stage, and hair of other units than its stage."""
     if not UsdGeom.GetStageMetersPerUnit(scene.stage) > 0 or not UsdGeom.StageHasAuthoredMetersPerUnit(scene.stage):
         return
     body = max((_box(track.first.placed, scene) for track in scene.meshes), default=None)
@@ -52,7 +52,7 @@ def plausible_size(scene: Scene) -> Iterator[Fault]:
 
 
 def _side(value: float | None, usual: tuple[float, float]) -> int:
-    """Return -1, 0 or 1 for what is too small, usual or unknown (as 0 is), or too large."""
+    """Return -1, 0 or 1 for a value that is too small, plausible or unknown (0), or too large."""
     return 0 if not value or not np.isfinite(value) else int(value > usual[1]) - int(value < usual[0])
 
 
@@ -61,7 +61,7 @@ def _text(metres: float | None) -> str:
 
 
 def _scale(shape: Snapshot, scene: Scene) -> float:
-    """Return how many metres a unit of the shape is."""
+    """Return the unit of the shape [m]."""
     return float(np.cbrt(abs(np.linalg.det(scene.metres[:3, :3] @ shape.world[:3, :3].T))))
 
 
@@ -79,7 +79,7 @@ def _box(points: np.ndarray, scene: Scene) -> float:
 
 
 def volume_size(scene: Scene) -> Iterator[Fault]:
-    """Find level sets that are of another size than the body, or somewhere else."""
+    """Find level sets of another size or at another place than the body."""
     bodies = [track.first.placed for track in scene.meshes if len(track.first.points)]
     volumes = [prim for prim in scene.stage.Traverse() if prim.IsA(UsdVol.Volume)] if bodies else []
     for track in map(Track, volumes):
@@ -99,7 +99,7 @@ def volume_size(scene: Scene) -> Iterator[Fault]:
 
 
 def precision(track: Track, hair: Snapshot) -> Iterator[Fault]:
-    """Find points so far from the origin of their prim that single precision shakes them by more than hair allows."""
+    """Find points so far from the origin of their prim that rounding errors exceed the width of hair."""
     widths = hair.array("widths")
     if hair.sound and widths is not None and len(widths) and np.median(widths) > 0:
         far = float(np.abs(hair.points).max())
@@ -111,7 +111,7 @@ def precision(track: Track, hair: Snapshot) -> Iterator[Fault]:
 
 
 def float_translate(scene: Scene) -> Iterator[Fault]:
-    """Find hair that is moved far away in single precision."""
+    """Find a large translation of hair in single precision."""
     for track in scene.hair:
         widths = track.first.array("widths")
         prim = track.prim

@@ -1,4 +1,4 @@
-"""Rules for the strands of hair: they have a length, keep it, and are those of the groom at rest."""
+"""Rules for strands: constant lengths above 0, those of the groom at rest."""
 
 from collections.abc import Iterator
 
@@ -13,25 +13,25 @@ from hairpipe.io.usd.check.track import REST, Track
 
 COLLAPSED = 0.01  # of the median length
 COINCIDENT = 1e-3  # of a strand's mean segment
-OTHER = (0.5, 2.0)  # of one strand over its rest, beyond which that is another strand's
+OTHER = (0.5, 2.0)  # lengths of a strand over that at rest of the same strand
 STRETCH = (0.8, 1.25)  # lengths of all strands over time
-APART = 8.0  # of one segment over time, from which on a single strand counts
+APART = 8.0  # length ratio of a segment over time from which a single strand is reported
 TORN = (0.2, 2.0)  # of one segment over time
-SPIKE, ALONE = 8.0, 40.0  # times the other segments of a strand, and from which on a single strand counts
-LEAST = 3  # points of a strand of which one segment can be odd
-SOME = 0.01  # share of strands that a rule minds
-SHORT = 0.2  # of the median, below which a segment is not minded
-MUCH = 4.0  # times better, by which tips have to fit where roots should
-ROUGH = 0.01  # of a segment, a lattice that points are seen to jump on
-OTHERS, PARTED = 0.05, 3.0  # share of strands that are elsewhere among the others, which are so many times as far away
-MANY = 500  # roots whose neighbours are found
-FEW = 8  # places that say nothing of a lattice
-ON_LATTICE = 0.02  # of its step, by which single precision may miss a lattice
+SPIKE, ALONE = 8.0, 40.0  # length over the other segments of a strand: of many strands, and of a single one
+LEAST = 3  # fewest points of a strand with an outlier
+SOME = 0.01  # share of strands from which a rule reports
+SHORT = 0.2  # of the median length: shorter segments are ignored
+MUCH = 4.0  # ratio of misfits of tips and roots from which strands are reversed
+ROUGH = 0.01  # of a segment: step of a visible lattice
+OTHERS, PARTED = 0.05, 3.0  # share of strands with other neighbours, and distance ratio of these
+MANY = 500  # number of roots whose neighbours are found
+FEW = 8  # fewest places that define a lattice
+ON_LATTICE = 0.02  # tolerance of a lattice in single precision, over its step
 TINY = np.finfo(np.float64).tiny
 
 
 def collapsed(track: Track, hair: Snapshot) -> Iterator[Fault]:
-    """Find strands without length, and points of a strand that lie on each other."""
+    """Find strands without length, and coincident points of a strand."""
     if not hair.sound:
         return
     short = _short(hair)
@@ -49,7 +49,7 @@ def _short(hair: Snapshot) -> np.ndarray:
 
 
 def _coincident(hair: Snapshot) -> np.ndarray:
-    """Return which strands have two consecutive points in one place, (c,); ends doubled on purpose do not count."""
+    """Return which strands have two coincident consecutive points, (c,), except doubled ends."""
     mean = np.repeat(hair.lengths / (hair.counts - 1), hair.counts - 1)
     alike = hair.segments < COINCIDENT * mean
     if UsdGeom.BasisCurves(hair.prim).GetWrapAttr().Get() != UsdGeom.Tokens.pinned:
@@ -59,7 +59,7 @@ def _coincident(hair: Snapshot) -> np.ndarray:
 
 
 def spikes(track: Track, hair: Snapshot) -> Iterator[Fault]:
-    """Find strands of which one segment is far longer than all others: a point is somewhere else."""
+    """Find strands with one segment far longer than all others."""
     if not hair.sound:
         return
     longest = hair.per_strand(np.maximum, hair.segments)
@@ -71,7 +71,7 @@ def spikes(track: Track, hair: Snapshot) -> Iterator[Fault]:
 
 
 def stretch(track: Track, hair: Snapshot) -> Iterator[Fault]:
-    """Find strands that grow, shrink or tear: hair keeps its length."""
+    """Find strands whose length changes."""
     before = track.reference
     if before is None or not hair.sound or not np.array_equal(hair.counts, before.counts):
         return
@@ -92,7 +92,7 @@ def stretch(track: Track, hair: Snapshot) -> Iterator[Fault]:
 
 
 def widths_steady(track: Track, hair: Snapshot) -> Iterator[Fault]:
-    """Find widths that change in time: hair flickers."""
+    """Find widths that change in time, so that hair flickers."""
     before = track.first.array("widths")
     now = hair.array("widths")
     if before is None or now is None or len(before) != len(now) or not len(now):
@@ -107,7 +107,7 @@ def widths_steady(track: Track, hair: Snapshot) -> Iterator[Fault]:
 
 
 def rounded(track: Track, hair: Snapshot) -> Iterator[Fault]:
-    """Find points that were rounded: moving hair does not stay on a lattice."""
+    """Find rounded points: moving hair is not on a lattice."""
     if not hair.sound or not track.moves or hair.code != track.points[-1]:
         return
     steps = [_lattice(hair.points[:, axis]) for axis in range(3)]
@@ -117,7 +117,7 @@ def rounded(track: Track, hair: Snapshot) -> Iterator[Fault]:
 
 
 def _lattice(values: np.ndarray) -> float:
-    """Return the step of which all values are multiples, 0 where they are of none that counts."""
+    """Return the step of which all values are multiples, 0 for none or a negligible one."""
     places = np.unique(values.astype(np.float64))
     step = float(np.diff(places).min()) if len(places) > FEW else 0.0
     if not step:
@@ -153,7 +153,7 @@ def rest(scene: Scene) -> Iterator[Fault]:
 
 
 def stands(scene: Scene, track: Track) -> bool:
-    """Return whether hair stands on a skin at its first time, or on none that is known."""
+    """Return whether hair is on a skin at its first time, or on an unknown one."""
     roots = authored_roots(scene, track)
     return roots is None or bool(np.median(roots.misses(track.first, track.first.code)) <= roots.reach)
 
@@ -168,9 +168,9 @@ def _without_rest(track: Track) -> Iterator[Fault]:
 
 
 def _scrambled(hair: Snapshot, still: Snapshot) -> float:
-    """Return the share of strands whose nearest neighbour at the root is far from it at rest, 0 where there are few.
+    """Return the share of strands whose nearest neighbour at the root is far at rest, 0 for few strands.
 
-    A skin that deforms takes neighbours along; strands in another order have others.
+    Neighbours on a deforming skin are the same; strands in another order have others.
     """
     if len(hair.counts) < FEW:
         return 0.0
@@ -186,7 +186,7 @@ def _scrambled(hair: Snapshot, still: Snapshot) -> float:
 
 
 def _is_reversed(hair: Snapshot, still: Snapshot) -> bool:
-    """Return whether the roots are laid out as the tips at rest are, and not as the roots are."""
+    """Return whether the roots match the tips at rest, and not the roots."""
     if len(hair.counts) < FEW:
         return False
     here = hair.points[hair.roots]
@@ -194,13 +194,13 @@ def _is_reversed(hair: Snapshot, still: Snapshot) -> bool:
 
 
 def _is_mirrored(hair: Snapshot, still: Snapshot) -> bool:
-    """Return whether the roots are laid out as in a mirror image of those at rest, and not as those are."""
+    """Return whether the roots match a mirror image of those at rest, and not those."""
     here, there = hair.points[hair.roots], still.points[still.roots]
     return len(here) >= FEW and _unlike(here, there * np.array([-1, 1, 1], np.float32)) < _unlike(here, there) / MUCH
 
 
 def _unlike(these: np.ndarray, those: np.ndarray) -> float:
-    """Return how far two sets of places in one order are apart after the movement that brings them nearest [Kabsch]."""
+    """Return the distance of two ordered sets of places after the best rigid alignment (Kabsch)."""
     a, b = (places.astype(np.float64) - places.mean(axis=0, dtype=np.float64) for places in (these, those))
     left, _, right = np.linalg.svd(a.T @ b)
     turn = left @ np.diag([1, 1, np.linalg.det(left @ right)]) @ right

@@ -1,1 +1,1 @@
-"""Rules for what changes over time."""
+"""Rules for values over time."""

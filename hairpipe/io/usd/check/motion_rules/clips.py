@@ -7,18 +7,18 @@ from pxr import Sdf, Usd
 from hairpipe.io.usd.check.finding import Fault, Rule
 
 METRICS = ("timeCodesPerSecond", "framesPerSecond", "metersPerUnit", "upAxis")
-"""What layers state and no clip converts."""
+"""Metadata of layers that clips do not convert."""
 
 
 def clip_manifest(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find clips without a manifest, all of which have to be opened before the first value is known."""
+    """Find clips without a manifest: all of them are opened for the first value."""
     for name, clips in (prim.GetMetadata("clips") or {}).items():
         if not clips.get("manifestAssetPath"):
             yield Fault(str(prim.GetPath()), f"clip set {name} has no manifestAssetPath")
 
 
 def clip_values(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find clips that do not have an attribute the manifest promises; USD fills it in from their neighbours."""
+    """Find clips without an attribute of the manifest; USD interpolates it from their neighbours."""
     api = Usd.ClipsAPI(prim)
     for name in prim.GetMetadata("clips") or {}:
         manifest = _open(prim, api.GetClipManifestAssetPath(name))
@@ -32,7 +32,7 @@ def clip_values(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def clip_undeclared(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find what clips hold and their manifest does not declare: it is never read."""
+    """Find attributes of clips that the manifest does not declare: they are never read."""
     api = Usd.ClipsAPI(prim)
     for name in prim.GetMetadata("clips") or {}:
         manifest = _open(prim, api.GetClipManifestAssetPath(name))
@@ -51,7 +51,7 @@ def clip_undeclared(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def clip_times(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find clips that are played at times at which they have no sample."""
+    """Find clips without a sample at a time at which they are played."""
     api = Usd.ClipsAPI(prim)
     for name in prim.GetMetadata("clips") or {}:
         files = api.ComputeClipAssetPaths(name)
@@ -69,7 +69,7 @@ def clip_times(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def clip_rates(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find clips of another rate, unit or up axis than the stage: nothing converts one into the other."""
+    """Find clips of another rate, unit or up axis than the stage, which USD does not convert."""
     api = Usd.ClipsAPI(prim)
     root = prim.GetStage().GetRootLayer().pseudoRoot
     for name in prim.GetMetadata("clips") or {}:
@@ -89,7 +89,7 @@ def clip_rates(prim: Usd.Prim) -> Iterator[Fault]:
 def _unsampled(
     prim: Usd.Prim, played: Sequence[tuple[float, Sdf.AssetPath]], times: Mapping[float, float]
 ) -> Iterator[Fault]:
-    """Find clips without a sample at the time of their own that is played when they begin."""
+    """Find clips without a sample at their first played time."""
     wrong = []
     for time, file in played:
         clip = _open(prim, file)

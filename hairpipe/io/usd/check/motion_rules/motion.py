@@ -19,11 +19,11 @@ CLOSE = 1e-2  # frames between samples that are one, badly rounded
 
 
 def sample_gaps(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find frames without a sample: clients make one up from its neighbours and say nothing."""
+    """Find frames without a sample, which clients interpolate without a warning."""
     attribute = _leader(prim)
     stage = prim.GetStage()
     times = np.unique(attribute.GetTimeSamples())
-    times = times[times == np.round(times)]  # those between frames are for the shutter
+    times = times[times == np.round(times)]  # others are for motion blur
     if len(times) < 2:
         return
     step = np.diff(times).min()
@@ -42,7 +42,7 @@ def sample_gaps(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def sample_range(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find samples that are not played since they lie outside of the stage's time codes."""
+    """Find samples outside of the stage's time codes."""
     attribute = _leader(prim)
     stage = prim.GetStage()
     times = attribute.GetTimeSamples() if has_range(stage) else []
@@ -53,7 +53,7 @@ def sample_range(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def sample_times(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find samples that were meant to be one, and velocities, normals and extents not sampled when the points are."""
+    """Find split samples, and velocities, normals and extents with other sample times than the points."""
     points = prim.GetAttribute("points")
     times = points.GetTimeSamples() if points else []
     twice = [late for early, late in pairwise(times) if late - early < CLOSE]
@@ -68,7 +68,7 @@ def sample_times(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def topology(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find strands, faces or ids that change in time: motion blur and value clips need them to stay."""
+    """Find strands, faces or ids that change in time: motion blur and value clips require constant ones."""
     for name in TOPOLOGY:
         attribute = prim.GetAttribute(name)
         times = attribute.GetTimeSamples() if attribute else []
@@ -79,13 +79,13 @@ def topology(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def frame_names(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find files of another frame than the one at which they are shown, by the number in their name."""
+    """Find files of another frame than the one at which they are played, by the number in their name."""
     attribute = prim.GetAttribute("filePath")
     times = attribute.GetTimeSamples() if prim.IsA(UsdVol.OpenVDBAsset) else []
     names = {time: NUMBER.search(attribute.Get(time).path) for time in times if attribute.Get(time)}
     late = {time: int(found[1]) - time for time, found in names.items() if found}
     usual = np.median(list(late.values())) if late else 0.0
-    wanted = 0.0 if abs(usual) <= NEAR else usual  # frames may be counted from 1, but hardly from another one
+    wanted = 0.0 if abs(usual) <= NEAR else usual  # frames may be counted from 1
     wrong = [time for time, offset in late.items() if offset != wanted]
     if wrong:
         message = f"is frame {wrong[0] + late[wrong[0]]:g} by its name, not {wrong[0] + wanted:g}; {len(wrong)} such"
