@@ -27,11 +27,13 @@ class Registry:
     """Node types by name.
 
     folder  whose files are node types, too, and take precedence; imports by bare names search it last, once it is
-            trusted
+            trusted. Our own, next to a graph in the root of a checkout, is the package that every graph finds
     """
 
     def __init__(self, folder: Path | None = None) -> None:
-        self.folder = folder if folder is not None and folder.is_dir() else None
+        ours = folder_of(OUR_NODES)
+        own = folder is not None and folder.is_dir() and not (ours and folder.samefile(ours))
+        self.folder = folder if own else None
         self._known: dict[str, NodeType] = {}
 
     @cached_property

@@ -9,7 +9,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.file.trust import Untrusted
 from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.node.import_paths import EXPERIMENTS, folder_of
+from hairpipe.graph.node.import_paths import EXPERIMENTS, OUR_NODES, folder_of
 
 
 def test_output_of_an_import_is_not_a_result(shot, capsys):
@@ -33,6 +33,11 @@ def test_a_type_of_the_experiments_is_found_only_next_to_them():
     assert {"measure_writhe", "hairpipe.graphs.experiments.studies.theory.twist_buckling"} <= code.parts.keys()
     with pytest.raises(BadInput, match=r"only graphs in .*experiments find it"):
         Registry().find("measure_writhe")
+
+
+def test_a_graph_next_to_our_nodes_finds_those_that_every_graph_finds():
+    beside = Registry(folder_of(OUR_NODES)).find("make_bust")
+    assert beside is Registry().find("make_bust") and beside.module == f"{OUR_NODES}.make_bust"
 
 
 def test_an_installation_without_experiments_has_no_folder_of_them():
