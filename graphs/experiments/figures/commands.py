@@ -32,25 +32,30 @@ def figures() -> None:
 @options.frames
 @options.overrides
 @options.to
+@options.wedge
 @options.jobs
-@click.option("--name", metavar="NAME", help="Name of the results file; by default that of the graph.")
+@click.option("--name", metavar="NAME", help="Name of the results file; by default GRAPH, or GRAPH_WEDGE.")
 @options.cache
 def record(
     graph: str,
     frames: tuple[int, ...] | None,
     overrides: dict[str, str],
     to: tuple[str, ...],
+    wedge: str | None,
     jobs: int,
     name: str | None,
     cache: Path,
 ) -> None:
-    """Run a graph, and write its tables to results/NAME.json next to it.
+    """Run a graph, and write its tables and what its nodes cost to results/NAME.json next to it.
+
+    With --wedge the tables of all variants are written below each other, after columns of what they vary.
 
     Exit codes: 0 all is computed, 1 a node failed, 2 bad input.
     """
     from hairpipe.graphs.experiments.figures.recording import Recording
 
     shot = asking(lambda: hairpipe.load(graph, options.parsed(overrides), cache=cache))
+    shot = shot if wedge is None else shot.wedge(wedge)
     recording = Recording(shot, name, overrides, frames, to)
     with Watch(shot.graph, jobs, quiet=False) as watch:
         done = shot.run(frames, to=to, jobs=jobs, progress=watch)

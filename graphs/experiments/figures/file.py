@@ -5,7 +5,7 @@ the whole reveals changes by hand.
 """
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,8 @@ from hairpipe.plain_file import content
 
 FORMAT = 1
 FOLDER = "results"
+COST = "cost of nodes"
+"""Table of what the others have cost; no node has this name."""
 PROGRAM = ("python", "-m", "hairpipe.graphs.experiments.figures")
 """What starts a command on recorded figures, word by word."""
 RIGHT = "a file that `figures record GRAPH` has written"
@@ -60,12 +62,14 @@ class Results:
 
     commit     of the code, in full
     command    that measures the same again
-    graph      name of the graph file in the folder above, None for what no graph has made
+    graph      path of the graph file from the folder above, None for what no graph has made
     settings   that the command has changed, as texts of the command line, by target
     frames     that the command has selected, None for all
     module     that has measured where no graph did, empty otherwise
     processor  seconds of the processor that the results cost [s]
     nodes, shot, modules, python  as in a recipe of the engine; without a graph, nodes are files by path and digest
+    wedge      name of the wedge of which all variants were run; None for the graph alone
+    to         nodes that were recorded; none for those of the tables, or where there are no others for all
     """
 
     commit: str
@@ -81,6 +85,8 @@ class Results:
     shot: str
     modules: dict[str, str]
     python: str
+    wedge: str | None = None
+    to: list[str] = field(default_factory=list)
 
 
 def file_digest(path: Path) -> str:

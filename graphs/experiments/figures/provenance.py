@@ -19,7 +19,7 @@ def repository_of(folder: Path) -> Path:
 def commit_of(folder: Path) -> str:
     """Find the commit of the code that holds a folder; BadInput where the code differs from it.
 
-    Pages and results themselves may differ: no result depends on them.
+    Pages, films and results themselves may differ: no result depends on them.
     """
     found = git(folder, "status", "--porcelain", "--untracked-files=all", "--no-renames", "-z").split("\0")
     changed = [name for line in found if (name := line[3:]) and not is_written(name)]
@@ -30,9 +30,9 @@ def commit_of(folder: Path) -> str:
 
 
 def is_written(name: str) -> bool:
-    """Whether a file of a repository is a page, or holds results."""
+    """Whether a file of a repository is a page or a film, or holds results."""
     path = Path(name)
-    return path.suffix == ".md" or (path.suffix == ".json" and path.parent.name == FOLDER)
+    return path.suffix in (".md", ".webp") or (path.suffix == ".json" and path.parent.name == FOLDER)
 
 
 def recording_machine(bandwidth: float | None = None) -> Machine:

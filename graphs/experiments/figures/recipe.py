@@ -12,6 +12,7 @@ from pathlib import Path
 from hairpipe.api.cache import open_store
 from hairpipe.api.selection import FrameSet, read_frames
 from hairpipe.api.shot import Shot
+from hairpipe.api.wedge_shot import WedgeShot
 from hairpipe.graph.key.code import Code, CodeReader
 from hairpipe.graph.plan.resolve import Resolver
 from hairpipe.graph.store.digest import digest
@@ -40,7 +41,7 @@ class Recipe:
     files: dict[str, Path] = field(default_factory=dict, compare=False)
 
 
-def recipe_of(shot: Shot, frames: FrameSet, to: Iterable[str]) -> Recipe:
+def recipe_of(shot: Shot | WedgeShot, frames: FrameSet, to: Iterable[str]) -> Recipe:
     """Build the recipe of nodes of a shot; BadInput where a file cannot be read. Nothing is written.
 
     frames  of the run, all for None

@@ -1,16 +1,26 @@
-"""Records tables that the graph of a run writes or collects, in a results file next to the graph."""
+"""Records tables that a run of a graph or a wedge writes or collects, and what they cost, in a results file."""
 
 import math
+import os
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from hairpipe.api.reports import Run
 from hairpipe.api.selection import fold_frames
 from hairpipe.api.shot import Node, Record, Shot, Task
+from hairpipe.api.wedge_shot import WedgeShot
 from hairpipe.data import Table
-from hairpipe.errors import BadInput
-from hairpipe.graphs.experiments.figures.file import PROGRAM, Results, Value, ValueTable, results_path, write_results
+from hairpipe.graphs.experiments.figures.file import (
+    COST,
+    PROGRAM,
+    Results,
+    Value,
+    ValueTable,
+    results_path,
+    write_results,
+)
 from hairpipe.graphs.experiments.figures.provenance import commit_of, recording_machine, repository_of
 from hairpipe.graphs.experiments.figures.recipe import recipe_of
 from hairpipe.io.table import lay_below
@@ -20,50 +30,104 @@ WRITES, COLLECTS = "write_table", "collect_variants"
 
 
 class Recording:
-    """Records one run of a graph; made before the run, so that nothing is computed in vain.
+    """Records one run of a graph or of a wedge; made before the run, so that nothing is computed in vain.
 
-    name      of the results file, None for that of the graph file
+    In addition to the tables, that of COST has a row for every node that they depend on, or where there are none for
+    every node of the run.
+
+    name      of the results file, relative to the folder of the graph; None for that of the graph, and of the wedge
     settings  that the command changes, as texts of the command line
     frames    that the command selects, None for all
     to        nodes that the command asks for
 
-    BadInput where code is not committed, and where the graph has no table.
+    BadInput where code is not committed.
     """
 
     def __init__(
-        self, shot: Shot, name: str | None, settings: Mapping[str, str], frames: Sequence[int] | None, to: Sequence[str]
+        self,
+        shot: Shot | WedgeShot,
+        name: str | None,
+        settings: Mapping[str, str],
+        frames: Sequence[int] | None,
+        to: Sequence[str],
     ) -> None:
-        self.path = results_path(shot.path.parent, name or shot.path.stem)
+        self._wedge = shot.definition.name if isinstance(shot, WedgeShot) else None
+        default = "_".join(filter(None, (shot.path.stem, self._wedge)))
+        self.path = results_path(shot.path.parent, name or default)
         self._commit = commit_of(shot.path.parent)
         self._settings = dict(settings)
         self._frames = None if frames is None else fold_frames(frames)
-        self._command = command_of(shot.path, self._settings, self._frames, to, name)
-        self._nodes = table_nodes(shot.part(to).nodes)
-        if not self._nodes:
-            raise BadInput("no table to record", where=shot.path, right=f"a node {WRITES} or {COLLECTS}")
+        self._command = command_of(shot.path, self._settings, self._frames, to, self._wedge, name)
+        graph = shot.original if isinstance(shot, WedgeShot) else shot.graph
+        self._tables = table_nodes((graph.upto(to) if to else graph).nodes)
+        self._to = self._tables or list(to)
 
     def write(self, done: Run) -> None:
         """Write the tables of a run that has ended well; OSError where the file cannot be written."""
         shot = done.shot
-        assert isinstance(shot, Shot)
-        records = shot.results(done.frames, to=self._nodes)
-        recipe = recipe_of(shot, done.frames, self._nodes)
+        assert isinstance(shot, Shot | WedgeShot)
+        records = shot.results(done.frames, to=self._to)
+        recipe = recipe_of(shot, done.frames, self._to)
+        tables = {name: recorded_table(shot, name, records) for name in self._tables}
         results = Results(
             commit=self._commit,
             machine=recording_machine(),
             command=self._command,
-            graph=shot.path.name,
+            graph=os.path.relpath(shot.path, self.path.parent.parent),
             settings=self._settings,
             frames=self._frames,
             module="",
             processor=round(seconds_of(records.values()), 2),
-            tables={name: table_of(shot, done.graph.nodes[name], records) for name in self._nodes},
+            tables=tables | {COST: cost_table(records)},
             nodes=recipe.nodes,
             shot=recipe.frames,
             modules=recipe.modules,
             python=recipe.python,
+            wedge=self._wedge,
+            to=self._to,
         )
         write_results(self.path, results)
+
+
+def cost_table(records: Mapping[str, Record]) -> ValueTable:
+    """Add up by node what results have cost, each once: their number, seconds, and what they take in the store."""
+    by_node: dict[str, dict[str, Record]] = {}
+    for target, record in records.items():
+        by_node.setdefault(target.partition("@")[0], {})[record.key] = record
+    rows: list[list[Value]] = []
+    for node, found in by_node.items():
+        objects = dict(item for record in found.values() for item in record.objects())
+        passed = round(sum(record.seconds for record in found.values()), 2)
+        megabytes = round(sum(objects.values()) / 1e6, 3)
+        rows.append([node, len(found), passed, round(seconds_of(found.values()), 2), megabytes])
+    return ValueTable(["node", "results", "seconds", "processor", "size [MB]"], rows, {})
+
+
+def recorded_table(shot: Shot | WedgeShot, name: str, records: Mapping[str, Record]) -> ValueTable:
+    """Read a table of a run; those of the variants of a wedge below each other, after columns of what they vary.
+
+    Variants that were stopped before their table was computed have no rows.
+    """
+    if isinstance(shot, Shot):
+        return table_of(shot, name, records)
+    targets = list(shot.definition.axes)
+    columns = targets
+    rows: list[list[Value]] = []
+    keys: dict[str, str] = {}
+    for variant in shot.variants.values():
+        node = variant.names[name]
+        if node in records:
+            table = table_of(shot, node, records)
+            columns = [*targets, *table.columns]
+            varied = [plain_value(variant.settings[target]) for target in targets]
+            rows += [[*varied, *row] for row in table.rows]
+            keys |= table.keys
+    return ValueTable(columns, rows, keys)
+
+
+def plain_value(value: Any) -> Value:
+    """Return the value of a setting as a cell: a list or a group as text."""
+    return value if isinstance(value, str | int | float | bool) else str(value)
 
 
 def table_nodes(nodes: Mapping[str, Node]) -> list[str]:
@@ -74,8 +138,9 @@ def table_nodes(nodes: Mapping[str, Node]) -> list[str]:
     return [node.name for node in (*writing, *collecting)]
 
 
-def table_of(shot: Shot, node: Node, records: Mapping[str, Record]) -> ValueTable:
+def table_of(shot: Shot | WedgeShot, name: str, records: Mapping[str, Record]) -> ValueTable:
     """Read the table that a node writes or collects, with the keys of the results that it is read from."""
+    node = shot.graph.nodes[name]
     edges = list(node.edges.values())
     keys = {edge.node: records[edge.node].key for edge in edges}
     if node.type.name == COLLECTS:
@@ -98,7 +163,12 @@ def seconds_of(records: Iterable[Record]) -> float:
 
 
 def command_of(
-    graph: Path, settings: Mapping[str, str], frames: str | None, to: Sequence[str], name: str | None
+    graph: Path,
+    settings: Mapping[str, str],
+    frames: str | None,
+    to: Sequence[str],
+    wedge: str | None,
+    name: str | None,
 ) -> str:
     """Write the command that computes and records the same again, in the root of the repository."""
     graph = graph.resolve()
@@ -106,4 +176,5 @@ def command_of(
     words += [word for target, value in settings.items() for word in ("--set", f"{target}={value}")]
     words += ["--frames", frames] if frames else []
     words += [word for node in to for word in ("--to", node)]
+    words += ["--wedge", wedge] if wedge else []
     return shlex.join([*words, *(["--name", name] if name else [])])

@@ -7,7 +7,7 @@ import hairpipe
 from hairpipe.api.formatting import shown
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.overrides import parse_value
-from hairpipe.graphs.experiments.figures.file import Results, file_digest, read_results
+from hairpipe.graphs.experiments.figures.file import COST, Results, file_digest, read_results
 from hairpipe.graphs.experiments.figures.recipe import Recipe, recipe_of, recipe_of_module
 
 CURRENT, OLDER, UNKNOWN = "current", "older code", "not compared"
@@ -48,7 +48,8 @@ def recipe_now(path: Path, results: Results) -> Recipe:
         return replace(recipe_of_module(results.module), nodes=files)
     settings = {target: parse_value(text) for target, text in results.settings.items()}
     shot = hairpipe.load(path.parent.parent / results.graph, settings)
-    return recipe_of(shot, results.frames, results.tables)
+    nodes = results.to or [name for name in results.tables if name != COST]
+    return recipe_of(shot.wedge(results.wedge) if results.wedge else shot, results.frames, nodes)
 
 
 def changes(results: Results, now: Recipe) -> tuple[str, ...]:

@@ -4,7 +4,8 @@ import pytest
 
 import hairpipe as package
 from hairpipe.errors import BadInput
-from hairpipe.graphs.experiments.figures.file import PROGRAM, read_results
+from hairpipe.graphs.experiments.figures.file import COST, PROGRAM, read_results
+from hairpipe.graphs.experiments.figures.state import CURRENT, OLDER, state_of
 from hairpipe.processor import processor_class
 
 from .conftest import edit, git
@@ -38,6 +39,29 @@ def test_recorded_command_has_settings_frames_and_name(repository, figures):
     assert results.settings == {"circle.sides": "[3]"} and results.frames == "2"
 
 
+WEDGE = """
+[wedge.fine]
+axes.circle.sides = [[6, 12], [24]]
+stop = []
+"""
+
+
+def test_tables_of_a_wedge_have_a_column_for_what_it_varies(repository, figures):
+    graph = repository / "graphs/circle.toml"
+    graph.write_text(graph.read_text() + WEDGE)
+    git(repository, "commit", "-qam", "a wedge")
+    assert figures("record graphs/circle.toml -j1 --wedge fine").exit_code == 0
+    path = repository / "graphs/results/circle_fine.json"
+    results = read_results(path)
+    table = results.tables["table"]
+    assert table.columns == ["circle.sides", "sides", "error [%]", "area"]
+    assert [row[:2] for row in table.rows] == [["[6, 12]", 6], ["[6, 12]", 12], ["[24]", 24]]
+    assert results.command.endswith("record graphs/circle.toml --wedge fine") and len(table.keys) == 2
+    assert state_of(path).word == CURRENT
+    edit(graph, "[24]", "[48]")
+    assert state_of(path).word == OLDER
+
+
 def test_uncommitted_code_is_not_recorded(repository, figures, capsys):
     edit(repository / "graphs/nodes/rounding.py", "6", "7")
     done = figures("record graphs/circle.toml -j1")
@@ -50,9 +74,20 @@ def test_pages_and_results_may_be_uncommitted(recorded, figures):
     assert figures("record graphs/circle.toml -j1").exit_code == 0
 
 
-def test_a_graph_without_tables_is_refused(repository, figures):
-    done = figures("record graphs/circle.toml -j1 --to circle")
-    assert done.exit_code == 2 and "no table to record" in done.stderr
+def test_cost_has_a_row_for_every_node(recorded):
+    table = read_results(recorded / "graphs/results/circle.json").tables[COST]
+    assert [row[:2] for row in table.rows] == [["circle", 1], ["table", 1]]
+    assert all(value >= 0.0 for row in table.rows for value in row[2:])
+
+
+def test_a_run_without_tables_records_its_cost(repository, figures):
+    (repository / "pages").mkdir()
+    assert figures("record graphs/circle.toml -j1 --to circle --name ../pages/cost").exit_code == 0
+    path = repository / "pages/results/cost.json"
+    results = read_results(path)
+    assert results.tables.keys() == {COST} and results.nodes.keys() == {"circle"}
+    assert [row[:2] for row in results.tables[COST].rows] == [["circle", 1]]
+    assert results.graph == "../graphs/circle.toml" and state_of(path).word == CURRENT
 
 
 def test_damaged_and_edited_files_are_named_in_one_line(recorded):
