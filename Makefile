@@ -6,7 +6,7 @@ INSTALL := $(RUN) pip install --quiet --disable-pip-version-check --no-compile -
 # neither all of Blender nor the tests of libraries.
 COMPILE := $(RUN) compileall -q -j 0 -x '/(bpy|tests)/' $(VENV)/lib hairpipe nodes graphs
 
-.PHONY: menu demo test quick cases check figures docs clean
+.PHONY: menu demo test quick cases check figures film docs clean
 
 menu:
 	@echo "make demo    simulate hair on our bust and draw it: results in out/demo; FRAMES=1001-1010 for its first pictures"
@@ -15,6 +15,7 @@ menu:
 	@echo "make cases   run the inputs in ../shared/cases, where they are"
 	@echo "make check   lint, format and types"
 	@echo "make figures write recorded results into the pages; record with python -m hairpipe.graphs.experiments.figures record GRAPH"
+	@echo "make film    compute and record the films of the gallery, GRAPH=demo for one of them"
 	@echo "make docs    build the documentation: out/docs/index.html"
 	@echo "make clean   remove the environment and the results, not the cache"
 
@@ -39,6 +40,9 @@ check: $(VENV)/tested
 
 figures: $(VENV)/installed
 	$(RUN) hairpipe.graphs.experiments.figures write
+
+film: $(VENV)/tested
+	$(VENV)/bin/python docs/film.py $(GRAPH)
 
 docs: $(VENV)/tested
 	$(RUN) sphinx -q -W --keep-going -E -j auto docs out/docs

@@ -89,7 +89,7 @@ ROOMS = {
         *PURE,
         *ASKED,
     },
-    "docs": {"api", "cli", "data", "__init__"},
+    "docs": {*BASE, "api", "cli", "io", "__init__", "experiments.figures"},
 }
 """Which other rooms the files of a room may import."""
 PLACES = {

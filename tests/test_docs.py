@@ -5,6 +5,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 import hairpipe
 from hairpipe.api.node_types import node_types
@@ -25,6 +26,10 @@ SMALL = {
     "hairline.height": 32,
 }
 """Settings of the graphs of tutorials with which they run in no time."""
+LARGEST_FILM = 120_000
+LARGEST_FILMS = 2_000_000
+"""Bytes of one film, and of all: a repository keeps every version of them."""
+WIDEST_FILM = 600
 
 
 @pytest.fixture
@@ -65,7 +70,19 @@ def test_every_folder_of_graphs_is_in_the_gallery():
     page = (HOME / "docs/gallery.md").read_text(encoding="utf-8")
     folders = re.findall(r"^:::\{gallery\} ?(.*)$", page, re.MULTILINE)
     graphs = (path.parent.relative_to(HOME / "graphs") for path in (HOME / "graphs").rglob("*.toml"))
-    assert {Path(folder) for folder in folders} == set(graphs) - {Path("experiments")}
+    assert {Path(folder) for folder in folders} == set(graphs)
+
+
+def test_films_are_small_move_and_belong_to_a_recorded_run(extension):
+    from extension.films import FILMS, films, measured
+
+    sizes = {path.relative_to(FILMS).with_suffix("").as_posix(): path.stat().st_size for path in FILMS.rglob("*.webp")}
+    assert sizes.keys() <= films().keys()
+    assert all(size <= LARGEST_FILM for size in sizes.values()) and sum(sizes.values()) <= LARGEST_FILMS
+    for name in sizes:
+        film = films()[name]
+        with Image.open(film.path) as shown:
+            assert max(shown.size) <= WIDEST_FILM and 12 <= shown.n_frames <= measured(film)[1]["pictures"] <= 25
 
 
 @pytest.mark.kernels

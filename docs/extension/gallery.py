@@ -1,35 +1,68 @@
-"""`{gallery} FOLDER`: a card for every graph of a folder: its picture, its opening comment, and its command."""
+"""`{gallery} FOLDER`: cards of the graphs of a folder: film, picture, opening comment, commands, cost."""
 
 from pathlib import Path
+from typing import ClassVar
 
+from docutils.parsers.rst import directives
 from sphinx.application import Sphinx
 
+from extension.films import HOME, Film, films, measured
 from extension.markdown import MarkdownDirective, joined
+from hairpipe.graphs.experiments.figures.state import state_of
 
-HOME = Path(__file__).resolve().parents[2]
 PICTURES = HOME / "graphs/assets/pictures"
 
 
 class Gallery(MarkdownDirective):
     """The graphs of a folder below `graphs/`, or without a name of `graphs/` itself.
 
-    A graph shows the picture of its name; a line `graph  path` names another one.
+    A graph shows its film and the picture of its name; a line `graph  path` names another one. With `:moving:` only
+    graphs with a film have a card.
     """
+
+    option_spec: ClassVar = {"moving": directives.flag}
 
     def write(self) -> str:
         """Write the cards."""
         folder = HOME / "graphs" / " ".join(self.arguments)
         others = dict(line.split() for line in self.content if line)
-        paths = sorted(folder.glob("*.toml"))
+        paths = [path for path in sorted(folder.glob("*.toml")) if "moving" not in self.options or film_of(path)]
         if unknown := others.keys() - {path.stem for path in paths}:
             raise self.error(f"no graph of this name in {folder.name}: {', '.join(sorted(unknown))}")
         return joined(self.card(path, HOME / others.get(path.stem, PICTURES / f"{path.stem}.webp")) for path in paths)
 
     def card(self, path: Path, picture: Path) -> str:
         """Write the card of a graph."""
-        name = path.relative_to(HOME / "graphs").with_suffix("").as_posix()
-        shown = f"![{name}](/../{picture.relative_to(HOME).as_posix()})" if picture.is_file() else ""
-        return joined([f"### {name}", shown, opening_of(path), f"    hairpipe run graphs/{name}.toml"])
+        name = name_of(path)
+        film = film_of(path)
+        shown = [f"![Film of {name}](/films/{film.graph}.webp)"] if film else []
+        shown += [f"![{name}](/../{picture.relative_to(HOME).as_posix()})"] if picture.is_file() else []
+        commands = [f"    hairpipe run graphs/{name}.toml", *([f"    {film.command}"] if film else [])]
+        cost = cost_of(film) if film else ""
+        return joined([f"### {name}", " ".join(shown), opening_of(path), "\n".join(commands), cost])
+
+
+def name_of(path: Path) -> str:
+    """Return the name of a graph, by which `hairpipe run` finds it: `paper/long_curly`."""
+    return path.relative_to(HOME / "graphs").with_suffix("").as_posix()
+
+
+def film_of(path: Path) -> Film | None:
+    """Find the film of a graph; None where it was not made."""
+    film = films().get(name_of(path))
+    return film if film and film.path.is_file() else None
+
+
+def cost_of(film: Film) -> str:
+    """Write what the film took when it was recorded, and with which settings."""
+    results, values = measured(film)
+    cost = (
+        f"The film: {values['pictures']} pictures, {film.path.stat().st_size / 1e3:.0f} kB; "
+        f"{values['processor']:.0f} s of the processor, {values['size [MB]']:.0f} MB of results"
+    )
+    made = f"commit {results.commit[:7]} ({state_of(film.results_path).word}), {results.machine.processor}"
+    settings = ", ".join(f"`{assignment}`" for assignment in film.settings)
+    return f"{cost}; {made}{'; with ' if settings else ''}{settings}"
 
 
 def opening_of(path: Path) -> str:
