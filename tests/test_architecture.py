@@ -20,7 +20,7 @@ ORDER = (
 )
 """Rooms from the bottom up: the files of one import from it and from those before it."""
 WITHIN = {
-    "graph": "node store file key plan worker run results",
+    "graph": "node store file key plan worker engine run results",
     "levelset": """grid_layout collider sample interpolation sphere_tracing collider_field parts bake""",
     "sim": """material layout axis strands.construction strands.forces strands boundary state air.wind settings
         contact.hair.couplings interactions air hair_model cuts shot contact.contact_points contact.body contact.ccd

@@ -13,6 +13,7 @@ import pytest
 
 import hairpipe
 from hairpipe.data import Strands
+from hairpipe.graph.engine.member import Member
 from hairpipe.graph.file.data_folder import data_folder
 from hairpipe.graph.file.graph import Edge, Graph
 from hairpipe.graph.file.load import load_graph
@@ -20,7 +21,6 @@ from hairpipe.graph.plan.planner import plan
 from hairpipe.graph.plan.tasks import Task, unroll
 from hairpipe.graph.results import read_result
 from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.pool import Member
 from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
 from hairpipe.levelset.sample import Field, distance, field_of

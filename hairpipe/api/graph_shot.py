@@ -14,6 +14,7 @@ from hairpipe.api.selection import FrameSet, Names, Target, read_frames, read_na
 from hairpipe.api.source import Source
 from hairpipe.api.stopping import Stopping
 from hairpipe.errors import BadInput
+from hairpipe.graph.engine.member import Member
 from hairpipe.graph.file.bounds import Bounds
 from hairpipe.graph.file.graph import Graph, Node
 from hairpipe.graph.plan.planner import Planner
@@ -22,7 +23,6 @@ from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.results import read_result, read_value
 from hairpipe.graph.run.events import Event, Options
 from hairpipe.graph.run.player import Player, playing_environment
-from hairpipe.graph.run.pool import Member
 from hairpipe.graph.run.scheduler import run as run_graph
 from hairpipe.graph.store.record import Record
 from hairpipe.graph.store.store import Store

@@ -1,7 +1,7 @@
 """The engine: node declarations, store, graph files, keys, plan and run. It knows nothing of hair.
 
-Its folders build on each other in the order node, store, file, key, plan, worker, run. Authors of nodes import from
-here alone:
+Its folders build on each other in the order node, store, file, key, plan, worker, engine, run. Authors of nodes import
+from here alone:
 
     @node(frames="each")
     def soften(number: Pair[Number], other: Number | None = None, *, factor: float = 0.5) -> Number:

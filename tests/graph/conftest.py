@@ -12,9 +12,14 @@ from pathlib import Path
 
 import pytest
 
+from hairpipe.graph.engine.host import Host
+from hairpipe.graph.engine.local_engine import LocalEngine
+from hairpipe.graph.engine.offer import Offer
+from hairpipe.graph.engine.protocol import Job
 from hairpipe.graph.file.load import load_graph
+from hairpipe.graph.key.code import CodeReader
 from hairpipe.graph.plan.planner import plan
-from hairpipe.graph.run.events import Options
+from hairpipe.graph.run.events import CODEC, Options
 from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
 from hairpipe.graph.worker import machine_code
@@ -56,6 +61,18 @@ def wait_for(condition: Callable[[], bool]) -> None:
     while not condition():
         assert time.monotonic() < end, "waited in vain"
         time.sleep(0.02)
+
+
+def local_engine(shot, spare=None, sources=None) -> LocalEngine:
+    """Make an engine for a shot, with further sources that its workers are told of."""
+    reader = CodeReader(shot.store.remember)
+    reader.stamps |= sources or {}
+    offer = Offer(str(shot.store.root), CODEC, str(shot.nodes), ())
+    return LocalEngine(Host(offer, "here", 1, reader, {"none": "code"}, spare))
+
+
+NO_JOB = Job("0" * 40, "a", None, "no_such_type", "none", {"code": "code", "inputs": {}}, {}, {}, {}, (), None, False)
+"""A job that fails."""
 
 
 class Shot:

@@ -6,13 +6,9 @@ from collections import Counter
 
 import pytest
 
-from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.run.events import CODEC
-from hairpipe.graph.run.pool import Pool
 from hairpipe.graph.store.values import is_full
 
-from .conftest import wait_for
+from .conftest import NO_JOB, local_engine, wait_for
 
 WRONG = """
 [wrong]
@@ -155,9 +151,9 @@ def test_ctrl_c_stops_at_once_and_keeps_results(wrong):
 
 
 def test_ctrl_c_while_a_worker_starts_does_not_reach_it(shot):
-    pool = Pool(shot.store.root, CODEC, shot.nodes, 1, [], CodeReader(shot.store.remember))
-    pool.send("serial", Task("a", None), {"type": "no_such_type"})
-    pool.members[0].process.send_signal(signal.SIGINT)
-    ((_, reply),) = pool.receive(None)
-    pool.close()
+    engine = local_engine(shot)
+    engine.submit(NO_JOB)
+    engine.host.members[0].process.send_signal(signal.SIGINT)
+    (reply,) = engine.replies(None)
+    engine.close()
     assert reply["failure"]["message"].startswith("no node type")

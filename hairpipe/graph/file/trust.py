@@ -31,6 +31,9 @@ MOST_NAMED = 8
 Files = Mapping[str, str]
 """Digests of the code in a folder, by path within it."""
 
+_granted: list[Files] = []
+"""Code that this process trusts because the user of its coordinator does."""
+
 
 class Untrusted(BadInput):
     """Code that would be imported is not trusted, or not in its present state.
@@ -66,7 +69,7 @@ def trust_error(folder: Path) -> Untrusted | None:
     fault = fault_of_register()
     known = list(trusted())
     files = code_in(folder)
-    if not files or any(entry.files == files for entry in known):
+    if not files or files in _granted or any(entry.files == files for entry in known):
         return None
     before = next((entry.files for entry in known if entry.folder == folder), None)
     if fault:
@@ -74,6 +77,12 @@ def trust_error(folder: Path) -> Untrusted | None:
     if before is None:
         return Untrusted(folder, files, f"the code is not trusted: {listed(list(files))}")
     return Untrusted(folder, files, f"the code has changed since it was trusted: {listed(differing(before, files))}")
+
+
+def grant(files: Files) -> None:
+    """Trust code in this process alone, which serves somebody who trusts it."""
+    if files not in _granted:
+        _granted.append(files)
 
 
 def trust(folder: Path, files: Files) -> None:

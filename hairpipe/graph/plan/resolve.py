@@ -1,6 +1,5 @@
 """From tasks to keys to records of the store: the part that a plan and a run share."""
 
-from pathlib import Path
 from typing import Any
 
 from hairpipe.errors import BadInput
@@ -11,7 +10,7 @@ from hairpipe.graph.node.settings import map_files
 from hairpipe.graph.plan.arguments import Named, name_inputs
 from hairpipe.graph.plan.tasks import Inputs, Source, Task, sources, unroll
 from hairpipe.graph.store.digest import Parts, key_parts
-from hairpipe.graph.store.fingerprint import fingerprint, stamp_of
+from hairpipe.graph.store.fingerprint import fingerprint
 from hairpipe.graph.store.record import Record
 from hairpipe.graph.store.store import Store
 
@@ -22,6 +21,7 @@ class Resolver:
     frames   requested frames; more are evaluated if a scan needs them
     results  established so far, by task
     reader   of the code behind the nodes
+    files    digests of input files by absolute path, by node
     """
 
     def __init__(self, graph: Graph, store: Store, frames: tuple[int, ...]) -> None:
@@ -33,7 +33,7 @@ class Resolver:
         self.demanded: set[Task] = set()
         self.reader = CodeReader(store.remember, graph.folder)
         self.codes = self._read_codes()
-        self.files = {node.name: self._file_stamps(node) for node in graph.nodes.values()}
+        self.files: dict[str, dict[str, str]] = {name: {} for name in graph.nodes}
         self.settings = {node.name: self._key_settings(node) for node in graph.nodes.values()}
 
     def parts(self, task: Task) -> Parts:
@@ -94,10 +94,12 @@ class Resolver:
         """Settings as they enter a key: files by their bytes, and by the suffix that tells a reader the format."""
 
         def by_content(_: str, file: str) -> dict[str, str]:
+            path = self.graph.file(file)
             try:
-                return {"file": fingerprint(self.graph.file(file), self.store), "suffix": Path(file).suffix.lower()}
+                content = self.files[node.name][str(path)] = fingerprint(path, self.store)
             except OSError as error:
                 raise BadInput(f"{file} cannot be read: {error.strerror}", where=f"[{node.name}]") from None
+            return {"file": content, "suffix": path.suffix.lower()}
 
         return map_files(fields_of(node.type), node.settings, by_content)
 
@@ -106,12 +108,6 @@ class Resolver:
         time = self.time_of(task)
         asked = (["frame", "fps"] if node.type.asks_time else []) + (["cuts"] if node.type.asks_cuts else [])
         return {name: time[name] for name in asked if time[name] != []} or None
-
-    def _file_stamps(self, node: Node) -> dict[str, list[int]]:
-        """Stamps of a node's input files, taken before they are digested."""
-        paths: list[Path] = []
-        map_files(fields_of(node.type), node.settings, lambda _, file: paths.append(self.graph.file(file)))
-        return {str(path): stamp_of(path) for path in paths}
 
 
 def state_of(node: Node) -> str | None:

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from hairpipe.graph.engine.member import Member
 from hairpipe.graph.file.graph import Graph
 from hairpipe.graph.file.merged import origin
 from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.run.pool import Member
 from hairpipe.graph.store.record import Record
 
 CODEC = "hairpipe.io.hdf5"
@@ -88,12 +88,13 @@ class Failure:
     """A task without a result.
 
     kind       input: something the user can fix; node: it raised; diverged: it raised ArithmeticError itself, not a
-               subclass; disk: full; crash: its process died; publish
+               subclass; disk: full; crash: its process died; gone: its machine did not answer; mismatch: no machine has
+               the code, versions and files of its key; publish
     traceback  of the node, for those who wrote it
     """
 
     task: Task
-    kind: Literal["input", "node", "diverged", "disk", "crash", "publish"]
+    kind: Literal["input", "node", "diverged", "disk", "crash", "gone", "mismatch", "publish"]
     message: str
     traceback: str = ""
 
@@ -127,7 +128,7 @@ class Outcome:
             return 130
         if not self.failures:
             return 0
-        return 2 if all(failure.kind == "input" for failure in self.failures) else 1
+        return 2 if all(failure.kind in ("input", "mismatch") for failure in self.failures) else 1
 
 
 @dataclass

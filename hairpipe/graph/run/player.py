@@ -8,6 +8,7 @@ import time
 from typing import Any, NamedTuple
 
 from hairpipe.errors import BadInput
+from hairpipe.graph.engine.member import environment
 from hairpipe.graph.file.graph import Graph, Node
 from hairpipe.graph.key.code import CodeReader
 from hairpipe.graph.node.signature import Time
@@ -16,7 +17,6 @@ from hairpipe.graph.plan.planner import Planner
 from hairpipe.graph.plan.preparation import Preparations
 from hairpipe.graph.plan.tasks import Source, Task, inputs_of
 from hairpipe.graph.run.events import CODEC
-from hairpipe.graph.run.pool import environment
 from hairpipe.graph.store.store import Store
 from hairpipe.graph.store.values import Values, codec_named
 from hairpipe.graph.worker.kernel_cache import guard_kernels

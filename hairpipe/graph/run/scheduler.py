@@ -5,25 +5,27 @@ missing, the task that produced it is scheduled again, which may in turn resched
 """
 
 import heapq
+import time
 from collections import Counter, defaultdict, deque
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 from hairpipe.errors import BadInput
+from hairpipe.graph.engine.host import Host
+from hairpipe.graph.engine.local_engine import MACHINE, LocalEngine
+from hairpipe.graph.engine.offer import Offer
+from hairpipe.graph.engine.protocol import Engine, Job, Reply
 from hairpipe.graph.file.graph import Graph
 from hairpipe.graph.file.merged import origin
 from hairpipe.graph.node.signature import File
 from hairpipe.graph.plan.checkpoints import Thinner
 from hairpipe.graph.plan.divergence import divergence_note, end_scan
-from hairpipe.graph.plan.resolve import Resolver
+from hairpipe.graph.plan.resolve import Resolver, state_of
 from hairpipe.graph.plan.tasks import Task, is_beyond, order_of, sources
 from hairpipe.graph.run.events import Event, Failure, Kind, Options, Outcome, Report
-from hairpipe.graph.run.pool import Pool, WorkerKind
 from hairpipe.graph.run.publish import Publisher
 from hairpipe.graph.store.digest import action_key
-from hairpipe.graph.store.lease import Leases
 from hairpipe.graph.store.record import Record, from_fields
 from hairpipe.graph.store.store import LostObject, Store
 
@@ -65,11 +67,8 @@ class Scheduler:
         self.thinner = Thinner(self.resolver)
         self.publisher = Publisher(store, graph, options.publish_root, force=options.force)
         self.selected = frozenset(frames)
-        modules = [node.type.module for node in graph.nodes.values()]
-        reader = self.resolver.reader
-        spare = options.spare
-        self.pool = Pool(store.root, options.codec, graph.folder, options.jobs, modules, reader, spare)
-        self.leases = Leases(store)
+        self.engine = make_engine(self.resolver, options)
+        self.at_work: dict[str, Task] = {}
         self.queue = Queue(graph, options.judge.judged)
         self.agenda: deque[Task] = deque()
         self.unmet: dict[Task, set[Task]] = {}
@@ -79,6 +78,9 @@ class Scheduler:
         self.failures: dict[Task, Failure] = {}
         self.ended: set[Task] = set()
         self.losses: Counter[Task] = Counter()
+        self.failed_at: defaultdict[Task, set[str]] = defaultdict(set)
+        self.is_checked = False
+        self.looked = time.monotonic()
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
         self.processor: defaultdict[str, float] = defaultdict(float)
@@ -103,8 +105,8 @@ class Scheduler:
         except KeyboardInterrupt:
             interrupted = True
         finally:
-            self.pool.close()
-            self.leases.close()
+            self.engine.cancel(self.at_work)
+            self.engine.close()
             self.note_latest()
         return self.outcome(interrupted)
 
@@ -116,12 +118,14 @@ class Scheduler:
                 self.dispatch()
             if self.agenda:
                 continue
-            if not self.pool.busy and (self.stopping or not self.elsewhere):
+            if not self.at_work and (self.stopping or not self.elsewhere):
                 return
-            for task, reply in self.pool.receive(POLL if self.elsewhere else None):
-                self.finish(task, reply)
-            self.agenda.extend(self.elsewhere)
-            self.elsewhere.clear()
+            for reply in self.engine.replies(POLL if self.elsewhere else None):
+                self.finish(self.at_work.pop(reply["key"]), reply)
+            if time.monotonic() - self.looked > POLL:
+                self.looked = time.monotonic()
+                self.agenda.extend(self.elsewhere)
+                self.elsewhere.clear()
 
     @property
     def stopping(self) -> bool:
@@ -145,12 +149,13 @@ class Scheduler:
                 continue
             self.keys[task] = action_key(self.resolver.parts(task))
             record = self.resolver.find(task, self.keys[task])
+            gone = set() if record else self.resolver.missing(task)
+            if gone:  # perhaps since another process has evaluated this task meanwhile, and thinned the states before
+                record = self.resolver.find(task, self.keys[task])
             if record:
                 self.store.touch(record.key)
                 self.establish(task, record, "cached")
-                continue
-            gone = self.resolver.missing(task)
-            if gone:
+            elif gone:
                 self.demand(task, gone)
             else:
                 self.queue.push(task)
@@ -164,58 +169,81 @@ class Scheduler:
         self.wait(task, gone)
 
     def dispatch(self) -> None:
-        """Give ready tasks to free workers."""
-        kinds: tuple[WorkerKind, WorkerKind] = ("parallel", "serial")
-        for kind in kinds:
-            while self.pool.free(kind) and not self.agenda:
-                task = next(self.queue.take(kind, parallel_is_free=self.pool.free("parallel")), None)
+        """Give ready tasks to free slots."""
+        for wide in (True, False):
+            while not self.agenda:
+                slots = self.engine.slots()
+                free = slots.wide if wide else slots.narrow
+                task = next(self.queue.take(wide=wide, wide_is_free=slots.wide > 0), None) if free > 0 else None
                 if task is None:
                     break
                 if not is_beyond(task, self.limits):
-                    self.begin(kind, task)
+                    self.begin(task, wide)
 
-    def begin(self, kind: WorkerKind, task: Task) -> None:
-        """Give a task to a worker, unless another process is evaluating it or has just finished it."""
-        if not self.pool.members:
+    def begin(self, task: Task, wide: bool) -> None:
+        """Submit a task, unless an equal one is being evaluated."""
+        if not self.is_checked:
             self.store.check_writable(f"'{task}'")
+            self.is_checked = True
         parts = self.resolver.parts(task)
         key = self.keys[task] = action_key(parts)
-        if not self.leases.acquire(key):
+        if key in self.at_work:
             self.elsewhere.append(task)
             return
-        if self.resolver.find(task, key):
-            self.leases.release(key)
-            self.agenda.append(task)
-            return
         node = self.graph.nodes[task.node]
-        job = {
-            "key": key,
-            "node": task.node,
-            "frame": task.frame,
-            "type": node.type.name,
-            "parts": parts,
-            "settings": self.graph.settings(node),
-            "inputs": parts["inputs"],
-            "time": self.resolver.time_of(task),
-            "files": self.resolver.files[node.name],
-        }
-        self.pool.send(kind, task, job)
-        self.report_once(task, self.pool.warnings)
+        job = Job(
+            key=key,
+            node=task.node,
+            frame=task.frame,
+            type=node.type.name,
+            module=node.type.module,
+            parts=parts,
+            settings=self.graph.settings(node),
+            time=self.resolver.time_of(task),
+            files=self.resolver.files[node.name],
+            outputs=tuple(node.type.outputs),
+            spared=None if task in self.resolver.demanded else state_of(node),
+            wide=wide,
+            avoid=tuple(self.failed_at[task]),
+        )
+        self.at_work[key] = task
+        self.engine.submit(job)
+        self.report_once(task, self.engine.warnings)
         self.report(Event("started", task))
 
-    def finish(self, task: Task, reply: dict[str, Any]) -> None:
-        """Process the reply of a worker."""
-        self.leases.release(self.keys[task])
+    def finish(self, task: Task, reply: Reply) -> None:
+        """Process the reply to a job."""
         self.report_once(task, [HEALED] if reply.get("healed") else [])
-        if "record" in reply:
+        if reply.get("found"):
+            self.store.touch(reply["key"])
+            self.establish(task, from_fields(reply["record"]), "cached")
+        elif "record" in reply:
             self.establish(task, from_fields(reply["record"]), "finished")
             self.thinner.thin_behind(task)
+        elif "leased" in reply:
+            self.elsewhere.append(task)
         elif "failure" in reply:
-            self.fail(Failure(task, **reply["failure"]))
+            failure = Failure(task, **reply["failure"])
+            if not self.goes_elsewhere(failure, reply["machine"]):
+                self.fail(failure)
         elif self.may_retry(task):
-            producers = {source.task for source in sources(self.resolver.tasks[task])}
-            held = {p: {name for name, _ in self.resolver.results[p].objects()} for p in producers}
-            self.demand(task, {p for p in producers if reply["lost"] in held[p]})
+            self.agenda.append(task)
+
+    def goes_elsewhere(self, failure: Failure, machine: str) -> bool:
+        """Submit a task again where its machine is to blame: once for a crash, and while machines are left."""
+        if failure.kind not in ("crash", "gone", "mismatch"):
+            return False
+        if failure.kind == "mismatch":
+            self.engine.leave_out(machine)
+        elif self.failed_at[failure.task]:
+            return False
+        else:
+            self.failed_at[failure.task].add(machine)
+        if not self.engine.machines - self.failed_at[failure.task]:
+            return False
+        self.report_once(failure.task, [f"{failure.message}: other machines go on"])
+        self.queue.push(failure.task)
+        return True
 
     def report_once(self, task: Task, messages: Iterable[str], node: str = "") -> None:
         """Report warnings that do not belong to a single frame: once per run, or once per node where one is named."""
@@ -328,9 +356,9 @@ class Scheduler:
 class Queue:
     """Ready tasks by mode, each in the order of frames, so that the inputs of a scan do not fall behind.
 
-    The parallel worker takes scans, the critical path, then values for the shot; serial workers take values per frame,
-    and values for the shot while the parallel one is busy. What is judged is on the critical path: were it left behind,
-    stopped frames would be simulated.
+    Wide slots take scans, the critical path, then values for the shot; narrow ones take values per frame, and values
+    for the shot while no wide one is free. What is judged is on the critical path: were it left behind, stopped frames
+    would be simulated.
     """
 
     def __init__(self, graph: Graph, judged: frozenset[str] = frozenset()) -> None:
@@ -347,9 +375,17 @@ class Queue:
         rank, frame = self._order(task)
         heapq.heappush(self._heaps[self._mode[task.node]], (frame, rank, task))
 
-    def take(self, kind: WorkerKind, *, parallel_is_free: bool) -> Iterator[Task]:
-        """Take tasks for this kind of worker, best first, as long as the caller asks for another."""
-        modes = ("scan", "once") if kind == "parallel" else ("each",) if parallel_is_free else ("each", "once")
+    def take(self, *, wide: bool, wide_is_free: bool) -> Iterator[Task]:
+        """Take tasks for a slot, best first, as long as the caller asks for another."""
+        modes = ("scan", "once") if wide else ("each",) if wide_is_free else ("each", "once")
         for mode in modes:
             while self._heaps[mode]:
                 yield heapq.heappop(self._heaps[mode])[2]
+
+
+def make_engine(resolver: Resolver, options: Options) -> Engine:
+    """Make the engine of a run."""
+    codes = {node.type.module: resolver.codes[node.name].digest for node in resolver.graph.nodes.values()}
+    modules = tuple(sorted(codes))
+    offer = Offer(str(resolver.store.root), options.codec, str(resolver.graph.folder), modules)
+    return LocalEngine(Host(offer, MACHINE, options.jobs, resolver.reader, codes, options.spare))

@@ -24,6 +24,7 @@ from typing import Any
 from hairpipe.child import die_with_parent
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.registry import Registry
+from hairpipe.graph.file.trust import grant
 from hairpipe.graph.node.declare import NodeType
 from hairpipe.graph.node.messages import recorded_warnings
 from hairpipe.graph.node.signature import Cuts, Time, Workspace
@@ -53,6 +54,8 @@ class Worker:
     """Evaluates jobs with the node types and the store of one run."""
 
     def __init__(self, hello: Job, is_orphan: Callable[[], bool]) -> None:
+        if hello["trusted"] is not None:
+            grant(hello["trusted"])
         self.registry = Registry(Path(hello["folder"]))
         self.store = Store(Path(hello["store"]))
         self.values = Values(self.store, codec_named(hello["codec"]), hello["memory"])
@@ -78,15 +81,21 @@ class Worker:
             raise BadInput(f"the processor of the worker is of class {own}", right=self.processor_class)
         node_type = self.registry.find(job["type"])
         with workspace(self.store.temporary) if node_type.asks_workspace else nullcontext() as folder:
+            inputs = job["parts"]["inputs"]
             moment = Time(job["time"]["frame"], job["time"]["fps"]), Cuts(tuple(job["time"]["cuts"]))
             arguments = build_arguments(
-                node_type, job["inputs"], job["settings"], moment, folder and Workspace(folder), self.values.get
+                node_type,
+                job["parts"]["inputs"],
+                job["settings"],
+                moment,
+                folder and Workspace(folder),
+                self.values.get,
             )
             begun = time.perf_counter()
             worked = processor_time()
             with recorded_warnings() as warnings:
                 try:
-                    prepared = self.preparations.prepare(node_type, job["inputs"], job["settings"], self.values.get)
+                    prepared = self.preparations.prepare(node_type, inputs, job["settings"], self.values.get)
                     result = node_type.function(**arguments, **prepared.arguments)
                 finally:
                     self._check_code(node_type)

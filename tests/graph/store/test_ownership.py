@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.run.pool import Pool
+from hairpipe.graph.engine.host import Host
 from hairpipe.graph.store import ownership
 from hairpipe.graph.store.ownership import TRUST, check_store
 from hairpipe.graph.worker.kernel_cache import TABLE
@@ -86,8 +86,8 @@ def test_without_a_home_kernels_are_of_one_run_and_it_says_so(shot, monkeypatch,
         (shot.folder / "home").write_text("a file")
         monkeypatch.setenv("HOME", str(shot.folder / "home"))
     said = []
-    kept = Pool.close
-    monkeypatch.setattr(Pool, "close", lambda pool: (said.append(pool.kernels), kept(pool)))
+    kept = Host.close
+    monkeypatch.setattr(Host, "close", lambda host: (said.append(host.kernels), kept(host)))
     outcome = shot.run(
         to=["move"], report=lambda event: said.append(event.message) if event.kind == "warning" else None
     )

@@ -6,7 +6,7 @@ import subprocess
 import pytest
 
 from hairpipe import child
-from hairpipe.graph.run.pool import environment
+from hairpipe.graph.engine.member import environment
 from hairpipe.graph.worker import threading_layer
 from hairpipe.graph.worker.threading_layer import NAME, ORDER, CallCost, choose_layer, is_loadable
 

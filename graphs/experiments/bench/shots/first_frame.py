@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from hairpipe.child import command
+from hairpipe.graph.engine.member import environment
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.run.pool import environment
 from hairpipe.graph.store.store import Store
 from hairpipe.graph.worker import kernel_cache
 from hairpipe.graph.worker.machine_code import claim_kernels, kernels_environment, kernels_parent

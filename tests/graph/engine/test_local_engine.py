@@ -2,13 +2,13 @@
 
 import pytest
 
-from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.run.events import CODEC, Options
-from hairpipe.graph.run.pool import Member, Pool
+from hairpipe.graph.engine.member import Member
+from hairpipe.graph.run.events import Options
 from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.fingerprint import stamp_of
 from hairpipe.graph.store.store import Store
+
+from ..conftest import NO_JOB, local_engine
 
 
 @pytest.fixture
@@ -56,10 +56,10 @@ def test_a_worker_is_kept_for_its_own_store_alone(shot, spare):
 
 
 def test_a_worker_that_is_evaluating_ends_with_the_run(shot, spare):
-    pool = Pool(shot.store.root, CODEC, shot.nodes, 1, [], CodeReader(shot.store.remember), spare)
-    pool.send("serial", Task("a", None), {"type": "no_such_type"})
-    (member,) = pool.members
-    pool.close()
+    engine = local_engine(shot, spare)
+    engine.submit(NO_JOB)
+    (member,) = engine.host.members
+    engine.close()
     assert not spare and member.process.poll() is not None
 
 
@@ -69,12 +69,10 @@ def test_a_new_worker_replaces_an_old_one_unless_sources_were_edited(shot, spare
         file.write_text("")
     one, other, edited = ({str(file): stamp_of(file)} for file in files)
     for sources in (one | edited, other):
-        reader = CodeReader(shot.store.remember)
-        reader.stamps |= sources
-        pool = Pool(shot.store.root, CODEC, shot.nodes, 1, [], reader, spare)
-        pool.send("serial", Task("a", None), {"type": "no_such_type"})
-        assert [task for task, _ in pool.receive(None)] == [Task("a", None)]
-        pool.close()
+        engine = local_engine(shot, spare, sources)
+        engine.submit(NO_JOB)
+        assert [reply["key"] for reply in engine.replies(None)] == [NO_JOB.key]
+        engine.close()
         files[2].write_text("edited")
     (member,) = spare
     assert one.keys() | other.keys() <= member.hello["sources"].keys()

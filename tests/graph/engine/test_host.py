@@ -1,0 +1,276 @@
+"""A host refuses what its machine has not got, names it, and looks in the store before it evaluates."""
+
+import json
+import shutil
+from collections import Counter
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.engine import offer as offering
+from hairpipe.graph.engine.host import Host
+from hairpipe.graph.engine.local_engine import LocalEngine
+from hairpipe.graph.engine.offer import Offer, accept, sent_offer
+from hairpipe.graph.engine.protocol import Job
+from hairpipe.graph.file.trust import _granted
+from hairpipe.graph.key.code import CodeReader
+from hairpipe.graph.plan.resolve import Resolver
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.run.events import CODEC
+from hairpipe.graph.store.digest import action_key
+from hairpipe.graph.store.lease import Leases
+from hairpipe.graph.store.store import Store
+
+
+@pytest.fixture
+def sent(shot) -> Offer:
+    """The offer of a shot."""
+    shot.store.root.mkdir()
+    modules = tuple(path.stem for path in shot.nodes.glob("*.py"))
+    yield sent_offer(shot.store, CODEC, shot.nodes, modules)
+    _granted.clear()
+
+
+def job_of(shot, name="seed", **settings) -> Job:
+    """Make the job of a value for the shot that needs no other."""
+    graph = shot.load(**settings)
+    resolver = Resolver(graph, shot.store, graph.select(None))
+    task = Task(name, None)
+    parts = resolver.parts(task)
+    node = graph.nodes[name]
+    outputs = tuple(node.type.outputs)
+    files = resolver.files[name]
+    given = graph.settings(node)
+    time = resolver.time_of(task)
+    kind = node.type
+    return Job(action_key(parts), name, None, kind.name, kind.module, parts, given, time, files, outputs, None, True)
+
+
+def host_for(offer: Offer) -> Host:
+    """Make a host as on another machine: it knows nothing but the offer."""
+    reader = CodeReader(Store(Path(offer.store), read_only=True).remember, Path(offer.folder))
+    return Host(offer, "other", 1, reader)
+
+
+def evaluated(host: Host, job: Job):
+    """Give a job to a host and wait for the reply; both go through JSON."""
+    engine = LocalEngine(host)
+    fields = json.loads(json.dumps(asdict(job)))
+    engine.submit(Job(**fields | {"outputs": tuple(fields["outputs"])}))
+    (reply,) = engine.replies(60.0)
+    return json.loads(json.dumps(reply))
+
+
+def test_a_job_gives_what_a_run_gives_and_is_found_the_second_time(shot, sent):
+    accept(sent, "other")
+    host = host_for(sent)
+    job = job_of(shot)
+    reply = evaluated(host, job)
+    assert reply["key"] == job.key and reply["machine"] == "other" and "found" not in reply
+    assert evaluated(host, job)["found"]
+    host.close()
+    assert shot.tally() == {"make_seed": 1}
+    other = Store(shot.folder / "undisturbed")
+    shot.run(store=other, to=["seed"])
+    assert other.find(job.key).outputs == shot.store.find(job.key).outputs
+    assert shot.run().exit_code == 0 and shot.tally()["make_seed"] == 1, "that of the undisturbed run alone"
+
+
+def test_code_that_is_trusted_there_runs_here(shot, sent, monkeypatch):
+    monkeypatch.delenv("HAIRPIPE_TRUST")
+    accept(sent, "other")
+    host = host_for(sent)
+    assert "record" in evaluated(host, job_of(shot))
+    host.close()
+
+
+def test_code_that_is_trusted_nowhere_does_not_run(shot, sent, monkeypatch):
+    job = job_of(shot)
+    monkeypatch.delenv("HAIRPIPE_TRUST")
+    host = host_for(replace(sent, trusted=None))
+    reply = evaluated(host, job)
+    host.close()
+    assert "not trusted" in reply["failure"]["message"] and not shot.tally()
+
+
+@pytest.mark.parametrize("name", ["make_seed.py", "tally.py"])
+def test_other_code_of_a_node_is_refused_by_name(shot, sent, name):
+    """Were it evaluated, the wrong result would be stored under the key of the right one for ever."""
+    job = job_of(shot)
+    text = (shot.nodes / name).read_text()
+    (shot.nodes / name).write_text(text + "\nOTHER = 1\n")
+    with pytest.raises(BadInput, match=rf"^other has other code in .*nodes: {name} \(copy the folder there\)$"):
+        accept(sent, "other")
+    host = host_for(sent)
+    failure = evaluated(host, job)["failure"]
+    host.close()
+    said = f"other has other code of 'make_seed': {Path(name).stem} (install the same versions there, and retry)"
+    assert (failure["kind"], failure["message"]) == ("mismatch", said)
+    assert not shot.tally() and shot.store.find(job.key) is None
+
+
+def test_other_versions_are_named_with_both(shot, sent, monkeypatch):
+    job = job_of(shot)
+    monkeypatch.setattr("hairpipe.graph.key.code.version", lambda name: "99.0")
+    failure = evaluated(host_for(sent), job)["failure"]
+    assert failure["kind"] == "mismatch" and "numba 99.0 in place of 0." in failure["message"]
+    monkeypatch.setattr(offering, "VERSIONS", "hairpipe 99, Python 3.11")
+    with pytest.raises(BadInput, match=r"other has hairpipe 99, Python 3.11 .install hairpipe "):
+        accept(sent, "other")
+
+
+def test_another_class_of_processor_is_named(shot, sent, monkeypatch):
+    job = job_of(shot)
+    monkeypatch.setattr("hairpipe.graph.key.code.processor_class", lambda: "z80")
+    failure = evaluated(host_for(sent), job)["failure"]
+    assert failure["kind"] == "mismatch" and "processor z80 in place of " in failure["message"]
+
+
+def test_another_store_at_the_same_path_is_refused(shot, sent):
+    accept(sent, "other")
+    shutil.rmtree(shot.store.root)
+    for _ in range(2):
+        with pytest.raises(BadInput, match=r"other has another store, or none, at .* .mount the same folder"):
+            accept(sent, "other")
+        shot.store.root.mkdir(exist_ok=True)
+        (shot.store.root / "id").write_text("0" * 32)
+
+
+def test_an_input_file_with_other_bytes_is_refused(shot, sent):
+    file = shot.folder / "clip.txt"
+    file.write_text("four")
+    shot.write(shot.path.read_text().replace("value = 3", 'file = "clip.txt"'))
+    job = job_of(shot)
+    file.write_text("more than four")
+    failure = evaluated(host_for(sent), job)["failure"]
+    assert (failure["kind"], failure["message"].startswith(str(file))) == ("mismatch", True)
+    file.unlink()
+    assert "cannot be read on other" in evaluated(host_for(sent), job)["failure"]["message"]
+    file.write_text("four")
+    host = host_for(sent)
+    assert "record" in evaluated(host, job)
+    host.close()
+
+
+def test_what_another_process_evaluates_is_left_to_it(shot, sent):
+    job = job_of(shot)
+    leases = Leases(shot.store)
+    host = host_for(sent)
+    assert leases.acquire(job.key)
+    assert evaluated(host, job)["leased"]
+    leases.release(job.key)
+    assert "record" in evaluated(host, job)
+    host.close()
+
+
+class TwoMachines:
+    """An engine of two machines on this one."""
+
+    def __init__(self, resolver, options, refuse=()):
+        self.engines = {}
+        for machine in ("one", "two"):
+            offer = Offer(str(resolver.store.root), options.codec, str(resolver.graph.folder), ())
+            reader = CodeReader(resolver.store.remember, resolver.graph.folder)
+            self.engines[machine] = LocalEngine(Host(offer, machine, 1, reader))
+        self.machines = set(self.engines)
+        self.warnings = []
+        self.given = Counter()
+        self.refuse = refuse
+
+    def free(self):
+        return {name: engine.slots() for name, engine in self.engines.items() if name in self.machines}
+
+    def slots(self):
+        free = self.free().values()
+        return type(next(iter(free)))(sum(slots.wide for slots in free), sum(slots.narrow for slots in free))
+
+    def submit(self, job):
+        able = [name for name, slots in self.free().items() if (slots.wide if job.wide else slots.narrow)]
+        machine = next((name for name in able if name not in job.avoid), able[0])
+        self.given[machine] += 1
+        if machine in self.refuse:
+            job = replace(job, parts=job.parts | {"code": "0" * 40})
+        self.engines[machine].submit(job)
+
+    def replies(self, timeout):
+        while not (found := [reply for engine in self.engines.values() for reply in engine.replies(0.02)]):
+            if timeout is not None:
+                break
+        yield from found
+
+    def leave_out(self, machine):
+        self.machines.discard(machine)
+
+    def cancel(self, keys):
+        for engine in self.engines.values():
+            engine.cancel(keys)
+
+    def close(self):
+        for engine in self.engines.values():
+            engine.close()
+
+
+@pytest.fixture
+def two(monkeypatch):
+    """Run on two machines; gives the engines of all runs."""
+    made = []
+
+    def use(refuse=()):
+        def make(resolver, options):
+            made.append(TwoMachines(resolver, options, refuse))
+            return made[-1]
+
+        monkeypatch.setattr("hairpipe.graph.run.scheduler.make_engine", make)
+        return made
+
+    return use
+
+
+def test_two_scans_run_side_by_side_and_give_what_one_machine_gives(shot, two):
+    shot.path.write_text(shot.path.read_text() + '[other]\nlike = "sum"\nwarn = 3\n')
+    undisturbed = Store(shot.folder / "undisturbed")
+    shot.run(store=undisturbed)
+    counts = shot.tally()
+    made = two()
+    widest = 0
+
+    def watch(event):
+        nonlocal widest
+        widest = max(widest, sum(m.wide for e in made[-1].engines.values() for m in e.host.busy) if made else 0)
+
+    assert shot.run(report=watch).exit_code == 0
+    assert widest == 2 and min(made[-1].given.values()) > 5
+    assert shot.tally() == counts and shot.results() == shot.results(store=undisturbed)
+
+
+def test_a_killed_worker_is_replaced_once_on_another_machine(shot, two):
+    """Killed at its first attempt: the other machine evaluates it. Killed at each: a failure."""
+    shot.path.write_text(shot.path.read_text() + '[wrong]\ntype = "go_wrong"\nin.number = "move"\nhow = "kill"\n')
+    two()
+    outcome = shot.run(keep_going=True)
+    assert [(failure.kind, failure.task.frame) for failure in outcome.failures] == [("crash", 3)]
+    assert shot.tally()["go_wrong"] == 11
+    first = """if how == "kill" and open(os.environ["TOY_TALLY"]).read().count("go_wrong 3") == 1:"""
+    shot.edit("go_wrong.py", 'if how == "kill":', first)
+    said = []
+    assert shot.run(report=lambda event: said.append(event.message) if event.kind == "warning" else None).exit_code == 0
+    assert shot.tally()["go_wrong"] == 11
+    (message,) = said
+    assert message.startswith("the worker process was ended by SIGKILL") and message.endswith("other machines go on")
+
+
+def test_a_machine_with_other_code_is_left_out_with_one_warning(shot, two):
+    (made, said) = two(refuse=["one"]), []
+    assert shot.run(report=lambda event: said.append(event.message) if event.kind == "warning" else None).exit_code == 0
+    (message,) = said
+    assert message.startswith("one has other code of 'make_seed'") and message.endswith("other machines go on")
+    assert made[-1].machines == {"two"} and shot.tally()["add_up"] == 10
+
+
+def test_a_run_fails_where_no_machine_has_its_code(shot, two):
+    two(refuse=["one", "two"])
+    (failure,) = shot.run().failures
+    assert failure.kind == "mismatch" and "has other code of 'make_seed'" in failure.message
+    assert not shot.tally()
