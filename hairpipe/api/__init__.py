@@ -1,1 +1,1 @@
-"""The Python interface: what notebooks, `hairpipe.cli` and `hairpipe.tune` load, plan, run and read graphs with."""
+"""Python interface to load, plan, run and read graphs, for notebooks, `hairpipe.cli` and `hairpipe.tune`."""

@@ -1,4 +1,4 @@
-"""The cache of results as a whole: what is in it, whether it is intact, and what may be removed."""
+"""Cache of results: listing, verification and removal."""
 
 import os
 from collections.abc import Iterable
@@ -20,7 +20,7 @@ VARIABLE, USUAL = "HAIRPIPE_CACHE", "cache"
 
 
 def open_store(root: str | os.PathLike[str] | None = None, *, read_only: bool = False) -> Store:
-    """Open a cache; it need not exist. BadInput for what is not a folder, and for the cache of an untrusted user.
+    """Open a cache, which need not exist. BadInput for a path that is not a folder, and the cache of an untrusted user.
 
     root  by default the folder that HAIRPIPE_CACHE names, or `cache` in the current folder
     """
@@ -64,16 +64,16 @@ class Cache:
         from hairpipe.io.hdf5 import digest_file
 
         kernels: Path | None = None
-        with suppress(OSError):  # without a home folder there are none
+        with suppress(OSError):  # without a home folder there are no kernels
             kernels = kernels_parent()
         return verify(self._store(), digest_file, kernels)
 
     def clean(self, keep: Iterable[Kept] = (), *, older: float = 0.0, size: int = 0, dry_run: bool = False) -> Swept:
-        """Remove results, least recently used first, and every object that no result holds; report how much.
+        """Remove results, least recently used first, and unreferenced objects; report their number and size.
 
-        keep     results of these shots stay
-        older    only results that were not used for so long are removed [s]
-        size     results are removed until the cache takes no more than this [bytes]
+        keep     shots whose results are kept
+        older    only results that were unused for this time are removed [s]
+        size     results are removed down to this size of the cache [bytes]
         dry_run  report only
         """
         kept = live_keys(self._store(), [graph for shot in keep for graph in shot.graphs()])

@@ -1,4 +1,4 @@
-"""What one result is made of: an object to look into, whose text is a table."""
+"""Explanation of one result: an object, whose text is a table."""
 
 import json
 import time
@@ -21,7 +21,7 @@ class Explanation(planner.Explanation):
     """The plan of one task in detail, printed as a table of settings, inputs and outputs; fields as in the planner."""
 
     def __repr__(self) -> str:
-        """Write what would happen to the task and why, what its key is made of, and its result where there is one."""
+        """Write the planned state of the task with its reason, the parts of its key, and its result if there is one."""
         status = self.entry.status
         why = self.reasons if self.entry.status != "cached" else ()
         lines = [f"{self.entry.task}: {VERDICTS[status]}" + (f" {why[0]}" if status == "depends" else "")]
@@ -33,7 +33,7 @@ class Explanation(planner.Explanation):
         return "\n".join(lines)
 
     def document(self) -> dict[str, Any]:
-        """Describe it as a JSON document."""
+        """Describe the result as a JSON document."""
         record = self.record
         kept = {} if record is None else record.outputs
         return self.entry.task._asdict() | {
@@ -52,7 +52,7 @@ class Explanation(planner.Explanation):
 
 
 def made_of(parts: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """List what a key is made of: kind, name, value or digest; a group of settings field by field."""
+    """List the parts of a key: kind, name, value or digest; a group of settings field by field."""
     yield "type", parts["type"], ""
     yield "code", "", parts["code"]
     yield from (("setting", name, text) for name, text in spread(parts["settings"]))
@@ -61,7 +61,7 @@ def made_of(parts: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
 
 
 def spread(settings: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
-    """List settings by dotted name, as a graph file writes them; a group that is left out is absent."""
+    """List settings by dotted name, as in a graph file; an omitted group is absent."""
     for name, value in settings.items():
         if isinstance(value, Mapping):
             yield from spread(value, f"{prefix}{name}.")
@@ -70,7 +70,7 @@ def spread(settings: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str,
 
 
 def written(value: Any) -> str:
-    """Write the objects of a socket: one, those of the previous and the current frame, or how many frames."""
+    """Write the objects of a socket: one, those of the previous and the current frame, or the number of frames."""
     if value is None:
         return "not connected"
     if not isinstance(value, list):
@@ -88,7 +88,7 @@ def outputs(record: Record, thinned: frozenset[str]) -> list[tuple[str, str, str
 
 
 def evaluated(record: Record) -> str:
-    """Write when a result was computed, how long that took, and the warnings."""
+    """Write the time of computation of a result, its duration, and the warnings."""
     when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(record.created))
     on = f" on {record.processor_class}" if record.processor_class else ""
     on += f", threads by {record.threading_layer}" if record.threading_layer else ""

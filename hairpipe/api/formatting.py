@@ -1,4 +1,4 @@
-"""Numbers, names and tables as people read them."""
+"""Formatting of numbers, names and tables."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -53,7 +53,7 @@ def plural(count: int, noun: str) -> str:
 
 
 def shown(path: Path) -> str:
-    """Write where a file is: relative to the current folder where it lies in it."""
+    """Write the path of a file, relative to the current folder if it is in it."""
     path = path.resolve()
     here = Path.cwd()
     return one_line(str(path.relative_to(here) if path.is_relative_to(here) else path))

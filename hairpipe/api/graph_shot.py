@@ -1,4 +1,4 @@
-"""A checked graph with the cache of its results: plan, run, and read what was computed."""
+"""A checked graph with the cache of its results: plan, run, read."""
 
 import os
 import time
@@ -35,7 +35,7 @@ class GraphShot:
 
     It does not change: `changed` makes another one.
 
-    graph  as the engine sees it
+    graph  graph of the engine
     """
 
     def __init__(self, source: Source, store: Store, spare: list[Member] | None = None) -> None:
@@ -73,7 +73,7 @@ class GraphShot:
 
     @property
     def tables(self) -> dict[str, Any]:
-        """A copy of the tables of the graph file, `like` written out, settings changed."""
+        """A copy of the tables of the graph file, with `like` expanded and changed settings."""
         return self._source.tables
 
     def changed(self, set: Mapping[str, Any]) -> Self:
@@ -90,7 +90,7 @@ class GraphShot:
         return self.graph.upto(names) if names else self.graph
 
     def stopping(self) -> Stopping:
-        """Return what stops variants during a run; None for a shot of one variant."""
+        """Return the criteria that stop variants during a run; None for a shot of one variant."""
         return Stopping(self.graph, self._store, (), {})
 
     def plan(
@@ -101,7 +101,7 @@ class GraphShot:
         set: Mapping[str, Any] | None = None,
         publish_root: Path | None = None,
     ) -> Plan:
-        """Report what `run` would compute, and why; nothing is computed or written. BadInput where `run` raises it."""
+        """Report the computation of `run`, with reasons, without computing or writing. BadInput as of `run`."""
         shot = self.changed(set or {})
         graph = shot.part(to)
         Bounds(graph, self.cache, publish_root).check()
@@ -126,16 +126,16 @@ class GraphShot:
         publish_root: Path | None = None,
         force: bool = False,
     ) -> Run:
-        """Compute what has changed, and publish; BadInput before anything is computed. A node that fails is reported.
+        """Compute what has changed, and publish; BadInput before computing. A node that fails is reported.
 
         frames        such as "1001-1060x2", 1001, or range(1001, 1061); all frames by default. Frames before them are
                       computed where a simulation needs them
-        to            only these nodes and what they depend on
+        to            only these nodes and their dependencies
         set           settings to change for this run; the report's `shot` has them
-        jobs          processes, and threads of a simulation; all cores by default. No result depends on it
+        jobs          processes, and threads of a simulation; all cores by default. Results do not depend on it
         progress      called with every event, such as `print`
-        keep_going    after a failure, go on with what does not depend on it
-        publish_root  folder below which files may be published as well as below that of the project
+        keep_going    after a failure, continue with independent nodes
+        publish_root  folder below which files may be published in addition to that of the project
         force         overwrite files that hairpipe has not published, or that were changed since
         """
         shot = self.changed(set or {})
@@ -160,9 +160,9 @@ class GraphShot:
 
     @contextmanager
     def keeping_workers(self) -> Iterator[Self]:
-        """Give the shot with workers that stay between its runs, and those of shots made of it, until this ends.
+        """Yield the shot with workers that are kept between its runs, and those of shots made of it.
 
-        Within another such block they are those of the other, and stay until that ends.
+        Within another such block the workers are those of the outer one, and are kept until its end.
         """
         if self._spare is not None:
             yield self
@@ -181,7 +181,7 @@ class GraphShot:
 
         target  `hair.strands@1020`: output `strands` of `hair` at frame 1020; `hair@1020`: its first output; `groom`:
                 value for the shot. `hair`, of a node with a value per frame: values by frame
-        frames  of the run that computed it, where the result depends on them; of values by frame, which ones
+        frames  frames of the run, for a result that depends on them; for values by frame, the frames to read
         """
         node, output, frame = read_target(target) if isinstance(target, str) else target
         numbers = read_frames(frames)
@@ -192,19 +192,19 @@ class GraphShot:
         return {task.frame: read_value(self.graph, self._store, task, found.get(str(task)), output) for task in tasks}
 
     def read(self, task: Task, record: Record | None, output: str | None = None) -> Any:
-        """Read an output of a result by its record, see `plan`; BadInput where there is none, or it was not kept."""
+        """Read an output of a result by its record, see `plan`; BadInput for a missing result or output."""
         return read_value(self.graph, self._store, task, record, output)
 
     def object_path(self, name: str) -> Path:
-        """Where an object of a result lies in the cache, complete or not; ValueError for an invalid name."""
+        """Path of an object of a result in the cache, complete or not; ValueError for an invalid name."""
         return self._store.object_path(name)
 
     def player(self, node: str) -> Player:
-        """Play the simulations that lead to a node in this process, see `Player`; BadInput where it cannot be."""
+        """Play the simulations before a node in this process, see `Player`; BadInput where this is impossible."""
         return Player(self.graph, self._store, node)
 
     def playing_environment(self) -> dict[str, str]:
-        """Environment of a process that calls `player`; BadInput or OSError where kernels have no safe place."""
+        """Environment of a process that calls `player`; BadInput or OSError without a safe folder for kernels."""
         return playing_environment(self.graph, self._store)
 
     def single(self, target: Target) -> Target:
@@ -215,13 +215,13 @@ class GraphShot:
         return target
 
     def results(self, frames: FrameSet = None, *, to: Names = ()) -> dict[str, Record]:
-        """Return the record of every result that is in the cache, by target: what it is made of, when, in how long."""
+        """Return the records of all cached results, by target: inputs, time and duration of computation."""
         planner = Planner(self.part(to), self._store, read_frames(frames))
         known = [entry.task for entry in planner.entries() if entry.status == "cached"]
         return {str(task): planner.resolver.results[task] for task in known}
 
     def explain(self, target: str | Target, *, frames: FrameSet = None) -> Explanation:
-        """Report what a result is made of, and every difference to the latest one; BadInput for an unknown target."""
+        """Report the inputs of a result, and every difference to the latest one; BadInput for an unknown target."""
         node, output, frame = read_target(target) if isinstance(target, str) else target
         self.graph.output(node, output)
         return Explanation(**vars(explain_task(self.graph, self._store, Task(node, frame), read_frames(frames))))

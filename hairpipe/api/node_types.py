@@ -1,4 +1,4 @@
-"""Node types: which there are, and what each takes and gives."""
+"""Node types: list, inputs, outputs and settings."""
 
 import dataclasses
 from pathlib import Path
@@ -29,10 +29,10 @@ FOLDER = "nodes"
 
 
 def node_types(graph: str | Path | None = None, *, experiments: bool = False) -> Registry:
-    """Return the node types that a graph finds: `names()` lists them, `find(name)` imports one.
+    """Return the node types of a graph: `names()` lists them, `find(name)` imports one.
 
-    graph        path of a file, or name of a shipped graph; None for those that every graph finds
-    experiments  without a graph: those that only our experiments find, too, which a checkout alone has
+    graph        path of a file, or name of a shipped graph; None for the types of every graph
+    experiments  without a graph: whether the types of our experiments are included, which only a checkout has
     """
     if graph is not None:
         return Registry(find_graph(graph).parent / FOLDER)
@@ -40,7 +40,7 @@ def node_types(graph: str | Path | None = None, *, experiments: bool = False) ->
 
 
 def type_of(source: Source, node: str) -> NodeType | None:
-    """Find the type of a node in a graph that may have faults; None where there is none, or it is not trusted."""
+    """Find the type of a node in a graph that may have faults; None for a missing or untrusted one."""
     table: Any = source.tables.get(node)
     if not isinstance(table, dict) or not isinstance(table.get("type"), str):
         return None
@@ -51,7 +51,7 @@ def type_of(source: Source, node: str) -> NodeType | None:
 
 
 def summary_of(catalogue: Registry, name: str) -> str:
-    """Return the first line of a node type's documentation, or say why it cannot be loaded."""
+    """Return the first line of a node type's documentation, or why it cannot be loaded."""
     try:
         return catalogue.find(name).summary
     except Untrusted as error:
@@ -61,7 +61,7 @@ def summary_of(catalogue: Registry, name: str) -> str:
 
 
 def fields_within(field: Field) -> tuple[Field, ...]:
-    """List the fields of a group, with the defaults that the group has here."""
+    """List the fields of a group, with the defaults of this group."""
     if not dataclasses.is_dataclass(field.default):
         return field.group
     return tuple(dataclasses.replace(inner, default=getattr(field.default, inner.name)) for inner in field.group)

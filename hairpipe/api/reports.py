@@ -1,4 +1,4 @@
-"""What a plan and a run report: objects to look into, whose text is a table."""
+"""Reports of plans and runs: objects whose text is a table."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -33,7 +33,7 @@ __all__ = [
 
 
 Status = Literal["cached", "computed", "resumed", "running", "failed"]
-"""What became of a task in a run; resumed: it was computed again for its state, which had not been kept."""
+"""Status of a task in a run; resumed: computed again for its state, which had not been kept."""
 STATUSES: dict[str, Status] = {"cached": "cached", "finished": "computed", "failed": "failed", "started": "running"}
 """By the kind of an event."""
 
@@ -42,7 +42,7 @@ STATUSES: dict[str, Status] = {"cached": "cached", "finished": "computed", "fail
 class Plan:
     """Planned evaluation of every node and frame, each after those it needs.
 
-    records  of the results that are in the cache: what each is made of, when, in how long
+    records  of cached results: inputs, time and duration of computation
     stopped  stopped variants of a wedge, with reasons
     """
 
@@ -59,7 +59,7 @@ class Plan:
         return len(self.entries)
 
     def __repr__(self) -> str:
-        """Write a table: node, frames, and what would happen to them; then the totals."""
+        """Write a table: node, frames, and planned state; then the totals."""
         counts = Counter(entry.status for entry in self.entries)
         waiting = f", up to {counts['depends']:,} more, depending on these results" if counts["depends"] else ""
         total = f"{plural(counts['run'], 'result')} to compute{waiting}, {counts['cached']:,} cached"
@@ -67,7 +67,7 @@ class Plan:
 
 
 def plan_rows(entries: Iterable[Entry]) -> list[tuple[str, str, str]]:
-    """Fold the frames of each node that share a status: node, frames, what and why."""
+    """Fold the frames of each node with the same planned state: node, frames, state with reason."""
     groups: dict[tuple[str, str], list[int]] = {}
     for entry in entries:
         frames = groups.setdefault((entry.task.node, status_text(entry)), [])
@@ -81,12 +81,12 @@ def plan_rows(entries: Iterable[Entry]) -> list[tuple[str, str, str]]:
 
 
 def stop_lines(stopped: dict[str, str]) -> str:
-    """Write below a table which variants were stopped, with reasons."""
+    """Write the stopped variants below a table, with reasons."""
     return "".join(f"\nstopped: {variant}: {why}" for variant, why in stopped.items())
 
 
 def status_text(entry: Entry) -> str:
-    """Describe what would happen to a task, in words that are equal for similar frames."""
+    """Describe the planned state of a task, equal for similar frames."""
     if entry.status == "cached":
         return "cached"
     if entry.status == "run":
@@ -95,7 +95,7 @@ def status_text(entry: Entry) -> str:
 
 
 class Recorder:
-    """Counts the events of a run, collects its warnings, and passes every event on.
+    """Receiver of the events of a run: counts them, collects warnings, and passes every event on.
 
     warnings  tasks by node and message, in the order in which they came
     statuses  what became of every task that was reached
@@ -138,14 +138,14 @@ class ResultReader(Protocol):
 class Run:
     """A run that has ended.
 
-    shot      that was run, with the settings of the run
-    graph     the part of it that was run
-    frames    that were asked for
+    shot      shot with the settings of the run
+    graph     part of the graph that was run
+    frames    requested frames
     outcome   counts, failures, published files, seconds by node
-    progress  number of results by node: in all, evaluated, cached
-    warnings  tasks by node and message, in the order in which they came
-    statuses  what became of every task that was reached
-    seconds   that the run took altogether [s]
+    progress  number of results by node: total, evaluated, cached
+    warnings  tasks by node and message, in order of time
+    statuses  status of every task that was reached
+    seconds   duration of the run [s]
     stopped   stopped variants of a wedge, with reasons
     """
 
@@ -161,16 +161,16 @@ class Run:
 
     @property
     def ok(self) -> bool:
-        """Whether everything that was asked for has been computed and published."""
+        """Whether all requested results have been computed and published."""
         return self.outcome.exit_code == 0
 
     @property
     def failures(self) -> tuple[Failure, ...]:
-        """Tasks that failed: which, the kind of failure, the message, the traceback."""
+        """Failed tasks: task, kind of failure, message, traceback."""
         return self.outcome.failures
 
     def get(self, target: str) -> Any:
-        """Read a result of this run, as `Shot.get` does."""
+        """Read a result of this run, as `Shot.get`."""
         return self.shot.get(target, frames=self.frames)
 
     def __repr__(self) -> str:
@@ -179,7 +179,7 @@ class Run:
 
     @property
     def summary(self) -> str:
-        """A table of seconds by node, that passed and of the processor; the totals; where the published files are."""
+        """A table of wall-clock and processor time by node; the totals; paths of published files."""
         outcome = self.outcome
         rows = [("node", "computed", "cached", "seconds", "processor")]
         for name, node in self.progress.items():
@@ -191,7 +191,7 @@ class Run:
         return f"{table(rows, '<>>>>')}\n{total}{stop_lines(self.stopped)}\n\n{self._places()}".rstrip()
 
     def warning_lines(self, fewest: int = 1) -> list[str]:
-        """List the warnings that came at least so many times, with the frames."""
+        """List the warnings that occurred at least `fewest` times, with the frames."""
         return [
             f"warning: {folded(node, tasks)}: {message}"
             for (node, message), tasks in self.warnings.items()
@@ -204,7 +204,7 @@ class Run:
         return [f"failed: {failure}" for failure in self.failures] + interrupted * self.outcome.interrupted
 
     def _places(self) -> str:
-        """Write where the published files are, node by node."""
+        """Write the paths of published files by node."""
         nodes = self.graph.nodes.values()
         lines = [(node.name, found) for node in nodes if (found := self._place(node))]
         if lines or any(node.publish for node in nodes):
@@ -212,7 +212,7 @@ class Run:
         return f"nothing is published; results are in {shown(self.shot.cache)}, see `hairpipe get`"
 
     def _place(self, node: Node) -> str:
-        """Write where the files of a node are; empty where none was published."""
+        """Write the paths of the files of a node; empty without published files."""
         published = set(self.outcome.published)
         frames = self.frames if node.per_frame else (None,)
         paths = [path for frame in frames if (path := node.publish_path(frame)) and str(path) in published]

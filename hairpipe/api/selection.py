@@ -1,4 +1,4 @@
-"""Which results a user means: targets such as `hair.strands@1020`, sets of frames, names of nodes."""
+"""Selection of results: targets such as `hair.strands@1020`, sets of frames, names of nodes."""
 
 import re
 from collections.abc import Iterable
@@ -16,7 +16,7 @@ Names = str | Iterable[str]
 
 
 class Target(NamedTuple):
-    """A result: a node, which of its outputs (None for the first), at which frame (None for a value for the shot)."""
+    """A result: node, output (None for the first), frame (None for a value for the shot)."""
 
     node: str
     output: str | None
@@ -24,7 +24,7 @@ class Target(NamedTuple):
 
 
 def read_target(text: str) -> Target:
-    """Read `NODE[.OUTPUT][@FRAME]`; BadInput where a text is nothing like it."""
+    """Read `NODE[.OUTPUT][@FRAME]`; BadInput for another text."""
     match = re.fullmatch(r"([^.@]+)(?:\.([^.@]+))?(?:@(-?\d{1,9}))?", text)
     if not match:
         raise BadInput(

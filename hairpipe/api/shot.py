@@ -45,11 +45,10 @@ def load(
             newline, the text of a graph; as a mapping, its tables
     set     settings to change, by `node.setting` or `node.group.setting`
     cache   folder of results; by default HAIRPIPE_CACHE, or `cache` in the current folder
-    folder  in which a text or tables count as lying, the current folder by default: the files they name, the folder
-            `nodes`, and what they publish are relative to it. Published files stay below it, or below the folder that
-            holds `graphs` where it lies in such a folder
+    folder  folder of a text or of tables, the current folder by default: files, the folder `nodes`, and published files
+            are relative to it. Files are published below it, or below the parent of a folder `graphs` that contains it
 
-    Untrusted, which is a BadInput, where the graph comes with code that is not trusted: see `hairpipe trust`.
+    Untrusted, which is a BadInput, for a graph with code that is not trusted: see `hairpipe trust`.
     """
     source = read_source(graph, folder)
     return Shot(source.changed(set) if set else source, open_store(cache))
@@ -58,7 +57,7 @@ def load(
 class Shot(GraphShot):
     """A checked graph file with the cache of its results. It does not change: `changed` makes another one.
 
-    graph  as the engine sees it
+    graph  graph of the engine
     """
 
     @property
@@ -68,15 +67,15 @@ class Shot(GraphShot):
 
     @property
     def wedges(self) -> dict[str, Wedge]:
-        """The wedges of the graph file, by name: what varies, and the settings of every variant."""
+        """The wedges of the graph file, by name: axes, and the settings of every variant."""
         return self._source.wedges
 
     def wedge(self, name: str) -> WedgeShot:
-        """Return a shot of all variants of a wedge in one graph; BadInput where there is none, or for a bad variant."""
+        """Return a shot of all variants of a wedge in one graph; BadInput for a missing wedge or a bad variant."""
         return WedgeShot(self._source, self._store, name)
 
     def save(self, set: Mapping[str, Any]) -> None:
-        """Write settings into the graph file, by `node.setting` or `node.group.setting`; nothing else there changes.
+        """Write settings into the graph file, by `node.setting` or `node.group.setting`, and change nothing else.
 
         BadInput for a setting that the graph refuses, and for a shipped graph.
         """
@@ -92,5 +91,5 @@ class Shot(GraphShot):
         return [self.graph, *(self.wedge(name).graph for name in self.wedges)]
 
     def reloaded(self) -> Self:
-        """Return the shot as its file is now, without changes; BadInput as for `load`."""
+        """Return the shot of the present file, without changes; BadInput as for `load`."""
         return self._of(read_source(self.given))

@@ -1,4 +1,4 @@
-"""Finds a graph by what a user gives: a file, the name of a shipped graph, the text of a graph, or its tables."""
+"""Find a graph by a path, the name of a shipped graph, the text of a graph, or its tables."""
 
 import os
 from collections.abc import Mapping
@@ -18,12 +18,12 @@ from hairpipe.graph.node.messages import nearest
 
 Given = str | os.PathLike[str] | Mapping[str, Any]
 UNNAMED = "<text>"
-"""Stands for the name of the file in messages about a graph that has none."""
+"""Name in messages of a graph without a file."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """A graph as it was read, before it is checked.
+    """A graph that was read, before its check.
 
     text     its tables, and their lines
     shipped  name of a graph that is installed with hairpipe; None for any other graph
@@ -43,7 +43,7 @@ class Source:
 
     @property
     def tables(self) -> Tables:
-        """A copy of the tables, in which `like` is written out; BadInput where it cannot be."""
+        """A copy of the tables, with `like` expanded; BadInput for an invalid `like`."""
         return deepcopy(written_out(self.text).tables)
 
     @property
@@ -73,12 +73,12 @@ class Source:
 
 
 def read_source(given: Given, folder: str | os.PathLike[str] | None = None) -> Source:
-    """Read a graph; BadInput where there is none, or where its text is not TOML.
+    """Read a graph; BadInput for a missing graph, or a text that is not TOML.
 
     given   path of a file; as a str without a newline, path of a file or name of a shipped graph; as a str with a
             newline, the text of a graph; as a mapping, its tables
-    folder  in which a text or tables count as lying: the files they name, `nodes`, and what they publish are relative
-            to it; the current folder by default
+    folder  folder of a text or of tables, the current one by default: files, `nodes` and published files are relative
+            to it
     """
     if isinstance(given, Mapping):
         return Source(GraphText(Path(folder or Path.cwd(), UNNAMED), "").edited(plain(given)))
@@ -110,7 +110,7 @@ def find_graph(given: str | os.PathLike[str]) -> Path:
     if given in graphs:
         return graphs[os.fspath(given)]
     if path.exists() or path.suffix or not graphs:
-        return path  # the reader reports what is wrong with it
+        return path  # the reader reports its faults
     raise BadInput(
         f"no graph '{given}'", right=f"a graph file, or one that is shipped; {nearest(str(given), [*graphs])}"
     )
@@ -125,7 +125,7 @@ def publish_below(folder: Path, node: Node, original: Path) -> Node:
 
 
 def plain(value: Any) -> Any:
-    """Return a value as TOML has it: lists for tuples and arrays, numbers for scalars of numpy, texts for paths."""
+    """Convert a value to TOML: lists for tuples and arrays, numbers for scalars of numpy, texts for paths."""
     if isinstance(value, Mapping):
         return {name: plain(item) for name, item in value.items()}
     if isinstance(value, list | tuple):

@@ -1,4 +1,4 @@
-"""Gives variants of a wedge up: each frame of a measure is compared with the wedge's criteria as it is computed."""
+"""Stop variants of a wedge: each frame of a measure is compared with the wedge's criteria once it is computed."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -18,10 +18,10 @@ from hairpipe.graph.store.store import Store
 class Stopping(Judge):
     """Stopped variants, with frame and reason.
 
-    Frames up to the one that fails a criterion are still computed: which that is does not depend on the order of tasks.
+    Frames up to the one that fails a criterion are computed: it does not depend on the order of tasks.
 
     graph     of all variants
-    criteria  each of a column of a measure with a value per frame
+    criteria  comparisons of columns of measures with a value per frame
     variants  names of the nodes of every variant in the graph, by their names in the graph file
     """
 
@@ -80,7 +80,7 @@ def read_table(graph: Graph, store: Store, task: Task, record: Record) -> Table:
 
 
 def broken(criterion: Comparison, table: Table) -> str | None:
-    """Compare a column of a table; return the worst value that ends a variant in words, None where none does."""
+    """Compare a column of a table; return the worst value that stops a variant in words, None without one."""
     if criterion.column not in table.numbers:
         what = f"stop: '{criterion.node}' has no column"
         right = nearest(criterion.column, list(table.numbers))

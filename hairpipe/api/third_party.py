@@ -1,4 +1,4 @@
-"""Third-party data that some graphs and tests read: the source of each file, and whether a folder holds it."""
+"""Third-party data that some graphs and tests read: source and presence of each file."""
 
 import csv
 import hashlib
@@ -15,7 +15,7 @@ TABLE = "assets/third_party.csv"
 
 
 class Source(NamedTuple):
-    """A file, and where it is from.
+    """A file and its source.
 
     name     in the data folder
     commit   of the repository, on GitHub, in which the file has this path
@@ -45,7 +45,7 @@ def check_data() -> tuple[Path, dict[Source, State]]:
 
 
 def state_of(source: Source, folder: Path) -> State:
-    """Compare a file in a data folder with its digest; anything but a regular file differs, and is not read."""
+    """Compare a file in a data folder with its digest; a path that is not a regular file differs, and is not read."""
     path = folder / source.name
     if not path.exists():
         return "absent"

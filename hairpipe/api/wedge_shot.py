@@ -1,4 +1,4 @@
-"""All variants of a wedge as one shot: what they share is computed once. `Shot.wedge` makes one."""
+"""All variants of a wedge as one shot: common results are computed once. `Shot.wedge` makes one."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -28,9 +28,9 @@ __all__ = ["Variant", "WedgeShot"]
 class Variant:
     """A variant of a wedge.
 
-    settings  that differ from the graph file, by `node.setting` or `node.group.setting`
-    graph     the graph file with these settings; its results have the keys that they have in the wedge
-    names     of its nodes in the graph of all variants, by their own
+    settings  differences to the graph file, by `node.setting` or `node.group.setting`
+    graph     the graph file with these settings; its results have the same keys in the wedge
+    names     names of its nodes in the graph of all variants, by their names in the graph file
     """
 
     name: str
@@ -40,10 +40,10 @@ class Variant:
 
 
 class WedgeShot(GraphShot):
-    """All variants of a wedge in one graph: nodes that are the same in several are there once.
+    """All variants of a wedge in one graph: equal nodes of several variants exist once.
 
     definition  of the wedge in the graph file
-    original    the graph file as it stands
+    original    the unchanged graph file
     variants    by name
     """
 
@@ -52,7 +52,7 @@ class WedgeShot(GraphShot):
         self.definition: Wedge = find_wedge(source.text, name)
         chosen = self.definition.variants
         tables = {name: table for name, table in source.text.tables.items() if name != WEDGE}
-        alone = source.edited(tables)  # the wedges are checked: a variant need not check all of them once more
+        alone = source.edited(tables)  # the wedges are checked once, not for every variant
         graphs = {label: self._graph_of(alone, label, settings) for label, settings in chosen.items()}
         self.original = self.graph
         self.graph, names = merged(graphs, self._name_of)
@@ -62,7 +62,7 @@ class WedgeShot(GraphShot):
     def part(self, to: Names) -> Graph:
         """Return the graph of all variants, or the part of it up to some nodes, named as in the graph file.
 
-        What is judged to give variants up is part of it in any case.
+        Measures of criteria that stop variants are always part of it.
         """
         wanted = [self.original.node(name).name for name in read_names(to)]
         wanted += [criterion.node for criterion in self.definition.stop] if wanted else []
@@ -70,7 +70,7 @@ class WedgeShot(GraphShot):
         return self.graph.upto(names) if names else self.graph
 
     def variant(self, name: str) -> Variant:
-        """Find a variant; BadInput with the nearest name where there is none."""
+        """Find a variant; BadInput with the nearest name for a missing one."""
         if name not in self.variants:
             right = nearest(name, list(self.variants))
             raise BadInput(f"'{self.definition.name}' has no variant '{name}'", where=self.path, right=right)
@@ -90,7 +90,7 @@ class WedgeShot(GraphShot):
         return read_value(self.graph, self._store, task, record, output)
 
     def size_of(self, records: Iterable[Record]) -> int:
-        """Add up what results take, each object once, without the states of simulations that were not kept [bytes]."""
+        """Return the size of results, each object once, without states of simulations that were not kept [bytes]."""
         sizes = {name: size for record in records for name, size in record.objects()}
         return sum(size for name, size in sizes.items() if self._store.has(name))
 
@@ -99,7 +99,7 @@ class WedgeShot(GraphShot):
         return read_table(self.graph, self._store, task, record)
 
     def stopping(self) -> Stopping:
-        """Return what gives variants up during a run."""
+        """Return the criteria that stop variants during a run."""
         names = {label: variant.names for label, variant in self.variants.items()}
         return Stopping(self.graph, self._store, self.definition.stop, names)
 
@@ -107,7 +107,7 @@ class WedgeShot(GraphShot):
         return type(self)(source, self._store, self.definition.name)
 
     def _graph_of(self, source: Source, label: str, settings: dict[str, Any]) -> Graph:
-        """Check a variant as the graph file is checked."""
+        """Check a variant like a graph file."""
         try:
             return source.changed(settings).graph()
         except BadInput as fault:
@@ -115,14 +115,14 @@ class WedgeShot(GraphShot):
             raise BadInput(fault.what, where=where, right=fault.right) from None
 
     def _name_of(self, labels: Sequence[str]) -> str:
-        """Name some variants after the settings that they have in common."""
+        """Name variants after their common settings."""
         axes = self.definition.axes
         first = self.definition.variants[labels[0]]
         alike = [target for target in axes if all(self.definition.variants[o][target] == first[target] for o in labels)]
         return variant_name(self.definition.short_names, {target: first[target] for target in alike})
 
     def _check_stop(self) -> None:
-        """Refuse a criterion on a node without a value per frame: nothing could be stopped."""
+        """Raise BadInput for a criterion on a node without a value per frame."""
         for criterion in self.definition.stop:
             node = self.original.nodes[criterion.node]
             if not node.per_frame:

@@ -1,4 +1,4 @@
-"""Progress as bars, one for every node that is under way; drawn by rich on a terminal."""
+"""Progress as bars, one for every running node; drawn by rich on a terminal."""
 
 from rich.console import Console
 from rich.live import Live
@@ -16,9 +16,9 @@ REFRESHES = 8
 
 
 class Bars:
-    """Draws a bar per node that is under way: frames done, seconds per frame, time left, how many were cached.
+    """Display of a bar per running node: frames done, seconds per frame, time left, cached frames.
 
-    rows  that are shown now
+    rows  visible rows
     """
 
     def __init__(self, progress: Progress) -> None:
@@ -35,7 +35,7 @@ class Bars:
         self._live.start()
 
     def update(self, event: Event) -> None:
-        """Lay out new rows, and leave the old ones as they are: the drawing thread may read them at any time."""
+        """Lay out new rows, and do not change the old ones: the drawing thread may read them at any time."""
         rows = Table.grid(padding=(0, 2))
         for name, node in self._progress.nodes.items():
             if node.running or (node.evaluated and node.done < node.total):
@@ -47,7 +47,7 @@ class Bars:
         self._console.print(one_line(line), markup=False, soft_wrap=True)
 
     def end(self) -> None:
-        """Wipe the bars away."""
+        """Remove the bars."""
         self._live.stop()
 
 

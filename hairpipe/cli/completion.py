@@ -1,4 +1,4 @@
-"""Shell completion: graphs, node types, nodes, their outputs, settings and values. It runs no untrusted code."""
+"""Shell completion: graphs, node types, nodes, their outputs, settings and values; no untrusted code is run."""
 
 import json
 import os
@@ -32,13 +32,13 @@ def complete_type(ctx: click.Context, param: click.Parameter, incomplete: str) -
 
 
 def complete_node(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
-    """Offer the nodes of the graph that stands before."""
+    """Offer the nodes of the graph of the command line."""
     source = graph_before(ctx)
     return [name for name in nodes_of(source.tables) if name.startswith(incomplete)] if source else []
 
 
 def complete_target(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
-    """Offer the nodes, and behind a dot the outputs of one."""
+    """Offer the nodes, and after a dot the outputs of one."""
     node, dot, _ = incomplete.partition(".")
     if not dot:
         return complete_node(ctx, param, incomplete)
@@ -51,7 +51,7 @@ def complete_target(ctx: click.Context, param: click.Parameter, incomplete: str)
 
 
 def complete_setting(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
-    """Offer the nodes, behind a dot the settings of one with their defaults, and behind = the values there are."""
+    """Offer the nodes, after a dot the settings of one with their defaults, and after = the values."""
     name, equals, _ = incomplete.partition("=")
     node, dot, _ = name.partition(".")
     if not dot:
@@ -74,18 +74,18 @@ def complete_setting(ctx: click.Context, param: click.Parameter, incomplete: str
 
 
 def complete_wedge(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
-    """Offer the wedges of the graph that stands before."""
+    """Offer the wedges of the graph of the command line."""
     return [name for name in wedges_before(ctx) if name.startswith(incomplete)]
 
 
 def complete_variant(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
-    """Offer the variants of the wedge that stands before."""
+    """Offer the variants of the wedge of the command line."""
     found = wedges_before(ctx).get(ctx.params.get("name", ""))
     return [name for name in found.variants if name.startswith(incomplete)] if found else []
 
 
 def wedges_before(ctx: click.Context) -> "dict[str, Wedge]":
-    """Read the wedges of the graph that stands before; none where they cannot be read."""
+    """Read the wedges of the graph of the command line; none where they cannot be read."""
     source = graph_before(ctx)
     try:
         return source.wedges if source else {}
@@ -94,10 +94,10 @@ def wedges_before(ctx: click.Context) -> "dict[str, Wedge]":
 
 
 def graph_before(ctx: click.Context) -> "Source | None":
-    """Read the graph file that stands before; None where there is none that can be read."""
+    """Read the graph of the command line; None without a readable one."""
     from hairpipe.api.source import read_source
 
-    given = ctx.params.get("graph") or next(iter(ctx.args), "")  # behind `--to` click has not come to reading arguments
+    given = ctx.params.get("graph") or next(iter(ctx.args), "")  # after `--to` click has not read arguments yet
     try:
         source = read_source(given)
         return source.edited(source.tables)
@@ -115,24 +115,24 @@ def leaves(fields: "tuple[Field, ...]", prefix: str) -> "Iterator[tuple[str, Fie
 
 
 def values_of(field: "Field") -> list[str]:
-    """List the values of a setting where there are few, else its default."""
+    """List the choices of a setting, else its default."""
     if get_origin(field.base) is Literal:
         return [str(choice) for choice in get_args(field.base)]
     return ["true", "false"] if field.base is bool else [default_of(field)]
 
 
 def default_of(field: "Field") -> str:
-    """Write the default of a setting; empty where there is none, or none that can be written as a word."""
+    """Write the default of a setting; empty without one, or for one that is not a word."""
     if isinstance(field.default, str):
         return field.default
     return json.dumps(field.default) if isinstance(field.default, bool | int | float) else ""
 
 
 class Bash(BashComplete):
-    """Completion in bash, which takes = for a word: what stands around it is one to us, and only its end is offered."""
+    """Completion in bash, where = is a word of its own: the parts are joined, and only the last one is offered."""
 
     def get_completion_args(self) -> tuple[list[str], str]:
-        """Read the words before the cursor, and the one at it."""
+        """Read the words before and at the cursor."""
         args, incomplete = super().get_completion_args()
         if incomplete == "=" and args:
             return args[:-1], f"{args[-1]}="
@@ -141,7 +141,7 @@ class Bash(BashComplete):
         return args, incomplete
 
     def format_completion(self, item: CompletionItem) -> str:
-        """Write what bash puts in place of the word at the cursor."""
+        """Write the replacement of the word at the cursor."""
         words = os.environ["COMP_WORDS"].split()[: int(os.environ["COMP_CWORD"]) + 1]
         behind = "=" in words[-2:]
         return f"{item.type},{item.value.partition('=')[2] if behind else item.value}"

@@ -1,4 +1,4 @@
-"""`hairpipe`: finds the command, and reports a fault in one message."""
+"""`hairpipe`: find the command, and report a fault in one message."""
 
 import importlib
 import io
@@ -29,10 +29,10 @@ COMPLETION = 'Shell completion: eval "$(_HAIRPIPE_COMPLETE=bash_source hairpipe)
 
 
 class Group(click.Group):
-    """Commands whose faults that a person can mend become one message and an exit code."""
+    """Commands that report bad input in one message, with an exit code."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Carry out a command."""
+        """Run a command."""
         if signal.getsignal(signal.SIGINT) is leave:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         try:
@@ -54,10 +54,10 @@ class Group(click.Group):
 
 
 class Commands(Group):
-    """The commands by name; a command is imported when it is called, so that starting is cheap."""
+    """Commands by name, imported when they are called, so that the start is fast."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """List the commands in the order in which one meets them."""
+        """List the commands in the order of their use."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
@@ -69,14 +69,14 @@ class Commands(Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command that the arguments begin with; for an unknown one, name the nearest."""
+        """Find the command of the arguments; for an unknown one, suggest the nearest."""
         if not args[0].startswith("-") and args[0] not in COMMANDS and not ctx.resilient_parsing:
             ctx.fail(f"no command '{args[0]}' ({nearest(args[0], list(COMMANDS))})")
         return super().resolve_command(ctx, args)
 
 
 def close_output() -> None:
-    """Send what is still to be written to nowhere, so that Python does not complain about it at the end."""
+    """Discard unwritten output, so that Python does not report it at exit."""
     with suppress(AttributeError, OSError):  # there may be no output, or none with a descriptor
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
@@ -101,6 +101,6 @@ def start(command: click.Command, name: str) -> None:
     open_stderr()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")  # a file name may be no text
+            stream.reconfigure(errors="backslashreplace")  # a file name may be invalid text
     add_completion_class(Bash)
     command(prog_name=name)

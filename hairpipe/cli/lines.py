@@ -1,4 +1,4 @@
-"""Progress as lines, for logs: one when a node begins, one when it is done, and one every few seconds in between."""
+"""Progress as lines, for logs: at begin and end of a node, and every few seconds in between."""
 
 import time
 
@@ -7,11 +7,11 @@ from hairpipe.api.reports import Event, NodeProgress, Progress, origin
 from hairpipe.cli.stderr import echo
 
 INTERVAL = 5.0
-"""Time between two lines about nodes that are under way [s]."""
+"""Interval of lines about running nodes [s]."""
 
 
 class NoProgress:
-    """Shows no progress, only warnings and failures."""
+    """Display of warnings and failures only."""
 
     def begin(self) -> None:
         """Begin to draw."""
@@ -28,7 +28,7 @@ class NoProgress:
 
 
 class Lines(NoProgress):
-    """Shows progress line by line."""
+    """Display of progress line by line."""
 
     def __init__(self, progress: Progress) -> None:
         self._progress = progress
@@ -37,7 +37,7 @@ class Lines(NoProgress):
         self._latest = time.monotonic()
 
     def update(self, event: Event) -> None:
-        """Write a line where a node begins or is done, and now and then in between."""
+        """Write a line where a node begins or ends, and at intervals in between."""
         if event.task is None:
             return
         name = origin(event.task.node)
@@ -51,7 +51,7 @@ class Lines(NoProgress):
         elif time.monotonic() - self._latest > INTERVAL:
             self._latest = time.monotonic()
             for other, progress in self._progress.nodes.items():
-                # Between two of its frames none of them runs.
+                # No frame of the node is running.
                 if other in self._begun - self._done:
                     echo(f"{other}: {running_line(progress)}")
 
@@ -73,9 +73,9 @@ def running_line(node: NodeProgress) -> str:
 
 
 class Steps:
-    """Says every few seconds how many of equal steps are done, with the time left; called with done, and of how many.
+    """Report of a number of equal steps every few seconds, with the time left; called with done and total.
 
-    noun  what is made in a step
+    noun  name of the product of a step
     """
 
     def __init__(self, noun: str) -> None:
@@ -83,7 +83,7 @@ class Steps:
         self._begun = self._latest = time.monotonic()
 
     def __call__(self, done: int, of: int) -> None:
-        """Say it, when it is time."""
+        """Write the report at the end of an interval."""
         now = time.monotonic()
         if now - self._latest > INTERVAL:
             self._latest = now

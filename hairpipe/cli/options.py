@@ -1,4 +1,4 @@
-"""Every argument and option that more than one command takes.
+"""Arguments and options of several commands.
 
 GRAPH        run plan explain graph get tune wedge; any number in cache; --graph in nodes
 TARGET       explain get
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def read_graph(ctx: click.Context, param: click.Parameter, given: Any) -> Any:
-    """Refuse the text of a graph, which `hairpipe.load` would take for one: here a graph is a path or a name."""
+    """Read the path or name of a graph; BadInput for the text of a graph, which `hairpipe.load` accepts."""
     for name in [given] if isinstance(given, str) else given or ():
         if "\n" in name:
             raise BadInput(f"no graph '{name}'", right="a graph file, or the name of a shipped graph")
@@ -42,7 +42,7 @@ def read_target(ctx: click.Context, param: click.Parameter, text: str) -> "Targe
 
 
 def read_overrides(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> dict[str, str]:
-    """Read `NODE.SETTING=VALUE`, any number of times; the last one of a setting counts."""
+    """Read repeated `NODE.SETTING=VALUE`; the last value of a setting is used."""
     pairs = [text.partition("=") for text in given]
     for name, equals, _ in pairs:
         if not equals:
@@ -51,7 +51,7 @@ def read_overrides(ctx: click.Context, param: click.Parameter, given: tuple[str,
 
 
 def parsed(overrides: Mapping[str, str]) -> dict[str, Any]:
-    """Read the values of settings: TOML where it parses, else the text as it stands."""
+    """Read the values of settings as TOML, else as texts."""
     from hairpipe.graph.file.overrides import parse_value
 
     return {target: parse_value(text) for target, text in overrides.items()}
@@ -68,7 +68,7 @@ def read_frames(ctx: click.Context, param: click.Parameter, text: str | None) ->
 
 
 def read_cache(ctx: click.Context, param: click.Parameter, path: Path) -> Path:
-    """Refuse what is not a folder and cannot become one, and the cache of an untrusted user."""
+    """Read a folder; BadInput for a path that cannot be a folder, and for the cache of an untrusted user."""
     from hairpipe.api.cache import open_store
 
     if not ctx.resilient_parsing:

@@ -9,15 +9,15 @@ import click
 from hairpipe.graph.node.messages import one_line
 
 DESCRIPTOR = 2
-"""Of the stream, by convention of all systems."""
+"""Descriptor of the stream."""
 
 
 class ClosedPipe(Exception):
-    """Nobody reads the messages: the other end of the pipe is closed."""
+    """The reader of the messages has closed the pipe."""
 
 
 def echo(line: str) -> None:
-    """Write a line to the standard error stream, which takes everything except results."""
+    """Write a line to the standard error stream, which gets everything except results."""
     try:
         click.echo(one_line(line), err=True)
     except BrokenPipeError:
@@ -34,11 +34,11 @@ def fail(message: str, code: int) -> None:
 
 
 def open_stderr() -> None:
-    """Discard errors if there is no stream for them: otherwise an opened file would get its number.
+    """Open a null stream if there is no standard error: otherwise another file would get its descriptor.
 
     Messages, and what workers print, would then be written into that file.
     """
     if sys.stderr is None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), DESCRIPTOR)
-        os.set_inheritable(DESCRIPTOR, True)  # where the file got that number at once, dup2 has done nothing
+        os.set_inheritable(DESCRIPTOR, True)  # dup2 does not if the file already has that descriptor
         sys.stderr = os.fdopen(DESCRIPTOR, "w")

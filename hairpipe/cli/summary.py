@@ -1,4 +1,4 @@
-"""What a run reports, as messages and as a document."""
+"""Report of a run, as messages and as a document."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ from hairpipe.cli.stderr import echo
 
 
 def report_faults(done: Run, verbose: bool) -> None:
-    """Report what failed, what was not reached, and which warnings came more than once."""
+    """Report failed and unreached nodes, and repeated warnings."""
     outcome = done.outcome
     for line in done.warning_lines(fewest=2):
         echo(line)
@@ -59,5 +59,5 @@ def document(done: Run) -> dict[str, Any]:
 
 
 def described(failure: Failure) -> dict[str, str]:
-    """Describe what went wrong."""
+    """Describe a failure."""
     return {"kind": failure.kind, "message": failure.message, "traceback": failure.traceback}

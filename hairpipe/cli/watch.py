@@ -1,4 +1,4 @@
-"""Shows a run: counts its progress, and draws it as well as the terminal can."""
+"""Display of a run: progress by bars on a terminal, or by lines."""
 
 import os
 import sys
@@ -16,17 +16,17 @@ class Drawing(Protocol):
         """Begin to draw."""
 
     def update(self, event: Event) -> None:
-        """Draw what an event has changed; the progress knows of it already."""
+        """Draw the change by an event, which the progress contains already."""
 
     def echo(self, line: str) -> None:
-        """Write a line that stays."""
+        """Write a permanent line."""
 
     def end(self) -> None:
         """Stop drawing."""
 
 
 class Watch:
-    """Receives the events of a run, and draws its progress while it is entered."""
+    """Context that receives the events of a run, and draws its progress."""
 
     def __init__(self, graph: Graph, jobs: int, *, quiet: bool) -> None:
         self.progress = Progress(graph, jobs)
@@ -34,7 +34,7 @@ class Watch:
         self._drawing = choose_drawing(self.progress, quiet)
 
     def __call__(self, event: Event) -> None:
-        """Show an event; a warning of a node once, whatever the number of frames."""
+        """Show an event; the same warning of a node once for all frames."""
         self.progress.update(event)
         if event.kind == "warning" and event.task is not None:
             if (event.task.node, event.message) not in self._said:
@@ -57,7 +57,7 @@ class Watch:
 
 
 def choose_drawing(progress: Progress, quiet: bool) -> Drawing:
-    """Bars on a terminal, lines elsewhere, nothing where that was asked for; rich is imported for bars only."""
+    """Choose bars on a terminal, lines elsewhere, nothing if quiet; rich is imported for bars only."""
     if quiet:
         return NoProgress()
     if sys.stderr.isatty() and os.environ.get("TERM") != "dumb":

@@ -1,4 +1,4 @@
-"""A value in a file of any supported format, by its suffix."""
+"""Writing of a value to a file of any supported format, by its suffix."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -14,9 +14,9 @@ SUFFIXES = (".h5", ".hdf5", ".npz", ".csv", ".usd", ".usda", ".usdc")
 def write_value(path: Path, value: Any, frame: int, fps: float) -> None:
     """Write a value, whole or not at all; CSV and USD of a body hold its mesh at rest.
 
-    frame  it belongs to, and frames per second, for formats that know of time
+    frame  frame of the value, and frames per second, for formats with time
 
-    Raises BadInput where the suffix is unknown or the value has no such form, OSError where nothing can be written.
+    Raises BadInput for an unknown suffix, or one that does not support the value, OSError for a path without access.
     """
     write = writer(path, value, frame, fps)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -27,7 +27,7 @@ def write_value(path: Path, value: Any, frame: int, fps: float) -> None:
 
 
 def writer(path: Path, value: Any, frame: int, fps: float) -> Callable[[Path], None]:
-    """Choose how to write a value; imports only what that takes."""
+    """Choose the writer of a value; imports only this one."""
     suffix = path.suffix.lower()
     if suffix in (".h5", ".hdf5"):
         from hairpipe.io.hdf5 import encode

@@ -34,10 +34,10 @@ def get(
 ) -> None:
     """Write a result to a file.
 
-    HDF5 (.h5), NPZ (.npz), CSV (.csv) or USD (.usd, .usda, .usdc), by the suffix of the file.
+    The format is given by the suffix: HDF5 (.h5), NPZ (.npz), CSV (.csv) or USD (.usd, .usda, .usdc).
 
     NODE@FRAME is the first output of a node at a frame, NODE.OUTPUT@FRAME another one. HDF5 and NPZ hold any value;
-    CSV and USD what has points: meshes and hair. A result that is a file already is copied as it is.
+    CSV and USD meshes and hair. A result that is a file is copied unchanged.
 
     A result that depends on all frames of a run is found with the --frames of that run.
     """

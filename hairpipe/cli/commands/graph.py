@@ -42,7 +42,7 @@ def as_dot(graph: "Graph") -> str:
 
 
 def as_mermaid(graph: "Graph") -> str:
-    """Write a graph in the language of mermaid; names carry a prefix, since `end` and others are reserved."""
+    """Write a graph in the language of mermaid; names have a prefix, since `end` and others are reserved."""
     lines = ["graph LR"]
     for node in graph.nodes.values():
         lines.append(f"  n_{node.name}" + MERMAID_SHAPES[node.type.mode].format(f"{node.name}<br>{node.type.name}"))

@@ -74,18 +74,18 @@ def text(node_type: "NodeType") -> str:
 
 
 def part(title: str, rows: list[tuple[str, str]]) -> list[str]:
-    """Lay out rows below a title; nothing where there are none."""
+    """Lay out rows below a title; empty without rows."""
     return [f"{title}\n" + "\n".join(f"  {line}" for line in table(rows, "<<").splitlines())] if rows else []
 
 
 def describe_socket(socket: "Socket") -> str:
-    """Say what goes into a socket."""
+    """Describe the values that a socket accepts."""
     words = [socket.type.__name__, "any number" * socket.many, VIEWS[socket.view], "optional" * socket.optional]
     return ", ".join(filter(None, words))
 
 
 def rows_of(field: "Field", prefix: str) -> Iterator[tuple[str, str]]:
-    """Describe a setting on two rows, a group field by field: dotted name and what is allowed; what it is."""
+    """Describe a setting on two rows, a group field by field: dotted name and allowed values; help."""
     from hairpipe.api.node_types import fields_within
 
     absent = ", absent by default" if field.default is None else ", required" if field.required else ""

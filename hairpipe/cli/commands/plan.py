@@ -1,4 +1,4 @@
-"""`hairpipe plan`: what a run would do, and why."""
+"""`hairpipe plan`: planned computation, with reasons."""
 
 import json
 from pathlib import Path

@@ -36,7 +36,7 @@ def report(
     megabytes: float,
     cache: Path,
 ) -> None:
-    """Write what a graph has made as a page that any browser opens.
+    """Write the results of a graph as a page for any browser.
 
     It shows what is in the cache, as `hairpipe view` does: strands, meshes, level sets, pictures, tables, at every
     frame. Nothing is computed, and the page asks no server for anything.

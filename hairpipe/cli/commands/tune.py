@@ -42,7 +42,7 @@ def read_budget(ctx: click.Context, param: click.Parameter, text: str | None) ->
 
 
 def read_output(ctx: click.Context, param: click.Parameter, path: Path | None) -> Path | None:
-    """Read where to write, and refuse what cannot be written before hours are spent on it."""
+    """Read the output path, and raise BadInput for one that cannot be written, before hours of computation."""
     if path is None:
         return None
     check_plain(path, "the name of a file")
@@ -142,7 +142,7 @@ def tune(
         click.echo("\n\n".join("\n".join(lines) for lines in parts if lines))
         if fragment is not None and not output:
             click.echo(f"\n{fragment}", nl=False)
-    if output and fragment is not None:  # last: should the disk be full, the findings have been printed
+    if output and fragment is not None:  # last, so that the results are printed even if the disk is full
         write_text(output, fragment)
         click.echo(f"settings: {shown(output)}", err=as_json)
     sys.exit(0 if tuned.kept else 1)

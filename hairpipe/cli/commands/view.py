@@ -1,4 +1,4 @@
-"""`hairpipe view`: the graph and what it made, in a browser, while it is edited and runs."""
+"""`hairpipe view`: graph and results in a browser, while the graph is edited and runs."""
 
 import sys
 from contextlib import nullcontext

@@ -1,4 +1,4 @@
-"""`hairpipe wedge`: variants of a graph, compared in a table and in pictures, and one of them chosen."""
+"""`hairpipe wedge`: variants of a graph, compared in a table and in pictures."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`hairpipe trust`: which folders of nodes may be imported."""
+"""`hairpipe trust`: trusted folders of nodes."""
 
 import sys
 from collections.abc import Callable
@@ -52,14 +52,14 @@ def trust(folder: Path | None, as_list: bool, revoke: bool) -> None:
 
 
 def state(entry: "Trusted") -> str:
-    """Say what has become of a folder since it was trusted."""
+    """Describe the changes of a folder since it was trusted."""
     if not entry.folder.is_dir():
         return "is gone"
     return f"changed since: {', '.join(entry.changed)}" if entry.changed else "as it was"
 
 
 def asking(load: Callable[[], Result]) -> Result:
-    """Load a graph; on a terminal, ask whether the code that it needs is trusted. Untrusted elsewhere, and for a no."""
+    """Load a graph; on a terminal, ask whether its code is trusted. Raises Untrusted elsewhere, and for a no."""
     from hairpipe.graph.file.trust import Untrusted
     from hairpipe.graph.file.trust import trust as note
 

@@ -23,10 +23,10 @@ from hairpipe.io.usd.stage import (
     usd_faults,
 )
 
-STEPS = 8  # chords per span of a cubic that does not pass through its points: off the curve by 1/64 of its sagitta
-NAMED = 5  # curves in a message
+STEPS = 8  # chords per span of an approximating cubic: an error of 1/64 of its sagitta
+NAMED = 5  # number of curves in a message
 BEYOND = {UsdGeom.Tokens.catmullRom: 1, UsdGeom.Tokens.bspline: STEPS}
-"""Points at either end of a pinned curve that it does not reach without its pins."""
+"""Number of points at either end that a curve without pins does not reach."""
 BSPLINE = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6
 BEZIER = np.array([[1, 0, 0, 0], [-3, 3, 0, 0], [3, -6, 3, 0], [-1, 3, -3, 1.0]])
 
@@ -61,10 +61,10 @@ def read(path: Path, prim: str | None, time: float | None = None) -> Curves:
 class _Part(NamedTuple):
     """The curves of one prim.
 
-    lines   points on each, with the rest shape and the width next to them, (n, 7) float64; NaN where it has no width
-    spare   points at either end of each that lie beyond where it ends, (S,) int64
-    ids     of its own, (S,) int64, NONE where a curve has none
-    rested  whether it has a rest shape of its own
+    lines   points of each with rest shape and width, (n, 7) float64; NaN without a width
+    spare   number of points beyond either end of each, (S,) int64
+    ids     ids of the prim, (S,) int64, or NONE
+    rested  whether the prim has a rest shape
     """
 
     lines: list[np.ndarray]
@@ -110,7 +110,7 @@ def _read_part(curves: UsdGeom.BasisCurves) -> _Part:
 
 
 def _report(faults: dict[int, BadInput], total: int, where: str) -> None:
-    """Warn of curves that are left out, by their places; raise the first fault where no curve is left."""
+    """Warn of omitted curves, by their indices; raise the first fault where no curve is left."""
     if faults and len(faults) == total:
         raise next(iter(faults.values()))
     if faults:
@@ -120,9 +120,9 @@ def _report(faults: dict[int, BadInput], total: int, where: str) -> None:
 
 
 def _at_points(values: np.ndarray, count: int) -> np.ndarray:
-    """Return widths at so many points, (count,); unknown ones are interpolated.
+    """Return widths at `count` points, (count,); unknown ones are interpolated.
 
-    All are NaN where none is known, or where they are not those of the points.
+    All are NaN where none is known, or where their number does not match.
     """
     known = np.isfinite(values)
     if len(values) != count or not known.any():
@@ -131,7 +131,7 @@ def _at_points(values: np.ndarray, count: int) -> np.ndarray:
 
 
 def _between(values: np.ndarray, rows: int, beyond: int) -> np.ndarray:
-    """Return widths along a line of so many points, (rows,), from those at its ends of spans, at equal steps.
+    """Return widths at the points of a line, (rows,), from those at the ends of its spans, at equal steps.
 
     beyond  points of the line before the curve begins
     """
@@ -152,9 +152,9 @@ def _known_widths(widths: np.ndarray, offsets: np.ndarray, path: Path) -> np.nda
 
 
 def _polyline(curves: UsdGeom.BasisCurves, points: np.ndarray, where: str) -> tuple[np.ndarray, int]:
-    """Return points on a curve pinned at its first and last, (n, k) float64, and how many lie beyond its either end.
+    """Return points on a curve pinned at both ends, (n, k) float64, and the number beyond either end of the curve.
 
-    A curve that passes through its points keeps them.
+    The points of an interpolating curve are unchanged.
     """
     cubic = curves.GetTypeAttr().Get() == UsdGeom.Tokens.cubic
     basis = curves.GetBasisAttr().Get()

@@ -1,4 +1,4 @@
-"""Files of a stage, found and checked before OpenUSD composes them: opening a pipe or a device may never return."""
+"""Files of a stage, checked before OpenUSD composes them: opening a pipe or a device may never return."""
 
 import math
 import re
@@ -12,12 +12,12 @@ from pxr import Ar, Sdf, Tf
 from hairpipe.errors import BadInput
 from hairpipe.plain_file import special_kind
 
-TEMPLATE = 100_000  # files of a template that are looked for
+TEMPLATE = 100_000  # maximum number of files of a template
 
 
 @dataclass(frozen=True)
 class Layers:
-    """What a stage is composed of.
+    """Layers of a stage.
 
     open   layers; OpenUSD does not read them again while they are referred to
     bytes  size of their files, and of those of value clips
@@ -28,9 +28,9 @@ class Layers:
 
 
 def find_layers(path: Path) -> Layers:
-    """Open all layers that a stage is composed of, and look for the files of its value clips.
+    """Open all layers of a stage, and find the files of its value clips.
 
-    Those that are missing or damaged are left to composition, which reports them.
+    Composition reports missing or damaged ones.
 
     Raises BadInput if one of them is not a regular file.
     """
@@ -76,7 +76,7 @@ def _in_clips(clips: dict[str, Any]) -> Iterator[str]:
 
 
 def expand(template: str, start: float, end: float, stride: float) -> Iterator[str]:
-    """Name the files of a template such as hair.####.usdc, which USD leaves out without a word if they are missing."""
+    """List the files of a template such as hair.####.usdc; USD omits missing ones without a warning."""
     hashes = re.search(r"(#+)(?:\.(#+))?", template)
     if hashes:
         whole = len(hashes[1])
@@ -87,7 +87,7 @@ def expand(template: str, start: float, end: float, stride: float) -> Iterator[s
 
 
 def _files(layer: Sdf.Layer, names: Iterable[str]) -> list[str]:
-    """Return the files of the names in a layer, packages for what is inside of them; without those that are missing."""
+    """Return the existing files of the names in a layer; for a file in a package, the package."""
     found = (Ar.GetResolver().Resolve(layer.ComputeAbsolutePath(name)).GetPathString() for name in names if name)
     return [file.partition("[")[0] for file in found if file]
 
@@ -103,7 +103,7 @@ def _plain_size(file: str, stage: Path) -> int:
 
 
 def _open_layer(file: str) -> Sdf.Layer | None:
-    """Open a layer; None where it is not one that OpenUSD reads."""
+    """Open a layer; None for a file that OpenUSD cannot read."""
     try:
         return Sdf.Layer.FindOrOpen(file)
     except (Tf.ErrorException, UnicodeDecodeError):

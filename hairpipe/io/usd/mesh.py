@@ -1,4 +1,4 @@
-"""Polygon meshes of a stage as triangles in metres, with what is painted on their vertices."""
+"""Polygon meshes of a stage as triangles in metres, with the maps on their vertices."""
 
 import warnings
 from dataclasses import dataclass
@@ -12,14 +12,14 @@ from hairpipe.io.polygons import triangulate
 from hairpipe.io.usd.stage import checked, location, move, numbers, time_of
 
 PER_VERTEX = (UsdGeom.Tokens.vertex, UsdGeom.Tokens.varying)
-SKINNING = "skel:"  # what the names of joint indices and weights begin with
+SKINNING = "skel:"  # prefix of the names of joint indices and weights
 KNOWN = ("st", "displayColor", "displayOpacity")
 SCALARS = (Sdf.ValueTypeNames.FloatArray, Sdf.ValueTypeNames.DoubleArray, Sdf.ValueTypeNames.HalfArray)
 
 
 @dataclass(frozen=True)
 class Painted:
-    """A mesh and the maps painted on its n vertices, each (n,) float64 in 0..1."""
+    """A mesh and the maps on its n vertices, each (n,) float64 in 0..1."""
 
     mesh: Mesh
     maps: dict[str, np.ndarray]
@@ -28,7 +28,7 @@ class Painted:
 def read_mesh(prim: UsdGeom.Mesh, points: np.ndarray, matrix: np.ndarray) -> Painted:
     """Read the faces, texture coordinates and maps of a mesh whose points (n, 3) the matrix (4, 4) takes to metres.
 
-    Polygons become triangles, counter-clockwise seen from outside; holes are left out.
+    Polygons are triangulated, counter-clockwise seen from outside, without holes.
 
     Raises BadInput if counts, indices and points do not agree.
     """

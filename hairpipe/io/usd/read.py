@@ -11,13 +11,12 @@ from hairpipe.io.usd.apart import work_apart
 def read_body(path: Path, prim: str | None = None, time: float | None = None) -> Body:
     """Read the meshes of a stage as one body at rest, with the UsdSkel skeletons that move them.
 
-    Polygons become triangles. Float primvars on vertices become maps, `st` texture coordinates; invisible meshes and
-    those of purpose proxy or guide are left out. Bound meshes stand in the rest pose of their skeleton, others where
-    they are at one time; without any skeleton the body has no joints.
+    Polygons are triangulated. Float primvars on vertices become maps, `st` texture coordinates; invisible meshes and
+    those of purpose proxy or guide are omitted. Bound meshes are in the rest pose of their skeleton, others in their
+    pose at one time; without any skeleton the body has no joints.
 
-    prim  path of a mesh or of what contains the meshes; the whole stage if not given
-    time  code at which all is read; the first at which all meshes and curves have samples if not given, with a warning
-          where the body moves
+    prim  path of a mesh or of a parent of meshes; by default the whole stage
+    time  time code; by default the first at which all meshes and curves have samples, with a warning for a moving body
 
     Raises BadInput if the file, or what it says, cannot be used; the message names the prim.
     """
@@ -27,12 +26,12 @@ def read_body(path: Path, prim: str | None = None, time: float | None = None) ->
 def read_curves(path: Path, prim: str | None = None, time: float | None = None) -> Curves:
     """Read all BasisCurves of a stage at one time as strands, root first.
 
-    Invisible curves and those of purpose proxy are left out; those of purpose guide, too, where there are others.
-    Linear and Catmull-Rom curves pass through their points, which are returned as they are; B-spline and Bezier
-    curves are evaluated. Those without pins are returned with the ends that pins would give them, as spare points. The
+    Invisible curves and those of purpose proxy are omitted; those of purpose guide, too, where there are others.
+    Linear and Catmull-Rom curves interpolate their points, which are returned unchanged; B-spline and Bezier curves
+    are evaluated. Those without pins are returned with the ends of pinned ones, as spare points. The
     rest shape is that of primvar `pref` or `rest`, ids are those of `hairId`, `groom_id` or `id`.
 
-    prim  path of curves or of what contains them; the whole stage if not given
+    prim  path of curves or of a parent of curves; by default the whole stage
     time  as of `read_body`
 
     Raises BadInput if the file, or what it says, cannot be used; the message names the prim and the curve.

@@ -1,4 +1,4 @@
-"""What changes from frame to frame: points, velocities, locks, normals and extents, checked before they are written."""
+"""Samples of a shot: points, velocities, locks, normals and extents, checked before they are written."""
 
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
@@ -8,11 +8,11 @@ from hairpipe.data.hair import HairState
 from hairpipe.errors import BadInput
 from hairpipe.spatial.triangles import vertex_normals
 
-NAMED = 5  # strands or vertices that a message lists
+NAMED = 5  # number of strands or vertices in a message
 
 
 def locks_of(state: HairState, groom: Groom | None, strands: int) -> np.ndarray:
-    """Return the id of the hair that each of so many follows, its own where it is simulated, (S,); pure.
+    """Return the id of the guide of each strand, its own for a simulated one, (S,); pure.
 
     Raises BadInput where the state is of other hair.
     """
@@ -23,7 +23,7 @@ def locks_of(state: HairState, groom: Groom | None, strands: int) -> np.ndarray:
 
 
 def declare_locks(prim: UsdGeom.BasisCurves) -> UsdGeom.Primvar:
-    """Declare which hair each follows."""
+    """Declare the primvar of the guides of strands."""
     api = UsdGeom.PrimvarsAPI(prim)
     return api.CreatePrimvar("lockId", Sdf.ValueTypeNames.IntArray, UsdGeom.Tokens.uniform)
 
@@ -33,8 +33,8 @@ def sample_hair(
 ) -> int:
     """Author the hair at a frame; returns the bytes.
 
-    locks  which hair each follows, (S,), see `locks_of`
-    first  the hair at the first frame, whose strands these must be
+    locks  guides of the strands, (S,), see `locks_of`
+    first  hair at the first frame, with the same strands
 
     Raises BadInput if strands have changed, or have points that are not finite, naming them and the frame.
     """
@@ -55,7 +55,7 @@ def sample_hair(
 
 
 def hold_hair(prim: UsdGeom.BasisCurves, strands: Strands, locks: np.ndarray | None) -> None:
-    """Author the points and their box without a time, for clients that read no other."""
+    """Author the points and their extent as defaults, for clients that read only these."""
     prim.GetPointsAttr().Set(vectors(strands.points))
     prim.GetExtentAttr().Set(extent(strands.points, strands.diameter / 2))
     if locks is not None:
@@ -63,7 +63,7 @@ def hold_hair(prim: UsdGeom.BasisCurves, strands: Strands, locks: np.ndarray | N
 
 
 def hold_body(prim: UsdGeom.Mesh, mesh: Mesh) -> None:
-    """Author the points, their normals and their box without a time, for clients that read no other."""
+    """Author the points, normals and extent as defaults, for clients that read only these."""
     prim.GetPointsAttr().Set(vectors(mesh.points))
     prim.GetNormalsAttr().Set(vectors(vertex_normals(mesh)))
     prim.GetExtentAttr().Set(extent(mesh.points, 0.0))
@@ -72,7 +72,7 @@ def hold_body(prim: UsdGeom.Mesh, mesh: Mesh) -> None:
 def sample_body(prim: UsdGeom.Mesh, frame: int, mesh: Mesh, first: Mesh) -> int:
     """Author the body at a frame; returns the bytes.
 
-    first  the body at the first frame, whose triangles it must have
+    first  body at the first frame, with the same triangles
 
     Raises BadInput if the triangles have changed, or points are not finite, naming vertices and the frame.
     """
@@ -97,17 +97,17 @@ def _refuse(whose: str, bad: np.ndarray, what: str, where: str) -> None:
 
 
 def vectors(array: np.ndarray) -> Vt.Vec3fArray:
-    """Return an array (n, 3) in single precision as USD keeps it."""
+    """Convert an array (n, 3) to USD, in single precision."""
     return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(array, np.float32))
 
 
 def integers(array: np.ndarray) -> Vt.IntArray:
-    """Return an array (n,) of integers as USD keeps it."""
+    """Convert an array of integers, (n,), to USD."""
     return Vt.IntArray.FromNumpy(np.ascontiguousarray(array, np.int32))
 
 
 def extent(points: np.ndarray, padding: float) -> Vt.Vec3fArray:
-    """Return lower and upper corner of the box of the points (n, 3) [m], made larger by a padding [m] on all sides."""
+    """Return lower and upper corner of the box of the points (n, 3) [m], with a padding [m] on all sides."""
     if not len(points):
         return Vt.Vec3fArray([Gf.Vec3f(0), Gf.Vec3f(0)])
     points = np.asarray(points, np.float32)

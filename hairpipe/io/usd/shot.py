@@ -1,9 +1,8 @@
-"""A shot: simulated hair and the body under it, as one file or as one value clip a frame.
+"""A shot: simulated hair and the body under it, as one file or as one value clip per frame.
 
-What is authored follows what renderers agree on: Catmull-Rom curves, unless others are asked for, pass through the
-simulated points, `pinned` keeps the root on the skin in every client, and widths on vertices are the only ones that all
-clients count alike. Points are about the origin of the world, in single precision, as USD keeps them: a kilometre away
-their errors are up to 0.03 mm.
+The schema is the common subset of renderers: Catmull-Rom curves, by default, interpolate the simulated points, `pinned`
+keeps the root on the skin in every client, and all clients read widths on vertices. Points are relative to the origin
+of the world, in single precision: a kilometre away their errors are up to 0.03 mm.
 """
 
 from collections.abc import Mapping
@@ -23,22 +22,22 @@ from hairpipe.io.usd.stage import create_stage
 from hairpipe.io.usd.statics import BASES, author_body, author_hair
 from hairpipe.io.usd.volume import VolumeFile, write_volume
 
-PENDING = 1 << 24  # bytes of samples that a stage holds before they are saved: memory does not grow with the shot
+PENDING = 1 << 24  # bytes of samples in memory before they are saved, so that memory does not grow with the shot
 
 
 @dataclass(frozen=True)
 class Shot:
-    """What is to be written; frame numbers are time codes.
+    """Contents of the file; frame numbers are time codes.
 
-    hair   at every frame, strands and their order always the same
-    body   at the same frames, its triangles always the same
-    groom  that the hair was grown as: rest positions, ids, bindings of the roots
+    hair   hair at every frame, with constant strands and order
+    body   body at the same frames, with constant triangles
+    groom  groom of the hair: rest positions, ids, bindings of the roots
     fps    frames per second [1/s]
     name   of the root prim, and of the clips
-    levelsets  of the body, at the same frames
-    states  of the simulation at the same frames, of hair in locks: which hair each follows is written
-    simulated  hairs that are not interpolated between those that are, (S,) bool; None: all of them, and none is marked
-    curve  through the points of the hair, or with them as control hull
+    levelsets  level sets of the body, at the same frames
+    states  states of the simulation at the same frames, for hair in locks: guides are written
+    simulated  hairs that are not interpolated, (S,) bool; None: all, without a mark
+    curve  type of the curves: through the points of the hair, or with them as control points
     cuts  frames at which the shot is cut, noted for the lint
     """
 
@@ -56,7 +55,7 @@ class Shot:
 
 @dataclass(frozen=True)
 class Frame:
-    """Hair and body at one frame; ids of the hairs that each follows, its own where it is simulated, (S,)."""
+    """Hair and body at one frame; ids of the guides of strands, (S,), see `locks_of`."""
 
     hair: Strands
     body: Mesh | None
@@ -64,7 +63,7 @@ class Frame:
 
 
 def write_shot(path: Path, shot: Shot) -> dict[str, Path]:
-    """Write the whole shot into one crate file, and level sets next to it.
+    """Write the shot to one crate file, and level sets next to it.
 
     Returns the files next to it by the names, relative to the file, under which it refers to them.
 
@@ -83,7 +82,7 @@ def write_shot(path: Path, shot: Shot) -> dict[str, Path]:
 
 
 def write_clips(path: Path, shot: Shot) -> dict[str, Path]:
-    """Write what does not change into a crate file, and each frame into a value clip of its own next to it.
+    """Write constant values to a crate file, and each frame to a value clip of its own next to it.
 
     Returns these and the level sets by the names, relative to the file, under which it refers to them.
 
@@ -106,7 +105,7 @@ def write_clips(path: Path, shot: Shot) -> dict[str, Path]:
 
 
 def _refer(api: Usd.ClipsAPI, clips: Mapping[str, int], manifest: str) -> None:
-    """Name the clips one by one, not by a template, since a run may skip frames; a clip's time is the stage's."""
+    """List the clips without a template, since a run may skip frames; the time of a clip is that of the stage."""
     api.SetClipPrimPath(str(api.GetPath()))
     api.SetClipAssetPaths(Sdf.AssetPathArray([Sdf.AssetPath(f"./{name}") for name in clips]))
     api.SetClipActive([(frame, index) for index, frame in enumerate(clips.values())])
@@ -121,14 +120,14 @@ def _finish(stage: Usd.Stage, shot: Shot) -> dict[str, Path]:
 
 
 def _hold(stage: Usd.Stage, root: Sdf.Path, first: Frame) -> None:
-    """Author the first frame without a time, at or under a prim."""
+    """Author the first frame as defaults, at or under a prim."""
     hold_hair(UsdGeom.BasisCurves(stage.OverridePrim(root.AppendChild("hair"))), first.hair, first.locks)
     if first.body is not None:
         hold_body(UsdGeom.Mesh(stage.OverridePrim(root.AppendChild("body"))), first.body)
 
 
 def _hold_weakly(stage: Usd.Stage, shot: Shot, first: Frame) -> None:
-    """Author the first frame without a time in a class that the shot refers to; elsewhere it would hide the clips."""
+    """Author the first frame as defaults in a class that the shot inherits; elsewhere they would hide the clips."""
     path = Sdf.Path(f"/_{shot.name}_at_first")
     stage.CreateClassPrim(path)
     _declare(stage, path, first)
@@ -154,7 +153,7 @@ def _load(shot: Shot, frame: int) -> Frame:
 
 
 def _begin_shot(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
-    """Create a stage with all that does not change, which is seen at the first frame."""
+    """Create a stage with all constant values, from the first frame."""
     stage = _begin_stage(path, shot, first)
     frames = list(shot.hair)
     stage.SetStartTimeCode(frames[0])
@@ -172,7 +171,7 @@ def _begin_shot(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
 
 
 def _begin_stage(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
-    """Create a stage whose prims declare what changes and give it no value: so is a manifest of clips."""
+    """Create a stage that declares changing attributes without values, as a manifest of clips."""
     stage = create_stage(path, shot.fps)
     stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, f"/{shot.name}").GetPrim())
     _declare(stage, stage.GetDefaultPrim().GetPath(), first)
@@ -180,7 +179,7 @@ def _begin_stage(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
 
 
 def _declare(stage: Usd.Stage, root: Sdf.Path, first: Frame) -> None:
-    """Declare what changes, under a prim."""
+    """Declare the changing attributes, under a prim."""
     hair = UsdGeom.BasisCurves.Define(stage, root.AppendChild("hair"))
     changing = [hair.CreatePointsAttr, hair.CreateVelocitiesAttr, hair.CreateExtentAttr]
     if first.body is not None:
@@ -202,7 +201,7 @@ def _body(stage: Usd.Stage) -> UsdGeom.Mesh:
 
 
 def _sample(stage: Usd.Stage, number: int, frame: Frame, first: Frame) -> int:
-    """Author what is so at this frame; returns the bytes."""
+    """Author the samples of a frame; returns the bytes."""
     size = sample_hair(_hair(stage), number, frame.hair, first.hair, frame.locks)
     if frame.body is not None and first.body is not None:
         size += sample_body(_body(stage), number, frame.body, first.body)

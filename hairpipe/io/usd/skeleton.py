@@ -15,7 +15,7 @@ REST = Usd.TimeCode.EarliestTime()
 
 @dataclass(frozen=True)
 class Binding:
-    """The skeleton that moves a mesh, and how."""
+    """Binding of a mesh to a skeleton."""
 
     skeleton: UsdSkel.SkeletonQuery
     skinning: UsdSkel.SkinningQuery
@@ -23,7 +23,7 @@ class Binding:
 
 @dataclass(frozen=True)
 class Rig:
-    """The joints of one skeleton prim, and how it moves bound meshes from their bind pose to its rest pose.
+    """Joints of one skeleton prim, and skinning from the bind pose to the rest pose.
 
     first    index of its first joint in the skeleton of the whole body
     joints   tokens such as "hips/spine/neck", J of them
@@ -44,7 +44,7 @@ class Rig:
 def find_bindings(stage: Usd.Stage) -> dict[Sdf.Path, Binding]:
     """Return the binding of every mesh that a skeleton moves.
 
-    A skeleton is handed down to all that is under its root: what says no joints to follow is not moved by it.
+    A skeleton is inherited by all prims under its root; a mesh without joints is not bound.
 
     Raises BadInput if the joints of a skeleton do not form a tree.
     """
@@ -66,7 +66,7 @@ def _names_joints(skin: UsdSkel.SkinningQuery) -> bool:
 
 
 def has_blend_shapes(mesh: UsdGeom.Mesh) -> bool:
-    """Tell whether a mesh names shapes that an animation could blend in."""
+    """Return whether a mesh names blend shapes."""
     return bool(UsdSkel.BindingAPI(mesh).GetBlendShapeTargetsRel().GetTargets())
 
 
@@ -109,7 +109,7 @@ def _inverse(matrix: Gf.Matrix4d, where: str) -> Gf.Matrix4d:
 
 
 def _rigid(matrix: np.ndarray, joints: np.ndarray, where: str) -> np.ndarray:
-    """Return the nearest rotations and the origins of matrix @ joints: our joints carry no scale."""
+    """Return the nearest rotations and the origins of matrix @ joints; our joints have no scale."""
     world = matrix @ joints
     if not np.isfinite(world).all():
         raise BadInput("a joint transform is not finite", where=where, right="finite numbers")
@@ -141,9 +141,9 @@ def skin_at_rest(
 
 
 def read_influences(rig: Rig, skinning: UsdSkel.SkinningQuery, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the joints (n, k) int32 that n vertices follow, and their weights (n, k) float64, each row of sum 1.
+    """Return the joints (n, k) int32 of n vertices, and their weights (n, k) float64, each row of sum 1.
 
-    A vertex of no weight follows the first root joint, as the weight painter left it.
+    A vertex without weights follows the first root joint.
 
     Raises BadInput if counts, indices or weights are out of range.
     """
@@ -179,7 +179,7 @@ def _joint_order(rig: Rig, skinning: UsdSkel.SkinningQuery, where: str) -> np.nd
 
 
 def join_rigs(rigs: Sequence[Rig]) -> Skeleton:
-    """Put the joints of rigs into one skeleton, named by the last part of their path where that is unique.
+    """Join rigs into one skeleton, with joints named by the last part of their path where it is unique.
 
     No rigs make a skeleton without joints.
     """
@@ -194,7 +194,7 @@ def join_rigs(rigs: Sequence[Rig]) -> Skeleton:
 
 
 def find_tips(parents: np.ndarray, origins: np.ndarray) -> np.ndarray:
-    """Return the far end of every bone, (J, 3): the mean of its children; a leaf goes on as its parent's bone did."""
+    """Return the end of every bone, (J, 3): the mean of its children; a leaf continues the bone of its parent."""
     tips = origins.copy()
     for joint, parent in enumerate(parents):
         children = np.flatnonzero(parents == joint)

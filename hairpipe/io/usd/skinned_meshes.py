@@ -1,4 +1,4 @@
-"""A body from a stage: its meshes as one, and the skeletons that move them."""
+"""Body of a stage: its meshes as one, and their skeletons."""
 
 import warnings
 from collections.abc import Sequence
@@ -87,13 +87,13 @@ def _merge_meshes(meshes: Sequence[Mesh]) -> Mesh:
 
 
 def _merge_maps(pieces: Sequence[Painted]) -> dict[str, np.ndarray]:
-    """Return every map over all vertices, 0 on the pieces that do not have it."""
+    """Return every map over all vertices, 0 on pieces without it."""
     names = sorted({name for piece in pieces for name in piece.maps})
     bare = [np.zeros(len(piece.mesh.points)) for piece in pieces]
     return {name: np.concatenate([p.maps.get(name, b) for p, b in zip(pieces, bare, strict=True)]) for name in names}
 
 
 def _stack(rows: Sequence[np.ndarray]) -> np.ndarray:
-    """Put arrays (n, k) of several widths k under each other, filled up with zeros on the right."""
+    """Stack arrays (n, k) of several widths k, padded with zeros."""
     width = max(array.shape[1] for array in rows)
     return np.concatenate([np.pad(array, ((0, 0), (0, width - array.shape[1]))) for array in rows])

@@ -1,4 +1,4 @@
-"""Stages: creating ours, opening a foreign one with clear messages, and its space turned into ours."""
+"""Stages: creation, opening with clear messages, conversion to metres with Y up."""
 
 import re
 import warnings
@@ -14,14 +14,14 @@ from hairpipe.io.usd.layer_files import find_layers
 from hairpipe.plain_file import checked_size
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
-NAMED = 5  # shapes in a message
-LINE = 160  # characters of a message of OpenUSD that are shown
+NAMED = 5  # number of shapes in a message
+LINE = 160  # maximum length of a message of OpenUSD
 RENDERED = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)  # purposes
 Z_UP_TO_Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 
 
 def create_stage(path: Path, fps: float) -> Usd.Stage:
-    """Create a stage in metres with Y up, whose time codes are frames, so many per second [1/s]."""
+    """Create a stage in metres with Y up, with frames as time codes, at `fps` frames per second [1/s]."""
     stage = Usd.Stage.CreateNew(str(path))
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
@@ -33,21 +33,20 @@ def create_stage(path: Path, fps: float) -> Usd.Stage:
 def open_stage(path: Path) -> Usd.Stage:
     """Open the file as a stage.
 
-    Raises BadInput if it is missing, a folder, not permitted, or nothing that OpenUSD reads, or if one of the layers
-    that it is composed of is not a file.
+    Raises BadInput if it is missing, a folder, not permitted, or not a USD file, or if one of its layers is not a file.
     """
     check_file(path)
     with usd_faults(path):
-        layers = find_layers(path)  # open until the stage has them
+        layers = find_layers(path)  # keeps the layers open until the stage has them
         stage = Usd.Stage.Open(str(path))
         del layers
     return stage
 
 
 def open_alone(path: Path, time: float | None = None) -> Usd.Stage:
-    """Open the file as a stage that is all in it: what it is composed of elsewhere could change without its doing so.
+    """Open a stage that consists of one file, since other files could change without a change of this one.
 
-    time  code at which all of it is read, see `time_of`; that of `common_time` unless given
+    time  time code, see `time_of`; by default that of `common_time`
 
     Raises BadInput as `open_stage` does, and if there are other files.
     """
@@ -62,19 +61,19 @@ def open_alone(path: Path, time: float | None = None) -> Usd.Stage:
 
 
 def time_of(prim: Usd.Prim) -> Usd.TimeCode:
-    """Return the time at which a stage is read: that at which it begins."""
+    """Return the time at which a stage is read: its start."""
     return Usd.TimeCode(prim.GetStage().GetStartTimeCode())
 
 
 def common_time(stage: Usd.Stage) -> float | None:
-    """Return the first time code at which all meshes and curves have samples; None where none of them has any."""
+    """Return the first time code at which all meshes and curves have samples; None without samples."""
     prims = [p for p in stage.Traverse(Usd.TraverseInstanceProxies()) if p.IsA(UsdGeom.PointBased)]
     firsts = [times[0] for p in prims for times in _samples(p) if times]
     return max(firsts, default=None)
 
 
 def read_time(prims: Sequence[Usd.Prim], time: float | None) -> float | None:
-    """Return the time code at which shapes are read, None where none of them moves; warn where it is not stated."""
+    """Return the time code at which shapes are read, None for constant ones; warn of a default time code."""
     if not any(len(times) > 1 for prim in prims for times in _samples(prim)):
         return None
     stage = prims[0].GetStage()
@@ -86,7 +85,7 @@ def read_time(prims: Sequence[Usd.Prim], time: float | None) -> float | None:
 
 
 def _samples(prim: Usd.Prim) -> Iterator[list[float]]:
-    """Give the time codes of the points of a shape, and of each transform above it."""
+    """Yield the time codes of the points of a shape, and of each transform above it."""
     yield UsdGeom.PointBased(prim).GetPointsAttr().GetTimeSamples()
     while prim.IsA(UsdGeom.Xformable):
         yield UsdGeom.Xformable(prim).GetTimeSamples()
@@ -94,7 +93,7 @@ def _samples(prim: Usd.Prim) -> Iterator[list[float]]:
 
 
 def check_file(path: Path) -> None:
-    """Raise BadInput unless the path is a file that may be read and has the suffix of a USD file."""
+    """Raise BadInput unless the path is a readable file with a suffix of USD."""
     right = "a file that ends in " + ", ".join(SUFFIXES)
     if path.suffix.lower() not in SUFFIXES:
         raise BadInput("not named like a USD file", where=path, right=right)
@@ -103,7 +102,7 @@ def check_file(path: Path) -> None:
 
 @contextmanager
 def usd_faults(path: Path) -> Iterator[None]:
-    """Turn what OpenUSD reports in this block into BadInput."""
+    """Raise errors of OpenUSD in this block as BadInput."""
     try:
         yield
     except Tf.ErrorException as error:
@@ -114,7 +113,7 @@ def usd_faults(path: Path) -> Iterator[None]:
 
 
 def message_of(error: Tf.ErrorException) -> str:
-    """Return what OpenUSD says, on one line that can be read, with line and column first where it names them."""
+    """Return the message of OpenUSD on one line, with line and column first if it has them."""
     try:
         line = error.args[0].commentary.splitlines()[0]
     except UnicodeDecodeError:
@@ -161,10 +160,10 @@ def move(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def shown(stage: Usd.Stage, schema: type, prim: str | None, *, guides: bool = False) -> list[Usd.Prim]:
-    """Return the visible prims of a schema that a renderer draws (purpose default or render), in order of the stage.
+    """Return the visible prims of a schema with purpose default or render, in the order of the stage.
 
-    prim    only those at or under this path
-    guides  those of purpose guide will do where there are no others
+    prim    path; only prims at or under it
+    guides  whether prims of purpose guide are used where there are no others
 
     Raises BadInput if there is no such prim, or none of the schema.
     """
@@ -186,7 +185,7 @@ def shown(stage: Usd.Stage, schema: type, prim: str | None, *, guides: bool = Fa
 
 
 def _is_rival(prim: Usd.Prim, schema: type) -> bool:
-    """Return whether a prim is one of the shapes that a reader of a schema could take: curves, or else surfaces."""
+    """Return whether a prim is another shape of the kind of a schema: curves, or surfaces."""
     curves = prim.IsA(UsdGeom.Curves)
     return (
         curves if issubclass(schema, UsdGeom.Curves) else prim.IsA(UsdGeom.Gprim) and not curves and not _is_cloud(prim)
@@ -204,7 +203,7 @@ def _why_left(prim: Usd.Prim, schema: type) -> str:
 
 
 def _instead(root: Usd.Prim) -> str:
-    """Name the curves of another type that there are."""
+    """List curves of other types."""
     types = {p.GetTypeName() for p in Usd.PrimRange(root, Usd.TraverseInstanceProxies()) if p.IsA(UsdGeom.Curves)}
     others = sorted(types - {"BasisCurves"})
     return f", but {' and '.join(others)}, which are not read" if others else ""
@@ -229,7 +228,7 @@ def _purpose(prim: Usd.Prim) -> str:
 def numbers(attribute: Usd.Attribute, columns: int = 1, kind: type = np.float64) -> np.ndarray:
     """Return an array attribute at the time of the stage, (n,) or (n, columns); empty where it has no value.
 
-    Raises BadInput if it holds something else, or numbers that are not finite.
+    Raises BadInput for another type, or for numbers that are not finite.
     """
     return checked(attribute.Get(time_of(attribute.GetPrim())), attribute, columns, kind)
 
@@ -237,7 +236,7 @@ def numbers(attribute: Usd.Attribute, columns: int = 1, kind: type = np.float64)
 def checked(value: object, attribute: Usd.Attribute, columns: int = 1, kind: type = np.float64) -> np.ndarray:
     """Return a value of an attribute as an array (n,) or (n, columns); no value is an empty one.
 
-    Raises BadInput if it is something else, or holds numbers that are not finite.
+    Raises BadInput for another type, or for numbers that are not finite.
     """
     array = shaped(value, attribute, columns)
     if not np.isfinite(array).all():
@@ -250,7 +249,7 @@ def checked(value: object, attribute: Usd.Attribute, columns: int = 1, kind: typ
 def shaped(value: object, attribute: Usd.Attribute, columns: int = 1) -> np.ndarray:
     """Return a value of an attribute as an array (n,) or (n, columns) float64; no value is an empty one.
 
-    Raises BadInput if it is something else.
+    Raises BadInput for another type.
     """
     shape = (0,) if columns == 1 else (0, columns)
     array = np.empty(shape) if value is None else np.array(value)

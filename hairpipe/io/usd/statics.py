@@ -1,4 +1,4 @@
-"""What stays the same through a shot: strands, rest positions, root bindings, faces and materials."""
+"""Constant values of a shot: strands, rest positions, root bindings, faces and materials."""
 
 import numpy as np
 from pxr import Gf, Sdf, UsdGeom, UsdShade, UsdUtils, Vt
@@ -21,7 +21,7 @@ SKIN_ROUGHNESS = 0.6
 FLESH = 1.4
 TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens
 BASES = {"catmull_rom": TOKENS.catmullRom, "bspline": TOKENS.bspline}
-"""Of the curves, by the name that a setting gives."""
+"""Bases of the curves, by the name of the setting."""
 
 
 def author_hair(
@@ -29,8 +29,8 @@ def author_hair(
 ) -> None:
     """Author the strands, their width, ids and material, and from the groom their rest and roots.
 
-    simulated  which are, and are not interpolated, (S,) bool: `groom_guide`, as Unreal and Alembic grooms name it
-    basis      of the curves, one of BASES
+    simulated  strands that are not interpolated, (S,) bool: `groom_guide`, the name in Unreal and Alembic grooms
+    basis      basis of the curves, one of BASES
 
     Raises BadInput if the groom does not have these strands.
     """
@@ -83,9 +83,9 @@ def _primvar(prim: UsdGeom.Gprim, name: str, kind: Sdf.ValueTypeName, interpolat
 
 
 def _bind(prim: UsdGeom.Gprim, name: str, colour: Gf.Vec3f, roughness: float, ior: float) -> None:
-    """Give the prim a plain material of its own, and its colour, for clients that drop materials of curves.
+    """Bind a plain material of its own to the prim, and set its colour, for clients that drop materials of curves.
 
-    The binding is for all purposes: previews leave out one for `full`.
+    The binding is for all purposes: previews ignore one for `full`.
     """
     prim.CreateDisplayColorAttr([colour])
     stage = prim.GetPrim().GetStage()

@@ -1,4 +1,4 @@
-"""One mesh, or hair, at one frame as a stage."""
+"""Stage of one mesh, or of hair, at one frame."""
 
 from pathlib import Path
 
@@ -12,11 +12,11 @@ from hairpipe.io.usd.stage import create_stage
 from hairpipe.io.usd.statics import author_body
 
 DIAMETER = 80e-6
-"""Diameter of a human hair [m]: a groom has none."""
+"""Diameter of a human hair [m], for grooms."""
 
 
 def write_still(path: Path, value: Mesh | Strands | Groom, frame: int, fps: float) -> None:
-    """Write what a frame shows, with the same prims and attributes as a whole shot has.
+    """Write the shape at a frame, with the prims and attributes of a shot.
 
     frame  number, which becomes the one time code
     fps    frames per second [1/s]

@@ -1,4 +1,4 @@
-"""The level set of the body as a volume, whose fields are OpenVDB files next to the stage, one a frame."""
+"""Level set of the body as a volume, with fields in OpenVDB files next to the stage, one per frame."""
 
 import shutil
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ class VolumeFile:
 
 
 def write_volume(stage: Usd.Stage, name: str, files: Mapping[int, VolumeFile]) -> dict[str, Path]:
-    """Author a volume under the default prim, a guide since it is not a fog, and copy its files to next to the stage.
+    """Author a volume under the default prim, of purpose guide, and copy its files next to the stage.
 
     Returns the files by the names, relative to the stage, under which it refers to them.
 

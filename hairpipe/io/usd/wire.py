@@ -1,7 +1,7 @@
-"""Values on their way between two processes: JSON, with the bytes of arrays behind it.
+"""Values sent between two processes: JSON, followed by the bytes of arrays.
 
-What comes from a process that has read a damaged file may be anything; so it names no code, and of classes only our own
-dataclasses and NamedTuples.
+The sender may have read a damaged file and is not trusted: the data names no code, and only dataclasses and NamedTuples
+of this package.
 """
 
 import dataclasses
@@ -21,9 +21,9 @@ OURS = "hairpipe."
 
 
 def pack(value: Any) -> bytes:
-    """Write a value of None, numbers, texts, paths, arrays, lists, tuples, dicts, faults, and records of such.
+    """Write a value of None, numbers, texts, paths, arrays, lists, tuples, dicts, faults, and records of these.
 
-    TypeError for any other.
+    TypeError for other types.
     """
     arrays: list[np.ndarray] = []
     head = json.dumps(plain(value, arrays)).encode()
@@ -31,13 +31,13 @@ def pack(value: Any) -> bytes:
 
 
 def unpack(data: bytes) -> Any:
-    """Read a value back; ValueError, KeyError or TypeError where it is none."""
+    """Read a value; ValueError, KeyError or TypeError for invalid data."""
     head, _, rest = data.partition(b"\n")
     return Reader(rest).build(json.loads(head))
 
 
 def plain(value: Any, arrays: list[np.ndarray]) -> Any:
-    """Turn a value into what JSON knows, arrays set aside: any other value is a pair of kind and content."""
+    """Convert a value to JSON, with arrays in a list; other types are pairs of kind and content."""
     value = value.item() if isinstance(value, np.generic) else value
     if value is None or isinstance(value, bool | int | float | str):
         return value
@@ -57,7 +57,7 @@ def plain(value: Any, arrays: list[np.ndarray]) -> Any:
 
 
 def fields_of(kind: type) -> tuple[str, ...]:
-    """Name the fields of a dataclass or NamedTuple of ours; TypeError for any other class."""
+    """List the fields of a dataclass or NamedTuple of ours; TypeError for any other class."""
     if kind.__module__.startswith(OURS) and dataclasses.is_dataclass(kind):
         return tuple(field.name for field in dataclasses.fields(kind))
     if kind.__module__.startswith(OURS) and issubclass(kind, tuple) and hasattr(kind, "_fields"):
@@ -66,14 +66,14 @@ def fields_of(kind: type) -> tuple[str, ...]:
 
 
 class Reader:
-    """Builds values, and takes the bytes of their arrays one after the other."""
+    """Builder of values from JSON and the bytes of their arrays."""
 
     def __init__(self, rest: bytes) -> None:
         self.rest = rest
         self.at = 0
 
     def build(self, tree: Any) -> Any:
-        """Build a value from what JSON has given."""
+        """Build a value from JSON."""
         if not isinstance(tree, list):
             return tree
         kind, content = tree
@@ -92,7 +92,7 @@ class Reader:
         return record_named(kind)(*items)
 
     def array(self, dtype: str, shape: list[int]) -> np.ndarray:
-        """Copy an array out, so that it can be written to."""
+        """Copy the next array, so that it is writable."""
         kind = np.dtype(dtype)
         count = int(np.prod(shape))
         found = np.frombuffer(self.rest, kind, count, self.at).reshape(shape).copy()
@@ -101,7 +101,7 @@ class Reader:
 
 
 def record_named(name: str) -> type:
-    """Find a dataclass or NamedTuple of ours by its name; TypeError for anything else."""
+    """Find a dataclass or NamedTuple of ours by its name; TypeError for another class."""
     module, _, own = name.partition(":")
     kind = getattr(importlib.import_module(module), own, None) if module.startswith(OURS) else None
     if not isinstance(kind, type) or kind.__module__ != module:

@@ -1,1 +1,1 @@
-"""OpenVDB: reading and writing of voxel files without its library."""
+"""Reading and writing of OpenVDB files without its library."""

@@ -1,4 +1,4 @@
-"""What a level set and a density of hair are as grids of an OpenVDB file.
+"""Level sets and densities of hair as grids of an OpenVDB file.
 
 Bricks of a level set are leaves of a grid. Values are written bit for bit.
 """
@@ -13,7 +13,7 @@ _VECTORS = {"class": "unknown", "vector_type": "contravariant relative"}
 
 
 def surface_grids(surface: LevelSet) -> list[Grid]:
-    """Return `surface`, a level set, and `vel`, vectors where the band is."""
+    """Return `surface`, a level set, and `vel`, vectors in the band."""
     band = {"half_width": surface.half_width}
     return [
         Grid("surface", surface_tree(surface), {"class": "level set", **band}),
@@ -41,7 +41,7 @@ def density_grids(density: Density) -> list[Grid]:
 
 
 def _blocks(values: np.ndarray) -> np.ndarray:
-    """Give values of whole blocks block by block, (na, nb, nc, 8, 8, 8, ...)."""
+    """Return values of whole blocks block by block, (na, nb, nc, 8, 8, 8, ...)."""
     a, b, c = (n // BRICK for n in values.shape[:3])
     parted = values.reshape(a, BRICK, b, BRICK, c, BRICK, *values.shape[3:])
     return np.moveaxis(parted, (2, 4), (1, 2))
@@ -74,11 +74,11 @@ def leaves_of(surface: LevelSet) -> tuple[np.ndarray, np.ndarray]:
 
 
 def first_leaf(surface: LevelSet) -> np.ndarray:
-    """Return the index of the leaf that the first block of the bricks' lattice is, (3,) int."""
+    """Return the index of the leaf of the first block of the bricks' lattice, (3,) int."""
     return np.rint(surface.origin / (BRICK * surface.voxel)).astype(int)
 
 
 def order_in_tree(leaves: np.ndarray) -> np.ndarray:
-    """Return in what order leaves, (N, 3) int, are in a tree: by the nodes that they are in, from the root down."""
+    """Return the order of leaves, (N, 3) int, in a tree: by their nodes, from the root down."""
     units = [leaves >> sum(BRANCHES[level:]) for level in (0, 1, 2)]
     return np.lexsort(np.concatenate(units, axis=1).T[::-1])

@@ -1,7 +1,7 @@
 """Grid headers of an OpenVDB file, read without OpenVDB.
 
-OpenVDB's own reader trusts the counts in a file: a damaged one can make it ask for all memory. Nothing but headers is
-read here, so that a file can be checked where OpenVDB is not installed. Layout after OpenVDB's Archive, GridDescriptor
+OpenVDB's own reader trusts the counts in a file: a damaged one can make it allocate all memory. Only headers are read
+here, so that a file can be checked where OpenVDB is not installed. Layout after OpenVDB's Archive, GridDescriptor
 and MetaMap, file versions 222 (2014) on.
 """
 
@@ -34,14 +34,14 @@ class Grid(NamedTuple):
 
 
 class Cursor:
-    """Reads a file forward, and complains with the place where it ends too soon or makes no sense."""
+    """Reader of a file from begin to end; faults state the place."""
 
     def __init__(self, file: BinaryIO, path: Path) -> None:
         self.file, self.path = file, path
         self.size = os.fstat(file.fileno()).st_size
 
     def fail(self, what: str, right: str = "an OpenVDB file") -> BadInput:
-        """Return the error for the place reached."""
+        """Return the error at the current place."""
         return BadInput(what, where=f"{self.path}, byte {self.file.tell()}", right=right)
 
     def bytes(self, count: int) -> bytes:
@@ -59,18 +59,18 @@ class Cursor:
         return self.numbers(form)[0]
 
     def text(self) -> str:
-        """Return the next text, which its length precedes."""
+        """Return the next text, preceded by its length."""
         return self.bytes(self.number("I")).decode("utf-8", errors="replace")
 
     def seek(self, place: int) -> None:
-        """Go on at a place that must lie ahead."""
+        """Skip to a later place."""
         if not self.file.tell() <= place <= self.size:
             raise self.fail(f"the next grid should be at byte {place} of {self.size}")
         self.file.seek(place)
 
 
 def inspect(path: Path) -> list[Grid]:
-    """Return what an OpenVDB file says about its grids; raises BadInput where it is none, or damaged."""
+    """Return the headers of the grids of an OpenVDB file; raises BadInput for a damaged or another file."""
     checked_size(path, "a readable OpenVDB file")
     try:
         with path.open("rb") as file:
@@ -96,7 +96,7 @@ def read_grids(cursor: Cursor) -> list[Grid]:
 
 
 def open_archive(cursor: Cursor) -> int:
-    """Read the head of a file, from its first byte to its first grid; return how many grids follow."""
+    """Read the header of a file up to its first grid; return the number of grids."""
     if cursor.number("q") != MAGIC:
         raise cursor.fail("not an OpenVDB file")
     version, _, _ = cursor.numbers("3I")
@@ -110,7 +110,7 @@ def open_archive(cursor: Cursor) -> int:
 
 
 def checked_count(cursor: Cursor, least: int) -> int:
-    """Return a count of things that take at least so many bytes each."""
+    """Return a count of items of at least `least` bytes each."""
     count = cursor.number("I")
     if count * least > cursor.size - cursor.file.tell():
         raise cursor.fail(f"{count} entries are announced, more than the file has room for")
@@ -125,12 +125,12 @@ def read_grid(cursor: Cursor) -> Grid:
     cursor.number("I")
     facts = read_metadata(cursor)
     cursor.seek(end)
-    # OpenVDB numbers grids of one name behind this character.
+    # OpenVDB appends this character and a number to repeated names.
     return Grid(name.split("\x1e")[0], str(facts.get("class", "")).replace("unknown", ""), box_of(facts))
 
 
 def box_of(facts: dict[str, Any]) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
-    """Return the corners of the box of the active voxels [m]: OpenVDB counts them, and we wrote how large they are."""
+    """Return the corners of the box of the active voxels [m], from OpenVDB's indices and our voxel size."""
     lower, upper, voxel = (facts.get(name) for name in ("file_bbox_min", "file_bbox_max", "voxel"))
     if not (lower and upper and voxel) or any(a > b for a, b in zip(lower, upper, strict=True)):
         return None
@@ -138,7 +138,7 @@ def box_of(facts: dict[str, Any]) -> tuple[tuple[float, ...], tuple[float, ...]]
 
 
 def read_metadata(cursor: Cursor) -> dict[str, Any]:
-    """Return the texts, lengths and places in the metadata that follows, by name."""
+    """Return the texts, lengths and places of the next metadata, by name."""
     found: dict[str, Any] = {}
     for _ in range(checked_count(cursor, 12)):
         name, kind = cursor.text(), cursor.text()

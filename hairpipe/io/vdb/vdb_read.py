@@ -1,7 +1,7 @@
-"""The voxels of a grid of numbers in an OpenVDB file, read without OpenVDB.
+"""Voxels of a grid of numbers in an OpenVDB file, read without OpenVDB.
 
-Read are grids of 32 bits, whole or cut to 16, as OpenVDB since 2014 writes them, uncompressed or by zlib; Blosc, which
-Python has not, is refused. Layout after OpenVDB's tree/RootNode.h, InternalNode.h, LeafNode.h, io/Compression.h and
+Grids have 32 bits or are cut to 16, as OpenVDB since 2014 writes them, uncompressed or with zlib; Blosc, which Python
+does not have, is refused. Layout after OpenVDB's tree/RootNode.h, InternalNode.h, LeafNode.h, io/Compression.h and
 math/Maps.h.
 """
 
@@ -18,14 +18,14 @@ from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.plain_file import checked_size
 
 ZIP, ACTIVE_MASK, BLOSC = 1, 2, 4
-"""How the values of a grid are stored."""
+"""Flags of the compression of a grid."""
 ONE_VALUE, MASK, MASK_ONE, MASK_TWO, ALL_VALUES = 2, 3, 4, 5, 6
-"""What a node stores of inactive values: one, a bit for each, that and one or two values, or all as they are."""
+"""Storage of inactive values of a node: one value, a bit for each, that and one or two values, or all of them."""
 LEAF = 3
 TREE = (4, 5)
 """Base 2 logarithms of the voxels along a leaf, and of the children along the nodes above it, from below."""
 MOST_VOXELS = 1 << 26
-"""That are active in a file, at most."""
+"""Maximum number of active voxels of a file."""
 
 
 class Voxels(NamedTuple):
@@ -44,14 +44,14 @@ class Voxels(NamedTuple):
 
 
 class _Coding(NamedTuple):
-    """How the values of a grid are stored: flags, and whether they are cut to 16 bits."""
+    """Compression of the values of a grid: flags, and whether they are cut to 16 bits."""
 
     flags: int
     half: bool
 
 
 def read_voxels(path: Path, name: str) -> Voxels:
-    """Read the grid of a name; raises BadInput where there is none, or a file is damaged or of another kind."""
+    """Read the grid of a name; raises BadInput for a missing grid, and for a damaged or another file."""
     checked_size(path, "a readable OpenVDB file")
     try:
         with path.open("rb") as file:
@@ -63,7 +63,7 @@ def read_voxels(path: Path, name: str) -> Voxels:
 
 
 def _find(cursor: Cursor, name: str) -> str:
-    """Go to the first byte of a grid; return what kind of tree it is."""
+    """Go to the first byte of a grid; return the type of its tree."""
     known = []
     for _ in range(open_archive(cursor)):
         called, kind, _ = cursor.text(), cursor.text(), cursor.text()
@@ -103,7 +103,7 @@ def _read_grid(cursor: Cursor, kind: str) -> Voxels:
 
 
 def _read_map(cursor: Cursor) -> tuple[float, np.ndarray]:
-    """Read the map from indices to space; refuse one that turns, shears or scales one axis more than another."""
+    """Read the map from indices to space; raise BadInput for rotation, shear and anisotropic scale."""
     kind = cursor.text()
     matrix = np.eye(4)
     if kind == "AffineMap":
@@ -170,7 +170,7 @@ def _read_values(cursor: Cursor, coding: _Coding, active: np.ndarray) -> np.ndar
 
 
 def _read_data(cursor: Cursor, size: int, zipped: bool) -> bytes:
-    """Read bytes that may be compressed; a length that is not positive says that these are not."""
+    """Read bytes that may be compressed; uncompressed ones have a length that is not positive."""
     length = cursor.number("q") if zipped else -size
     if length <= 0:
         data = cursor.bytes(-length)
@@ -187,7 +187,7 @@ def _read_data(cursor: Cursor, size: int, zipped: bool) -> bytes:
 def _expanded(
     cursor: Cursor, origin: tuple[int, ...], value: float, active: bool, size: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the voxels of a tile of 2^size of them along an axis, all of one value; none where it is 0."""
+    """Return the voxels of a tile of 2^size along an axis, all of one value; none for the value 0."""
     if not active or value == 0.0:
         return np.empty((0, 3), np.int64), np.empty(0, np.float32)
     if 8**size > MOST_VOXELS:

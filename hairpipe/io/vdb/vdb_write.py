@@ -1,4 +1,4 @@
-"""OpenVDB files, written without OpenVDB: its module has no wheel for each Python.
+"""OpenVDB files, written without OpenVDB, whose module has no wheel for each Python.
 
 The file is an archive of version 224, which any OpenVDB since 4.0 (2016) reads. A grid is a tree: the root has nodes of
 32^3 children, they have nodes of 16^3, and those have leaves of 8^3 voxels. Layout after
@@ -20,13 +20,13 @@ from hairpipe.levelset.grid_layout import BRICK
 
 VERSION = 224
 LIBRARY = (10, 0)
-"""Release of OpenVDB whose layout is followed; readers show it and do not use it."""
+"""Release of OpenVDB with this layout; readers do not use it."""
 BRANCHES = (5, 4)
 """Base 2 logarithms of the number of children along an axis, of the nodes below the root and of those below them."""
 ACTIVE_VALUES_ONLY = 2
-"""Compression of a grid: of inactive values no more than a sign is stored (COMPRESS_ACTIVE_MASK)."""
+"""Compression of a grid: of inactive values only the sign is stored (COMPRESS_ACTIVE_MASK)."""
 ALL_BACKGROUND, SIGNED_BACKGROUND = b"\0", b"\3"
-"""What inactive values of a node are: the background, or plus and minus it, chosen by a bit each, 1 being plus."""
+"""Inactive values of a node: the background, or plus and minus the background, by a bit each, 1 for plus."""
 
 Fact = str | bool | int | float | tuple[int, ...]
 """A piece of metadata."""
@@ -37,9 +37,9 @@ class Tree(NamedTuple):
 
     leaves      indices of the leaves: of their first voxels, over 8, (N, 3) int
     values      at their voxels, (N, 8, 8, 8) or (N, 8, 8, 8, 3) float32
-    active      which of those count; (N, 8, 8, 8) bool
-    outside     which of the inactive ones are outside, as are all places not named here; as `active`, or None for a
-                grid without a sign
+    active      active voxels; (N, 8, 8, 8) bool
+    outside     inactive voxels that are outside, like all places without a leaf; as `active`, or None for a grid
+                without a sign
     inside      indices of blocks of 8^3 voxels that are inside and have no leaf, (M, 3) int
     background  of places outside
     voxel       length of a voxel [m]
@@ -55,7 +55,7 @@ class Tree(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """A grid, and its metadata besides its extent: its class and so on."""
+    """A grid, and its metadata without the extent."""
 
     name: str
     tree: Tree
@@ -102,7 +102,7 @@ def add_grid(data: bytearray, kind: str, tree: Tree, facts: Mapping[str, Fact], 
 
 
 def scales(voxel: float) -> bytes:
-    """Return the map from indices to space: scale, voxel, and what OpenVDB keeps of their inverses."""
+    """Return the map from indices to space: scale, voxel, and their inverses."""
     terms = (voxel, voxel, 1 / voxel, 1 / voxel**2, 0.5 / voxel)
     return b"".join(struct.pack("<3d", term, term, term) for term in terms)
 
@@ -118,7 +118,7 @@ def extent_of(tree: Tree) -> dict[str, Fact]:
 
 
 def topology(tree: Tree) -> Iterator[bytes]:
-    """Yield the nodes from the root down, and which voxels of the leaves are active."""
+    """Yield the nodes from the root down, and the active masks of the leaves."""
     background = np.float32(tree.background).tobytes() * (1 if tree.values.ndim == 4 else 3)
     blocks = np.concatenate([tree.leaves, tree.inside])
     roots = np.unique(blocks >> sum(BRANCHES), axis=0)
@@ -134,7 +134,7 @@ def topology(tree: Tree) -> Iterator[bytes]:
 def node(
     tree: Tree, masks: np.ndarray, branches: tuple[int, ...], blocks: np.ndarray, leaf: np.ndarray
 ) -> Iterator[bytes]:
-    """Yield an internal node and what is below it.
+    """Yield an internal node and its children.
 
     masks     of the leaves, (N, 64) uint8
     branches  `BRANCHES` from this node down
@@ -174,7 +174,7 @@ def bits(flags: np.ndarray) -> np.ndarray:
 
 
 def text(value: str) -> bytes:
-    """Return a text that its length precedes."""
+    """Return a text preceded by its length."""
     return struct.pack("<I", len(value.encode())) + value.encode()
 
 

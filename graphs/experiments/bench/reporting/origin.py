@@ -1,4 +1,4 @@
-"""Where figures come from, in the words that stand above a table of them: commit, machine and command."""
+"""Origin of figures, as written above a table: commit, machine and command."""
 
 import shlex
 import subprocess
@@ -10,7 +10,7 @@ from hairpipe.api.formatting import plural
 
 
 def origin(command: Sequence[str]) -> str:
-    """Say where figures come from that this command, word by word, has measured here."""
+    """Describe the origin of figures of a command, given by its words."""
     from hairpipe.graphs.experiments.figures.machine import this_machine
 
     machine = this_machine()
@@ -19,7 +19,7 @@ def origin(command: Sequence[str]) -> str:
 
 
 def commit() -> str:
-    """Name the commit of the code at hand, and whether it was changed since; where there is no repository, the version.
+    """Name the commit of the code, and whether the code has changed since; without a repository, the version.
 
     It is that of the folder which holds this package.
     """

@@ -1,4 +1,4 @@
-"""Roots of hair on a mesh: on the faces that the file names, or at the nearest points."""
+"""Roots of hair on a mesh: on authored faces, or at the nearest points."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,11 +21,11 @@ PROBED = 64  # strands of which the nearest place is searched
 class Roots:
     """Roots of strands on a mesh.
 
-    scene, hair, mesh  whose they are
+    scene, hair, mesh  scene, hair of the roots, and mesh under them
     strands            strands with known roots, (s,) int64
     corners            points of the mesh around each root, (s, 3) int64
     weights            of these, (s, 3) float64
-    told               whether the file says so; else it is the nearest place at the first time
+    authored           whether the file states the faces; else they are the nearest at the first time
     """
 
     scene: Scene
@@ -37,21 +37,21 @@ class Roots:
     authored: bool
 
     def on_skin(self, time: float | None) -> np.ndarray:
-        """Return where the skin is at a time, in the world, (s, 3) float64."""
+        """Return the places on the skin at a time, in the world, (s, 3) float64."""
         return np.einsum("sk,skx->sx", self.weights, self.scene.place(self.mesh, time)[self.corners])
 
     def misses(self, hair: Snapshot, time: float | None, *, tips: bool = False) -> np.ndarray:
-        """Return how far the roots, or tips, of hair are from the skin at a time, (s,) [scene units]."""
+        """Return the distances of the roots, or tips, of hair from the skin at a time, (s,) [scene units]."""
         ends = (hair.tips if tips else hair.roots)[self.strands]
         return np.linalg.norm(hair.placed[ends] - self.on_skin(time), axis=1)
 
     def far(self, hair: Snapshot, time: float | None) -> np.ndarray:
-        """Return which roots are so far off the skin that the file names for them that one is a fault, (s,) bool."""
+        """Return the roots so far off their authored skin that a single one is a fault, (s,) bool."""
         return self.authored & (self.misses(hair, time) > FAR * self.reach)
 
     @cached_property
     def reach(self) -> float:
-        """Return how far from the skin a root may be [scene units]."""
+        """Return the largest accepted distance of a root from the skin [scene units]."""
         hair = self.hair.first
         ends = hair.placed[1:] - hair.placed[:-1]
         length = np.median(hair.per_strand(np.add, np.delete(np.linalg.norm(ends, axis=1), hair.tips[:-1])))
@@ -59,7 +59,7 @@ class Roots:
 
 
 def find_roots(scene: Scene, hair: Track) -> Roots | None:
-    """Find where hair stands: on the face it names, else on the moving mesh that is nearest at the first time."""
+    """Find the roots of hair: on authored faces, else on the moving mesh that is nearest at the first time."""
     path = hair.prim.GetPath()
     if path not in scene.roots:
         scene.roots[path] = _search(scene, hair)
@@ -76,7 +76,7 @@ def _search(scene: Scene, hair: Track) -> Roots | None:
 
 
 def authored_roots(scene: Scene, hair: Track) -> Roots | None:
-    """Find the mesh that has the faces on which the hair says it stands; the nearest one, if several have."""
+    """Find the mesh with the authored faces of the hair; the nearest of several."""
     return _best([roots for mesh in scene.skins if hair.first.sound and (roots := _authored_on(scene, hair, mesh))])
 
 
@@ -87,7 +87,7 @@ def _best(found: list[Roots]) -> Roots | None:
 
 
 def _authored_on(scene: Scene, hair: Track, mesh: Track) -> Roots | None:
-    """Return the roots on the triangles that the hair names, if the mesh has them."""
+    """Return the roots on the authored triangles, if the mesh has them."""
     faces = hair.first.array("primvars:skinprim")
     uv = hair.first.array("primvars:skinprimuv", 2)
     skin = mesh.first
@@ -104,7 +104,7 @@ def _authored_on(scene: Scene, hair: Track, mesh: Track) -> Roots | None:
 
 
 def is_triangles(mesh: Snapshot) -> bool:
-    """Return whether all faces of a mesh are triangles, of points that there are."""
+    """Return whether all faces of a mesh are triangles of existing points."""
     whole = mesh.consistent and len(mesh.counts) and (mesh.counts == 3).all()
     inside = whole and mesh.corners.min() >= 0 and mesh.corners.max() < len(mesh.points)
     return bool(inside and np.isfinite(mesh.points).all())

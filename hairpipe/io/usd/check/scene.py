@@ -1,4 +1,4 @@
-"""What a stage draws: hair and meshes over time, one frame of one shape in memory at a time."""
+"""Visible hair and meshes of a stage over time, one frame of one shape in memory at a time."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -13,17 +13,17 @@ from hairpipe.io.usd.skeleton import Binding, find_bindings
 from hairpipe.io.usd.stage import RENDERED, to_metres
 
 OURS = ("primvars:hairId", "primvars:pref", "primvars:skinprim", "velocities")
-MANY = 20  # curves, from which on they count as hair
+MANY = 20  # fewest curves that are hair
 
 
 @dataclass(frozen=True)
 class Scene:
-    """What of a stage is drawn.
+    """Visible shapes of a stage.
 
     hair    curves of hair
-    meshes  those that are drawn
-    skins   all meshes, for hair may stand on one that is not
-    roots   where hair stands on them, by its path, as far as it was searched
+    meshes  visible meshes
+    skins   all meshes: the skin of hair may be invisible
+    roots   roots of hair on them, by its path, as far as they were searched
     """
 
     stage: Usd.Stage
@@ -34,7 +34,7 @@ class Scene:
 
     @cached_property
     def bindings(self) -> dict[Sdf.Path, Binding]:
-        """Return what skeletons move; nothing where they are broken."""
+        """Return the bindings of meshes to skeletons; none for invalid skeletons."""
         try:
             return find_bindings(self.stage)
         except BadInput:
@@ -58,7 +58,7 @@ class Scene:
         return np.array(points) @ np.array(skeleton)[:3, :3] + np.array(skeleton)[3, :3]
 
     def moves(self, mesh: Track) -> bool:
-        """Return whether a mesh changes its place in time."""
+        """Return whether a mesh moves."""
         above = [mesh.prim]
         while above[-1].GetParent().IsA(UsdGeom.Xformable):
             above.append(above[-1].GetParent())
@@ -67,7 +67,7 @@ class Scene:
 
 
 def find_scene(stage: Usd.Stage) -> Scene:
-    """Find what of a stage is drawn at its first time, hair and meshes."""
+    """Find the hair and meshes of a stage that are visible at its first time."""
     prims = list(stage.Traverse(Usd.TraverseInstanceProxies()))
     hair = [Track(prim) for prim in prims if prim.IsA(UsdGeom.BasisCurves) and _is_drawn(prim)]
     skins = [Track(prim) for prim in prims if prim.IsA(UsdGeom.Mesh)]
@@ -82,5 +82,5 @@ def _is_drawn(prim: Usd.Prim) -> bool:
 
 
 def _is_hair(track: Track) -> bool:
-    """Return whether curves are hair, not a wire or a rope: there are many, or they carry what hair carries."""
+    """Return whether curves are hair, not a wire or a rope: many curves, or curves with attributes of hair."""
     return len(track.first.counts) >= MANY or any(track.prim.GetAttribute(name).HasAuthoredValue() for name in OURS)

@@ -9,10 +9,10 @@ TOKENS = UsdGeom.Tokens
 
 
 class Snapshot:
-    """Curves or a mesh at one time; what is absent or no array of numbers reads as None.
+    """Curves or a mesh at one time; an absent attribute, or one that is not an array of numbers, is None.
 
     curves  whether these are curves
-    code    time code, or None where nothing changes
+    code    time code, or None for constant shapes
     """
 
     def __init__(self, prim: Usd.Prim, time: Usd.TimeCode) -> None:
@@ -38,31 +38,31 @@ class Snapshot:
 
     @cached_property
     def points(self) -> np.ndarray:
-        """Return positions, (n, 3) float32; none where they are absent."""
+        """Return positions, (n, 3) float32; empty where they are absent."""
         points = self.array("points", 3)
         return np.empty((0, 3), np.float32) if points is None else points
 
     @cached_property
     def counts(self) -> np.ndarray:
-        """Return the vertices of every curve or face, (c,) int64; none where they are absent."""
+        """Return the vertex counts of curves or faces, (c,) int64; empty where they are absent."""
         counts = self.array("curveVertexCounts" if self.curves else "faceVertexCounts")
         return np.empty(0, np.int64) if counts is None else counts.astype(np.int64)
 
     @cached_property
     def corners(self) -> np.ndarray:
-        """Return the points at the corners of the faces, (k,) int32; none where they are absent."""
+        """Return the points at the corners of the faces, (k,) int32; empty where they are absent."""
         corners = self.array("faceVertexIndices")
         return np.empty(0, np.int32) if corners is None else corners
 
     @cached_property
     def consistent(self) -> bool:
-        """Return whether counts and elements agree, so that other arrays can be measured against them."""
+        """Return whether counts and elements agree."""
         elements = self.points if self.curves else self.corners
         return bool(self.counts.sum() == len(elements) and (self.counts >= 0).all())
 
     @cached_property
     def sound(self) -> bool:
-        """Return whether these are curves of two points or more each, all finite, so that they can be measured."""
+        """Return whether these are curves of two or more points each, all finite."""
         whole = self.curves and self.consistent and len(self.counts) and (self.counts > 1).all()
         return bool(whole and np.isfinite(self.points).all())
 
@@ -88,13 +88,13 @@ class Snapshot:
 
     @cached_property
     def segments(self) -> np.ndarray:
-        """Return the lengths of all segments of sound curves, one curve after the other, (n - c,) float64."""
+        """Return the lengths of all segments of valid curves, one curve after the other, (n - c,) float64."""
         steps = np.linalg.norm(np.diff(self.points.astype(np.float64), axis=0), axis=1)
         return np.delete(steps, self.tips[:-1])
 
     @cached_property
     def lengths(self) -> np.ndarray:
-        """Return the lengths of sound curves, (c,) float64."""
+        """Return the lengths of valid curves, (c,) float64."""
         return self.per_strand(np.add, self.segments)
 
     def per_strand(self, reduce: np.ufunc, values: np.ndarray) -> np.ndarray:
@@ -110,7 +110,7 @@ class Snapshot:
         return np.minimum.reduceat(values, self.roots)
 
     def size(self, interpolation: str) -> int:
-        """Return how many values an interpolation asks for."""
+        """Return the number of values of an interpolation."""
         if interpolation == TOKENS.constant:
             return 1
         if interpolation == TOKENS.uniform:

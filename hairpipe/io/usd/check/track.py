@@ -10,11 +10,11 @@ from pxr import Usd, Vt
 from hairpipe.io.usd.check.snapshot import Snapshot
 
 REST = (2 / 3, 3 / 2)
-"""Lengths at rest over those at the first time, of a rest pose in the unit of the points."""
+"""Accepted lengths at rest over those at the first time: a rest pose in the unit of the points."""
 
 
 def notes_of(stage: Usd.Stage) -> dict[str, Any]:
-    """Return what we noted in a stage that we wrote, nothing where another program did."""
+    """Return our notes in a stage; none in the stage of another program."""
     notes = stage.GetRootLayer().customLayerData.get("hairpipe")
     return notes if isinstance(notes, dict) else {}
 
@@ -23,7 +23,7 @@ class Track:
     """A shape over time.
 
     prim   curves or a mesh
-    times  codes at which anything of it has a sample; none where nothing has
+    times  codes of all samples; empty for a constant shape
     """
 
     def __init__(self, prim: Usd.Prim) -> None:
@@ -31,7 +31,7 @@ class Track:
         self.times = sorted({time for attribute in prim.GetAttributes() for time in attribute.GetTimeSamples()})
 
     def at(self, time: float | None) -> Snapshot:
-        """Return the shape at a time code, or as it is where nothing changes."""
+        """Return the shape at a time code, or a constant shape."""
         return Snapshot(self.prim, Usd.TimeCode.Default() if time is None else Usd.TimeCode(time))
 
     def path(self, name: str) -> str:
@@ -39,7 +39,7 @@ class Track:
         return f"{self.prim.GetPath()}.{name}"
 
     def __iter__(self) -> Iterator[Snapshot]:
-        """Give the shape at every time, each read when it is asked for."""
+        """Yield the shape at every time, read on demand."""
         return (self.at(time) for time in self.times or [None])
 
     @cached_property
@@ -54,12 +54,12 @@ class Track:
 
     @cached_property
     def cuts(self) -> list[float]:
-        """Return the time codes at which the shot is cut, where we wrote the stage and noted them."""
+        """Return the time codes at which the shot is cut, from our notes."""
         cuts = notes_of(self.prim.GetStage()).get("cuts")
         return [float(cut) for cut in cuts] if cuts and isinstance(cuts, Vt.IntArray) else []
 
     def is_cut(self, before: Snapshot, after: Snapshot) -> bool:
-        """Return whether the shot is cut between two times, so that nothing goes from the one to the other."""
+        """Return whether the shot is cut between two times."""
         return any(before.time.GetValue() < cut <= after.time.GetValue() for cut in self.cuts)
 
     @property
@@ -69,7 +69,7 @@ class Track:
 
     @cached_property
     def still(self) -> Snapshot | None:
-        """Return hair in its rest pose; None where it has none that can be measured, or hair has not."""
+        """Return hair in its rest pose; None where rest pose or hair is missing or invalid."""
         still = Still(self.prim, self.first.time)
         return still if still.sound and self.first.sound else None
 
@@ -82,7 +82,7 @@ class Track:
 
     @cached_property
     def reference(self) -> Snapshot | None:
-        """Return hair at rest, if that is its own, else as it is first; None where it cannot be measured."""
+        """Return hair in its own rest pose, else at its first time; None where it is invalid."""
         near = self.still is not None and REST[0] <= np.median(self.growth) <= REST[1]
         return self.still if near else self.first if self.first.sound else None
 

@@ -1,4 +1,4 @@
-"""Rules for what moves: a sample at every frame, the same strands throughout."""
+"""Rules for moving shapes: a sample at every frame, the same strands at all times."""
 
 import re
 from collections.abc import Iterator
@@ -12,10 +12,10 @@ from hairpipe.io.usd.check.stage_rules.stage_metrics import has_range
 
 FOLLOWERS = ("velocities", "accelerations", "normals", "extent")
 TOPOLOGY = ("curveVertexCounts", "faceVertexCounts", "faceVertexIndices", "primvars:hairId")
-LISTED = 8  # gaps that a message names
+LISTED = 8  # number of gaps in a message
 NUMBER = re.compile(r"(\d+)\.\w+$")
-NEAR = 2  # frames, by which files are late or early by mistake
-CLOSE = 1e-2  # frames between samples that are one, badly rounded
+NEAR = 2  # frames of a mistaken offset of files
+CLOSE = 1e-2  # frames between samples of one rounded time
 
 
 def sample_gaps(prim: Usd.Prim) -> Iterator[Fault]:

@@ -1,4 +1,4 @@
-"""Rules for the motion of single strands: a few among thousands do not show in the sums over all of them."""
+"""Rules for the motion of single strands, which are invisible in sums over all strands."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -10,16 +10,16 @@ from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
 from hairpipe.io.usd.check.track import Track
 
-SLIGHT = 0.1  # of the usual way, below which a strand shows nothing
-BELONG = 0.3  # least correlation of velocities with the way of a strand, and their scale
+SLIGHT = 0.1  # of the median displacement: slower strands are ignored
+BELONG = 0.3  # least correlation and scale of velocities with the displacement of a strand
 SCALE = (0.3, 3.0)
-JUMP = 0.5  # of its length, by which all points of a strand may be elsewhere than its velocities lead to
-ALONE = 10.0  # times as far as strands usually are off, from which on a strand jumps
+JUMP = 0.5  # of its length: largest deviation of all points of a strand from the motion of its velocities
+ALONE = 10.0  # times the usual deviation from which a strand jumps
 TINY = np.finfo(np.float64).tiny
 
 
 def velocities_of_strands(track: Track) -> Iterator[Fault]:
-    """Find strands whose velocities are not theirs: 0 at one time or throughout, backwards, of another unit."""
+    """Find strands with wrong velocities: 0 at one time or at all times, backwards, of another unit."""
     authored = both = seen = np.zeros(0)
     for before, now in _steps(track):
         lead = _lead(before, now)
@@ -32,7 +32,7 @@ def velocities_of_strands(track: Track) -> Iterator[Fault]:
     minded = larger > SLIGHT**2 * np.median(larger) if len(larger) else larger > 0
     scale = np.sqrt(authored / np.maximum(seen, TINY))
     wrong = minded & ((both < BELONG * np.sqrt(authored * seen)) | (scale < SCALE[0]) | (scale > SCALE[1]))
-    if wrong.any() and not wrong[minded].all():  # of all together another rule reports
+    if wrong.any() and not wrong[minded].all():  # another rule reports all together
         at = int(np.argmax(wrong))
         turned = ", backwards" if both[at] < 0 else ""
         message = f"of strand {at} carry it {scale[at]:.2g} times as far as it goes{turned}"
@@ -40,7 +40,7 @@ def velocities_of_strands(track: Track) -> Iterator[Fault]:
 
 
 def _lost(track: Track, hair: Snapshot, way: np.ndarray) -> Iterator[Fault]:
-    """Find strands whose velocities are exactly 0 at a time at which they go some way, as the others do."""
+    """Find strands whose velocities are exactly 0 at a time at which they move, as the others do."""
     speeds = np.abs(np.asarray(hair.array("velocities", 3))).max(axis=1)
     still = np.maximum.reduceat(speeds, hair.roots) == 0.0
     far = hair.per_strand_of_points(np.linalg.norm(way, axis=1))
@@ -52,7 +52,7 @@ def _lost(track: Track, hair: Snapshot, way: np.ndarray) -> Iterator[Fault]:
 
 
 def strand_jumps(scene: Scene) -> Iterator[Fault]:
-    """Find strands of which all points are suddenly elsewhere: those of another strand, or of none."""
+    """Find strands of which all points jump: to another strand, or to none."""
     for track in scene.hair:
         for before, now in _steps(track):
             off = now.nearest_of_points(_misses(before, now))
@@ -64,7 +64,7 @@ def strand_jumps(scene: Scene) -> Iterator[Fault]:
 
 
 def _steps(track: Track) -> Iterator[tuple[Snapshot, Snapshot]]:
-    """Give each two neighbouring samples of the same sound strands, with velocities at both."""
+    """Yield pairs of consecutive samples of the same valid strands, with velocities at both."""
     for before, now in pairwise(track.at(time) for time in track.points):
         arrays = [shape.array("velocities", 3) for shape in (before, now)]
         whole = before.sound and now.sound and np.array_equal(before.counts, now.counts)
@@ -77,14 +77,14 @@ def _steps(track: Track) -> Iterator[tuple[Snapshot, Snapshot]]:
 
 
 def _lead(before: Snapshot, now: Snapshot) -> np.ndarray:
-    """Return where velocities lead from one sample to the next, (n, 3): (v0 + v1) / 2 dt."""
+    """Return the displacements by velocities from one sample to the next, (n, 3): (v0 + v1) / 2 dt."""
     speeds = [np.asarray(shape.array("velocities", 3), np.float64) for shape in (before, now)]
     rate = before.prim.GetStage().GetTimeCodesPerSecond()
     return (speeds[0] + speeds[1]) / 2 * (now.time.GetValue() - before.time.GetValue()) / rate
 
 
 def _misses(before: Snapshot, now: Snapshot) -> np.ndarray:
-    """Return how far points are from where velocities lead, (n,)."""
+    """Return the distances of points from their displacement by velocities, (n,)."""
     return np.linalg.norm(now.points.astype(np.float64) - before.points - _lead(before, now), axis=1)
 
 

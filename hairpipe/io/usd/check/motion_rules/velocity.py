@@ -12,37 +12,37 @@ from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
 from hairpipe.io.usd.check.track import Track
 
-MISFIT = 0.75  # a step may differ from its velocities by this part: they are those of the instants between
-SLIGHT = 0.1  # of the usual step, below which a step says nothing
-EXACT = 0.015  # by which the scale of all velocities may be off, or by what their scatter explains
-BELONG = 0.3  # least correlation of velocities with the way of the points
-LATE = 0.25  # of the misfit, to which it falls where velocities are those of another frame
+MISFIT = 0.75  # largest relative difference of a step and its velocities, which are those of instants between
+SLIGHT = 0.1  # of the usual step: smaller steps are ignored
+EXACT = 0.015  # tolerance of the scale of all velocities, beyond their scatter
+BELONG = 0.3  # least correlation of velocities with the displacement of the points
+LATE = 0.25  # ratio of misfits from which velocities are those of another frame
 MOVES_NONE = "are not 0, but points stand still"
 ROUNDING = 64 * np.finfo(np.float32).eps  # of positions, in parts of the largest
 WILD = (0.2, 5.0)  # accelerations over the change of the velocities
 
 
 class Sums(NamedTuple):
-    """Products of what velocities tell with what is seen, summed over a shot."""
+    """Products of displacements by authored velocities and of observed ones, summed over a shot."""
 
     authored: float
     both: float
     seen: float
 
     def add(self, authored: np.ndarray, seen: np.ndarray) -> "Sums":
-        """Return the sums with two arrays of one shape more."""
+        """Return the sums with two more arrays of one shape."""
         a = authored.ravel()
         b = seen.ravel()
         return Sums(self.authored + a @ a, self.both + a @ b, self.seen + b @ b)
 
     @property
     def scale(self) -> float:
-        """Return by what the told has to be multiplied to come near the seen."""
+        """Return the factor that fits authored to observed displacements."""
         return float(self.both / self.authored) if self.authored else 1.0
 
     @property
     def correlation(self) -> float:
-        """Return 1 where both agree but for a factor."""
+        """Return the correlation of both, 1 for proportional ones."""
         product = np.sqrt(self.authored) * np.sqrt(self.seen)
         return float(self.both / product) if product else 1.0
 
@@ -94,7 +94,7 @@ def _overall(track: Track) -> Iterator[str]:
 
 
 def _trios(track: Track) -> Iterator[list[Snapshot]]:
-    """Give three samples at equal distances in time, that can be compared, one frame later each time."""
+    """Yield triples of consecutive samples at equal intervals that can be compared."""
     held: list[Snapshot] = []
     for shape in (track.at(time) for time in track.points):
         held = [*held[-2:], shape] if held and not track.is_cut(held[-1], shape) else [shape]
@@ -117,7 +117,7 @@ def _simpson(trio: list[Snapshot], rate: float) -> tuple[np.ndarray, np.ndarray]
 
 
 class Step(NamedTuple):
-    """From one sample to the next: how far points went, and off that what their velocities told [scene units]."""
+    """Displacement between two samples, and its difference to that by velocities [scene units]."""
 
     code: float
     after: float
@@ -128,7 +128,7 @@ class Step(NamedTuple):
 
 
 def _step_by_step(track: Track) -> Iterator[Fault]:
-    """Find single samples whose velocities are of something else."""
+    """Find single samples with wrong velocities."""
     steps = list(_steps(track))
     usual = np.median([max(step.authored, step.seen) for step in steps]) if steps else 0.0
     for step in steps:
@@ -159,7 +159,7 @@ def _steps(track: Track) -> Iterator[Step]:
 
 
 def velocities_missing(scene: Scene) -> Iterator[Fault]:
-    """Find hair, and skin under such hair, that moves without velocities: motion blur parts what has some from it."""
+    """Find hair, and skin under it, that moves without velocities: motion blur separates them."""
     for track in scene.hair:
         attribute = track.prim.GetAttribute("velocities")
         if track.moves and not attribute.HasValue():
@@ -185,7 +185,7 @@ def _frozen(track: Track) -> Iterator[Fault]:
 
 
 def acceleration_match(scene: Scene) -> Iterator[Fault]:
-    """Find accelerations that do not change the velocities as they do change: (a0 + a1) / 2 = (v1 - v0) / dt."""
+    """Find accelerations that contradict the velocities: (a0 + a1) / 2 = (v1 - v0) / dt."""
     for track in scene.hair:
         sums = NONE
         before = None

@@ -1,4 +1,4 @@
-"""Rules for level sets over time: those of a body that moves change with it."""
+"""Rules for level sets over time: those of a moving body change."""
 
 import hashlib
 from collections.abc import Iterator
@@ -34,7 +34,7 @@ def volume_still(scene: Scene) -> Iterator[Fault]:
 
 
 def _has_moved(scene: Scene, index: int) -> bool:
-    """Return whether a mesh is elsewhere at its last time, or half way there, than at its first."""
+    """Return whether a mesh has moved at its last time, or at half of its times."""
     mesh = scene.meshes[index]
     times = mesh.points if mesh.moves else _range(scene.stage)
     if not scene.moves(mesh) or len(times) < 2:

@@ -1,1 +1,1 @@
-"""Rules for the composition of a stage: validators of OpenUSD, and rules of ours where it has none."""
+"""Rules for the composition of a stage: validators of OpenUSD, and our rules in addition."""

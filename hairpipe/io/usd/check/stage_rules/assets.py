@@ -21,13 +21,13 @@ CLASSES = {"levelSet": "level set", "fogVolume": "fog volume", "staggered": "sta
 
 @dataclass(frozen=True)
 class Asset:
-    """A file that some layer names.
+    """A file that a layer names.
 
-    layer  that names it
-    path   of the prim or attribute where it does
-    name   as it is written
+    layer  layer that names the file
+    path   of the prim or attribute
+    name   as in the layer
     time   code of the sample, or None
-    data   whether it holds frames, which travel with the layer, and is not a shared asset
+    data   whether the file contains frames, which belong to the layer, and is not a shared asset
     """
 
     layer: Sdf.Layer
@@ -38,12 +38,12 @@ class Asset:
 
     @property
     def file(self) -> str:
-        """Return where the file lies, empty where it does not."""
+        """Return the path of the file, empty for a missing one."""
         return Ar.GetResolver().Resolve(self.layer.ComputeAbsolutePath(self.name)).GetPathString()
 
 
 def find_assets(stage: Usd.Stage) -> list[Asset]:
-    """Return every file that the layers of a stage name, also those that are not there."""
+    """Return every file that the layers of a stage name, also missing ones."""
     return [asset for layer in stage.GetUsedLayers() if not layer.anonymous for asset in _named_by(layer)]
 
 
@@ -84,7 +84,7 @@ def missing_file(asset: Asset) -> Iterator[Fault]:
 
 
 def broken_layer(asset: Asset) -> Iterator[Fault]:
-    """Find layers that are there but do not open."""
+    """Find existing layers that cannot be opened."""
     plain = asset.file and not special(Path(asset.file.partition("[")[0]))
     if plain and Sdf.FileFormat.FindByExtension(asset.file):
         try:
@@ -104,7 +104,7 @@ def absolute_path(asset: Asset) -> Iterator[Fault]:
 
 
 class Grid(Protocol):
-    """What an OpenVDB file says of one of its grids."""
+    """Header of a grid of an OpenVDB file."""
 
     @property
     def name(self) -> str:
@@ -113,16 +113,16 @@ class Grid(Protocol):
 
     @property
     def grid_class(self) -> str:
-        """What it is, in OpenVDB's words."""
+        """The class, in OpenVDB's words."""
         ...
 
 
 Inspect = Callable[[Path], Sequence[Grid]]
-"""Lists the grids of an OpenVDB file; raises BadInput if it is none."""
+"""Lists the grids of an OpenVDB file; raises BadInput for another file."""
 
 
 def openvdb_grid(prim: Usd.Prim, inspect: Inspect | None) -> Iterator[Fault]:
-    """Find OpenVDB files that do not open, or do not have the grid of the name and class that the field says."""
+    """Find OpenVDB files that cannot be opened, or do not have the grid of the field's name and class."""
     if inspect is None or not prim.IsA(UsdVol.OpenVDBAsset):
         return
     field = UsdVol.OpenVDBAsset(prim)

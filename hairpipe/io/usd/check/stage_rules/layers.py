@@ -10,11 +10,11 @@ from hairpipe.io.usd.stage import shortened
 
 UNIT, UP, CODES = "metersPerUnit", "upAxis", "timeCodesPerSecond"
 MENDED = ("scale", "transform", "rotate", "orient")
-"""What the names of xformOps begin with that bring an asset of other units or axes into ours."""
+"""Prefixes of the names of xformOps that convert the units or axes of an asset."""
 
 
 def composition(stage: Usd.Stage) -> Iterator[Fault]:
-    """Find arcs that lead nowhere; CompositionErrorTest of OpenUSD does not distinguish them from missing files."""
+    """Find broken arcs; CompositionErrorTest of OpenUSD does not distinguish them from missing files."""
     for error in stage.GetCompositionErrors():
         if not isinstance(error, (Pcp.ErrorInvalidAssetPath, Pcp.ErrorInvalidSublayerPath)):  # files have a rule
             path = getattr(error, "rootSite", None)
@@ -22,7 +22,7 @@ def composition(stage: Usd.Stage) -> Iterator[Fault]:
 
 
 def variants(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find selections of a variant that there is not."""
+    """Find selections of a missing variant."""
     for name in prim.GetVariantSets().GetNames():
         chosen = prim.GetVariantSet(name).GetVariantSelection()
         there = prim.GetVariantSet(name).GetVariantNames()
@@ -32,7 +32,7 @@ def variants(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def layer_units(stage: Usd.Stage) -> Iterator[Fault]:
-    """Find layers of another unit or up axis, which nothing converts, and of another rate, which nothing expects."""
+    """Find layers of another unit, up axis or rate, which USD does not convert."""
     unit = UsdGeom.GetStageMetersPerUnit(stage)
     up = UsdGeom.GetStageUpAxis(stage)
     rate = stage.GetTimeCodesPerSecond()
@@ -54,7 +54,7 @@ def layer_units(stage: Usd.Stage) -> Iterator[Fault]:
 
 
 def _mended_layers(stage: Usd.Stage) -> set[Sdf.Layer]:
-    """Return the layers that come in under a prim which is scaled or turned, as assets of other units are."""
+    """Return the layers under a scaled or rotated prim, as assets of other units have it."""
     found: set[Sdf.Layer] = set()
     for prim in stage.TraverseAll():
         ops = [n for n in prim.GetAuthoredPropertyNames() if n.startswith("xformOp:")]

@@ -1,4 +1,4 @@
-"""Rules for materials: a surface that clients know, sensible inputs, hair that is not transparent."""
+"""Rules for materials: a known surface, valid inputs, opaque hair."""
 
 from collections.abc import Iterator
 
@@ -10,14 +10,14 @@ from hairpipe.io.usd.check.scene import Scene
 
 OWN = "UsdPreviewSurface"
 FAMILIES = ("ND_", "arnold:", "Pxr", "karma", "kma_", "vray:", "VRay", "redshift", "RS", "octane:", "mtlx", "OmniPBR")
-"""What the names of shaders begin with that OpenUSD does not ship and renderers know."""
+"""Prefixes of the names of shaders of renderers, which OpenUSD does not ship."""
 BETWEEN = {"roughness": (0, 1), "metallic": (0, 1), "opacity": (0, 1), "clearcoat": (0, 1), "ior": (0.1, 10)}
 BETWEEN |= {"diffuseColor": (0, 1), "specularColor": (0, 1)}
-"""What inputs of UsdPreviewSurface may be."""
+"""Ranges of the inputs of UsdPreviewSurface."""
 
 
 def shader_id(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find shaders of no id or an unknown one; ShaderSdrCompliance of OpenUSD rejects those of renderers, too."""
+    """Find shaders without an id or with an unknown one; ShaderSdrCompliance of OpenUSD rejects those of renderers."""
     shader = UsdShade.Shader(prim)
     if not shader or shader.GetImplementationSource() != UsdShade.Tokens.id:
         return
@@ -29,7 +29,7 @@ def shader_id(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def surface(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find materials without a surface, which leave what they are bound to grey or black."""
+    """Find materials without a surface: their shapes are grey or black."""
     if prim.IsA(UsdShade.Material):
         outputs = [out for out in UsdShade.Material(prim).GetOutputs() if out.GetBaseName() in ("surface", "volume")]
         if not any(out.GetAttr().HasAuthoredConnections() for out in outputs):
@@ -42,7 +42,7 @@ def surface(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def shader_inputs(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find inputs that the surface has not, or of senseless values; OpenUSD validates their types alone."""
+    """Find unknown inputs of a surface, and values out of range; OpenUSD validates types only."""
     shader = UsdShade.Shader(prim)
     if not shader or shader.GetShaderId() != OWN:
         return
@@ -62,7 +62,7 @@ def shader_inputs(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def hair_looks(scene: Scene) -> Iterator[Fault]:
-    """Find hair that is drawn transparent, or without a material while others have one."""
+    """Find transparent hair, and hair without a material where others have one."""
     for track in scene.hair:
         opacity = track.first.array("primvars:displayOpacity")
         if opacity is not None and len(opacity) and not opacity.any():

@@ -1,4 +1,4 @@
-"""Rules for every prim, whatever it is: tokens, relationships, kinds, fields; OpenUSD has no validator of these."""
+"""Rules for prims: tokens, relationships, kinds, fields; OpenUSD has no validators for these."""
 
 from collections.abc import Iterator
 
@@ -8,7 +8,7 @@ from hairpipe.io.usd.check.finding import Fault, Rule
 
 
 def token(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find tokens that the schema does not know; clients fall back to something else, each to its own."""
+    """Find tokens that are unknown to the schema; the fallback depends on the client."""
     for attribute in prim.GetAuthoredAttributes():
         declared = prim.GetPrimDefinition().GetSchemaAttributeSpec(attribute.GetName())
         allowed = list(declared.allowedTokens or ()) if isinstance(declared, Sdf.AttributeSpec) else []
@@ -18,7 +18,7 @@ def token(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def dangling_target(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find relationships and connections that lead nowhere."""
+    """Find relationships and connections with missing targets."""
     for source in [*prim.GetAuthoredRelationships(), *prim.GetAuthoredAttributes()]:
         for target in missing_targets(source):
             yield Fault(str(source.GetPath()), f"leads to {target}, which does not exist")
@@ -31,7 +31,7 @@ def missing_targets(source: Usd.Property) -> list[Sdf.Path]:
 
 
 def target_outside(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find relationships that leave the default prim: they are lost where somebody refers to the file."""
+    """Find relationships to targets outside of the default prim: references to the file lose them."""
     default = prim.GetStage().GetDefaultPrim()
     root = default.GetPath() if default else Sdf.Path.emptyPath
     if not default or not prim.GetPath().HasPrefix(root) or prim.IsInstanceProxy():
@@ -44,7 +44,7 @@ def target_outside(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def proxy_target(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find a stand-in of the wrong purpose, which is drawn in addition to its original."""
+    """Find a proxy of the wrong purpose, which is drawn in addition to its original."""
     relationship = prim.GetRelationship("proxyPrim")
     for path in relationship.GetTargets() if relationship else ():
         proxy = UsdGeom.Imageable(prim.GetStage().GetPrimAtPath(path))
@@ -65,7 +65,7 @@ def kind(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def volume_fields(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find volumes without a field, or whose field relationship leads to something else."""
+    """Find volumes without a field, or with a field relationship to another prim."""
     if not prim.IsA(UsdVol.Volume):
         return
     fields = UsdVol.Volume(prim).GetFieldPaths()

@@ -1,4 +1,4 @@
-"""Rules for a stage as a whole: its unit, its rate and its range; OpenUSD has no validator of these values."""
+"""Rules for the unit, rate and time range of a stage; OpenUSD has no validators for these values."""
 
 import math
 from collections.abc import Iterator
@@ -9,14 +9,14 @@ from hairpipe.io.usd.check.finding import Fault, Rule
 
 
 def metres_per_unit(stage: Usd.Stage) -> Iterator[Fault]:
-    """Find a unit that is not a positive length; the validator of OpenUSD finds only one that is not stated."""
+    """Find a unit that is not a positive length; the validator of OpenUSD finds only a missing one."""
     scale = UsdGeom.GetStageMetersPerUnit(stage)
     if not (math.isfinite(scale) and scale > 0):
         yield Fault("/", f"metersPerUnit is {scale:g}; it has to be positive")
 
 
 def frame_rate(stage: Usd.Stage) -> Iterator[Fault]:
-    """Find a stage whose velocities mean nothing, or that plays at another speed than its frames."""
+    """Find a stage with undefined velocities, or with another playback rate than its frames."""
     codes = stage.GetTimeCodesPerSecond()
     frames = stage.GetFramesPerSecond()
     if not (math.isfinite(codes) and codes > 0):
@@ -29,7 +29,7 @@ def frame_rate(stage: Usd.Stage) -> Iterator[Fault]:
 
 
 def time_codes(stage: Usd.Stage) -> Iterator[Fault]:
-    """Find a stage that does not say from when to when it lasts."""
+    """Find a stage without a time range."""
     if not stage.HasAuthoredTimeCodeRange():
         if is_animated(stage):
             yield Fault("/", "no startTimeCode and endTimeCode")
@@ -38,7 +38,7 @@ def time_codes(stage: Usd.Stage) -> Iterator[Fault]:
 
 
 def has_range(stage: Usd.Stage) -> bool:
-    """Return whether the stage says from when to when it lasts, and means it."""
+    """Return whether the stage has a valid time range."""
     start = stage.GetStartTimeCode()
     end = stage.GetEndTimeCode()
     return stage.HasAuthoredTimeCodeRange() and math.isfinite(end - start) and start <= end

@@ -1,4 +1,4 @@
-"""Rules for transforms that are ignored, cut off, flat, or not those of the body; OpenUSD has no validator of them."""
+"""Rules for transforms: ignored, reset, singular, or not those of the body; OpenUSD has no validators for them."""
 
 from collections.abc import Iterator
 
@@ -11,12 +11,12 @@ from hairpipe.io.usd.check.track import Track
 
 PREFIX, ORDER = "xformOp:", "xformOpOrder"
 RESET, INVERT = "!resetXformStack!", "!invert!"
-EQUAL = 1e-3  # by which scales may differ and count as equal
-FLAT = 1e-9  # of the cube of its size, a volume that is none
+EQUAL = 1e-3  # tolerance of equal scales
+FLAT = 1e-9  # volume over the cube of the size from which a transform is singular
 
 
 def transform(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find prims that are nowhere, or flattened to nothing."""
+    """Find transforms that are not finite, or singular."""
     if prim.IsA(UsdGeom.Xformable):
         for time in _times(prim):
             world = np.array(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(time))
@@ -37,7 +37,7 @@ def _times(prim: Usd.Prim) -> list[Usd.TimeCode]:
 
 
 def ignored_transform(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find parts of a transform that xformOpOrder does not name, or names and there are not."""
+    """Find ops of a transform that xformOpOrder omits, or names without an attribute."""
     order = list(prim.GetAttribute(ORDER).Get() or []) if prim.HasAttribute(ORDER) else []
     named = {name.removeprefix(INVERT) for name in order if name != RESET}
     there = {a.GetName() for a in prim.GetAuthoredAttributes() if a.GetName().startswith(PREFIX) and a.HasValue()}
@@ -48,7 +48,7 @@ def ignored_transform(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def reset_transform(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find prims that do not go with what they stand under."""
+    """Find prims that do not move with their parent."""
     xform = UsdGeom.Xformable(prim)
     parent = UsdGeom.Xformable(prim.GetParent())
     if xform and parent and xform.GetResetXformStack():

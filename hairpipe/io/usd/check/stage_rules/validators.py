@@ -1,7 +1,7 @@
 """Validators that OpenUSD ships, reported as findings: stage metadata, types, nesting, subsets, materials, skinning.
 
-A rule of ours is kept where OpenUSD has no validator, or where its docstring says what the validator lacks. The
-validators of UsdUtils are not run: they open every file that a stage names, and never return from a pipe.
+We have a rule of our own where OpenUSD has no validator, or where the docstring names its limitation. The validators
+of UsdUtils are not run: they open every file that a stage names, and never return from a pipe.
 """
 
 from collections.abc import Iterator
@@ -40,7 +40,7 @@ MESSAGES = {
 
 
 def validate(stage: Usd.Stage) -> Iterator[Finding]:
-    """Run the validators on a stage, and give their errors as findings, ordered by name and path.
+    """Run the validators on a stage, and yield their errors as findings, ordered by name and path.
 
     Raises Tf.ErrorException where a file of the stage cannot be read.
     """
