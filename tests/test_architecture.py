@@ -117,6 +117,7 @@ MOST_MODULES = 16
 """In a folder; nodes are looked up by name, and their folder may be as long as a dictionary."""
 MOST_PARAMETERS, MOST_LONG_SIGNATURES = 8, 5
 LONG_SIGNATURES = {
+    "hairpipe/api/graph_shot.py run": "its parameters are the options of a run",
     "hairpipe/cli/commands/run.py run": "its parameters are the options of a command",
     "hairpipe/cli/commands/tune.py tune": "its parameters are the options of a command",
 }

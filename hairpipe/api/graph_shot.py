@@ -125,6 +125,8 @@ class GraphShot:
         keep_going: bool = False,
         publish_root: Path | None = None,
         force: bool = False,
+        only: FrameSet = None,
+        wait: float | None = None,
     ) -> Run:
         """Compute what has changed, and publish; BadInput before computing. A node that fails is reported.
 
@@ -137,6 +139,8 @@ class GraphShot:
         keep_going    after a failure, continue with independent nodes
         publish_root  folder below which files may be published in addition to that of the project
         force         overwrite files that hairpipe has not published, or that were changed since
+        only          frames to compute, of a shot of `frames`; what sees all of these is computed if they are there
+        wait          time for which the run waits for what only other processes compute [s]; by default without end
         """
         shot = self.changed(set or {})
         graph = shot.part(to)
@@ -147,6 +151,8 @@ class GraphShot:
             keep_going,
             publish_root=publish_root,
             force=force,
+            only=read_frames(only),
+            wait=wait,
             judge=stopping,
             spare=self._spare,
         )

@@ -4,6 +4,7 @@ GRAPH        run plan explain graph get tune wedge; any number in cache; --graph
 TARGET       explain get
 --set        run plan explain graph get tune wedge
 --frames     run plan explain get wedge
+--only       run
 --to         run plan graph
 --wedge      run plan; WEDGE in wedge
 --publish-root  run plan
@@ -64,7 +65,7 @@ def read_frames(ctx: click.Context, param: click.Parameter, text: str | None) ->
     try:
         return read(text)
     except BadInput as fault:
-        raise BadInput(fault.what, where="--frames", right=fault.right) from None
+        raise BadInput(fault.what, where=param.opts[0], right=fault.right) from None
 
 
 def read_cache(ctx: click.Context, param: click.Parameter, path: Path) -> Path:
@@ -90,6 +91,9 @@ overrides = click.option(
 )
 frames = click.option(
     "--frames", metavar="1-100x2,150", callback=read_frames, help="Frames to compute; by default those of the graph."
+)
+only = click.option(
+    "--only", metavar="1-100x2,150", callback=read_frames, help="Frames to compute now, of those of the shot."
 )
 to = click.option(
     "--to",

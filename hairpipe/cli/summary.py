@@ -22,6 +22,12 @@ def report_faults(done: Run, verbose: bool) -> None:
         raised = any(failure.kind in ("node", "diverged") and failure.traceback for failure in outcome.failures)
         hint = "; -v shows where in the code" if raised and not verbose else ""
         echo(f"hairpipe: {names} failed{missed}{hint}")
+    elif outcome.leased:
+        echo(f"hairpipe: other processes compute {plural(outcome.leased, 'result')}; run again")
+    elif outcome.blocked and not outcome.interrupted:
+        echo(
+            f"hairpipe: {plural(outcome.blocked, 'result')} not reached: what they need is at frames outside of --only"
+        )
     if outcome.interrupted:
         echo("hairpipe: interrupted; computed results are kept, and the same command resumes")
 

@@ -13,6 +13,7 @@ from hairpipe.cli import options
 @click.command()
 @options.graph
 @options.frames
+@options.only
 @options.overrides
 @options.to
 @options.wedge
@@ -20,6 +21,12 @@ from hairpipe.cli import options
 @click.option("-k", "--keep-going", is_flag=True, help="Continue after a failure with independent nodes.")
 @options.publish_root
 @click.option("--force", is_flag=True, help="Overwrite files that are not from hairpipe or were changed.")
+@click.option(
+    "--wait",
+    type=click.FloatRange(min=0.0),
+    metavar="SECONDS",
+    help="Longest wait for results that other processes compute, then exit code 75; by default without end.",
+)
 @click.option(
     "--report",
     type=click.Path(path_type=Path),
@@ -33,6 +40,7 @@ from hairpipe.cli import options
 def run(
     graph: str,
     frames: tuple[int, ...] | None,
+    only: tuple[int, ...] | None,
     overrides: dict[str, str],
     to: tuple[str, ...],
     wedge: str | None,
@@ -40,6 +48,7 @@ def run(
     keep_going: bool,
     publish_root: Path | None,
     force: bool,
+    wait: float | None,
     report: Path | None,
     cache: Path,
     verbose: bool,
@@ -55,8 +64,11 @@ def run(
     With --wedge all variants of a wedge are computed, what they share once. What differs is published in a folder that
     is called after the variant.
 
+    With --only a part of the frames is computed, each as in the shot of all --frames: a file or table of all frames is
+    computed and published only by a run that finds all of them.
+
     A run that was stopped or killed resumes where it was. Exit codes: 0 all is computed, 1 a node failed, 2 bad input,
-    130 interrupted.
+    75 other processes compute the rest, 130 interrupted.
     """
     from hairpipe.cli import summary
     from hairpipe.cli.housekeeping.trust import asking
@@ -66,7 +78,15 @@ def run(
     shot = shot if wedge is None else shot.wedge(wedge)
     with Watch(shot.graph, jobs, quiet=quiet) as watch:
         done = shot.run(
-            frames, to=to, jobs=jobs, progress=watch, keep_going=keep_going, publish_root=publish_root, force=force
+            frames,
+            to=to,
+            jobs=jobs,
+            progress=watch,
+            keep_going=keep_going,
+            publish_root=publish_root,
+            force=force,
+            only=only,
+            wait=wait,
         )
     if as_json:
         click.echo(json.dumps(summary.document(done), indent=2))

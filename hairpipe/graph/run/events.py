@@ -44,6 +44,8 @@ class Options:
     publish_root  folder below which files may be published, in addition to the graph's project
     force         whether files are replaced that were not published by hairpipe
     judge         stops nodes during the run
+    only          frames to compute, of those of the run; None for all of them
+    wait          time for which the run waits for results that only other processes evaluate [s]; None without end
     spare         idle workers that stay between runs of which each is given this list; None: they end with the run
     """
 
@@ -52,6 +54,8 @@ class Options:
     codec: str = CODEC
     publish_root: Path | None = None
     force: bool = False
+    only: tuple[int, ...] | None = None
+    wait: float | None = None
     judge: Judge = Judge()  # noqa: RUF009 (it has no state)
     spare: list[Member] | None = None
 
@@ -107,7 +111,8 @@ class Failure:
 class Outcome:
     """How a run ended.
 
-    evaluated  number of evaluations; cached number of results that were there; blocked tasks that were not reached
+    evaluated  number of evaluations; cached number of results that were there; blocked number of results that were
+               asked for and not reached, leased number of those that another process was evaluating at the end
     seconds    of evaluation by node of the graph file, those of cached results not counted [s]
     processor  processor seconds of all its threads and children, by node [s]
     """
@@ -120,14 +125,15 @@ class Outcome:
     seconds: dict[str, float]
     processor: dict[str, float]
     interrupted: bool
+    leased: int = 0
 
     @property
     def exit_code(self) -> int:
-        """0 complete, 1 a node failed, 2 all failures are input that the user can fix, 130 interrupted."""
+        """0 complete, 1 not complete, 2 all failures are input that the user can fix, 75 leased, 130 interrupted."""
         if self.interrupted:
             return 130
         if not self.failures:
-            return 0
+            return 75 if self.leased else 1 if self.blocked else 0
         return 2 if all(failure.kind in ("input", "mismatch") for failure in self.failures) else 1
 
 

@@ -21,6 +21,7 @@ from hairpipe.graph.file.merged import origin
 from hairpipe.graph.node.signature import File
 from hairpipe.graph.plan.checkpoints import Thinner
 from hairpipe.graph.plan.divergence import divergence_note, end_scan
+from hairpipe.graph.plan.portion import Portion
 from hairpipe.graph.plan.resolve import Resolver, state_of
 from hairpipe.graph.plan.tasks import Task, is_beyond, order_of, sources
 from hairpipe.graph.run.events import Event, Failure, Kind, Options, Outcome, Report
@@ -66,7 +67,7 @@ class Scheduler:
         self.resolver = Resolver(graph, store, frames)
         self.thinner = Thinner(self.resolver)
         self.publisher = Publisher(store, graph, options.publish_root, force=options.force)
-        self.selected = frozenset(frames)
+        self.portion = Portion(graph, self.resolver.tasks, frames, options.only)
         self.engine = make_engine(self.resolver, options)
         self.at_work: dict[str, Task] = {}
         self.queue = Queue(graph, options.judge.judged)
@@ -80,7 +81,7 @@ class Scheduler:
         self.losses: Counter[Task] = Counter()
         self.failed_at: defaultdict[Task, set[str]] = defaultdict(set)
         self.is_checked = False
-        self.looked = time.monotonic()
+        self.looked = self.worked = time.monotonic()
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
         self.processor: defaultdict[str, float] = defaultdict(float)
@@ -118,7 +119,7 @@ class Scheduler:
                 self.dispatch()
             if self.agenda:
                 continue
-            if not self.at_work and (self.stopping or not self.elsewhere):
+            if not self.at_work and (self.stopping or not self.elsewhere or self.has_waited):
                 return
             for reply in self.engine.replies(POLL if self.elsewhere else None):
                 self.finish(self.at_work.pop(reply["key"]), reply)
@@ -126,6 +127,11 @@ class Scheduler:
                 self.looked = time.monotonic()
                 self.agenda.extend(self.elsewhere)
                 self.elsewhere.clear()
+
+    @property
+    def has_waited(self) -> bool:
+        """Whether nothing was evaluated here for as long as the run waits for other processes."""
+        return self.options.wait is not None and time.monotonic() - self.worked > self.options.wait
 
     @property
     def stopping(self) -> bool:
@@ -155,10 +161,8 @@ class Scheduler:
             if record:
                 self.store.touch(record.key)
                 self.establish(task, record, "cached")
-            elif gone:
-                self.demand(task, gone)
-            else:
-                self.queue.push(task)
+            elif all(self.portion.computes(needed) for needed in (task, *gone)):
+                self.demand(task, gone) if gone else self.queue.push(task)
 
     def demand(self, task: Task, gone: set[Task]) -> None:
         """Schedule producers again whose objects are missing from the store, and wait for them."""
@@ -218,6 +222,7 @@ class Scheduler:
             self.store.touch(reply["key"])
             self.establish(task, from_fields(reply["record"]), "cached")
         elif "record" in reply:
+            self.worked = time.monotonic()
             self.establish(task, from_fields(reply["record"]), "finished")
             self.thinner.thin_behind(task)
         elif "leased" in reply:
@@ -288,8 +293,7 @@ class Scheduler:
 
     def publish_path(self, task: Task) -> Path | None:
         """Where the file of a task is published; None where it is not, or not in this run."""
-        selected = task.frame is None or task.frame in self.selected
-        return self.graph.nodes[task.node].publish_path(task.frame) if selected else None
+        return self.graph.nodes[task.node].publish_path(task.frame) if self.portion.publishes(task) else None
 
     def publish(self, task: Task, record: Record) -> bool:
         """Publish the file of a task; False where its object was damaged and the task is scheduled again."""
@@ -344,7 +348,8 @@ class Scheduler:
         return Outcome(
             evaluated=self.counts["evaluated"],
             cached=self.counts["cached"],
-            blocked=sum(not is_beyond(task, self.limits) for task in self.resolver.tasks.keys() - reached),
+            blocked=sum(not is_beyond(task, self.limits) for task in self.portion.asked - reached),
+            leased=len(self.elsewhere),
             failures=tuple(self.failures.values()),
             published=tuple(self.published),
             seconds=dict(self.seconds),

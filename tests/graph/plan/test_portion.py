@@ -1,0 +1,109 @@
+"""Runs of a part of the frames: each result is that of the whole shot, in any order of runs."""
+
+import itertools
+
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.plan.portion import collectors
+from hairpipe.graph.run.events import Options
+from hairpipe.graph.run.scheduler import run
+from hairpipe.graph.store.lease import Leases
+from hairpipe.graph.store.store import Store
+
+DRAWN = """
+[soft]
+type = "soften"
+in.number = "sum"
+[drawn]
+type = "draw_number"
+in.number = "sum"
+publish = "out/drawn.##.txt"
+"""
+TOTAL = '[total]\ntype = "gather"\nin.numbers = "seed"\nin.shots = "sum"\n'
+ABOVE = '[above]\ntype = "soften"\nin.number = "move"\nin.other = "total"\n'
+
+
+@pytest.fixture
+def branched(shot):
+    """A shot of six frames with a scan, files per frame and of all frames, and a table over frames."""
+    text = shot.path.read_text().replace("[1, 10]", "[1, 6]").replace('in.numbers = "sum"', 'in.numbers = "soft"')
+    shot.path.write_text(text + DRAWN + TOTAL)
+    return shot
+
+
+def run_only(shot, only, **settings):
+    """Run a part of the frames of a shot."""
+    return run(shot.load(), shot.store, None, Options(jobs=1, only=only, **settings))
+
+
+def published(shot):
+    """Bytes of the published files, by name."""
+    return {path.name: path.read_bytes() for path in sorted((shot.folder / "out").iterdir())}
+
+
+CHUNKS = [(1, 2), (3, 4), (5, 6)]
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1), (2, 1, 0)])
+def test_chunks_in_any_order_give_the_shot_and_nothing_twice(branched, order):
+    other = Store(branched.folder / "undisturbed")
+    branched.run(store=other)
+    expected = published(branched), branched.tally()
+    (branched.folder / "out" / "list.txt").unlink()
+    for place, number in enumerate(order):
+        assert not (branched.folder / "out" / "list.txt").exists(), "not all frames are there"
+        outcome = run_only(branched, CHUNKS[number])
+        assert outcome.exit_code == 0 and outcome.failures == () and outcome.blocked == 0
+        drawn = [path for path in outcome.published if "drawn" in path]
+        assert len(drawn) == 2 and (place == 2) == any("list" in path for path in outcome.published)
+    assert (published(branched), branched.tally()) == expected
+    assert branched.results() == branched.results(store=other)
+
+
+def test_a_file_of_all_frames_is_never_one_of_a_part(branched):
+    """Chunks by --frames make it of their own frames, and the last one stays: --only does not."""
+    run(branched.load(), branched.store, (1, 2), Options(jobs=1))
+    assert len((branched.folder / "out" / "list.txt").read_text().splitlines()) == 2
+    for only in CHUNKS:
+        run_only(branched, only)
+    assert len((branched.folder / "out" / "list.txt").read_text().splitlines()) == 6
+
+
+def test_a_frame_that_needs_all_frames_is_reported_as_not_reached(branched):
+    branched.path.write_text(branched.path.read_text() + ABOVE)
+    outcome = run_only(branched, (1, 2))
+    assert (outcome.exit_code, outcome.blocked, outcome.failures) == (1, 2, ())
+    assert [run_only(branched, only).exit_code for only in ((3, 4), (5, 6), (1, 2), (3, 4))] == [1, 0, 0, 0]
+    assert branched.tally()["gather"] == 1
+
+
+def test_frames_outside_of_the_run_are_refused(branched):
+    with pytest.raises(BadInput, match="--only: frame 7 is not a frame of the run"):
+        run_only(branched, (6, 7))
+
+
+def test_collectors_are_what_sees_frames(branched):
+    branched.path.write_text(branched.path.read_text() + ABOVE)
+    assert sorted(collectors(branched.load())) == ["list", "total"]
+
+
+def test_a_run_waits_so_long_for_others_and_ends_with_75(branched):
+    """A process that holds the lease of the first result computes nothing: the run waits in vain."""
+    entry = branched.plan()["seed"]
+    leases = Leases(branched.store)
+    branched.store.root.mkdir()
+    assert leases.acquire(entry.key)
+    outcome = run_only(branched, (1,), wait=0.2)
+    assert (outcome.exit_code, outcome.leased, outcome.evaluated) == (75, 1, 0)
+    leases.release(entry.key)
+    assert run_only(branched, (1,), wait=0.2).exit_code == 0
+
+
+def test_every_frame_alone_in_every_order_evaluates_each_once(shot):
+    """All six orders of three frames of a shot with a scan."""
+    shot.path.write_text(shot.path.read_text().replace("[1, 10]", "[1, 3]"))
+    for number, order in enumerate(itertools.permutations((1, 2, 3))):
+        shot.store = Store(shot.folder / f"cache-{number}")
+        assert [run_only(shot, (frame,)).exit_code for frame in order] == [0, 0, 0]
+        assert shot.tally() == {"make_seed": 1, "move_seed": 3, "add_up": 3, "write_list": 1}
