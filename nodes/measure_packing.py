@@ -24,6 +24,6 @@ def measure_packing(
     near  maximum distance of points of two neighbouring strands
     skip  number of frames to exclude at the beginning
     """
-    from hairpipe.measure.volume.packing import packing_table
+    from hairpipe.measure.packing import packing_table
 
     return packing_table(hair, reference, cell, near, skip)

@@ -70,7 +70,7 @@ ROOMS = {
     "experiments.measure": {*ORDER, "experiments.elastic"},
     "experiments.table": BASE,
     "experiments.scenes": {*ORDER, "graph", "api", "tune"},
-    "experiments.studies": {*ORDER},
+    "experiments.studies": {*ORDER, "experiments.measure"},
     "experiments.nodes": {*ORDER, "render", "io", "graph", "experiments"},
     "tune": {*BASE, "api", *PURE, "measure.climate", "groom.random_streams"},
     "page": {*BASE, "api", "io", "spatial", "wedge", "graph.File", *PURE},

@@ -11,7 +11,7 @@ from scipy.stats import wasserstein_distance
 from hairpipe.data import Strands
 from hairpipe.data.lengths import segment_lengths, strand_lengths
 from hairpipe.groom.strand_arrays import at_shares, shares_of
-from hairpipe.measure.shape.tuft import at_levels, nearest
+from hairpipe.measure.tuft import at_levels, nearest
 from hairpipe.volume.density import lengths_at_points
 
 SHARES = np.linspace(0.2, 1.0, 5)

@@ -9,7 +9,7 @@ from hairpipe.data import Strands, Table
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.measure.deviation import deviation
-from hairpipe.measure.shape.tuft import at_levels, nearest
+from hairpipe.measure.tuft import at_levels, nearest
 from hairpipe.volume.strand_samples import reach_of, sample_strands
 
 COLUMNS = (

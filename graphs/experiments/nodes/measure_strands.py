@@ -10,6 +10,6 @@ def measure_strands(hair: Frames[Strands], ends: Frames[Ends] | None, time: Time
 
     With `ends`, the table has the rotation of the tip relative to the root.
     """
-    from hairpipe.measure.strands import measure
+    from hairpipe.graphs.experiments.measure.strands import measure
 
     return measure(hair, time.fps, ends)

@@ -6,7 +6,7 @@ import pytest
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import Frames
-from hairpipe.measure.volume.packing import densities, overlap, relative_speed
+from hairpipe.measure.packing import densities, overlap, relative_speed
 from hairpipe.nodes.measure_packing import measure_packing
 
 CELL, NEAR = 0.006, 0.004

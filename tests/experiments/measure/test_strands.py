@@ -5,9 +5,9 @@ import pytest
 
 from hairpipe.data import Strands
 from hairpipe.graph import Frames, Time
+from hairpipe.graphs.experiments.measure.strands import bulge, turns
+from hairpipe.graphs.experiments.nodes.measure_strands import measure_strands
 from hairpipe.groom.strands import lay_strands
-from hairpipe.measure.strands import bulge, turns
-from hairpipe.nodes.measure_strands import measure_strands
 from hairpipe.scripted_ends.ends import lead
 from hairpipe.scripted_ends.track import Track
 

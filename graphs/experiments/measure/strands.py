@@ -7,7 +7,7 @@ import numpy as np
 
 from hairpipe.data import Ends, Strands, Table
 from hairpipe.data.table import table_of_rows
-from hairpipe.measure.shape.writhe import writhe
+from hairpipe.graphs.experiments.measure.writhe import writhe
 
 COLUMNS = (
     "time [s]",

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.measure.shape.writhe import writhe
+from hairpipe.graphs.experiments.measure.writhe import writhe
 
 
 def helix(turns: float, radius: float, pitch: float, count: int) -> np.ndarray:

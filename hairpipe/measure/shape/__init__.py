@@ -1,1 +1,0 @@
-"""Shape of hair: writhe, spread of a tuft, crossing of two locks."""

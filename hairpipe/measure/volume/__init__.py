@@ -1,1 +1,0 @@
-"""Hair as a volume: its packing."""
