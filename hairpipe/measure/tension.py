@@ -1,56 +1,12 @@
 """Tension along strands."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
-
 import numpy as np
 
-from hairpipe.data import Groom, Table
+from hairpipe.data import Groom
 from hairpipe.data.hair import HairState
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.sim.layout import Layout, lay_out
 from hairpipe.sim.strands.registry import strand_models
-
-COLUMNS = ("time [s]", "strand", "segment", "root moved [mm]", "arc [m]", "turned [deg]", "tension [uN]")
-
-
-def measure_tensions(groom: Groom, states: Mapping[int, HairState], fps: float, moments: Sequence[int]) -> Table:
-    """Return a row for every segment of every strand at every frame; time zero is the first frame.
-
-    moments     frames that are measured; all if none of them is among the frames
-    root moved  displacement of the root since the first frame
-    arc         from the root to the middle of the segment
-    turned      rotation of the strand since its root, about its mean axis of rotation
-    tension     see `tensions`
-    """
-    frames = list(states)
-    first = layout_of(groom, states[frames[0]]).axis(states[frames[0]].positions)[groom.offsets[:-1]]
-    rows: list[tuple[Any, ...]] = []
-    for frame in [f for f in frames if f in moments] or frames:
-        layout = layout_of(groom, states[frame])
-        for strand, points, pulls in tensions(layout, states[frame]):
-            lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
-            middles = np.cumsum(lengths) - 0.5 * lengths
-            columns = zip(middles.tolist(), turns(points).tolist(), (1e6 * pulls).tolist(), strict=True)
-            moved = 1e3 * float(np.linalg.norm(points[0] - first[strand]))
-            rows += [((frame - frames[0]) / fps, strand, k, moved, *values) for k, values in enumerate(columns)]
-    rows.sort(key=lambda row: row[:3])
-    return table_of_rows(COLUMNS, rows)
-
-
-def turns(points: np.ndarray) -> np.ndarray:
-    """Return the angle of every segment of a curve, (n+1, 3), relative to the first [deg], (n,).
-
-    Angles between neighbours are measured about the mean of their axes, so that oscillations cancel.
-    """
-    edges = np.diff(points, axis=0)
-    across = np.cross(edges[:-1], edges[1:])
-    cosines = np.sum(edges[:-1] * edges[1:], axis=1)
-    axis = across.sum(axis=0)
-    size = np.linalg.norm(axis)
-    sines = across @ (axis / size if size > 0.0 else axis)
-    return np.degrees(np.cumsum([0.0, *np.arctan2(sines, cosines)]))
 
 
 def layout_of(groom: Groom, state: HairState) -> Layout:

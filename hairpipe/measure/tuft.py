@@ -1,4 +1,4 @@
-"""Spread and clumping of a tuft, and crossings of two locks."""
+"""Distances within a tuft, and crossings of two locks."""
 
 from collections.abc import Mapping
 
@@ -12,32 +12,8 @@ from hairpipe.groom.strand_arrays import at_shares
 
 LEVELS = np.linspace(0.5, 1.0, 9)
 """Shares of the length at which strands are sampled, in the outer half."""
-COLUMNS = ("time [s]", "spread of tips [mm]", "nearest strand [mm]", "over random [1]")
 
-CROSSING = ("time [s]", "crossed pairs [%]", "crossed hairs [%]")
-
-
-def measure_spread(hair: Mapping[int, Strands], fps: float) -> Table:
-    """Return a row for every frame; time zero is the first.
-
-    spread of tips   root mean square distance from their mean
-    nearest strand   mean distance to the nearest other, at the same share of its length, in the outer half
-    over random      the same over its value for random strands on a disc of this spread: 1 is random, 2 an
-                     even lattice, less than 1 clumps (Clark and Evans, Distance to Nearest Neighbor, 1954)
-    Raise BadInput where there are fewer than two strands.
-    """
-    frames = list(hair)
-    if len(hair[frames[0]].offsets) < 3:
-        raise BadInput("a tuft needs more than one strand", where="hair", right="two strands or more")
-    rows = []
-    for frame in frames:
-        levels = at_levels(hair[frame])
-        gaps = nearest(levels)
-        spreads = spread(levels)
-        chance = 0.5 * spreads * np.sqrt(2.0 * np.pi / levels.shape[1])
-        share = np.mean(np.divide(gaps, chance, out=np.ones_like(gaps), where=chance > 0.0))
-        rows.append(((frame - frames[0]) / fps, 1e3 * spreads[-1], 1e3 * gaps.mean(), share))
-    return table_of_rows(COLUMNS, rows)
+COLUMNS = ("time [s]", "crossed pairs [%]", "crossed hairs [%]")
 
 
 def measure_crossing(hair: Mapping[int, Strands], count: int, fps: float) -> Table:
@@ -62,7 +38,7 @@ def measure_crossing(hair: Mapping[int, Strands], count: int, fps: float) -> Tab
         crossed = places[:, :count, None] > places[:, None, count:]
         hairs = np.concatenate([crossed.mean(axis=axes) > 0.5 for axes in ((0, 2), (0, 1))])
         rows.append(((frame - frames[0]) / fps, 100.0 * crossed.mean(), 100.0 * hairs.mean()))
-    return table_of_rows(CROSSING, rows)
+    return table_of_rows(COLUMNS, rows)
 
 
 def at_levels(hair: Strands, levels: np.ndarray = LEVELS) -> np.ndarray:
@@ -75,9 +51,3 @@ def at_levels(hair: Strands, levels: np.ndarray = LEVELS) -> np.ndarray:
 def nearest(levels: np.ndarray) -> np.ndarray:
     """Return the mean distance to the nearest other strand at every level [m], (levels,)."""
     return np.array([KDTree(points).query(points, 2)[0][:, 1].mean() for points in levels])
-
-
-def spread(levels: np.ndarray) -> np.ndarray:
-    """Return the root mean square distance of strands from their mean at every level [m], (levels,)."""
-    away = levels - levels.mean(axis=1, keepdims=True)
-    return np.sqrt(np.sum(away**2, axis=2).mean(axis=1))

@@ -10,7 +10,7 @@ import numpy as np
 from hairpipe.api.formatting import duration, size, table
 from hairpipe.api.formatting import markdown as marked_down
 from hairpipe.api.selection import FrameSet, read_frames
-from hairpipe.api.shot import Record, Shot, Task
+from hairpipe.api.shot import Record, Task
 from hairpipe.api.wedge_shot import Variant, WedgeShot
 
 TIME = "time [s]"
@@ -34,11 +34,6 @@ class Row:
     metrics: dict[str, float | str]
     seconds: float
     bytes: int
-
-
-def wedges_of(shot: Shot) -> dict[str, WedgeShot]:
-    """Return the wedges of a graph, by name, with their variants: names, settings and graphs."""
-    return {name: shot.wedge(name) for name in shot.wedges}
 
 
 def compare(wedge: WedgeShot, frames: FrameSet = None) -> list[Row]:

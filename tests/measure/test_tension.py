@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from hairpipe.graph import Frames, Time
+from hairpipe.graphs.experiments.measure.tensions import turns
 from hairpipe.graphs.experiments.nodes.measure_tension import measure_tension
 from hairpipe.groom.strands import lay_strands
-from hairpipe.measure.tension import tensions, turns
+from hairpipe.measure.tension import tensions
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import SagFree, Scene

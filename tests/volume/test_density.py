@@ -6,7 +6,8 @@ from numba import get_num_threads, set_num_threads
 
 from hairpipe.data import Strands
 from hairpipe.data.lengths import strand_lengths
-from hairpipe.volume.density import density_of, section_of
+from hairpipe.graphs.experiments.chart.sections import section_of
+from hairpipe.volume.density import density_of
 
 CELL = 0.01
 

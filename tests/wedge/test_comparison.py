@@ -7,7 +7,7 @@ import pytest
 
 import hairpipe
 from hairpipe.errors import BadInput
-from hairpipe.wedge.comparison import compare, document, markdown, text, wedges_of
+from hairpipe.wedge.comparison import compare, document, markdown, text
 
 WEDGE = """
 [weight]
@@ -24,7 +24,7 @@ stop = [["weight.weight [kg]", ">", 35]]
 @pytest.fixture
 def wedge(shot):
     shot.write_text(shot.read_text() + WEDGE)
-    return wedges_of(hairpipe.load(shot))["steps"]
+    return hairpipe.load(shot).wedge("steps")
 
 
 def test_before_a_run_the_comparison_is_empty(wedge):
@@ -51,7 +51,7 @@ def test_a_row_sums_a_variant_up(wedge):
 def test_seconds_and_bytes_exclude_shared_results(wedge, shot):
     one = shot.with_name("one.toml")
     one.write_text(shot.read_text().replace("axes.seed.value = [3, 4]", ""))
-    wedge = wedges_of(hairpipe.load(one))["steps"]
+    wedge = hairpipe.load(one).wedge("steps")
     wedge.run(jobs=1)
     records = wedge.results()
     for row, variant in zip(compare(wedge), wedge.variants.values(), strict=True):

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
+from hairpipe.data import Density
 from hairpipe.graphs.experiments.chart.sheet import COLOURS, INK, sheet
 
 SOLID = "#a9cbe4"
@@ -58,3 +59,23 @@ def draw_panel(
     axes.set_xticks([])
     axes.set_yticks([])
     axes.spines[:].set_visible(False)
+
+
+def section_of(density: Density, axis: int, place: float) -> tuple[np.ndarray, tuple[float, float, float, float]]:
+    """Cut a density across an axis at a place [m], linear between nodes.
+
+    Returns the length of hair per volume [m/m^3], (n, m), the first of the other axes to the right (z of y is), the
+    second upwards, and left, right, bottom and top [m] of the nodes.
+    """
+    across, up = {0: (2, 1), 1: (0, 2), 2: (0, 1)}[axis]
+    u = place / density.cell - density.low[axis]
+    planes = np.moveaxis(density.length, (axis, up, across), (0, 1, 2)).astype(float)
+    i = int(np.floor(u))
+    share = u - np.floor(u)
+    found = np.zeros(planes.shape[1:])
+    for plane, weight in ((i, 1.0 - share), (i + 1, share)):
+        if 0 <= plane < len(planes):
+            found += weight * planes[plane]
+    low, cell = density.low, density.cell
+    ends = [cell * end for a in (across, up) for end in (low[a], low[a] + density.length.shape[a] - 1)]
+    return found, (ends[0], ends[1], ends[2], ends[3])

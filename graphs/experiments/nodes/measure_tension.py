@@ -11,6 +11,6 @@ def measure_tension(groom: Groom, states: Frames[HairState], time: Time, *, mome
 
     moments  frames to examine; by default all frames of the run
     """
-    from hairpipe.measure.tension import measure_tensions
+    from hairpipe.graphs.experiments.measure.tensions import measure_tensions
 
     return measure_tensions(groom, states, time.fps, moments)

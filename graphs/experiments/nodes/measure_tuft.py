@@ -7,6 +7,6 @@ from hairpipe.graph import Frames, Time, node
 @node(frames="once")
 def measure_tuft(hair: Frames[Strands], time: Time) -> Table:
     """Measure the spread of tips and the distances between strands at every frame, compared with random placement."""
-    from hairpipe.measure.tuft import measure_spread
+    from hairpipe.graphs.experiments.measure.spread import measure_spread
 
     return measure_spread(hair, time.fps)

@@ -30,7 +30,7 @@ def plot_section(
     """
     from hairpipe.errors import BadInput
     from hairpipe.graphs.experiments.chart.densities import draw_densities
-    from hairpipe.volume.density import section_of
+    from hairpipe.graphs.experiments.chart.sections import section_of
 
     if names and len(names) != len(densities):
         raise BadInput(f"{len(names)} names for {len(densities)} densities", where="names", right="one each, or none")

@@ -94,11 +94,6 @@ def words_of(name: str) -> list[str]:
     return [word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", re.split(r"[:|]", name)[-1])]
 
 
-def plain_name(name: str) -> tuple[str, str]:
-    """Return the bare lower-case name of a joint and its side. Pure."""
-    return _vertebra(name) or plain_words(words_of(name))
-
-
 def _vertebra(name: str) -> tuple[str, str] | None:
     found = VERTEBRA.fullmatch(name)
     return None if found is None else ("neck" if found[1].lower() == "c" else "spine", "")

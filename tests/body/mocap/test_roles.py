@@ -1,6 +1,6 @@
 import pytest
 
-from hairpipe.body.mocap.roles import Role, find_roles, match_roles, plain_name, spread
+from hairpipe.body.mocap.roles import Role, find_roles, match_roles, plain_names, spread
 
 CONVENTIONS = {
     "cmu": (
@@ -111,7 +111,7 @@ def test_fingers_toes_and_eyes_play_no_part():
     ],
 )
 def test_plain_names(name, plain):
-    assert plain_name(name) == plain
+    assert plain_names((name, "Hips", "Head"))[0] == plain
 
 
 @pytest.mark.parametrize(
