@@ -14,7 +14,7 @@ menu:
 	@echo "make test    run all tests"
 	@echo "make cases   run the inputs in ../shared/cases, where they are"
 	@echo "make check   lint, format and types"
-	@echo "make figures write recorded results into the pages; record with python -m hairpipe.graphs.experiments.figures record GRAPH"
+	@echo "make figures write recorded results into the pages; record with hairpipe run GRAPH --record"
 	@echo "make film    compute and record the films of the gallery, GRAPH=demo for one of them"
 	@echo "make docs    build the documentation: out/docs/index.html"
 	@echo "make clean   remove the environment and the results, not the cache"
@@ -39,7 +39,7 @@ check: $(VENV)/tested
 	$(RUN) pyright
 
 figures: $(VENV)/installed
-	$(RUN) hairpipe.graphs.experiments.figures write
+	$(VENV)/bin/hairpipe results --write
 
 film: $(VENV)/tested
 	$(VENV)/bin/python docs/film.py $(GRAPH)

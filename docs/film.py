@@ -8,8 +8,8 @@ from extension.films import FILMS, HOME, Film, films
 from hairpipe.api.selection import read_frames
 from hairpipe.cli.options import parsed
 from hairpipe.errors import BadInput
-from hairpipe.graphs.experiments.figures.recording import Recording
 from hairpipe.io.picture import write_webp
+from hairpipe.results.recording import Recording
 
 QUALITY = 60
 """Quality of the compression: at 240 pixels higher values show no more."""

@@ -35,7 +35,7 @@ guard_kernels() if "PYTEST_XDIST_WORKER" in os.environ else share_kernels()
 # Compiling makes and keeps many small objects, which the collector would go through again and again.
 gc.set_threshold(100_000, 20, 100)
 
-COMPILED_FIRST = ("sim", "experiments", "measure", "nodes", "tune", "test_graphs.py", "levelset", "spatial")
+COMPILED_FIRST = ("sim", "experiments", "measure", "bench", "nodes", "tune", "test_graphs.py", "levelset", "spatial")
 """Rooms whose tests wait for kernels, most of them for the same: one process begins with these, the other elsewhere."""
 
 

@@ -11,7 +11,6 @@ import click
 
 from hairpipe.cli.entry import commands
 from hairpipe.graphs.experiments.bench.commands import bench
-from hairpipe.graphs.experiments.figures.commands import figures
 
 HOME = Path(__file__).resolve().parents[1]
 ROOMS = ("", "cache", "graphs", "hairpipe", "nodes", "tests")
@@ -21,8 +20,8 @@ PAGES = [
     *sorted(page for room in ROOMS for page in (HOME / room).glob("**/README.md" if room else "README.md")),
     *DOCS,
 ]
-GROUPS = {f"python -m hairpipe.graphs.experiments.{group.name} ": group for group in (bench, figures)}
-PROGRAMS = ("hairpipe ", "make ", *GROUPS)
+BENCHES = "python -m hairpipe.graphs.experiments.bench "
+PROGRAMS = ("hairpipe ", "make ", BENCHES)
 """What begins a command that the tests read and start."""
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 SPAN = re.compile(r"(?<!`)`([^`]+)`(?!`)")
@@ -53,10 +52,9 @@ def commands_of(page: Path) -> list[str]:
 
 
 def command_of(text: str) -> tuple[click.Command, list[str]]:
-    """Find the program that a command starts, and its arguments: the command line, benches, or recorded figures."""
-    for program, group in GROUPS.items():
-        if text.startswith(program):
-            return group, shlex.split(text.removeprefix(program), comments=True)
+    """Find the program that a command starts, and its arguments: the command line, or the benches of parts."""
+    if text.startswith(BENCHES):
+        return bench, shlex.split(text.removeprefix(BENCHES), comments=True)
     return commands, shlex.split(text, comments=True)[1:]
 
 

@@ -20,7 +20,7 @@ from .pages import PAGES, command_of, commands_of
 WEDGE = '\n[wedge.feel]\naxes = { "hair.wave.height" = [0.03, 0.05] }\nshow = ["picture"]\n'
 STAGE = '#usda 1.0\n(\n    defaultPrim = "shot"\n    metersPerUnit = 1\n    upAxis = "Y"\n)\ndef Xform "shot"\n{\n}\n'
 MAIN = "from hairpipe.cli import main; main()"
-EXPERIMENTS = "import runpy; runpy.run_module('hairpipe.graphs.experiments.{}', run_name='__main__')"
+BENCHES = "import runpy; runpy.run_module('hairpipe.graphs.experiments.bench', run_name='__main__')"
 STARTED = {
     "run": "run shot.toml -j1 -q",
     "plan": "plan shot.toml --set hair.wave.height=0.01",
@@ -30,6 +30,7 @@ STARTED = {
     "nodes": "nodes simulate_hair",
     "trust": "trust nodes",
     "data check": "data check --json",
+    "results": "results .",
     "usd check": "usd check stage.usda --json",
     "cache du": "cache du",
     "cache ls": "cache ls",
@@ -42,17 +43,15 @@ STARTED = {
     "tune": "tune shot.toml --node lag --tolerance 2mm",
     "version": "version",
     "graph": "graph shot.toml",
-    "figures list": "list .",
-    "figures record": "record shot.toml",
-    "bench core": "core",
-    "bench volume": "volume",
-    "bench picture": "picture",
-    "bench particles": "particles",
-    "bench faults": "faults",
-    "bench contact": "contact --segments 100 --between pairs",
-    "bench paper": "paper medium_straight --set groom.strands=24",
-    "bench promises": "promises --scenes 1",
-    "bench needs": "needs tune/short_slow --tolerance 3%",
+    "experiments core": "core",
+    "experiments volume": "volume",
+    "experiments picture": "picture",
+    "experiments particles": "particles",
+    "experiments faults": "faults",
+    "experiments contact": "contact --segments 100 --between pairs",
+    "bench paper": "bench paper medium_straight --set groom.strands=24",
+    "experiments promises": "promises --scenes 1",
+    "experiments needs": "needs tune/short_slow --tolerance 3%",
 }
 """The words of each command."""
 UNTUNABLE = "def tune(*_): raise it.Untunable('small')\nit.tune = tune"
@@ -60,24 +59,24 @@ SMALL = {
     "tune": """from hairpipe.tune import study, tuning
 def tune(*_): raise study.Interrupted
 tuning.tune = tune""",
-    "bench core": """from hairpipe.graphs.experiments.bench import core as it
+    "experiments core": """from hairpipe.graphs.experiments.bench import core as it
 it.MODELS, it.measure_compilation = ("network",), lambda: 1.0
 it.measure_core.__defaults__ = 4, 9, 17, 1 << 12, 0.0""",
-    "bench volume": """from hairpipe.graphs.experiments.bench import volume as it
+    "experiments volume": """from hairpipe.graphs.experiments.bench import volume as it
 it.measure_volume.__defaults__ = 200, 6, 2, 0.0""",
-    "bench picture": """from hairpipe.graphs.experiments.bench.pictures import picture as it
+    "experiments picture": """from hairpipe.graphs.experiments.bench.pictures import picture as it
 it.measure_luminance = lambda *_: []
 it.measure_picture.__defaults__ = ((60, 6), (30, 9)), 2""",
-    "bench particles": """from hairpipe.graphs.experiments.bench import particles as it
+    "experiments particles": """from hairpipe.graphs.experiments.bench import particles as it
 it.measure_particles.__defaults__ = (150,), (1, 2), 0, 1""",
-    "bench contact": """from hairpipe.graphs.experiments.bench import contact as it
+    "experiments contact": """from hairpipe.graphs.experiments.bench import contact as it
 it.measure_contact = lambda say, *words: it.make_report("contact", {"frames": [{"frame [s]": 0.1}]})""",
-    "bench paper": """from hairpipe.graphs.experiments.bench.shots import paper as it
+    "bench paper": """from hairpipe.bench import paper as it
 case = {"threads": 1, "frame [s]": 0.1}
 it.measure_scene = lambda *words: [(case, {"strands": 0.1})]""",
-    "bench promises": f"from hairpipe.graphs.experiments.scenes import promises as it\n{UNTUNABLE}",
-    "bench needs": f"from hairpipe.graphs.experiments.scenes import needs as it\n{UNTUNABLE}",
-    "bench faults": """from hairpipe.graphs.experiments.bench import faults as it
+    "experiments promises": f"from hairpipe.graphs.experiments.scenes import promises as it\n{UNTUNABLE}",
+    "experiments needs": f"from hairpipe.graphs.experiments.scenes import needs as it\n{UNTUNABLE}",
+    "experiments faults": """from hairpipe.graphs.experiments.bench import faults as it
 it.try_faults.__defaults__ = it.Trials(kills=0, damages=1, cleanings=0, modules=()),""",
 }
 """Lines of Python that are carried out before, which make a command small: users have no option for it."""
@@ -85,14 +84,14 @@ SHARED = """from hairpipe.graph.worker.machine_code import share_kernels
 share_kernels()
 """
 """The same for all benches, before those lines import kernels: what the tests have compiled is not compiled again."""
-EXITS = {"tune": 130, "data check": 1, "figures record": 2}
-"""Exit codes: tuning is interrupted before it measures, the data folder is empty, and no repository holds it."""
+EXITS = {"tune": 130, "data check": 1}
+"""Exit codes: tuning is interrupted before it measures, and the data folder is empty."""
 
 
 def leaf_of(text: str) -> str | None:
     """Give the words of a command without its arguments; None where only a group is named."""
     command, words = command_of(text)
-    path = [] if command is commands else [str(command.name)]
+    path = [] if command is commands else ["experiments"]
     while isinstance(command, click.Group) and words:
         path.append(words.pop(0))
         command = command.get_command(click.Context(command), path[-1])
@@ -129,15 +128,14 @@ def test_every_command_that_a_page_names_is_started():
     assert named - {None} <= STARTED.keys() | {"view"}
 
 
-COMPILING, GROUPS = ("bench",), ("bench", "figures")
+COMPILING = ("bench", "experiments")
 MARKED = [pytest.param(path, marks=[pytest.mark.kernels] * path.startswith(COMPILING)) for path in STARTED]
 
 
 @pytest.mark.parametrize("path", MARKED)
 def test_it_starts_and_ends_well(path, folder):
     before = SHARED * path.startswith(COMPILING) + SMALL.get(path, "")
-    group = path.partition(" ")[0]
-    main = EXPERIMENTS.format(group) if group in GROUPS else MAIN
+    main = BENCHES if path.startswith("experiments") else MAIN
     written = start(folder, STARTED[path], before, EXITS.get(path, 0), main)
     assert any(written) or "-q" in STARTED[path]
 

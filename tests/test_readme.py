@@ -14,9 +14,9 @@ import pytest
 import hairpipe
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.file.registry import Registry
-from hairpipe.graphs.experiments.figures.finding import find_results
-from hairpipe.graphs.experiments.figures.pages import without_states, written_page
-from hairpipe.graphs.experiments.figures.state import CURRENT
+from hairpipe.results.finding import find_results
+from hairpipe.results.pages import without_states, written_page
+from hairpipe.results.state import CURRENT
 
 from .pages import (
     DECLARED,

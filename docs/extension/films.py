@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from hairpipe.graphs.experiments.figures.file import COST, Results, read_results, results_path
+from hairpipe.results.file import COST, Results, read_results, results_path
 
 HOME = Path(__file__).resolve().parents[2]
 FILMS = HOME / "docs/films"

@@ -20,8 +20,10 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import nearest, one_line
 
 COMMANDS = {
-    **dict.fromkeys(("run", "plan", "view", "report", "explain", "graph", "nodes", "get", "tune", "wedge"), "commands"),
-    **dict.fromkeys(("cache", "trust", "usd", "data", "version"), "housekeeping"),
+    **dict.fromkeys(
+        ("run", "plan", "view", "report", "explain", "graph", "nodes", "get", "tune", "wedge", "results"), "commands"
+    ),
+    **dict.fromkeys(("cache", "trust", "usd", "data", "bench", "version"), "housekeeping"),
 }
 """Folders of the modules, by name; each module defines the command of its name."""
 BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 2, 130, 141

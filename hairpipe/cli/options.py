@@ -1,16 +1,16 @@
 """Arguments and options of several commands.
 
-GRAPH        run plan explain graph get tune wedge; any number in cache; --graph in nodes
+GRAPH        run plan explain graph get tune wedge; any number in cache and bench; --graph in nodes
 TARGET       explain get
---set        run plan explain graph get tune wedge
+--set        run plan explain graph get tune wedge bench
 --frames     run plan explain get wedge
 --only       run
 --to         run plan graph
 --wedge      run plan; WEDGE in wedge
 --publish-root  run plan
---cache      run plan explain get tune wedge cache
---json       run plan explain nodes tune wedge cache
---markdown   wedge
+--cache      run plan explain get tune wedge cache bench
+--json       run plan explain nodes tune wedge cache bench results
+--markdown   wedge bench
 """
 
 import os

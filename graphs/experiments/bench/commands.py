@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hairpipe.bench.machine import share_kernels
 from hairpipe.cli import options
 from hairpipe.cli.entry import Group
+from hairpipe.cli.measured import moving, print_report, record
 from hairpipe.cli.stderr import echo
-from hairpipe.graphs.experiments.bench.reporting.printing import moving, print_report, record
 from hairpipe.graphs.experiments.bench.scene_commands import PROGRAM, needs, promises
-from hairpipe.graphs.experiments.bench.shot_commands import first_frame, first_use, paper
-from hairpipe.graphs.experiments.figures.machine import share_kernels
 
 if TYPE_CHECKING:
     from hairpipe.graphs.experiments.bench.head import Between
@@ -22,11 +21,11 @@ __all__ = ["PROGRAM", "bench"]
 
 @click.group(cls=Group)
 def bench() -> None:
-    """Measure what hair and parts of hairpipe cost on this machine, and what they withstand."""
+    """Measure what parts of hairpipe cost on this machine, and what they withstand."""
 
 
-for command in (paper, first_frame, first_use, promises, needs):
-    bench.add_command(command)
+bench.add_command(promises)
+bench.add_command(needs)
 
 
 @bench.command()

@@ -10,11 +10,11 @@ from typing import get_args
 
 import numba
 
+from hairpipe.bench.report import Case, Echo, Report, make_report
 from hairpipe.child import command, environment
 from hairpipe.graphs.experiments.bench.arithmetic.assembly import count_arithmetic
 from hairpipe.graphs.experiments.bench.arithmetic.counting import Work
 from hairpipe.graphs.experiments.bench.repeat import Spread, repeat
-from hairpipe.graphs.experiments.bench.reporting.report import Case, Echo, Report, make_report
 from hairpipe.graphs.experiments.bench.roofs import TRIAD, Roofs, measure_roofs
 from hairpipe.graphs.experiments.bench.strands import (
     Strands,

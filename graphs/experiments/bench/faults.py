@@ -15,13 +15,13 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
+from hairpipe.bench.report import Case, Echo, Report, make_report
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.plan.gc import Found, clean, verify
 from hairpipe.graph.run.events import Options
 from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
-from hairpipe.graphs.experiments.bench.reporting.report import Case, Echo, Report, make_report
 from hairpipe.graphs.experiments.bench.toy_shot import Results, ToyShot, fault_of, results
 
 CheckValue = Callable[[Path], str]

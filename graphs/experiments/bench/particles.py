@@ -11,11 +11,11 @@ import numba
 import numpy as np
 from numba import njit
 
+from hairpipe.bench.report import Case, Echo, Report, in_seconds, make_report
 from hairpipe.body.mannequin.bust import build_bust
 from hairpipe.data import Body, Particles
 from hairpipe.data.particles import ParticleState
 from hairpipe.graphs.experiments.bench.head import FPS, HALF_WIDTH, LENGTH, VOXEL, mesh_at, no_image
-from hairpipe.graphs.experiments.bench.reporting.report import Case, Echo, Report, in_seconds, make_report
 from hairpipe.groom.cutting import Cut
 from hairpipe.groom.grow.growing import grow
 from hairpipe.groom.grow.paint import Canvas

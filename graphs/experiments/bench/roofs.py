@@ -9,8 +9,8 @@ from numba import njit, prange
 from numpy.typing import DTypeLike
 
 from hairpipe.api.formatting import plural
+from hairpipe.bench.report import Case
 from hairpipe.graphs.experiments.bench.repeat import Spread, repeat
-from hairpipe.graphs.experiments.bench.reporting.report import Case
 from hairpipe.kernels.simd import load, multiply_add, store, width
 
 CHAINS = 8

@@ -15,7 +15,7 @@ from hairpipe.cli import options
 from hairpipe.cli.commands.tune import INTERRUPTED, runner
 from hairpipe.cli.stderr import echo
 from hairpipe.errors import BadInput
-from hairpipe.graphs.experiments.bench.reporting.origin import origin
+from hairpipe.graphs.experiments.bench.origin import origin
 
 if TYPE_CHECKING:
     from hairpipe.tune.quantity import Tolerance

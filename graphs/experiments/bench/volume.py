@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numba
 import numpy as np
 
+from hairpipe.bench.report import Case, Echo, Report, make_report
 from hairpipe.data import Groom, Strands
 from hairpipe.graphs.experiments.bench.repeat import repeat
-from hairpipe.graphs.experiments.bench.reporting.report import Case, Echo, Report, make_report
 from hairpipe.groom.keys.interpolating import interpolated
 from hairpipe.groom.keys.key_weights import weigh_keys
 from hairpipe.groom.sampling import thinned

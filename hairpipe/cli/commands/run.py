@@ -33,6 +33,13 @@ from hairpipe.cli import options
     metavar="FOLDER",
     help="Folder for a report of the run, as from `hairpipe report`.",
 )
+@click.option(
+    "--record",
+    is_flag=False,
+    flag_value="",
+    metavar="[NAME]",
+    help="Write tables and costs to results/NAME.json next to the graph; by default NAME is GRAPH, or GRAPH_WEDGE.",
+)
 @options.cache
 @click.option("-v", "--verbose", is_flag=True, help="Print the traceback of a failed node.")
 @click.option("-q", "--quiet", is_flag=True, help="Print only warnings and failures.")
@@ -50,6 +57,7 @@ def run(
     force: bool,
     wait: float | None,
     report: Path | None,
+    record: str | None,
     cache: Path,
     verbose: bool,
     quiet: bool,
@@ -76,6 +84,11 @@ def run(
 
     shot = asking(lambda: hairpipe.load(graph, options.parsed(overrides), cache=cache))
     shot = shot if wedge is None else shot.wedge(wedge)
+    recording = None
+    if record is not None:
+        from hairpipe.results.recording import Recording
+
+        recording = Recording(shot, record or None, overrides, frames, to)
     with Watch(shot.graph, jobs, quiet=quiet) as watch:
         done = shot.run(
             frames,
@@ -97,5 +110,7 @@ def run(
 
         plain = hairpipe.load(graph, options.parsed(overrides), cache=cache)
         write_report(plain, report, done.frames, wedge=None if wedge is None else plain.wedge(wedge), run=done)
+    if recording is not None and done.ok:
+        recording.write(done)
     summary.report_faults(done, verbose)
     sys.exit(done.outcome.exit_code)

@@ -5,10 +5,10 @@ import os
 
 import pytest
 
+from hairpipe.bench.machine import Machine
+from hairpipe.bench.report import Report
 from hairpipe.graph.worker.kernel_cache import TABLE
 from hairpipe.graphs.experiments.bench import contact, core, faults
-from hairpipe.graphs.experiments.bench.reporting.report import Report
-from hairpipe.graphs.experiments.figures.machine import Machine
 
 MACHINE = Machine("A Processor", 2, {"numba": "1.2"})
 

@@ -9,8 +9,8 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
+from hairpipe.bench.report import Case, Report, make_report
 from hairpipe.errors import BadInput
-from hairpipe.graphs.experiments.bench.reporting.report import Case, Report, make_report
 
 FLAGS = """--headless=new --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --window-size=1400,1300
     --no-first-run --disable-background-networking --disable-component-update --disable-sync --disable-quic"""

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
+from hairpipe.bench.report import Case, Echo, Report, in_seconds, make_report
+from hairpipe.bench.shares import shares_of
 from hairpipe.body.mannequin.bust import build_bust
 from hairpipe.data import Mesh, Strands
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.head import LENGTH, mesh_at, no_image
 from hairpipe.graphs.experiments.bench.pictures.luminance import measure_luminance
-from hairpipe.graphs.experiments.bench.reporting.report import Case, Echo, Report, in_seconds, make_report
-from hairpipe.graphs.experiments.bench.shots.shares import shares_of
 from hairpipe.groom.cutting import Cut
 from hairpipe.groom.grow.growing import grow
 from hairpipe.groom.grow.paint import Canvas

@@ -1,1 +1,0 @@
-"""Reports of benches: printed, recorded, and with the commit and machine that they come from."""

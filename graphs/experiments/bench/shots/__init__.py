@@ -1,1 +1,0 @@
-"""Cost of the shot of a graph: frames of the paper, the first frame, compilation."""

@@ -1,0 +1,116 @@
+"""Table 2 of Selle, Lentine, Fedkiw 2008 again: what a frame of each of the paper's scenes costs."""
+
+import resource
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from hairpipe.bench.replay import Replay
+from hairpipe.bench.report import Case, Echo, Report, in_seconds, make_report
+from hairpipe.bench.shares import shares_of
+from hairpipe.data.hair import HairState
+from hairpipe.graph.file.load import load_graph
+from hairpipe.graph.store.store import Store
+from hairpipe.sim.strands.registry import strand_models
+
+
+class Printed(NamedTuple):
+    """What the paper says of a scene: particles, and minutes a frame on one to four machines of four processors."""
+
+    particles: int
+    minutes: float
+
+
+PRINTED = {
+    "long_curly": Printed(250_000, 4.0),
+    "medium_straight": Printed(500_000, 10.0),
+    "medium_straight_wind": Printed(500_000, 12.0),
+    "long_straight_5000": Printed(500_000, 17.0),
+    "long_straight_10000": Printed(1_000_000, 38.0),
+}
+"""Its Table 2, by the name of our graph."""
+STILL, FRAMES = 12, 3
+"""Frames that are skipped, since the head hardly moves; that are measured."""
+HAIR = "hair"
+"""Name of the node in all graphs."""
+
+
+def measure_paper(
+    echo: Echo,
+    scenes: dict[str, Path],
+    store: Store,
+    overrides: Mapping[str, str],
+    settling: int,
+    threads: Sequence[int] = (),
+) -> Report:
+    """Measure scenes, graph files by their names, and report progress.
+
+    store      in which what hair depends on is kept
+    overrides  settings of every scene, see `load_graph`
+    settling   frames of motion before those that are measured
+    threads    numbers of threads that the frames are measured with; all that there are by default
+    """
+    cases, parts = list[Case](), list[Case]()
+    for name, path in scenes.items():
+        for case, shares in measure_scene(echo, path, store, overrides, settling, threads):
+            found: Case = {"scene": name, **case, "memory so far [GB]": memory_so_far()}
+            if name in PRINTED:
+                printed = PRINTED[name]
+                found |= {"particles in the paper": printed.particles, "frame in the paper [s]": 60.0 * printed.minutes}
+            cases.append(found)
+            parts.append({"scene": name, "threads": case["threads"], **in_seconds(shares)})
+    return make_report(__name__, {"frames": cases, "parts": parts})
+
+
+def measure_scene(
+    echo: Echo, path: Path, store: Store, overrides: Mapping[str, str], settling: int, threads: Sequence[int]
+) -> Iterator[tuple[Case, dict[str, float]]]:
+    """Measure some frames of a scene, in which the head is in full motion, with every number of threads.
+
+    Yields the median frame, and the times of its parts [s].
+    """
+    graph = load_graph(path, overrides)
+    graph = replace(graph, frames=(graph.frames[0] + STILL, graph.frames[1]))
+    replay = Replay(graph, store, HAIR)
+    name = path.stem
+    echo(f"{name}: body and groom")
+    replay.prepare(settling + FRAMES)
+    for frame in range(settling):
+        echo(f"{name}: frame {frame + 1} of {settling} before the measured ones")
+        replay.advance(replay.arguments())
+    begun = (replay.frame, replay.state)
+    before = numba.get_num_threads()
+    segments = np.diff(replay.arguments()["groom"].offsets) - 1
+    shape = strand_models()[graph.nodes[HAIR].settings["model"]].shape
+    counts: Case = {"strands": len(segments), "particles": sum(shape.count(int(count)) for count in segments)}
+    for count in threads or (before,):
+        replay.frame, replay.state = begun
+        echo(f"{name}: {FRAMES} frames on {count} threads")
+        numba.set_num_threads(min(count, before))
+        try:
+            found = [timed_frame(replay) for _ in range(FRAMES)]
+        finally:
+            numba.set_num_threads(before)
+        seconds, shares = sorted(found, key=lambda case: case[0])[FRAMES // 2]
+        simulated = 100.0 * simulated_share(replay.state, len(segments))
+        yield {**counts, "simulated [%]": simulated, "threads": min(count, before), "frame [s]": seconds}, shares
+
+
+def timed_frame(replay: Replay) -> tuple[float, dict[str, float]]:
+    """Simulate the next frame; return its time and that of its parts [s], without what other nodes make."""
+    arguments = replay.arguments()
+    return shares_of(lambda: replay.advance(arguments))
+
+
+def simulated_share(state: HairState, strands: int) -> float:
+    """Return the share of the strands that are simulated, where others follow in locks."""
+    return float(state.simulated(strands).mean())
+
+
+def memory_so_far() -> float:
+    """Return the most memory that this process has had [GB]."""
+    return 1024e-9 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

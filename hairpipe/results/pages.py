@@ -1,0 +1,118 @@
+"""Writes figures into pages.
+
+    <!-- results: NAME
+    a table or a paragraph in Markdown, with references in braces in place of figures
+    -->
+    what is written from it, a table below commit, machine and command
+    <!-- end -->
+
+NAME is that of a results file, relative to the page; without it, references name theirs. A line of a table whose
+references fit several rows is written once for each. Within a line of text the same is `<!-- results: NAME {...} -->`,
+the figure, and `<!-- end -->`.
+"""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from hairpipe.errors import BadInput
+from hairpipe.results.figures import Figures
+from hairpipe.results.file import Machine
+from hairpipe.results.state import WORDS
+
+MARKER = re.compile(
+    r"(?<!`)<!-- results:[ ]*(?P<name>[^\s{|>]*)(?P<template>.*?)-->(?P<made>.*?)<!-- end -->", re.DOTALL
+)
+OPENING = re.compile(r"(?<!`)<!-- results:")
+REFERENCE = re.compile(r"\{([^{}]*)\}")
+STATES = re.compile(rf"\((?:{'|'.join(WORDS)})\)")
+
+
+def written_page(page: Path, text: str, word_of: Callable[[Path], str]) -> str:
+    """Return the text of a page with all figures written from their results; pure but for reading these.
+
+    word_of  returns the word for the state of a results file
+
+    BadInput names page and line of a marker without an end, and of a reference without a target.
+    """
+
+    def replaced(match: re.Match[str]) -> str:
+        where = f"{page}:{line_of(text, match.start())}"
+        opening = text[match.start() : match.start("made")]
+        if OPENING.search(match["template"]) or OPENING.search(match["made"]):
+            raise BadInput("the marker does not end", where=where, right="<!-- end -->")
+        figures = Figures(page.parent, match["name"], word_of)
+        try:
+            return f"{opening}{made_from(match['template'], match['name'], figures)}<!-- end -->"
+        except BadInput as fault:
+            raise BadInput(str(fault), where=where) from None
+
+    changed = MARKER.sub(replaced, text)
+    if len(OPENING.findall(text)) > len(MARKER.findall(text)):
+        last = max(match.start() for match in OPENING.finditer(text))
+        raise BadInput("a marker does not end", where=f"{page}:{line_of(text, last)}", right="<!-- end -->")
+    return changed
+
+
+def names_of(text: str) -> list[str]:
+    """Name the results that a page refers to, relative to it, in the order in which they come."""
+    names: dict[str, None] = {}
+    for match in MARKER.finditer(text):
+        if match["name"]:
+            names[match["name"]] = None
+        for table, _, rest in (reference.partition(";") for reference in REFERENCE.findall(match["template"])):
+            name = rest.strip() if table.strip() == "state" else table.strip().rpartition(".")[0]
+            names |= {name: None} if name else {}
+    return list(names)
+
+
+def without_states(text: str) -> str:
+    """Return the text of a page without the words for the states of its results, which change with the code."""
+    return STATES.sub("()", text)
+
+
+def made_from(template: str, name: str, figures: Figures) -> str:
+    """Write what stands between a marker and its end."""
+    if "\n" not in template:
+        [line] = lines_of(template.strip(), figures)
+        return line
+    lines = [made for line in template.strip("\n").rstrip().split("\n") for made in lines_of(line, figures)]
+    head = [heading(name, figures), ""] if name and lines[0].startswith("|") else []
+    return "\n".join(["", *head, *lines, "", ""])
+
+
+def lines_of(line: str, figures: Figures) -> list[str]:
+    """Write a line of a template; one of a table for every row that fits."""
+    found = [figures.texts(reference) for reference in REFERENCE.findall(line)]
+    count = max(map(len, found), default=1)
+    if count > 1 and not line.startswith("|"):
+        raise BadInput(f"{count} rows fit", right="COLUMN=VALUE or a reduction, until one does")
+    if any(len(texts) not in (1, count) for texts in found):
+        raise BadInput(f"the references of a line fit {' and '.join(str(len(t)) for t in found)} rows")
+    columns = [iter(texts * (count // len(texts))) for texts in found]
+    return [filled(line, [next(column) for column in columns]) for _ in range(count)]
+
+
+def filled(line: str, texts: list[str]) -> str:
+    """Put texts in the places of references, in order; pure."""
+    following = iter(texts)
+    return REFERENCE.sub(lambda _: next(following), line)
+
+
+def heading(name: str, figures: Figures) -> str:
+    """Write where the figures of a table come from, and whether they are current."""
+    results = figures.results(name)
+    commit = f"commit {results.commit[:7]} {figures.word(name)}"
+    return f"{commit}; machine {machine_text(results.machine)}; command `{results.command}`"
+
+
+def machine_text(machine: Machine) -> str:
+    """Describe a machine in a line."""
+    memory = f", {machine.bandwidth:.3g} GB/s" if machine.bandwidth else ""
+    cores = "one core" if machine.cores == 1 else f"{machine.cores} cores"
+    return f"{cores} of {machine.processor}{memory}, {machine.kind}, {machine.layer}"
+
+
+def line_of(text: str, place: int) -> int:
+    """Number the line of a place in a text."""
+    return text.count("\n", 0, place) + 1

@@ -1,0 +1,179 @@
+"""Records tables that a run of a graph or a wedge writes or collects, and what they cost, in a results file."""
+
+import math
+import os
+import shlex
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from hairpipe.api.reports import Run
+from hairpipe.api.selection import fold_frames
+from hairpipe.api.shot import Node, Record, Shot, Task
+from hairpipe.api.wedge_shot import WedgeShot
+from hairpipe.data import Table
+from hairpipe.io.table import lay_below
+from hairpipe.results.file import (
+    COST,
+    Results,
+    Value,
+    ValueTable,
+    results_path,
+    write_results,
+)
+from hairpipe.results.provenance import commit_of, recording_machine, repository_of
+from hairpipe.results.recipe import recipe_of
+
+WRITES, COLLECTS = "write_table", "collect_variants"
+"""Types of nodes that end in a table: what one has collected is recorded unless the other writes it."""
+
+
+class Recording:
+    """Records one run of a graph or of a wedge; made before the run, so that nothing is computed in vain.
+
+    In addition to the tables, that of COST has a row for every node that they depend on, or where there are none for
+    every node of the run.
+
+    name      of the results file, relative to the folder of the graph; None for that of the graph, and of the wedge
+    settings  that the command changes, as texts of the command line
+    frames    that the command selects, None for all
+    to        nodes that the command asks for
+
+    BadInput where code is not committed.
+    """
+
+    def __init__(
+        self,
+        shot: Shot | WedgeShot,
+        name: str | None,
+        settings: Mapping[str, str],
+        frames: Sequence[int] | None,
+        to: Sequence[str],
+    ) -> None:
+        self._wedge = shot.definition.name if isinstance(shot, WedgeShot) else None
+        default = "_".join(filter(None, (shot.path.stem, self._wedge)))
+        self.path = results_path(shot.path.parent, name or default)
+        self._commit = commit_of(shot.path.parent)
+        self._settings = dict(settings)
+        self._frames = None if frames is None else fold_frames(frames)
+        self._command = command_of(shot.path, self._settings, self._frames, to, self._wedge, name)
+        graph = shot.original if isinstance(shot, WedgeShot) else shot.graph
+        self._tables = table_nodes((graph.upto(to) if to else graph).nodes)
+        self._to = self._tables or list(to)
+
+    def write(self, done: Run) -> None:
+        """Write the tables of a run that has ended well; OSError where the file cannot be written."""
+        shot = done.shot
+        assert isinstance(shot, Shot | WedgeShot)
+        records = shot.results(done.frames, to=self._to)
+        recipe = recipe_of(shot, done.frames, self._to)
+        tables = {name: recorded_table(shot, name, records) for name in self._tables}
+        results = Results(
+            commit=self._commit,
+            machine=recording_machine(),
+            command=self._command,
+            graph=os.path.relpath(shot.path, self.path.parent.parent),
+            settings=self._settings,
+            frames=self._frames,
+            module="",
+            processor=round(seconds_of(records.values()), 2),
+            tables=tables | {COST: cost_table(records)},
+            nodes=recipe.nodes,
+            shot=recipe.frames,
+            modules=recipe.modules,
+            python=recipe.python,
+            wedge=self._wedge,
+            to=self._to,
+        )
+        write_results(self.path, results)
+
+
+def cost_table(records: Mapping[str, Record]) -> ValueTable:
+    """Add up by node what results have cost, each once: their number, seconds, and what they take in the store."""
+    by_node: dict[str, dict[str, Record]] = {}
+    for target, record in records.items():
+        by_node.setdefault(target.partition("@")[0], {})[record.key] = record
+    rows: list[list[Value]] = []
+    for node, found in by_node.items():
+        objects = dict(item for record in found.values() for item in record.objects())
+        passed = round(sum(record.seconds for record in found.values()), 2)
+        megabytes = round(sum(objects.values()) / 1e6, 3)
+        rows.append([node, len(found), passed, round(seconds_of(found.values()), 2), megabytes])
+    return ValueTable(["node", "results", "seconds", "processor", "size [MB]"], rows, {})
+
+
+def recorded_table(shot: Shot | WedgeShot, name: str, records: Mapping[str, Record]) -> ValueTable:
+    """Read a table of a run; those of the variants of a wedge below each other, after columns of what they vary.
+
+    Variants that were stopped before their table was computed have no rows.
+    """
+    if isinstance(shot, Shot):
+        return table_of(shot, name, records)
+    targets = list(shot.definition.axes)
+    columns = targets
+    rows: list[list[Value]] = []
+    keys: dict[str, str] = {}
+    for variant in shot.variants.values():
+        node = variant.names[name]
+        if node in records:
+            table = table_of(shot, node, records)
+            columns = [*targets, *table.columns]
+            varied = [plain_value(variant.settings[target]) for target in targets]
+            rows += [[*varied, *row] for row in table.rows]
+            keys |= table.keys
+    return ValueTable(columns, rows, keys)
+
+
+def plain_value(value: Any) -> Value:
+    """Return the value of a setting as a cell: a list or a group as text."""
+    return value if isinstance(value, str | int | float | bool) else str(value)
+
+
+def table_nodes(nodes: Mapping[str, Node]) -> list[str]:
+    """Name the nodes that write a table, and those that collect one that none of these writes."""
+    writing = [node for node in nodes.values() if node.type.name == WRITES]
+    written = {edge.node for node in writing for edge in node.edges.values()}
+    collecting = [node for node in nodes.values() if node.type.name == COLLECTS and node.name not in written]
+    return [node.name for node in (*writing, *collecting)]
+
+
+def table_of(shot: Shot | WedgeShot, name: str, records: Mapping[str, Record]) -> ValueTable:
+    """Read the table that a node writes or collects, with the keys of the results that it is read from."""
+    node = shot.graph.nodes[name]
+    edges = list(node.edges.values())
+    keys = {edge.node: records[edge.node].key for edge in edges}
+    if node.type.name == COLLECTS:
+        table = shot.read(Task(node.name, None), records[node.name])
+    else:
+        tables = [shot.read(Task(edge.node, None), records[edge.node], edge.output) for edge in edges]
+        table = lay_below(tables, node.settings["cases"])
+    return ValueTable(list(table.names), rows_of(table), keys)
+
+
+def rows_of(table: Table) -> list[list[Value]]:
+    """List the rows of a table; a number that is not finite has no value."""
+    return [[None if isinstance(v, float) and not math.isfinite(v) else v for v in row] for row in table.rows()]
+
+
+def seconds_of(records: Iterable[Record]) -> float:
+    """Add up the seconds of the processor that results took, each once [s]."""
+    spent = {record.key: record.seconds if record.processor is None else record.processor for record in records}
+    return sum(spent.values())
+
+
+def command_of(
+    graph: Path,
+    settings: Mapping[str, str],
+    frames: str | None,
+    to: Sequence[str],
+    wedge: str | None,
+    name: str | None,
+) -> str:
+    """Write the command that computes and records the same again, in the root of the repository."""
+    graph = graph.resolve()
+    words = ["hairpipe", "run", graph.relative_to(repository_of(graph.parent).resolve()).as_posix()]
+    words += [word for target, value in settings.items() for word in ("--set", f"{target}={value}")]
+    words += ["--frames", frames] if frames else []
+    words += [word for node in to for word in ("--to", node)]
+    words += ["--wedge", wedge] if wedge else []
+    return shlex.join([*words, "--record", *([name] if name else [])])

@@ -1,0 +1,90 @@
+"""A scan that is measured does what a run does, and leaves no trace of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hairpipe.bench.replay import Replay
+from hairpipe.errors import BadInput
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.results import read_result
+
+
+def test_it_gives_what_a_run_gives_and_stores_nothing_of_it(shot):
+    replay = Replay(shot.load(), shot.store, "sum")
+    replay.prepare(4)
+    assert shot.tally() == {"make_seed": 1, "move_seed": 4}
+    replayed = [replay.advance(replay.arguments()).number.value for _ in range(4)]
+    assert shot.tally() == {"add_up": 4}
+    shot.run(to=["sum"])
+    assert shot.tally()["add_up"] == 10
+    graph = shot.load()
+    ran = [read_result(graph, shot.store, Task("sum", frame), "number").value for frame in range(1, 5)]
+    assert replayed == ran and len(set(ran)) == 4
+    assert np.isfinite(ran).all()
+
+
+LEARN = '''"""A fold over a file and all frames of somebody else."""
+from pathlib import Path
+from numeral import Numeral
+from tally import numeral
+from hairpipe.graph import Reached, Time, node
+
+@node(frames="scan")
+def learn(numbers: Reached[Numeral], previous: Numeral | None, time: Time, *, file: Path) -> Numeral:
+    """Learn."""
+    assert list(numbers) == list(range(1, 11))
+    return numeral(numbers[time.frame].value + len(file.read_text()) + (previous.value if previous else 0))
+'''
+
+
+def test_files_and_frames_reached_are_what_they_are_in_a_run(shot):
+    (shot.nodes / "learn.py").write_text(LEARN)
+    (shot.folder / "words").write_text("abc")
+    graph = shot.path.read_text().partition("[sum]")[0]
+    shot.path.write_text(graph + '[learn]\ntype = "learn"\nin.numbers = "move"\nfile = "words"\n')
+    replay = Replay(shot.load(), shot.store, "learn")
+    replay.prepare(10)
+    replayed = [replay.advance(replay.arguments()).value for _ in range(2)]
+    assert shot.run().exit_code == 0
+    assert replayed == [read_result(shot.load(), shot.store, Task("learn", frame)).value for frame in (1, 2)]
+
+
+DOUBLE = '''"""A fold that is prepared."""
+from numeral import Numeral
+from tally import numeral, tally
+from hairpipe.graph import node
+
+def make_double(seed: Numeral) -> float:
+    """Double."""
+    tally("make_double")
+    return 2.0 * seed.value
+
+@node(frames="scan", prepare=make_double)
+def double(seed: Numeral, previous: Numeral | None, prepared: float) -> Numeral:
+    """Add up doubles."""
+    return numeral(prepared + (previous.value if previous else 0.0))
+'''
+
+
+def test_what_is_prepared_is_prepared_once(shot):
+    (shot.nodes / "double.py").write_text(DOUBLE)
+    graph = shot.path.read_text().partition("[move]")[0]
+    shot.path.write_text(graph + '[double]\ntype = "double"\nin.seed = "seed"\n')
+    replay = Replay(shot.load(), shot.store, "double")
+    replay.prepare(3)
+    assert [replay.advance(replay.arguments()).value for _ in range(3)] == [6.0, 12.0, 18.0]
+    assert shot.tally() == {"make_seed": 1, "make_double": 1}
+
+
+def test_what_does_not_go_from_frame_to_frame_is_refused(shot):
+    with pytest.raises(BadInput, match="is not a scan from frame to frame"):
+        Replay(shot.load(), shot.store, "move")
+
+
+def test_ctrl_c_while_it_is_prepared_is_ctrl_c(shot, monkeypatch):
+    outcome = replace(shot.run(to=["seed"]), interrupted=True)
+    monkeypatch.setattr("hairpipe.bench.replay.run", lambda *_: outcome)
+    with pytest.raises(KeyboardInterrupt):
+        Replay(shot.load(), shot.store, "sum").prepare(4)

@@ -1,0 +1,37 @@
+"""The time of a frame is shared out whole, and every file has its part."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hairpipe.bench import shares
+from hairpipe.bench.shares import PARTS, part_of, shares_of
+from hairpipe.sim import contact
+from hairpipe.spatial import pairs
+from hairpipe.spatial.pairs import key_of
+
+CONTACT = Path(contact.__file__).parent
+
+
+def test_every_file_of_contact_is_in_one_part():
+    named = {stem for stems in shares._FILES.values() for stem in stems}
+    hair = {path.stem for path in (CONTACT / "hair").glob("*.py")} - {"__init__"}
+    assert hair <= named
+    assert {part_of(path) for path in (CONTACT / "body").glob("*.py")} == {"body"}
+    assert {part_of(path) for path in (CONTACT / "ccd").glob("*.py")} == {"collision"}
+    assert set(shares._FILES) | set(shares._ROOMS.values()) < set(PARTS)
+
+
+def test_files_outside_have_theirs():
+    assert part_of(CONTACT.parent / "solve" / "implicit_stage.py") == "strands"
+    assert part_of(CONTACT.parent / "solve" / "strand_inverse.py") == "coupling"
+    assert part_of(Path(pairs.__file__)) == "search"
+    assert part_of(CONTACT.parents[1] / "levelset" / "collider.py") == "body"
+
+
+def test_what_numpy_does_counts_for_who_asked_it():
+    segments = np.random.default_rng(0).integers(0, 10**6, (3_000_000, 2)).astype(np.int32)
+    whole, parts = shares_of(lambda: key_of(segments))
+    assert parts["search"] > 0.9 * sum(parts.values()) > 0.0
+    assert sum(parts.values()) == pytest.approx(whole, rel=0.05)

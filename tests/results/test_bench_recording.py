@@ -1,0 +1,46 @@
+"""Reports of benches as results."""
+
+import os
+import sys
+
+from hairpipe.bench import paper
+from hairpipe.bench.machine import Machine
+from hairpipe.bench.report import Report
+from hairpipe.graph.worker.kernel_cache import TABLE
+from hairpipe.results.bench_recording import BenchRecording
+from hairpipe.results.file import read_results
+from hairpipe.results.state import CURRENT, state_of
+
+from .conftest import edit, git
+
+MACHINE = Machine("A Processor", 2, {"numba": "1.2"})
+CASES = [{"kernel": "solve", "median [ns]": 2.5, "floor": None}, {"kernel": "step", "ratio": 1.5}]
+
+
+def test_the_table_of_the_paper_is_recorded(repository, hairpipe, monkeypatch):
+    def measure(echo, scenes, store, overrides, moving, threads):
+        return Report(paper.__name__, MACHINE, {"parts": [{"scene": "long_curly", "search [s]": 2.5}]})
+
+    monkeypatch.setenv(TABLE, os.environ[TABLE])
+    monkeypatch.setattr(paper, "measure_paper", measure)
+    words = "bench paper long_curly --moving 7 --cache elsewhere --record graphs"
+    monkeypatch.setattr(sys, "argv", ["hairpipe", *words.split()])
+    assert hairpipe(words).exit_code == 0
+    results = read_results(repository / "graphs/results/paper.json")
+    assert results.command == "hairpipe bench paper long_curly --moving 7 --record graphs"
+    assert results.tables["parts"].rows == [["long_curly", 2.5]]
+    assert [name.rpartition("/")[2] for name in results.nodes] == ["long_curly.toml"]
+    assert state_of(repository / "graphs/results/paper.json").word == CURRENT
+
+
+def test_cases_become_rows_and_the_bandwidth_is_kept(repository):
+    recording = BenchRecording(repository / "graphs", "toy")
+    graph = repository / "graphs/circle.toml"
+    recording.write(Report(paper.__name__, MACHINE, {"cases": CASES}, 16.04), "hairpipe bench toy", [graph])
+    results = read_results(recording.path)
+    assert results.tables["cases"].columns == ["kernel", "median [ns]", "floor", "ratio"]
+    assert results.tables["cases"].rows == [["solve", 2.5, None, None], ["step", None, None, 1.5]]
+    assert results.machine.bandwidth == 16.0 and results.commit == git(repository, "rev-parse", "HEAD")
+    assert state_of(recording.path).word == CURRENT
+    edit(graph, "12", "24")
+    assert state_of(recording.path).changed == ("[circle.toml]",)
