@@ -1,1 +1,1 @@
-"""What compiled code is written in: SIMD lanes, small vectors, banded systems. It knows no hair."""
+"""Building blocks of kernels: SIMD lanes, small vectors, banded systems."""

@@ -183,7 +183,7 @@ def eliminate(A, b, p, count, reach):
     b      right-hand side (particles, 3, W)
     count  number of particles
     """
-    # Blocks of the row are read once and stay in registers: what is written might be what is read, for all LLVM knows.
+    # Blocks of the row are read once and stay in registers, since LLVM assumes that written memory may be read.
     inverse = _invert(A, p)
     x = _times(inverse, (load(b, (p, 0)), load(b, (p, 1)), load(b, (p, 2))))
     store(b, (p, 0), x[0])
@@ -213,7 +213,7 @@ def eliminate(A, b, p, count, reach):
 
 @inlined
 def forward(A, b, p, count, reach):
-    """Do to particle p of another right-hand side what `eliminate` did to the first, in place.
+    """Eliminate particle p from another right-hand side, as `eliminate`, in place.
 
     A  factors, which may be kept in less precision than b
     """

@@ -9,7 +9,7 @@ of p + 1, then x, y, z of p + 2:
 
 `eliminate` makes L D L^T of it, a row at a time as rows are complete, and leaves 1 / D on the diagonal and L^T next to
 it: 164 multiply-adds a row, and 34 multiplications. Nothing is pivoted. Where a pivot is not positive the matrix is not
-positive definite: its magnitude is taken, so that what follows stays finite, and the least pivot is given back.
+positive definite: its magnitude is used, so that later values are finite, and the least pivot is returned.
 """
 
 from hairpipe.kernels.banded import add, clear_row
@@ -81,7 +81,7 @@ def _less(t, s, u):
 
 @inlined
 def _pivot(d, lowest):
-    """What a pivot is divided by, and the lowest so far."""
+    """Return the divisor of a pivot, and the lowest pivot so far."""
     return maximum(maximum(d, -d), _LEAST), minimum(d, lowest)
 
 
@@ -205,7 +205,7 @@ def _take_after(A, p, z, t):
 
 @inlined
 def forward(A, b, p, count):
-    """Do to row p of another right-hand side what `eliminate` did to the first, in place.
+    """Eliminate row p from another right-hand side, as `eliminate`, in place.
 
     A  factors, which may be kept in less precision than b
     """

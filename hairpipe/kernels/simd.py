@@ -89,7 +89,7 @@ def _common(*args: types.Type) -> LanesType | None:
     return kinds.pop() if numbers and len(kinds) == 1 else None
 
 
-_infer: Any = infer_global  # whose declaration says that it gives None
+_infer: Any = infer_global  # declared to return None
 
 
 def _define_operator(op: Callable, result: Callable[[LanesType], types.Type], emit: Callable) -> None:

@@ -1,1 +1,1 @@
-"""The page that shows a graph and what it made: served by `hairpipe view`, frozen by `hairpipe report`."""
+"""Page of a graph and its results: served by `hairpipe view`, written by `hairpipe report`."""

@@ -1,4 +1,4 @@
-"""The page itself: its files, and the HTML that loads them."""
+"""Files of the page, and the HTML that loads them."""
 
 import html
 from collections.abc import Iterable
@@ -12,12 +12,12 @@ STYLES = ("uPlot.min.css", "style.css")
 _NAMES = """core app graph_view frame_strip camera light channels shaders scene viewer play pictures tables wedge_view
     slices stage panel verdict timeline live main"""
 SCRIPTS = tuple(f"{name}.js" for name in _NAMES.split())
-"""In the order in which they are loaded: the last one begins."""
+"""In the order of loading: the last one starts the page."""
 MARK = "<!-- scripts -->"
 
 
 def asset(name: str) -> Traversable:
-    """Find a file of the page by its name; KeyError where there is none."""
+    """Find a file of the page by its name; KeyError for a missing one."""
     if name not in (*VENDOR, *LICENCES, *STYLES, *SCRIPTS):
         raise KeyError(name)
     return WEB / "vendor" / name if name in VENDOR or name[:5] in ("dagre", "uPlot") else WEB / name
@@ -34,9 +34,9 @@ def page_html(before: Iterable[str], *, live: bool) -> str:
 
 
 def page_in_one(data: str, *, live: bool = False) -> str:
-    """Write the HTML of the page with everything in it.
+    """Write the HTML of the page as a single file.
 
-    data  scripts that load all documents; `script` of `packing.py` has left nothing in them that ends an element
+    data  scripts that load all documents, escaped by `script` of `packing.py`
     """
     page = template(live)
     for name in STYLES:

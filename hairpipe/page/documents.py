@@ -1,4 +1,4 @@
-"""A graph, and the state of its results, as documents for the browser."""
+"""Graph and state of its results, as documents for the browser."""
 
 import platform
 from collections.abc import Callable, Mapping
@@ -18,13 +18,13 @@ from hairpipe.wedge.comparison import document as comparison_document
 Suffix = Callable[[str], str | None]
 """Finds the suffix of a picture by the name of its object; None for any other file."""
 NAMED = 10
-"""Letters of the name of an object that are shown."""
+"""Number of shown letters of the name of an object."""
 RESERVED = ("type", "in", "publish", "checkpoint")
 """Keys in the table of a node that are not settings."""
 
 
 def graph_document(shot: GraphShot) -> dict[str, Any]:
-    """Describe a graph: its nodes in order, with sockets, wires, settings as set, and what each is."""
+    """Describe a graph: its nodes in order, with sockets, edges, settings and help."""
     tables = shot.tables
     return {
         "name": shot.path.stem,
@@ -53,7 +53,7 @@ def node_document(node: Node, table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def paragraphs(text: str) -> str:
-    """Return the words of a docstring before its list of settings, which are shown one by one."""
+    """Return the text of a docstring before its list of settings."""
     kept: list[str] = []
     for line in text.strip().splitlines():
         if "  " in line.strip():
@@ -77,12 +77,12 @@ NOTHING = RunOutput({}, {})
 
 
 def output_of(run: Run | None) -> RunOutput:
-    """Return what a run has told; nothing where there was none."""
+    """Return the output of a run; empty without a run."""
     return RunOutput(run.statuses, {failure.task: failure.message for failure in run.failures}) if run else NOTHING
 
 
 def state_document(shot: GraphShot, found: Plan, suffix: Suffix, output: RunOutput = NOTHING) -> dict[str, Any]:
-    """Describe what is in the cache, what a run would do and why, or what one has done.
+    """Describe the cached results, and the planned computation with reasons or the results of a run.
 
     found  plan of the shot
     """
@@ -90,7 +90,7 @@ def state_document(shot: GraphShot, found: Plan, suffix: Suffix, output: RunOutp
 
 
 def wedge_document(wedge: WedgeShot, plan: Plan, suffix: Suffix, output: RunOutput, frames: FrameSet) -> dict[str, Any]:
-    """Describe the variants of a wedge: settings and measures of each, the state of its results, and a verdict on all.
+    """Describe the variants of a wedge: settings and measures of each, state of its results, and a verdict.
 
     plan    plan of the wedge
     frames  of the run that has computed it
@@ -129,7 +129,7 @@ def nodes_document(shot: GraphShot, found: Plan, suffix: Suffix, output: RunOutp
 
 
 def measured(record: Record, suffix: Suffix) -> dict[str, Any]:
-    """Describe a result: seconds, of the processor too, bytes, warnings, the objects of its outputs."""
+    """Describe a result: wall-clock and processor time, bytes, warnings, objects of its outputs."""
     pictures = {name: suffix(output.object) for name, output in record.outputs.items()}
     return {
         "seconds": round(record.seconds, 4),
@@ -143,7 +143,7 @@ def measured(record: Record, suffix: Suffix) -> dict[str, Any]:
 
 
 def short(found: Any) -> str:
-    """Name in few letters what went into a socket: an object, two of them, or how many frames."""
+    """Write the input of a socket in short: an object, two of them, or the number of frames."""
     if found is None:
         return "not connected"
     if isinstance(found, list):
@@ -152,7 +152,7 @@ def short(found: Any) -> str:
 
 
 def verdict(shot: GraphShot, found: Plan, options: str = "") -> dict[str, Any]:
-    """Sum up: frames, results in the cache and to compute, seconds, bytes, failures, warnings, versions, the command.
+    """Summarise: frames, results cached and to compute, seconds, bytes, failures, warnings, versions, the command.
 
     options  of the command
     """
@@ -182,7 +182,7 @@ def frames_of(shot: GraphShot, found: Plan) -> set[int]:
 
 
 def ending(run: Run) -> dict[str, Any]:
-    """Say how a run ended, for the verdict."""
+    """Describe the end of a run, for the verdict."""
     return {
         "failures": [str(failure) for failure in run.failures],
         "computed": run.outcome.evaluated,

@@ -1,7 +1,7 @@
 """Arrays as compact text that a browser unpacks without a library: differences, byte planes, deflate, base64.
 
-A page opened from a file may not fetch, but it may load scripts: so every document is a script that hands a name, a
-plain value and this text to `hairpipe.load`.
+A page opened from a file may not fetch, but it may load scripts: every document is a script that calls `hairpipe.load`
+with a name, a plain value and this text.
 """
 
 import base64
@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 
 EFFORT = 9
-"""Of deflate, 1 to 9: the slowest costs 30 ms for two thousand strands, and saves a tenth of the bytes."""
+"""Level of deflate, 1 to 9: the slowest takes 30 ms for two thousand strands, and saves a tenth of the bytes."""
 STEPS = 16383
-"""Of a quantised coordinate: 14 bits are 30 um in half a metre, less than the thickness of a hair."""
+"""Bits of a quantised coordinate: 14 bits are 30 um in half a metre, less than the thickness of a hair."""
 
 Packed = tuple[dict[str, Any], bytes]
-"""What a browser needs to know to unpack, and the bytes before base64."""
+"""Meta data for unpacking, and the bytes before base64."""
 
 
 def quantised(points: np.ndarray) -> tuple[np.ndarray, dict[str, Any]]:
@@ -34,9 +34,9 @@ def quantised(points: np.ndarray) -> tuple[np.ndarray, dict[str, Any]]:
 
 
 def second_differences(values: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Return along every strand its first value, the first difference, then second differences, (p, 3); pure.
+    """Return the first value of every strand, the first difference, then second differences, (p, 3); pure.
 
-    A strand is smooth: these are small where the values are not.
+    These are small for smooth strands.
 
     values   (p, 3) int64
     offsets  strand s owns values offsets[s]:offsets[s+1], (S+1,)
@@ -68,11 +68,11 @@ def pack(arrays: Mapping[str, np.ndarray], **meta: Any) -> Packed:
 
 
 def script(name: str, document: Any, packed: bytes = b"") -> str:
-    """Write a document as a script; no text in it ends a script element, or is anything but data."""
+    """Write a document as a script; texts are escaped, so that they cannot end the script element."""
     return f'hairpipe.load({literal(name)},{literal(document)},"{base64.b64encode(packed).decode()}");\n'
 
 
 def literal(value: Any) -> str:
-    """Write a plain value as a literal that may stand in a script element; ValueError for NaN and infinity."""
+    """Write a plain value as a literal for a script element; ValueError for NaN and infinity."""
     text = json.dumps(value, separators=(",", ":"), allow_nan=False)
     return text.replace("<", "\\u003c")

@@ -1,4 +1,4 @@
-"""A process that plays hair for one page: it ends with the connection of that page."""
+"""Process that plays hair for one page, and ends with the connection of that page."""
 
 import json
 import subprocess
@@ -10,14 +10,14 @@ from hairpipe import child
 from hairpipe.page.stream import Show
 
 MOST_BYTES = 1 << 20
-"""Of a part that is read."""
+"""Largest size of a read."""
 
 
 class Playing:
-    """A process of `stream.py`; any thread may call it, and one reads."""
+    """A process of `stream.py`; any thread may call it, one thread reads."""
 
     def __init__(self, show: Show, environment: Mapping[str, str]) -> None:
-        # A session of its own: Ctrl-C is for the server, which ends its players.
+        # In a session of its own: Ctrl-C is for the server, which ends its players.
         self._process = subprocess.Popen(
             child.command("from hairpipe.page.stream import main; main()"),
             stdin=subprocess.PIPE,
@@ -33,21 +33,21 @@ class Playing:
         return self._process.poll() is not None
 
     def take(self, settings: Mapping[str, Any]) -> None:
-        """Play with these settings from now on."""
+        """Set the settings of the next frames."""
         self._write(settings)
 
     def read(self) -> bytes:
-        """Wait for more bytes of its messages; none once it has ended."""
+        """Wait for more bytes of messages; empty after the end."""
         assert self._process.stdout is not None
         return self._process.stdout.read1(MOST_BYTES)  # type: ignore[union-attr]
 
     def close(self) -> None:
-        """End the process; whoever reads is told that it has ended."""
+        """End the process; a waiting `read` returns."""
         self._process.kill()
         self._process.wait()
 
     def _write(self, document: Mapping[str, Any]) -> None:
-        """Write a line; nothing where the process has ended."""
+        """Write a line, unless the process has ended."""
         with suppress(OSError):
             assert self._process.stdin is not None
             self._process.stdin.write(json.dumps(document).encode() + b"\n")

@@ -1,4 +1,4 @@
-"""Opens the page in a browser without its secret address in a command line, which every local user may read."""
+"""Open the page in a browser without its secret address in a command line, which every local user may read."""
 
 import html
 import os
@@ -15,9 +15,9 @@ REDIRECT = '<!doctype html><meta charset="utf-8"><meta http-equiv="refresh" cont
 
 @contextmanager
 def redirecting(address: str) -> Iterator[Path]:
-    """Write a file that redirects a browser to an address, and that only this user can read; it is removed at the end.
+    """Write a temporary file that redirects a browser to an address, readable by this user only.
 
-    OSError where the user has no folder to write in.
+    OSError without a writable folder of the user.
     """
     folder = own_folder("state") / "pages"
     make_own(folder)
@@ -31,9 +31,9 @@ def redirecting(address: str) -> Iterator[Path]:
 
 @contextmanager
 def opened(address: str) -> Iterator[None]:
-    """Open an address in the user's browser, for as long as it is served; nothing where there is no place for the file.
+    """Open an address in the user's browser while it is served, if the file can be written.
 
-    The address is printed, too.
+    The address is printed in any case.
     """
     with ExitStack() as stack:
         with suppress(OSError):

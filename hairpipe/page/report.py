@@ -1,4 +1,4 @@
-"""Freezes a page: a folder that any browser opens from a share, without a server and without a request to anywhere."""
+"""Write a page as a folder that any browser opens from a share, without a server or network requests."""
 
 import base64
 import shutil
@@ -20,13 +20,13 @@ from hairpipe.page.shelf import Shelf
 
 MOST_STRANDS, FEWEST_STRANDS = 2000, 100
 BUNDLE = 1_500_000
-"""Size from which on a data file takes no more documents [bytes]: few files, and yet none that takes long to load."""
+"""Size of a data file from which a new one is begun [bytes]: few files with short loading times."""
 QUALITY = 82
-"""Of pictures, which are written as WebP."""
+"""Quality of pictures, which are written as WebP."""
 MARK = "data/graph.js"
-"""By this file a folder is known as a report, which may be replaced."""
+"""File that marks a folder as a report, which may be replaced."""
 Progress = Callable[[int, int], None]
-"""Called with the number of documents that are made, and of all."""
+"""Called with the number of written documents, and of all."""
 Made = TypeVar("Made")
 
 
@@ -35,7 +35,7 @@ class Contents(NamedTuple):
 
     scripts   by the name of the data file
     pictures  by the name of the object
-    strands   that are shown of a groom at most
+    strands   maximum number of shown strands of a groom
     """
 
     scripts: dict[str, str]
@@ -44,7 +44,7 @@ class Contents(NamedTuple):
 
     @property
     def size(self) -> int:
-        """Bytes of all of it."""
+        """Total size [bytes]."""
         return sum(map(len, self.scripts.values())) + sum(map(len, self.pictures.values()))
 
 
@@ -59,14 +59,14 @@ def write_report(
     single: bool = False,
     progress: Progress = lambda done, of: None,
 ) -> Contents:
-    """Write a report of what a shot, and the variants of a wedge of it, have in the cache; returns what is in it.
+    """Write a report of the cached results of a shot, and of the variants of a wedge; return its contents.
 
-    place       folder, made where it is missing; or file, for a single one. An older report there is replaced
-    run         of the shot, or of the wedge, whose outcome is shown
-    most_bytes  by which the number of strands is chosen: `MOST_STRANDS` where they fit
-    single      one file with all in it
+    place       folder, which is created; or file, for a single one. An older report there is replaced
+    run         run of the shot, or of the wedge, whose outcome is shown
+    most_bytes  size limit, which determines the number of strands: at most `MOST_STRANDS`
+    single      whether everything is in one file
 
-    BadInput where something else lies there, or where not even `FEWEST_STRANDS` fit.
+    BadInput for another existing file or folder, or where `FEWEST_STRANDS` exceed the limit.
     """
     check_place(place, single)
     shelf = Shelf(MOST_STRANDS)
@@ -100,7 +100,7 @@ def write_report(
 
 
 def check_place(place: Path, single: bool) -> None:
-    """Refuse to overwrite anything but a report."""
+    """Raise BadInput for an existing path that is not a report."""
     if single:
         if place.is_dir() or place.suffix.lower() not in (".html", ".htm"):
             raise BadInput("is not a file for a report", where=place, right="report.html")
@@ -111,7 +111,7 @@ def check_place(place: Path, single: bool) -> None:
 def plain_documents(
     shelf: Shelf, shot: Shot, frames: FrameSet, wedge: WedgeShot | None, run: Run | None
 ) -> dict[str, Any]:
-    """Describe graph, state and wedge, and take their results in."""
+    """Describe graph, state and wedge, and add their results to the shelf."""
     found = shot.plan(frames)
     output = output_of(run)
     ended = {} if run is None else ending(run)
@@ -121,7 +121,7 @@ def plain_documents(
         return {"graph": graph_document(shot), "state": state | {"verdict": state["verdict"] | ended}}
     variants = wedge.plan(frames)
     shelf.take(wedge, variants)
-    state = state_document(shot, found, shelf.suffix) | {"wedge": True}  # what was run is the wedge
+    state = state_document(shot, found, shelf.suffix) | {"wedge": True}  # the run was of the wedge
     described = wedge_document(wedge, variants, shelf.suffix, output, frames)
     return {
         "graph": graph_document(shot),
@@ -131,9 +131,9 @@ def plain_documents(
 
 
 def collect(shelf: Shelf, documents: dict[str, Any], most_bytes: float, progress: Progress) -> Contents:
-    """Make all documents; strands last, so many that the whole fits.
+    """Make all documents; strands last, as many as the size limit allows.
 
-    documents  that are plain, by name
+    documents  plain documents by name
     """
     names = list(chosen(shelf))
     hair = [name for name in names if name.endswith(".strands")]
@@ -146,14 +146,14 @@ def collect(shelf: Shelf, documents: dict[str, Any], most_bytes: float, progress
     room = most_bytes - sum(map(len, (*texts.values(), *scripts.values(), *pictures.values())))
     shelf.most = strands_that_fit(shelf, hair, room)
     strands = {name: count(script(name, *shelf.document(name))) for name in hair}
-    while sum(map(len, strands.values())) > room:  # few strands take more bytes each than many
+    while sum(map(len, strands.values())) > room:  # few strands have more bytes per strand than many
         shelf.most = int(0.9 * shelf.most)
         strands = {name: script(name, *shelf.document(name)) for name in hair}
     return Contents(scripts | bundled(texts | strands), pictures, shelf.most)
 
 
 class Counting:
-    """Counts what is made, and tells of it."""
+    """Counter of documents that reports progress."""
 
     def __init__(self, progress: Progress, total: int) -> None:
         self._progress = progress
@@ -161,14 +161,14 @@ class Counting:
         self._done = 0
 
     def __call__(self, made: Made) -> Made:
-        """Count something, and return it."""
+        """Count a document, and return it."""
         self._done += 1
         self._progress(self._done, self._total)
         return made
 
 
 def chosen(shelf: Shelf) -> Iterator[str]:
-    """Name the documents of a report: all, but surfaces of level sets at the first frame alone."""
+    """List the documents of a report: all, with surfaces of level sets at the first frame only."""
     seen: set[str] = set()
     for name in shelf.names():
         node = shelf.node_of(name)
@@ -180,14 +180,14 @@ def chosen(shelf: Shelf) -> Iterator[str]:
 
 
 def pictures_of(documents: dict[str, Any]) -> Iterator[str]:
-    """Name the objects that are pictures."""
+    """List the objects that are pictures."""
     states = [documents["state"]["nodes"], *documents.get("wedge", {"states": []})["states"]]
     for cell in (cell for nodes in states for node in nodes.values() for cell in node["cells"]):
         yield from (cell["outputs"][output] for output in cell.get("pictures", {}))
 
 
 def strands_that_fit(shelf: Shelf, names: list[str], room: float) -> int:
-    """Number of strands of each groom with which their documents take no more than so many bytes."""
+    """Return the number of strands of each groom whose documents have at most `room` bytes."""
     if not names:
         return MOST_STRANDS
     sample = names[:: max(1, len(names) // 8)]
@@ -201,7 +201,7 @@ def strands_that_fit(shelf: Shelf, names: list[str], room: float) -> int:
 
 
 def bundled(texts: dict[str, str]) -> dict[str, str]:
-    """Put the scripts of documents that follow one another into data files; by the name of each."""
+    """Join the scripts of consecutive documents into data files, by name."""
     files: dict[str, str] = {}
     held: list[str] = []
     for text in texts.values():

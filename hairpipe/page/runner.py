@@ -1,4 +1,4 @@
-"""A run in a process of its own, which tells what happens line by line: the page that began it may stop it."""
+"""Run in a child process, which reports its events line by line; the page may stop it."""
 
 import json
 import signal
@@ -13,10 +13,10 @@ from hairpipe.page.documents import ending
 
 @dataclass(frozen=True)
 class Job:
-    """What to run: a graph with settings, at some frames, with the cache of the page.
+    """Job of a run: a graph with settings, frames, and the cache of the page.
 
-    to     nodes that are wanted, with all that they depend on; empty for all
-    wedge  all variants of which are run; None for the graph as it is
+    to     requested nodes, with their dependencies; empty for all
+    wedge  wedge whose variants are run; None for the graph itself
     """
 
     graph: str
@@ -33,7 +33,7 @@ class Job:
 
 
 def main() -> None:
-    """Read a job from the input, run it, and write its events, and how it ended, as lines of JSON."""
+    """Read a job from the input, run it, and write its events and its end as lines of JSON."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     job = Job(**json.loads(sys.stdin.readline()))
     try:
@@ -62,7 +62,7 @@ def send_event(event: Any) -> None:
 
 
 def send(document: dict[str, Any]) -> None:
-    """Write a line; nothing where the reader has gone."""
+    """Write a line, unless the reader has ended."""
     try:
         print(json.dumps(document), flush=True)
     except BrokenPipeError:

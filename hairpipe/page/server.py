@@ -1,8 +1,7 @@
-"""Serves a live page on this machine, only to clients that know its address.
+"""Server of a live page on this machine, only for clients with its address.
 
-The address holds a random token. Requests for other hosts are refused, which a foreign page can make a browser send to
-127.0.0.1 under a name of its own (DNS rebinding), and so are those that come from other pages. Nothing is read but the
-files of the page, and what the shot has made, by the names that the cache gives its objects.
+The address contains a random token. Requests for other host names are refused, against DNS rebinding, and so are those
+of other pages. Only files of the page and results of the shot are read, by the names of objects in the cache.
 """
 
 import asyncio
@@ -33,7 +32,7 @@ from hairpipe.page.values import TYPES
 
 HOST = "127.0.0.1"
 LONGEST_WAIT = 20.0
-"""After which a page that waits for news is told that there are none [s]."""
+"""Timeout of a request for a newer revision [s]."""
 GUARD = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; "
@@ -45,13 +44,13 @@ GUARD = {
 KINDS = {".js": "text/javascript", ".css": "text/css", ".txt": "text/plain"}
 MOST_DIGITS = 18
 MOST_BYTES = 1 << 20
-"""Of a number that a page sends, and of the body of a request."""
+"""Largest lengths of a number of a page, and of the body of a request."""
 PATIENCE = 1
 """Time after which pending requests are cancelled at the end [s]."""
 
 
 class Server:
-    """A page that is served.
+    """A served page.
 
     address  of the page, token included; anybody with it may change settings and start runs
     """
@@ -63,7 +62,7 @@ class Server:
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             self._socket.bind((HOST, port))
-            self._socket.listen()  # a browser that is quicker than the server waits
+            self._socket.listen()  # so that an early browser waits
         except OSError as error:
             self._socket.close()
             raise BadInput(
@@ -74,7 +73,7 @@ class Server:
         self.address = f"{self.origin}/{token}/"
         config = uvicorn.Config(
             application(session, token, self.origin),
-            log_level="critical",  # of requests that are stopped at the end it would write tracebacks
+            log_level="critical",  # no tracebacks of requests that are cancelled at the end
             lifespan="off",
             access_log=False,
             timeout_graceful_shutdown=PATIENCE,
@@ -82,7 +81,7 @@ class Server:
         self._server = Closing(config, session)
 
     def serve(self) -> None:
-        """Serve until it is stopped, or interrupted."""
+        """Serve until `stop` or an interrupt."""
         try:
             self._server.run([self._socket])
         finally:
@@ -94,20 +93,20 @@ class Server:
 
 
 class Closing(uvicorn.Server):
-    """A server that closes its session first of all at the end: requests that wait for news are answered then."""
+    """A server that closes its session before its end, so that waiting requests are answered."""
 
     def __init__(self, config: uvicorn.Config, session: Session) -> None:
         super().__init__(config)
         self._session = session
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """End all that the session has begun, and answer what is asked."""
+        """Close the session, and answer pending requests."""
         await run_in_threadpool(self._session.close)
         await super().shutdown(sockets)
 
 
 def application(session: Session, token: str, origin: str) -> Starlette:
-    """Make the application: what is asked for below the token, and nothing else."""
+    """Make the application with all routes below the token."""
     handler = Handler(session)
     routes = [
         Route("/", handler.page),
@@ -124,13 +123,13 @@ def application(session: Session, token: str, origin: str) -> Starlette:
 
 
 class Guard:
-    """Refuses requests of other pages, and adds headers to every answer."""
+    """Middleware that refuses requests of other pages, and adds headers to every answer."""
 
     def __init__(self, inner: ASGIApp, origin: str) -> None:
         self._inner, self._origin = inner, origin
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a request, or hand it on."""
+        """Answer a request, or pass it on."""
 
         async def guarded(message: Message) -> None:
             if message["type"] == "http.response.start":
@@ -141,10 +140,10 @@ class Guard:
         await (PlainTextResponse(fault, 403) if fault else self._inner)(scope, receive, guarded)
 
     def _fault(self, request: Request) -> str | None:
-        """Say why a request is refused; None for one of the page itself, or of a person who opens the page."""
+        """Return why a request is refused; None for one of the page itself, or to open the page."""
         headers = request.headers
         opens = request.method == "GET" and headers.get("sec-fetch-mode") == "navigate"
-        opens = opens and headers.get("sec-fetch-dest") == "document"  # by the file of `redirect.py`, too
+        opens = opens and headers.get("sec-fetch-dest") == "document"  # also from the file of `redirect.py`
         foreign = headers.get("sec-fetch-site", "same-origin") not in ("same-origin", "none")
         if (foreign and not opens) or headers.get("origin", self._origin) != self._origin:
             return "from another page"
@@ -152,7 +151,7 @@ class Guard:
 
 
 class Played(Response):
-    """Frames of a player as they are made, for as long as the page listens: it ends with the connection."""
+    """Stream of the frames of a player, which ends with the connection."""
 
     media_type = "application/octet-stream"
 
@@ -162,16 +161,16 @@ class Played(Response):
         del self.headers["content-length"]
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Send what the player writes until it or the page has ended."""
+        """Send the output of the player until it or the page has ended."""
         await send({"type": "http.response.start", "status": 200, "headers": self.raw_headers})
         sending = asyncio.ensure_future(self._send(send))
         leaving = asyncio.ensure_future(left(receive))
         try:
             await asyncio.wait([sending, leaving], return_when=asyncio.FIRST_COMPLETED)
         finally:
-            self._player.close()  # which also ends the thread that reads
+            self._player.close()  # also ends the reading thread
             leaving.cancel()
-            with suppress(OSError):  # of a connection that is closed
+            with suppress(OSError):  # of a closed connection
                 await sending
 
     async def _send(self, send: Send) -> None:
@@ -187,7 +186,7 @@ async def left(receive: Receive) -> None:
 
 
 async def body_of(request: Request) -> bytes:
-    """Read the body of a request; ValueError for one that is longer than any that the page sends."""
+    """Read the body of a request; ValueError for a longer one than those of the page."""
     body = b""
     async for part in request.stream():
         body += part
@@ -197,7 +196,7 @@ async def body_of(request: Request) -> bytes:
 
 
 class Handler:
-    """Answers requests; starlette calls plain methods in threads."""
+    """Handlers of requests; starlette calls plain methods in threads."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -215,7 +214,7 @@ class Handler:
         return Response(found.read_bytes(), media_type=KINDS[f".{found.name.rpartition('.')[2]}"])
 
     def document(self, request: Request) -> Response:
-        """A document as a script; where there is none, a script that says so."""
+        """A document as a script; for a missing one a script with a message."""
         name = request.path_params["name"]
         try:
             text = script(name, *self._session.document(name))
@@ -234,14 +233,14 @@ class Handler:
         return Response(data, media_type=TYPES[suffix])
 
     def wait(self, request: Request) -> Response:
-        """The latest revision, once it is newer than the one that was seen."""
+        """The latest revision, once it is newer than that of the page."""
         seen = request.query_params.get("seen", "0")
         if not seen.isdecimal() or len(seen) > MOST_DIGITS:
             return PlainTextResponse("seen: not the number of a revision", 400)
         return JSONResponse({"revision": self._session.wait(int(seen), LONGEST_WAIT)})
 
     def explain(self, request: Request) -> Response:
-        """What a result is made of."""
+        """Explanation of a result."""
         frame = request.query_params.get("frame", "")
         try:
             text = self._session.explain(request.query_params.get("node", ""), int(frame) if frame else None)
@@ -250,14 +249,14 @@ class Handler:
         return PlainTextResponse(text)
 
     def play(self, request: Request) -> Response:
-        """Frames of a node as they are made."""
+        """Stream of frames of a node."""
         try:
             return Played(self._session.play(request.path_params["node"], request.query_params.get("output", "")))
         except BadInput as fault:
             return PlainTextResponse(str(fault), 409)
 
     async def act(self, request: Request) -> Response:
-        """Carry out a deed; what is wrong with it is the answer."""
+        """Do an action; a fault is the answer."""
         deeds: dict[str, Callable[[dict[str, Any]], None]] = {
             "edit": lambda given: self._session.edit(str(given["target"]), str(given["text"])),
             "revert": lambda given: self._session.revert(),

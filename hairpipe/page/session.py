@@ -1,4 +1,4 @@
-"""A live page: a shot with edits that are not saved yet, the plan of it, and the run that goes on."""
+"""Session of a live page: a shot with unsaved edits, its plan, and the active run."""
 
 import json
 import os
@@ -24,19 +24,19 @@ from hairpipe.page.shelf import Shelf
 from hairpipe.page.stream import Show, playable
 
 MOST_STRANDS = 4000
-"""That are drawn of a groom."""
+"""Maximum number of drawn strands of a groom."""
 PAUSE = 0.7
-"""Time between two looks at the cache and at the graph file [s]; longer where a look takes long."""
+"""Interval of polling the cache and the graph file [s]; longer if polling is slow."""
 Message = dict[str, Any]
-"""What a run has said last, see `runner.py`."""
+"""A message of a run, see `runner.py`."""
 
 
 class Session:
-    """Everything behind a live page. Any thread may call it.
+    """State of a live page; any thread may call it.
 
-    frames    that a run computes and the plan is of; None for all
-    wedge     of the graph, whose variants are shown and run
-    revision  counts the changes of what the page shows
+    frames    frames of runs and of the plan; None for all
+    wedge     wedge whose variants are shown and run
+    revision  number of changes of the page
     """
 
     def __init__(self, shot: Shot, frames: FrameSet = None, wedge: str | None = None) -> None:
@@ -61,7 +61,7 @@ class Session:
         threading.Thread(target=self._follow, daemon=True).start()
 
     def close(self) -> None:
-        """Stop the run that this page began, and following."""
+        """Stop the run of this page, and polling."""
         self._open = False
         self.stop()
         for player in self._players:
@@ -70,16 +70,16 @@ class Session:
             self._changed.notify_all()
 
     def wait(self, seen: int, most: float) -> int:
-        """Wait until there is something newer than a revision, at most so long [s]; returns the latest revision.
+        """Wait for a newer revision, at most for a time [s]; return the latest revision.
 
-        It does not wait once the session is closed.
+        A closed session returns at once.
         """
         with self._changed:
             self._changed.wait_for(lambda: self.revision > seen or not self._open, most)
             return self.revision
 
     def document(self, name: str) -> Packed:
-        """Make a document by name; KeyError for an unknown one, BadInput for one that has gone from the cache."""
+        """Make a document by name; KeyError for an unknown one, BadInput for one removed from the cache."""
         with self._lock:
             if name == "graph":
                 return graph_document(self._shot) | self._live(), b""
@@ -95,24 +95,24 @@ class Session:
             return self._shelf.picture(name), self._shelf.suffix(name) or ""
 
     def edit(self, target: str, text: str) -> None:
-        """Change a setting, as `--set` does; BadInput where the graph does not take it, and nothing is changed."""
+        """Change a setting, as `--set`; BadInput, without a change, for a setting that the graph refuses."""
         with self._lock:
             self._take(self._base, self._edits | {target: text})
 
     def revert(self) -> None:
-        """Forget all edits."""
+        """Discard all edits."""
         with self._lock:
             self._take(self._base, {})
 
     def save(self) -> None:
-        """Write the edits into the graph file, and nothing else; BadInput where it is a shipped graph or in the way."""
+        """Write the edits into the graph file; BadInput for a shipped graph, or a file that cannot be written."""
         with self._lock:
             self._base.save({target: parse_value(text) for target, text in self._edits.items()})
             self._edits = {}
             self._reload()
 
     def run(self, to: list[str]) -> None:
-        """Begin a run of the graph with its edits; BadInput where one goes on."""
+        """Begin a run of the graph with its edits; BadInput during another run."""
         with self._lock:
             if self._run is not None:
                 raise BadInput("a run is in progress", where=self._base.path.name, right="wait for its end, or stop it")
@@ -137,17 +137,17 @@ class Session:
             self._advance()
 
     def stop(self) -> None:
-        """Interrupt the run that goes on: what it has computed is kept."""
+        """Interrupt the active run; its results are kept."""
         with self._lock:
             if self._run is not None and self._run.poll() is None:
                 self._stopped = True
-                # One that has said nothing yet has no workers, and may not listen to an interrupt yet.
+                # A run without a message has no workers, and may not handle interrupts yet.
                 self._run.send_signal(signal.SIGINT if self._statuses else signal.SIGTERM)
 
     def play(self, node: str, output: str) -> Playing:
-        """Begin to play a node, with the settings as they are edited from now on; whoever reads it closes it.
+        """Begin to play a node with the edited settings, also with later edits; the reader closes the process.
 
-        BadInput where kernels have no safe place.
+        BadInput without a safe folder for kernels.
         """
         with self._lock:
             settings = {target: parse_value(text) for target, text in self._edits.items()}
@@ -157,7 +157,7 @@ class Session:
             return player
 
     def explain(self, node: str, frame: int | None) -> str:
-        """Say what a result is made of, and how that differs from the latest one; BadInput for an unknown one."""
+        """Describe the inputs of a result, and differences to the latest one; BadInput for an unknown result."""
         with self._lock:
             found = self._shot.explain(f"{node}@{frame}" if frame is not None else node, frames=self.frames)
         made = json.dumps(found.parts, indent=1, sort_keys=True) if found.parts else ""
@@ -171,13 +171,13 @@ class Session:
         return self._base.given == str(self._base.path) and os.access(self._base.path, os.W_OK)
 
     def _state(self) -> dict[str, Any]:
-        if self._wedge is not None:  # what is run is the wedge
+        if self._wedge is not None:  # runs are of the wedge
             return state_document(self._shot, self._plan, self._shelf.suffix) | {"wedge": True}
         document = state_document(self._shot, self._plan, self._shelf.suffix, RunOutput(self._statuses, {}))
         return {"nodes": document["nodes"], "verdict": document["verdict"] | self._running(), "wedge": False}
 
     def _variants(self) -> dict[str, Any]:
-        """Describe the wedge, as it is with the edits."""
+        """Describe the wedge with the edits."""
         assert self._wedge is not None
         wedge = self._shot.wedge(self._wedge)
         found = wedge.plan(self.frames)
@@ -186,12 +186,12 @@ class Session:
         return document | {"verdict": document["verdict"] | self._running()}
 
     def _running(self) -> dict[str, Any]:
-        """Describe the run that goes on, or how the last one ended."""
+        """Describe the active run, or the end of the last one."""
         ended = {name: value for name, value in self._ended.items() if name != "kind"}
         return ended | {"running": self._run is not None, "note": self._note}
 
     def _take(self, base: Shot, edits: Mapping[str, str]) -> None:
-        """Plan a shot with edits, and show it from now on; BadInput changes nothing."""
+        """Plan a shot with edits, and show it; without a change on BadInput."""
         shot = base.changed({target: parse_value(text) for target, text in edits.items()})
         plan = shot.plan(self.frames)
         self._base = base
@@ -209,7 +209,7 @@ class Session:
             self._changed.notify_all()
 
     def _reload(self) -> None:
-        """Read the graph file again; what is wrong with it is noted, and the page stays as it was."""
+        """Read the graph file again; a fault is noted, and the page is unchanged."""
         try:
             self._take(self._base.reloaded(), self._edits)
             self._note = ""
@@ -218,7 +218,7 @@ class Session:
             self._advance()
 
     def _follow(self) -> None:
-        """Look at the cache and at the graph file from time to time: anyone may change them."""
+        """Poll the cache and the graph file, which other processes may change."""
         while self._open:
             begun = time.monotonic()
             seen = (
@@ -233,7 +233,7 @@ class Session:
             time.sleep(max(PAUSE, 2.0 * (time.monotonic() - begun)))
 
     def _listen(self, run: "subprocess.Popen[str]") -> None:
-        """Take in what a run says until it ends."""
+        """Read the messages of a run until its end."""
         assert run.stdout is not None
         for line in run.stdout:
             message = json.loads(line)
@@ -254,7 +254,7 @@ class Session:
 
 
 def stamp(path: Path) -> tuple[int, int]:
-    """Time and size of a file or folder by which a change is seen; zeros where there is none."""
+    """Return time and size of a file or folder, to detect changes; zeros for a missing one."""
     try:
         found = path.stat()
     except OSError:

@@ -1,4 +1,4 @@
-"""What has points as documents for the browser: strands, meshes, particles, level sets."""
+"""Documents of strands, meshes, particles and level sets for the browser."""
 
 from typing import Any
 
@@ -10,13 +10,13 @@ from hairpipe.page.packing import Packed, pack, quantised, second_differences, z
 from hairpipe.spatial.isosurface import extract_surface
 
 MOST_SAMPLES = 4_000_000
-"""Of a level set whose surface is drawn; a larger one is drawn from every second sample, or third, and so on."""
+"""Largest number of samples of a drawn level set; a larger one is drawn from every second sample, or third."""
 
 
 def strands_document(hair: Strands | Groom, most: int) -> Packed:
     """Describe strands: places to half a quantisation step, speed to 1/255 of the fastest; pure.
 
-    most  strands that are shown, taken evenly from all; `total` says how many there are
+    most  maximum number of strands, chosen evenly from all; `total` is their number
     """
     count = len(hair.offsets) - 1
     shown, lengths, kept = thinned(hair.offsets, most)
@@ -35,9 +35,9 @@ def strands_document(hair: Strands | Groom, most: int) -> Packed:
 
 
 def thinned(offsets: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Choose strands evenly: which, (s,), points of each, (s,), and which points these are, (p,), all int64; pure.
+    """Choose strands evenly: indices, (s,), numbers of points, (s,), and indices of points, (p,), all int64; pure.
 
-    most  strands that are chosen
+    most  maximum number of strands
     """
     count = len(offsets) - 1
     shown = np.linspace(0, max(count - 1, 0), min(most, count)).round().astype(np.int64)
@@ -47,9 +47,9 @@ def thinned(offsets: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray, np.
 
 
 def values_document(measured: PointValues, most: int) -> Packed:
-    """Describe values at points of strands to 1/255 of their range, not finite ones as the least; pure.
+    """Describe values at points of strands to 1/255 of their range, non-finite ones as the least; pure.
 
-    most  strands that are shown, the same as of `strands_document`
+    most  as of `strands_document`
     """
     arrays = {}
     ranges = []
@@ -64,14 +64,14 @@ def values_document(measured: PointValues, most: int) -> Packed:
 
 
 def mesh_document(mesh: Mesh) -> Packed:
-    """Describe the vertices of a mesh, and by which name its triangles go; pure."""
+    """Describe the vertices of a mesh, and the name of its triangles; pure."""
     places, box = quantised(mesh.points)
     one = np.array([0, len(places)])
     return pack({"points": zigzag(second_differences(places, one))}, faces=faces_name(mesh), **box)
 
 
 def faces_name(mesh: Mesh) -> str:
-    """Name the triangles of a mesh by their content: frames of a body share them."""
+    """Name the triangles of a mesh by their content, so that frames of a body share them."""
     return digest_bytes("faces", np.ascontiguousarray(mesh.triangles).tobytes())
 
 
@@ -101,7 +101,7 @@ def slices_document(field: LevelSet | Density) -> Packed:
 
 
 def surface_of(field: LevelSet) -> Mesh:
-    """Return the zero surface of a level set; pure. A field without any inside gives a mesh without triangles."""
+    """Return the zero surface of a level set, empty for a field without an inside; pure."""
     values, low, cell = samples_of(field)
     stride = 1
     while values[::stride, ::stride, ::stride].size > MOST_SAMPLES:

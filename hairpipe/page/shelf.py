@@ -1,4 +1,4 @@
-"""What shots have made, by name: every document that a page may ask for, made when it is asked for."""
+"""Results of shots by name, as documents that are made on request."""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ from hairpipe.page.values import document_of, kinds_of, mesh_of, suffix_of
 
 
 class Place(NamedTuple):
-    """Where an object came from: an output of a result of a shot."""
+    """Origin of an object: an output of a result of a shot."""
 
     shot: GraphShot
     task: Task
@@ -28,9 +28,9 @@ class Place(NamedTuple):
 
 
 class Shelf:
-    """Results of shots that are in the cache, as documents named `OBJECT.KIND`.
+    """Cached results of shots, as documents named `OBJECT.KIND`.
 
-    most  strands that are shown of a groom
+    most  maximum number of shown strands of a groom
     """
 
     def __init__(self, most: int) -> None:
@@ -40,33 +40,33 @@ class Shelf:
         self._suffixes: dict[str, str | None] = {}
 
     def take(self, shot: GraphShot, found: Plan) -> None:
-        """Take the results that a plan of a shot has found in; what was named before stays."""
+        """Add the results of a plan of a shot; earlier ones are kept."""
         for task, record in found.records.items():
             for name, output in record.outputs.items():
                 self._places[output.object] = Place(shot, task, record, name)
 
     def names(self) -> Iterator[str]:
-        """Iterate over the names of all documents but those of triangles, which are known once a mesh was made."""
+        """Iterate over the names of all documents except triangles, which are known once a mesh was made."""
         for name, place in self._places.items():
             if place.shot.object_path(name).exists():
                 yield from (f"{name}.{document}" for document in kinds_of(place.kind))
 
     def node_of(self, name: str) -> str:
-        """Name the node that a document came from."""
+        """Return the node of a document."""
         return self._places[name.rpartition(".")[0]].task.node
 
     def faces(self) -> dict[str, Packed]:
-        """Documents of the triangles of all meshes that were made, by name."""
+        """Documents of the triangles of all requested meshes, by name."""
         return dict(self._faces)
 
     def suffix(self, name: str) -> str | None:
-        """Suffix of the picture that an object is; None where it is none."""
+        """Suffix of an object that is a picture, else None."""
         if name not in self._suffixes and name.endswith(".bin"):
             self._suffixes[name] = suffix_of(self._places[name].shot.object_path(name))
         return self._suffixes.get(name)
 
     def picture(self, name: str) -> bytes:
-        """Read a picture by the name of its object; KeyError where there is none of this name."""
+        """Read a picture by the name of its object; KeyError for an unknown one."""
         file = self._read(name)
         if not isinstance(file, File) or not self.suffix(name):
             raise KeyError(name)
@@ -75,7 +75,7 @@ class Shelf:
     def document(self, name: str) -> Packed:
         """Make a document by its name; KeyError for an unknown name.
 
-        BadInput where the object has gone or is damaged, which the next run makes good.
+        BadInput for a missing or damaged object, which the next run computes again.
         """
         whose, _, kind = name.rpartition(".")
         if kind == "faces":

@@ -1,7 +1,7 @@
-"""Plays a graph in a process of its own, for a page: settings come in as lines, frames go out as bytes.
+"""Child process that plays a graph for a page: it reads settings as lines, and writes frames as bytes.
 
-A frame is the length of its head, the head as JSON, and the places of its points in steps of a box: what `packing.py`
-does to save bytes would cost more time here than the bytes do.
+A frame is the length of its head, the head as JSON, and the places of its points in steps of a box; compression as in
+`packing.py` would take more time than it saves.
 """
 
 import json
@@ -22,15 +22,15 @@ from hairpipe.page.packing import quantised
 from hairpipe.page.shapes import thinned
 
 SLOWEST_LOOK = 1.0
-"""Time after which one that failed is tried again [s]: settings may have changed."""
+"""Time to retry a failed frame [s]: settings may have changed."""
 
 
 @dataclass(frozen=True)
 class Show:
-    """What to play: a node of a graph with settings.
+    """A node of a graph with settings to play.
 
-    output  of it, hair
-    most    strands that are shown
+    output  output of the node, hair
+    most    maximum number of shown strands
     """
 
     graph: str
@@ -42,7 +42,7 @@ class Show:
 
 
 class Settings:
-    """The latest settings, which arrive as lines while frames are made; the end of the lines ends the process."""
+    """Latest settings, which are read as lines while frames are made; the end of the input ends the process."""
 
     def __init__(self, first: dict[str, Any]) -> None:
         self._latest = first
@@ -50,7 +50,7 @@ class Settings:
         threading.Thread(target=self._listen, daemon=True).start()
 
     def changed(self) -> dict[str, Any] | None:
-        """Return settings that came since the last call; None where none did."""
+        """Return new settings since the last call, or None."""
         found = self._latest if self._new else None
         self._new = False
         return found
@@ -63,7 +63,7 @@ class Settings:
 
 
 def main() -> None:
-    """Read what to play from the input, and write frames until the input ends."""
+    """Read a `Show` from the input, and write frames until the input ends."""
     show = Show(**json.loads(sys.stdin.readline()))
     settings = Settings(show.settings)
     base = hairpipe.load(show.graph, cache=show.cache)
@@ -78,7 +78,7 @@ def main() -> None:
                 wanted = new
                 player.take(base.changed(wanted).graph)
             send(sys.stdout.buffer, player, show)
-        except Exception as fault:  # a node may raise anything: the page says it, and it may be put right there
+        except Exception as fault:  # a node may raise any exception: the page shows it, and settings may correct it
             what = str(fault) if isinstance(fault, BadInput) else f"{type(fault).__name__}: {fault}"
             write(sys.stdout.buffer, {"fault": what}, b"")
             wanted = settings.changed() or wanted
@@ -114,7 +114,7 @@ def write(out: BinaryIO, head: dict[str, Any], body: bytes) -> None:
 
 
 def playable(shot: Shot) -> list[str]:
-    """Name the nodes of a shot that can be played: hair that a simulation leads to, whatever is in the cache."""
+    """List the nodes of a shot that can be played: hair after a simulation, independent of the cache."""
     names = []
     for name, node in shot.nodes.items():
         if Strands in node.type.outputs.values():

@@ -1,4 +1,4 @@
-"""Which documents show a value, by its type, and the making of each."""
+"""Documents of a value by its type."""
 
 import dataclasses
 import math
@@ -20,7 +20,7 @@ MEDIA = {
     b"<svg": ".svg",
     b"<?xml": ".svg",
 }
-"""Suffixes of pictures, by how their bytes begin."""
+"""Suffixes of pictures, by their first bytes."""
 TYPES = {".png": "image/png", ".jpg": "image/jpeg", ".webp": "image/webp", ".svg": "image/svg+xml"}
 KINDS: dict[type, tuple[str, ...]] = {
     Strands: ("strands",),
@@ -34,16 +34,16 @@ KINDS: dict[type, tuple[str, ...]] = {
     Table: ("table",),
     PointValues: ("values",),
 }
-"""Documents of values by their type; of any other type there is `value`, a summary."""
+"""Documents of values by their type; other types have `value`, a summary."""
 
 
 def kinds_of(kind: type) -> tuple[str, ...]:
-    """Name the documents that show a value of a type; of a file there is none, but a browser may show it as it is."""
+    """List the documents of a value of a type; none for a file, which a browser may show itself."""
     return () if kind is File else KINDS.get(kind, ("value",))
 
 
 def suffix_of(path: Path) -> str | None:
-    """Suffix of a picture by its bytes, whatever the file is called; None for other or missing files."""
+    """Return the suffix of a picture by its bytes, independent of its name; None for other or missing files."""
     try:
         with path.open("rb") as file:
             head = file.read(8)
@@ -60,9 +60,9 @@ def mesh_of(kind: str, value: Any) -> Mesh | None:
 
 
 def document_of(kind: str, value: Any, most: int) -> Packed:
-    """Describe a value in one way; meshes are described by `shapes`, since two documents come of one.
+    """Describe a value in one document; `shapes` describes meshes, which have two.
 
-    most  strands that are shown
+    most  maximum number of shown strands
     """
     make: dict[str, Callable[[], Packed]] = {
         "strands": lambda: shapes.strands_document(value, most),
@@ -81,7 +81,7 @@ def table_document(table: Table) -> dict[str, Any]:
 
 
 def plain(cell: Any) -> Any:
-    """Return a number that JSON has, or a text."""
+    """Return a number of JSON, or a text."""
     return str(cell) if isinstance(cell, float) and not math.isfinite(cell) else cell
 
 

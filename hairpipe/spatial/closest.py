@@ -1,4 +1,4 @@
-"""The point of a surface closest to a point in space."""
+"""Closest point of a surface to a point in space."""
 
 import numpy as np
 from numba import njit, prange
@@ -16,8 +16,8 @@ def closest(tree: Tree, p: Vector, reach: float, guess: int) -> tuple[float, int
     reach  squared distance to search [m^2]; where the surface is farther, the answer is that for the guess
     guess  place of a triangle that may be near; the better the guess, the less is searched
 
-    Exact within reach: every box is opened that could hold a nearer point. The last bit of `waiting` tells whether the
-    box next to this one is still to be searched, those before it the same of the boxes around this one.
+    Exact within reach: every box that could contain a nearer point is opened. The last bit of `waiting` states whether
+    the sibling of this box is still to be searched, those before it the same of the boxes around this one.
     """
     boxes = tree.boxes
     leaves = len(tree.starts) - 1
@@ -31,7 +31,7 @@ def closest(tree: Tree, p: Vector, reach: float, guess: int) -> tuple[float, int
                 box, waiting = 2 * box, 2 * waiting
                 gap = to_box(boxes, box, p)
                 other = to_box(boxes, box + 1, p)
-                if other < gap:  # The nearer child first: what is found there closes the other one more often.
+                if other < gap:  # The nearer child first: its result excludes the other one more often.
                     box, gap, other = box + 1, other, gap
                 waiting |= other < best  # One bit a level in place of a stack: numbers of boxes give the path.
                 continue

@@ -19,7 +19,7 @@ def closest_pairs(
     points  [m], (P, 3) float64
     pairs   in order; among  those that may be chosen, (n,) bool
     most    so many closest of each segment count; of equally close ones those with the lower number
-    room    a segment's own limit below `most`; one with 0 is passed over as if it were not there, (P,)
+    room    a segment's own limit below `most`; a segment with 0 is ignored, (P,)
 
     No segment is in more pairs than its limit.
     """

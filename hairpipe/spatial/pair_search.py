@@ -1,6 +1,6 @@
-"""Broad phase: pairs of segments in trees that are near each other, or may come near in a step.
+"""Broad phase: pairs of segments in trees that are or may come near each other in a step.
 
-Chunks of one tree search the other in parallel, each into a buffer of its own. A chunk whose buffer is full goes on in
+Chunks of one tree search the other in parallel, each into a buffer of its own. A chunk with a full buffer continues in
 the next round, with a larger one, so that hair may be of any density. The pairs of all chunks are concatenated, and
 sorted by buckets of the first segment.
 """
@@ -27,15 +27,15 @@ from hairpipe.spatial.segment_tree import LANES, MOST_OPEN, SINGLE, Tree, box_of
 CHUNK = 1024
 """Segments that one thread searches for at a time."""
 _ROOM = 16
-"""Pairs a segment that there is room for in the first round."""
+"""Size of buffers in the first round, in pairs per segment."""
 _GROWTH = 2
-"""Factor by which the room grows from round to round."""
+"""Growth of buffers per round."""
 _GROUPS, _BUCKETS = 64, 1024
 """Parts of all pairs that are sorted at a time; parts by number of their first segment."""
 
 
 class _Search(NamedTuple):
-    """What is searched: segments of `few` for those of `many` near them, but for known pairs."""
+    """Input of a search: segments of `few` for those of `many` near them, except known pairs."""
 
     few: Tree
     many: Tree
@@ -59,11 +59,11 @@ def search(few: Tree, many: Tree, known: Known) -> np.ndarray:
         _search(few, many, few is many, known, CHUNK * chunks + begins, found, counts, ends)
         rounds.append((totals[chunks], chunks, found, counts))
         totals[chunks] += counts
-        # Only chunks whose buffer was full go on, so that most of the hair does not pay for its densest part.
+        # Only chunks with a full buffer continue, so that most hair is not searched again.
         chunks = chunks[ends < CHUNK]
         begins = ends[ends < CHUNK]
         room = _GROWTH * room
-    # Chunks stand one behind another whichever round found their pairs: the list does not depend on the room.
+    # Pairs are in the order of chunks: the list does not depend on the buffers.
     starts = np.cumsum(totals) - totals
     pairs = np.empty((totals.sum(), 2), np.int32)
     for before, chunks, found, counts in rounds:

@@ -49,7 +49,7 @@ def _largest(x: Vector) -> float:
 
 @inlined
 def blur_of(rows: np.ndarray, leaf: int, lane: int) -> float:
-    """Return by how much distances to a segment may be misjudged, apart from what `farthest` adds."""
+    """Return the error bound of distances to a segment, without that of `farthest`."""
     return rows[leaf, _BLUR, lane]
 
 
@@ -72,7 +72,7 @@ def shortest_ways(rows, leaf, few, mine, lane):
     dr = multiply_add(dx, rx, multiply_add(dy, ry, dz * rz))
     er = multiply_add(ex, rx, multiply_add(ey, ry, ez * rz))
     area = maximum(multiply_add(dd, ee, -(de * de)), _TINY)  # Parallel: any s will do; t and s follow.
-    # Three clamps in place of branches on sides and corners: lanes would go different ways.
+    # Three clamps in place of branches on sides and corners, which would diverge between lanes.
     s = minimum(maximum((de * er - dr * ee) / area, 0.0), 1.0)
     t = minimum(maximum(multiply_add(de, s, er) * over, 0.0), 1.0)
     s = minimum(maximum(multiply_add(de, t, -dr) * inverse, 0.0), 1.0)
@@ -85,7 +85,7 @@ def shortest_ways(rows, leaf, few, mine, lane):
 
 @inlined
 def farthest(rows, leaf, few, mine, lane, distance):
-    """Return up to which square the segments of a leaf may be within a distance of one in other rows, as lanes.
+    """Return the largest computed squares of segments of a leaf within a distance of one in other rows, as lanes.
 
     distance  with what `blur_of` the one is, a number or lanes
 
@@ -114,14 +114,14 @@ def fastest_squared(rows, leaf, few, mine, lane):
 
 @inlined
 def kept_apart(rows, leaf, few, mine, lane, way, distance, drift):
-    """Return which segments of a leaf stay farther than a distance from one in other rows all the time, as lanes.
+    """Return which segments of a leaf stay farther than a distance from one in other rows during the step, as lanes.
 
     way       between them at half time, of `shortest_ways`
     distance  with what `blur_of` the one is
     drift     the largest relative displacement, root of `fastest_squared`, as lanes
 
-    Told by their gap along the way, the least of one less the most of the other: it is concave in time, and so least at
-    the start or at the end. What is not told so may be apart all the same. The arithmetic has an error of less than 64
+    The test uses their gap along the way, the least of one minus the most of the other: it is concave in time, and so
+    least at the start or at the end. The test is sufficient, not necessary. The arithmetic has an error of less than 64
     ULP |way| (R + |d| + |e| + drift); for that there is 1024 ULP |way| (|way| + 2 sqrt(d.d + e.e) + drift).
     """
     nx, ny, nz = way

@@ -75,7 +75,7 @@ def find_frame(before: np.ndarray, after: np.ndarray, segments: np.ndarray) -> F
         return Frame(np.zeros(3), 1.0, 1.0)
     starts, ends = (0.5 * (before[k] + after[k]) for k in (some, some + 1))
     centre = np.median(starts, axis=0)
-    # A quantile: strands that have been thrown far away must not make the cells of all others coarse.
+    # A quantile: single far strands must not make the cells of all others coarse.
     extent = 2.0 * np.quantile(np.abs(starts - centre).max(axis=1), 0.98)
     return Frame(centre, max(float(np.median(np.linalg.norm(ends - starts, axis=1))), _SHORTEST), float(extent))
 
@@ -218,7 +218,7 @@ def overlapping(boxes: np.ndarray, group: int, others: np.ndarray, box: tuple[in
 
 @inlined
 def _apart(boxes, group, others, box, x):
-    """Whether boxes are apart along an axis all the time, as lanes."""
+    """Whether boxes are apart along an axis during the step, as lanes."""
     other, lane = box
     end = boxes.shape[1] - _SIDES
     # Apart at both ends, in the same order: a box that passes through another is not apart.

@@ -28,7 +28,7 @@ def site_points(mesh: Mesh, sites: Sites) -> np.ndarray:
 def in_lowest_triangle(mesh: Mesh, sites: Sites) -> Sites:
     """Return sites with those on an edge or at a vertex in the lowest of the triangles that meet there; pure.
 
-    Which of them is the closest, an error of rounding decides, but their frames differ.
+    Rounding errors decide which of them is the closest, but their frames differ.
     """
     near = sites.barycentrics < NEAR
     triangles = sites.triangles.copy()

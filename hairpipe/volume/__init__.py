@@ -1,1 +1,1 @@
-"""Hair as one material: mass and momentum of strands on dense grids, and what acts on it there."""
+"""Hair as a continuum: mass and momentum of strands on dense grids, smoothing, pressure, targets."""

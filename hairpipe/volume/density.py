@@ -1,4 +1,4 @@
-"""Hair per volume, as it is put on a grid, and sections through that."""
+"""Density of hair on a grid, and sections through it."""
 
 import numpy as np
 

@@ -1,11 +1,11 @@
-"""Pressure on a grid that only pushes: hair spreads where it is denser than it may be (after McAdams et al. 2009).
+"""Unilateral pressure on a grid: hair spreads where its density exceeds a maximum (after McAdams et al. 2009).
 
 A cell has the mean density rho of its eight corners, and with s = +-1 the side of a corner along an axis
 
     div = 1/(4h) sum_corners sum_axes s V
 
-An impulse P = dt p >= 0 of the cell changes the velocities of its corners by dV = s h^2 P / (4 M_g), which sum up to no
-momentum. It is what there must be so that
+An impulse P = dt p >= 0 of the cell changes the velocities of its corners by dV = s h^2 P / (4 M_g), which conserves
+momentum. It is the solution of
 
     div + a P >= b,   P >= 0,   P (div + a P - b) = 0,   a = compliance / (rho_0 dt^2),
     b = min((rho / rho_0 - 1) / dt, MOST_RATE)
@@ -21,7 +21,7 @@ from numba import njit, prange
 from hairpipe.kernels.compile import inlined
 
 MOST_RATE = 10.0
-"""At which cells that are too dense grow [1/s]."""
+"""Largest rate of expansion of cells that are too dense [1/s]."""
 SWEEPS = 15
 
 
@@ -30,8 +30,8 @@ def spread(grid: np.ndarray, velocities: np.ndarray, cell: float, rest: float, c
 
     grid        whose first number at a node is its mass [kg], (nx, ny, nz, 4)
     cell        [m]
-    rest        density up to which there is none [kg/m^3]
-    compliance  [s^2/m^2]; 0: what is too dense is not compressed further
+    rest        density up to which there is no pressure [kg/m^3]
+    compliance  [s^2/m^2]; 0: cells that are too dense are incompressible
     """
     mass = np.ascontiguousarray(grid[..., 0])
     filled = filled_cells(mass)
@@ -45,7 +45,7 @@ def spread(grid: np.ndarray, velocities: np.ndarray, cell: float, rest: float, c
 
 
 def densest(grid: np.ndarray, cell: float) -> float:
-    """Return the largest density of a cell that can have pressure [kg/m^3], 0 without any; grid and cell as there."""
+    """Return the largest density of a cell that can have pressure [kg/m^3], or 0; grid and cell as of `spread`."""
     mass = np.ascontiguousarray(grid[..., 0])
     return float(_densities(mass, cell).max(initial=0.0, where=filled_cells(mass)))
 
@@ -72,7 +72,7 @@ def filled_cells(mass: np.ndarray) -> np.ndarray:
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def _sweep(mass, cells, numbers, impulses, velocities):
-    """Give cells of one parity, (n, 3), the impulse that they lack, in place."""
+    """Add the missing impulse to cells of one parity, (n, 3), in place."""
     cell, rest, yielding, dt = numbers
     for n in prange(len(cells)):  # Cells of one parity share no node: no two threads write one velocity.
         i, j, k = cells[n, 0], cells[n, 1], cells[n, 2]
@@ -92,7 +92,7 @@ def _sweep(mass, cells, numbers, impulses, velocities):
         impulse = max(0.0, impulses[n] + lack / (3.0 * cell / 16.0 * inverse + yielding))
         more = 0.25 * cell**2 * (impulse - impulses[n])
         impulses[n] = impulse
-        if more != 0.0:  # A cell that stays without pressure writes nothing.
+        if more != 0.0:  # A cell without pressure writes nothing.
             for a in range(2):
                 for b in range(2):
                     for c in range(2):

@@ -1,4 +1,4 @@
-"""Quadratic B-splines on a dense grid of nodes: what samples weigh there, and the slope of that.
+"""Quadratic B-splines on a dense grid of nodes: splatting of samples, and its gradient.
 
 Along an axis, with d = u - i from the nearest node i, -1/2 to 1/2, the three nodes around it have
 
@@ -20,7 +20,7 @@ _CHUNK = 128  # strands that are collected together
 
 
 def weigh(samples: StrandSamples, amounts: np.ndarray) -> np.ndarray:
-    """Return how much of what points have, (P,), is at each node, (nx + 2, ny + 2, nz + 2)."""
+    """Splat amounts of points, (P,), to the nodes, (nx + 2, ny + 2, nz + 2)."""
     own = np.divide(amounts, samples.sums, out=np.zeros(len(amounts)), where=samples.sums > 0.0)
     grid = np.zeros(samples.counts + 2)
     for parity in range(2):
@@ -30,7 +30,7 @@ def weigh(samples: StrandSamples, amounts: np.ndarray) -> np.ndarray:
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def _weigh(samples, own, parity, grid):
-    """Add what the samples of every second slab have to the nodes, in place: those of two slabs are apart."""
+    """Splat the samples of every second slab to the nodes, in place: these slabs share no nodes."""
     points, pieces, slabs = samples.points, samples.pieces, samples.slabs
     low = samples.low
     inverse = 1.0 / samples.cell

@@ -1,7 +1,7 @@
-"""The hair shell: the surface at which hair, seen as a volume, is as dense as a share of what hair has around it.
+"""The hair shell: the isosurface of the density of hair at a share of the median density.
 
-After Petrovic, Henne, Anderson 2005, Sec. 4.1. They solve |grad S| = 1 from the density; we take the mesh between, and
-bake that as we bake bodies: the shell is shown, exported and a collider as any of them is.
+After Petrovic, Henne, Anderson 2005, Sec. 4.1. They solve |grad S| = 1 from the density; we extract a mesh and bake it
+as a body, so that the shell can be drawn, exported and used as a collider.
 """
 
 import numpy as np
@@ -12,16 +12,16 @@ from hairpipe.errors import BadInput
 from hairpipe.spatial.isosurface import extract_surface
 
 REACH = 4
-"""Standard deviations after which the blur ends."""
+"""Radius of the blur, in standard deviations."""
 
 
 def shell_of(density: Density, blur: float, level: float) -> Mesh:
-    """Return the closed surface of hair, outward, which moves as hair there does on average; pure.
+    """Return the closed surface of hair, outward, with the mean velocity of the hair there; pure.
 
     blur   standard deviation of a Gaussian by which the density is blurred before, in cells
-    level  where it lies, over the median of the blurred density, each place counting by the hair in it
+    level  density of the surface, over the median of the blurred density, weighted by hair
 
-    Petrovic, Henne, Anderson 2005, Sec. 4.1. Raises BadInput where there is no hair, or nowhere so much.
+    Petrovic, Henne, Anderson 2005, Sec. 4.1. Raises BadInput where there is no hair, or no place of that density.
     """
     if not density.length.any():
         raise BadInput("there is no hair", where="density")
@@ -45,7 +45,7 @@ def _blurred(field: np.ndarray, blur: float) -> np.ndarray:
 
 
 def _median(values: np.ndarray, weights: np.ndarray) -> float:
-    """The value below which the values of half the weight are."""
+    """Return the weighted median."""
     order = np.argsort(values, axis=None, kind="stable")
     heaped = np.cumsum(weights.ravel()[order])
     return float(values.ravel()[order[np.searchsorted(heaped, 0.5 * heaped[-1])]])

@@ -1,4 +1,4 @@
-"""Smoothing of velocities on a grid that keeps momentum: neighbours exchange it, as much as the lighter one has.
+"""Smoothing of velocities on a grid that conserves momentum by exchange between neighbours.
 
     M_g V'_g = M_g V_g + sum_h k_gh (V_h - V_g),   k_gh = nu min(M_g, M_h),   over the six neighbours h
 

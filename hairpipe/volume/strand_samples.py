@@ -21,11 +21,11 @@ from hairpipe.errors import BadInput
 from hairpipe.kernels.compile import inlined
 
 MOST_NODES = 1 << 24
-"""Nodes that a grid may have: 0.5 GB."""
+"""Maximum number of nodes of a grid: 0.5 GB."""
 SLAB = 4
 """Planes of nodes in a slab, two at least."""
 _CHUNK = 128  # strands that are sorted together
-_BEYOND = 1.5  # lengths of a strand, that none of its points is away from its root
+_BEYOND = 1.5  # lengths of a strand: largest distance of its points from its root
 
 
 class StrandSamples(NamedTuple):
@@ -34,10 +34,10 @@ class StrandSamples(NamedTuple):
     points    [m], (P, 3); offsets  of strands, (S+1,) int32
     low       of the first node, in cells, (3,); cell  [m]
     counts    of nodes, (3,) int64
-    pieces    of the segment after each point, (P,) int32; 0 for the last ones, and for strands that are left out
+    pieces    of the segment after each point, (P,) int32; 0 for the last ones, and for omitted strands
     segments  first point of the segment of every sample, slab by slab, (n,) int32; places  its piece, (n,) int32
     slabs     samples of slab s are slabs[s]:slabs[s+1], int64
-    sums      A_i of every point, (P,); 0 where its strand is left out
+    sums      A_i of every point, (P,); 0 for omitted strands
     """
 
     points: np.ndarray
@@ -53,17 +53,17 @@ class StrandSamples(NamedTuple):
 
 
 def reach_of(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Return how far from its root a point of a strand can be, unless it is lost [m], (S,); 0 if it is not finite."""
+    """Return the largest valid distance of the points of a strand from its root [m], (S,); 0 if it is not finite."""
     lengths = strand_lengths(points, offsets)
     return np.where(np.isfinite(lengths), _BEYOND * lengths, 0.0)
 
 
 def sample_strands(points: np.ndarray, offsets: np.ndarray, reach: np.ndarray, cell: float) -> StrandSamples | None:
-    """Sample strands; None where none is sound.
+    """Sample strands; None where none is valid.
 
     points   [m], (P, 3) float64; offsets  of strands, (S+1,) int32
-    reach    beyond which no point of a strand is from its root [m], (S,): a strand that is farther, or not finite, is
-             lost and left out, so that it makes no grid huge
+    reach    largest distance of the points of a strand from its root [m], (S,): a strand with a farther point, or one
+             that is not finite, is omitted, so that it does not enlarge the grid
     cell     spacing of nodes [m]
 
     Raises BadInput where the grid would have more than MOST_NODES.
@@ -77,7 +77,7 @@ def sample_strands(points: np.ndarray, offsets: np.ndarray, reach: np.ndarray, c
     if not (least <= greatest).all():
         return None
     low = np.floor(least / cell)
-    counts = np.floor(greatest / cell) - low + 2.0  # as floats: there may be too many for integers
+    counts = np.floor(greatest / cell) - low + 2.0  # as floats: numbers may be too large for integers
     if np.prod(counts) > MOST_NODES:
         fits = cell * (np.prod(counts) / MOST_NODES) ** (1 / 3)
         raise BadInput(
@@ -103,7 +103,7 @@ def sample_strands(points: np.ndarray, offsets: np.ndarray, reach: np.ndarray, c
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def _cut(points, offsets, reach, cell, pieces, bounds):
-    """Count the pieces of segments, and bound sound strands, chunk by chunk, (chunks, 2, 3) [m]."""
+    """Count the pieces of segments, and bound valid strands, chunk by chunk, (chunks, 2, 3) [m]."""
     for chunk in prange(len(bounds)):
         bounds[chunk, 0], bounds[chunk, 1] = np.inf, -np.inf
         for strand in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(offsets) - 1)):

@@ -1,14 +1,14 @@
 """Attraction of hair to a target density: equation (3) of Petrovic, Henne, Anderson 2005.
 
-With rho the length of hair per volume, rho_t that of the target, rho_0 = sum rho_t^2 / sum rho_t what hair of the
-target sees, h the cell and w a rate, on each of some grids
+With rho the length of hair per volume, rho_t that of the target, rho_0 = sum rho_t^2 / sum rho_t its mean weighted by
+hair, h the cell and w a rate, on each of some grids
 
     E = w^2 h^2 / (2 rho_0) sum_g h^3 (rho - rho_t)^2,   a_i = -(dE/dx_i) / l_i
 
-for point i of length l_i. We differ from the paper: its general formula has the other sign, which climbs; it lacks the
-factor 1/h; and its tents have a gradient that jumps across faces of cells, which quadratic B-splines do not. Grids of
-cells twice as large as the last see hair that is farther away: the paper begins with coarse grids, here all of them
-lead at once, and each comes to rest at the same place.
+for point i of length l_i. We differ from the paper: its general formula has the other sign, which ascends; it lacks the
+factor 1/h; and its tents have a gradient that jumps across faces of cells, unlike quadratic B-splines. Each grid has
+cells twice as large as the one before, for distant hair: the paper begins with coarse grids, here all of them act at
+once, with the same equilibrium.
 
 Stiffness is bounded by the density at a node over rho_0, times w^2. So that a step of any length stays stable, the
 difference at node g is divided by 1 + 6 n (w dt)^2 r_g, r_g the greater density there over rho_0, n the number of
@@ -41,7 +41,7 @@ class TargetGrid(NamedTuple):
 
 
 def target_grids(target: Density, cell: float, levels: int, total: float) -> list[TargetGrid]:
-    """Return a density on grids, each of cells twice as large as the one before, as of so much hair [m]; pure.
+    """Return a density on grids, each of cells twice as large as the one before, scaled to a length of hair [m]; pure.
 
     Raise BadInput where there is no hair in it, or its cells are larger than the smallest here.
     """
@@ -140,12 +140,12 @@ def energy(hair: Hair, targets: list[TargetGrid], rate: float) -> float:
 
 def _energy(samples: StrandSamples, lengths: np.ndarray, target: TargetGrid, rate: float) -> float:
     density, wanted, seen = _densities(samples, lengths, target)
-    beyond = np.sum(target.length**2) - np.sum(wanted**2)  # where the target is and hair is not
+    beyond = np.sum(target.length**2) - np.sum(wanted**2)  # the target outside of the hair
     return 0.5 * (rate * target.cell) ** 2 / seen * target.cell**3 * (np.sum((density - wanted) ** 2) + beyond)
 
 
 def _densities(samples: StrandSamples, lengths: np.ndarray, target: TargetGrid) -> tuple[np.ndarray, np.ndarray, float]:
-    """Find the density of hair and that of the target on one box, and what hair of the target sees [m/m^3]."""
+    """Find the density of hair and that of the target on one box, and rho_0 [m/m^3]."""
     density = weigh(samples, lengths) / target.cell**3
     wanted = placed(target, samples.low.astype(np.int64) - 1, np.array(density.shape))
     return density, wanted, float(np.sum(target.length**2) / np.sum(target.length))

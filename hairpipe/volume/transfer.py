@@ -32,7 +32,7 @@ def deposit(samples: StrandSamples, masses: np.ndarray, velocities: np.ndarray) 
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def _deposit(samples, own, velocities, parity, grid):
-    """Add what the samples of every second slab carry, own mass a piece, (P,), to the nodes, in place."""
+    """Splat the samples of every second slab, own mass per piece, (P,), to the nodes, in place."""
     points, pieces, slabs = samples.points, samples.pieces, samples.slabs
     low = samples.low
     inverse = 1.0 / samples.cell
@@ -101,7 +101,7 @@ def _collect(samples, field, found):
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def departures(samples: StrandSamples, velocities: np.ndarray, means: np.ndarray) -> None:
-    """Write how far velocities are from their means, (P, 3) [m/s], to these, in place; 0 of strands left out."""
+    """Replace means, (P, 3) [m/s], by the differences of velocities to them, in place; 0 for omitted strands."""
     for k in prange(len(means)):
         for c in range(3):
             means[k, c] = velocities[k, c] - means[k, c] if samples.sums[k] > 0.0 else 0.0

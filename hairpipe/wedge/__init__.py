@@ -1,1 +1,1 @@
-"""Wedges to look at: the variants of a graph in a table, and on a contact sheet."""
+"""Wedges: variants of a graph in a table, and on a contact sheet."""

@@ -1,4 +1,4 @@
-"""The variants of a wedge in a table: what differs, every column of the measures, seconds and bytes."""
+"""Variants of a wedge in a table: settings, columns of measures, seconds and bytes."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,18 +14,18 @@ from hairpipe.api.shot import Record, Task
 from hairpipe.api.wedge_shot import Variant, WedgeShot
 
 TIME = "time [s]"
-"""A column of measures that says where a row belongs."""
+"""Columns of measures that identify a row."""
 
 
 @dataclass(frozen=True)
 class Row:
     """A variant, as far as it has been computed.
 
-    settings  that differ, by their short names
-    state     empty where everything has been computed; else why it was stopped, or how much is there
-    metrics   of the measures, by column: a number or text, or the mean and the largest of several rows
-    seconds   of the processor for what not all variants share [s]; what several share counts for each of them
-    bytes     of the same results
+    settings  different settings, by short names
+    state     empty for a complete variant; else why it was stopped, or how much is computed
+    metrics   columns of the measures: a number or text, or the mean and the largest of several rows
+    seconds   processor time of results that not all variants share [s]; results of several count for each of them
+    bytes     size of the same results
     """
 
     variant: str
@@ -37,9 +37,9 @@ class Row:
 
 
 def compare(wedge: WedgeShot, frames: FrameSet = None) -> list[Row]:
-    """Compare the variants by what is in the cache: nothing is computed.
+    """Compare the variants by cached results; nothing is computed.
 
-    frames  of the run that computed it, all by default
+    frames  frames of the run, all by default
     BadInput where a measured value is not a table.
     """
     records = wedge.results(frames)
@@ -49,7 +49,7 @@ def compare(wedge: WedgeShot, frames: FrameSet = None) -> list[Row]:
 
 
 class Comparison:
-    """What is known of a wedge's results."""
+    """Results of a wedge."""
 
     def __init__(self, wedge: WedgeShot, frames: Sequence[int], records: Mapping[str, Record]) -> None:
         self._wedge, self._frames, self._records = wedge, frames, records
@@ -60,7 +60,7 @@ class Comparison:
                 self._stopping.limits(task, records[str(task)])
 
     def row(self, variant: Variant) -> Row:
-        """Sum a variant up."""
+        """Summarise a variant."""
         tasks = [task for node in variant.names for task in self.tasks(variant, node)]
         done = sum(str(task) in self._records for task in tasks)
         state = self._stopping.stopped().get(variant.name)
@@ -74,17 +74,17 @@ class Comparison:
         return Row(variant.name, settings, state, metrics, seconds, self._wedge.size_of(records))
 
     def is_own(self, task: Task) -> bool:
-        """Whether a task is not that of all variants."""
+        """Whether a task is not common to all variants."""
         return any(task.node not in variant.names.values() for variant in self._wedge.variants.values())
 
     def tasks(self, variant: Variant, node: str) -> list[Task]:
-        """List the tasks of a node; where the variant was stopped, those of frames up to that one."""
+        """List the tasks of a node, up to the frame at which the variant was stopped."""
         last = self._stopping.frame_of(variant.name)
         tasks = dict.fromkeys(self._wedge.task(variant, node, frame) for frame in self._frames)
         return [task for task in tasks if last is None or (task.frame is not None and task.frame <= last)]
 
     def metrics(self, variant: Variant, node: str) -> Iterator[tuple[str, float | str]]:
-        """Sum up the columns of a measure, over all frames that are there."""
+        """Summarise the columns of a measure, over all computed frames."""
         known = [task for task in self.tasks(variant, node) if str(task) in self._records]
         tables = [self._wedge.table(task, self._records[str(task)]) for task in known]
         label = f"{node}." if len(self._wedge.definition.measures) > 1 else ""
@@ -101,7 +101,7 @@ class Comparison:
 
 
 def document(wedge: WedgeShot, rows: Sequence[Row]) -> dict[str, Any]:
-    """Describe the comparison as a JSON document; what is not finite has no value."""
+    """Describe the comparison as a JSON document, without values that are not finite."""
     described = [asdict(row) for row in rows]
     for row in described:
         row["metrics"] = {n: None if v in (np.inf, -np.inf) or v != v else v for n, v in row["metrics"].items()}
@@ -109,7 +109,7 @@ def document(wedge: WedgeShot, rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def cells(rows: Sequence[Row]) -> list[tuple[str, ...]]:
-    """Lay the comparison out in cells, with a head."""
+    """Return the cells of the comparison, with a head."""
     settings = list(rows[0].settings)
     metrics = list(dict.fromkeys(name for row in rows for name in row.metrics))
     head = (*settings, *metrics, "seconds", "size", "")
@@ -127,7 +127,7 @@ def cells(rows: Sequence[Row]) -> list[tuple[str, ...]]:
 
 
 def text(rows: Sequence[Row]) -> str:
-    """Write the comparison for a terminal: in the head each word is on a line of its own."""
+    """Write the comparison for a terminal, with one word per line in the head."""
     head, *body = cells(rows)
     words = [cell.split() for cell in head]
     deep = max(map(len, words))
@@ -142,7 +142,7 @@ def markdown(rows: Sequence[Row]) -> str:
 
 
 def shown(value: Any) -> str:
-    """Write a value of a setting or a metric in few letters."""
+    """Write a value of a setting or a metric in short."""
     if isinstance(value, float):
         return f"{value:.4g}"
     return value if isinstance(value, str) else json.dumps(value, default=str)

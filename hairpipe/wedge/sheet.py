@@ -1,4 +1,4 @@
-"""The contact sheet of a wedge: the picture of every variant at a frame, with its settings on it."""
+"""Contact sheet of a wedge: the picture of every variant at a frame, with its settings."""
 
 import math
 from collections.abc import Mapping
@@ -15,11 +15,11 @@ from hairpipe.io.panels import write_below
 def write_sheet(path: Path, wedge: WedgeShot, frame: int | None = None, node: str | None = None) -> None:
     """Write a PNG with a picture of every variant; where axes are crossed, each column is a value of the last of them.
 
-    A variant without a picture has an empty place, which says so.
+    A variant without a picture has an empty place with a note.
 
-    frame  of the pictures; the last of the shot for None
-    node   that gives them; the first that the wedge shows for None
-    BadInput where none is shown, or none has been computed.
+    frame  frame of the pictures; None: the last of the shot
+    node   node of the pictures; None: the first that the wedge shows
+    BadInput for a wedge without pictures, or without computed ones.
     """
     shown = wedge.definition.show
     if not shown or (node is not None and node not in shown):
@@ -55,7 +55,7 @@ def layout(wedge: WedgeShot) -> tuple[list[Variant | None], int]:
 
 
 def picture_of(wedge: WedgeShot, task: Task, records: Mapping[str, Record]) -> Path | None:
-    """Find a picture; None where it has not been computed, BadInput where its node gives none."""
+    """Find a picture; None if it has not been computed, BadInput if its node has no pictures."""
     record = records.get(str(task))
     if record is None:
         return None

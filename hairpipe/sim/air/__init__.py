@@ -1,1 +1,1 @@
-"""Wind: what moving air does to hair, how it gusts, and how hair shields hair."""
+"""Wind: drag, gusts, and shielding of hair by hair."""

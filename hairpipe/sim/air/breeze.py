@@ -1,4 +1,4 @@
-"""The wind of a shot as the solver sees it: a force on every point of the hair, linear in its velocity."""
+"""Wind as an interaction: a force on every point of the hair, linear in its velocity."""
 
 import numpy as np
 
@@ -24,25 +24,25 @@ class Breeze(Interaction):
         self._shield: Shield | None = None
 
     def begin(self, start: Start) -> None:
-        """Count the hair that shields, for all solves of a step; without it, each solve counts again."""
+        """Count the shielding hair once for all solves of a step."""
         self._shield = self._counted(start.points)
 
     def air(self, points: np.ndarray, seconds: float) -> np.ndarray:
         """Return the velocity of the air at points of hair, (P, 3) [m], at an absolute time of the shot [m/s], (P, 3).
 
-        The mean wind and its gusts, as far as the hair in front of it lets them through.
+        It is the mean wind and its gusts, reduced by the hair upstream.
         """
         return self._air(points, self._shield or self._counted(points), seconds)
 
     def linearise(self, at: Prediction, push: np.ndarray, damping: np.ndarray) -> None:
-        """Add the force push - damping v of the air, in place; gusts go by the time of the shot, resumed or not."""
+        """Add the force push - damping v of the air, in place; gusts depend on the time of the shot."""
         air = np.empty_like(at.points)
         some = slice(None) if at.active.all() else at.active
         air[some] = self._air(at.points[some], self._shield or self._counted(at.points), at.seconds)
         add_drag(at, air, self.offsets, self.law, push, damping)
 
     def _counted(self, points: np.ndarray) -> Shield | None:
-        """Return the hair that shields."""
+        """Return the shielding hair."""
         return shield_of(points, self.offsets, self.wind, self.law, self.diameter, self.widths)
 
     def _air(self, points: np.ndarray, shield: Shield | None, seconds: float) -> np.ndarray:

@@ -5,7 +5,7 @@ Across the fibre, with Re = rho d u_n / mu of the speed across alone (independen
     c_n = (1/2) rho d u_n C_D = (1/2) mu Re C_D,   C_D = 1.18 + 6.8 Re^-0.89 + 1.96 Re^-0.5
 
 after Sucker and Brauer, Fluiddynamik bei quer angestroemten Zylindern, 1975, for Re from 1e-4 to 2e5; their last term,
-under 0.5 % where Re < 10, is left out. Hair of 80 um in 1 m/s has Re = 5. Along the fibre
+under 0.5 % where Re < 10, is omitted. Hair of 80 um in 1 m/s has Re = 5. Along the fibre
 
     c_t = (1/2) (1/2) mu 6.8 Re^0.11,   Re = rho d |u| / mu,
 
@@ -55,7 +55,7 @@ def normal_drag(law: Law, across: float) -> float:
 
 @inlined
 def tangential_drag(law: Law, speed: float) -> float:
-    """Return c_t [N s/m^2] at a speed of the air, from wherever it comes [m/s]."""
+    """Return c_t [N s/m^2] at a speed of the air of any direction [m/s]."""
     if law.tangential >= 0.0:
         return law.tangential
     return 0.25 * law.viscosity * 6.8 * (law.per_speed * speed) ** 0.11

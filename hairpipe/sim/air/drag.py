@@ -1,11 +1,11 @@
 """Drag of air on the segments of strands.
 
-A segment of length L and direction d that moves with u against the air feels (physics: see `cylinder.py`)
+The force on a segment of length L and direction d that moves with u relative to the air is (see `cylinder.py`)
 
     f = -L (c_n u_n + c_t u_t),   u_t = (u . d) d,   u_n = u - u_t,
 
-half of it at each end, where u is that end's velocity against the air there. The coefficients are those of the mean
-of both ends when the solve starts; with them the force is linear in v, so that no step is too long for it.
+half of it at each end, where u is the velocity of that end relative to the air. The coefficients are those of the mean
+of both ends at the start of the solve; with them the force is linear in v, and stable for any step.
 """
 
 import numpy as np
@@ -20,16 +20,16 @@ from hairpipe.sim.interactions import Prediction
 def add_drag(
     at: Prediction, air: np.ndarray, offsets: np.ndarray, law: Law, push: np.ndarray, damping: np.ndarray
 ) -> None:
-    """Add the force push - damping v of the air on active points, in place; what the others have is not read.
+    """Add the force push - damping v of the air on active points, in place; values of the others are not read.
 
-    at       a prediction: drag goes by its lagged velocities
+    at       a prediction: drag depends on its lagged velocities
     air      velocity of the air at every point [m/s], (P, 3)
     offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,) int32
     push     [N], (P, 3); damping  symmetric xx xy xz yy yz zz [kg/s], (P, 6)
     """
     for strand in prange(len(offsets) - 1):
         end = offsets[strand + 1] if at.active[offsets[strand]] else offsets[strand]  # A strand is active as a whole.
-        for k in range(offsets[strand], end - 1):  # One thread a strand: neighbours add to common points in order.
+        for k in range(offsets[strand], end - 1):  # One thread per strand: segments add to common points in order.
             _add_segment(at.points, at.lagged_velocity, air, k, law, push, damping)
 
 

@@ -1,4 +1,4 @@
-"""Gusts: a random field of velocity without sources, smooth in space and time, carried along by the wind.
+"""Gusts: a random divergence-free velocity field, smooth in space and time, advected by the wind.
 
 A sum of plane waves (Kraichnan, Diffusion by a random velocity field, 1970),
 
@@ -22,7 +22,7 @@ from hairpipe.sim.air.wind import Gusts
 FRAMES = 16
 """Orthogonal frames of random directions; each gives three modes."""
 CHUNK = 512
-"""Points that a thread takes at a time: their coordinates stay in its cache through all modes."""
+"""Number of points of a chunk: their coordinates stay in the cache of a thread for all modes."""
 _SINE = tuple((-1.0) ** n * np.pi ** (2 * n + 1) / float(np.prod(np.arange(1.0, 2 * n + 2))) for n in range(8))
 """Taylor coefficients of sin(pi y): to 6e-12 for |y| < 1/2."""
 
@@ -44,7 +44,10 @@ class Modes(NamedTuple):
 
 def modes_of(gusts: Gusts) -> Modes:
     """Draw the modes of gusts from their seed."""
-    from scipy.special import gammaincinv, ndtri  # here: it costs every worker 0.2 s, and most hair knows no gusts
+    from scipy.special import (
+        gammaincinv,
+        ndtri,
+    )  # here: the import takes 0.2 s in every worker, and most shots have no gusts
 
     chance = stream(gusts.seed, "gusts")
     count = 3 * FRAMES
@@ -62,9 +65,9 @@ def modes_of(gusts: Gusts) -> Modes:
 
 
 def add_gusts(modes: Modes, wind: np.ndarray, points: np.ndarray, seconds: float, air: np.ndarray) -> None:
-    """Add their velocity at points, (P, 3) [m], and an absolute time to that of the air, (P, 3) [m/s], in place.
+    """Add the velocity of gusts at points, (P, 3) [m], and an absolute time, to that of air, (P, 3) [m/s], in place.
 
-    wind  that carries them [m/s], (3,)
+    wind  advecting wind [m/s], (3,)
     """
     turns = modes.phases + seconds * (modes.frequencies - modes.waves @ wind)
     _add_waves(modes.waves, turns - np.floor(turns), modes.amplitudes, points, air)
@@ -83,7 +86,7 @@ def _add_waves(waves, phases, amplitudes, points, air):
 @njit(cache=True)
 def _add_to_chunk(waves, phases, amplitudes, points, air):
     """Add all modes to a few points; the loop over points is the inner one, for the compiler to vectorise."""
-    x = points[:, 0].copy()  # Contiguous: a stride of three keeps the inner loop from being vectorised.
+    x = points[:, 0].copy()  # Contiguous: a stride of three prevents vectorisation of the inner loop.
     y = points[:, 1].copy()
     z = points[:, 2].copy()
     u, v, w = np.zeros_like(x), np.zeros_like(x), np.zeros_like(x)
@@ -106,7 +109,7 @@ def _add_to_chunk(waves, phases, amplitudes, points, air):
 
 @inlined
 def _cosine(turns: float) -> float:
-    """Return cos(2 pi turns) = 1 - 2 sin^2(pi turns), without a call, which would keep loops from being vectorised."""
+    """Return cos(2 pi turns) = 1 - 2 sin^2(pi turns), without a call, which would prevent vectorisation."""
     y = turns - np.floor(turns + 0.5)
     s = y * y
     sine = _SINE[6] + s * _SINE[7]

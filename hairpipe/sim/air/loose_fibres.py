@@ -1,4 +1,4 @@
-"""Wind on particles that each stand for so many fibres side by side, as segments of strands do for one."""
+"""Wind on particles, each of which represents a number of parallel fibres."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -11,10 +11,10 @@ from hairpipe.sim.interactions import Prediction
 
 
 class LooseFibres(NamedTuple):
-    """Segments of fibre about particles.
+    """Segments of fibre at particles.
 
     points, directions, velocities  [m], unit vectors, [m/s], (N, 3) each
-    counts                          of fibres side by side, (N,)
+    counts                          number of parallel fibres, (N,)
     segment                         length of each [m]
     diameter                        of a fibre [m]
     """
@@ -33,7 +33,7 @@ def add_wind(wind: Wind, hair: LooseFibres, seconds: float, push: np.ndarray, dr
     push  [N], (N, 3)
     drag  symmetric xx xy xz yy yz zz [kg/s], (N, 6)
 
-    Where hair keeps the wind from hair, all fibres of a particle do.
+    All fibres of a particle shield other hair.
     """
     if wind.shielding is not None:
         hairs = wind.shielding.hairs * float(hair.counts.mean())

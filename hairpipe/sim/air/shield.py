@@ -1,16 +1,16 @@
-"""Shielding: the share of the wind that is left behind the hair that it passed through.
+"""Shielding: the share of the wind that is left behind hair upstream.
 
-In a volume V with segments of lengths L at angles q to the wind, air loses the momentum that drag takes along the
-wind. With U the speed of the wind and s the way along it, the balance of momentum is
+In a volume V with segments of lengths L at angles q to the wind, drag removes momentum of the air along the wind. With
+U the speed of the wind and s the distance along it, the balance of momentum is
 
     rho U dU/ds = -sum L c_n U sin^2 q / V,   c_n = (1/2) rho d C_D U   (see `cylinder.py`)
 
     dU/ds = -(1/2) C_D a U,   a = sum L d sin^2 q / V
 
 where a is the frontal area of hair per volume, sum L d sin q / V, weighted once more with sin q, as the drag of a fibre
-acts across it and not along the wind. Drag along the fibre is left out. a is counted on a grid whose first axis is the
-wind's, and U marched through it from upwind to downwind, every column by itself; what is left at a point is read
-between the nodes. Behind the hair the wind does not recover, and the body does not shield.
+acts across it and not along the wind. Drag along the fibre is omitted. a is splatted on a grid whose first axis is that
+of the wind, and U is marched from upwind to downwind in every column; at a point it is interpolated between the nodes.
+Behind the hair the wind does not recover, and the body does not shield.
 """
 
 from typing import NamedTuple
@@ -32,7 +32,7 @@ _NOTHING = 1e-6
 
 
 class Shield(NamedTuple):
-    """What is left of the wind at the nodes of a grid.
+    """Share of the wind at the nodes of a grid.
 
     axes   unit vectors of the grid, along the wind and across it, in rows, (3, 3)
     low    coordinates of the first node along the axes, in cells, (3,) int64
@@ -53,7 +53,7 @@ def shield_of(
 
     points    of the axes [m], (P, 3); offsets  of their strands, (S+1,) int32
     diameter  of the hair [m]
-    widths    of segments, roots of the numbers of hairs that they stand for, (P,); None: 1
+    widths    of segments, roots of the numbers of hairs that they represent, (P,); None: 1
     """
     speed = float(np.linalg.norm(wind.velocity))
     if wind.shielding is None or speed == 0.0:
@@ -83,7 +83,7 @@ def _bounds(points, axes):
     greatest = np.full(3, -np.inf)
     for p in range(len(points)):
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
-        if np.isfinite(x + y + z):  # A lost point must not make the grid huge.
+        if np.isfinite(x + y + z):  # A lost point must not enlarge the grid.
             for axis in range(3):
                 place = axes[axis, 0] * x + axes[axis, 1] * y + axes[axis, 2] * z
                 least[axis], greatest[axis] = min(least[axis], place), max(greatest[axis], place)
@@ -107,7 +107,7 @@ def _coordinates(axes, low, cell, x, y, z):
 
 @njit(cache=True, error_model="numpy")
 def _count(points, offsets, axes, low, cell, width, hairs, area):
-    """Add L width hairs sin^2 q of segments to the eight nodes around them [m^2], in place; of long ones by pieces."""
+    """Add L width hairs sin^2 q of segments to the eight nodes around them [m^2], in place; long ones in pieces."""
     for strand in range(len(offsets) - 1):
         for k in range(offsets[strand], offsets[strand + 1] - 1):
             x, y, z = points[k, 0], points[k, 1], points[k, 2]
@@ -139,7 +139,7 @@ def _march(density, law, line, speed, cell, left):
                     thickness = cell * density[i, j, k] / line
                     middle = max(share * np.exp(-0.5 * thickness * _rate(law, share * speed)), _NOTHING)
                     share = max(share * np.exp(-thickness * _rate(law, middle * speed)), _NOTHING)
-                left[i, j, k] = middle  # At the node itself half of its own cell's hair is in front.
+                left[i, j, k] = middle  # Half of the hair of the cell is upstream of its node.
 
 
 @inlined
@@ -150,7 +150,7 @@ def _rate(law, speed):
 
 @njit(cache=True, parallel=True)
 def weaken(shield: Shield, points: np.ndarray, air: np.ndarray) -> None:
-    """Reduce the velocity of the air [m/s], (P, 3), to what the shield leaves of it at points [m], (P, 3), in place."""
+    """Multiply the velocity of the air [m/s], (P, 3), by the share of the shield at points [m], (P, 3), in place."""
     for p in prange(len(points)):
         share = fraction(shield, points[p, 0], points[p, 1], points[p, 2])
         for c in range(3):

@@ -1,1 +1,1 @@
-"""What corrects positions and velocities between solves; a filter is never a force."""
+"""Corrections of positions and velocities between solves, without forces."""

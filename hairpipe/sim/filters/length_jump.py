@@ -1,7 +1,7 @@
-"""Which strands were stretched or shortened by what puts them right after a step.
+"""Strands that were stretched or shortened by corrections after a step.
 
-A fibre hardly stretches: half a percent is a tension of 0.005 E A, thousands of times the weight of a hair. Where a
-correction adds that or takes it in no time, the forces that the step found say nothing about those at its end.
+A fibre hardly stretches: half a percent is a tension of 0.005 E A, thousands of times the weight of a hair. After such
+a correction the forces of the step are not those at its end.
 """
 
 import numpy as np

@@ -1,13 +1,13 @@
 """Biased strain limiting: Sec. 4.2 of Selle, Lentine, Fedkiw 2008.
 
-From root to tip every particle that lies farther than (1 + tolerance) l0 from its neighbour nearer the root is drawn
-in along the line between them, and only it moves, so one pass satisfies every limit. A perturbed particle follows the
-one of its two edges that is nearer the root.
+From root to tip every particle that lies farther than (1 + tolerance) l0 from its neighbour nearer the root is moved
+along the line between them, and only it moves, so that one pass satisfies every limit. A perturbed particle depends on
+the one of its two edges that is nearer the root.
 
-We differ from the paper: the limit is a tolerance, not the rest length, so that springs carry the weight of resting
-hair and no hidden velocity grows, and the correction stays out of the velocity, where it would add energy. Hair so soft
-that its weight alone stretches it by more than the tolerance is at rest by the limit only, and its velocity grows: give
-it a greater tolerance. Real hair stretches by 1e-6, and by 1e-4 with the default softening.
+We differ from the paper: the limit is a tolerance, not the rest length, so that springs balance the weight of hair at
+rest and no hidden velocity grows, and the velocity is not corrected, which would add energy. Hair so soft that its
+weight stretches it by more than the tolerance is held by the limit only, and its velocity grows: it needs a greater
+tolerance. Real hair stretches by 1e-6, and by 1e-4 with the default softening.
 
 Only the far particle moves, so momentum is not kept. From a default hair of 30 cm in a shake of 2,500 deg/s it takes
 less than a thousandth of what the weight gives (tests/sim/test_strain.py).
@@ -30,7 +30,7 @@ class StrainFilter(Interaction):
     """The strain limit at the end of a step.
 
     model      of the strands
-    tolerance  how far a segment may be stretched, over its rest length
+    tolerance  largest stretch of a segment, over its rest length
     """
 
     in_solve: ClassVar[bool] = False
@@ -38,7 +38,7 @@ class StrainFilter(Interaction):
     tolerance: float
 
     def limit(self, x: np.ndarray, held: np.ndarray) -> None:
-        """Limit the strain of hair, in place, but of strands held at both ends: their springs alone share it out."""
+        """Limit the strain of hair, in place, except of strands held at both ends."""
         limits = np.full((len(self.model.first) - 1, x.shape[2]), 1.0 + self.tolerance, x.dtype)
         if len(held):
             limits[held > 0.0] = np.inf

@@ -1,17 +1,17 @@
 """Hair as a volume, after Petrovic, Henne, Anderson 2005: drag and pressure between strands, on a grid.
 
-Once a step, after its solves and before bodies and strain have the last word, strands are put on a grid. The velocity
-that hair around a point has on average, V(i) = (S v)(i), is where friction leads,
+Once a step, after its solves and before the corrections of bodies and strain, strands are splatted on a grid. Friction
+drives velocities to the average of the hair around a point, V(i) = (S v)(i),
 
     order 1   v' = v - (1 - exp(-c dt)) (1 - S) v
     order 2   v' = v - (1 - exp(-c dt)) (1 - S)^2 v
 
-and pressure acts where hair is denser than it may be. S is symmetric and between 0 and 1 in the norm of mass: momentum
-is kept to rounding, and friction never adds energy. Order 2 is blind to what varies slowly from place to place: a
-swing, a turn, the motion of a hair that is alone in its cells.
+and pressure acts where hair is denser than its maximum. S is symmetric and between 0 and 1 in the norm of mass:
+momentum is conserved to rounding, and friction never adds energy. Order 2 does not damp velocities that vary slowly in
+space: a swing, a rotation, the motion of a hair alone in its cells.
 
-We differ from the paper, whose friction is a force towards the velocities of the step before: hair that accelerates
-together would be held back by its own past, as if it had (1 + c dt) times its mass.
+We differ from the paper, whose friction is a force towards the velocities of the previous step: jointly accelerated
+hair would be delayed, as if it had (1 + c dt) times its mass.
 """
 
 from dataclasses import dataclass, field
@@ -27,7 +27,7 @@ from hairpipe.volume.strand_samples import StrandSamples, reach_of, sample_stran
 from hairpipe.volume.transfer import collect, departures, deposit, mean_velocities
 
 ACROSS = 3
-"""Cells that hair at rest must fill along its longest side: in fewer there are no neighbours."""
+"""Fewest cells along the longest side of hair at rest."""
 
 
 @dataclass(eq=False)
@@ -35,7 +35,7 @@ class VolumeFilter(Interaction):
     """Friction between hairs and pressure on a grid.
 
     offsets  of the points of strands, (S+1,) int32
-    masses   that move with each point, with particles off the axis, finite [kg], (P,)
+    masses   of the points, with particles off the axis, finite [kg], (P,)
     reach    see `sample_strands` [m], (S,)
     rest     density without pressure [kg/m^3]; 0 where there is none
     """
@@ -89,7 +89,7 @@ class VolumeFilter(Interaction):
 
 
 def rest_density(points: np.ndarray, offsets: np.ndarray, masses: np.ndarray, cell: float) -> float:
-    """Return the density of a groom where it is densest [kg/m^3]: at rest, nothing is pressed; pure.
+    """Return the largest density of a groom [kg/m^3], so that there is no pressure at rest; pure.
 
     Raises BadInput where cells are larger than the groom.
     """

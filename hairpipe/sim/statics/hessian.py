@@ -1,13 +1,13 @@
-"""How forces change where a strand stands: the exact second derivatives of its energy, banded.
+"""Stability of a strand: the exact second derivatives of its energy, banded.
 
-The matrix of a step leaves out what could make it indefinite, and that is what tells whether a strand stands or falls.
-So the kernels' own forces are differentiated numerically. Particles farther apart than twice the reach of a force are
-moved at once: 2 reach + 1 colours, each in three directions, are all columns.
+The matrix of a step omits the indefinite terms, which decide on stability: the forces of the kernels are differentiated
+numerically. Particles farther apart than twice the reach of a force are moved at once: 2 reach + 1 colours, each in
+three directions, are all columns.
 
-A model whose matrix may be indefinite has the second derivatives themselves, and its pivots tell.
+A model whose matrix may be indefinite has exact second derivatives: their pivots are tested.
 
-Where an altitude spring is about to be exchanged for another, forces have a corner, or a jump unless they are at rest:
-the step of a difference must not reach it.
+At an exchange of altitude springs forces have a kink, or a jump unless they are at rest: the step of a difference must
+not reach it.
 """
 
 import numpy as np
@@ -36,7 +36,7 @@ def _set_forces(model, block, A, b, x, still, slack):
 
 @inlined
 def _add_column(H, slope, p, c, reach):
-    """Add what the forces lose as particle p moves along c: half to each of the two places an entry stands for."""
+    """Add the decrease of forces as particle p moves along c, half to each of the two places of an entry."""
     i = 3 * p + c
     for j in range(3 * max(0, p - reach), 3 * min(slope.shape[0], p + reach + 1)):
         half = -0.5 * load(slope, (j // 3, j % 3))
@@ -59,7 +59,7 @@ def tangent(model, block, x, steps) -> np.ndarray:
     slope = np.empty_like(x)
     b = np.empty_like(x)
     step = load(steps, (block,))
-    for colour in range(2 * reach + 1):  # Particles so far apart have no force in common: a colour is moved at once.
+    for colour in range(2 * reach + 1):  # Particles of a colour have no force in common, and are moved at once.
         for c in range(3):
             fill(slope, 0.0)
             for side in range(6):
@@ -93,7 +93,7 @@ def find_stable(model, x, steps, stable) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _find_stable(model, block, x, steps, stable):
-    """Eliminate one unknown after the other: H is positive definite where all that is left on its diagonal is."""
+    """Eliminate all unknowns: H is positive definite where all pivots are positive."""
     rows = x[model.first[block] : model.first[block + 1]]
     clamped = shape_of(model).clamped
     H = tangent(model, block, rows, steps)
@@ -109,9 +109,9 @@ def _find_stable(model, block, x, steps, stable):
 
 @njit(cache=True)
 def assemble(model, block, x, T, part):
-    """Give the matrix of a block without inertia, banded as `band.py` has it, and its forces, (rows, unknowns, W).
+    """Return the matrix of a block without inertia, banded as in `band.py`, and its forces, (rows, unknowns, W).
 
-    x, T  where it stands [m], and what the model remembers there
+    x, T  positions [m], and stored values of the model
     part  of the stiffness, a StiffnessPart
     """
     count = x.shape[0]
@@ -120,7 +120,7 @@ def assemble(model, block, x, T, part):
     still = np.zeros_like(x)
     for p in range(count):
         start_row(model, A, p, count)
-    for p in range(count):  # A second pass: forces of a row add to rows after it, which have to be clear.
+    for p in range(count):  # A second pass: forces of a row are added to cleared rows after it.
         add_forces(model, System(A, b), Iterate(x, still, T), p, block, Terms(1.0, 1.0, 0.0, part))
     return A, b
 

@@ -1,14 +1,14 @@
-"""Rest lengths with which a groomed strand is in equilibrium under gravity: it starts, and stays, as groomed.
+"""Rest lengths with which a groomed strand is in equilibrium under gravity.
 
-Springs at rest in the groom's shape carry nothing, so hair sags as soon as it is simulated. The network is isostatic
-but for its altitude springs: every free particle ends three springs, as many as it has equations. Those at rest height
-carry no force, and the tensions follow from the tip to the root, three at a time,
+Springs at rest in the groomed shape have no tension, so that hair sags once it is simulated. The network is isostatic
+except for its altitude springs: every free particle ends three springs, as many as it has equations. Altitude springs
+at rest have no force, and the tensions follow from the tip to the root, three at a time,
 
     sum_o T_q-o,o d_q-o,o = m_q g + sum_o T_q,o d_q,o,   o = 1, 2, 3,   d_p,o = (x_p+o - x_p) / l_p,o
     l0 = l / (1 + T / k)
 
-which is exact. Whether the equilibrium is stable, and how far its
-springs are strained, says if hair so stiff can stand so at all: 10 cm of real hair can stick out, 20 cm cannot.
+which is exact. Stability and strains of the equilibrium decide whether hair can keep its shape: 10 cm of real hair can
+stick out, 20 cm cannot.
 
 Rods do the same by four stresses at a time, see `strands/rod/balance.py`.
 """
@@ -38,19 +38,19 @@ from hairpipe.sim.strands.interface import (
 )
 
 SPRINGS = 3
-"""That end at every free particle: as many as it has equations."""
+"""Number of springs that end at a free particle: as many as it has equations."""
 STEP = 1e-5
-"""Of differences of forces, over the length of a segment: a curl can be close to exchanging altitude springs."""
+"""Step of differences of forces, over the length of a segment: curls can be close to an exchange of springs."""
 
 
 @dataclass(frozen=True, eq=False)
 class InitialState:
-    """How strands start.
+    """Initial state of strands.
 
     positions        [m], (rows, 3, W)
     inverse_lengths  1 / l0 of their springs [1/m], (rows, springs, W)
     tensions         of their springs [N], same shape
-    rests            lanes in equilibrium: those that stand as groomed or have settled, (rows, W) bool
+    rests            lanes in equilibrium, as groomed or settled, (rows, W) bool
     """
 
     positions: np.ndarray
@@ -61,7 +61,7 @@ class InitialState:
 
 @dataclass(frozen=True, eq=False)
 class Equilibrium:
-    """Springs that carry strands as they stand.
+    """Springs of strands in equilibrium.
 
     inverse_lengths  1 / l0 [1/m], (rows, springs, W)
     tensions         [N], same shape
@@ -74,7 +74,7 @@ class Equilibrium:
 
 
 def find_equilibrium(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> Equilibrium:
-    """Find the springs, or what a model has in their place, that carry strands at x [m], (rows, 3, W).
+    """Find the springs, or their equivalent of a model, of strands in equilibrium at x [m], (rows, 3, W).
 
     gravity  [m/s^2], (3,)
     """
@@ -88,7 +88,7 @@ def find_equilibrium(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> 
 
 
 def are_stable(model: StrandModel, x: np.ndarray, found: Equilibrium, limit: float) -> np.ndarray:
-    """Tell which strands stand at x [m] with the springs that were found, none strained too far, (blocks, W) bool."""
+    """Return which strands are stable at x [m] with the found springs, within the strain limit, (blocks, W) bool."""
     model = model._replace(inverse_lengths=found.inverse_lengths)
     stable = np.zeros_like(found.strains)
     if may_be_lost(model):
@@ -102,13 +102,13 @@ def are_stable(model: StrandModel, x: np.ndarray, found: Equilibrium, limit: flo
 def find_initial_state(
     model: StrandModel, layout: Layout, ids: np.ndarray, x: np.ndarray, gravity: np.ndarray, wanted: SagFree
 ) -> InitialState:
-    """Let strands stand as they are placed, and do with those that cannot as is wanted, which is said.
+    """Find the springs of strands in equilibrium as placed; others fall, settle or are refused, with a warning.
 
-    ids      of the strands, to name them
+    ids      ids of the strands, for messages
     x        particles as placed [m], (rows, 3, W)
     gravity  [m/s^2], (3,)
 
-    Raises BadInput where the model has too few springs for it, or where strands that cannot stand are refused.
+    Raises BadInput where the model has too few springs, or where unstable strands are refused.
     """
     if kind_of(model).equilibrium is None and model.inverse_lengths.shape[1] != SPRINGS:
         said = f"a {kind_of(model).name} has no equilibrium in a groomed shape"
@@ -153,7 +153,7 @@ def _direction(x, p, q):
 
 @inlined
 def _solve_tensions(x, b, T, q):
-    """Find the three tensions that carry b_q [N], and hand them on to the particles they pull at, in place."""
+    """Find the three tensions that balance b_q [N], and add their forces to the particles before q, in place."""
     d1, d2, d3 = _direction(x, q - 1, q)[0], _direction(x, q - 2, q)[0], _direction(x, q - 3, q)[0]
     f = load(b, (q, 0)), load(b, (q, 1)), load(b, (q, 2))
     n1, n2, n3 = cross(d2, d3), cross(d3, d1), cross(d1, d2)
@@ -173,7 +173,7 @@ def _balance_block(model, block, x, gravity, T, lengths, strains):
     for p in range(count):
         for c in range(3):
             store(b, (p, c), gravity[c] * load(model.mass, (first + p,)))
-    for q in range(count - 1, shape_of(model).clamped - 1, -1):  # From the tip: a particle passes on what hangs on it.
+    for q in range(count - 1, shape_of(model).clamped - 1, -1):  # From the tip: the load adds up towards the root.
         _solve_tensions(x, b, T, q)
     worst = nothing = 0.0 * load(x, (0, 0))
     for p in range(count):

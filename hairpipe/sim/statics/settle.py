@@ -1,12 +1,12 @@
-"""Strands brought to rest under gravity, without the way there: quasi-static, by large damped steps.
+"""Strands brought to rest under gravity, quasi-statically, by large damped steps.
 
-From x, always at rest, a step of backward Euler as long as it helps, linearised as any stage is:
+From x, always at rest, a step of backward Euler, linearised as any stage:
 
     (M / h^2 + K) dx = f(x) + M g,   x += dx
 
-As h grows it becomes Newton's method, with a K that is never indefinite, so the energy falls. h grows as the forces
-left fall and shrinks as they rise, and no particle moves farther than half a segment along an axis at once. Every
-strand has its own h and stops by itself, so that the others do not matter.
+For large h it is Newton's method, with a K that is never indefinite, so that the energy falls. h grows as the residual
+forces fall and shrinks as they rise, and no particle moves by more than half a segment along an axis in a step. Every
+strand has its own h and its own end, so that strands are independent.
 
 Source: Kelley and Keyes, Convergence Analysis of Pseudo-Transient Continuation, 1998.
 """
@@ -27,22 +27,22 @@ from hairpipe.sim.strands.band import add_inertia, eliminate, fix_root, row_size
 from hairpipe.sim.strands.interface import StiffnessPart, StrandModel, Terms, add_forces, follow_solve, shape_of
 
 STILL = 1e-7
-"""Forces left on a particle along an axis, over the mass of its strand, at rest [m/s^2]: 1e-8 of its weight."""
+"""Residual force on a particle along an axis, over the mass of its strand, at rest [m/s^2]: 1e-8 of its weight."""
 _MOST_STEPS = 2000
 _FULL, _PROJECTED = int(StiffnessPart.full), int(StiffnessPart.projected)
 _START = 24.0
 """1 / h of the first step [1/s]."""
 _FURTHEST = 0.5
-"""Way of a particle along an axis in one step, over the length of a segment."""
+"""Largest displacement of a particle along an axis in a step, over the length of a segment."""
 
 
 @dataclass(frozen=True, eq=False)
 class Settled:
-    """Where strands have come to rest.
+    """Strands at rest.
 
     positions  [m], (rows, 3, W)
     tensions   of their springs [N], (rows, springs, W)
-    left       largest component of a force left, over the mass of a strand [m/s^2], (blocks, W)
+    left       largest component of a residual force, over the mass of a strand [m/s^2], (blocks, W)
     """
 
     positions: np.ndarray
@@ -53,7 +53,7 @@ class Settled:
 def settle(
     model: StrandModel, layout: Layout, ids: np.ndarray, x: np.ndarray, gravity: np.ndarray, active: np.ndarray
 ) -> Settled:
-    """Let strands come to rest under gravity; those that do not are named in a warning. Pure.
+    """Bring strands to rest under gravity; a warning names those that do not come to rest. Pure.
 
     ids      of the strands
     x        particles as they start [m], (rows, 3, W)
@@ -105,7 +105,7 @@ def _assemble(model, block, A, b, at, gravity, part):
 
 @inlined
 def _solve(model, block, A, b, rate):
-    """Replace b by what the system moves a block by; return the lowest pivot, where that may be negative.
+    """Replace b by the displacement of a block; return the lowest pivot, where it may be negative.
 
     rate  1 / h^2 [1/s^2]
     """
@@ -123,7 +123,7 @@ def _solve(model, block, A, b, rate):
 
 @inlined
 def _largest(b, first):
-    """Largest component from a particle on; not a number stays one."""
+    """Return the largest component from a particle on; NaN if any is NaN."""
     largest = nothing = 0.0 * load(b, (first, 0))
     for p in range(first, b.shape[0]):
         for c in range(b.shape[1]):
@@ -148,7 +148,7 @@ def _settle(model, block, x, T, gravity, active, left):
     furthest = _FURTHEST / load(model.inverse_lengths, (model.first[block] + shape_of(model).before, stride - 1))
     rate = mass * 0.0 + _START * _START
     before = mass * 0.0
-    for step in range(_MOST_STEPS + 1):  # All lanes of a block, until the last is at rest; the others no longer move.
+    for step in range(_MOST_STEPS + 1):  # All lanes of a block, until the last is at rest; the others do not move.
         set_tensions(model, block, x, T)
         force = _assemble(model, block, A, b, at, gravity, _FULL) / mass
         moving = select(load(active, (block,)) > 0.0, force, 0.0)

@@ -1,4 +1,4 @@
-"""A groom as gravity leaves it."""
+"""A groom at rest under gravity."""
 
 from dataclasses import replace
 
@@ -18,12 +18,12 @@ from hairpipe.sim.strands.registry import ModelName
 def settle_groom(
     groom: Groom, material: Material, construction: Construction, gravity: float, model: ModelName = "network"
 ) -> Groom:
-    """Return the groom with its strands where they hang at rest, their springs being at rest as groomed.
+    """Return the groom with its strands at rest under gravity, with springs at rest as groomed.
 
     gravity  along -Y [m/s^2]
     model    of a strand
 
-    Strands that do not come to rest are named in a warning. Raise BadInput where the body holds tips.
+    A warning names strands that do not come to rest. Raise BadInput where the body holds tips.
     """
     if groom.tip_triangles is not None:
         raise BadInput("tips held by the body would be released", where="in.groom", right="a groom of free tips")
