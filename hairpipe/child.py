@@ -30,7 +30,7 @@ def environment() -> dict[str, str]:
 
 
 def search_path() -> list[str]:
-    """Where children find modules: as here, but for what is withheld, and the current folder that nobody has named."""
+    """Return the module path of child processes: that of this one, without withheld folders and the current folder."""
     told = os.environ.get("PYTHONPATH", "").split(os.pathsep)
     left_out = {"", *withheld}
     with suppress(FileNotFoundError):  # of a current folder that is gone nothing can be imported

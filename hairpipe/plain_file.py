@@ -24,7 +24,7 @@ def special_kind(found: os.stat_result) -> str | None:
 
 
 def special(path: Path) -> str | None:
-    """Say what a path leads to that is never read or replaced; None for a file, a folder, or nothing.
+    """Return the kind of a special file, which is never read or replaced; None for a file, a folder, or nothing.
 
     OSError or ValueError where a path cannot be asked about.
     """

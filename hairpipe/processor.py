@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 
 V3 = frozenset(["abm", "avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"])
-"""What x86-64-v3 has and x86-64-v2 does not, as Linux names it."""
+"""Features of x86-64-v3 that x86-64-v2 does not have, as named by Linux."""
 _AVX512 = "AVX512F AVX512CD AVX512_KNL AVX512_KNM AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL AVX512_SPR X86_V4"
 _AVX = "AVX F16C FMA3 AVX2 X86_V3"
 SETTINGS = {

@@ -1,4 +1,4 @@
-"""Where hair may grow on a head: a hairline drawn as elevations seen from the point between the ears."""
+"""Scalp of a head: a hairline of elevations seen from the point between the ears."""
 
 from dataclasses import dataclass
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""How much hair there is, and how it moves."""
+"""Density of hair, and its velocity."""
 
 import numpy as np
 

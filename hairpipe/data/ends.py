@@ -1,4 +1,4 @@
-"""Where the ends of strands are led at one frame."""
+"""Prescribed ends of strands at one frame."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""How long strands and their segments are."""
+"""Lengths of strands and their segments."""
 
 import numpy as np
 

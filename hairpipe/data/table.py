@@ -32,7 +32,7 @@ class Table:
         return len(self[self.names[0]]) if self.names else 0
 
     def __getitem__(self, name: str) -> Column:
-        """Give a column; KeyError where there is none."""
+        """Return a column; KeyError where there is none."""
         return self.texts[name] if name in self.texts else self.numbers[name]
 
     def rows(self) -> Iterator[tuple[Any, ...]]:

@@ -1,4 +1,4 @@
-"""How many segments strands are cut into: as many as asked, as long as asked, or as their shape needs."""
+"""Number of segments of strands: given, by their length, or by the shape of strands."""
 
 from dataclasses import dataclass
 

@@ -25,7 +25,7 @@ ROUNDS = 40  # in which an offset is found
 
 
 class Cause(NamedTuple):
-    """Why roots do not lie on a body, and what would be right."""
+    """Cause and remedy of roots off a body."""
 
     what: str
     right: str

@@ -1,4 +1,4 @@
-"""Which of the shapes that a file gives for its strands is the one that grows from the body."""
+"""Choice of the shape of a file, points or rest points, whose roots lie on the body."""
 
 from dataclasses import replace
 

@@ -50,7 +50,7 @@ def stride(curve: np.ndarray, chord: float, points: np.ndarray) -> int:
 
 @njit(cache=True)
 def stride_on(curve: np.ndarray, chord: float, points: np.ndarray) -> None:
-    """Do the same, and go straight on beyond the end of the polyline until all points are written."""
+    """Do the same, and extrapolate beyond the end of the polyline until all points are written."""
     reached = stride(curve, chord, points)
     last = len(curve) - 1
     ahead = unit(minus(row(curve, last), row(curve, last - 1)), (0.0, -1.0, 0.0))

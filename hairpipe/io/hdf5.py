@@ -81,7 +81,7 @@ def take_apart(value: Any, name: str = "value") -> Tree:
 
 
 def ordered(tree: dict[str, Tree]) -> dict[str, Tree]:
-    """Put a dict in the order of its names, the only one that a file keeps."""
+    """Sort a dict by its names, the only order that a file keeps."""
     return {name: tree[name] for name in sorted(tree)}
 
 

@@ -83,7 +83,7 @@ def _broadcast(context, builder, fromty, toty, value):
 
 
 def _common(*args: types.Type) -> LanesType | None:
-    """Give the one type of lanes among lanes and numbers."""
+    """Return the one type of lanes among lanes and numbers."""
     kinds = {a for a in args if isinstance(a, LanesType)}
     numbers = all(isinstance(a, (LanesType, types.Float, types.Integer)) for a in args)
     return kinds.pop() if numbers and len(kinds) == 1 else None
@@ -146,7 +146,7 @@ def _expect_masks(*args: types.Type) -> LanesType:
 
 
 def _llvm(builder, name, lanes, arguments):
-    """Give LLVM's own function of this name, from so many lanes to lanes."""
+    """Return LLVM's function of this name, from so many lanes to lanes."""
     kind = ir.FunctionType(lanes.vector, [lanes.vector] * arguments)
     return cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{lanes.width}f{lanes.dtype.bitwidth}")
 
@@ -239,7 +239,7 @@ def lowest(typingctx, a):
 
 
 def _lanes_of(array: types.Type) -> LanesType:
-    """Give the lanes that lie in an array; a row of one not in C order is not contiguous."""
+    """Return the lanes that lie in an array; a row of one not in C order is not contiguous."""
     if isinstance(array, types.Array) and array.layout == "C" and isinstance(array.dtype, types.Float):
         return LanesType(array.dtype)
     raise _refusal("an array of float32 or float64 in C order", array)

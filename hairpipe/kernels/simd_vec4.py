@@ -13,7 +13,7 @@ from hairpipe.kernels.simd import LanesType
 
 FOUR = LanesType(types.float32, 4)
 WHOLE = 32767.0
-"""What `load_short_four` takes as 1."""
+"""Integer of `load_short_four` that represents 1."""
 _INDEX = ir.IntType(32)
 
 

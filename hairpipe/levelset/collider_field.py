@@ -251,7 +251,7 @@ def _probe_one(
     normals: np.ndarray,
     velocities: np.ndarray,
 ) -> None:
-    """Do that of one level set."""
+    """Probe one level set."""
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(len(points), (chunk + 1) * CHUNK)):
             x, y, z = row(points, i)

@@ -102,7 +102,7 @@ def departure_points(
 
 @inlined
 def is_far(field0: Field, field1: Field, x: float, y: float, z: float) -> bool:
-    """Tell whether a point is beyond the bricks of both frames, outside: no scheme can bring the body there."""
+    """Return whether a point is beyond the bricks of both frames, outside: no scheme can bring the body there."""
     return brick_at(field0, x, y, z) == FAR_OUTSIDE and brick_at(field1, x, y, z) == FAR_OUTSIDE
 
 

@@ -97,7 +97,7 @@ def _row_of(first, cell, counts):
 
 @inlined
 def _gather(points, order, begins, around):
-    """Put particles into lanes, in place."""
+    """Write particles to lanes, in place."""
     n = 0
     for begin, end in begins:
         for at in range(begin, end):

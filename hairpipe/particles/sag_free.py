@@ -12,7 +12,7 @@ from hairpipe.particles.solve import build_system, set_blocks, solve
 from hairpipe.particles.stiffness import measure_links, stiffen
 
 SOFT = 1e-4
-"""Of the mean diagonal, that is added."""
+"""Regularisation of the diagonal, over its mean."""
 EXACT = 1e-4
 """Error of the solve, as `TOLERANCE` of a step."""
 

@@ -26,9 +26,9 @@ from hairpipe.spatial.morton import morton_order
 
 Sampling = Literal["strands", "even"]
 DEPTH = 2.5
-"""How far below the skin there are particles [spacings]: links reach 2.4."""
+"""Depth of particles below the skin [spacings]: links reach 2.4."""
 CLOSE, ENOUGH = 0.002, 0.1
-"""Of the number asked for: where the search for the spacing ends, and what is refused beyond."""
+"""Relative errors of the number of particles: tolerance of the search, and largest accepted one."""
 TRIES = 60
 
 

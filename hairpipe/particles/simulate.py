@@ -33,7 +33,7 @@ DENSE = 0.99
 LIMIT_OF_SOLVE = 1e18
 """Force [N], or damper [N s/m], whose square 32 bits do not hold: a solve would leave the particle where it is."""
 NEAR_ROOT = 0.5
-"""Of the way along the hair to its root that a particle keeps from bodies, at most: it cannot be farther than all."""
+"""Largest distance of a particle from bodies, over its distance to the root along the hair."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +130,7 @@ def _check_finite(particles: Particles, points: np.ndarray, velocities: np.ndarr
 
 
 def start(particles: Particles, prepared: Prepared, frame: Frame, bodies: Sequence[Collider]) -> ParticleState:
-    """Put particles where their roots are, moving with them; their links are as at rest."""
+    """Place particles rigidly with their roots, with links at rest."""
     motions, rates = (m[particles.strands] for m in motion_of_roots(frame.leads[1], particles.hair))
     points = moved(motions, particles.points)
     directions = turned(motions, particles.directions)

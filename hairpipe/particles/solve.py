@@ -135,7 +135,7 @@ def _step(system, step, change, vectors):
 
 @njit(cache=True, error_model="numpy")
 def take_off(system: System, change: np.ndarray, residual: np.ndarray) -> None:
-    """Take A x from a residual, (4 N,) float32 each, in place."""
+    """Subtract A x from a residual, (4 N,) float32 each, in place."""
     links = system.links
     for k in range(system.deep, len(links.mids)):
         others = _gathered(system, links.rows[k], links.rows[k + 1], change, load_four(residual, 4 * k))

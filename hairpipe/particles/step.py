@@ -24,7 +24,7 @@ from hairpipe.particles.solve import build_system, hold, product, set_block, sol
 from hairpipe.particles.stiffness import measure_links, stiffen
 
 TOLERANCE = 1e-2
-"""Of the error of a solve over the change it makes, in the norm of its energy; links tear where it is much more."""
+"""Tolerance of a solve over its change, in the norm of energy; links tear at a much larger one."""
 STILL = 1e-4
 """Velocity below which nothing is solved more exactly [m/s]."""
 CREEP = 1e-4

@@ -17,7 +17,7 @@ class Motion(NamedTuple):
 
 
 class Course(NamedTuple):
-    """How far along and about an axis at one time: shift [m], its rate [m/s], turn [rad], its rate [rad/s]."""
+    """Motion along and about an axis at one time: shift [m], its rate [m/s], turn [rad], its rate [rad/s]."""
 
     shift: np.ndarray
     shift_rate: np.ndarray
@@ -26,7 +26,7 @@ class Course(NamedTuple):
 
 
 def unit(vector: Vector, name: str) -> np.ndarray:
-    """Give a vector the length 1; BadInput where it has none."""
+    """Scale a vector to length 1; BadInput for a zero vector."""
     length = np.linalg.norm(vector)
     if not length > 0.0:
         raise BadInput(f"{name} = {list(vector)} has no length", right="any other vector")

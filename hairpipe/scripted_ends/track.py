@@ -68,7 +68,7 @@ def course_of(track: Track, time: float) -> Course:
 
 
 def piece(track: Track, keys: np.ndarray, time: float, side: float) -> tuple[np.ndarray, np.ndarray]:
-    """Give value and rate at a time, on the piece between two keys (n, 4) that holds the time `side`."""
+    """Return value and rate at a time, on the piece between two keys (n, 4) that holds the time `side`."""
     k = int(np.searchsorted(track.times, side))
     if not len(keys):
         return np.zeros(4), np.zeros(4)

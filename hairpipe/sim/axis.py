@@ -122,7 +122,7 @@ def lanes_with(axis: Axis, marked: np.ndarray, lanes: np.ndarray) -> None:
 
 @njit(cache=True, parallel=True)
 def spread(axis: Axis, lanes: np.ndarray, out: np.ndarray) -> None:
-    """Give every point, (P,), what its strand has, (blocks, W), in place."""
+    """Write values of strands, (blocks, W), to their points, (P,), in place."""
     for block in prange(len(axis.first) - 1):
         for lane in range(axis.strands.shape[1]):
             strand = axis.strands[block, lane]

@@ -1,4 +1,4 @@
-"""What a scene asks for: bodies, surroundings, the integrator."""
+"""Objects of a scene: bodies, surroundings, the integrator."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""What is said of a shot's hair while it is simulated: deep roots, stretched segments, lost and held strands."""
+"""Warnings of a simulation: deep roots, stretched segments, lost and held strands."""
 
 from collections.abc import Sequence
 from warnings import warn
@@ -18,7 +18,7 @@ from hairpipe.sim.strands.interface import may_be_lost
 SHALLOW = 2e-3
 """A root that lies so little below the skin is an ordinary one [m], whatever its segments are."""
 MORE = 1.1
-"""Of a stretch that was told of: less more is not worth a word."""
+"""Smallest ratio of a new stretch to the reported one."""
 _FREE = 0.1  # taken as the limit where a scene has none
 _EXACT = 0.005
 

@@ -1,4 +1,4 @@
-"""What stays the same through a shot: its groom as a model of strands."""
+"""Constants of a shot: its groom as a model of strands."""
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field

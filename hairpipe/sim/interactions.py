@@ -102,12 +102,12 @@ class StepEnd:
 
     @property
     def points(self) -> np.ndarray:
-        """Where points are now, in the world [m], (P, 3)."""
+        """Current positions of points in the world [m], (P, 3)."""
         return points_at(self.axis, self.x) + self.origin
 
     @property
     def points_before(self) -> np.ndarray:
-        """Where points began the step, in the world [m], (P, 3)."""
+        """Positions of points at the start of the step, in the world [m], (P, 3)."""
         return points_at(self.axis, self.before) + self.origin
 
     @property
@@ -144,13 +144,13 @@ class Interaction:
     couples: ClassVar[bool] = False
 
     def begin(self, start: Start) -> None:
-        """Look around at the start of a step."""
+        """Prepare for a step at its start."""
 
     def leave_to_corrections(self) -> None:
         """Hold nothing in the solves of this step but what `correct` finds: the nine steps."""
 
     def predict(self, at: Prediction) -> None:
-        """Look where a stage is predicted to end."""
+        """Evaluate the prediction of a stage."""
 
     def linearise(self, at: Prediction, push: np.ndarray, damping: np.ndarray) -> None:
         """Add the force push - damping v, linearised at a prediction, in place.
@@ -169,10 +169,10 @@ class Interaction:
         """Set which of `places` act, and what they exert, linearised at a prediction, in place."""
 
     def judge(self, at: Prediction, again: np.ndarray) -> None:
-        """Look at what a solve found; mark points whose strands must be solved again, (P,) bool, in place."""
+        """Check the result of a solve; mark points whose strands must be solved again, (P,) bool, in place."""
 
     def finish_solves(self, end: StepEnd) -> None:
-        """Take back what solves gave velocities only to hold points, and free what only solves need."""
+        """Remove velocities that solves added only to hold points, and free memory of the solves."""
 
     def repel(self, end: StepEnd, *, elastic: bool) -> None:
         """Change velocities by impulses, in place; elastic: undo overlaps too."""
@@ -181,7 +181,7 @@ class Interaction:
         """Keep positions of particles [m], (rows, 3, W), within bounds, in place; held as in `Step`."""
 
     def correct(self, end: StepEnd) -> None:
-        """Put positions and velocities right at the end of a step, in place."""
+        """Correct positions and velocities at the end of a step, in place."""
 
     def mark_discontinuous(self, marked: np.ndarray) -> None:
         """Mark points whose forces jumped in this step, (P,) bool, in place: their strands restart."""

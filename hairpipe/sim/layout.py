@@ -1,4 +1,4 @@
-"""Which strand sits in which lane: strands of equal segment count fill blocks."""
+"""Assignment of strands to lanes: strands of equal segment count fill blocks."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ class Shape(NamedTuple):
 
     @property
     def axis(self) -> slice:
-        """Where the points of the groom stand among the particles."""
+        """Indices of the points of the groom among the particles."""
         return slice(self.clamped - 1, -self.after or None, self.stride)
 
 

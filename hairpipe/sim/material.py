@@ -1,4 +1,4 @@
-"""What hair is made of, and the elastic rod it makes."""
+"""Material of hair, and its elastic rod."""
 
 from dataclasses import dataclass
 from math import pi

@@ -56,7 +56,7 @@ class Surroundings:
         self._jumped = np.zeros(self.layout.strands.shape, self.layout.dtype)
 
     def begin(self, state: State, step: Step) -> None:
-        """Let interactions look around at the start of a step."""
+        """Prepare interactions at the start of a step."""
         self._hold_tips(step.held)
         if self._driver.interactions:
             points, velocities = points_at(self._axis, state.x), points_at(self._axis, state.v)
@@ -68,7 +68,7 @@ class Surroundings:
                 self._driver.coupling.begin(len(points))
 
     def _hold_tips(self, held: np.ndarray) -> None:
-        """Let nothing move the last segments of strands whose tip is held, (blocks, W): all of a frame is."""
+        """Exclude the last segments of strands with a held tip, (blocks, W), from all motion."""
         if len(held):
             marked = np.empty(len(self._masses), np.bool_)
             last = self.layout.offsets[1:] - 1
@@ -77,7 +77,7 @@ class Surroundings:
             self._masses[last] = self._masses[last - 1] = np.inf
 
     def leave_to_corrections(self) -> None:
-        """Let interactions hold nothing in the solves of this step but what `correct` finds."""
+        """Release all points that interactions hold in the solves of this step, except those of `correct`."""
         for interaction in self.interactions:
             interaction.leave_to_corrections()
 
@@ -96,7 +96,7 @@ class Surroundings:
         v += (limited - target) / step.dt
 
     def repel(self, x: np.ndarray, v: np.ndarray, step: Step, *, elastic: bool) -> None:
-        """Let interactions change velocities by impulses, in place; x, v (rows, 3, W)."""
+        """Apply the impulses of interactions to velocities, in place; x, v (rows, 3, W)."""
         end = self._end_of(x, v, x, step)
         for interaction in self.interactions:
             interaction.repel(end, elastic=elastic)

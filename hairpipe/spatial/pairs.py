@@ -23,12 +23,12 @@ class Pairs(NamedTuple):
 
 
 def empty_pairs() -> Pairs:
-    """Give no pairs."""
+    """Return no pairs."""
     return Pairs(np.empty((0, 2), np.int32), np.empty((0, 2)), np.empty(0))
 
 
 def chosen(pairs: Pairs, keep: np.ndarray) -> Pairs:
-    """Give the pairs that are marked, (n,) bool."""
+    """Return the pairs that are marked, (n,) bool."""
     if keep.all():
         return pairs
     where = np.flatnonzero(keep)
@@ -46,7 +46,7 @@ def _copy(pairs, where, segments, fractions, distances):
 
 
 def picked(pairs: np.ndarray, keep: np.ndarray) -> np.ndarray:
-    """Give the pairs of segments, (n, 2) int32, that are marked, (n,) bool."""
+    """Return the pairs of segments, (n, 2) int32, that are marked, (n,) bool."""
     where = np.flatnonzero(keep)
     out = np.empty((len(where), 2), np.int32)
     _pick(pairs, where, out)
@@ -60,7 +60,7 @@ def _pick(pairs, where, out):
 
 
 def key_of(segments: np.ndarray) -> np.ndarray:
-    """Give one number per pair, in lexicographic order: first 2^32 + second, (n,) int64; pure."""
+    """Return one number per pair, in lexicographic order: first 2^32 + second, (n,) int64; pure."""
     pairs = segments.astype(np.int64)
     return (pairs[:, 0] << 32) | pairs[:, 1]
 

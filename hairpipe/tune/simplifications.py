@@ -105,7 +105,7 @@ def of_segments(graph: Graph, node: Node) -> Iterator[Simplification]:
 
 
 def of_steps(graph: Graph, node: Node) -> Iterator[Simplification]:
-    """Take longer steps, up to a frame."""
+    """Use longer steps, up to a frame."""
     longest = steps_of(node).get("longest", math.inf)
     for level, factor in enumerate(STEPS, 1):
         if longest * factor / STEPS[0] < 1.0 / graph.fps:

@@ -109,7 +109,7 @@ def measure_compilation() -> float:
 
 
 def least_time(work: Work, dtype: str, place: str, threads: int, roofs: Roofs) -> float:
-    """Give the least time per particle of some work [ns]: for its arithmetic, or for moving its numbers from memory."""
+    """Return the least time per particle of work [ns]: for its arithmetic, or for moving its numbers from memory."""
     arithmetic = work.operations / (roofs.multiply_add[dtype].median * threads)
     moving = work.bytes / roofs.triad[threads].median if place == "memory" else 0.0
     return 1e9 * max(arithmetic, moving)

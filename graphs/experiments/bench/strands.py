@@ -98,7 +98,7 @@ def particles_of(model: ModelName, segments: int) -> int:
 
 
 def machine_code(dtype: DTypeLike, model: ModelName = "network") -> str:
-    """Give the assembly of a solve."""
+    """Return the assembly of a solve."""
     return assembly_of(run_stage, *one_block(2, dtype, model))
 
 

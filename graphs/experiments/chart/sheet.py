@@ -40,7 +40,7 @@ STYLE: Any = {
 
 @contextmanager
 def sheet(path: Path, width: int, height: int, grid: tuple[int, int] = (1, 1)) -> Iterator[list[Axes]]:
-    """Give axes to draw on, row by row, and write them as PNG on leaving.
+    """Yield axes to draw on, row by row, and write them as PNG on leaving.
 
     width, height  of the picture [px]
     grid           rows and columns of axes

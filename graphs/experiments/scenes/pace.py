@@ -32,7 +32,7 @@ class Pace:
         self._spent: list[float] = []
 
     def run(self, text: str, shot: Shot, nodes: Sequence[str], frames: Sequence[int]) -> Outcome:
-        """Carry out a run."""
+        """Run a run."""
         outcome = self._run(text, shot, nodes, frames)
         self._computed |= outcome.evaluated > 0
         return outcome

@@ -51,7 +51,7 @@ def variant_table(
 def on_front(
     costs: np.ndarray, errors: np.ndarray, low: np.ndarray | None = None, high: np.ndarray | None = None
 ) -> np.ndarray:
-    """Tell which of n variants none beats in both cost and error, (n,); those that are not finite never are.
+    """Return which of n variants none beats in both cost and error, (n,); those that are not finite never are.
 
     low, high  ends of intervals of errors: where two overlap neither beats the other, unless they are equally far off;
                what has none, or NaN, is exact

@@ -1,4 +1,4 @@
-"""How a body comes from rest to the first pose of a shot, so that hair need not begin inside it.
+"""Motion of a body from rest to the first pose of a shot, so that hair does not start inside it.
 
 Every joint turns against its parent, and a root in the world, on the smooth path
 

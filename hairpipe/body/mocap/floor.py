@@ -1,4 +1,4 @@
-"""How high the feet of a posed body stand, where the clip puts them down, over the floor it stands on at rest."""
+"""Height of the standing feet of a posed body above the floor of the body at rest."""
 
 import numpy as np
 

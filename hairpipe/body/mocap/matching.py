@@ -1,4 +1,4 @@
-"""Which joint of a clip every joint of a body follows, and what is left over on either side."""
+"""Matching of the joints of a body with those of a clip, and the unmatched joints."""
 
 import warnings
 from difflib import get_close_matches

@@ -11,7 +11,7 @@ AXES = {"X": 0, "Y": 1, "Z": 2}
 
 
 class Placement(NamedTuple):
-    """Where joints are, at k instants.
+    """Positions and rotations of joints at k instants.
 
     rotations  joint-to-world (k, J, 3, 3)
     positions  in the units of the clip (k, J, 3)

@@ -21,7 +21,7 @@ JUMP = np.radians(20.0)  # smallest turn of a joint from one frame to the next t
 
 @dataclass(frozen=True)
 class Playback:
-    """How a clip is read: see the settings of node load_motion."""
+    """Settings of the reading of a clip, see node load_motion."""
 
     up: str | None
     reference: str | None

@@ -18,7 +18,7 @@ ADULT_LEG = 0.82  # hip to ankle [m]: what a clip is scaled to where the body ha
 
 @dataclass(frozen=True)
 class Retarget:
-    """How the joints of one skeleton follow those of one clip.
+    """Retargeting of the joints of a clip to those of a skeleton.
 
     follows      joint of the clip that every joint of the body follows, -1 where it follows its parent, (J,)
     corrections  to be multiplied to the rotation of the clip's joint from the right, (J, 3, 3)

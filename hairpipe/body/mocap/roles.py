@@ -1,4 +1,4 @@
-"""What a joint is in a human body, read from its name in any of the usual conventions."""
+"""Role of a joint in a human body, read from its name in any of the usual conventions."""
 
 import re
 from collections import Counter

@@ -1,4 +1,4 @@
-"""What hair is kept out of: the body, its holes closed, so that every point is inside or outside."""
+"""Closed body as an obstacle of growing hair, so that every point is inside or outside."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What painted settings come to: values over the body, and a number for every strand."""
+"""Painted settings: values over the body, and a number for every strand."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What a style comes to for every single strand."""
+"""Style of every single strand."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""How hair grows: the settings of grow_groom, and what in them can be painted."""
+"""Settings of grow_groom, and their maps."""
 
 from dataclasses import dataclass
 from pathlib import Path

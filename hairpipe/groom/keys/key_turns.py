@@ -73,7 +73,7 @@ def _propagate(
     turns: np.ndarray,
     spins: np.ndarray,
 ) -> None:
-    """Carry the rotation of every root along its key, in place."""
+    """Transport the rotation of every root along its key, in place."""
     motions, rates = roots
     for g in prange(len(offsets) - 1):
         R = columns_of(motions, g)

@@ -1,4 +1,4 @@
-"""Which key hairs every hair of a groom follows, and by how much: once a groom."""
+"""Key strands of every strand of a groom, and their weights."""
 
 from typing import NamedTuple
 

@@ -1,1 +1,1 @@
-"""From a mesh to a level set."""
+"""Baking of a mesh to a level set."""

@@ -1,4 +1,4 @@
-"""Which samples can be reached from outside without crossing the surface."""
+"""Samples that are connected to the outside without crossing the surface."""
 
 import numpy as np
 from numba import njit

@@ -1,4 +1,4 @@
-"""What is far inside a body: distance and velocity at the corners of the blocks of space that have no brick."""
+"""Blocks without bricks far inside a body: distance and velocity at their corners."""
 
 import numpy as np
 from numba import njit, prange

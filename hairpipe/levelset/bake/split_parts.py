@@ -1,4 +1,4 @@
-"""Where a body's skin is cut into parts: each a patch that goes on a little below its neighbours, and is closed."""
+"""Cutting of a body's skin into parts: closed patches that overlap their neighbours a little."""
 
 from typing import NamedTuple
 from warnings import warn
@@ -86,7 +86,7 @@ def edges_along(mesh: Mesh) -> Edges:
 
 
 def near_along(skin: Edges, own: np.ndarray, reach: float) -> np.ndarray:
-    """Tell which vertices are within a distance [m] of some, (n,) bool, along the edges, (n,) bool; pure."""
+    """Return which vertices are within a distance [m] of some, (n,) bool, along the edges, (n,) bool; pure."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import dijkstra
 

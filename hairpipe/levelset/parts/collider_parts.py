@@ -114,7 +114,7 @@ def build_collider_parts(before: BodyParts, after: BodyParts, frame: float) -> C
 
 
 def is_same(before: BodyParts, after: BodyParts, part: int) -> bool:
-    """Tell whether a part has the same samples in both frames."""
+    """Return whether a part has the same samples in both frames."""
     if not np.array_equal(before.origins[part], after.origins[part]):
         return False
     if not np.array_equal(before.shapes[part], after.shapes[part]):

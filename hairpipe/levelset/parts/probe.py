@@ -27,7 +27,7 @@ STEEP = 0.5
 
 @inlined
 def is_within(boxes: np.ndarray, part: int, x: Vector) -> bool:
-    """Tell whether a point is in a part's box."""
+    """Return whether a point is in a part's box."""
     inside = boxes[part, 0, 0] <= x[0] <= boxes[part, 1, 0] and boxes[part, 0, 1] <= x[1] <= boxes[part, 1, 1]
     return inside and boxes[part, 0, 2] <= x[2] <= boxes[part, 1, 2]
 

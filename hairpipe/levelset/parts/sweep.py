@@ -1,4 +1,4 @@
-"""When points that move hit a body in parts: each part is at rest in its own frame, in which the points pass it."""
+"""Time at which moving points hit a body in parts, each of which is at rest in its own frame."""
 
 from typing import NamedTuple
 
@@ -73,7 +73,7 @@ def first_hit(shape: Shape, ray: SpaceTimeRay, low: Vector, high: Vector, kept: 
 
 @inlined
 def meets_box(boxes: np.ndarray, part: int, x: Vector, y: Vector) -> bool:
-    """Tell whether the box around two points meets a part's."""
+    """Return whether the box around two points meets a part's."""
     meets = True
     for axis in range(3):
         meets = (
@@ -107,7 +107,7 @@ def first_hit_on_path(
 
 @inlined
 def stays_clear(shape: Shape, part_poses: PartPoses, x: Vector, y: Vector, kept: float) -> bool:
-    """Tell whether the way from x to y, as a part sees it, is too short to get nearer than `kept` [m] on it."""
+    """Return whether the path from x to y in the frame of a part is too short to get nearer than `kept` [m]."""
     times = part_poses.times
     legs = len(part_poses.times) - 1
     start = end = place_in(part_poses, 0, shape.part, x)

@@ -24,7 +24,7 @@ from hairpipe.spatial.triangles import vertex_normals
 HALF = 1.6
 """Half of a billboard's length over the range of particles, which is about their spacing."""
 OPACITY = 0.6
-"""Of a streak."""
+"""Opacity of a streak."""
 SHADES = 0.25
 """Variation of the brightness of strands: a factor of 2 to this power, up or down."""
 

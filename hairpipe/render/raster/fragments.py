@@ -111,7 +111,7 @@ def add_fragment(tile: Tile, i: int, j: int, z: float, cover: float, red: float,
 
 @njit(cache=True, nogil=True, inline="always")
 def blend(tile: Tile, i: int, j: int, cover: float, red: float, green: float, blue: float) -> None:
-    """Put a fragment behind those already blended, in place."""
+    """Blend a fragment behind those already blended, in place."""
     share = tile.blended[i, j, 3] * cover
     tile.blended[i, j, 0] += share * red
     tile.blended[i, j, 1] += share * green

@@ -116,7 +116,7 @@ def interpolate(
 
 @njit(cache=True, nogil=True)
 def turn_to(eye: np.ndarray, points: np.ndarray, normals: np.ndarray) -> None:
-    """Give normals unit length and turn those that look away from the eye, in place."""
+    """Normalise normals and flip those away from the eye, in place."""
     for p in range(len(points)):
         length, ahead = 0.0, 0.0
         for d in range(3):

@@ -30,7 +30,7 @@ from hairpipe.render.shading.skin import IRRADIANCE
 
 R, TT, TRT = WIDTHS
 BEYOND = 1e4
-"""How far from the lamp all hairs of a ray are behind [cells]."""
+"""Distance from the lamp behind which all hairs of a ray are [cells]."""
 FLAT = 1e-3
 """Least extinction of the streams over a hair: less makes no difference, and none would divide by 0."""
 FAINT = 1e-4

@@ -39,13 +39,13 @@ BLACKEST = 50.0
 """The most that is absorbed over the radius of a hair: nothing comes through."""
 
 EUMELANIN, PHEOMELANIN = np.array([0.506, 0.841, 1.653]), np.array([0.343, 0.733, 1.924])
-"""What one unit of each absorbs of red, green and blue over the radius of a hair (d'Eon et al. 2011)."""
+"""Absorption of red, green and blue by one unit of each over the radius of a hair (d'Eon et al. 2011)."""
 LEAST = 1e-4
 """Light that the blackest hair lets through."""
 
 
 class Scattering(NamedTuple):
-    """What a hair scatters, by the square root of a colour, the sine of an inclination, and an azimuth, evenly spaced.
+    """Scattering of a hair by square root of a colour, sine of an inclination, and azimuth, evenly spaced.
 
     lobes    N of R, TT, and TRT with all that follow, and of the sum, averaged over light from half the azimuths; by
              |sin theta_d| and phi in 0..pi, 0 where the eye is at the lamp, (COLOURS, STEPS, STEPS, 4) float32

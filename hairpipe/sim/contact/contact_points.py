@@ -98,7 +98,7 @@ def inverse_mass(masses, segments, fractions, i):
 
 @inlined
 def apply(v, masses, segments, fractions, i, impulse):
-    """Give an impulse [N s] to the first point of pair i and the opposite to its second, in place; held points stay."""
+    """Apply an impulse [N s] to the first place of pair i and its opposite to the second, in place."""
     for j in range(2):
         k = segments[i, j]
         s = fractions[i, j]

@@ -1,1 +1,1 @@
-"""How forces are carried through a step of time: one scheme a file, each built of the stages of `implicit_stage.py`."""
+"""Time integrators: one scheme per file, each built of the stages of `implicit_stage.py`."""

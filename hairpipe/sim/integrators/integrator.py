@@ -1,4 +1,4 @@
-"""What a time integrator is given, and what it does."""
+"""Interface of time integrators."""
 
 from typing import Protocol
 
@@ -18,7 +18,7 @@ class Integrator(Protocol):
 
 
 def everywhere(model: StrandModel, like: np.ndarray, number: float) -> np.ndarray:
-    """Give every strand a number, (blocks, W), of the dtype of (rows, 3, W)."""
+    """Return a number for every strand, (blocks, W), of the dtype of (rows, 3, W)."""
     return np.full((len(model.first) - 1, like.shape[2]), number, like.dtype)
 
 

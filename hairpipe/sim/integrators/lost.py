@@ -36,7 +36,7 @@ PARTS = 8
 
 
 class Began(NamedTuple):
-    """Where a step began: positions [m], velocities [m/s], (rows, 3, W), and what a model that may be lost knew."""
+    """Start of a step: positions [m], velocities [m/s], (rows, 3, W), and the stored values of the model."""
 
     x: np.ndarray
     v: np.ndarray

@@ -1,4 +1,4 @@
-"""How the time between two frames is cut into steps: each limit is an object, the shortest step holds."""
+"""Step sizes between two frames: each limit is an object, the shortest step is used."""
 
 from dataclasses import dataclass, field
 from math import ceil, inf
@@ -17,13 +17,13 @@ from hairpipe.sim.surroundings import Surroundings
 _SHORTEST = 0.25
 """Step that crossing hair may ask for, over the longest."""
 _SHORTER, _LONGER = 0.5, 1.25
-"""By what a step may follow the one before."""
+"""Range of the ratio of consecutive steps."""
 _COUNTED = 2**31
 """Maximum number of counted steps."""
 
 
 Lane = tuple[int, int] | None
-"""Where a strand is, block and lane; None: no one strand."""
+"""Block and lane of a strand; None: no single strand."""
 
 
 class TooManySteps(ArithmeticError):
@@ -63,7 +63,7 @@ class Fixed:
         return None
 
     def longest(self, state: State, path: ClampPath, time: float) -> float:
-        """Give that length."""
+        """Return that length."""
         return self.step
 
 
@@ -89,7 +89,7 @@ class Courant:
         return stiffest_springs(self.model)[1:]
 
     def longest(self, state: State, path: ClampPath, time: float) -> float:
-        """Give that length: without stiction it depends on nothing that moves."""
+        """Return that length: without stiction it depends on nothing that moves."""
         return self.number / np.sqrt(self.stiffest + self.around.stiffness())
 
 
@@ -193,7 +193,7 @@ class CrossingLimit:
         return None
 
     def longest(self, state: State, path: ClampPath, time: float) -> float:
-        """Give the step that is allowed now."""
+        """Return the step that is allowed now."""
         return self.step
 
     def follow(self, dt: float, crossed: float) -> None:

@@ -76,7 +76,7 @@ def _update(model, block, at, b, bad, only_bad, h, rule):
 
 @inlined
 def _place_ends(x, v, xh, ends, held, block, clamped, h):
-    """Put the particles that are held where they end, with the velocity that takes them there."""
+    """Place held particles at their ends, with the velocity of that displacement."""
     count = x.shape[0]
     for p in range(clamped):
         for c in range(3):
@@ -158,7 +158,7 @@ def _room(model, x):
 
 @inlined
 def set_form(model, block, x, T, rule):
-    """Give T, in place, what the spring form wants in the matrix: nothing, the present tension, or what it has."""
+    """Set T, in place, to the tension of the spring form in the matrix: 0, the present one, or unchanged."""
     if rule.form <= _PRINTED:
         fill(T, 0.0)
     elif rule.form == _TENSION:
@@ -219,7 +219,7 @@ def _guess_block(model, block, at, stage, rule):
 
 @njit(cache=True, error_model="numpy")
 def _fall_back(model, block, at, stage, h, bad, rule):
-    """Carry the lanes that are bad by backward Euler over the span of the stage, in place."""
+    """Solve the bad lanes with backward Euler over the span of the stage, in place."""
     x, v, T = at
     before = stage.before
     ends = stage.ends
@@ -278,7 +278,7 @@ def _with_part(rule, part):
 
 @inlined
 def _take_back(new, old, kept):
-    """Put back what was there before, in place, in all lanes but those that are kept."""
+    """Restore the previous values, in place, except in kept lanes."""
     for p in range(new.shape[0]):
         for c in range(new.shape[1]):
             store(new, (p, c), select(kept, load(new, (p, c)), load(old, (p, c))))

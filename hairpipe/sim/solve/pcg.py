@@ -129,7 +129,7 @@ def _size(masses, x):
 
 @njit(cache=True, parallel=True)
 def _turn(before, r, z, p, q):
-    """Give r . z, and turn to the next direction, in place: p = z + beta p, q = P p."""
+    """Return r . z, and update the direction, in place: p = z + beta p, q = P p."""
     chunks = -(-len(r) // _CHUNK)
     sums = np.empty((chunks, _WIDTH), _SINGLE)
     for chunk in prange(chunks):

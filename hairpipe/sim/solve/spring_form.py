@@ -1,4 +1,4 @@
-"""How much of a spring's stiffness a solve takes into its matrix: which K, and which tension T in it."""
+"""Stiffness of a spring in the matrix of a solve: K, and its tension T."""
 
 from enum import IntEnum
 

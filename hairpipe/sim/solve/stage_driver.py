@@ -167,7 +167,7 @@ class StageDriver:
         return lanes
 
     def _room(self, name: str, like: np.ndarray, numbers: int = 3, dtype: DTypeLike = None) -> np.ndarray:
-        """Give room for so many numbers a particle or a point, the same for every solve; zeros at first."""
+        """Return a buffer of numbers per particle or point, the same for every solve; zeros at first."""
         if name not in self._memory:
             self._memory[name] = np.zeros((like.shape[0], numbers, *like.shape[2:]), dtype or like.dtype)
         return self._memory[name]

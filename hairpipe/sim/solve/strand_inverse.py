@@ -1,4 +1,4 @@
-"""How strands respond to impulses on their axes, each by the factors of its own system."""
+"""Response of strands to impulses on their axes, by the factors of each system."""
 
 import numpy as np
 from numba import njit, prange

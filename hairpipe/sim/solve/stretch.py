@@ -1,4 +1,4 @@
-"""How strands are stretched: tensions of their springs, and which strands a step has lost."""
+"""Stretch of strands: tensions of their springs, and strands lost in a step."""
 
 import numpy as np
 from numba import njit, prange

@@ -1,1 +1,1 @@
-"""What a strand is made of: particles, constants, and the forces between them. Every model fills the same interface."""
+"""Models of a strand: particles, constants, and forces. All models have the same interface."""

@@ -59,7 +59,7 @@ def eliminate(model: Any, A: Any, b: Any, p: Any, count: Any, lowest: Any) -> An
 
 @by_model
 def forward(model: Any, A: Any, b: Any, p: Any, count: Any) -> Any:
-    """Do to row p of another right-hand side what `eliminate` did to the first, in place."""
+    """Eliminate row p from another right-hand side, as `eliminate`, in place."""
 
 
 @by_model

@@ -1,4 +1,4 @@
-"""How the network of a strand is built; the defaults are what works."""
+"""Settings of the construction of a strand's network, with proven defaults."""
 
 from dataclasses import dataclass
 from typing import Annotated

@@ -28,7 +28,7 @@ from hairpipe.sim.material import Material
 from hairpipe.sim.strands import lattice
 
 ROLLS = 6
-"""That are tried, over a whole turn."""
+"""Number of tried angles over a whole turn."""
 STRAIGHTEST = np.deg2rad(5.0)
 """Mean bend at a point of a strand that has no curl, at most [rad]."""
 _AT_ONCE = 1024

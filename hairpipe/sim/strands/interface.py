@@ -182,12 +182,12 @@ def add_forces(model: Any, system: Any, at: Any, p: Any, block: Any, terms: Any)
 
 @by_model
 def predict(model: Any, T: Any, span: Any, stays: Any) -> Any:
-    """Let what the model remembers of a block go on through a stage [s], but in lanes where it stays, in place."""
+    """Advance the stored values of a block through a stage [s], except in fixed lanes, in place."""
 
 
 @by_model
 def hold_tip(model: Any, block: Any, x: Any, T: Any, held: Any) -> Any:
-    """Let what the model remembers of a block, T, follow tips that are held; arguments as in `Stage`; in place."""
+    """Update the stored values of a block, T, for held tips; arguments as in `Stage`; in place."""
 
 
 @by_model

@@ -38,7 +38,7 @@ REVERSAL = 5
 TURN = np.deg2rad(Construction().turn)
 HEIGHT = np.sqrt(3.0) / 2.0
 _STRAIGHT = 1e-6
-"""How far the middle of a straight strand is off the line of its first segment, over its way from the root."""
+"""Distance of the middle of a straight strand from the line of its first segment, over its distance from the root."""
 
 
 def perturb(axis: np.ndarray, normals: np.ndarray, turn: float | np.ndarray = TURN) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What `hairpipe tune` may leave out of `simulate_hair`, see `hairpipe/simplification.py`."""
+"""Simplifications of `simulate_hair` for `hairpipe tune`, see `hairpipe/simplification.py`."""
 
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
@@ -16,7 +16,7 @@ PAIRS = (("collisions", "no collisions between hairs"), ("stiction", "no stictio
 GROUPS = (*PAIRS, ("volume", "no volume of hair"))
 """Groups of settings whose physics can be left out, by which hair acts on hair."""
 CELL = 0.006
-"""Of the grid that takes the place of pairs [m]."""
+"""Cell of the grid in place of pairs [m]."""
 LOCKS = (4, 16)
 """Hairs in a lock, at most."""
 COMPATIBLE_WITH_LOCKS = ("model", "precision", "segments", "steps", "voxels", "collisions", "keys")
@@ -44,12 +44,12 @@ def simplifications(settings: Settings, sockets: Collection[str], dt: float) -> 
 
 
 def couples(settings: Settings) -> bool:
-    """Tell whether hair acts on hair."""
+    """Return whether hair acts on hair."""
     return any(settings[group] is not None for group, _ in GROUPS)
 
 
 def of_model(settings: Settings) -> Iterator[Simplification]:
-    """Take another model of strands; of what it cannot model, such as curls by a chain, the node itself says so."""
+    """Use another model of strands; the node reports unsupported properties, such as curls of a chain."""
     for level, (model, text) in enumerate(MODELS[settings["model"]].items(), 1):
         yield Simplification("model", level, text, (("model", model),))
 
@@ -68,7 +68,7 @@ def of_groups(settings: Settings) -> Iterator[Simplification]:
 
 
 def of_pairs(settings: Settings) -> Iterator[Simplification]:
-    """Take hair as a volume in place of pairs of hairs."""
+    """Simulate hair as a volume in place of pairs of hairs."""
     pairs = tuple(group for group, _ in PAIRS if settings[group] is not None)
     if pairs and settings["volume"] is None:
         yield Simplification("pairs", 1, "hair as a volume, not pairs", (("volume.cell", CELL),), pairs)

@@ -37,7 +37,7 @@ def count_arithmetic(lines: Iterable[str]) -> Arithmetic:
 
 
 def assembly_of(kernel: Dispatcher, *args: Any) -> str:
-    """Give the machine code of a kernel, with all that is copied into it, for arguments like these.
+    """Return the machine code of a kernel, with all that is copied into it, for arguments like these.
 
     A kernel that is in the cache is read from there, not compiled again.
     """

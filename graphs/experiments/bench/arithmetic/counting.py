@@ -89,7 +89,7 @@ def count_work(kernel: Dispatcher, *args: Any) -> Work:
 
 
 def _in_python(thing: Any, known: dict[Any, Callable]) -> Any:
-    """Give a kernel as Python that calls no machine code."""
+    """Return a kernel as Python that calls no machine code."""
     if thing not in known:
         if isinstance(thing, ModuleType):
             return _Module(thing, known)

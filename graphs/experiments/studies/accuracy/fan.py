@@ -21,7 +21,7 @@ def headings(count: int) -> np.ndarray:
 
 
 def fanned(groom: Groom, count: int, radius: float) -> Groom:
-    """Give the first strand of a groom in so many headings, with its root's frame, all roots on a circle [m]; pure."""
+    """Return the first strand of a groom in headings, with its root's frame, all roots on a circle [m]; pure."""
     points = groom.points[: groom.offsets[1]].copy()
     frame = groom.root_frames[0].copy()
     points[:, 0] += radius

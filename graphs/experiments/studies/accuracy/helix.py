@@ -54,7 +54,7 @@ def helix_table(
 
 
 def turns(count: int) -> Iterator[np.ndarray]:
-    """Give so many rotations, each also with a reflection before it, which winds a curl the other way, (3, 3)."""
+    """Return so many rotations, each also with a reflection before it, which winds a curl the other way, (3, 3)."""
     from scipy.spatial.transform import Rotation
 
     for turn in Rotation.from_rotvec(np.arange(count)[:, None] * np.array([0.9, -1.7, 0.6])).as_matrix():

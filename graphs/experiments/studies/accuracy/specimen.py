@@ -169,7 +169,7 @@ def _assemble(specimen: Specimen, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _of_rows(A: np.ndarray) -> np.ndarray:
-    """Give the matrix whose rows hold four rows of an upper triangle, see `banded_angle.py`, (4 rows, 4 rows)."""
+    """Return the matrix whose rows hold four rows of an upper triangle, see `banded_angle.py`, (4 rows, 4 rows)."""
     size = 4 * len(A)
     bands = {k: np.zeros(4 * len(A)) for k in range(11)}
     for unknown, first in enumerate((0, 11, 21, 30)):
@@ -179,7 +179,7 @@ def _of_rows(A: np.ndarray) -> np.ndarray:
 
 
 def _symmetric(bands: dict[int, np.ndarray], size: int) -> np.ndarray:
-    """Give the symmetric matrix of a size with diagonals k to the right of the first."""
+    """Return the symmetric matrix of a size with diagonals k to the right of the first."""
     matrix = np.zeros((size, size))
     for k, band in bands.items():
         i = np.arange(size - k)

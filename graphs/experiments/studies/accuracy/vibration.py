@@ -55,6 +55,6 @@ def frequencies(specimen: Specimen, modes: int) -> np.ndarray:
 
 
 def condensed(matrix: np.ndarray, kept: np.ndarray) -> np.ndarray:
-    """Give what a stiffness is to the unknowns kept, (m,) bool, where all others balance: angles have no inertia."""
+    """Return what a stiffness is to the unknowns kept, (m,) bool, where all others balance: angles have no inertia."""
     others = matrix[np.ix_(~kept, kept)]
     return matrix[np.ix_(kept, kept)] - others.T @ np.linalg.solve(matrix[np.ix_(~kept, ~kept)], others)

@@ -80,7 +80,7 @@ class Worst:
 
 
 def signs(worst: Worst, possible: float) -> str:
-    """Say what failed, parted by commas; no point can be faster than possible [m/s]."""
+    """List what failed, separated by commas; no point can be faster than possible [m/s]."""
     if not worst.finite:
         return "NaN"
     failed = {

@@ -28,7 +28,7 @@ class Solid(NamedTuple):
         return max(float(self.semi[0]) + self.half, *self.semi[1:].tolist())
 
     def contains(self, points: np.ndarray) -> np.ndarray:
-        """Tell which points [m], (n, 3), are inside, (n,) bool."""
+        """Return which points [m], (n, 3), are inside, (n,) bool."""
         off = points - self.centre
         off = off - np.clip(off, -self.half, self.half) * (1.0, 0.0, 0.0)
         return ((off / self.semi) ** 2).sum(axis=1) < 1.0

@@ -105,7 +105,7 @@ class BodyContacts(Interaction):
         self._state.state[self._state.state != INSIDE] = FREE
 
     def predict(self, at: Prediction) -> None:
-        """Look where a prediction leads active points at the end of a stage."""
+        """Probe the predicted positions of active points at the end of a stage."""
         if not self._is_left_to_corrections:
             self.look(at.points, at.time, at.active)
             self._state.freed[:] = False
@@ -117,7 +117,7 @@ class BodyContacts(Interaction):
         hold(self._state, self._cache.probe, at, self._kept, push, damping)
 
     def judge(self, at: Prediction, again: np.ndarray) -> None:
-        """Look at what a solve found; mark points whose contact changed, (P,) bool, in place."""
+        """Probe the result of a solve; mark points whose contact changed, (P,) bool, in place."""
         if not self._is_left_to_corrections:
             probe = self.look(at.points, at.time, at.active)
             changed = np.empty(len(at.points), np.bool_)
@@ -134,14 +134,14 @@ class BodyContacts(Interaction):
         return max((surface.speed for surface in self.surfaces), default=0.0)
 
     def finish_solves(self, end: StepEnd) -> None:
-        """Let what is held go with the body along the normal: a contact gives nothing back."""
+        """Set the normal velocity of held points to that of the body: contact is inelastic."""
         velocities = end.velocities
         change = np.empty_like(velocities)
         stop_normals(self._state, velocities, self._cache.probe.distance, change)
         end.push(change)
 
     def _hold_normals(self, active: np.ndarray, normals: np.ndarray, masses: np.ndarray, dt: float) -> None:
-        """Give active points, (P,) bool, the body's normal velocity in the next solves, and release the others.
+        """Prescribe the body's normal velocity to active points, (P,) bool, in the next solves; release the others.
 
         As in the paper's velocity solve, in a step of dt [s]; friction acts before it.
         """

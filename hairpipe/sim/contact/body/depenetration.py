@@ -22,11 +22,11 @@ from hairpipe.levelset.collider import SdfSample
 from hairpipe.sim.contact.body.implicit import DEEP, FREE, INSIDE, PUSH_OUT, ContactState
 
 STRAIN = 5e-3
-"""Of a strand that the push on all its points would stretch at most."""
+"""Largest stretch of a strand by the push on all its points."""
 LEAST = 50.0
 """The push is as strong as that, at least [m/s^2]: hair that its weight alone strains by more must come out, too."""
 _REACH = 0.8
-"""Of a segment, that a point gets farther out than the one before it: no more would be straight up."""
+"""Largest difference in distance of consecutive points, over their segment."""
 _CHUNK = 512
 
 

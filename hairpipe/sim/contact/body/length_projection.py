@@ -14,7 +14,7 @@ from numba import njit
 from hairpipe.levelset.collider import SdfSample
 
 STRETCH = 0.1
-"""How far a segment may be stretched by what puts its ends right, of its length."""
+"""Largest stretch of a segment by a correction of its ends, over its length."""
 _ROUNDS = 64  # of both; what is inside then cannot be helped
 _PATIENCE = 4  # rounds until points are laid next to those before them
 _SHORT = 0.5  # of what a point keeps from the body; nearer than that it is moved out again

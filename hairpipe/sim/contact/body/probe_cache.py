@@ -72,7 +72,7 @@ class ProbeCache:
 
 
 class _Seen(NamedTuple):
-    """Where and when the last answers were found, and what they were."""
+    """Places, times and results of the last probes."""
 
     places: np.ndarray
     times: np.ndarray

@@ -114,7 +114,7 @@ def project(
 
 @njit(cache=True)
 def _slow(motion, i, n, b, dv):
-    """Take from the velocity what points into the body, with its friction."""
+    """Remove the inward component of the velocity, with its friction."""
     v = motion.speeds[i]
     u = (v[0] - b[0], v[1] - b[1], v[2] - b[2])
     s = slide(u, n, max(0.0, -(u[0] * n[0] + u[1] * n[1] + u[2] * n[2])), motion.friction)
@@ -135,7 +135,7 @@ def _meet(motion, i, n, b, push, dx, dv):
 
 @njit(cache=True)
 def _stop(motion, i, share, n, b, dx, dv):
-    """Let a point that went through go on along the surface from where it met it."""
+    """Move a point that went through along the surface from the place of the hit."""
     p = motion.after[i]
     q = motion.before[i]
     dt = motion.dt

@@ -119,7 +119,7 @@ class Candidates:
         self._list_all(self.after)
 
     def renew(self, ends: np.ndarray) -> None:
-        """Let points end elsewhere [m], (P, 3)."""
+        """Change the end positions of points [m], (P, 3)."""
         if not _apart(ends, self._listed, 0.5 * self.reach).any():
             return
         far = _apart(ends, self._sorted, 0.5 * self.reach)
@@ -134,7 +134,7 @@ class Candidates:
             self.pairs = np.concatenate([picked(self._all, ~_among(self._all, touched)), fresh])
 
     def of(self, points: np.ndarray) -> np.ndarray:
-        """Give the pairs with one of the points that are marked, (P,) bool."""
+        """Return the pairs with one of the marked points, (P,) bool."""
         return picked(self.pairs, _among(self.pairs, touched_by(points, self.offsets)))
 
     def _list_all(self, ends: np.ndarray) -> None:

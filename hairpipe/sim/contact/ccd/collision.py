@@ -82,7 +82,7 @@ def collide(
 
 
 def _in_time(*known: Crossings) -> Crossings:
-    """Put crossings behind one another, the earliest in the step first."""
+    """Concatenate crossings, the earliest in the step first."""
     together = Crossings(*(np.concatenate(parts) for parts in zip(*known, strict=True)))
     order = np.argsort(together.times, kind="stable")
     return Crossings(*(part[order] for part in together))
@@ -100,7 +100,7 @@ def _end(after, previous, change, dt, ends, struck):
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def _passages(before, after, masses, met, thickness, dt):
-    """What every crossing is without impulses: n, u [m/s], n.u wanted [m/s], mass of the pair [kg] or 0, (n, 8)."""
+    """Return every crossing without impulses: n, u [m/s], target n.u [m/s], mass of the pair [kg] or 0, (n, 8)."""
     segments, fractions, normals = met.segments, met.fractions, met.normals
     passages = np.empty((len(segments), 8))
     for i in prange(len(segments)):

@@ -1,4 +1,4 @@
-"""Which pairs of segments pass through each other in a step, where, and when: Sec. 5.3, edge against edge."""
+"""Pairs of segments that pass through each other in a step, with place and time: Sec. 5.3, edge against edge."""
 
 from typing import NamedTuple
 

@@ -38,7 +38,7 @@ class Encounter(NamedTuple):
 
 @inlined
 def encounter(before: np.ndarray, after: np.ndarray, i: int, j: int) -> Encounter:
-    """Give the motion of segments i and j between positions [m], (P, 3)."""
+    """Return the motion of segments i and j between positions [m], (P, 3)."""
     return Encounter(
         (row(before, i), row(after, i)),
         (row(before, i + 1), row(after, i + 1)),

@@ -222,7 +222,7 @@ def follow(rows: CouplingRows, change: np.ndarray, active: np.ndarray, total: np
 
 @inlined
 def _own_part(rows, v, k):
-    """What own blocks make of velocities at point k [N s]."""
+    """Product of own blocks and the velocities at point k [N s]."""
     diagonal, following = rows.diagonal, rows.following
     y = _times(diagonal, k, v, k)
     # Where nothing acts, the next point may be another strand's, and lost.
@@ -245,7 +245,7 @@ def _times(M, m, v, k):
 
 @inlined
 def _across(rows, places, k, v):
-    """What moves on the other sides gives to segment k in all, and to its next point: -O v [N s]."""
+    """Product of the other sides for segment k in all, and for its next point: -O v [N s]."""
     first, others, numbers = rows.first, rows.others, rows.numbers
     total, far = zeros(), zeros()
     for e in range(first[k], first[k + 1]):

@@ -28,7 +28,7 @@ import numpy as np
 from numba import njit
 
 PUSH, DIRECTION, ALONG, ACROSS = 0, 3, 6, 7
-"""Where what a coupling exerts begins in its row."""
+"""Place of the impulse of a coupling in its row."""
 
 
 class Couplings(NamedTuple):
@@ -77,7 +77,7 @@ class Incidence(NamedTuple):
 
 
 class Places(Protocol):
-    """Where things couple: see `Couplings`."""
+    """Places of couplings, see `Couplings`."""
 
     @property
     def segments(self) -> np.ndarray:
@@ -102,7 +102,7 @@ NOWHERE = Joined(np.empty((0, 2), np.int32), np.empty((0, 2)))
 
 
 def join(*places: Places) -> Joined:
-    """Put places one set after the other."""
+    """Concatenate sets of places."""
     segments = np.concatenate([some.segments for some in places])
     return Joined(segments, np.concatenate([some.fractions for some in places]))
 

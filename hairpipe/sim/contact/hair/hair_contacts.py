@@ -59,7 +59,7 @@ class HairContacts(Interaction):
         self._never = reduce(intersection, [keys for _, keys in sought]) if sought else np.empty(0, np.int64)
 
     def begin(self, start: Start) -> None:
-        """Look around at the start of a step: connections break and are made, contacts are found."""
+        """Update connections and find contacts at the start of a step."""
         points, velocities = start.points, start.velocities
         if self.stiction is not None:
             self.connections = release(self.connections, points, self.stiction.release, self.widths)
@@ -138,7 +138,7 @@ class HairContacts(Interaction):
 
     @property
     def _coupled(self) -> Collisions | None:
-        """What is pushed away in the system of all strands."""
+        """Contacts in the system of all strands."""
         return None if self.sweeps else self.collisions
 
     @property
@@ -147,7 +147,7 @@ class HairContacts(Interaction):
         return self.collisions is not None and self.collisions.solver == "sweep"
 
     def repel(self, end: StepEnd, *, elastic: bool) -> None:
-        """Let what is near push by impulses, if it `sweeps`, in place."""
+        """Apply impulses between near segments, if the solver `sweeps`, in place."""
         if self.collisions is not None and self.sweeps:
             points, velocities = end.points, end.velocities
             slowed = velocities.copy()

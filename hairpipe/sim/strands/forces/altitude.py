@@ -101,7 +101,7 @@ def _candidates(values, p):
 
 @inlined
 def linearise_altitude(x, p, k, inverse_heights, h, hh):
-    """Give weights g_0 ... g_3, h f and hh K of the tetrahedron of particles p to p + 3.
+    """Return weights g_0 ... g_3, h f and hh K of the tetrahedron of particles p to p + 3.
 
     Particle i feels g_i h f, and particles i and j are coupled by g_i g_j hh K.
 

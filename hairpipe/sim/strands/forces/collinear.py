@@ -23,7 +23,7 @@ from hairpipe.kernels.vec3 import cross, dot, plus, scaled
 
 
 def nothing(x: Any) -> Any:
-    """Give a positive number of the lanes' precision that is next to nothing [1]."""
+    """Return a tiny positive number of the lanes' precision [1]."""
 
 
 def _limits(x: Any) -> Any:
@@ -50,7 +50,7 @@ def _limit(u, v, w):
 
 @inlined
 def collinear(u, v, w, size):
-    """Where particles are so close to a line that rounding blurs their altitude.
+    """Particles so close to a line that their altitude is lost in rounding.
 
     u, v, w  from particle 0 to the others [m], tuples of three lanes; size  the largest |N|^2 there is [m^4]
     """
@@ -59,7 +59,7 @@ def collinear(u, v, w, size):
 
 @inlined
 def off_the_line(u, v, w, size, where):
-    """Give u and v [m] back, displaced where the particles are collinear."""
+    """Return u and v [m], displaced where the particles are collinear."""
     along = _longer(u, _longer(v, w))
     aside = cross(along, _least_axis(along))
     limit = maximum(_limit(u, v, w), nothing(size))

@@ -38,7 +38,7 @@ def critical_damping(k, inverse_rest, mass, p, q):
 
 @inlined
 def linearise_spring(at, p, offset, spring, h, hh):
-    """Give h f on particle p and hh K + h D for the spring from there to p + offset.
+    """Return h f on particle p and hh K + h D for the spring from there to p + offset.
 
     at      positions x [m] and velocities v [m/s], (particles, 3, W), and tensions for K [N], (particles, springs, W)
     spring  k, force per unit strain [N]; 1 / l0 [1/m]; c, damping [kg/s]

@@ -36,7 +36,7 @@ def balance(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> tuple[np.
         rows = (model.first[blocks][:, None] + np.arange(count)).reshape(-1)
 
         def by_strand(values: np.ndarray, blocks: np.ndarray = blocks, rows: np.ndarray = rows) -> np.ndarray:
-            """Give (strands, rows, ...) of (rows, ..., W)."""
+            """Return (strands, rows, ...) of (rows, ..., W)."""
             return np.moveaxis(values[rows].reshape(len(blocks), -1, *values.shape[1:]), -1, 1).reshape(
                 len(blocks) * x.shape[2], -1, *values.shape[1:-1]
             )

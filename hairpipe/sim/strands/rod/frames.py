@@ -44,7 +44,7 @@ def across(q, t):
 
 @inlined
 def transport(m, te, tf):
-    """Carry a vector across te to tf without twist; across a fold to the nearest unit vector that is across tf."""
+    """Transport a vector normal to te to tf without twist; at a fold to the nearest unit vector normal to tf."""
     chi = 1.0 + dot(te, tf)
     over = minus(m, scaled(dot(tf, m) / maximum(chi, FOLDED), plus(te, tf)))
     folded = chi < FOLDED  # There the denominator is clamped, and the result no unit vector across tf any more.

@@ -14,7 +14,7 @@ from hairpipe.sim.strands.rod.vertex import Gradient, Tangent
 
 @inlined
 def in_unknowns(H, s, inverse):
-    """Give s times a tangent, by angles times a length; inverse  1 / that length [1/m]."""
+    """Return s times a tangent, by angles times a length; inverse  1 / that length [1/m]."""
     ef = H.ef
     a = s * inverse
     x, y, z = scaled(s, ef[0:3]), scaled(s, ef[3:6]), scaled(s, ef[6:9])
@@ -101,17 +101,17 @@ def add_tangent(A, p, H: Tangent):
 
 @inlined
 def added_to_f(H, six):
-    """Give a tangent with a symmetric block more by f."""
+    """Return a tangent with a symmetric block more by f."""
     return Tangent(H.ee, H.ef, sym3.plus(H.ff, six), H.e_a, H.e_b, H.f_a, H.f_b, H.aa, H.ab, H.bb)
 
 
 @inlined
 def held_at_angles(H, more):
-    """Give a tangent with so much more on the diagonal of both angles."""
+    """Return a tangent with so much more on the diagonal of both angles."""
     return Tangent(H.ee, H.ef, H.ff, H.e_a, H.e_b, H.f_a, H.f_b, H.aa + more, H.ab, H.bb + more)
 
 
 @inlined
 def pulled_at_f(g, force):
-    """Give a gradient with so much more by f."""
+    """Return a gradient with so much more by f."""
     return Gradient(g.e, plus(g.f, force), g.a, g.b)

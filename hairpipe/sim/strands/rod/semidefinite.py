@@ -20,7 +20,7 @@ _E, _A, _F, _B = 0, 3, 4, 7
 
 @njit(cache=True, error_model="numpy", _nrt=False)
 def semidefinite(H, like):
-    """Give the tangent H of a vertex without its negative eigenvalues; like  an array of its lanes, (..., W)."""
+    """Return the tangent H of a vertex without its negative eigenvalues; like  an array of its lanes, (..., W)."""
     S, V = local_rows(64, like), local_rows(64, like)
     _write(H, S)
     for i in range(SIZE):

@@ -46,7 +46,7 @@ def follow_solve(model, block, at, dx, b, h):
 
 @njit(cache=True, error_model="numpy")
 def hold_tip(model, block, x, T, held):
-    """Give the last vertex the twist that is left where the tip is held, in place."""
+    """Set the remaining twist of the last vertex where the tip is held, in place."""
     if len(held) > 0:
         fixed = load(held, (block,)) > 0.0
         if any_lane(fixed):

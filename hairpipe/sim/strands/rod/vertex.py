@@ -89,7 +89,7 @@ def bend(te, tf, ie, jf, m1e, m1f):
 
 @inlined
 def gradients(v):
-    """Give the derivatives of k1, k2 and psi at a vertex."""
+    """Return the derivatives of k1, k2 and psi at a vertex."""
     tf_c2, te_c2, tf_c1, te_c1 = cross(v.tf, v.c2), cross(v.te, v.c2), cross(v.tf, v.c1), cross(v.te, v.c1)
     bent1 = scaled(v.k1, v.tt)
     bent2 = scaled(v.k2, v.tt)
@@ -112,7 +112,7 @@ def gradients(v):
 
 @inlined
 def force_of(q, g):
-    """Give the gradient of the energy: the sum of the moments q times the gradients g of three measures."""
+    """Return the gradient of the energy: the sum of the moments q times the gradients g of three measures."""
     (q1, q2, q3), (g1, g2, g3) = q, g
     e = plus(plus(scaled(q1, g1.e), scaled(q2, g2.e)), scaled(q3, g3.e))
     f = plus(plus(scaled(q1, g1.f), scaled(q2, g2.f)), scaled(q3, g3.f))
@@ -142,7 +142,7 @@ def _both(a, b):
 
 @inlined
 def stretch_of(s, g):
-    """Give s g g^T of one measure."""
+    """Return s g g^T of one measure."""
     e, f = scaled(s, g.e), scaled(s, g.f)
     return Tangent(
         sym3.outer(s, g.e),
@@ -192,7 +192,7 @@ def _of_edge(s, v, K, side, moment, t):
 
 @inlined
 def geometric(q, v):
-    """Give the part of the tangent by which moments turn with the rod: the sum of q times second derivatives."""
+    """Return the part of the tangent by which moments turn with the rod: the sum of q times second derivatives."""
     q1, q2, q3 = q
     K = q1 * v.k1 + q2 * v.k2
     D = minus(scaled(q1, v.c2), scaled(q2, v.c1))
