@@ -1,5 +1,6 @@
 """What the pages in `docs/` are made of: node types by purpose, their examples, labels, and cards of graphs."""
 
+import json
 import re
 import tomllib
 from pathlib import Path
@@ -12,7 +13,7 @@ from hairpipe.api.node_types import node_types
 from hairpipe.io.value import write_value
 from hairpipe.nodes.make_bust import make_bust
 
-from .pages import DOCS, HOME, graphs_of, name_of, write_files
+from .pages import DOCS, HOME, graphs_of, name_of, nodes_of, write_files
 
 CATALOGUE = node_types()
 SMALL = {
@@ -98,3 +99,15 @@ def test_graphs_of_a_tutorial_load_as_they_grow_and_run_in_the_end(page, tmp_pat
     small = {key: value for key, value in SMALL.items() if key.partition(".")[0] in shot.nodes}
     first = shot.frames[0]
     assert shot.run(range(first, first + 2), set=small, jobs=1).ok
+
+
+def test_the_notebook_is_written_from_its_page(extension):
+    from extension.notebook import TUTORIAL, notebook_of
+
+    written = TUTORIAL.with_suffix(".ipynb").read_text(encoding="utf-8")
+    assert written == notebook_of(TUTORIAL.read_text(encoding="utf-8"))
+    cells = ["".join(cell["source"]) for cell in json.loads(written)["cells"]]
+    saved = {cell.partition("\n")[0]: cell.partition("\n")[2] for cell in cells if cell.startswith("%%writefile")}
+    assert saved["%%writefile short.toml"].strip() == list(graphs_of(TUTORIAL))[-1][1].strip()
+    nodes = {f"%%writefile nodes/{name}.py": text.strip() for name, text in nodes_of(TUTORIAL).items()}
+    assert nodes.items() <= {line: text.strip() for line, text in saved.items()}.items()
