@@ -28,9 +28,9 @@ def comparison(
     """Return a row for every table: a number measured in a series, that of the reference, and their difference.
 
     columns  names of the ascending column and of the examined one; rows without a number in either are left out
-    measure  difference: largest distance from the reference, linear between its rows, on the range of both, in % of
-             the largest value of the reference; crossing: where the magnitude first exceeds the level; last: value of
-             the last row; change: from the first row to the last
+    measure  difference: largest distance from the reference at its rows, where a table is linear between its own, in %
+             of the largest value of the reference; crossing: where the magnitude first exceeds the level; last: value
+             of the last row; change: from the first row to the last
     last     end of the range in the ascending column; None for that of the tables
 
     BadInput where a table lacks a column, or the cases are not as many as the tables. What does not happen is NaN.
@@ -63,10 +63,10 @@ def series(table: Table, columns: tuple[str, str], last: float | None) -> Series
 
 
 def distance(found: Series, known: Series) -> float:
-    """Return the largest distance of a series from another one on the range of both; NaN where they have none."""
-    along, values = found
-    both = (along >= known[0][0]) & (along <= known[0][-1])
-    distances = np.abs(values[both] - np.interp(along[both], *known))
+    """Return the largest distance of a series from the rows of another on the range of both; NaN without any row."""
+    along, values = known
+    both = (along >= found[0][0]) & (along <= found[0][-1])
+    distances = np.abs(values[both] - np.interp(along[both], *found))
     return float(np.max(distances)) if len(distances) else np.nan
 
 

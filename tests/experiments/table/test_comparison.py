@@ -25,9 +25,12 @@ def test_difference_is_the_largest_relative_to_the_reference():
     assert found["measured"] == pytest.approx([0.1, 0.2]) and found["error [%]"] == pytest.approx([10.0, 20.0])
 
 
-def test_difference_ends_with_a_reference_that_is_shorter_and_coarser():
-    found = compared("difference", [ramp(1.5)], ramp(1.0, np.array([0.0, 0.7, 1.0])))
-    assert found["measured"] == pytest.approx([0.5])
+def test_difference_is_taken_at_the_rows_of_a_coarser_reference():
+    curved = table_of_columns({"time [s]": TIMES, "y [m]": TIMES**2})
+    coarse = np.array([0.0, 0.7, 1.0])
+    found = compared("difference", [curved], table_of_columns({"time [s]": coarse, "y [m]": coarse**2}))
+    assert found["measured"] == pytest.approx([0.0])
+    assert compared("difference", [ramp(1.5)], ramp(1.0, coarse))["measured"] == pytest.approx([0.5])
 
 
 def test_crossing_is_of_the_magnitude_and_nan_where_there_is_none():
