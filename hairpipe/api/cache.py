@@ -1,10 +1,10 @@
 """Cache of results: listing, verification and removal."""
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
@@ -13,6 +13,9 @@ from hairpipe.graph.store.ownership import check_store
 from hairpipe.graph.store.store import Store
 from hairpipe.graph.worker.machine_code import kernels_parent
 from hairpipe.plain_file import check_plain
+
+if TYPE_CHECKING:
+    from hairpipe.graph.store.doctor import Finding
 
 __all__ = ["Cache", "Found", "Item", "Swept", "open_store"]
 
@@ -78,6 +81,20 @@ class Cache:
         """
         kept = live_keys(self._store(), [graph for shot in keep for graph in shot.graphs()])
         return clean(self._store(read_only=dry_run), keep=kept, older=older, size=size)
+
+    def diagnose(self, *, pair: bool = False) -> "Iterator[Finding]":
+        """Check whether the folder does what several runs, users and machines need; yields findings one by one.
+
+        pair  check between this machine and a second one, too, which does the same within two minutes
+
+        BadInput where no second machine does.
+        """
+        from hairpipe.graph.store.doctor import diagnose
+        from hairpipe.graph.store.doctor_pair import diagnose_pair
+
+        yield from diagnose(self._store())
+        if pair:
+            yield from diagnose_pair(self._store())
 
     def _store(self, *, read_only: bool = False) -> Store:
         return open_store(self._root, read_only=read_only)

@@ -141,3 +141,22 @@ def gc(
     else:
         verb = "would go" if dry_run else "removed"
         click.echo(f"{plural(gone.records, 'result')}, {size(gone.size)} {verb} from {shown(cache)}")
+
+
+@cache.command()
+@click.option("--pair", is_flag=True, help="Check between two machines: run the same on both at one time.")
+@options.cache
+@options.as_json
+def doctor(pair: bool, cache: Path, as_json: bool) -> None:
+    """Check whether the folder of results does what several runs, users and machines need.
+
+    Exit code 0: it does, 1: results may be damaged or computed twice there.
+    """
+    found = []
+    for finding in hairpipe.Cache(cache).diagnose(pair=pair):
+        found.append(finding)
+        if not as_json:
+            click.echo(one_line(f"{finding.verdict:5}  {finding.check:18}  {finding.result}; {finding.meaning}"))
+    if as_json:
+        click.echo(json.dumps({"cache": str(cache), "findings": [item._asdict() for item in found]}, indent=2))
+    sys.exit(1 if any(item.verdict == "fault" for item in found) else 0)

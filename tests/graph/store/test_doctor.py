@@ -1,0 +1,114 @@
+"""The doctor of a store finds what file systems do wrong, on one machine and between two."""
+
+import os
+import threading
+
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.store import doctor, doctor_pair
+from hairpipe.graph.store.doctor import diagnose
+from hairpipe.graph.store.doctor_pair import diagnose_pair
+from hairpipe.graph.store.lease import Leases
+from hairpipe.graph.store.store import Store
+
+
+@pytest.fixture
+def store(tmp_path):
+    return Store(tmp_path / "store")
+
+
+def verdicts(findings):
+    return {finding.check: finding.verdict for finding in findings}
+
+
+def refuse(*given):
+    raise OSError(95, "Operation not supported")
+
+
+FAULTS = {
+    "exclusive creation": (doctor, "create", lambda path: path.touch() or True),
+    "replacement": (doctor, "is_one", lambda path: path.stat().st_ino % 2 == 0),
+    "links": (os, "link", refuse),
+    "locks": (doctor, "locked", lambda handle: True),
+    "renewal": (os, "utime", lambda *given: None),
+    "listing": (doctor, "names_in", lambda folder: set()),
+    "leases": (Leases, "acquire", lambda leases, key: True),
+    "space": (doctor, "LITTLE", 1e30),
+}
+
+
+def test_a_folder_of_this_machine_does_everything(store):
+    found = verdicts(diagnose(store))
+    assert set(found.values()) == {"ok"} and found.keys() >= FAULTS.keys()
+    assert not [path for path in store.root.rglob("*") if path.is_file()]
+
+
+@pytest.mark.parametrize("check", FAULTS)
+def test_a_fault_is_found_and_named(store, check, monkeypatch):
+    place, name, wrong = FAULTS[check]
+    monkeypatch.setattr(place, name, wrong)
+    monkeypatch.setattr(doctor, "SLOW", 0.01)
+    found = verdicts(diagnose(store))
+    harmless = check in ("links", "locks", "listing", "space")
+    assert found.pop(check) == ("note" if harmless else "fault")
+    assert set(found.values()) == {"ok"}
+
+
+def test_who_may_only_read_is_told_so(store, monkeypatch):
+    store.room(store.temporary / "any")
+    monkeypatch.setattr(os, "access", lambda path, mode: not mode & os.W_OK)
+    assert verdicts(diagnose(store)) == {"folder": "ok", "writing": "note"}
+
+
+def test_folders_that_are_closed_to_the_user_are_counted(store, monkeypatch):
+    store.room(store.object_path("ab" * 20 + ".bin"))
+    access = os.access
+    monkeypatch.setattr(os, "access", lambda path, mode: path.name != "ab" and access(path, mode))
+    finding = next(finding for finding in diagnose(store) if finding.check == "permissions")
+    assert finding.verdict == "fault" and finding.result == "1 of 3 folders not writable"
+
+
+def pair(store):
+    """Let two machines meet, each a thread; returns what each has found."""
+    found = [[], []]
+    threads = [threading.Thread(target=lambda own=own: own.extend(diagnose_pair(store))) for own in found]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return found
+
+
+def test_two_machines_come_to_the_same_findings(store):
+    one, other = pair(store)
+    assert one == other and set(verdicts(one).values()) == {"ok"}
+    assert set(verdicts(one)) == set(doctor_pair.CHECKS)
+    assert not (store.root / "doctor").exists()
+    assert not [path for path in store.root.rglob("*") if path.is_file()]
+
+
+@pytest.mark.parametrize(
+    "check", ["exclusive creation", "replacement", "links", "locks", "renewal", "listing", "leases"]
+)
+def test_a_fault_between_two_machines_is_found(store, check, monkeypatch):
+    place, name, wrong = FAULTS[check]
+    place = doctor_pair if place is doctor else place
+    if check == "renewal":
+        place, name, wrong = doctor_pair.renewal, "renew", lambda: None
+        monkeypatch.setattr(doctor_pair, "EXPIRY", 0.9)
+    if check == "listing":
+        monkeypatch.setattr(doctor_pair, "SLOW", 0.01)
+    monkeypatch.setattr(place, name, wrong)
+    monkeypatch.setattr(doctor_pair, "DELAY", 0.5)
+    one, other = pair(store)
+    assert one == other and verdicts(one)[check] != "ok"
+    assert {name for name, verdict in verdicts(one).items() if verdict != "ok"} == {check}
+
+
+def test_alone_it_ends_with_a_message_whoever_was_there_before(store, monkeypatch):
+    monkeypatch.setattr(doctor_pair, "PATIENCE", 0.3)
+    folder = store.room(store.root / "doctor" / "any").parent
+    (folder / ".hairpipe-other.tmp").write_text('{"host": "gone", "beat": 1, "said": [], "with": ""}')
+    with pytest.raises(BadInput, match="a second machine does not answer"):
+        list(diagnose_pair(store))
