@@ -66,11 +66,13 @@ ROOMS = {
     "page": {*BASE, "api", "io", "spatial", "wedge", "graph.File", *PURE},
     "wedge": {*BASE, "api", "io", *PURE},
     "results": {*BASE, "api", "io", "graph", "bench.machine", "bench.report"},
+    "farm": {"errors", "api"},
     "cli": {
         "api",
         "bench",
         "child",
         "errors",
+        "farm",
         "io",
         "page",
         "plain_file",
@@ -110,6 +112,7 @@ MOST_MODULES = 16
 """In a folder; nodes are looked up by name, and their folder may be as long as a dictionary."""
 MOST_PARAMETERS, MOST_LONG_SIGNATURES = 8, 5
 LONG_SIGNATURES = {
+    "hairpipe/cli/commands/plan.py plan": "its parameters are the options of a command",
     "hairpipe/api/graph_shot.py run": "its parameters are the options of a run",
     "hairpipe/cli/commands/run.py run": "its parameters are the options of a command",
     "hairpipe/cli/commands/tune.py tune": "its parameters are the options of a command",

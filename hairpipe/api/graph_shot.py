@@ -17,6 +17,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.engine.member import Member
 from hairpipe.graph.file.bounds import Bounds
 from hairpipe.graph.file.graph import Graph, Node
+from hairpipe.graph.plan.levels import Level, levels_of
 from hairpipe.graph.plan.planner import Planner
 from hairpipe.graph.plan.planner import explain as explain_task
 from hairpipe.graph.plan.tasks import Task
@@ -88,6 +89,10 @@ class GraphShot:
         """Return the graph, or the part of it up to some nodes; BadInput for an unknown one."""
         names = read_names(to)
         return self.graph.upto(names) if names else self.graph
+
+    def levels(self) -> list[Level]:
+        """List the groups of nodes that can be computed one after another, each divided among machines."""
+        return levels_of(self.graph)
 
     def stopping(self) -> Stopping:
         """Return the criteria that stop variants during a run; None for a shot of one variant."""

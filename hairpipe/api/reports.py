@@ -11,6 +11,7 @@ from hairpipe.api.selection import FrameSet
 from hairpipe.graph.file.frameset import fold_frames
 from hairpipe.graph.file.graph import Graph, Node
 from hairpipe.graph.file.merged import origin
+from hairpipe.graph.plan.levels import Level
 from hairpipe.graph.plan.planner import Entry
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.events import Event, Failure, NodeProgress, Outcome, Progress
@@ -21,6 +22,7 @@ __all__ = [
     "Event",
     "Failure",
     "Graph",
+    "Level",
     "NodeProgress",
     "Outcome",
     "Plan",

@@ -60,13 +60,18 @@ class WedgeShot(GraphShot):
         self._check_stop()
 
     def part(self, to: Names) -> Graph:
-        """Return the graph of all variants, or the part of it up to some nodes, named as in the graph file.
+        """Return the graph of all variants, or the part of it up to some nodes.
 
         Measures of criteria that stop variants are always part of it.
+
+        to  names in the graph file, for all variants, or names in the graph of all variants
         """
-        wanted = [self.original.node(name).name for name in read_names(to)]
-        wanted += [criterion.node for criterion in self.definition.stop] if wanted else []
-        names = {variant.names[name]: None for name in wanted for variant in self.variants.values()}
+        given = read_names(to)
+        names = {name: None for name in given if name in self.graph.nodes and name not in self.original.nodes}
+        wanted = [self.original.node(name).name for name in given if name not in names]
+        users = [v for v in self.variants.values() if wanted or not names.keys().isdisjoint(v.names.values())]
+        judged = [criterion.node for criterion in self.definition.stop] if given else []
+        names |= {variant.names[name]: None for name in [*wanted, *judged] for variant in users}
         return self.graph.upto(names) if names else self.graph
 
     def variant(self, name: str) -> Variant:

@@ -20,9 +20,8 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import nearest, one_line
 
 COMMANDS = {
-    **dict.fromkeys(
-        ("run", "plan", "view", "report", "explain", "graph", "nodes", "get", "tune", "wedge", "results"), "commands"
-    ),
+    **dict.fromkeys(("run", "plan", "view", "report", "explain", "graph", "nodes", "get"), "commands"),
+    **dict.fromkeys(("tune", "wedge", "farm", "results"), "commands"),
     **dict.fromkeys(("cache", "trust", "usd", "data", "bench", "version"), "housekeeping"),
 }
 """Folders of the modules, by name; each module defines the command of its name."""

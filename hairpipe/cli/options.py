@@ -1,14 +1,14 @@
 """Arguments and options of several commands.
 
-GRAPH        run plan explain graph get tune wedge; any number in cache and bench; --graph in nodes
+GRAPH        run plan explain graph get tune wedge farm; any number in cache and bench; --graph in nodes
 TARGET       explain get
---set        run plan explain graph get tune wedge bench
---frames     run plan explain get wedge
+--set        run plan explain graph get tune wedge farm bench
+--frames     run plan explain get wedge farm
 --only       run
 --to         run plan graph
---wedge      run plan; WEDGE in wedge
+--wedge      run plan farm; WEDGE in wedge
 --publish-root  run plan
---cache      run plan explain get tune wedge cache bench
+--cache      run plan explain get tune wedge farm cache bench
 --json       run plan explain nodes tune wedge cache bench results
 --markdown   wedge bench
 """

@@ -1,6 +1,8 @@
 """`hairpipe plan`: planned computation, with reasons."""
 
 import json
+import sys
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -16,6 +18,7 @@ from hairpipe.cli import options
 @options.to
 @options.wedge
 @options.publish_root
+@click.option("--missing", is_flag=True, help="Report only results that are not cached; exit code 1 if there are any.")
 @options.cache
 @options.as_json
 def plan(
@@ -25,6 +28,7 @@ def plan(
     to: tuple[str, ...],
     wedge: str | None,
     publish_root: Path | None,
+    missing: bool,
     cache: Path,
     as_json: bool,
 ) -> None:
@@ -36,8 +40,12 @@ def plan(
     shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
     shot = shot if wedge is None else shot.wedge(wedge)
     found = shot.plan(frames, to=to, publish_root=publish_root)
+    if missing:
+        found = replace(found, entries=tuple(entry for entry in found if entry.status != "cached"))
     if as_json:
         tasks = [entry.task._asdict() | {"status": entry.status, "reason": entry.reason} for entry in found]
         click.echo(json.dumps({"tasks": tasks, "stopped": found.stopped}, indent=2))
     else:
         click.echo(found)
+    if missing and len(found):
+        sys.exit(1)
