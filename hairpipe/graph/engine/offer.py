@@ -42,7 +42,7 @@ def sent_offer(store: Store, codec: str, folder: Path, modules: tuple[str, ...])
     """Make the offer for other machines; OSError where the store cannot be written to."""
     trusted = code_in(folder.resolve()) if folder.is_dir() and trust_error(folder) is None else None
     run = secrets.token_hex(8)
-    return Offer(str(store.root), codec, str(folder.absolute()), modules, trusted, claim_identity(store.root), run)
+    return Offer(str(store.root), codec, str(folder.absolute()), modules, trusted, claim_identity(store), run)
 
 
 def accept(offer: Offer, machine: str) -> None:

@@ -1,7 +1,6 @@
 """Garbage collection and verification of a store: its contents, damaged files, and results that may be removed."""
 
 import os
-import time
 from collections.abc import Callable, Iterable, Iterator, Set
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -168,16 +167,16 @@ def clean(store: Store, *, keep: Set[str] = frozenset(), older: float = 0.0, siz
 
     A concurrent run loses only time: it computes missing results again.
     """
+    now = store.now()
     sizes = objects(store)  # before the results: objects that a run adds meanwhile are referenced by one
     known = sorted(items(store), key=lambda item: item.used)
     held: dict[str, int] = {}
     for item in known:
         for name, _ in item.record.objects():
             held[name] = held.get(name, 0) + 1
-    spare = {name for name in sizes if name not in held and is_young(store, name)}
+    spare = {name for name in sizes if name not in held and is_young(store, name, now)}
     total = sum(sizes[name] for name in sizes if name in held)
     gone = 0
-    now = time.time()
     for item in known:
         if total <= size or now - item.used < older:
             break
@@ -195,8 +194,8 @@ def clean(store: Store, *, keep: Set[str] = frozenset(), older: float = 0.0, siz
     return Swept(gone, len(unused), sum(sizes[name] for name in unused))
 
 
-def is_young(store: Store, name: str) -> bool:
+def is_young(store: Store, name: str, now: float) -> bool:
     """Whether an object was written, or claimed by a run that is about to reference it, a short time ago."""
     with suppress(FileNotFoundError):
-        return time.time() - store.object_path(name).stat().st_mtime < YOUNG
+        return now - store.object_path(name).stat().st_mtime < YOUNG
     return False

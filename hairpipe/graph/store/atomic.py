@@ -153,9 +153,17 @@ def is_left_over(path: Path) -> bool:
 
 
 def is_stale(path: Path) -> bool:
-    """Whether a file was not renewed for a day: stamps of one file system are compared, no clocks of two machines."""
-    with making(path.parent) as (_, handle):
-        return os.fstat(handle).st_mtime - path.lstat().st_mtime > STALE
+    """Whether a file was not renewed for a day."""
+    return now_in(path.parent) - path.lstat().st_mtime > STALE
+
+
+def now_in(folder: Path) -> float:
+    """Read the clock of the file system of a folder, with which stamps of its files are compared, in s since 1970.
+
+    That of this machine may differ. OSError where nothing can be written there.
+    """
+    with making(folder) as (_, handle):
+        return os.fstat(handle).st_mtime
 
 
 def is_at(handle: int, path: Path) -> bool:

@@ -233,7 +233,7 @@ def names_in(folder: Path) -> set[str]:
 
 def leases(store: Store) -> tuple[bool, str]:
     """Lease a key twice, and name the machines that compute now."""
-    found = [read_lease(path) for path in (store.root / "lease").glob("*")]
+    found = [read_lease(path) for path in (store.root / "lease").glob("[0-9a-f]*")]
     hosts = sorted({one.host or "unknown" for one in found if one is not None})
     one = Leases(store)
     other = Leases(store)

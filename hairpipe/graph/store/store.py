@@ -14,12 +14,13 @@ to repair. A store is data: nothing in it is executed, and compiled kernels are 
 import json
 import os
 import stat
+import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.store.atomic import discard, is_stale, sweep, write_text
+from hairpipe.graph.store.atomic import discard, is_stale, now_in, sweep, write_text
 from hairpipe.graph.store.digest import digest, is_key, parsed
 from hairpipe.graph.store.record import Record, is_object, read_record, write_record
 
@@ -48,12 +49,19 @@ class Store:
         if self.read_only:
             return 0
         swept = sweep(self.temporary)
-        for path in (self.root / "lease").glob("*"):
+        for path in (self.root / "lease").glob("[0-9a-f]*"):
             with suppress(OSError):
                 if is_stale(path):
                     discard(path)
                     swept += 1
         return swept
+
+    def now(self) -> float:
+        """Read the clock by which the files of the store are stamped, in s since 1970; that of a machine may differ."""
+        with suppress(OSError):
+            if not self.read_only and self.root.is_dir():
+                return now_in(self.room(self.temporary / "any").parent)
+        return time.time()
 
     def check_writable(self, needed: str) -> None:
         """Refuse a store that cannot be written to, before anything is computed; reading it is allowed.
