@@ -16,13 +16,6 @@ SLOW = '[slow]\ntype = "go_wrong"\nin.number = "move"\nhow = "slow"\nat = 1\n'
 PLAIN = {"make_seed": 1, "move_seed": 10, "add_up": 10, "write_list": 1}
 
 
-def first_lease(shot):
-    """Wait until an evaluation of the slow node is leased; returns the lease."""
-    wait_for(lambda: shot.has_called("go_wrong 1"))
-    found = [lease.read_lease(path) for path in (shot.store.root / "lease").iterdir()]
-    return next(one for one in found if one is not None)
-
-
 @pytest.fixture
 def elsewhere(monkeypatch):
     """Be a machine from which no process of the runs of tests can be looked up, with a patience of two seconds."""
@@ -49,35 +42,41 @@ def test_two_runs_on_machines_that_know_nothing_of_each_other_share_the_work(sho
     assert list((shot.store.root / "lease").iterdir()) == []
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("ends", [True, False], ids=["killed", "stopped"])
-def test_the_work_of_a_silent_machine_is_taken_over(shot, elsewhere, monkeypatch, ends):
-    """One that was only slow finishes later, and changes nothing."""
+@pytest.fixture
+def slow(shot, monkeypatch):
+    """Start a run that waits in an evaluation until its gate is there, which nobody else waits for."""
     shot.path.write_text(shot.path.read_text() + SLOW)
-    process = shot.start(jobs=1, TOY_SECONDS="3")
-    first_lease(shot)
-    process.send_signal(signal.SIGKILL if ends else signal.SIGSTOP)
-    monkeypatch.setenv("TOY_SECONDS", "0")
-    outcome = shot.run()
-    assert outcome.failures == ()
-    results = shot.results()
-    if ends:
-        process.communicate()
-    else:
-        process.send_signal(signal.SIGCONT)
-        late = shot.outcome(process)
-        assert late["failures"] == [] and shot.results() == results
+    process = shot.start(jobs=1, TOY_GATE=str(shot.folder / "gate"))
+    wait_for(lambda: shot.has_called("go_wrong 1"))
+    monkeypatch.setenv("TOY_GATE", str(shot.path))
+    yield process
+    process.kill()
+    process.communicate()
+
+
+@pytest.mark.slow
+def test_the_work_of_a_machine_that_is_lost_is_taken_over(shot, slow, elsewhere):
+    slow.kill()
+    slow.communicate()
+    assert shot.run().failures == ()
     assert shot.tally()["go_wrong"] == 11, "only what it was computing is computed again"
     assert list((shot.store.root / "lease").iterdir()) == []
 
 
 @pytest.mark.slow
-def test_after_a_kill_a_run_of_the_same_machine_waits_for_nothing(shot, monkeypatch):
-    shot.path.write_text(shot.path.read_text() + SLOW)
-    process = shot.start(jobs=1, TOY_SECONDS="300")
-    first_lease(shot)
-    process.kill()
-    process.communicate()
-    monkeypatch.setenv("TOY_SECONDS", "0")
+def test_a_machine_that_was_only_slow_finishes_and_changes_nothing(shot, slow, elsewhere):
+    slow.send_signal(signal.SIGSTOP)
     assert shot.run().failures == ()
+    results = shot.results()
+    (shot.folder / "gate").touch()
+    slow.send_signal(signal.SIGCONT)
+    assert shot.outcome(slow)["failures"] == [] and shot.results() == results
     assert shot.tally()["go_wrong"] == 11
+    assert list((shot.store.root / "lease").iterdir()) == []
+
+
+@pytest.mark.slow
+def test_after_a_kill_a_run_of_the_same_machine_waits_for_nothing(shot, slow):
+    slow.kill()
+    slow.communicate()
+    assert shot.run().failures == () and shot.tally()["go_wrong"] == 11

@@ -4,6 +4,7 @@ import errno
 import os
 import signal
 import time as clock
+from pathlib import Path
 from typing import Literal
 
 from numeral import Numeral
@@ -35,5 +36,13 @@ def go_wrong(
         if how == "type":
             return 3.0
         if how == "slow":
-            clock.sleep(float(os.environ.get("TOY_SECONDS", 60)))
+            wait()
     return numeral(number.value)
+
+
+def wait():
+    """Wait for a minute, or until there is the file that TOY_GATE names."""
+    gate = Path(os.environ.get("TOY_GATE", "/nowhere"))
+    end = clock.monotonic() + 60
+    while clock.monotonic() < end and not gate.exists():
+        clock.sleep(0.02)
