@@ -39,7 +39,7 @@ class Nodes(MarkdownDirective):
 def describe(node_type: NodeType) -> str:
     """Describe a node type, below a heading of its name."""
     source, example = example_of(node_type)
-    words = blocks_of(inspect.getdoc(node_type.function) or "")[1:]
+    words = blocks_of(inspect.getdoc(inspect.unwrap(node_type.function)) or "")[1:]  # without those of shared groups
     more = [docstring("\n".join(lines)) for lines in words if not explains(lines, node_type)]
     settings = [row for field in fields_of(node_type) for row in rows_of(field, "")]
     return joined(
