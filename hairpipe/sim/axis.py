@@ -30,6 +30,32 @@ class Axis(NamedTuple):
     root: int
     stride: int
 
+    def gather(
+        self, lanes: np.ndarray, out: np.ndarray | None = None, *, active: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Copy the values of active strands to the points of the groom, in place; return all of these.
+
+        lanes   of particles, (rows, k, W), or of strands, (blocks, W), which all of their points get
+        out     (P, k) or (P,); of bool: whether a value is not 0; by default new, float64
+        active  nonzero for the strands to copy, (blocks, W); all by default
+        """
+        if out is None:
+            out = np.empty((self.offsets[-1], *lanes.shape[1:-1]))
+        if active is None:
+            active = np.ones(self.strands.shape, lanes.dtype)
+        copy = _gather if lanes.ndim == 3 else _gather_strands
+        copy(self, active, lanes, out)
+        return out
+
+    def scatter(self, points: np.ndarray, lanes: np.ndarray) -> None:
+        """Copy the values of points to lanes, in place.
+
+        points  (P, k), for particles, (rows, k, W), where those off the axis are unchanged; or (P,) bool, for
+                strands, (blocks, W), which are 1 where a point is marked, else 0
+        """
+        copy = _scatter if points.ndim == 2 else _scatter_marks
+        copy(self, points, lanes)
+
 
 def axis_of(layout: Layout) -> Axis:
     """Return the axis of a layout; its arrays are shared."""
@@ -38,11 +64,7 @@ def axis_of(layout: Layout) -> Axis:
 
 
 @njit(cache=True, parallel=True)
-def gather(axis: Axis, active: np.ndarray, lanes: np.ndarray, out: np.ndarray) -> None:
-    """Copy values on the axes of active strands, (rows, k, W), to the points of the groom, (P, k), in place.
-
-    active  nonzero for strands to copy, (blocks, W)
-    """
+def _gather(axis: Axis, active: np.ndarray, lanes: np.ndarray, out: np.ndarray) -> None:
     for block in prange(len(axis.first) - 1):
         for lane in range(axis.strands.shape[1]):
             # Threads write disjoint points: an idle lane repeats a strand of another lane.
@@ -56,11 +78,17 @@ def gather(axis: Axis, active: np.ndarray, lanes: np.ndarray, out: np.ndarray) -
 
 
 @njit(cache=True, parallel=True)
-def scatter(axis: Axis, points: np.ndarray, lanes: np.ndarray) -> None:
-    """Write values of points, (P, k), to lanes, (rows, k, W), in place.
+def _gather_strands(axis: Axis, active: np.ndarray, lanes: np.ndarray, out: np.ndarray) -> None:
+    for block in prange(len(axis.first) - 1):
+        for lane in range(axis.strands.shape[1]):
+            if active[block, lane] != 0.0 and not axis.idle[block, lane]:
+                strand = axis.strands[block, lane]
+                for point in range(axis.offsets[strand], axis.offsets[strand + 1]):
+                    out[point] = lanes[block, lane]
 
-    Rows off the axis are unchanged.
-    """
+
+@njit(cache=True, parallel=True)
+def _scatter(axis: Axis, points: np.ndarray, lanes: np.ndarray) -> None:
     for block in prange(len(axis.first) - 1):
         for lane in range(axis.strands.shape[1]):  # Idle lanes must stay copies, as `any_lane` looks at them, too.
             strand = axis.strands[block, lane]
@@ -96,12 +124,9 @@ def following_masses(axis: Axis, mass: np.ndarray) -> np.ndarray:
 
     mass  of particles [kg], (rows, W)
     """
-    everyone = np.ones(axis.strands.shape, mass.dtype)
-    masses = np.empty((axis.offsets[-1], 1))
-    gather(axis, everyone, mass[:, None, :], masses)
+    masses = axis.gather(mass[:, None, :])
     if axis.stride == 2:
-        before = np.empty_like(masses)
-        gather(axis._replace(root=axis.root - 1), everyone, mass[:, None, :], before)
+        before = axis._replace(root=axis.root - 1).gather(mass[:, None, :])
         before[axis.offsets[:-1]] = 0.0  # The particle before the root point is held.
         masses += 0.5 * before
         masses[:-1] += 0.5 * before[1:]
@@ -109,8 +134,7 @@ def following_masses(axis: Axis, mass: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True, parallel=True)
-def lanes_with(axis: Axis, marked: np.ndarray, lanes: np.ndarray) -> None:
-    """Set lanes, (blocks, W), to 1 for strands with a marked point, (P,) bool, to 0 for the others, in place."""
+def _scatter_marks(axis: Axis, marked: np.ndarray, lanes: np.ndarray) -> None:
     for block in prange(len(axis.first) - 1):
         for lane in range(axis.strands.shape[1]):
             strand = axis.strands[block, lane]
@@ -118,22 +142,3 @@ def lanes_with(axis: Axis, marked: np.ndarray, lanes: np.ndarray) -> None:
             for point in range(axis.offsets[strand], axis.offsets[strand + 1]):
                 if marked[point]:
                     lanes[block, lane] = 1.0
-
-
-@njit(cache=True, parallel=True)
-def spread(axis: Axis, lanes: np.ndarray, out: np.ndarray) -> None:
-    """Write values of strands, (blocks, W), to their points, (P,), in place."""
-    for block in prange(len(axis.first) - 1):
-        for lane in range(axis.strands.shape[1]):
-            strand = axis.strands[block, lane]
-            out[axis.offsets[strand] : axis.offsets[strand + 1]] = lanes[block, lane]
-
-
-@njit(cache=True, parallel=True)
-def points_of(axis: Axis, lanes: np.ndarray, marked: np.ndarray) -> None:
-    """Mark the points, (P,) bool, of strands with a number that is not 0, (blocks, W), and no others, in place."""
-    for block in prange(len(axis.first) - 1):
-        for lane in range(axis.strands.shape[1]):
-            strand = axis.strands[block, lane]
-            for point in range(axis.offsets[strand], axis.offsets[strand + 1]):
-                marked[point] = lanes[block, lane] != 0.0

@@ -30,7 +30,7 @@ import numpy as np
 
 from hairpipe.data.hair import HairState
 from hairpipe.kernels.simd_arrays import combine_all, copied
-from hairpipe.sim.axis import Axis, follow, gather
+from hairpipe.sim.axis import Axis, follow
 from hairpipe.sim.contact.hair.couplings import NOWHERE, Couplings, Places
 from hairpipe.sim.settings import Scene
 
@@ -103,17 +103,17 @@ class StepEnd:
     @property
     def points(self) -> np.ndarray:
         """Current positions of points in the world [m], (P, 3)."""
-        return points_at(self.axis, self.x) + self.origin
+        return self.axis.gather(self.x) + self.origin
 
     @property
     def points_before(self) -> np.ndarray:
         """Positions of points at the start of the step, in the world [m], (P, 3)."""
-        return points_at(self.axis, self.before) + self.origin
+        return self.axis.gather(self.before) + self.origin
 
     @property
     def velocities(self) -> np.ndarray:
         """Velocities of points [m/s], (P, 3)."""
-        return points_at(self.axis, self.v)
+        return self.axis.gather(self.v)
 
     def move(self, change: np.ndarray, times: float = 1.0) -> None:
         """Move points by so many times (P, 3) [m], with the particles off the axis; held ones stay."""
@@ -203,13 +203,6 @@ class Interaction:
     def crossed(self) -> float:
         """Pairs a segment that the last step had to keep from passing through each other."""
         return 0.0
-
-
-def points_at(axis: Axis, lanes: np.ndarray) -> np.ndarray:
-    """Return what particles on the axis have, (rows, 3, W), for every point, (P, 3) float64; pure."""
-    points = np.empty((axis.offsets[-1], lanes.shape[1]))
-    gather(axis, np.ones(axis.strands.shape, lanes.dtype), lanes, points)
-    return points
 
 
 @dataclass(frozen=True)

@@ -82,22 +82,35 @@ class Layout:
         """Make room for values of all strands, (blocks, *components, width)."""
         return np.empty((self.blocks, *components, self.width), self.dtype)
 
-    def fill(self, target: np.ndarray, blocks: np.ndarray, values: np.ndarray) -> None:
-        """Write values of the particles of consecutive blocks, (lanes, particles, ...), into their rows, in place."""
-        lanes = values.reshape(-1, self.width, *values.shape[1:])
-        rows = slice(self.first[blocks[0]], self.first[blocks[-1] + 1])
-        target[rows] = np.moveaxis(lanes, 1, -1).reshape(-1, *values.shape[2:], self.width)
+    def gather(self, lanes: np.ndarray, blocks: np.ndarray) -> np.ndarray:
+        """Return the values of the strands of consecutive blocks of a class, in the order of their lanes; pure.
 
-    def fill_blocks(self, target: np.ndarray, blocks: np.ndarray, values: np.ndarray) -> None:
-        """Write values of the strands of blocks, (components, lanes), into theirs, in place."""
-        target[blocks] = values.reshape(-1, len(blocks), self.width).transpose(1, 0, 2)
+        lanes    of particles, (rows, ..., width), or of strands, (blocks, ..., width)
+        returns  (strands, particles, ...), or (strands, 1, ...)
+        """
+        found = lanes[self._rows(lanes, blocks)]
+        found = np.moveaxis(found.reshape(len(blocks), -1, *lanes.shape[1:]), -1, 1)
+        return found.reshape(len(blocks) * self.width, *found.shape[2:])
 
-    def classes(self, points: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Blocks of each segment count, and the points of their strands lane by lane, (lanes, segments+1, 3)."""
-        for segments in np.unique(self.segments):
-            blocks = np.flatnonzero(self.segments == segments)
-            starts = self.offsets[self.strands[blocks].reshape(-1)]
-            yield blocks, points[starts[:, None] + np.arange(segments + 1)]
+    def scatter(self, values: np.ndarray, blocks: np.ndarray, lanes: np.ndarray) -> None:
+        """Write the values of the strands of consecutive blocks of a class, as `gather` returns them, in place."""
+        found = values.reshape(-1, self.width, *values.shape[1:])
+        lanes[self._rows(lanes, blocks)] = np.moveaxis(found, 1, -1).reshape(-1, *values.shape[2:], self.width)
+
+    def _rows(self, lanes: np.ndarray, blocks: np.ndarray) -> slice:
+        """Return where the particles, or the strands, of consecutive blocks are."""
+        if len(lanes) == self.blocks:
+            return slice(blocks[0], blocks[-1] + 1)
+        return slice(self.first[blocks[0]], self.first[blocks[-1] + 1])
+
+    def classes(self) -> Iterator[np.ndarray]:
+        """Iterate over the blocks of each segment count."""
+        return (np.flatnonzero(self.segments == segments) for segments in np.unique(self.segments))
+
+    def points(self, blocks: np.ndarray) -> np.ndarray:
+        """Return where the points of the strands of a class are in the groom, (strands, segments+1)."""
+        starts = self.offsets[self.strands[blocks].reshape(-1)]
+        return starts[:, None] + np.arange(self.segments[blocks[0]] + 1)
 
     def axis(self, values: np.ndarray) -> np.ndarray:
         """Collect the axis particles (m_0 ... m_n) of every strand in the order of the groom.
@@ -106,12 +119,8 @@ class Layout:
         returns  (points, 3), of the same dtype
         """
         collected = np.empty((self.offsets[-1], 3), values.dtype)
-        for segments in np.unique(self.segments):
-            blocks = np.flatnonzero(self.segments == segments)
-            rows = values[self.first[blocks[0]] : self.first[blocks[-1] + 1]]
-            axis = rows.reshape(len(blocks), -1, 3, self.width)[:, self.shape.axis].transpose(0, 3, 1, 2)
-            starts = self.offsets[self.strands[blocks]]
-            collected[starts[:, :, None] + np.arange(segments + 1)] = axis
+        for blocks in self.classes():
+            collected[self.points(blocks)] = self.gather(values, blocks)[:, self.shape.axis]
         return collected
 
 
@@ -134,21 +143,10 @@ def lay_out(offsets: np.ndarray, shape: Shape, dtype: DTypeLike = np.float64) ->
 
 def relaid(values: np.ndarray, here: Layout, there: Layout) -> np.ndarray:
     """Return what particles, (rows, ..., W), or strands, (blocks, ..., W), have in another layout of a groom; pure."""
-    of_rows = len(values) != here.blocks
-    counts = [layout.first[-1] if of_rows else layout.blocks for layout in (here, there)]
-    out = np.empty((counts[1], *values.shape[1:-1], there.width), values.dtype)
-    for segments in np.unique(here.segments):
-        rows, target = (_rows_of_class(layout, segments, of_rows) for layout in (here, there))
-        blocks, others = (np.count_nonzero(layout.segments == segments) for layout in (here, there))
-        lanes = values[rows].reshape(blocks, -1, *values.shape[1:])
-        lanes = np.moveaxis(lanes, -1, 1).reshape(blocks * here.width, *lanes.shape[1:-1])
-        lanes = lanes[np.minimum(np.arange(others * there.width), len(lanes) - 1)]
-        lanes = np.moveaxis(lanes.reshape(others, there.width, *lanes.shape[1:]), 1, -1)
-        out[target] = lanes.reshape(-1, *out.shape[1:])
+    count = there.blocks if len(values) == here.blocks else there.first[-1]
+    out = np.empty((count, *values.shape[1:-1], there.width), values.dtype)
+    for blocks, others in zip(here.classes(), there.classes(), strict=True):
+        strands = here.gather(values, blocks)
+        repeated = np.minimum(np.arange(len(others) * there.width), len(strands) - 1)
+        there.scatter(strands[repeated], others, out)
     return out
-
-
-def _rows_of_class(layout: Layout, segments: int, of_rows: bool) -> slice:
-    """Return where the rows, or the blocks, of the strands of so many segments are."""
-    blocks = np.flatnonzero(layout.segments == segments)
-    return slice(layout.first[blocks[0]], layout.first[blocks[-1] + 1]) if of_rows else slice(blocks[0], blocks[-1] + 1)

@@ -11,9 +11,9 @@ import numpy as np
 
 from hairpipe.data.hair import HairState
 from hairpipe.kernels.simd_arrays import copied
-from hairpipe.sim.axis import Axis, axis_of, gather, lanes_with, points_of
+from hairpipe.sim.axis import Axis, axis_of
 from hairpipe.sim.filters.length_jump import mark_length_jumps
-from hairpipe.sim.interactions import Interaction, Start, StepEnd, points_at
+from hairpipe.sim.interactions import Interaction, Start, StepEnd
 from hairpipe.sim.layout import Layout
 from hairpipe.sim.solve.stage import Iterate, Rule, Stage
 from hairpipe.sim.solve.stage_driver import StageDriver
@@ -44,10 +44,7 @@ class Surroundings:
 
     def __post_init__(self) -> None:
         self._axis = axis_of(self.layout)
-        everyone = np.ones(self.layout.strands.shape, self.layout.dtype)
-        masses = np.empty((self.layout.offsets[-1], 1))
-        gather(self._axis, everyone, self.model.mass[:, None, :], masses)
-        self._masses = masses[:, 0]
+        self._masses = self._axis.gather(self.model.mass[:, None, :])[:, 0]
         self._masses[self.layout.offsets[:-1]] = np.inf
         acting = [interaction for interaction in self.interactions if interaction.in_solve]
         coupling = StrandCoupling([interaction for interaction in acting if interaction.couples])
@@ -59,7 +56,7 @@ class Surroundings:
         """Prepare interactions at the start of a step."""
         self._hold_tips(step.held)
         if self._driver.interactions:
-            points, velocities = points_at(self._axis, state.x), points_at(self._axis, state.v)
+            points, velocities = self._axis.gather(state.x), self._axis.gather(state.v)
             points += self.origin
             start = Start(points, velocities, self._masses, step.time, self.seconds + step.time, step.dt)
             for interaction in self._driver.interactions:
@@ -70,9 +67,8 @@ class Surroundings:
     def _hold_tips(self, held: np.ndarray) -> None:
         """Exclude the last segments of strands with a held tip, (blocks, W), from all motion."""
         if len(held):
-            marked = np.empty(len(self._masses), np.bool_)
+            marked = self._axis.gather(held, np.empty(len(self._masses), np.bool_))
             last = self.layout.offsets[1:] - 1
-            points_of(self._axis, held, marked)
             last = last[marked[last]]
             self._masses[last] = self._masses[last - 1] = np.inf
 
@@ -144,7 +140,7 @@ class Surroundings:
         lanes = np.zeros(self.layout.strands.shape, like.dtype)
         for interaction in self.interactions:
             interaction.mark_discontinuous(marked)
-        lanes_with(self._axis, marked, lanes)
+        self._axis.scatter(marked, lanes)
         return np.maximum(lanes, self._jumped)
 
     def remember(self, state: HairState) -> HairState:

@@ -12,7 +12,7 @@ from hairpipe.data.hair import HairState
 from hairpipe.data.locks import no_locks
 from hairpipe.errors import BadInput
 from hairpipe.kernels.simd_arrays import copied
-from hairpipe.sim.axis import axis_of, scatter
+from hairpipe.sim.axis import axis_of
 from hairpipe.sim.boundary import Lead, held_tips
 from hairpipe.sim.contact.hair.stiction import Connections, ages_of
 from hairpipe.sim.hair_model import HairModel
@@ -90,6 +90,6 @@ def _on_axes(hair: HairModel, state: HairState, points: np.ndarray, velocities: 
     axis = axis_of(hair.layout)
     x = copied(state.positions)
     v = copied(state.velocities)
-    scatter(axis, points, x)
-    scatter(axis, velocities.astype(v.dtype), v)
+    axis.scatter(points, x)
+    axis.scatter(velocities.astype(v.dtype), v)
     return replace(state, positions=x, velocities=v)

@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import DTypeLike
 
-from hairpipe.sim.axis import Axis, gather, lanes_with, points_of, scatter, spread
-from hairpipe.sim.interactions import Interaction, Prediction, points_at
+from hairpipe.sim.axis import Axis
+from hairpipe.sim.interactions import Interaction, Prediction
 from hairpipe.sim.solve.external_terms import ROWS, ROWS_WITH_NEXT, ExternalTerms, clear, lay_out, set_contact_dv
 from hairpipe.sim.solve.implicit_stage import factor_stages, guess_stages, run_stages, update_stages
 from hairpipe.sim.solve.stage import Iterate, Rule, Stage, System
@@ -70,18 +70,18 @@ class StageDriver:
             interaction.predict(here)
         for left in reversed(range(rule.iterations + _PASSES)):
             newton = left >= _PASSES  # After that, passes for strands whose contact changed, each by itself.
-            points_of(self.axis, again, here.active)
+            self.axis.gather(again, here.active)
             outer = self._act(here, stage, again, at.x, anew=newton)
             b = self._solve_once(at, stage, rule, outer, again, coupled=newton and together)
             if self.coupling:
                 change, received = self._room("change", here.points), self._room("received", here.points)
-                gather(self.axis, again, b, change)
+                self.axis.gather(b, change, active=again)
                 self.coupling.follow(change, here.active, received)
                 set_contact_dv(here.active, received, self.masses, contact_dv)
             update_stages(self.model, at, b, again, stage.h, rule)
-            gather(self.axis, again, at.x, here.points)
+            self.axis.gather(at.x, here.points, active=again)
             np.add(here.points, self.origin, out=here.points, where=here.active[:, None])
-            gather(self.axis, again, at.v, here.velocities)
+            self.axis.gather(at.v, here.velocities, active=again)
             here = here._replace(lagged_velocity=here.velocities)  # Newer than where the stage began.
             wrong = self._judge(here, at.x.dtype) * active
             again = active if left > _PASSES else wrong
@@ -91,13 +91,11 @@ class StageDriver:
 
     def _predict(self, at: Iterate, stage: Stage, active: np.ndarray) -> Prediction:
         """Return where strands are predicted to end a stage; active is 1 for strands that are solved, (blocks, W)."""
-        points, velocities = points_at(self.axis, at.x), points_at(self.axis, at.v)
+        points, velocities = self.axis.gather(at.x), self.axis.gather(at.v)
         points += self.origin
-        lagged = velocities if stage.began is at.v else points_at(self.axis, stage.began)
-        weights = np.empty_like(self.masses)
-        active_points = np.empty(len(self.masses), np.bool_)
-        spread(self.axis, stage.h, weights)
-        points_of(self.axis, active, active_points)
+        lagged = velocities if stage.began is at.v else self.axis.gather(stage.began)
+        weights = self.axis.gather(stage.h)
+        active_points = self.axis.gather(active, np.empty(len(self.masses), np.bool_))
         times = stage.span, stage.time, self.seconds + stage.time
         return Prediction(points, velocities, lagged, self.masses, weights, active_points, *times)
 
@@ -138,7 +136,7 @@ class StageDriver:
         b = self._room("b", at.x, self.model.shape.unknowns)
         factor_stages(self.model, System(factors, b), at, outer, active, stage, rule)
         if coupled:
-            alone = np.ascontiguousarray(points_at(self.axis, b)[:, :3])
+            alone = np.ascontiguousarray(self.axis.gather(b)[:, :3])
 
             def ask(impulses: np.ndarray, change: np.ndarray) -> None:
                 respond(self.model, self.axis, System(factors, b[:0]), stage.held, active, impulses, change)
@@ -155,7 +153,7 @@ class StageDriver:
         lanes = np.zeros(self.axis.strands.shape, dtype)
         for interaction in self.interactions:
             interaction.judge(here, again)
-        lanes_with(self.axis, again, lanes)
+        self.axis.scatter(again, lanes)
         return lanes
 
     def _spread(self, contact_dv: np.ndarray, x: np.ndarray) -> np.ndarray | float:
@@ -163,7 +161,7 @@ class StageDriver:
         if not self.coupling:
             return 0.0
         lanes = np.zeros(x.shape, x.dtype)
-        scatter(self.axis, contact_dv, lanes)
+        self.axis.scatter(contact_dv, lanes)
         return lanes
 
     def _room(self, name: str, like: np.ndarray, numbers: int = 3, dtype: DTypeLike = None) -> np.ndarray:

@@ -56,7 +56,8 @@ def build_chain(
     """
     rest = layout.empty(3, dtype=np.float64)
     chain = Chain(layout.first, layout.empty(), layout.empty(1), layout.empty_blocks(2))
-    for blocks, axis in layout.classes(groom.points):
+    for blocks in layout.classes():
+        axis = groom.points[layout.points(blocks)]
         particles = np.concatenate([2 * axis[:, :1] - axis[:, 1:2], axis], axis=1)
         edges = np.diff(particles, axis=1)
         lengths = np.linalg.norm(edges, axis=2)
@@ -66,11 +67,12 @@ def build_chain(
         mass[:, -1] /= 2
         inverse = np.zeros((*particles.shape[:2], 1))
         inverse[:, :-1, 0] = 1 / lengths
-        layout.fill(rest, blocks, particles)
-        layout.fill(chain.mass, blocks, mass)
-        layout.fill(chain.inverse_lengths, blocks, inverse)
+        layout.scatter(particles, blocks, rest)
+        layout.scatter(mass, blocks, chain.mass)
+        layout.scatter(inverse, blocks, chain.inverse_lengths)
         bending = material.bending / segment**3
-        layout.fill_blocks(chain.constants, blocks, np.stack([np.full_like(bending, material.axial), bending]))
+        constants = np.stack([np.full_like(bending, material.axial), bending], axis=-1)
+        layout.scatter(constants[:, None], blocks, chain.constants)
     return chain, rest
 
 

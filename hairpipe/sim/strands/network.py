@@ -109,7 +109,8 @@ def build_network(
     """
     rest = layout.empty(3, dtype=np.float64)
     network = Network(layout.first, layout.empty(), layout.empty(3), layout.empty(7), layout.empty_blocks(4))
-    for blocks, axis in layout.classes(points):
+    for blocks in layout.classes():
+        axis = points[layout.points(blocks)]
         length = np.linalg.norm(np.diff(axis, axis=1), axis=2).mean(1)
         normals = lattice.first_normals(axis, frames[layout.strands[blocks].reshape(-1)])
         fit = _fit(axis, normals, length, material, construction)
@@ -118,11 +119,11 @@ def build_network(
         constants[1:] *= fit.factors
         segments = axis.shape[1] - 1
         masses = lattice.masses(length, segments, material.line_density, construction.off_axis_mass)
-        layout.fill(rest, blocks, particles)
-        layout.fill(network.mass, blocks, masses)
-        layout.fill(network.inverse_lengths, blocks, _inverse(lattice.rest_lengths(particles)))
-        layout.fill(network.inverse_heights, blocks, _inverse(lattice.rest_heights(particles)))
-        layout.fill_blocks(network.constants, blocks, constants)
+        layout.scatter(particles, blocks, rest)
+        layout.scatter(masses, blocks, network.mass)
+        layout.scatter(_inverse(lattice.rest_lengths(particles)), blocks, network.inverse_lengths)
+        layout.scatter(_inverse(lattice.rest_heights(particles)), blocks, network.inverse_heights)
+        layout.scatter(constants.T[:, None], blocks, network.constants)
     return network, rest
 
 

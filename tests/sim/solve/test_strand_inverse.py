@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.graphs.experiments.studies.contact.bar import tuft
-from hairpipe.sim.axis import axis_of, gather
+from hairpipe.sim.axis import axis_of
 from hairpipe.sim.build import integrator_of
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
@@ -30,7 +30,7 @@ def solve(hair, x, push, A, active, held):
     ends = layout.empty_blocks(2 * layout.shape.clamped, 3)
     stage = Stage(x, v, x, v, ends, held, H * everyone, H, H)
     factor_stages(hair.model, System(A, b), Iterate(x, v, T), outer, active, stage, rule)
-    gather(axis, everyone, b, change)
+    axis.gather(b, change, active=everyone)
     return b, change
 
 

@@ -34,10 +34,11 @@ class Beads(NamedTuple):
 def build_beads(layout, groom, material, construction):
     beads, rest = Beads(layout.first, layout.empty(), layout.empty(1), layout.empty_blocks(1)), layout.empty(3)
     beads.mass[:], beads.constants[:], beads.inverse_lengths[:] = MASS, STIFFNESS, 0.0
-    for blocks, axis in layout.classes(groom.points):
+    for blocks in layout.classes():
+        axis = groom.points[layout.points(blocks)]
         lengths = np.linalg.norm(np.diff(axis, axis=1), axis=2)
-        layout.fill(rest, blocks, axis)
-        layout.fill(beads.inverse_lengths, blocks, np.pad(1 / lengths, [(0, 0), (0, 1)])[:, :, None])
+        layout.scatter(axis, blocks, rest)
+        layout.scatter(np.pad(1 / lengths, [(0, 0), (0, 1)])[:, :, None], blocks, beads.inverse_lengths)
     return beads, rest
 
 

@@ -84,14 +84,16 @@ def build_rod(layout: Layout, groom: Groom, material: Material, construction: Co
     """
     rest = layout.empty(3, dtype=np.float64)
     rod = Rod(layout.first, layout.empty(), layout.empty(RESTS), layout.empty_blocks(2))
-    for blocks, axis in layout.classes(groom.points):
+    for blocks in layout.classes():
+        axis = groom.points[layout.points(blocks)]
         frames = groom.root_frames[layout.strands[blocks].reshape(-1)]
         rows, mass, natural = shape_at_rest(axis, lattice.first_normals(axis, frames), material)
-        layout.fill(rest, blocks, rows)
-        layout.fill(rod.mass, blocks, mass)
-        layout.fill(rod.inverse_lengths, blocks, natural)
+        layout.scatter(rows, blocks, rest)
+        layout.scatter(mass, blocks, rod.mass)
+        layout.scatter(natural, blocks, rod.inverse_lengths)
         mean = natural[:, SHAPE.clamped - 1 : -2, 0].mean(1)
-        layout.fill_blocks(rod.constants, blocks, np.stack([np.full_like(mean, material.axial), mean]))
+        constants = np.stack([np.full_like(mean, material.axial), mean], axis=-1)
+        layout.scatter(constants[:, None], blocks, rod.constants)
     return rod, rest
 
 
