@@ -57,6 +57,8 @@ class LockState:
                   the previous one, (strands,) int32
     ages          age of each connection in `HairState.stuck`, in frames, (n,) int32
     places        what the points of strands that are interpolated or compared follow
+    reference     points in the frames of their roots, from which displacement until an audit is measured [m], (P, 3)
+                  float32
     disagreement  disagreement of the guides of each follower [m], (followers,) float32
     audit         the audit that ended at this frame; None: none did
     turn          number of the current audit
@@ -67,6 +69,7 @@ class LockState:
     guides: np.ndarray
     ages: np.ndarray
     places: Places
+    reference: np.ndarray
     disagreement: np.ndarray
     audit: Audit | None
     turn: int
@@ -98,9 +101,13 @@ class LockState:
         return np.where(self.follows, self.guides, np.arange(len(self.guides), dtype=np.int32))
 
 
-def no_locks(strands: int, stuck: int = 0) -> LockState:
-    """Simulate every one of so many strands, of which so many connections have just been made."""
+def no_locks(strands: int, stuck: int = 0, reference: np.ndarray | None = None) -> LockState:
+    """Simulate every one of so many strands, of which so many connections have just been made.
+
+    reference  as in `LockState`; None: of no points
+    """
     roles = np.full(strands, GUIDE)
     guides = np.arange(strands, dtype=np.int32)
     ages = np.zeros(stuck, np.int32)
-    return LockState(roles, guides, ages, no_places(0), np.zeros(0, np.float32), None, turn=0, since=0)
+    reference = np.zeros((0, 3), np.float32) if reference is None else reference
+    return LockState(roles, guides, ages, no_places(0), reference, np.zeros(0, np.float32), None, turn=0, since=0)

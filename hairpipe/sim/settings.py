@@ -155,8 +155,8 @@ class Locks:
     most       maximum number of strands in a lock
     tolerance  largest error of a follower; a strand is simulated again if its guides disagree by more, or a body
                displaces it farther, until interpolation has been within it for `after` frames
-    audit      share of locks simulated in full, in turn, to measure the error: at least two of eight or more; locks
-               with errors over `tolerance` dissolve; 0 switches it off
+    audit      share of locks simulated in full, in turn, to measure the error: at least two of eight or more, of which
+               only those in motion; locks with errors over `tolerance` dissolve; 0 switches it off
     """
 
     after: Annotated[int, Interval(ge=1, le=10_000)] = 5

@@ -5,16 +5,16 @@ must, and selects each lock once in `1 / audit` audits; a lock whose error is to
 audit does not measure the errors of guides themselves: a guide of many strands has other contacts with guides than
 many hairs would.
 
-Hairs of dissolved locks are on trial likewise, compared with the nearest guides, from one audit to the next. A hair
-whose error is within the tolerance at the end joins the lock of the nearest guide with free capacity; so does a hair
-whose connections have lasted again. Without free capacity, some become guides, to which others on trial are assigned.
-A trial does not measure the errors of followers.
+A lock is audited only if its guide has moved, in the frame of its root, by more than the tolerance since the end of the
+last audit at which it had. An audited hair has another equilibrium than its interpolation, and disturbs its
+neighbours, so hair at rest would never stay at rest; and if guides do not move, the error does not grow.
 """
 
 import numpy as np
 from numba import njit
 
 from hairpipe.data.locks import Audit
+from hairpipe.sim.locks.following import distances
 
 
 def to_audit(leaders: np.ndarray, share: float, turn: int) -> np.ndarray:
@@ -28,6 +28,24 @@ def to_audit(leaders: np.ndarray, share: float, turn: int) -> np.ndarray:
     guides = np.unique(leaders[follows])
     period = min(round(1.0 / share), max(len(guides) // 2, 4))
     return follows & np.isin(leaders, guides[turn % period :: period])
+
+
+def about_roots(points: np.ndarray, offsets: np.ndarray, motions: np.ndarray) -> np.ndarray:
+    """Return points in the frames of their roots, (P, 3) float32 [m]; motions  x -> R x + t, (S, 3, 4); pure."""
+    counts = np.diff(offsets)
+    turns = np.repeat(motions[:, :, :3], counts, axis=0)
+    return np.einsum("pij,pi->pj", turns, points - np.repeat(motions[:, :, 3], counts, axis=0)).astype(np.float32)
+
+
+def moved_since(
+    reference: np.ndarray, here: np.ndarray, offsets: np.ndarray, tolerance: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Find the strands that have moved by more than a tolerance [m], rms, (S,) bool; they get a new reference; pure.
+
+    reference, here  earlier and present points in the frames of their roots [m], (P, 3) float32
+    """
+    moved = distances(here, reference, offsets) > tolerance
+    return moved, np.where(np.repeat(moved, np.diff(offsets))[:, None], here, reference)
 
 
 def audited_locks(guides: np.ndarray, errors: np.ndarray) -> tuple[Audit, np.ndarray]:

@@ -9,14 +9,15 @@ from dataclasses import replace
 import numpy as np
 
 from hairpipe.data.hair import HairState
-from hairpipe.data.locks import no_locks
+from hairpipe.data.locks import LockState, no_locks
 from hairpipe.errors import BadInput
 from hairpipe.kernels.simd_arrays import copied
 from hairpipe.sim.axis import axis_of
-from hairpipe.sim.boundary import Lead, held_tips
+from hairpipe.sim.boundary import Lead, held_tips, motion_of_roots
 from hairpipe.sim.contact.hair.stiction import Connections, ages_of
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.interactions import own_interactions
+from hairpipe.sim.locks.auditing import about_roots
 from hairpipe.sim.locks.following import follow
 from hairpipe.sim.locks.guides import take_guides
 from hairpipe.sim.locks.places import renewed
@@ -53,7 +54,7 @@ def advance_locked(hair: HairModel, previous: HairState, frame: Frame, scene: Sc
     offsets = hair.layout.offsets
     lead = frame.leads[1]
     assert locks is not None and stiction is not None
-    known = previous.locks or no_locks(len(hair.groom.ids), len(previous.stuck))
+    known = previous.locks or _first_locks(hair, previous, frame.leads[0])
     guides = take_guides(hair, known.leaders)
     before = guides.state_of(previous)
     moved = simulate(guides.hair, before, guides.leads_of(frame.leads))
@@ -61,8 +62,9 @@ def advance_locked(hair: HairModel, previous: HairState, frame: Frame, scene: Sc
     found = follow(hair, known, motion, frame, scene.contact.thickness)
     state = _on_axes(hair, guides.put(previous, moved), found.points, found.velocities)
     ages = ages_of(before.stuck, before.stuck_at, known.ages, moved.stuck, moved.stuck_at)
+    roots = motion_of_roots(lead, hair.groom)[0]
     now, stuck = regrouped(
-        known, Connections(state.stuck, state.stuck_at), ages, found, offsets, locks, stiction.closest
+        known, Connections(state.stuck, state.stuck_at), ages, found, offsets, roots, locks, stiction.closest
     )
     freed = known.follows & ~now.follows
     if freed.any():
@@ -75,6 +77,13 @@ def advance_locked(hair: HairModel, previous: HairState, frame: Frame, scene: Sc
         keeps, points = known.interpolated, found.interpolated
     places = renewed(known.places, among, keeps, now.interpolated, points, offsets, motion.turns)
     return replace(state, stuck=stuck.segments, stuck_at=stuck.fractions, locks=replace(now, places=places))
+
+
+def _first_locks(hair: HairModel, state: HairState, lead: Lead) -> LockState:
+    """Return the locks of hair that was in none before."""
+    points = hair.layout.axis(state.positions)
+    reference = about_roots(points, hair.layout.offsets, motion_of_roots(lead, hair.groom)[0])
+    return no_locks(len(hair.groom.ids), len(state.stuck), reference)
 
 
 def with_particles(hair: HairModel, state: HairState, lead: Lead) -> HairState:

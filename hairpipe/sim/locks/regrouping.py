@@ -4,7 +4,7 @@ import numpy as np
 
 from hairpipe.data.locks import AUDITED, FOLLOWER, GUIDE, RELEASED, TRIED, LockState, Places
 from hairpipe.sim.contact.hair.stiction import Connections
-from hairpipe.sim.locks.auditing import audited_locks, back_in, to_audit
+from hairpipe.sim.locks.auditing import about_roots, audited_locks, back_in, moved_since, to_audit
 from hairpipe.sim.locks.following import Followed
 from hairpipe.sim.locks.inheriting import inherited
 from hairpipe.sim.locks.joining import guides_of, joined
@@ -18,6 +18,7 @@ def regrouped(
     ages: np.ndarray,
     found: Followed,
     offsets: np.ndarray,
+    roots: np.ndarray,
     locks: Locks,
     closest: int,
 ) -> tuple[LockState, Connections]:
@@ -25,7 +26,7 @@ def regrouped(
 
     known        state at its start
     connections  connections at its end; ages  their ages in frames, (n,) int32
-    offsets      offsets of the strands, (S+1,) int32
+    offsets      offsets of the strands, (S+1,) int32; roots  motions of their roots, (S, 3, 4)
     closest      maximum number of connections of a segment
     """
     strands = np.arange(len(known.guides), dtype=np.int32)
@@ -55,7 +56,12 @@ def regrouped(
     leaders = guides_of(ties, leaders, found.points, offsets)
     released &= np.bincount(leaders, minlength=len(leaders))[leaders] == 1
     guides = np.where(released | compared, leaders[known.guides], leaders)
-    sample = to_audit(leaders, locks.audit if ends else 0.0, known.turn + 1)
+    sample = np.zeros(len(strands), np.bool_)
+    reference = known.reference
+    if ends:
+        here = about_roots(found.points, offsets, roots)
+        moved, reference = moved_since(reference, here, offsets, locks.tolerance)
+        sample = to_audit(leaders, locks.audit, known.turn + 1) & moved[leaders]
     roles = np.select(
         [compared, released, sample, leaders != strands],
         [known.roles, TRIED if ends else RELEASED, AUDITED, FOLLOWER],
@@ -66,7 +72,9 @@ def regrouped(
     disagreement = found.disagreement[roles == FOLLOWER].astype(np.float32)
     turn = known.turn + ends
     since = 0 if ends else known.since + 1
-    return LockState(roles, guides, ages, known.places, disagreement, audit, turn=turn, since=since), connections
+    return LockState(
+        roles, guides, ages, known.places, reference, disagreement, audit, turn=turn, since=since
+    ), connections
 
 
 def _beside(known: LockState, chosen: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.locks.auditing import audited_locks, back_in, to_audit
+from hairpipe.sim.locks.auditing import about_roots, audited_locks, back_in, moved_since, to_audit
 
 LEADERS = np.array([0, 0, 2, 2, 2, 5, 6, 6, 6, 9, 9, 11, 11], np.int32)
 """Five locks, with one to two hairs that follow, and a hair alone."""
@@ -51,3 +51,24 @@ def test_hair_on_trial_follows_the_nearest_guide_with_room_or_becomes_a_guide():
         after, guides = back_in(leaders, tried, beside[tried - 2], most)
         np.testing.assert_array_equal(after, then)
         np.testing.assert_array_equal(guides, leading)
+
+
+def test_hair_that_moves_rigidly_with_its_root_has_not_moved():
+    offsets, points = np.array([0, 3, 5]), np.random.default_rng(2).random((5, 3))
+    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    still = np.tile(np.eye(3, 4), (2, 1, 1))
+    moved = np.tile(np.concatenate([turn, [[0.3], [2.0], [-0.4]]], axis=1), (2, 1, 1))
+    there = points @ turn.T + [0.3, 2.0, -0.4]
+    np.testing.assert_allclose(about_roots(there, offsets, moved), about_roots(points, offsets, still), atol=1e-6)
+
+
+def test_hair_that_creeps_is_found_once_it_has_moved_by_more_than_the_tolerance():
+    offsets, first = np.array([0, 2, 4]), np.zeros((4, 3), np.float32)
+    reference, found = first, []
+    for turn in range(1, 8):
+        here = first.copy()
+        here[2:, 0] = 0.4 * turn  # the second hair
+        moved, reference = moved_since(reference, here, offsets, 1.0)
+        found.append(moved.tolist())
+    assert [turn for turn, moved in enumerate(found, 1) if moved != [False, False]] == [3, 6]
+    assert found[2] == found[5] == [False, True]

@@ -1,0 +1,48 @@
+"""Hair in locks comes to rest on a still body: audits end with the motion."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+from hairpipe.data import Mesh
+from hairpipe.levelset.bake.whole import bake
+
+from .bundle import CORNERS, SCENE, build_bundle, shot
+
+CENTRE, RADIUS = np.array([0.06, -0.012, -0.031]), 0.03
+
+
+def still(time):
+    return Mesh(CORNERS, np.array([[0, 1, 2]], np.int32), np.zeros((3, 3)))
+
+
+@pytest.fixture(params=["free", "ball"])
+def surfaces(request):
+    """Nothing, or a ball that the bundle sinks onto."""
+    if request.param == "free":
+        return ()
+    i = np.arange(400) + 0.5
+    polar, around = np.arccos(1 - i / 200), np.pi * (1 + 5**0.5) * i
+    unit = np.stack([np.cos(around) * np.sin(polar), np.sin(around) * np.sin(polar), np.cos(polar)], axis=1)
+    hull = ConvexHull(unit).simplices
+    inwards = np.linalg.det(unit[hull]) < 0
+    hull[inwards] = hull[inwards][:, ::-1]
+    ball = bake(Mesh(CENTRE + RADIUS * unit, hull.astype(np.int32), np.zeros(unit.shape)), 0.004, 6.0)
+    return ((ball, ball),)
+
+
+def test_hair_in_locks_comes_to_rest(surfaces):
+    """With audits of other locks after every second frame while hair moves; guides change until then."""
+    hair = build_bundle()
+    locks = replace(SCENE.locks, audit=0.3)
+    states = shot(hair, replace(SCENE, locks=locks), 42, lead=still, surfaces=surfaces)
+    assert any(state.locks.compared.any() for state in states[:20] if state.locks)
+    points = np.array([hair.layout.axis(state.positions) for state in states[-6:]])
+    velocities = np.array([hair.layout.axis(state.velocities) for state in states[-6:]])
+    assert np.linalg.norm(np.diff(points, axis=0), axis=2).max() < 5e-5
+    assert np.sqrt((velocities**2).sum(axis=2).mean()) < 1e-3
+    leaders = [state.locks.leaders for state in states[-6:]]
+    assert (leaders[0] != np.arange(len(leaders[0]))).any()
+    assert all(np.array_equal(now, leaders[0]) for now in leaders)
