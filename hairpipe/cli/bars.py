@@ -51,13 +51,13 @@ class Bars:
         self._live.stop()
 
 
-def cells(node: NodeProgress) -> tuple[ProgressBar, str, str, str, str]:
+def cells(node: NodeProgress) -> list[ProgressBar | str]:
     """Write the progress of a node."""
     rate, left = node.seconds_per_frame, node.seconds_left
-    return (
+    return [
         ProgressBar(node.total, node.done, width=WIDTH),
         f"{node.done}/{node.total}",
         "" if rate is None or node.total == 1 else f"{duration(rate)}/frame",
         "" if not left else f"{duration(left)} left",
         f"{node.cached} cached" if node.cached else "",
-    )
+    ]

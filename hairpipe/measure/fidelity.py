@@ -1,6 +1,7 @@
 """Fidelity of a simulation: errors against a reference, and the frame of a failure."""
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -74,6 +75,17 @@ def fidelity_table(
     return table_of_rows(COLUMNS, [(*row, failed)])
 
 
+class FrameError(NamedTuple):
+    """Errors of hair at a frame: of tips and of strands [%] and [m], the largest [m], of the energy [m g L]."""
+
+    tip_percent: float
+    whole_percent: float
+    tip: float
+    whole: float
+    largest: float
+    energy: float
+
+
 def _summed(found: np.ndarray) -> list[float]:
     """Summarise the errors of frames, (frames, 8), in the units of the columns."""
     rms = np.sqrt(np.mean(found[:, [0, 1, 2, 3, 5]] ** 2, axis=0))
@@ -81,10 +93,8 @@ def _summed(found: np.ndarray) -> list[float]:
     return [*rms[:2], *(1e3 * rms[2:4]), 1e3 * found[:, 4].max(), 100.0 * rms[4], deepest, stretch]
 
 
-def _errors(
-    hair: Strands, truth: Strands, whose: np.ndarray | None, gravity: float
-) -> tuple[float, float, float, float, float, float]:
-    """Compare hair at a frame: tip and strand [%], tip and strand [m], the largest [m], energy [m g L]."""
+def _errors(hair: Strands, truth: Strands, whose: np.ndarray | None, gravity: float) -> FrameError:
+    """Compare hair at a frame."""
     try:
         away = deviation(hair, truth, whose)
     except ValueError as error:
@@ -93,7 +103,7 @@ def _errors(
     energy = (_heads(hair, gravity) - _heads(truth, gravity)[which]) / strand_lengths(truth.points, truth.offsets)[
         which
     ]
-    return away.tip_percent, away.whole_percent, away.tip, away.whole, away.largest, float(np.mean(energy))
+    return FrameError(away.tip_percent, away.whole_percent, away.tip, away.whole, away.largest, float(np.mean(energy)))
 
 
 def _heads(hair: Strands, gravity: float) -> np.ndarray:

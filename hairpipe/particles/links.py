@@ -64,12 +64,12 @@ def link(samples: Samples, rule: LinkRule, line_density: float) -> Particles:
 
     Raises BadInput if there are too few particles.
     """
-    hair, places, points, directions, length = samples
-    deep = int(np.count_nonzero(places.arcs < 0.0))
-    masses = np.full(len(points), line_density * length / (len(points) - deep))
+    points, directions = samples.points, samples.directions
+    deep = int(np.count_nonzero(samples.places.arcs < 0.0))
+    masses = np.full(len(points), line_density * samples.length / (len(points) - deep))
     reach, span = (reach_with(points, neighbours) for neighbours in (rule.linked, rule.touching))
     links, alignments = find_links(points, directions, deep, reach, rule)
-    return Particles(hair, *places, points, directions, masses, links, alignments, reach, span)
+    return Particles(samples.hair, *samples.places, points, directions, masses, links, alignments, reach, span)
 
 
 def reach_with(points: np.ndarray, neighbours: float) -> float:

@@ -99,7 +99,7 @@ def trial_line(tuned: Tuned, trial: Trial) -> str:
 def row(text: str, found: Measured, full: Measured, tolerance: Tolerance, reason: str) -> tuple[str, ...]:
     """Write the measurements of one model."""
     if found.fault:
-        return text, "", "", "", "", "", "", reason
+        return text, *[""] * (len(HEADINGS) - 2), reason
     bound = length(found.bound, tolerance)
     numbers = (millimetres(found.tip), f"{found.percent:.2g}", bound, millimetres(found.whole), f"{found.seconds:.3g}")
     return text, *numbers, "" if found is full else f"{100.0 * (1.0 - found.seconds / full.seconds):.0f} %", reason

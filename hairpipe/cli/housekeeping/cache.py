@@ -52,15 +52,15 @@ def ls(cache: Path, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps({"results": [described(item) for item in found]}, indent=2))
     elif found:
-        click.echo(table([("result", "type", "size", "computed in", "used", "key"), *map(row_of, found)], "<<>>><"))
+        click.echo(table([["result", "type", "size", "computed in", "used", "key"], *map(row_of, found)], "<<>>><"))
 
 
-def row_of(item: "Item") -> tuple[str, ...]:
+def row_of(item: "Item") -> list[str]:
     """Write a result as a row."""
     record = item.record
     name = record.node if record.frame is None else f"{record.node}@{record.frame}"
     ago = f"{duration(max(0.0, time.time() - item.used))} ago"
-    return name, record.parts["type"], size(item.size), duration(record.seconds), ago, record.key[:12]
+    return [name, record.parts["type"], size(item.size), duration(record.seconds), ago, record.key[:12]]
 
 
 def described(item: "Item") -> dict[str, object]:

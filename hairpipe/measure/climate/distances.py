@@ -62,7 +62,7 @@ OBSERVABLES: Mapping[str, Callable[[Any, Any], float]] = {
     "kinetic energy": _apart,
     "strain": _apart,
 }
-"""Observables of a frame, in the order of `seen`, and their distances between two runs."""
+"""Observables of a frame, and their distances between two runs."""
 TESTED = (*OBSERVABLES, "speed spectrum")
 """The same, and the observables of all frames together."""
 
@@ -94,18 +94,22 @@ def observable_distances(runs: Sequence[Run], frames: Sequence[int], criteria: C
         hairs = _hairs(runs, frame)
         speeds.append([tip_speeds(hair) for hair in hairs])
         strains = [strain(run[frame], rest) for run, rest in zip(runs, rests, strict=True)]
-        views = [(*seen(hair, criteria), strained) for hair, strained in zip(hairs, strains, strict=True)]
-        columns = zip(OBSERVABLES.values(), zip(*views, strict=True), strict=True)
-        total += [_matrix(values, apart) for apart, values in columns]
+        views = [observables(hair, criteria) | {"strain": found} for hair, found in zip(hairs, strains, strict=True)]
+        total += [_matrix([view[name] for view in views], apart) for name, apart in OBSERVABLES.items()]
     spectra = [log_spectrum(np.array(series), criteria.fps) for series in zip(*speeds, strict=True)]
     return np.concatenate([total / len(frames), [_matrix(spectra, _rms)]])
 
 
-def seen(hair: Strands, criteria: Criteria) -> tuple[Any, ...]:
-    """Return the observables of hair at a frame, in the order of `OBSERVABLES`, without strain."""
-    touching = contacts(hair, criteria.reach)
-    energy = kinetic_energy(hair, criteria.gravity)
-    return places(hair), density(hair), silhouettes(hair), gaps(hair), touching, energy
+def observables(hair: Strands, criteria: Criteria) -> dict[str, Any]:
+    """Return the observables of hair at a frame, by name, without strain."""
+    return {
+        "position": places(hair),
+        "density": density(hair),
+        "silhouettes": silhouettes(hair),
+        "nearest strand": gaps(hair),
+        "contacts": contacts(hair, criteria.reach),
+        "kinetic energy": kinetic_energy(hair, criteria.gravity),
+    }
 
 
 def _hairs(runs: Sequence[Run], frame: int) -> list[Strands]:
