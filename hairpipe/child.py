@@ -25,17 +25,17 @@ def command(code: str) -> list[str]:
 
 def environment() -> dict[str, str]:
     """Environment of a child: ours, and nothing in it that stands for the current folder without naming it."""
-    told = os.environ.get("PYTHONPATH")
-    return os.environ | ({} if told is None else {"PYTHONPATH": os.pathsep.join(named(told))})
+    given = os.environ.get("PYTHONPATH")
+    return os.environ | ({} if given is None else {"PYTHONPATH": os.pathsep.join(named(given))})
 
 
 def search_path() -> list[str]:
     """Return the module path of child processes: that of this one, without withheld folders and the current folder."""
-    told = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    given = os.environ.get("PYTHONPATH", "").split(os.pathsep)
     left_out = {"", *withheld}
     with suppress(FileNotFoundError):  # of a current folder that is gone nothing can be imported
         here = os.path.abspath("")  # noqa: PTH100 - as Python made it, links and all
-        if len(told) > 1 and "" in told and here not in map(os.path.abspath, filter(None, told)):
+        if len(given) > 1 and "" in given and here not in map(os.path.abspath, filter(None, given)):
             left_out.add(here)
     return [entry for entry in sys.path if entry not in left_out]
 

@@ -20,7 +20,7 @@ def move_mesh(
     motion  motion by keys: displacements from the place of the mesh, rotations about a pivot in space; `move_levelset`
             applies the same keys to a level set
     """
-    from hairpipe.scripted_ends.bodies import carried
+    from hairpipe.scripted_ends.bodies import moved
     from hairpipe.scripted_ends.track import instant_of
 
-    return carried(mesh, motion, instant_of(time.frame, at, time.fps, cuts))
+    return moved(mesh, motion, instant_of(time.frame, at, time.fps, cuts))

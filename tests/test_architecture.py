@@ -327,7 +327,7 @@ def test_few_functions_have_long_signatures():
     assert long == set(LONG_SIGNATURES)
 
 
-def test_what_is_public_is_documented():
+def test_public_names_are_documented():
     wrong = [f"{name_of(path)}: no docstring" for path in SOURCES if not ast.get_docstring(tree_of(path))]
     wrong += [
         f"{name_of(path)}:{item.lineno} {name}: no docstring"

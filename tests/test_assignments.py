@@ -53,7 +53,7 @@ def test_unlike_things_are_assigned_one_by_one():
     assert not wrong, "\n".join(wrong)
 
 
-def test_what_is_alike_or_exchanged_may_share_a_line():
+def test_like_values_and_swaps_may_share_a_line():
     text = "a, b = x.p, y.q\nc, d = d, c + 1\ne, f = 0, len(g)\ns, t = s + 1, s\n"
     assert [item.lineno for item in assignments_of_unlike_things(ast.parse(text))] == [3]
 

@@ -199,8 +199,8 @@ def test_a_whole_body_follows_joints_with_the_names_of_asf(folder, shared):
 
 def shell(folder: Path, words: str) -> str:
     """Carry out a shell command in a folder, and give what it printed."""
-    told = os.environ | {"HP": str(BIND / "hairpipe")}
-    done = subprocess.run(words, shell=True, cwd=folder, env=told, capture_output=True, text=True)
+    variables = os.environ | {"HP": str(BIND / "hairpipe")}
+    done = subprocess.run(words, shell=True, cwd=folder, env=variables, capture_output=True, text=True)
     assert "Traceback" not in done.stderr, done.stderr
     return done.stdout
 
@@ -227,7 +227,7 @@ def test_an_edit_that_keeps_size_and_time_is_noticed(folder):
     assert 0 < second < first
 
 
-def test_what_is_replaced_during_a_run_is_not_stored_under_the_key_of_another(folder):
+def test_replaced_inputs_are_not_stored_under_another_key(folder):
     """Of the groom that the plan has found, nothing but its own value may be in the store."""
     place = folder / "changed_during_run"
     scene = (folder / "rig_scaled_001" / "scene.usda").read_text()

@@ -21,13 +21,13 @@ def poisoned(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.parametrize("told", [None, "", ":", ":lib", "lib:"])
-def test_the_current_folder_is_not_looked_at(poisoned, monkeypatch, told):
+@pytest.mark.parametrize("variables", [None, "", ":", ":lib", "lib:"])
+def test_the_current_folder_is_not_looked_at(poisoned, monkeypatch, variables):
     monkeypatch.setattr(sys, "path", ["", *sys.path])
     monkeypatch.delenv("PYTHONPATH", raising=False)
-    if told is not None:
-        monkeypatch.setenv("PYTHONPATH", told)
-    if told:
+    if variables is not None:
+        monkeypatch.setenv("PYTHONPATH", variables)
+    if variables:
         monkeypatch.setattr(sys, "path", [str(poisoned), *sys.path])  # Python has put it there for the empty entry
     found = ask_path()
     assert "" not in found and str(poisoned) not in found and not (poisoned / "poison").exists()
@@ -38,7 +38,7 @@ def ask_path() -> list[str]:
     return json.loads(subprocess.run(command, env=child.environment(), capture_output=True, check=True).stdout)
 
 
-def test_what_was_named_is_kept(poisoned, monkeypatch):
+def test_named_paths_are_kept(poisoned, monkeypatch):
     """Somebody who names the current folder means it."""
     monkeypatch.setattr(sys, "path", [*sys.path, str(poisoned)])
     monkeypatch.setenv("PYTHONPATH", f"{os.pathsep}{poisoned}")

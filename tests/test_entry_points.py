@@ -117,8 +117,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def start(folder: Path, words: str, before: str = "", code: int = 0, main: str = MAIN) -> tuple[str, str]:
     """Carry a command out in a process of its own, and give what it wrote to both streams."""
     command = [sys.executable, "-c", f"{before}\n{main}", *words.split()]
-    told = os.environ | {"NUMBA_NUM_THREADS": "1"}
-    done = subprocess.run(command, cwd=folder, env=told, capture_output=True, text=True)
+    variables = os.environ | {"NUMBA_NUM_THREADS": "1"}
+    done = subprocess.run(command, cwd=folder, env=variables, capture_output=True, text=True)
     assert done.returncode == code and "Traceback" not in done.stderr, done.stderr
     return done.stdout, done.stderr
 

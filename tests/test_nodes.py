@@ -101,7 +101,7 @@ def test_there_are_nodes():
     assert {"make_bust", "simulate_hair", "export_usd"} <= set(PUBLIC) < set(NAMES)
 
 
-def test_every_graph_that_is_no_experiment_is_made_of_public_types():
+def test_graphs_outside_of_experiments_use_public_types():
     graphs = [path for path in (HOME / "graphs").rglob("*.toml") if path.parent.name != "experiments"]
     used = {table["type"] for path in graphs for table in nodes_of(read_source(path).tables).values()}
     assert used <= set(PUBLIC)
@@ -143,7 +143,7 @@ def test_ranges_end_where_they_say(node):
             assert is_refused(node, path, value), f"{'.'.join(path)} = {value!r} is allowed"
 
 
-def test_it_gives_files_or_values_that_nobody_can_change(node):
+def test_outputs_are_files_or_frozen_values(node):
     for kind in node.outputs.values():
         assert kind is File or (dataclasses.is_dataclass(kind) and kind.__dataclass_params__.frozen)
 

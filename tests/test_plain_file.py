@@ -51,7 +51,7 @@ def listener(path: Path) -> None:
 @pytest.mark.parametrize(
     ("make", "what"), [(pipe, "a pipe"), (device, "a device"), (listener, "a socket"), (Path.mkdir, "a directory")]
 )
-def test_what_is_no_file_is_refused_by_every_reader(tmp_path, name, make, what):
+def test_special_files_are_refused_by_every_reader(tmp_path, name, make, what):
     make(tmp_path / name)
     with pytest.raises(BadInput, match=f"(it is|value:) {what}") as caught:
         READERS[name](tmp_path / name)

@@ -47,7 +47,7 @@ def test_a_class_is_what_its_processors_have_in_common(machine, flags, name):
     assert class_of(machine, flags.split()) == name
 
 
-def test_what_the_environment_forces_stays_and_is_part_of_the_class(monkeypatch):
+def test_forced_features_are_part_of_the_class(monkeypatch):
     before = processor_class()
     monkeypatch.setenv("OPENBLAS_CORETYPE", "Zen")
     assert class_settings()["OPENBLAS_CORETYPE"] == "Zen"

@@ -48,6 +48,26 @@ PATTERNS = {
 }
 """Idioms, and the plain words in place of each; two spaces follow the name of a parameter in a docstring."""
 
+PRIVATE = {
+    "anew",
+    "beside",
+    "carry",
+    "carried",
+    "carriers",
+    "fates",
+    "led",
+    "put_right",
+    "said",
+    "says",
+    "spoken",
+    "told",
+}
+"""Everyday words that are not names of variables, functions and types."""
+VAGUE_TEST = re.compile(
+    r"test_(what|who|whatever|nobody)_|.*(?<!_there)_(is|are)_no_(?!more_|less_|[a-z]+er_)|.*_(anew|beside|said|told)(_|$)"
+)
+"""Names of tests without a noun as their subject, or with an idiom."""
+
 
 def settings_of(fields: tuple[Field, ...], prefix: str) -> Iterator[tuple[str, str]]:
     """List the help texts of settings, and of the fields of groups, by dotted name."""
@@ -140,11 +160,41 @@ def test_pages_have_no_idioms():
     assert not wrong, "\n".join(wrong)
 
 
-def test_names_of_tests_are_short():
-    long = [
-        f"{name_of(path)}: {item.name}"
-        for path in sorted((HOME / "tests").rglob("test_*.py"))
-        for item in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(item, ast.FunctionDef) and item.name.startswith("test_") and len(item.name) > MOST_LETTERS
+def find_tests(folder: Path) -> Iterator[tuple[str, str]]:
+    """List files and names of tests."""
+    for path in sorted(folder.rglob("test_*.py")):
+        for item in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(item, ast.FunctionDef) and item.name.startswith("test_"):
+                yield name_of(path), item.name
+
+
+def test_names_of_tests_are_short_and_have_a_subject():
+    wrong = [
+        f"{path}: {name}"
+        for path, name in find_tests(HOME / "tests")
+        if len(name) > MOST_LETTERS or VAGUE_TEST.match(name)
     ]
-    assert not long, "\n".join(long)
+    assert not wrong, "\n".join(wrong)
+
+
+def names_in(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """List the names that a module defines: functions, types, parameters and variables, with their lines."""
+    for item in ast.walk(tree):
+        if isinstance(item, ast.FunctionDef | ast.ClassDef):
+            yield item.lineno, item.name
+        elif isinstance(item, ast.arg):
+            yield item.lineno, item.arg
+        elif isinstance(item, ast.Name) and isinstance(item.ctx, ast.Store):
+            yield item.lineno, item.id
+
+
+def test_names_in_code_are_terms_of_the_field():
+    """Names of locks are rewritten with their files."""
+    wrong = [
+        f"{name_of(path)}:{line}: {name}"
+        for path in SOURCES
+        if "locks" not in path.parts
+        for line, name in names_in(ast.parse(path.read_text(encoding="utf-8")))
+        if name.strip("_").lower() in PRIVATE
+    ]
+    assert not wrong, "\n".join(wrong)

@@ -28,12 +28,12 @@ def measure_first_use(graph_path: Path, overrides: Mapping[str, str], node: str 
     words = ["run", str(graph_path), "--to", node, "--frames", frames, "-q"]
     words += [word for target, value in overrides.items() for word in ("--set", f"{target}={value}")]
     with tempfile.TemporaryDirectory() as folder:
-        told = environment() | {"NUMBA_CACHE_DIR": folder}
+        variables = environment() | {"NUMBA_CACHE_DIR": folder}
         spent = []
         for cache in ("first", "second"):
             begun = children_seconds()
             code = _MAIN.format([*words, "--cache", str(Path(folder, cache))])
-            if subprocess.run(command(code), env=told, stdout=2).returncode:
+            if subprocess.run(command(code), env=variables, stdout=2).returncode:
                 raise BadInput(
                     f"'{node}' does not compute frames {frames}", where=graph_path, right="a graph that runs"
                 )

@@ -66,8 +66,8 @@ def paint_scalp(body: Body, rule: Scalp) -> np.ndarray:
         raise BadInput(f"the body has no joint {rule.joint!r}", where="scalp.joint", right=f"one of {names}")
     joint = body.skeleton.names.index(rule.joint)
     centre = body.skeleton.rest[joint, :3, 3] + (0.0, rule.up, rule.forward) if rule.at is None else np.array(rule.at)
-    carried = np.where(body.joints == joint, body.weights, 0.0).sum(axis=1)
-    return height_above(rule, body.mesh.points - centre) * smooth_step(carried, 0.0, 0.25)
+    moved = np.where(body.joints == joint, body.weights, 0.0).sum(axis=1)
+    return height_above(rule, body.mesh.points - centre) * smooth_step(moved, 0.0, 0.25)
 
 
 def height_above(rule: Scalp, directions: np.ndarray) -> np.ndarray:

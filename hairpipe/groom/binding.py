@@ -49,8 +49,8 @@ def bind_tips(mesh: Mesh, groom: Groom, held: np.ndarray, reach: float) -> Groom
         return groom
     sites, distances = nearest_sites(mesh, groom.points[groom.offsets[1:] - 1])
     if len(far := groom.ids[held & (distances > reach)]):
-        told = f"{len(far)} tips are bound to a place of the body more than reach = {reach:g} m away"
-        warnings.warn(f"{told}: {name_strands(far)}", stacklevel=3)
+        message = f"{len(far)} tips are bound to a place of the body more than reach = {reach:g} m away"
+        warnings.warn(f"{message}: {name_strands(far)}", stacklevel=3)
     frames = root_frames(mesh.points, mesh.triangles, *sites)
     triangles = np.where(held, sites.triangles, FREE).astype(np.int32)
     return replace(groom, tip_triangles=triangles, tip_barycentrics=sites.barycentrics, tip_frames=frames)
@@ -107,5 +107,5 @@ def rigid_strands(groom: Groom, motions: np.ndarray, rates: np.ndarray, diameter
     """
     strand = np.repeat(np.arange(len(groom.ids)), np.diff(groom.offsets))
     placed = np.concatenate([groom.points, np.ones((len(groom.points), 1))], axis=1)
-    points, velocities = (np.einsum("pij,pj->pi", led[strand], placed) for led in (motions, rates))
+    points, velocities = (np.einsum("pij,pj->pi", bound[strand], placed) for bound in (motions, rates))
     return Strands(points, velocities.astype(np.float32), groom.offsets, diameter)

@@ -122,8 +122,8 @@ class _Obj:
             warnings.warn(f"{self.path}: statements that are not read: {named}", stacklevel=4)
         bare = sum(None in face.texture for face in faces)
         if 0 < bare < len(faces):
-            told = f"{bare} of {len(faces)} faces have no texture coordinates: those of the others are not used"
-            warnings.warn(f"{self.path}: {told}", stacklevel=4)
+            message = f"{bare} of {len(faces)} faces have no texture coordinates: those of the others are not used"
+            warnings.warn(f"{self.path}: {message}", stacklevel=4)
 
     def missing(self, group: str | None) -> BadInput:
         names = sorted({name for face in self.faces for name in face.groups if name})

@@ -21,13 +21,13 @@ def measure_speeds(hair: Mapping[int, Strands], fps: float, cuts: Sequence[int] 
     """
     frames = list(hair)
     first = previous = hair[frames[0]]
-    led = first.offsets[:-1]
+    roots = first.offsets[:-1]
     lengths = strand_lengths(first.points, first.offsets)
     rows = []
     for frame in frames:
         now = hair[frame]
         previous = now if frame in cuts else previous
-        points, before = (np.delete(strands.points.astype(float), led, axis=0) for strands in (now, previous))
+        points, before = (np.delete(strands.points.astype(float), roots, axis=0) for strands in (now, previous))
         moved = np.linalg.norm(points - before, axis=1)
         rows.append(((frame - frames[0]) / fps, *row_of(now, lengths), 1e3 * np.sqrt(np.mean(moved**2))))
         previous = now
@@ -41,11 +41,11 @@ def watch(hair: Strands, groom: Groom) -> Table:
 
 def row_of(hair: Strands, lengths: np.ndarray) -> tuple[float, ...]:
     """Return speeds, stretch over lengths [m], (S,), and height of hair."""
-    led = hair.offsets[:-1]
-    speeds = np.linalg.norm(np.delete(hair.velocities.astype(float), led, axis=0), axis=1)
+    roots = hair.offsets[:-1]
+    speeds = np.linalg.norm(np.delete(hair.velocities.astype(float), roots, axis=0), axis=1)
     return (
         1e3 * np.sqrt(np.mean(speeds**2)),
         1e3 * speeds.max(),
         100.0 * (strand_lengths(hair.points, hair.offsets) / lengths - 1.0).max(),
-        1e3 * np.delete(hair.points.astype(float), led, axis=0)[:, 1].mean(),
+        1e3 * np.delete(hair.points.astype(float), roots, axis=0)[:, 1].mean(),
     )

@@ -36,13 +36,13 @@ def swing_table(hair: Mapping[int, Strands]) -> Table:
         sums = np.add.reduceat(np.append(points, [[0.0, 0.0]], axis=0), cuts)[::2]
         low.append(sums / (ends[1:] - starts)[:, None] - middle)
         roots.append(points[ends[:-1]] - middle)
-    swung, led = _turns(low), _turns(roots)
-    if not np.ptp(led) > 0.0:
+    swung, driven = _turns(low), _turns(roots)
+    if not np.ptp(driven) > 0.0:
         raise BadInput("the roots of the hair do not turn", where="in.hair", right="hair on a head that shakes")
-    lags = np.arange(int(LONGEST * FINE * len(led)) + 1) / FINE
-    fits = [_correlation(led, swung, lag) for lag in lags]
+    lags = np.arange(int(LONGEST * FINE * len(driven)) + 1) / FINE
+    fits = [_correlation(driven, swung, lag) for lag in lags]
     best = int(np.argmax(fits))
-    return table_of_rows(COLUMNS, [(lags[best], fits[best], np.ptp(swung), np.ptp(led))])
+    return table_of_rows(COLUMNS, [(lags[best], fits[best], np.ptp(swung), np.ptp(driven))])
 
 
 def _turns(places: list[np.ndarray]) -> np.ndarray:

@@ -78,8 +78,8 @@ def reach_with(points: np.ndarray, neighbours: float) -> float:
     Raises BadInput if there are not more particles than that.
     """
     if neighbours > len(points) - 1:
-        told = f"{len(points)} particles cannot have {neighbours:g} neighbours each"
-        raise BadInput(told, where="particles", right=f"more than {neighbours:g}")
+        message = f"{len(points)} particles cannot have {neighbours:g} neighbours each"
+        raise BadInput(message, where="particles", right=f"more than {neighbours:g}")
     tree = KDTree(points)
     some = points[:: -(-len(points) // SURVEYED)]
     few = KDTree(some)
@@ -105,9 +105,9 @@ def find_links(
     """
     near = _candidates(points, directions, deep, reach)
     near = Candidates(*(column[near.alignments >= rule.alignment] for column in near))
-    led = np.bincount(near.pairs[:, 1], minlength=len(points))
-    led[:deep] = 1
-    near = _joined([near, *(_strongest(points, directions, reach, j) for j in np.flatnonzero(led == 0))])
+    incoming = np.bincount(near.pairs[:, 1], minlength=len(points))
+    incoming[:deep] = 1
+    near = _joined([near, *(_strongest(points, directions, reach, j) for j in np.flatnonzero(incoming == 0))])
     kept = _pruned(near, len(points), rule.most)
     pairs, alignments = near.pairs[kept], near.alignments[kept]
     _check_connected(pairs, len(points), deep)
@@ -179,5 +179,5 @@ def _check_connected(pairs: np.ndarray, count: int, deep: int) -> None:
     labels = connected_components(graph, directed=False)[1]
     loose = ~np.isin(labels, labels[:deep])
     if loose.any():
-        told = f"{np.count_nonzero(loose)} of {count - deep} particles are not linked to a root"
-        raise BadInput(told, where="particles", right="more particles, or neighbours")
+        message = f"{np.count_nonzero(loose)} of {count - deep} particles are not linked to a root"
+        raise BadInput(message, where="particles", right="more particles, or neighbours")

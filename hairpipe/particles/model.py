@@ -181,12 +181,14 @@ def keep_within_reach(
     if not beyond.any():
         return
     worst = int(np.argmax(distances / most))
-    who = name_strands(hair.ids[np.unique(strands[beyond])])
+    names = name_strands(hair.ids[np.unique(strands[beyond])])
     far = f"the farthest {distances[worst]:.3g} m, over {most[worst]:.3g} m, on strand {hair.ids[strands[worst]]}"
-    said = f"{np.count_nonzero(beyond)} of {len(beyond)} particles are too far from their roots at frame {frame}, {far}"
+    message = (
+        f"{np.count_nonzero(beyond)} of {len(beyond)} particles are too far from their roots at frame {frame}, {far}"
+    )
     if distances[worst] > TORN * most[worst]:
-        raise ArithmeticError(f"diverged: {said}: {who}")
-    warn(f"{said}, and were moved back: {who} (more steps, or less wind)", stacklevel=3)
+        raise ArithmeticError(f"diverged: {message}: {names}")
+    warn(f"{message}, and were moved back: {names} (more steps, or less wind)", stacklevel=3)
     units = ways[beyond] / distances[beyond, None]
     moving.points[deep:][beyond] = roots[strands[beyond]] + most[beyond, None] * units
     drift = drifts[strands[beyond]]

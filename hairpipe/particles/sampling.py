@@ -139,8 +139,8 @@ def sample(groom: Groom, count: int, sampling: Sampling, seed: int) -> Samples:
     if not len(groom.ids):
         raise BadInput("no hair grows from the scalp", where="in.groom", right="a groom with strands")
     if count > len(groom.points):
-        told = f"{count} particles on a groom of {len(groom.points)} points"
-        raise BadInput(told, where="particles", right="fewer particles, or a groom of more strands")
+        message = f"{count} particles on a groom of {len(groom.points)} points"
+        raise BadInput(message, where="particles", right="fewer particles, or a groom of more strands")
     lines = lines_of(groom)
     choose = _OnStrands(lines, seed) if sampling == "strands" else _InSpace(lines, seed)
     places, spacing = _with_count(choose, count, float(np.ptp(lines.points, axis=0).max()))
@@ -240,6 +240,6 @@ def _with_count(choose: _OnStrands | _InSpace, count: int, size: float) -> tuple
             break
         spacing *= (max(len(places.arcs), 1) / count) ** (1.0 / 3.0)
     if best[0] > ENOUGH:
-        told = f"{count} particles do not fit the groom: {len(best[1].arcs)} do"
-        raise BadInput(told, where="particles", right="another number, or a groom of more strands")
+        message = f"{count} particles do not fit the groom: {len(best[1].arcs)} do"
+        raise BadInput(message, where="particles", right="another number, or a groom of more strands")
     return best[1], best[2]

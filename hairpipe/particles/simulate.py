@@ -311,8 +311,8 @@ def _forces_on(prepared: Prepared, settings: ParticleSettings, state: ParticleSt
         add_wind(settings.wind, LooseFibres(*now, counts, segment, settings.fibre.diameter), seconds, *forces)
     strongest = max(float(np.abs(values).max()) for values in forces)
     if not strongest < LIMIT_OF_SOLVE:
-        said = f"diverged: the force of air on a particle is {strongest:.3g} N, or N s/m"
-        raise ArithmeticError(f"{said}, above the limit of the solver, {LIMIT_OF_SOLVE:.3g} (less wind)")
+        message = f"diverged: the force of air on a particle is {strongest:.3g} N, or N s/m"
+        raise ArithmeticError(f"{message}, above the limit of the solver, {LIMIT_OF_SOLVE:.3g} (less wind)")
     return forces
 
 
@@ -321,7 +321,7 @@ def move_over_cut(particles: Particles, state: ParticleState, leads: tuple[Lead,
 
     leads  bodies before the cut and after it
 
-    As `hairpipe.sim.cuts.carry_over_cut` for strands; directions rotate, tensions are unchanged, and no time passes.
+    As `hairpipe.sim.cuts.move_over_cut` for strands; directions rotate, tensions are unchanged, and no time passes.
     """
     strands, groom = particles.strands, particles.hair
     rigid, turn = (motions[strands] for motions in rigid_over_cut(leads, groom))

@@ -11,7 +11,7 @@ from hairpipe.scripted_ends.track import Track
 NAME = "body"
 
 
-def carried(mesh: Mesh, track: Track, time: float) -> Mesh:
+def moved(mesh: Mesh, track: Track, time: float) -> Mesh:
     """Return a mesh moved by keys at a time [s], with the exact velocities of that motion.
 
     The pivot of the track is a place in space; the mesh may move by itself, too.

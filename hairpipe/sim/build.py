@@ -143,8 +143,8 @@ def check_scheme(model: StrandModel, scene: Scene) -> None:
         right = '"tr_bdf2", "bdf2" or "backward_euler"'
         raise BadInput(f"scheme nine_steps is for springs, not for a {name}", where="scheme.value", right=right)
     if scene.scheme.spring not in ("multiplier", "tension"):
-        said = f'"{scene.scheme.spring}" leaves out stiffness that a {name} needs'
-        raise BadInput(said, where="scheme.spring", right='"multiplier" or "tension"')
+        message = f'"{scene.scheme.spring}" leaves out stiffness that a {name} needs'
+        raise BadInput(message, where="scheme.spring", right='"multiplier" or "tension"')
 
 
 def integrator_of(scene: Scene) -> Integrator:

@@ -26,8 +26,8 @@ _EXACT = 0.005
 def warn_of_sweep(scene: Scene) -> None:
     """Warn where the published solver of contact is chosen, which gives energy to hairs that touch."""
     if scene.collisions is not None and scene.collisions.solver == "sweep":
-        said = 'collisions.solver = "sweep" adds energy to strands that rest on each other without friction'
-        warn(f'{said}, so that they do not come to rest (solver = "coupled" avoids this)', stacklevel=3)
+        message = 'collisions.solver = "sweep" adds energy to strands that rest on each other without friction'
+        warn(f'{message}, so that they do not come to rest (solver = "coupled" avoids this)', stacklevel=3)
 
 
 def warn_of_deep_roots(hair: HairModel, positions: np.ndarray, bodies: Sequence[Collider]) -> None:
@@ -45,17 +45,17 @@ def warn_of_deep_roots(hair: HairModel, positions: np.ndarray, bodies: Sequence[
     if deep.any():
         order = np.argsort(probe.distance, kind="stable")[: np.count_nonzero(deep)]
         ids = hair.groom.ids[order[deep[order]]]
-        said = f"{np.count_nonzero(deep)} of {len(deep)} roots are inside the body by more than a segment"
+        message = f"{np.count_nonzero(deep)} of {len(deep)} roots are inside the body by more than a segment"
         worst = f"the deepest by {-1e3 * probe.distance.min():.3g} mm: {name_strands(ids)}"
         mend = "roots on the skin: check unit, position and pose of groom and body"
-        warn(f"{said}, {worst} ({mend})", stacklevel=3)
+        warn(f"{message}, {worst} ({mend})", stacklevel=3)
 
 
-def warn_of_stretch(hair: HairModel, positions: np.ndarray, scene: Scene, frame: int, told: float) -> float:
+def warn_of_stretch(hair: HairModel, positions: np.ndarray, scene: Scene, frame: int, reported: float) -> float:
     """Warn of the strand with the largest stretch, if it exceeds the stretch that a body may cause.
 
     positions  of the particles [m], (rows, 3, W)
-    told       last stretch that was reported; only a stretch that exceeds it by a margin is reported again
+    reported   last stretch that was reported; only a stretch that exceeds it by a margin is reported again
 
     Returns the last stretch that was reported.
     """
@@ -64,8 +64,8 @@ def warn_of_stretch(hair: HairModel, positions: np.ndarray, scene: Scene, frame:
     stretch = segment_lengths(hair.layout.axis(positions), offsets) / rest
     worst = int(np.argmax(stretch))
     limit = _FREE if scene.strain is None else scene.strain.tolerance
-    if not stretch[worst] > max((1.0 + limit) * (1.0 + STRETCH) + _EXACT, MORE * told):
-        return told
+    if not stretch[worst] > max((1.0 + limit) * (1.0 + STRETCH) + _EXACT, MORE * reported):
+        return reported
     strand = int(np.searchsorted(offsets[1:] - np.arange(1, len(offsets)), worst, side="right"))
     far = f"a segment of strand {hair.groom.ids[strand]} is stretched to {stretch[worst]:.3g} times its length"
     warn(
@@ -83,9 +83,9 @@ def warn_of_lost(hair: HairModel, before: HairState, after: HairState, frame: in
     new = (after.tensions[rows, 1] > 0.0) & (before.tensions[rows, 1] == 0.0) & ~hair.layout.idle
     if new.any():
         steps = int(after.tensions[rows, 1][~hair.layout.idle].sum())
-        who = name_strands(hair.groom.ids[np.unique(hair.layout.strands[new])])
-        said = f"{np.count_nonzero(new)} strands were re-solved with backward Euler at frame {frame}: {who}"
-        warn(f"{said} ({steps} such steps of all strands so far; a shorter steps.longest avoids them)", stacklevel=3)
+        names = name_strands(hair.groom.ids[np.unique(hair.layout.strands[new])])
+        message = f"{np.count_nonzero(new)} strands were re-solved with backward Euler at frame {frame}: {names}"
+        warn(f"{message} ({steps} such steps of all strands so far; a shorter steps.longest avoids them)", stacklevel=3)
 
 
 def warn_of_held(hair: HairModel, now: State, mended: np.ndarray, steps: int, frame: int) -> None:
@@ -100,17 +100,17 @@ def warn_of_held(hair: HairModel, now: State, mended: np.ndarray, steps: int, fr
     held = now.held
     used = ~hair.layout.idle
     if (mended & used).any():
-        who = name_strands(hair.groom.ids[np.sort(hair.layout.strands[mended & used])])
-        said = f"{np.count_nonzero(mended & used)} strands were not finite before frame {frame}"
-        warn(f"{said} and restart from the groom: {who}", stacklevel=3)
+        names = name_strands(hair.groom.ids[np.sort(hair.layout.strands[mended & used])])
+        message = f"{np.count_nonzero(mended & used)} strands were not finite before frame {frame}"
+        warn(f"{message} and restart from the groom: {names}", stacklevel=3)
     if not held.any():
         return
     count = np.count_nonzero(held[used])
     total = np.count_nonzero(used)
-    who = name_strands(hair.groom.ids[np.sort(hair.layout.strands[used & (held > 0)])])
-    said = f"{count} of {total} strands had no solution in {held.max()} of {steps} steps of frame {frame}: {who}"
+    names = name_strands(hair.groom.ids[np.sort(hair.layout.strands[used & (held > 0)])])
+    message = f"{count} of {total} strands had no solution in {held.max()} of {steps} steps of frame {frame}: {names}"
     if now.failed >= steps:
-        raise ArithmeticError(f"diverged: {said}")
+        raise ArithmeticError(f"diverged: {message}")
     if hair.in_double is not None:
-        raise ArithmeticError(f"{said} (in single precision)")
-    warn(f"{said} (they moved rigidly with their roots)", stacklevel=3)
+        raise ArithmeticError(f"{message} (in single precision)")
+    warn(f"{message} (they moved rigidly with their roots)", stacklevel=3)

@@ -214,8 +214,8 @@ class ExtendedScene(Scene):
 
 def with_interactions(scene: Scene, *interactions: Interaction) -> ExtendedScene:
     """Return the scene with interactions of your own besides its; pure."""
-    said = {each.name: getattr(scene, each.name) for each in fields(Scene)}
-    return ExtendedScene(**said, interactions=(*own_interactions(scene), *interactions))
+    values = {each.name: getattr(scene, each.name) for each in fields(Scene)}
+    return ExtendedScene(**values, interactions=(*own_interactions(scene), *interactions))
 
 
 def own_interactions(scene: Scene) -> tuple[Interaction, ...]:

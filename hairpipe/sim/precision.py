@@ -44,8 +44,8 @@ def choose_precision(
     if first:
         models.kind.warn(models.groom, models.material)
     if asked == "single" and scene.sag_free is not None:
-        said = "a sag-free start is impossible in single precision"
-        raise BadInput(said, where="precision", right='"automatic" or "double"')
+        message = "a sag-free start is impossible in single precision"
+        raise BadInput(message, where="precision", right='"automatic" or "double"')
     if asked == "double":
         return models.in_precision("double")
     needs = needs_double(scene, bodies)
@@ -55,8 +55,8 @@ def choose_precision(
         longest = scene.steps.longest * limit / steps
         needs = f"steps beyond {longest:.2g} s of hair so stiff and light"
     if first and not needs and asked == "automatic":
-        said = f"hair without contact takes {steps:.0f} explicit steps per step, of {limit:.0f} allowed"
-        warn(f'computed in single precision: {said} (precision = "double" is more accurate)', stacklevel=2)
+        message = f"hair without contact takes {steps:.0f} explicit steps per step, of {limit:.0f} allowed"
+        warn(f'computed in single precision: {message} (precision = "double" is more accurate)', stacklevel=2)
     if first and needs and asked == "single":
         warn(f'single precision is insufficient for {needs}: precision = "automatic" uses double', stacklevel=2)
     return models.in_precision("single" if asked == "single" or not needs else "double")

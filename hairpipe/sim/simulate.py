@@ -84,7 +84,7 @@ class StrandSimulation:
 
     def _scene_at(self, frame: Frame) -> Scene:
         """Return the scene with the target of a frame; BadInput where hair cannot be in locks as asked."""
-        scene = _led(self.hair, frame, self.scene)
+        scene = _attracted(self.hair, frame, self.scene)
         if scene.locks is not None:
             check_locks(self.hair, frame.leads[1], scene)
         return scene
@@ -109,7 +109,7 @@ def next_state(hair: HairModel, previous: HairState | None, frame: Frame, scene:
     return converted(state, finer, hair)
 
 
-def _led(hair: HairModel, frame: Frame, scene: Scene) -> Scene:
+def _attracted(hair: HairModel, frame: Frame, scene: Scene) -> Scene:
     """Return the scene with what leads hair to the target, if there is one."""
     target = scene.volume.target if scene.volume is not None else None
     if target is None and frame.target is None:
@@ -237,10 +237,10 @@ def strands_of(hair: HairModel, state: HairState) -> Strands:
 
 def _too_many(hair: HairModel, scene: Scene, many: TooManySteps) -> ArithmeticError:
     """Name the strand and the setting by which a frame takes too many steps."""
-    who = "hair" if many.lane is None else f"strand {hair.groom.ids[hair.layout.strands[many.lane]]}"
+    names = "hair" if many.lane is None else f"strand {hair.groom.ids[hair.layout.strands[many.lane]]}"
     asked = getattr(scene.steps, many.setting)
     mend = f"more by steps.most, or fewer by a greater steps.{many.setting}"
-    what = f"{who} needs more than {scene.steps.most:,} steps per frame by steps.{many.setting} = {asked:g}"
+    what = f"{names} needs more than {scene.steps.most:,} steps per frame by steps.{many.setting} = {asked:g}"
     return ArithmeticError(f"{what}: {many.steps:.2g} remain ({mend})")
 
 

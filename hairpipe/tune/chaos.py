@@ -85,14 +85,14 @@ def chaos_of(
     count = squares.shape[-1]
     spreads = root_mean_square(squares.mean(axis=2)).max(axis=0)
     predicted = frames_within(spreads, 0.5 * tolerance.value)
-    said = (tip, predicted, predicted / fps, frames[predicted], predicted < len(spreads))
+    common = (tip, predicted, predicted / fps, frames[predicted], predicted < len(spreads))
     if predicted == len(spreads):
-        return Chaos(*said, float(spreads.max()), 0.0)
+        return Chaos(*common, float(spreads.max()), 0.0)
     later = squares[:, predicted:].mean(axis=(1, 2))
     apart = root_mean_square(later).max()
     others = np.arange(count + len(MODEL))  # only their number is used
     floor = floors(np.sqrt(later), Sides(others >= count, others), squared_bias)
-    return Chaos(*said, float(apart), float(np.sqrt(max(floor.max(), 0.0))))
+    return Chaos(*common, float(apart), float(np.sqrt(max(floor.max(), 0.0))))
 
 
 def climate_of(pairs: Mapping[tuple[int, int], Table], look: Table, tolerance: Tolerance, chaos: Chaos) -> Climate:

@@ -24,7 +24,7 @@ def test_ten_lines_of_a_notebook(shot):
     assert loaded.changed({"seed.value": 5}).explain("seed").reasons == ("setting value 4.0 -> 5.0",)
 
 
-def test_what_a_notebook_prints_of_a_shot_is_short(computed):
+def test_repr_of_a_shot_is_short(computed):
     loaded = hairpipe.load(computed)
     assert repr(loaded.nodes["sum"]) == "<Node sum: add_up, number from move>"
     assert repr(loaded.nodes["sum"].type) == "<NodeType add_up(number: Numeral) -> number: Numeral, state: Sum>"
@@ -65,7 +65,7 @@ def test_a_failure_is_reported_not_raised(failing):
 
 
 @pytest.mark.parametrize("target", ["sum@7", "sun@1", "sum.stat@1", "sum@", "sum", "list"])
-def test_what_cannot_be_had_is_bad_input(target, shot):
+def test_missing_results_are_bad_input(target, shot):
     with pytest.raises(BadInput):
         hairpipe.load(shot).get(target)
 

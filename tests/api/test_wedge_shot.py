@@ -46,7 +46,7 @@ def keys(shot, names=None):
     return found if names is None else {target: found[merged] for target, merged in names.items()}
 
 
-def test_what_variants_share_is_computed_once(wedged):
+def test_common_results_of_variants_are_computed_once(wedged):
     report = hairpipe.load(wedged).wedge("steps").run(jobs=1)
     done = evaluated()
     assert (done["make_seed"], done["move_seed"], done["add_up"]) == (1, 2 * 6, 2 * 3 * 6)
@@ -93,7 +93,7 @@ def test_a_difference_that_begins_late_costs_what_comes_after_it(wedged):
     assert sums == 3 * (6 + 4 + 2), "of a movement that turns at frame 3, at 5 and never the first 2 and 4 are the same"
 
 
-def test_what_differs_is_published_in_a_folder_of_its_own(wedged):
+def test_each_variant_is_published_in_its_own_folder(wedged):
     report = hairpipe.load(wedged).wedge("steps").run(jobs=1)
     assert len(report.outcome.published) == 6 * (1 + 6)
     lists = {path.parent.name: path.read_text() for path in Path("out").glob("*/list.txt")}

@@ -11,7 +11,7 @@ from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.results import read_result
 
 
-def test_it_gives_what_a_run_gives_and_stores_nothing_of_it(shot):
+def test_replay_equals_the_run_and_stores_nothing(shot):
     replay = Replay(shot.load(), shot.store, "sum")
     replay.prepare(4)
     assert shot.tally() == {"make_seed": 1, "move_seed": 4}
@@ -68,7 +68,7 @@ def double(seed: Numeral, previous: Numeral | None, prepared: float) -> Numeral:
 '''
 
 
-def test_what_is_prepared_is_prepared_once(shot):
+def test_preparations_are_computed_once(shot):
     (shot.nodes / "double.py").write_text(DOUBLE)
     graph = shot.path.read_text().partition("[move]")[0]
     shot.path.write_text(graph + '[double]\ntype = "double"\nin.seed = "seed"\n')
@@ -78,7 +78,7 @@ def test_what_is_prepared_is_prepared_once(shot):
     assert shot.tally() == {"make_seed": 1, "make_double": 1}
 
 
-def test_what_does_not_go_from_frame_to_frame_is_refused(shot):
+def test_nodes_without_a_scan_are_refused(shot):
     with pytest.raises(BadInput, match="is not a scan from frame to frame"):
         Replay(shot.load(), shot.store, "move")
 

@@ -30,7 +30,7 @@ def test_files_outside_have_theirs():
     assert part_of(CONTACT.parents[1] / "levelset" / "collider.py") == "body"
 
 
-def test_what_numpy_does_counts_for_who_asked_it():
+def test_time_in_numpy_counts_for_the_caller():
     segments = np.random.default_rng(0).integers(0, 10**6, (3_000_000, 2)).astype(np.int32)
     whole, parts = shares_of(lambda: key_of(segments))
     assert parts["search"] > 0.9 * sum(parts.values()) > 0.0

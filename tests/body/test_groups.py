@@ -24,7 +24,7 @@ def test_large_bones_stay_alone_and_small_ones_join_their_parents():
     assert groups.leaders.tolist() == [0, 1] and groups.members.tolist() == [0, 1, 1]
 
 
-def test_what_has_joined_counts():
+def test_joined_bones_count_for_the_size_of_a_group():
     # The tip alone is small; with the one that it joins it is large, being 10 m off.
     groups = group_bones(chain([1.0, 0.01, 0.01], [-1, 0, 1]), 0.2)
     assert groups.leaders.tolist() == [0, 1] and groups.members.tolist() == [0, 1, 1]
@@ -36,7 +36,7 @@ def test_bones_without_skin_join_whatever_is_small():
     assert group_bones(body, 0.0).members.tolist() == [0, 0, 1]
 
 
-def test_a_root_has_nobody_to_join():
+def test_root_without_neighbours_is_not_joined():
     assert group_bones(chain([0.01], [-1]), 0.2).leaders.tolist() == [0]
 
 

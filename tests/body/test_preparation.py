@@ -79,7 +79,7 @@ def test_the_one_joint_of_a_skeleton_keeps_its_name():
 
 
 @pytest.mark.parametrize(("unit", "size"), [(10.0, "10 m"), (0.001, "0.001 m")])
-def test_giants_and_specks_are_told(unit, size):
+def test_implausible_sizes_are_reported(unit, size):
     with pytest.warns(UserWarning, match=f"{size} large: is unit = "):
         prepare(make_body(), **{**DEFAULTS, "unit": unit})
 

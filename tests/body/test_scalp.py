@@ -26,9 +26,9 @@ def make_body(points: np.ndarray, weights: np.ndarray) -> Body:
     return Body(mesh, skeleton, np.tile(np.array([0, 1], np.int32), (len(points), 1)), weights)
 
 
-def test_the_line_passes_through_what_was_said():
-    said = [RULE.front, RULE.temple, RULE.sideburn, RULE.ear, RULE.behind, RULE.nape]
-    np.testing.assert_allclose(interpolate_hairline(RULE, np.array(AZIMUTHS)), said, atol=1e-12)
+def test_line_passes_through_given_points():
+    reported = [RULE.front, RULE.temple, RULE.sideburn, RULE.ear, RULE.behind, RULE.nape]
+    np.testing.assert_allclose(interpolate_hairline(RULE, np.array(AZIMUTHS)), reported, atol=1e-12)
 
 
 def test_the_line_stays_between_its_knots():
@@ -57,7 +57,7 @@ def test_a_missing_joint_is_named():
         paint_scalp(make_body(np.zeros((1, 3)), np.array([[0.0, 1.0]])), Scalp(joint="skull"))
 
 
-def test_the_point_between_the_ears_may_be_said_in_place_of_the_joint():
+def test_point_between_the_ears_can_be_given():
     points = np.array([[0.0, 1.4, 0.0], [0.0, 2.3, 0.0], [0.0, 1.9, 0.0]])
     body = make_body(points, np.tile([0.0, 1.0], (3, 1)))
     np.testing.assert_array_equal(paint_scalp(body, RULE), [1.0, 1.0, 1.0])
@@ -72,8 +72,8 @@ def test_a_bust_without_a_skeleton_gets_its_hairline_about_its_head():
     assert np.mean(np.abs(painted - bust.maps["scalp"]) > 0.5) < 0.02, "as on the bust itself"
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        said = prepare(rigid, unit=1.0, up="y", joint="head", scalp=Scalp(at=(0.0, 0.3, 0.0))).maps["scalp"]
-    assert not np.array_equal(said, painted)
+        reported = prepare(rigid, unit=1.0, up="y", joint="head", scalp=Scalp(at=(0.0, 0.3, 0.0))).maps["scalp"]
+    assert not np.array_equal(reported, painted)
 
 
 def test_smooth_step_rises_level_at_both_ends():

@@ -62,7 +62,7 @@ def test_joined_meshes_keep_their_texture_coordinates():
     np.testing.assert_array_equal(both.uv, np.concatenate([0 * uv, uv]))
 
 
-def test_what_has_no_shape_is_refused():
+def test_degenerate_shapes_are_refused():
     with pytest.raises(BadInput, match="no length"):
         build_cylinder(0.05, 0.2, False, 96, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     with pytest.raises(BadInput, match="flat ends"):

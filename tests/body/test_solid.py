@@ -69,7 +69,7 @@ def test_normals_of_a_sphere_point_away_from_its_centre(sphere):
     assert (np.sum(normals * radial / np.linalg.norm(radial, axis=2, keepdims=True), axis=2) > 0.999).all()
 
 
-def test_a_feature_is_told_by_the_weights_that_are_zero():
+def test_feature_is_found_by_zero_weights():
     assert feature_at((0.2, 0.3, 0.5)) == FACE
     assert [feature_at(w) for w in ((0.0, 0.4, 0.6), (0.4, 0.0, 0.6), (0.4, 0.6, 0.0))] == [EDGES, EDGES + 1, EDGES + 2]
     assert [feature_at(tuple(w)) for w in np.eye(3)] == [VERTICES, VERTICES + 1, VERTICES + 2]

@@ -97,8 +97,8 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder in which the shot was run once, for all tests that want to copy it."""
     folder = tmp_path_factory.mktemp("result")
     write_shot(folder)
-    told = {"TOY_TALLY": str(folder / "tally"), "HAIRPIPE_TRUST": str(folder / "nodes")}
-    subprocess.run([*START, "run", "shot.toml", "-j1", "-q"], cwd=folder, env=os.environ | told, check=True)
+    variables = {"TOY_TALLY": str(folder / "tally"), "HAIRPIPE_TRUST": str(folder / "nodes")}
+    subprocess.run([*START, "run", "shot.toml", "-j1", "-q"], cwd=folder, env=os.environ | variables, check=True)
     return folder
 
 

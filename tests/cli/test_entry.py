@@ -53,13 +53,13 @@ def test_version(hairpipe):
     assert hairpipe("--version").stdout == f"hairpipe {__version__}\n"
 
 
-def test_what_the_system_refuses_is_one_message(hairpipe, computed):
+def test_system_errors_are_one_message(hairpipe, computed):
     result = hairpipe("get shot.toml list -o shot.toml/list.txt")
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr == "hairpipe: shot.toml: File exists\n" or "Not a directory" in result.stderr
 
 
-def test_nobody_listening_ends_quietly():
+def test_closed_output_ends_without_an_error():
     process = subprocess.Popen(
         [*START, "nodes", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=os.environ
     )
@@ -73,7 +73,7 @@ def test_a_full_disk_under_the_output_is_one_message():
     assert (process.returncode, process.stderr) == (2, "hairpipe: No space left on device\n")
 
 
-def test_nobody_listening_to_errors_is_no_error(shot):
+def test_closed_error_stream_is_not_an_error(shot):
     """Nothing that is opened meanwhile takes the place of the stream for errors: workers write there."""
     command = shlex.join([*START, "run", "shot.toml", "-j1"])
     process = subprocess.run(f"{command} 2>&-", shell=True, stdout=subprocess.PIPE, text=True)
@@ -108,8 +108,8 @@ def test_the_shell_completes_commands_types_and_nodes(shot):
 
 def bash(*words: str, cwd=None) -> list[str]:
     """What bash is offered for the last of the words."""
-    told = {"_HAIRPIPE_COMPLETE": "bash_complete", "COMP_WORDS": "\n".join(["hairpipe", *words])}
-    environment = os.environ | told | {"COMP_CWORD": str(len(words))}
+    variables = {"_HAIRPIPE_COMPLETE": "bash_complete", "COMP_WORDS": "\n".join(["hairpipe", *words])}
+    environment = os.environ | variables | {"COMP_CWORD": str(len(words))}
     process = subprocess.run(START, env=environment, capture_output=True, text=True, cwd=cwd)
     assert process.stderr == ""
     return [line.partition(",")[2] for line in process.stdout.splitlines() if line.startswith("plain")]

@@ -33,7 +33,7 @@ def test_a_node_begins_once_and_is_done_once(progress, capsys):
     assert capsys.readouterr().err.splitlines() == expected
 
 
-def test_now_and_then_a_line_says_how_far_it_is(progress, capsys, monkeypatch):
+def test_progress_lines_are_written_at_intervals(progress, capsys, monkeypatch):
     monkeypatch.setattr(lines, "INTERVAL", -1.0)
     feed(progress, Lines(progress), *MOVING[:-1], ("started", "move", 3), ("finished", "move", 2))
     assert capsys.readouterr().err.splitlines()[-1] == "move: 2/3, 0.50 s each, 0.50 s left"

@@ -43,8 +43,8 @@ def poisoned(result, tmp_path_factory):
 )
 def test_no_command_imports_what_lies_about(poisoned, words, code):
     poison = poisoned / "poison"
-    told = {"TOY_TALLY": str(poisoned / "tally"), "HAIRPIPE_TRUST": str(poisoned / "nodes")}
-    environment = os.environ | told | {"POISON": str(poison)}
+    variables = {"TOY_TALLY": str(poisoned / "tally"), "HAIRPIPE_TRUST": str(poisoned / "nodes")}
+    environment = os.environ | variables | {"POISON": str(poison)}
     done = subprocess.run([*START, *words.split()], cwd=poisoned, env=environment, capture_output=True, text=True)
     assert not poison.exists(), poison.read_text()
     assert done.returncode == code, done.stderr

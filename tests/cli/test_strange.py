@@ -46,7 +46,7 @@ def test_a_fault_of_a_graph_is_one_line(text, name, shot, hairpipe):
     assert result.exit_code == 2 and result.stderr.count("\n") == 1 and is_clean(result.stderr)
 
 
-def test_what_a_node_says_is_one_line(shot, hairpipe):
+def test_messages_of_nodes_are_one_line(shot, hairpipe):
     path = Path("nodes") / "make_seed.py"
     text = path.read_text().replace("    tally(", f"    import warnings\n\n    warnings.warn({ESCAPE!r})\n    tally(")
     assert "warnings.warn" in text
@@ -59,7 +59,7 @@ def test_what_a_node_says_is_one_line(shot, hairpipe):
     assert "\nTraceback (most recent call last):\n" in result.stderr
 
 
-def test_where_files_are_is_one_line(shot, monkeypatch):
+def test_paths_of_files_are_one_line(shot, monkeypatch):
     """Names in the graph file are refused if they are not shown; the name of the project is the user's."""
     folder = shot.parent / ESCAPE.replace("\n", "").replace("\udce4", "")
     folder.mkdir()
@@ -93,7 +93,7 @@ def test_words_of_the_command_line_are_shown_too(words, shot):
     ],
 )
 @pytest.mark.parametrize("kind", ["pipe", "/dev/zero", "/proc/self/environ"])
-def test_what_is_no_file_is_refused_without_waiting(words, kind, computed, hairpipe):
+def test_special_files_are_refused_without_waiting(words, kind, computed, hairpipe):
     os.mkfifo("pipe")
     result = hairpipe(words.format(kind))
     if words.startswith("nodes"):  # only the folder counts

@@ -41,7 +41,7 @@ def test_tables_join_whatever_the_order_of_their_columns():
     assert len(joined([table_of_rows(NAMES, []), both])) == 2
 
 
-def test_what_is_no_table_is_refused():
+def test_invalid_tables_are_refused():
     for columns in ({"a": [1, 2], "b": [1]}, {"a": [1, "x"]}, {"a": [[1, 2]]}, {"a": [None, 1]}):
         with pytest.raises(ValueError):
             table_of_columns(columns)

@@ -178,7 +178,7 @@ def test_a_listing_leads_nowhere(shot, listed):
 
 
 @pytest.mark.parametrize("stem", ["../../shot", "a", "A" * 40, "a" * 40 + "\n", "a" * 39 + "/", ""])
-def test_what_is_no_name_becomes_no_path(shot, stem):
+def test_invalid_names_are_not_paths(shot, stem):
     for name in (stem + ".h5", "a" * 40 + ".py"):
         with pytest.raises(ValueError, match="is not an object"):
             shot.store.object_path(name)
@@ -237,7 +237,7 @@ PLACES = {
 
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.slow
-def test_what_stands_in_place_of_a_file_or_folder_goes(shot, listed, place):
+def test_wrong_kinds_of_paths_are_removed(shot, listed, place):
     """A folder with something in it where a file should be, a file where a folder should be."""
     _, _, right = listed
     for path in list(shot.store.root.glob(PLACES[place])):
@@ -308,7 +308,7 @@ HERE = Path(__file__)
 
 
 @pytest.mark.parametrize("value", [Number(1.0), File(HERE), File(HERE, {"beside": HERE})])
-def test_what_the_system_does_not_let_be_read_is_not_damaged(tmp_path, request, value):
+def test_unreadable_files_are_not_damaged(tmp_path, request, value):
     store, kind = Store(tmp_path), type(value)
     path = store.object_path(Values(store, hdf5, 0).put(value, kind, None).object)
     request.getfixturevalue("no_more_files")

@@ -28,7 +28,7 @@ def wrong(shot):
 
 
 @pytest.mark.parametrize(
-    ("how", "kind", "code", "said"),
+    ("how", "kind", "code", "reported"),
     [
         ("raise", "node", 1, "wrong@3: ZeroDivisionError: no strands left"),
         ("input", "input", 2, "wrong@3: walk.bvh:7: not a clip"),
@@ -36,9 +36,9 @@ def wrong(shot):
         ("type", "node", 1, "wrong@3: TypeError: returned a float, declared Numeral"),
     ],
 )
-def test_other_branches_finish_with_keep_going(wrong, how, kind, code, said):
+def test_other_branches_finish_with_keep_going(wrong, how, kind, code, reported):
     outcome = wrong.run(keep_going=True, wrong__how=how)
-    assert [(f.kind, str(f)[: len(said)]) for f in outcome.failures] == [(kind, said)]
+    assert [(f.kind, str(f)[: len(reported)]) for f in outcome.failures] == [(kind, reported)]
     assert outcome.exit_code == code
     assert outcome.blocked == 2, "frames 3 and 4 of what follows"
     counts = wrong.tally()
@@ -46,7 +46,7 @@ def test_other_branches_finish_with_keep_going(wrong, how, kind, code, said):
     assert (wrong.folder / "out" / "list.txt").exists()
 
 
-def test_a_plain_tuple_is_no_named_one(shot):
+def test_plain_tuple_is_not_a_named_one(shot):
     shot.edit("add_up.py", "return Added(", "return (")
     (failure,) = shot.run().failures
     assert str(failure) == "sum@1: TypeError: returned a tuple, declared Added"
@@ -63,7 +63,7 @@ def test_without_keep_going_the_run_stops_and_keeps_what_it_has(wrong):
 
 
 @pytest.mark.parametrize("file", ["numeral.py", "move_seed.py"])
-def test_what_came_of_code_edited_during_the_run_is_not_kept(shot, file):
+def test_results_of_code_edited_during_the_run_are_not_kept(shot, file):
     """Keys are made of the code as it was, and nodes import late: within their functions, and once they are needed."""
     text = (shot.nodes / file).read_text()
 

@@ -60,7 +60,7 @@ def test_edges_are_known_by_their_place(shot):
 
 
 @pytest.mark.parametrize(
-    ("listed", "said", "right"),
+    ("listed", "reported", "right"),
     [
         ("[]", ":39: [all] gather: in.numbers = []", "or a list of those"),
         ('["s1", 2]', "in.numbers = ['s1', 2]", "or a list of those"),
@@ -72,11 +72,11 @@ def test_edges_are_known_by_their_place(shot):
         ('["m"]\n[m]\ntype = "move_seed"\nin.seed = "s1"', "in.numbers.0: 'm' gives a value per frame", "Frames["),
     ],
 )
-def test_what_is_wrong_is_said_with_its_place(shot, listed, said, right):
+def test_faults_are_reported_with_their_place(shot, listed, reported, right):
     shot.write(GATHER.format(listed))
     with pytest.raises(BadInput) as caught:
         shot.load()
-    assert said in str(caught.value) and right in str(caught.value), caught.value
+    assert reported in str(caught.value) and right in str(caught.value), caught.value
 
 
 def test_it_has_to_be_connected(shot):

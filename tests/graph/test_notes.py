@@ -42,6 +42,6 @@ def test_a_note_is_none_of_another_name(store):
 
 
 @pytest.mark.parametrize("data", [b"\xff", b"{", b"3", b"[]", b"{}", b'{"note": "other"}', b'{"note": 3, "digest": 3}'])
-def test_what_is_no_note_is_none(store, data):
+def test_invalid_notes_are_none(store, data):
     path_of(store, NAME).write_bytes(data)
     assert store.recall(NAME) is None

@@ -56,7 +56,7 @@ def test_a_run_whose_results_are_all_there_works_and_publishes(read_only):
     assert sorted((path, path.stat().st_mtime_ns) for path in read_only.store.root.rglob("*")) == before
 
 
-def test_what_is_not_there_is_refused_before_anything_is_computed(read_only):
+def test_missing_results_are_refused_before_computing(read_only):
     with pytest.raises(BadInput, match="cannot be written to"):
         read_only.run(seed__value=7)
     assert read_only.tally() == {}

@@ -25,7 +25,7 @@ def odd(tmp_path):
 KINDS = {"pipe": "a pipe", "socket": "a socket", "device": "a device", "system": "part of the system"}
 
 
-def test_what_is_no_file_is_named(odd):
+def test_special_files_are_named(odd):
     assert {name: special(odd / name) for name in KINDS} == KINDS
     assert special(Path("/proc/kmsg")) == special(Path("/proc")) == "part of the system"
     (odd / "file").touch()
@@ -34,7 +34,7 @@ def test_what_is_no_file_is_named(odd):
 
 
 @pytest.mark.parametrize("name", KINDS)
-def test_it_is_no_graph_and_no_setting(odd, name, shot):
+def test_special_file_is_neither_graph_nor_setting(odd, name, shot):
     with pytest.raises(BadInput, match=f"it is {KINDS[name]} .a graph file"):
         load_graph(odd / name)
     with pytest.raises(BadInput, match=rf"file = '{name}' is {KINDS[name]}"):

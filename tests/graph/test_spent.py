@@ -35,7 +35,7 @@ def taken(shot, node):
     return sum(shot.store.record(key).processor for key in keys)
 
 
-def test_it_is_what_the_records_say_of_values_of_any_type(shot):
+def test_spent_times_are_those_of_the_records(shot):
     assert bill(shot, '"sum"') == pytest.approx(taken(shot, "sum")) and taken(shot, "sum") > 0.0
     assert bill(shot, '["sum", "move"]') == pytest.approx(taken(shot, "sum") + taken(shot, "move"))
 
@@ -55,14 +55,14 @@ def test_it_is_cached_as_any_result(shot):
 
 
 @pytest.mark.parametrize(
-    ("nodes", "said"),
+    ("nodes", "reported"),
     [
         ('"seed"', "takes the time of each frame, 'seed' has one value for the shot"),
         ('"sum.state"', "takes the time of a node, 'state' is one of its outputs"),
         ('"summ"', "did you mean 'sum'"),
     ],
 )
-def test_only_nodes_with_frames_are_billed_as_a_whole(shot, nodes, said):
+def test_only_nodes_with_frames_are_billed_as_a_whole(shot, nodes, reported):
     write(shot, nodes)
-    with pytest.raises(BadInput, match=said):
+    with pytest.raises(BadInput, match=reported):
         shot.load()

@@ -108,7 +108,7 @@ def test_members_of_a_group_write_to_one_store_whatever_their_umask(store, umask
     )
 
 
-def test_what_a_killed_process_of_another_user_left_is_swept(store):
+def test_files_of_killed_processes_of_other_users_are_swept(store):
     def be_killed():
         with workspace(store.temporary) as folder:
             (folder / "half").write_text("")

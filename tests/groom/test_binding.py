@@ -60,7 +60,7 @@ def test_frames_are_orthonormal_and_right_handed(mesh, sites):
     assert np.allclose(frames[:, :, 3], site_points(mesh, sites))
 
 
-def test_a_rigid_motion_carries_roots_along_rigidly(mesh, sites):
+def test_roots_follow_a_rigid_motion_rigidly(mesh, sites):
     turn, shift = Rotation.random(random_state=1).as_matrix(), np.array([0.3, -2.0, 0.7])
     frames = root_frames(mesh.points, mesh.triangles, *sites)
     moved = root_frames(mesh.points @ turn.T + shift, mesh.triangles, *sites)

@@ -9,12 +9,12 @@ from hairpipe.sim.material import Material
 from hairpipe.sim.strands.calibration import softenings
 
 
-def test_nothing_is_said_twice():
+def test_messages_are_not_repeated():
     with pytest.raises(BadInput, match=r"segments = 9 and segment_length = 0.01 are both given \(one of the two\)"):
         Cut(9, 0.01)
 
 
-def test_a_number_a_length_or_what_is_usual():
+def test_segments_by_number_length_or_default():
     lengths = np.array([0.0095, 0.01, 0.0501])
     assert Cut(7).wanted(lengths, 50).tolist() == [7, 7, 7]
     assert Cut(segment_length=0.01).wanted(lengths, 50).tolist() == [1, 1, 6]

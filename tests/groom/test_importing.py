@@ -50,7 +50,7 @@ def test_every_strand_is_cut_into_equal_segments_from_root_to_tip(ball, strands)
     assert np.ptp(lengths, axis=1).max() < 1e-10
 
 
-def test_strands_keep_their_number_of_segments_unless_told(ball, strands):
+def test_strands_keep_their_number_of_segments_by_default(ball, strands):
     groom = adopted(ball, strands)
     assert np.array_equal(groom.offsets, strands[1])
 
@@ -71,7 +71,7 @@ def test_thinned_strands_are_spread_over_all_and_keep_their_ids(ball, strands):
     assert np.array_equal(choose_strands(5, None), np.arange(5))
 
 
-def test_strands_that_are_no_curves_are_named(ball, strands):
+def test_invalid_curves_are_named(ball, strands):
     points, offsets = strands
     broken = points.copy()
     broken[offsets[3] + 1, 2] = np.nan
@@ -138,9 +138,9 @@ def test_curls_that_are_ironed_out_are_warned_of_with_segments_that_would_do(bal
     turn = np.linspace(0.0, 20.0 * np.pi, 241)
     helix = np.stack([0.006 * np.cos(turn), 0.103 + 0.01 * turn / (2.0 * np.pi), 0.006 * np.sin(turn)], axis=1)
     strands = np.concatenate([helix, helix + 0.001]), np.array([0, 241, 482], np.int32)
-    with pytest.warns(UserWarning, match="2 strands become more than 10% shorter") as told:
+    with pytest.warns(UserWarning, match="2 strands become more than 10% shorter") as reported:
         adopted(ball, strands, segments=12)
-    needed = int(str(told[0].message).split()[-3])
+    needed = int(str(reported[0].message).split()[-3])
     assert 35 < needed < 50
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -156,7 +156,7 @@ def test_strands_keep_their_own_ids_and_are_named_by_them(ball, strands):
         adopt(ball, curves_of(*strands, ids=ids), cut=Cut(5), strands=None, reach=0.002)
 
 
-def test_widths_follow_the_strands_cut_anew(ball, strands):
+def test_widths_follow_resampled_strands(ball, strands):
     points, offsets = strands
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     begin, end = way[offsets[:-1]], way[offsets[1:] - 1]

@@ -46,7 +46,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize(("change", "message"), WRONG.values(), ids=WRONG)
-def test_each_cause_is_told_from_the_others(head, hair, change, message):
+def test_causes_are_distinguished(head, hair, change, message):
     cause = cause_of_misfit(head, *change(*hair), REACH)
     assert cause is not None and message in cause.what
 
@@ -56,7 +56,7 @@ def test_no_cause_is_made_up(head, hair):
     assert cause_of_misfit(head, *(3.7 * ends @ turn for ends in hair), REACH) is None
 
 
-def test_unlike_times_are_told(ball):
+def test_different_times_are_reported(ball):
     out = np.eye(3) * 0.5
     points = np.stack([out, 1.1 * out], axis=1).reshape(-1, 3)
     known = np.arange(3, dtype=np.int32), np.zeros(3, bool), np.zeros(3, np.int64)

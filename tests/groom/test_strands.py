@@ -62,7 +62,7 @@ def test_roots_stand_in_a_row_with_frames_that_are_rotations():
     assert groom.offsets.tolist() == [0, 6, 12, 18] and groom.root_barycentrics.sum() == 3.0
 
 
-def test_what_cannot_be_is_refused():
+def test_impossible_settings_are_refused():
     with pytest.raises(BadInput, match="no length"):
         strand(direction=(0.0, 0.0, 0.0))
     with pytest.raises(BadInput, match="curled or arched"):

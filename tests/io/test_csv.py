@@ -22,7 +22,7 @@ def test_points_alone_are_read_back_exactly(tmp_path):
     np.testing.assert_array_equal(rows, POINTS)
 
 
-def test_hair_says_which_strand_a_point_belongs_to(tmp_path):
+def test_point_has_the_index_of_its_strand(tmp_path):
     points, velocities = POINTS.astype(np.float32), (POINTS * 2).astype(np.float32)
     write_points(tmp_path / "hair.csv", points, velocities, np.array([0, 2, 2, 3], np.int32))
     header, rows = read(tmp_path / "hair.csv")

@@ -165,7 +165,7 @@ def test_every_field_counts_in_the_digest(change):
         ({"pair": Named(Inner((1, 2), np.zeros(1)), None)}, "value.pair.left.names"),
     ],
 )
-def test_what_cannot_be_stored_is_named(bad, field, tmp_path):
+def test_unsupported_fields_are_named(bad, field, tmp_path):
     with pytest.raises((TypeError, ValueError), match=field):
         hdf5.encode(value(**bad), tmp_path / "a.h5")
     assert not (tmp_path / "a.h5").exists()

@@ -45,7 +45,7 @@ def test_black_and_white_pictures_are_zero_and_one(tmp_path):
     assert np.array_equal(read_image(saved(tmp_path, GREY > 100, "paint.png")), GREY > 100)
 
 
-def test_what_is_no_image_is_told(tmp_path):
+def test_invalid_images_are_refused(tmp_path):
     text = tmp_path / "paint.png"
     text.write_bytes(b"")
     with pytest.raises(BadInput, match=r"paint.png: the file is empty"):
@@ -60,7 +60,7 @@ def test_what_is_no_image_is_told(tmp_path):
         read_image(tmp_path)
 
 
-def test_half_an_image_is_told(tmp_path):
+def test_truncated_image_is_reported(tmp_path):
     path = saved(tmp_path, np.random.default_rng(0).integers(0, 255, (64, 64)).astype(np.uint8))
     path.write_bytes(path.read_bytes()[:2000])
     with pytest.raises(BadInput, match=r"cannot be read|broken"):

@@ -105,7 +105,7 @@ def test_broken_weights_are_refused(tmp_path, path, value, message):
         ("9" * 5000, "too long a number"),
     ],
 )
-def test_what_is_no_json_object_is_refused(tmp_path, text, message):
+def test_invalid_json_is_refused(tmp_path, text, message):
     with pytest.raises(BadInput, match=message):
         read_skeleton(written(tmp_path, text), POINTS)
 

@@ -64,6 +64,6 @@ def test_equal_values_give_equal_bytes(tmp_path):
     assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
 
 
-def test_what_is_no_value_is_refused(tmp_path):
+def test_unsupported_values_are_refused(tmp_path):
     with pytest.raises(TypeError, match="a object is not stored"):
         write_npz(tmp_path / "value.npz", {"thing": object()})

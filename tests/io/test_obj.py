@@ -94,13 +94,13 @@ def test_triangles_of_one_corner_twice_are_dropped(tmp_path):
         ("5/3", "/3", "'' is not an index"),
     ],
 )
-def test_faults_are_told_with_their_line(tmp_path, old, new, message):
+def test_faults_are_reported_with_their_line(tmp_path, old, new, message):
     assert old in SQUARE
     with pytest.raises(BadInput, match=message):
         read_text_as_obj(tmp_path, SQUARE.replace(old, new))
 
 
-def test_a_group_that_does_not_exist_is_told_with_its_neighbours(tmp_path):
+def test_unknown_group_is_reported_with_similar_ones(tmp_path):
     with pytest.raises(BadInput, match=r"no group 'sides' .*side"):
         read_text_as_obj(tmp_path, SQUARE, "sides")
 

@@ -17,7 +17,7 @@ def plain(level, height=40, width=60):
     return np.full((height, width, 3), level, np.uint8)
 
 
-def test_pictures_stand_beside_each_other_with_words(tmp_path):
+def test_pictures_are_side_by_side_with_captions(tmp_path):
     write_side_by_side(tmp_path / "a.png", [plain(50), plain(150)], ("one", "two"), "")
     write_side_by_side(tmp_path / "b.png", [plain(50), plain(150)], (), "")
     worded, bare = (np.asarray(Image.open(tmp_path / name)) for name in ("a.png", "b.png"))

@@ -13,14 +13,14 @@ def test_text_is_read_without_its_byte_order_mark(tmp_path):
 @pytest.mark.parametrize(
     ("content", "message"), [(b"", "empty"), (b" \n\t", "empty"), (b"ab\xff", "byte 2 is not UTF-8")]
 )
-def test_what_is_no_text_is_refused(tmp_path, content, message):
+def test_invalid_texts_are_refused(tmp_path, content, message):
     path = tmp_path / "a.txt"
     path.write_bytes(content)
     with pytest.raises(BadInput, match=message):
         read_text(path)
 
 
-def test_what_cannot_be_opened_is_refused(tmp_path):
+def test_unreadable_files_are_refused(tmp_path):
     for path in (tmp_path, tmp_path / "none", tmp_path / "none" / "below"):
         with pytest.raises(BadInput, match="cannot be read"):
             read_text(path)

@@ -84,7 +84,7 @@ def test_a_tip_without_inverse_mass_is_held_as_the_root_is(tmp_path):
         (b"v 0 0 0\r\n" * 40, "version"),
     ],
 )
-def test_a_bad_file_is_told_by_place_and_fault(tmp_path, data, message):
+def test_bad_file_is_reported_with_place_and_fault(tmp_path, data, message):
     with pytest.raises(BadInput, match=message):
         read_tfx(write(tmp_path, data))
 
@@ -100,7 +100,7 @@ def test_arrays_that_are_not_read_are_named(tmp_path):
         read_tfx(write(tmp_path, data[:24] + struct.pack("<I", 160) + data[28:]))
 
 
-def test_a_file_that_cannot_be_read_is_told(tmp_path):
+def test_unreadable_file_is_reported(tmp_path):
     with pytest.raises(BadInput, match="cannot be read: No such file"):
         read_tfx(tmp_path / "none.tfx")
     with pytest.raises(BadInput, match="cannot be read: it is a directory"):

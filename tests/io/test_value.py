@@ -47,7 +47,7 @@ def test_hdf5_is_what_the_store_writes(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".usd"])
-def test_what_has_no_points_has_no_form_as_points(suffix, tmp_path):
+def test_values_without_points_are_refused(suffix, tmp_path):
     with pytest.raises(BadInput, match=r"a LevelSet has no points to write \(.h5 or .npz\)"):
         write_value(tmp_path / f"value{suffix}", SPACE, 1, 24.0)
 

@@ -54,7 +54,7 @@ def test_solutions_agree_with_dense_solves_and_no_pivot_is_negative(rows):
     assert lowest.min() > 0.0
 
 
-def test_the_lowest_pivot_tells_of_a_matrix_that_is_not_positive_definite():
+def test_lowest_pivot_detects_indefinite_matrices():
     matrix = _matrix(5, np.random.default_rng(1))
     matrix[9, 9] = -1.0
     b, lowest = np.ones((5, 4, WIDTH)), np.ones((1, WIDTH))

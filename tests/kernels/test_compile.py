@@ -26,7 +26,7 @@ def test_python_may_call_one():
     assert twice(1.5) == 3.0
 
 
-def test_one_is_rebuilt_in_another_process_as_what_it_is():
+def test_inlined_function_is_rebuilt_in_another_process():
     """Cached kernels refer to the functions in them."""
     states = pickle.loads(pickle.dumps(twice._reduce_states() | {"uuid": "another process", "py_func": None}))
     again = Inlined._rebuild(**states | {"py_func": twice.py_func})

@@ -118,7 +118,7 @@ def test_no_point_of_many_runs_through_a_thin_plate(plate):
         assert np.allclose(heights, 1e-3, atol=2e-4)
 
 
-def test_what_passes_by_or_begins_inside_meets_nothing(plate):
+def test_paths_past_or_from_inside_a_body_have_no_hit(plate):
     pose, surfaces = plate
     apart = np.array([[0.0, 0.1, 0.0], [0.3, 0.1, 0.0], [5.0, 5.0, 5.0], [0.0, 0.0, 0.0], [np.nan, 0.0, 0.0]])
     goal = np.array([[0.1, 0.12, 0.0], [0.3, -0.1, 0.0], [-5.0, 5.0, 5.0], [0.0, 0.3, 0.0], [0.0, 0.0, 0.0]])
@@ -129,7 +129,7 @@ def test_what_passes_by_or_begins_inside_meets_nothing(plate):
         assert np.isinf(sweep.fraction).all()
 
 
-def test_what_rests_on_a_body_is_caught_when_it_goes_through_and_free_to_leave(plate):
+def test_resting_points_are_stopped_inward_and_free_outward(plate):
     pose, surfaces = plate
     rest = np.array([[0.0, 0.5 * BOX[1] + 4e-4, 0.0]] * 2)
     goal = np.array([[0.0, -0.05, 0.0], [0.0, 0.05, 0.0]])

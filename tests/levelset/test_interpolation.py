@@ -164,7 +164,7 @@ def test_far_away_there_is_nothing(turning, scheme):
     assert distance_between(int(scheme), *turning.fields, 0.5, DT, 50.0, 0.0, 0.0) == background
 
 
-def test_where_one_frame_has_no_velocity_the_other_speaks_for_both(sphere):
+def test_missing_velocity_of_a_frame_is_that_of_the_other(sphere):
     # The body leaves the band of its first frame: half the velocity would carry the second frame only half the way.
     body = Ellipsoid(sphere, travel=(1.2, 0, 0), half_width=6.0)
 

@@ -73,7 +73,7 @@ def test_outside_the_bricks_is_the_border_of_the_band(slope):
         assert velocity(slope, *point) == (0, 0, 0)
 
 
-def test_a_point_that_is_no_number_is_outside(slope):
+def test_nan_point_is_outside(slope):
     assert sample(slope, np.nan, 5.0, 1.0) == (4.0, 0, 0, 0)
 
 

@@ -33,7 +33,7 @@ def test_depths_are_counted_without_the_roots(sphere):
     assert alone["points inside"].tolist() == [0, 3, 3]
 
 
-def test_what_is_deeper_than_the_band_is_as_deep_as_it_is_and_not_pinched(sphere):
+def test_depth_below_the_band_is_exact_and_not_pinched(sphere):
     ball = bake(sphere(0.05), 0.0025, 8.0)
     before = np.full((3, 3), 1.0, np.float32)
     after = before.copy()
@@ -46,7 +46,7 @@ def test_what_is_deeper_than_the_band_is_as_deep_as_it_is_and_not_pinched(sphere
     assert table["deepest [mm]"][1] == pytest.approx(38.0, abs=1.0)
 
 
-def test_what_began_inside_counts_once_it_was_outside_as_a_whole(sphere):
+def test_strands_that_began_inside_count_once_outside(sphere):
     """Two free points in a ball: one comes out, then the other, then one goes in again."""
     ball = bake(sphere(0.05), 0.0025, 8.0)
     values = {}
@@ -61,7 +61,7 @@ def test_what_began_inside_counts_once_it_was_outside_as_a_whole(sphere):
     assert table["deepest [mm]"] == pytest.approx([0.0, 0.0, 0.0, 3.0], abs=0.1)
 
 
-def test_what_is_pinched_counts_apart(sphere):
+def test_pinched_points_are_counted_separately(sphere):
     """In the lens where two balls overlap by 20 mm there is no room; on the far side of one there is."""
     left, right = (bake(sphere(0.05, (x, 0.0, 0.0)), 0.0025, 8.0) for x in (-0.04, 0.04))
     before = np.full((4, 3), 1.0, np.float32)

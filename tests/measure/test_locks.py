@@ -39,7 +39,7 @@ def in_roles(*roles, guides):
     return {"roles": np.array(roles, np.uint8), "guides": np.array(guides, np.int32)}
 
 
-def test_what_is_simulated_and_what_of_it_has_parted(groom):
+def test_shares_of_simulated_and_released_strands(groom):
     table = measured(
         groom,
         None,

@@ -16,7 +16,7 @@ NONE = np.zeros(0)
 GROOM = Groom(POINTS.astype(float), OFFSETS, NONE, NONE, NONE, NONE, NONE)
 
 
-def test_what_points_do_whose_roots_are_led():
+def test_motion_excludes_prescribed_roots():
     moved = POINTS.copy()
     moved[2, 1], moved[4, 1] = -2.5, -1.0
     hair = {3: Strands(POINTS, SPEEDS, OFFSETS, 8e-5), 4: Strands(moved, 0 * SPEEDS, OFFSETS, 8e-5)}

@@ -39,7 +39,7 @@ def test_depth_is_that_in_a_ball_and_roots_have_none(sphere):
     assert found.values[0] == pytest.approx([0.0, 40.0, 10.0, 0.0, 0.0, 0.0], abs=0.3)
 
 
-def test_what_does_not_fit_is_refused():
+def test_mismatched_inputs_are_refused():
     other = lay_strands(10, 0.2, 20, (0.0, -1.0, 0.0), (0.0, 0.0, 0.01), None, 0.0)
     hair = hair_of(HANGING, HANGING.points)
     with pytest.raises(BadInput, match="not the same strands"):

@@ -59,7 +59,7 @@ def test_the_table_has_a_row_for_every_segment_and_knows_turns():
     assert len(measure_tension(arc, frames, Time(3, 10.0), moments=(9,))) == 60
 
 
-def test_wriggles_are_no_turns():
+def test_wriggles_are_not_turns():
     angle = np.radians(np.linspace(0.0, 180.0, 91) + 20.0 * np.sin(np.linspace(0.0, 40.0, 91)) ** 2)
     wriggly = np.cumsum(np.column_stack([np.cos(angle), 0 * angle, np.sin(angle)]), axis=0)
     assert turns(wriggly)[-1] == pytest.approx(np.degrees(angle[-1] - angle[1]), abs=1e-6)

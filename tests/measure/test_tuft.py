@@ -36,7 +36,7 @@ def test_lattice_chance_and_clumps():
     assert table["spread of tips [mm]"][3] == pytest.approx(0.5 * table["spread of tips [mm]"][1], rel=1e-5)
 
 
-def test_one_strand_is_no_tuft():
+def test_single_strand_is_not_a_tuft():
     values = {1: hanging(np.zeros((1, 2)))}
     with pytest.raises(BadInput, match="a tuft needs more than one strand"):
         measure_tuft(Frames((1,), values.__getitem__), Time(1, 24.0))

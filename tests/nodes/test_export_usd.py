@@ -36,7 +36,7 @@ def export(folder: Path, layout: Literal["single", "clips"], volume: Frames[File
     )
 
 
-def test_simulated_hair_is_told_from_interpolated(tmp_path):
+def test_simulated_strands_are_marked(tmp_path):
     def groom(ids: list[int], points: np.ndarray) -> Groom:
         count = len(ids)
         sites = np.zeros(count, np.int32), np.tile((1.0, 0.0, 0.0), (count, 1)), np.tile(np.eye(3, 4), (count, 1, 1))

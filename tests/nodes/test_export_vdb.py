@@ -27,7 +27,7 @@ def surface():
 
 @pytest.mark.parametrize("half", [False, True])
 @pytest.mark.parametrize("fog", [None, FOG], ids=["surface", "both"])
-def test_it_writes_one_file_that_tells_its_frame(openvdb, surface, fog, half, tmp_path):
+def test_file_states_its_frame(openvdb, surface, fog, half, tmp_path):
     file = export_vdb(surface, fog, Time(1012, 24.0), tmp_path, half=half)
     assert file.path.parent == tmp_path
     assert not file.companions

@@ -57,7 +57,7 @@ def test_a_painted_setting_is_a_number_or_a_table() -> None:
         ({"strands": 0}, "strands = 0 is not allowed"),
     ],
 )
-def test_what_is_not_allowed_is_told(settings: dict[str, object], message: str) -> None:
+def test_invalid_settings_are_reported(settings: dict[str, object], message: str) -> None:
     with pytest.raises(BadInput, match=message):
         given(**settings)
 

@@ -30,7 +30,7 @@ def test_a_usd_file_without_a_skeleton_becomes_a_body_of_one_joint(tmp_path):
     np.testing.assert_allclose(body.skeleton.rest[0, :3, 3], [2 / 3, 4 / 3, 0], atol=1e-7)
 
 
-def test_a_missing_file_is_told(tmp_path):
+def test_missing_file_is_reported(tmp_path):
     with pytest.raises(BadInput, match=r"none\.obj"):
         load_body(file=tmp_path / "none.obj")
 

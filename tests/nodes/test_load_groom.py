@@ -63,7 +63,7 @@ def test_sintels_hair_grows_on_sintel(shared: Path) -> None:
     assert len(fewer.points) == 500 * 11 and np.array_equal(fewer.root_frames, groom.root_frames[fewer.ids])
 
 
-def test_a_wrong_unit_is_told(shared: Path) -> None:
+def test_wrong_unit_is_reported(shared: Path) -> None:
     scalp = load_body(file=shared / "sintel" / "sintel.obj")
     file = shared / "sintel" / "SintelHairOriginal-sintel_hair.16points.tfx"
     with pytest.raises(
@@ -84,9 +84,9 @@ def test_short_strands_are_simulated_once_they_are_loaded(floor: Body, tmp_path:
     file = tmp_path / "hair.usda"
     points = "(10, 0, 10), (10, 10, 10), (10, 30, 10), (20, 0, 50), (20, 0.02, 50), (30, 0, 50), (30, 0.5, 50)"
     file.write_text(USD.replace("[3, 2]", "[3, 2, 2]").split("points =")[0] + f"points = [{points}]\n}}\n")
-    with pytest.warns(UserWarning) as told:
+    with pytest.warns(UserWarning) as reported:
         groom = load_groom(floor, file=file, segments=12)
-    assert [str(warning.message).partition(",")[0] for warning in told] == [
+    assert [str(warning.message).partition(",")[0] for warning in reported] == [
         "1 strands are left out",
         "1 strands are cut into fewer segments",
     ]
@@ -122,7 +122,7 @@ def test_tressfx_of_both_ends_immovable_is_held_by_the_body(floor: Body, tmp_pat
     assert load_groom(floor, file=file, segments=8, tips="held").tip_triangles is not None
 
 
-def test_what_is_wrong_with_strands_names_the_file(floor: Body, tmp_path: Path) -> None:
+def test_faults_of_strands_name_the_file(floor: Body, tmp_path: Path) -> None:
     file = tmp_path / "far.tfx"
     file.write_bytes(tfx_3([[(0.2, 9.0, 0.2), (0.2, 9.1, 0.2)]], held=0))
     with pytest.raises(

@@ -30,6 +30,6 @@ def test_the_scalp_is_shown_from_three_sides_and_the_face_is_not_painted(bust: B
     assert rows.max() < 90 and np.flatnonzero(back.any(axis=1)).max() > rows.max() + 5
 
 
-def test_what_is_not_painted_is_told(bust: Body, tmp_path: Path) -> None:
+def test_missing_map_is_reported(bust: Body, tmp_path: Path) -> None:
     with pytest.raises(BadInput, match=r"map: the body has no map 'beard' \(its maps: 'length', 'scalp'\)"):
         preview_scalp(bust, Workspace(tmp_path), map="beard")

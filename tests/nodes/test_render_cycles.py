@@ -20,16 +20,16 @@ HAIR = Strands(np.zeros((2, 3), np.float32), np.zeros((2, 3), np.float32), np.ar
 @pytest.fixture
 def shoot(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     """Run the node, and return what the renderer was told."""
-    told = []
+    reported = []
 
     def render(*arguments: object) -> np.ndarray:
-        told[:] = arguments
+        reported[:] = arguments
         return np.full((16, 24, 3), 7, np.uint8)
 
     def run(**settings: object) -> list:
         with Image.open(render_cycles(HAIR, None, Workspace(tmp_path), Time(3, 25.0), **settings).path) as image:
             assert image.format == "PNG" and np.all(np.asarray(image) == 7)
-        return told
+        return reported
 
     monkeypatch.setattr(scene, "render_hair", render)
     return run

@@ -66,8 +66,8 @@ def computed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder in which the shot was run once, to copy."""
     folder = tmp_path_factory.mktemp("computed")
     write_shot(folder)
-    told = {"HAIRPIPE_TRUST": str(folder / "nodes"), "HAIRPIPE_CACHE": str(folder / "cache")}
-    subprocess.run([*START, "run", "shot.toml", "-j1", "-q"], cwd=folder, env=os.environ | told, check=True)
+    variables = {"HAIRPIPE_TRUST": str(folder / "nodes"), "HAIRPIPE_CACHE": str(folder / "cache")}
+    subprocess.run([*START, "run", "shot.toml", "-j1", "-q"], cwd=folder, env=os.environ | variables, check=True)
     return folder
 
 

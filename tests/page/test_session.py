@@ -58,13 +58,13 @@ def test_an_edit_that_the_file_would_not_take_changes_nothing(session, target, t
 
 def test_a_run_computes_the_plan_and_saving_changes_one_value(session, folder):
     session.edit("picture.red", "0.625")
-    said = session.document("state")[0]["verdict"]["missing"]
+    reported = session.document("state")[0]["verdict"]["missing"]
     session.run([])
     with pytest.raises(BadInput, match="a run is in progress"):
         session.run([])
     until(lambda: not session.document("state")[0]["verdict"]["running"])
     verdict = session.document("state")[0]["verdict"]
-    assert verdict["failures"] == [] and (verdict["computed"], verdict["missing"]) == (said, 0) == (5, 0)
+    assert verdict["failures"] == [] and (verdict["computed"], verdict["missing"]) == (reported, 0) == (5, 0)
     assert states(session, "picture") == ["computed"] * 5
     assert (folder / "shot.toml").read_text() == SHOT
     session.edit("hair.strands", "301")
@@ -110,7 +110,7 @@ def test_a_result_missing_from_the_cache_is_a_message(session, shot):
     path.write_bytes(kept)
 
 
-def test_it_plays_with_settings_as_they_are_edited(session, shot):
+def test_playing_uses_edited_settings(session, shot):
     assert session.document("graph")[0]["playable"] == ["lag"]
     messages = read_messages(session.play("lag", ""))
     for frame in (1, 2, 3, 4, 5, 1):

@@ -36,7 +36,7 @@ def test_alignments_are_those_of_the_paper_and_at_least_as_asked(particles):
     assert particles.alignments.min() >= 0.5
 
 
-def test_reaches_hold_as_many_neighbours_as_asked():
+def test_reaches_have_the_requested_neighbours():
     points = np.random.default_rng(1).uniform(size=(1500, 3))
     h = reach_with(points, 30.0)
     counts = [len(near) - 1 for near in KDTree(points).query_ball_point(points, 2.0 * h)]

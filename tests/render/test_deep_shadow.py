@@ -93,7 +93,7 @@ def test_a_map_has_the_same_bytes_on_any_number_of_threads(head: Mesh) -> None:
     assert maps[0].starts.tobytes() == maps[1].starts.tobytes() and maps[0].knots.tobytes() == maps[1].knots.tobytes()
 
 
-def test_what_is_far_outside_casts_no_shadow() -> None:
+def test_far_strands_cast_no_shadow() -> None:
     strand = np.array([[0.0, 1.6, 0.0], [3e38, -3e38, 1e30], [0.0, 3e38, 0.0]])
     shadow = cast_deep_shadow(LAMPS[0], CENTRE, 0.1, strand, np.array([0, 3]), 8e-5, NOBODY)
     assert through(shadow, CENTRE + np.array([[0.0, -0.05, 0.01], [0.02, 0.05, 0.0]])) == pytest.approx(1.0, abs=0.02)

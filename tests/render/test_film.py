@@ -50,7 +50,7 @@ def test_only_the_outline_of_a_body_is_smoothed_and_light_is_kept(behind: float)
 
 
 @pytest.mark.parametrize("focal", [1000.0, 3000.0])
-def test_a_slope_is_no_outline_however_many_pixels_there_are(focal: float) -> None:
+def test_slope_is_not_an_outline(focal: float) -> None:
     """A plane that is turned from the eye by 80 degrees."""
     columns = (np.arange(40) - 20) / focal
     depth = np.broadcast_to(1.0 / (1.0 - np.tan(np.radians(80.0)) * columns), (40, 40))

@@ -38,7 +38,7 @@ def test_the_mesh_casts_a_shadow_on_the_floor(sphere):
     assert (darker & ~is_red(ball)).sum() > 20
 
 
-def test_what_is_not_finite_is_refused(sphere):
+def test_non_finite_positions_are_refused(sphere):
     ball = sphere(0.3, level=1)
     ball.points[3] = np.nan
     with pytest.raises(BadInput, match="not finite"):

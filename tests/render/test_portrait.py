@@ -39,7 +39,7 @@ def test_the_camera_follows_a_head_that_walks(hair: Strands, head: Mesh) -> None
     assert off.mean() < 0.1
 
 
-def test_pictures_are_equal_whatever_runs_beside(hair: Strands, head: Mesh) -> None:
+def test_pictures_do_not_depend_on_parallel_work(hair: Strands, head: Mesh) -> None:
     shots = [Shot(120, 90, view) for view in ("front", "back", "side", "three_quarter")]
     alone = [take(hair, head, shot) for shot in shots]
     with ThreadPoolExecutor(4) as pool:

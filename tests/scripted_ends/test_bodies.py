@@ -15,7 +15,7 @@ from hairpipe.graph.store.store import Store
 from hairpipe.levelset.bake.whole import bake
 from hairpipe.levelset.collider import SdfSample
 from hairpipe.levelset.parts.collider_parts import build_collider_parts
-from hairpipe.scripted_ends.bodies import carried, moved_surface
+from hairpipe.scripted_ends.bodies import moved, moved_surface
 from hairpipe.scripted_ends.track import Track
 
 VOXEL, HALF_WIDTH, FRAME = 0.05, 6.0, 1.0 / 24.0
@@ -42,14 +42,14 @@ def test_a_mesh_is_where_the_keys_say_and_its_velocities_are_the_derivative(box)
         (0.0, 1.0), ((0.0, 0.0, 0.0), (0.3, -0.1, 0.2)), (0.0, 200.0), (1.0, 2.0, 0.5), (0.2, 0.0, 0.1), "smooth"
     )
     for time in (-0.3, 0.2, 0.7, 1.5):
-        now, (before, after) = carried(mesh, track, time), (carried(mesh, track, time + t) for t in (-1e-6, 1e-6))
+        now, (before, after) = moved(mesh, track, time), (moved(mesh, track, time + t) for t in (-1e-6, 1e-6))
         assert now.velocities is not None
         np.testing.assert_allclose(now.velocities, (after.points - before.points) / 2e-6, atol=1e-8)
-    np.testing.assert_array_equal(carried(mesh, track, -0.3).points, mesh.points)
+    np.testing.assert_array_equal(moved(mesh, track, -0.3).points, mesh.points)
 
 
 def test_a_turn_is_about_a_place_in_space(box):
-    turned = carried(box(), Track((0.0,), turn=(90.0,), axis=(0.0, 0.0, 1.0), pivot=(1.0, 0.0, 0.0)), 0.0)
+    turned = moved(box(), Track((0.0,), turn=(90.0,), axis=(0.0, 0.0, 1.0), pivot=(1.0, 0.0, 0.0)), 0.0)
     x, y, z = box().points.T
     np.testing.assert_allclose(turned.points, np.stack([1.0 - y, x - 1.0, z], axis=1), atol=1e-14)
 
@@ -60,7 +60,7 @@ def test_a_mesh_that_moves_by_itself_goes_on_doing_so(box):
 
     def at(time):
         moving = Mesh(still.points + time * speed, still.triangles, np.tile(speed, (len(still.points), 1)))
-        return carried(moving, track, time)
+        return moved(moving, track, time)
 
     now, before, after = (at(0.4 + t) for t in (0.0, -1e-6, 1e-6))
     np.testing.assert_allclose(now.velocities, (after.points - before.points) / 2e-6, atol=1e-8)
@@ -70,7 +70,7 @@ def test_a_mesh_that_moves_by_itself_goes_on_doing_so(box):
 def test_between_frames_a_level_set_is_that_of_the_body_where_it_is_then(box, begin):
     surface = bake(box(), VOXEL, HALF_WIDTH)
     moving = build_collider_parts(*(moved_surface(surface, TURNING, begin + t) for t in (0.0, FRAME)), FRAME)
-    now = carried(box(), TURNING, begin + 0.4 * FRAME)
+    now = moved(box(), TURNING, begin + 0.4 * FRAME)
     corners = now.points[now.triangles]
     shares = np.random.default_rng(0).dirichlet(np.full(3, 4.0), (200, len(corners)))
     points = np.einsum("stc,tcx->stx", shares, corners).reshape(-1, 3)

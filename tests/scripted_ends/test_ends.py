@@ -120,8 +120,8 @@ def test_keys_that_do_not_belong_together_are_refused():
         ({"turn": (30.0,)}, "turn has 1 keys, times has 0"),
         ({"axis": (0.0, 0.0, 0.0)}, "axis = .* has no length"),
     ]
-    for keys, said in wrong:
-        with pytest.raises(BadInput, match=said):
+    for keys, reported in wrong:
+        with pytest.raises(BadInput, match=reported):
             Track(**keys)
     for name in ("along", "axis"):
         with pytest.raises(BadInput, match=f"{name} = .* has no length"):

@@ -38,11 +38,11 @@ def test_the_largest_stretch_is_named_once_and_again_when_it_has_grown(shot):
         assert warn_of_stretch(shot.hair, x, scene, 7, 1.0) == 1.0
     x[-1, :, 2:] += 1.3 * (x[-1, :, 2:] - x[-3, :, 2:])  # the last strand fills its block
     with pytest.warns(UserWarning, match=r"strand 2 is stretched to 2.3 times its length at frame 7, .* 1.02"):
-        told = warn_of_stretch(shot.hair, x, scene, 7, 1.0)
+        reported = warn_of_stretch(shot.hair, x, scene, 7, 1.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert warn_of_stretch(shot.hair, x, scene, 8, told) == told
-    assert told == pytest.approx(2.3)
+        assert warn_of_stretch(shot.hair, x, scene, 8, reported) == reported
+    assert reported == pytest.approx(2.3)
 
 
 def test_the_published_solver_of_contact_is_warned_of(shot):

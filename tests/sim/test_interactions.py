@@ -94,7 +94,7 @@ def test_nothing_is_flung_about_by_any_scheme(tuft, value, solver):
     assert np.abs(last.velocities).max() < 20.0
 
 
-def test_what_is_absent_changes_nothing(tuft):
+def test_absent_interactions_have_no_effect(tuft):
     """A body out of reach, and stiction and collisions of hair too far apart to meet."""
     alone = tuft(2, Scene(air=Air(2.0), strain=StrainLimit(), steps=StepControl(longest=1 / 120)), bodies=())
     far = replace(EVERYTHING, stiction=Stiction(reach=1e-6, release=2e-6), collisions=Collisions(thickness=1.1e-6))
@@ -106,7 +106,7 @@ def test_what_is_absent_changes_nothing(tuft):
         assert one.pace == other.pace and not len(one.stuck)
 
 
-def test_ends_that_are_led_are_where_they_are_led(scene, straight):
+def test_prescribed_ends_are_at_their_places(scene, straight):
     """Also those of hair that is drawn out farther than its strain limit, into a body and into other hair."""
     shot = scene([straight(0.1, 12, [1, 0, 0.1 * k]) for k in range(4)])
     groom, offsets = shot.hair.groom, shot.hair.layout.offsets

@@ -77,7 +77,7 @@ def test_a_spring_draws_hair_as_far_as_both_are_stiff(scene, straight, scheme):
 
 
 @pytest.mark.parametrize("tied", [False, True])
-def test_what_couples_strands_takes_the_other_along(scene, straight, tied):
+def test_coupled_strands_move_together(scene, straight, tied):
     shot = scene([straight(0.1, 12, [0, -1, 0]), straight(0.1, 12, [0, -1, 0.1])], drag=20.0)
     start = shot.axis
     pull = Spring(12, 1e-2, start[12], 0.1, rate=0.1)

@@ -94,7 +94,7 @@ def test_hair_that_may_touch_a_body_stays_in_double(swing):
     assert of(choose("automatic", shot, bodies=True)) == "double"
 
 
-def test_what_is_asked_for_is_used(swing):
+def test_requested_precision_is_used(swing):
     assert of(swing("double", 10, 1 / 480).hair) == "double"
     assert of(choose("single", swing("double", 50, 1 / 240), bodies=True)) == "single"
 
@@ -112,7 +112,7 @@ def test_the_choice_is_stated_once(swing):
         choose("double", shot, first=True)
 
 
-def test_what_is_not_safe_is_warned_of_with_the_longest_step_that_is(swing):
+def test_unsafe_steps_warn_with_the_longest_safe_one(swing):
     shot = swing("double", 50, 1 / 240)
     longest = NETWORK.single_limit / highest_frequency(shot.hair.model)
     with pytest.warns(UserWarning, match=f"insufficient for steps beyond {longest:.2g} s"):

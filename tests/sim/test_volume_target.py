@@ -35,11 +35,11 @@ def density_at(straight, lean):
 def led(scene, straight, densities, target, step=1 / 96, drag=40.0):
     """Lead hair that hangs straight to the second of each two densities; return it frame by frame."""
     shot = scene(tuft(straight, 0.0), gravity=0.0, drag=drag, model="chain", step=step)
-    said, state = dataclasses.replace(shot.scene, volume=Volume(target=target)), shot.state
+    reported, state = dataclasses.replace(shot.scene, volume=Volume(target=target)), shot.state
     found = [strands_of(shot.hair, state)]
     for n, pair in enumerate(densities):
         frame = Frame((shot.body, shot.body), (), (), n / 24, 1 / 24, False, pair)
-        state = next_state(shot.hair, state, frame, said)
+        state = next_state(shot.hair, state, frame, reported)
         found.append(strands_of(shot.hair, state))
     return found
 

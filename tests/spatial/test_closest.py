@@ -62,7 +62,7 @@ def test_a_triangle_against_an_optimiser():
         assert closest_on_triangle(corners[None], 0, tuple(point))[0] == pytest.approx(found.fun, abs=1e-5)
 
 
-def test_weights_are_exactly_zero_beside_a_side():
+def test_weights_are_exactly_zero_outside_of_a_side():
     """Points beyond each side and each corner of random triangles, in their plane."""
     rng = np.random.default_rng(4)
     for corners in rng.normal(size=(200, 3, 3)):
@@ -95,7 +95,7 @@ def test_beyond_reach_the_guess_answers(sphere):
     assert closest_on_triangle(tree.corners, 7, point) == (squared, weights)
 
 
-def test_projections_lie_on_the_mesh_at_the_distance_told(sphere):
+def test_projections_lie_on_the_mesh_at_their_distance(sphere):
     mesh = sphere(level=4)
     points = np.random.default_rng(1).normal(size=(2000, 3))
     sites, distance = project(tree_over(mesh.points[mesh.triangles]), points)

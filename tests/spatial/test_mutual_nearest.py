@@ -51,7 +51,7 @@ def test_room_that_is_left(scene):
     assert (np.bincount(found.segments.ravel(), minlength=len(points)) <= room).all()
 
 
-def test_what_is_ignored_takes_no_place(scene):
+def test_ignored_segments_take_no_place(scene):
     points, offsets, reach = scene
     ignored = key_of(closest(points, near_pairs(points, offsets, reach), 2).segments)
     others = near_pairs(points, offsets, reach, ignored)
@@ -70,7 +70,7 @@ def test_threads_do_not_matter(hair, threads):
         np.testing.assert_array_equal(one, other)
 
 
-def test_nobody_has_room(scene):
+def test_limits_of_zero_give_no_pairs(scene):
     points, offsets, reach = scene
     near = near_pairs(points, offsets, reach)
     assert len(closest(points, near, 5, np.zeros(len(points), int)).distances) == 0

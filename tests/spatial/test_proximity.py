@@ -36,7 +36,7 @@ def test_fractions_are_where_the_distance_is(scene):
     np.testing.assert_allclose(np.linalg.norm(gap, axis=1), found.distances, atol=ROUNDING * np.abs(points).max())
 
 
-def test_what_is_to_be_ignored_is_left_out(scene):
+def test_ignored_pairs_are_excluded(scene):
     points, offsets, reach = scene
     everything = key_of(near_pairs(points, offsets, reach).segments)
     ignored = np.sort(np.concatenate([everything[::2], [0, 1 << 40]]))

@@ -32,7 +32,7 @@ def test_a_border_has_nothing_across_it(sheet):
     assert border == 2 * (4 + 3)
 
 
-def test_pairs_of_many_vertices_in_any_order_are_told_apart(sheet):
+def test_vertex_pairs_are_distinguished(sheet):
     mesh = sheet(310, 310)
     order = np.random.default_rng(1).permutation(len(mesh.points)).astype(np.int32)
     assert np.count_nonzero(twin_corners(order[mesh.triangles]) < 0) == 2 * (310 + 310)

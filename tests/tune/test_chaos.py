@@ -65,7 +65,7 @@ def test_members_that_do_not_part_are_not_chaotic():
     assert found.apart == pytest.approx(CALM, rel=0.2)
 
 
-def test_the_floor_is_a_share_of_what_two_references_are_apart():
+def test_floor_is_a_share_of_the_distance_of_two_references():
     """Two against two of independent members differ by their spread over root 2, rms, less it on average."""
     found = chaos()
     assert 0.0 <= found.floor < found.apart
@@ -81,7 +81,7 @@ def test_a_bias_is_found_though_chaos_is_larger():
     assert alike.bound < TOLERANCE.value and alike.spread == pytest.approx(1.0, rel=0.1)
 
 
-def test_what_is_told_apart_or_spreads_too_little_is_refused():
+def test_significant_models_and_small_spreads_are_refused():
     found, runs = chaos(), tables([MODEL, REFERENCE])
     apart = climate_of(runs, look(p=0.05, score=3.4, contacts=3.4, nearest_strand=1.2), TOLERANCE, found)
     assert set(apart.significant) == {"contacts", "nearest strand"} <= set(TESTED)
@@ -93,6 +93,6 @@ def test_what_is_told_apart_or_spreads_too_little_is_refused():
     assert refusal(stiff, found, TOLERANCE, 1.0).startswith("spreads 0.5")
 
 
-def test_of_few_frames_nothing_is_seen_but_where_hair_is():
+def test_few_frames_have_no_observables_but_positions():
     few = climate_of(tables([MODEL, REFERENCE]), look(score=np.nan, p=np.nan), TOLERANCE, chaos())
     assert few.score is None and few.p is None and not few.significant

@@ -71,7 +71,7 @@ def test_the_chosen_combination_was_measured_and_keeps_the_tolerance(together, t
     assert len({part.axis for part in choice.parts}) == len(choice.parts)
 
 
-def test_where_nothing_gets_on_together_the_best_alone_is_taken():
+def test_incompatible_simplifications_leave_the_best_single_one():
     world = World(together=30.0)
     choice = choose(FULL, world.singles(), 1.0, world.measure)
     alone = [found for found in world.singles().values() if found.bound <= 1.0]
@@ -88,13 +88,13 @@ def test_nothing_is_tried_that_goes_as_far_as_what_failed():
     assert failed_before
 
 
-def test_nothing_that_keeps_it_is_said_with_the_nearest():
+def test_unmet_tolerance_is_reported_with_the_nearest_model():
     world = World()
     choice = choose(FULL, world.singles(), 0.05, world.measure)
     assert choice.parts is None and choice.measured == FULL and not world.asked
 
 
-def test_what_is_nearer_than_the_full_model_by_luck_is_not_chosen():
+def test_models_nearer_than_the_full_one_by_chance_are_not_chosen():
     lucky = {PARTS[0]: found(0.01, 5.0)}
     assert choose(FULL, lucky, 0.05, World().measure).parts is None
 
@@ -104,7 +104,7 @@ def test_where_only_the_full_model_keeps_it_nothing_is_left_out():
     assert choice.parts == frozenset() and choice.measured == FULL
 
 
-def test_what_saves_nothing_or_fails_is_not_left_out():
+def test_useless_or_failed_simplifications_are_not_chosen():
     idle = Simplification("voxels", 1, "voxels of 8 mm")
     broken = Simplification("model", 2, "broken")
     singles = {idle: found(0.1, 10.0 * (WORTH + 0.01)), broken: failed("blew up")}
@@ -133,14 +133,14 @@ def test_a_budget_buys_the_least_error_for_its_price(budget):
     assert choice.measured.seconds <= budget and choice.measured.bound == pytest.approx(min(affordable))
 
 
-def test_a_budget_that_buys_nothing_is_said_with_the_cheapest():
+def test_unmet_budget_is_reported_with_the_cheapest_model():
     world = World()
     choice = choose_within(FULL, world.singles(), 1e-3, world.measure)
     assert choice.parts is None and len(world.asked) == 1
     assert choice.measured.seconds == pytest.approx(min(world.truth(parts).seconds for parts in world.everything()))
 
 
-def test_what_makes_others_moot_is_taken_with_none_of_them():
+def test_exclusive_simplifications_are_not_combined():
     """Everything together would be cheaper; particles leave nothing of what else is left out, but for the voxels."""
     voxels = Simplification("voxels", 1, "voxels")
     alone = Simplification("particles", 1, "particles", instead="other:model", count=500, compatible=("voxels",))
@@ -165,7 +165,7 @@ class Chaotic(World):
 
 
 @pytest.mark.parametrize("tolerance", [0.6, 2.0])
-def test_what_is_told_apart_or_only_screened_is_not_chosen_as_it_is(tolerance):
+def test_significant_or_screened_models_are_not_chosen(tolerance):
     world = Chaotic()
     choice = choose(FULL, world.singles(), tolerance, world.measure)
     assert choice.parts and not choice.measured.refused and not choice.measured.screened
@@ -173,7 +173,7 @@ def test_what_is_told_apart_or_only_screened_is_not_chosen_as_it_is(tolerance):
     assert len(choice.parts) > 1 or choice.parts in world.asked or next(iter(choice.parts)).axis != "model"
 
 
-def test_nothing_is_chosen_where_the_graph_itself_is_told_apart():
+def test_significant_full_model_gives_no_choice():
     world, full = Chaotic(), replace(FULL, refused="told apart: strain")
     choice = choose(full, world.singles(), 2.0, world.measure)
     assert choice.parts is None and choice.measured == full and not world.asked

@@ -268,6 +268,6 @@ def test_it_is_in_motion_at_the_first_frame_after_a_pre_roll(scene):
     np.testing.assert_allclose(led_in[1].velocities[:, 0], 1.0, atol=0.05)
 
 
-def test_what_is_no_model_is_refused_and_models_are_named(scene):
+def test_other_nodes_are_refused_and_models_named(scene):
     with pytest.raises(BadInput, match=r"'groom' is a make_strands, which does not simulate hair \(--node hair\)"):
         simplifications(load(scene).graph, "groom")

@@ -21,17 +21,17 @@ def test_a_budget_is_a_time(text, value):
 
 
 @pytest.mark.parametrize("text", ["", "2", "mm", "-2mm", "0mm", "2 kg", "2mm3", "1,5mm", "nan m", "inf%", "5s"])
-def test_what_is_no_tolerance_is_refused_in_one_message(text):
+def test_invalid_tolerances_are_refused_in_one_message(text):
     with pytest.raises(BadInput, match=r"^--tolerance: .*2mm"):
         read_tolerance(text)
 
 
 @pytest.mark.parametrize("text", ["5", "5mm", "0s", "soon"])
-def test_what_is_no_time_is_refused(text):
+def test_invalid_times_are_refused(text):
     with pytest.raises(BadInput, match=r"^--budget: .*5s"):
         read_seconds(text)
 
 
 @pytest.mark.parametrize("given", [Tolerance(2e-3, "m"), Tolerance(0.5, "%")])
-def test_what_is_written_can_be_read(given):
+def test_written_values_can_be_read(given):
     assert read_tolerance(str(given)) == given

@@ -55,7 +55,7 @@ def test_the_conclusion_gives_the_error_and_what_it_saves():
     assert "error 1 mm (at most 1.2)" in text and "3.2 times as fast" in text and TUNED.kept
 
 
-def test_where_nothing_meets_it_that_is_said():
+def test_unmet_tolerance_is_reported():
     nothing = replace(TUNED, tolerance=Tolerance(1e-5, "m"), choice=Choice(None, FULL, ()))
     text = "\n".join(report.header(nothing) + report.conclusion(nothing))
     assert not nothing.kept
@@ -65,7 +65,7 @@ def test_where_nothing_meets_it_that_is_said():
     )
 
 
-def test_a_budget_says_what_it_buys():
+def test_budget_reports_its_smallest_error():
     bought = Choice(frozenset([DRY]), found(7.0, 0.9), ())
     text = "\n".join(report.conclusion(replace(TUNED, budget=1.0, affordable=bought)))
     assert "1 s a frame buy an error of 7 mm (at most 8.4), for 0.9 s, with these left out: no stiction" in text
@@ -79,7 +79,7 @@ def test_a_check_can_break_the_promise(error, kept):
     assert report.conclusion(checked)[-1].endswith("the tolerance holds" if kept else "beyond 2 mm")
 
 
-def test_a_check_says_what_it_shares_with_the_sample():
+def test_check_reports_what_it_shares_with_the_sample():
     """Of few strands and frames there are no others; and a reference that fails takes nothing of the rest away."""
     check = Check(Sample(96, 4, 0, 1001, 1020, 1031), failed("it blew up"), FULL, found(1.0, 2.4))
     text = "\n".join(report.conclusion(replace(TUNED, check=check)))
@@ -91,7 +91,7 @@ def test_a_check_says_what_it_shares_with_the_sample():
 CHAOS = Chaos(4e-4, 11, 0.46, 1012, True, 13e-3, 1.5e-3)
 
 
-def test_where_hair_is_chaotic_the_promise_says_until_when_and_what_of_it_afterwards():
+def test_guarantee_of_chaotic_hair_has_its_duration():
     climate = Climate(1e-3, 1.4e-3, 1.1, 1.2, 0.3, {"contacts": 1.2})
     choice = replace(TUNED.choice, measured=replace(BOTH.measured, climate=climate))
     chaotic = replace(TUNED, reference=CHAOS, choice=choice)
@@ -112,7 +112,7 @@ def test_where_hair_is_chaotic_the_promise_says_until_when_and_what_of_it_afterw
     assert "confidence" not in "\n".join(report.conclusion(calm))
 
 
-def test_below_the_floor_it_says_until_when_the_tolerance_can_be_promised():
+def test_below_the_floor_the_guaranteed_time_is_reported():
     below = replace(
         TUNED,
         reference=replace(CHAOS, floor=5.8e-3),
@@ -126,7 +126,7 @@ def test_below_the_floor_it_says_until_when_the_tolerance_can_be_promised():
     assert report.rows(below)[-1][-1] == "kept: keeps it only as far as hair can be predicted"
 
 
-def test_what_the_budget_tried_is_in_the_document():
+def test_trials_of_the_budget_are_in_the_document():
     tried = Trial(Guess(frozenset([DRY]), 7e-3, 1.0), found(7.0, 0.9))
     bought = Choice(frozenset([DRY]), tried.measured, (tried,))
     document = report.document(replace(TUNED, budget=1.0, affordable=bought), None)
@@ -160,7 +160,7 @@ def test_the_more_patches_differ_the_less_is_promised():
     assert apart == pytest.approx((np.sqrt(0.5), np.sqrt(0.5 + student * 0.5)), rel=1e-4)
 
 
-def test_lost_strands_are_no_error_but_a_fault():
+def test_lost_strands_are_a_fault_of_the_model():
     assert measured_of(table([[1.0, 1.0]], lost=1), Tolerance(1.0, "%"), 1.0, []).fault
     assert measured_of(table([[1.0, 1.0]]), Tolerance(1.0, "%"), 1.0, [0]).error == pytest.approx(10.0)
 

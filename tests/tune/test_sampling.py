@@ -47,7 +47,7 @@ def test_another_sample_has_other_frames_and_other_strands():
     assert other.number == 1 and other.strands == sample.strands
 
 
-def test_of_few_strands_and_frames_another_sample_takes_what_it_can():
+def test_another_sample_of_few_strands_overlaps():
     frames = range(1, 21)
     sample = choose_sample(frames, 24.0, None, 20)
     other = other_sample(sample, frames, 24.0, None, 20)

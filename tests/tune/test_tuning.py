@@ -63,9 +63,9 @@ def tune(scene: Path, *arguments: str, expected: int = 0) -> tuple[dict, str]:
     return json.loads(result.stdout), result.stderr
 
 
-def test_it_measures_chooses_verifies_and_remembers(scene):
-    found, said = tune(scene, "--tolerance", "20mm", "-o", str(scene.parent / "tuned.toml"))
-    assert "measuring: no stiction" in said
+def test_tuning_measures_chooses_verifies_and_caches(scene):
+    found, reported = tune(scene, "--tolerance", "20mm", "-o", str(scene.parent / "tuned.toml"))
+    assert "measuring: no stiction" in reported
     chosen = found["chosen"]
     assert chosen["bound"] <= 0.02 and found["kept"]
     assert chosen["seconds"] <= found["full"]["seconds"]
@@ -73,15 +73,15 @@ def test_it_measures_chooses_verifies_and_remembers(scene):
     assert {part["axis"] for part in found["simplifications"]} == axes
     assert (scene.parent / "tuned.toml").read_text() == found["fragment"]
 
-    again, said = tune(scene, "--tolerance", "20mm")
-    assert said.count("measuring") == 0 and again == found
+    again, reported = tune(scene, "--tolerance", "20mm")
+    assert reported.count("measuring") == 0 and again == found
 
     stricter, _ = tune(scene, "--tolerance", "0.001 mm", expected=1)
     assert stricter["chosen"] is None and stricter["fragment"] is None
     assert stricter["reference"]["chaotic"] and not found["reference"]["chaotic"]
 
 
-def test_a_tolerance_that_says_nothing_is_bad_input(scene):
+def test_empty_tolerance_is_bad_input(scene):
     command = ["tune", str(scene), "--node", "hair", "--tolerance", "2"]
     result = CliRunner().invoke(commands, command, prog_name="hairpipe")
     assert result.exit_code == 2 and "'2' has no unit" in result.stderr
@@ -93,10 +93,10 @@ def test_a_node_that_is_like_another_is_tuned_as_it_is_written_out(scene):
     other = scene.parent / "é.toml"
     bare = SCENE.replace("[hair]", "[first]").replace("[hair.stiction]", "[first.stiction]")
     other.write_text(bare + '[hair]\nlike = "first"\n', encoding="utf-8")
-    found, said = tune(
+    found, reported = tune(
         other, "--tolerance", "20mm", "--set", "hair.model=chain", "-o", str(scene.parent / "é_tuned.toml")
     )
-    assert said.count("measuring") == 0 and found["kept"]
+    assert reported.count("measuring") == 0 and found["kept"]
     assert "--set hair.model=chain" in (scene.parent / "é_tuned.toml").read_text(encoding="utf-8")
 
 
@@ -107,7 +107,7 @@ def test_one_frame_is_refused(scene):
     assert result.exit_code == 2 and "a motion needs two frames or more" in result.stderr
 
 
-def test_what_a_scene_cannot_be_modelled_by_is_kept(scene):
+def test_failed_models_are_listed(scene):
     """A chain is straight: the node that simulates refuses to be one for curls."""
     curls = SCENE.replace("spacing", "curl = { radius = 0.01, pitch = 0.02 }\nspacing").replace('"chain"', '"network"')
     path = scene.parent / "curls.toml"
@@ -142,14 +142,14 @@ def test_hair_that_is_chaotic_is_judged_by_members_and_the_same_when_asked_again
     asked, found = request(path, tolerance=Tolerance(2e-3, "m"), run=runner(False)), []
     dry = next(part for part in simplifications(opened(path).graph, "hair") if part.axis == "collisions")
     assert look_at(asked).tip == pytest.approx(4e-4)
-    said, sample = [], choose_sample(range(1, 8), 24.0, None, 8, 8, 4)
+    reported, sample = [], choose_sample(range(1, 8), 24.0, None, 8, 8, 4)
     with asked.shot.keeping_workers() as shot:
         for _ in range(2):
             study = Study(replace(asked, shot=shot), sample, 8, 4e-4)
             found.append((study.converged(), study.measure([dry]), study.confirm([dry])))
-            said.append("measuring" in capsys.readouterr().err)
+            reported.append("measuring" in capsys.readouterr().err)
     chaos, screened, sure = found[0]
-    assert found[0] == found[1] and said == [True, False]
+    assert found[0] == found[1] and reported == [True, False]
     assert chaos.chaotic and screened.screened and not sure.screened
     assert sure.climate is not None and sure.bound >= screened.bound
 
@@ -162,7 +162,7 @@ def test_hair_that_touches_none_needs_no_members(scene):
     assert look_at(request(scene, tolerance=percent)).tip == pytest.approx(0.2 * 0.02 * 0.1, rel=1e-6)
 
 
-def test_a_cut_is_no_motion(scene):
+def test_a_cut_is_not_motion(scene):
     """Hair is carried over it: it must not draw the sample to itself."""
     led = SCENE.replace('in.groom = "groom"', 'in = { groom = "groom", ends = "hand" }')
     led += '[hand]\ntype = "drive_ends"\nin.groom = "groom"\nat = 1\n'

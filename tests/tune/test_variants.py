@@ -92,7 +92,7 @@ def test_no_model_is_named_in_tune_itself():
     assert not re.findall(r"simulate_\w+|\bnetwork\b|\brod\b|\bchain\b", text)
 
 
-def test_what_the_scene_does_not_have_cannot_be_left_out(scene):
+def test_absent_physics_is_not_simplified(scene):
     scene.write_text(SCENE[: SCENE.index("[hair.collisions]")] + 'model = "chain"\nsteps.longest = 0.05\n')
     assert list(parts_by_axis(scene)) == ["segments", "voxels", "particles"]
 
@@ -137,7 +137,7 @@ def test_variants_share_what_they_have_in_common(scene):
     assert len({name for (name,) in names.values()}) == 3 and tables == before
 
 
-def test_who_took_a_value_takes_that_of_the_node_put_between(scene):
+def test_consumers_use_the_inserted_node(scene):
     tables = with_node(tomllib.loads(SCENE), "few", {"type": "sample_groom", "in": {"groom": "groom"}}, instead="groom")
     assert tables["hair"]["in"]["groom"] == "few" and tables["few"]["in"]["groom"] == "groom"
 
@@ -172,9 +172,9 @@ def test_key_hairs_are_simulated_and_who_took_hair_takes_all_of_it(scene):
 
 def test_particles_take_the_place_of_strands_and_carry_them_under_the_same_name(scene):
     """With what both models have in common; the sample of strands that is tuned is carried by those of all hair."""
-    said = "material.diameter = 5e-5\ncontact.friction = 0.1\nwind.velocity = [1.0, 0.0, 0.0]\n"
+    reported = "material.diameter = 5e-5\ncontact.friction = 0.1\nwind.velocity = [1.0, 0.0, 0.0]\n"
     picture = '[picture]\ntype = "preview"\nin = { hair = "hair.strands", body = "body" }\n'
-    scene.write_text(SCENE.replace("[hair.collisions]", said + "[hair.collisions]") + picture)
+    scene.write_text(SCENE.replace("[hair.collisions]", reported + "[hair.collisions]") + picture)
     part = parts_by_axis(scene)["particles"][1]
     tables = tomllib.loads(scene.read_text())
     after = simplified(sampled(tables, "hair", Sample(8, 4, 0, 1, 2, 3)), "hair", [part])
@@ -189,7 +189,7 @@ def test_particles_take_the_place_of_strands_and_carry_them_under_the_same_name(
     load_graph(scene)
 
 
-def test_strands_that_are_led_by_their_ends_or_weigh_nothing_are_not_replaced(scene):
+def test_strands_with_prescribed_ends_or_without_weight_are_not_replaced(scene):
     driven = '[hand]\ntype = "drive_ends"\nin.groom = "groom"\n'
     scene.write_text(SCENE.replace('surface = ["surface"] }', 'surface = ["surface"], ends = "hand" }') + driven)
     assert "particles" not in parts_by_axis(scene)
@@ -222,16 +222,16 @@ def test_every_groom_behind_the_hair_gets_fewer_segments(scene):
     assert parts[1].text == "10, 4 segments, not 20, 8"
 
 
-def test_segments_of_which_a_length_or_nothing_is_said_get_longer(scene):
-    for said, before in (("segment_length = 0.02", 0.02), ("", 0.005)):
-        scene.write_text(SCENE.replace("segments = 20", said))
+def test_segments_by_length_or_default_get_longer(scene):
+    for reported, before in (("segment_length = 0.02", 0.02), ("", 0.005)):
+        scene.write_text(SCENE.replace("segments = 20", reported))
         parts = parts_by_axis(scene)["segments"]
         lengths = [dict(part.puts)["groom.segment_length"] for part in parts]
         assert lengths == pytest.approx([before / 0.75, before / 0.5, before / 0.33], rel=1e-5)
         assert parts[1].text == f"segments of {2 * before:g} m"
 
 
-def test_whatever_bounds_a_step_is_scaled_as_far_as_a_graph_can_state(scene):
+def test_bounds_of_steps_are_scaled_within_range(scene):
     scene.write_text(SCENE.replace("[hair.stiction]", "[hair.stiction]\n[hair.steps]\ncourant = 4.0\ntravel = 1e3"))
     node = load_graph(scene).nodes["hair"]
     assert dict(scaled_steps(node, 2.0)) == {

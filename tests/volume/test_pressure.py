@@ -45,7 +45,7 @@ def test_pressure_keeps_momentum(compliance):
     assert change.sum(axis=(0, 1, 2)) == pytest.approx(0.0, abs=1e-12 * np.abs(change).sum())
 
 
-def test_what_is_too_dense_grows_and_is_not_compressed():
+def test_dense_cells_expand():
     grid, velocities = ball(1.5 * REST)
     spread(grid, velocities, CELL, REST, 0.0, DT)
     dense = densities(grid) > 1.5 * REST

@@ -34,7 +34,7 @@ def grids_of(strands, cell=0.016, levels=2):
     return target_grids(density_of(strands, 0.004), cell, levels, led(strands).lengths.sum())
 
 
-def test_hair_is_led_down_the_gradient_of_the_energy():
+def test_attraction_is_down_the_gradient_of_the_energy():
     """Finite differences of the energy, for a step so short that nothing is held back; not a piece more or less."""
     hair, targets = led(bundle(0.1)), grids_of(bundle(0.6))
     dt = 1e-6
@@ -97,7 +97,7 @@ def test_it_is_the_same_on_any_number_of_threads():
     assert found[0].tobytes() == found[1].tobytes()
 
 
-def test_what_cannot_lead_hair_is_refused():
+def test_invalid_targets_are_refused():
     density = density_of(bundle(0.6), 0.02)
     with pytest.raises(BadInput, match=r"at least 0\.02 m"):
         target_grids(density, 0.01, 1, 6.0)

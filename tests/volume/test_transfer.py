@@ -52,7 +52,7 @@ def test_momentum_is_the_same_on_the_grid_and_back(passes):
     assert hair.masses @ collect(hair.samples(), smoothed) == pytest.approx(momentum, abs=1e-12 * scale)
 
 
-def test_what_comes_back_is_the_transpose_of_what_goes_there():
+def test_collecting_is_the_transpose_of_splatting():
     """sum_g field_g P2G(v)_g = sum_i m_i v_i G2P(field)_i, for any field."""
     hair = Hair(7)
     grid = deposit(hair.samples(), hair.masses, hair.velocities)

@@ -63,8 +63,8 @@ def draw_front(
     joined  series whose points a line joins, in the order of the table
     size    of the picture [px]
     """
-    told = [name for name in (columns.low, columns.high, columns.floor, columns.spread) if name]
-    check_columns(table, [name for name in columns if name], [columns.x, columns.y, columns.front, *told])
+    optional = [name for name in (columns.low, columns.high, columns.floor, columns.spread) if name]
+    check_columns(table, [name for name in columns if name], [columns.x, columns.y, columns.front, *optional])
     x = table.numbers[columns.x]
     y = table.numbers[columns.y]
     floor = floor_of(table, columns)

@@ -47,11 +47,11 @@ def _measured(hair: Strands, normals: np.ndarray, shell: LevelSet) -> tuple[floa
     if not near.any():
         raise BadInput("no hair is near the shell", where="in.shell", right="the shell of this hair")
     true = found.normal[near]
-    carried = normals[near].astype(float)
+    rotated = normals[near].astype(float)
     along = tangents_of(hair)[near]
-    angles = np.degrees(np.arccos(np.clip(np.einsum("pi,pi->p", true, carried), -1.0, 1.0)))
+    angles = np.degrees(np.arccos(np.clip(np.einsum("pi,pi->p", true, rotated), -1.0, 1.0)))
     lamps = np.concatenate([np.eye(3), -np.eye(3)])
-    by_shell, by_hair = true @ lamps.T, carried @ lamps.T
+    by_shell, by_hair = true @ lamps.T, rotated @ lamps.T
     apart = np.mean([terminator(*both) for both in zip(by_shell.T, by_hair.T, strict=True)])
     dark = by_shell < BEHIND
     kajiya = np.sqrt(np.maximum(0.0, 1.0 - (along @ lamps.T) ** 2))

@@ -25,8 +25,8 @@ def measure_slips(hair: Mapping[int, Strands], ends: Mapping[int, Ends], fps: fl
         turn = ends[frame].roots[:, :, :3] @ start[:, :, :3].transpose(0, 2, 1)
         shift = ends[frame].roots[:, :, 3] - np.einsum("sij,sj->si", turn, start[:, :, 3])
         for strand, (begin, end) in enumerate(zip(first.offsets, first.offsets[1:], strict=False)):
-            led = first.points[begin:end].astype(float) @ turn[strand].T + shift[strand]
-            away = 1e3 * np.linalg.norm(hair[frame].points[begin:end] - led, axis=1)
+            expected = first.points[begin:end].astype(float) @ turn[strand].T + shift[strand]
+            away = 1e3 * np.linalg.norm(hair[frame].points[begin:end] - expected, axis=1)
             upright = float(turn[strand, 1, 1])
             slope = np.sqrt(max(1.0 - upright**2, 0.0)) / upright if upright > 0.0 else np.inf
             rows.append(((frame - frames[0]) / fps, strand, slope, away[-1], np.sqrt(np.mean(away**2))))

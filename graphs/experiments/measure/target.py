@@ -25,9 +25,9 @@ def target_table(hair: Mapping[int, Strands], target: Mapping[int, Density], cel
     for frame in hair:
         now = hair[frame]
         points = now.points.astype(float)
-        led = Hair(points, now.offsets, reach_of(points, now.offsets), lengths_at_points(points, now.offsets))
-        grids = target_grids(target[frame], cell, levels, led.lengths.sum())
-        found = energy(led, grids, _RATE)
+        hair_now = Hair(points, now.offsets, reach_of(points, now.offsets), lengths_at_points(points, now.offsets))
+        grids = target_grids(target[frame], cell, levels, hair_now.lengths.sum())
+        found = energy(hair_now, grids, _RATE)
         nothing = sum(0.5 * (_RATE * g.cell) ** 2 * g.cell**3 * g.length.sum() for g in grids)
         first = found if first is None else first
         rows.append((frame, found / first if first > 0.0 else np.nan, found / nothing))

@@ -25,7 +25,7 @@ def follow_rod(
     material  material of the fibre, as in simulate_hair; the rod is inextensible
     every     number of frames from one row to the next
     """
-    from hairpipe.graphs.experiments.studies.theory.led_rods import led_rod
+    from hairpipe.graphs.experiments.studies.theory.driven_rods import driven_rod
 
     seen = Frames(ends.numbers[::every], ends.__getitem__)
-    return led_rod(groom, seen, time.fps, material.bending, material.torsion)
+    return driven_rod(groom, seen, time.fps, material.bending, material.torsion)

@@ -63,11 +63,11 @@ def draw_scene(seed: int, number: int) -> DrawnScene:
     hair |= {group: {} for group in between} | ({"sag_free": {}} if random.random() < SAG_FREE else {})
     tolerance = Tolerance(float(random.choice(TOLERANCES)), "%")
     moved, one = draw_motion(stream(seed, f"scene {number} motion"))
-    moved_anew, other = draw_motion(stream(seed, f"scene {number} other"), one)
+    moved_again, other = draw_motion(stream(seed, f"scene {number} other"), one)
     common = {"schema": 1, "frames": [*FRAMES], "fps": FPS, "head": {"type": "make_bust"}}
-    tables, anew = (common | nodes | {"groom": groom, HAIR: hair} for nodes in (one, other))
+    tables, renewed = (common | nodes | {"groom": groom, HAIR: hair} for nodes in (one, other))
     text = ", ".join([grown, " and ".join(between) or "hairs apart", *blown, moved])
-    return DrawnScene(text, tolerance, tables, (moved_anew, anew))
+    return DrawnScene(text, tolerance, tables, (moved_again, renewed))
 
 
 def draw_groom(random: np.random.Generator) -> tuple[str, Tables]:
@@ -127,7 +127,7 @@ def turned(random: np.random.Generator) -> Motion:
     angles = np.cumsum([0.0, *random.uniform(-90.0, 90.0, len(times) - 1)])
     turns = [rounded(angle) for angle in angles]
     most = np.abs(np.diff(angles)).max()
-    return f"turns of up to {most:.0f} degrees", carried({"times": times, "turn": turns, "axis": [0.0, 1.0, 0.0]})
+    return f"turns of up to {most:.0f} degrees", bust_motion({"times": times, "turn": turns, "axis": [0.0, 1.0, 0.0]})
 
 
 def nodding(random: np.random.Generator) -> Motion:
@@ -136,7 +136,7 @@ def nodding(random: np.random.Generator) -> Motion:
     turns = [0.0, *(drawn(random, -20.0, 40.0) for _ in times[1:])]
     most = np.abs(np.diff(turns)).max()
     track = {"times": times, "turn": turns, "axis": [1.0, 0.0, 0.0], "pivot": [*NECK]}
-    return f"nods of up to {most:.0f} degrees", carried(track)
+    return f"nods of up to {most:.0f} degrees", bust_motion(track)
 
 
 def thrown(random: np.random.Generator) -> Motion:
@@ -144,7 +144,7 @@ def thrown(random: np.random.Generator) -> Motion:
     times = draw_times(random)
     reach = drawn(random, 0.03, 0.15)
     moves = [[0.0, 0.0, 0.0], *([drawn(random, -reach, reach) for _ in range(3)] for _ in times[1:])]
-    return f"thrown about by {100 * reach:.0f} cm", carried({"times": times, "move": moves})
+    return f"thrown about by {100 * reach:.0f} cm", bust_motion({"times": times, "move": moves})
 
 
 def played(clip: str, start: float, speed: float) -> Tables:
@@ -158,7 +158,7 @@ def played(clip: str, start: float, speed: float) -> Tables:
     }
 
 
-def carried(track: Tables) -> Tables:
+def bust_motion(track: Tables) -> Tables:
     """Return nodes that carry the bust along keys."""
     return {
         "still": {"type": "pose_body", "in": {"rest": "head"}},

@@ -88,14 +88,14 @@ def row(promise: Promise) -> tuple[str, ...]:
     tuned = promise.tuned
     other = promise.other
     tolerance = promise.scene.tolerance
-    said = (str(promise.number), f"{scene.text}; then {scene.other[0]}", str(tolerance))
+    common = (str(promise.number), f"{scene.text}; then {scene.other[0]}", str(tolerance))
     if tuned is None:
-        return (*said, "", "", "", "", "", worst(promise))
+        return (*common, "", "", "", "", "", worst(promise))
     checks = [check for check in (tuned.check, other) if check]
     errors = [cells.error(found, tolerance) for found in (tuned.choice.measured, *(check.chosen for check in checks))]
     reasons = dict.fromkeys(check.chosen.refused for check in checks if check.chosen.refused)
     verdict = ": ".join(filter(None, (worst(promise), "; ".join(reasons))))
-    return (*said, cells.left_out(tuned), *(errors + 2 * [""])[:3], cells.faster(tuned), verdict)
+    return (*common, cells.left_out(tuned), *(errors + 2 * [""])[:3], cells.faster(tuned), verdict)
 
 
 def worst(promise: Promise) -> Verdict:

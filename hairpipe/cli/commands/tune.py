@@ -150,14 +150,14 @@ def tune(
 
 def runner(quiet: bool) -> "RunNodes":
     """Make a function that runs a shot and reports what is measured; a warning of many models is reported once."""
-    said: set[str] = set()
+    reported: set[str] = set()
 
     def run(text: str, shot: "Shot", nodes: Sequence[str], frames: Sequence[int]) -> "Outcome":
         def report(event: "Event") -> None:
             mark = event.message if event.kind == "warning" else text
-            if event.kind not in ("started", "warning") or mark in said or (quiet and event.kind == "started"):
+            if event.kind not in ("started", "warning") or mark in reported or (quiet and event.kind == "started"):
                 return
-            said.add(mark)
+            reported.add(mark)
             echo(f"warning: {text}: {mark}" if event.kind == "warning" else f"measuring: {text}")
 
         return shot.run(frames, to=nodes, jobs=1, progress=report).outcome

@@ -41,10 +41,10 @@ class Member:
         """Whether it is what a worker started now would be: it may have imported any source it was told of."""
         if self.process.poll() is not None or self.environment != environment:
             return False
-        told = self.hello["sources"]
+        reported = self.hello["sources"]
         sources = hello["sources"]
         alike = self.hello | {"sources": sources} == hello
-        return alike and all(told.get(path) == stamp for path, stamp in sources.items())
+        return alike and all(reported.get(path) == stamp for path, stamp in sources.items())
 
     def end(self) -> None:
         """Kill the process."""

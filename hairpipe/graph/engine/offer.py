@@ -64,12 +64,13 @@ def code_difference(machine: str, node_type: str, own: Code, manifest: str | Non
     """Make the error for code that differs on a machine; `manifest` is that of the coordinator, where it is known."""
     theirs: dict[str, str] = json.loads(manifest or "{}")
     names = [name for name in differing(theirs, own.parts)] if theirs else []
-    said = [
+    reported = [
         f"{name.partition(' (')[0]} {own.parts.get(name, 'none')} in place of {theirs.get(name, 'none')}"
         if name.endswith(")")
         else name
         for name in names
     ]
     return BadInput(
-        f"{machine} has other code of '{node_type}': {listed(said)}", right="install the same versions there, and retry"
+        f"{machine} has other code of '{node_type}': {listed(reported)}",
+        right="install the same versions there, and retry",
     )

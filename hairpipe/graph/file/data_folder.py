@@ -21,9 +21,9 @@ Place = Callable[[Sequence[str]], str]
 
 def data_folder() -> Path | None:
     """Name the data folder, which may be missing; None where hairpipe is installed and the variable is not set."""
-    told = os.environ.get(VARIABLE)
-    if told:
-        return Path(told).absolute()
+    given = os.environ.get(VARIABLE)
+    if given:
+        return Path(given).absolute()
     checkout = Path(hairpipe.__file__).resolve().parents[1]
     return checkout.parent / "shared" / "data" if (checkout / "pyproject.toml").is_file() else None
 

@@ -30,10 +30,10 @@ def own_folder(kind: Literal["cache", "config", "state"]) -> Path:
     """
     variable, usual = BASES[kind]
     home = Path(os.path.expanduser("~"))  # noqa: PTH111 - no error without
-    told = Path(os.environ.get(variable, ""))
-    if not home.is_absolute() and not told.is_absolute():
+    given = Path(os.environ.get(variable, ""))
+    if not home.is_absolute() and not given.is_absolute():
         raise FileNotFoundError(errno.ENOENT, "no home folder")
-    return (told if told.is_absolute() else home / usual) / "hairpipe"
+    return (given if given.is_absolute() else home / usual) / "hairpipe"
 
 
 def make_own(folder: Path) -> None:

@@ -49,8 +49,8 @@ def kernels_parent() -> Path:
 
     OSError where he has no home.
     """
-    told = os.environ.get("NUMBA_CACHE_DIR")
-    return Path(told, "hairpipe").absolute() if told else own_folder("cache") / "kernels"
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    return Path(given, "hairpipe").absolute() if given else own_folder("cache") / "kernels"
 
 
 def claim_kernels(folder: Path) -> Path:
@@ -101,8 +101,10 @@ def kernel_digests(reader: CodeReader, nodes: Iterable[str]) -> dict[str, Entry]
     settings = {name: os.environ[name] for name in SETTINGS if name in os.environ}
     ours = our_digests(reader)
     theirs = {name: reader.code_of(name).digest for node in nodes for name in reader.modules_with_kernels(node)}
-    told = ours | dict.fromkeys(theirs, digest("kernels", theirs))
-    entries = [Entry(name, code, digest("kernels", [told[name], settings])) for name, code in (ours | theirs).items()]
+    digests = ours | dict.fromkeys(theirs, digest("kernels", theirs))
+    entries = [
+        Entry(name, code, digest("kernels", [digests[name], settings])) for name, code in (ours | theirs).items()
+    ]
     return {reader.file_of(entry.module): entry for entry in entries}
 
 

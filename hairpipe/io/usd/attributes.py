@@ -58,8 +58,10 @@ def widths(curves: UsdGeom.BasisCurves, counts: np.ndarray) -> list[np.ndarray]:
     varying = span_ends(curves, counts)
     layouts = {1: None, len(counts): np.ones(len(counts), int), counts.sum(): counts, varying.sum(): varying}
     if len(values) not in layouts:
-        told = " or ".join(map(str, sorted(layouts)))
-        _warn(curves, f"widths are {len(values)} values for {len(counts)} curves of {counts.sum()} points, not {told}")
+        message = " or ".join(map(str, sorted(layouts)))
+        _warn(
+            curves, f"widths are {len(values)} values for {len(counts)} curves of {counts.sum()} points, not {message}"
+        )
         return [np.full(1, np.nan)] * len(counts)
     bad = ~(np.isfinite(values) & (values >= 0.0))
     if bad.any():
@@ -91,8 +93,8 @@ def own_ids(ids: np.ndarray, path: Path) -> np.ndarray:
     kept &= ids != NONE
     free = np.setdiff1d(np.arange(len(ids)), ids[kept])
     if kept.any() and not kept.all():
-        told = f"ids of {(~kept).sum()} of {len(ids)} curves are missing or repeated, and get new numbers"
-        warnings.warn(f"{path}: {told}", stacklevel=2)
+        message = f"ids of {(~kept).sum()} of {len(ids)} curves are missing or repeated, and get new numbers"
+        warnings.warn(f"{path}: {message}", stacklevel=2)
     found = ids.copy()
     found[~kept] = free[: (~kept).sum()]
     return found.astype(np.int32)

@@ -146,8 +146,8 @@ def _known_widths(widths: np.ndarray, offsets: np.ndarray, path: Path) -> np.nda
         return None
     if not known.all():
         bare = (~np.logical_and.reduceat(known, offsets[:-1])).sum()
-        told = f"{bare} of {len(offsets) - 1} curves have no valid widths, and get the median of the others"
-        warnings.warn(f"{path}: {told}", stacklevel=3)
+        message = f"{bare} of {len(offsets) - 1} curves have no valid widths, and get the median of the others"
+        warnings.warn(f"{path}: {message}", stacklevel=3)
     return np.where(known, widths, np.median(widths[known]))
 
 

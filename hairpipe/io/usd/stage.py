@@ -79,8 +79,8 @@ def read_time(prims: Sequence[Usd.Prim], time: float | None) -> float | None:
     stage = prims[0].GetStage()
     if time is None:
         why = "the first at which all meshes and curves have samples"
-        told = f"{stage_path(stage)} is read at time code {stage.GetStartTimeCode():g}, {why}"
-        warnings.warn(f"{told}; time_code selects another", stacklevel=2)
+        message = f"{stage_path(stage)} is read at time code {stage.GetStartTimeCode():g}, {why}"
+        warnings.warn(f"{message}; time_code selects another", stacklevel=2)
     return stage.GetStartTimeCode()
 
 

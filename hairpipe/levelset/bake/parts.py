@@ -62,14 +62,17 @@ def frames_of(rest: Body, pose: Pose | None, leaders: np.ndarray) -> tuple[np.nd
     """
     poses = np.tile(np.eye(3, 4), (len(leaders), 1, 1))
     rates = np.zeros((len(leaders), 3, 4))
-    led = leaders >= 0
-    bones = rest.skeleton.rest[leaders[led]]
-    poses[led] = bones[:, :3]
+    has_leader = leaders >= 0
+    bones = rest.skeleton.rest[leaders[has_leader]]
+    poses[has_leader] = bones[:, :3]
     if pose is not None:
-        poses[led], rates[led] = pose.transforms[leaders[led], :3], pose.rates[leaders[led], :3]
+        poses[has_leader], rates[has_leader] = (
+            pose.transforms[leaders[has_leader], :3],
+            pose.rates[leaders[has_leader], :3],
+        )
     unbind = np.swapaxes(bones[:, :3, :3], 1, 2)
-    poses[led, :, :3] = poses[led, :, :3] @ unbind
-    rates[led, :, :3] = rates[led, :, :3] @ unbind
+    poses[has_leader, :, :3] = poses[has_leader, :, :3] @ unbind
+    rates[has_leader, :, :3] = rates[has_leader, :, :3] @ unbind
     return poses, rates
 
 

@@ -61,8 +61,8 @@ class ColliderParts:
         arms = np.einsum(
             "tkxy,cky->ctkx", part_poses.turns, np.where(corners[:, None], self.outlines.high, self.outlines.low)
         )
-        carried = np.linalg.norm(part_poses.drifts + np.cross(part_poses.spins, arms), axis=-1)
-        return float((carried + self.swelling).max(initial=0.0))
+        advected = np.linalg.norm(part_poses.drifts + np.cross(part_poses.spins, arms), axis=-1)
+        return float((advected + self.swelling).max(initial=0.0))
 
     @cached_property
     def swelling(self) -> np.ndarray:

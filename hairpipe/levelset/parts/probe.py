@@ -95,7 +95,7 @@ def probe_parts(
             scale = 1.0 / steep if steep > 0.0 else 0.0
             # u = (phi_0 - phi_1) / (dt |grad f|) along the normal; the slope is bounded, see `STEEP`.
             swell = -shape_change(shape, X) / (frame * max(steep, STEEP)) * scale
-            carried = velocity_of(part_poses, 0, part, x)
+            advected = velocity_of(part_poses, 0, part, x)
             for axis in range(3):
                 normal[i, axis] = scale * g[axis]
-                velocity[i, axis] = carried[axis] + swell * g[axis]
+                velocity[i, axis] = advected[axis] + swell * g[axis]

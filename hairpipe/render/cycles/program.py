@@ -127,7 +127,7 @@ def add_object(data: Any) -> Any:
     return shown
 
 
-def make_material(shader: str, told: dict[str, Any], attribute: str, varied: str) -> Any:
+def make_material(shader: str, shading: dict[str, Any], attribute: str, varied: str) -> Any:
     """Make a material of one shader node with these properties and inputs, by Blender's names.
 
     One more input, `varied`, is an attribute of the points.
@@ -137,9 +137,9 @@ def make_material(shader: str, told: dict[str, Any], attribute: str, varied: str
     nodes.clear()
     node = nodes.new(shader)
     output = nodes.new("ShaderNodeOutputMaterial")
-    for name, value in told["properties"].items():
+    for name, value in shading["properties"].items():
         setattr(node, name, value)
-    for name, value in told["inputs"].items():
+    for name, value in shading["inputs"].items():
         node.inputs[name].default_value = value
     given = nodes.new("ShaderNodeAttribute")
     given.attribute_name = attribute
@@ -155,25 +155,25 @@ def put(geometry: Any, name: str, values: np.ndarray) -> None:
     attribute.data.foreach_set(field, values.astype(np.float32).ravel())
 
 
-def render(told: dict[str, Any], path: Path) -> np.ndarray:
+def render(options: dict[str, Any], path: Path) -> np.ndarray:
     """Return linear light, the top row first, (height, width, 3) float32."""
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
     scene.render.threads_mode = "FIXED"
-    scene.render.threads = told["threads"]
+    scene.render.threads = options["threads"]
     # The shutter is open for one frame of one second, so that velocities are displacements.
-    scene.render.use_motion_blur = told["blur"]
+    scene.render.use_motion_blur = options["blur"]
     scene.render.motion_blur_shutter = 1.0
     scene.render.fps = 1
     cycles = scene.cycles
     cycles.device = "CPU"
     cycles.seed = SEED
-    cycles.samples = told["samples"]
+    cycles.samples = options["samples"]
     cycles.use_adaptive_sampling = False
     cycles.max_bounces = cycles.glossy_bounces = cycles.transmission_bounces = BOUNCES
     # Light is not clamped, and lobes are not widened after the first bounce, so that multiple scattering is right.
     cycles.sample_clamp_indirect = cycles.blur_glossy = 0.0
-    cycles.use_denoising = told["denoise"]
+    cycles.use_denoising = options["denoise"]
     cycles.denoiser = "OPENIMAGEDENOISE"
     cycles.denoising_use_gpu = False
     file = scene.render.image_settings

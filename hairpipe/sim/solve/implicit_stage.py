@@ -238,11 +238,11 @@ def _fall_back(model, block, at, stage, h, bad, rule):
     set_form(model, block, moved, tensions, rule)
     hold_tip(model, block, moved, tensions, stage.held)
     nothing = np.empty((0, 9, x.shape[2]), x.dtype)
-    carried = Iterate(moved, speeds, tensions)
+    advanced = Iterate(moved, speeds, tensions)
     euler = Stage(before, stage.began, before, stage.began, ends, stage.held, stage.h, stage.time, stage.span)
-    note_pivot(model, tensions, assemble(model, block, System(A, b), carried, nothing, euler, span, rule))
+    note_pivot(model, tensions, assemble(model, block, System(A, b), advanced, nothing, euler, span, rule))
     substitute(model, A, b, count)
-    _update(model, block, carried, b, bad, True, span, rule)
+    _update(model, block, advanced, b, bad, True, span, rule)
     for p in range(count):
         for c in range(3):
             store(x, (p, c), select(bad, load(moved, (p, c)), load(x, (p, c))))

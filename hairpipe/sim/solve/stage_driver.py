@@ -71,7 +71,7 @@ class StageDriver:
         for left in reversed(range(rule.iterations + _PASSES)):
             newton = left >= _PASSES  # After that, passes for strands whose contact changed, each by itself.
             self.axis.gather(again, here.active)
-            outer = self._act(here, stage, again, at.x, anew=newton)
+            outer = self._act(here, stage, again, at.x, renew=newton)
             b = self._solve_once(at, stage, rule, outer, again, coupled=newton and together)
             if self.coupling:
                 change, received = self._room("change", here.points), self._room("received", here.points)
@@ -99,10 +99,10 @@ class StageDriver:
         times = stage.span, stage.time, self.seconds + stage.time
         return Prediction(points, velocities, lagged, self.masses, weights, active_points, *times)
 
-    def _act(self, here: Prediction, stage: Stage, active: np.ndarray, like: np.ndarray, *, anew: bool) -> np.ndarray:
+    def _act(self, here: Prediction, stage: Stage, active: np.ndarray, like: np.ndarray, *, renew: bool) -> np.ndarray:
         """Return external terms of active strands, (blocks, W); see `external_terms.py`.
 
-        anew  linearise forces between strands again; else those of previous solves are used
+        renew  linearise forces between strands again; else those of previous solves are used
         """
         push = self._room("push", here.points)
         damping = self._room("damping", here.points, 6)
@@ -113,7 +113,7 @@ class StageDriver:
         own = (np.empty((0, 6), np.float32), np.empty((0, 6), np.float32))
         if self.coupling:
             received = self._room("received", here.points)
-            if anew:
+            if renew:
                 self.coupling.linearise(here)
             self.coupling.impulses(here.active, received)
             own = self.coupling.own

@@ -111,8 +111,8 @@ def find_initial_state(
     Raises BadInput where the model has too few springs, or where unstable strands are refused.
     """
     if kind_of(model).equilibrium is None and model.inverse_lengths.shape[1] != SPRINGS:
-        said = f"a {kind_of(model).name} has no equilibrium in a groomed shape"
-        raise BadInput(said, where="model", right='"network" or "rod"')
+        message = f"a {kind_of(model).name} has no equilibrium in a groomed shape"
+        raise BadInput(message, where="model", right='"network" or "rod"')
     found = find_equilibrium(model, x, gravity)
     able = are_stable(model, x, found, wanted.strain)
     _report(able, layout, ids, wanted.unstable)
@@ -131,14 +131,14 @@ def _report(able: np.ndarray, layout: Layout, ids: np.ndarray, unstable: str) ->
     unable = ids[np.unique(layout.strands[~able])]
     if not len(unable):
         return
-    said = f"{len(unable)} of {len(ids)} strands have no stable equilibrium as groomed"
+    message = f"{len(unable)} of {len(ids)} strands have no stable equilibrium as groomed"
     if unstable == "refuse":
         raise BadInput(
-            f"{said}: {name_strands(unable)}",
+            f"{message}: {name_strands(unable)}",
             where="sag_free.unstable",
             right='shorter or stiffer hair, or "fall" or "settle"',
         )
-    warn(f"{said} and {unstable}: {name_strands(unable)}", stacklevel=3)
+    warn(f"{message} and {unstable}: {name_strands(unable)}", stacklevel=3)
 
 
 @inlined

@@ -66,9 +66,9 @@ def _transported(tangents: np.ndarray, first: np.ndarray, turn: float | np.ndarr
     normals = np.empty_like(tangents)
     normals[:, 0] = first
     for i in range(1, tangents.shape[1]):
-        carried = transport(normals[:, i - 1], tangents[:, i - 1], tangents[:, i])
+        transported = transport(normals[:, i - 1], tangents[:, i - 1], tangents[:, i])
         sense = 1 - 2 * ((i - 1) // REVERSAL % 2)
-        normals[:, i] = np.cos(turn) * carried + sense * np.sin(turn) * np.cross(tangents[:, i], carried)
+        normals[:, i] = np.cos(turn) * transported + sense * np.sin(turn) * np.cross(tangents[:, i], transported)
     return normals
 
 
@@ -88,9 +88,9 @@ def first_normals(axis: np.ndarray, frames: np.ndarray) -> np.ndarray:
     middle = axis.mean(axis=1) - axis[:, 0]
     aside = middle - np.sum(middle * along, axis=1, keepdims=True) * along
     off = np.linalg.norm(aside, axis=1, keepdims=True)
-    carried = transport(frames[:, :, 0], frames[:, :, 2], along)
+    transported = transport(frames[:, :, 0], frames[:, :, 2], along)
     straight = off <= _STRAIGHT * np.linalg.norm(middle, axis=1, keepdims=True)
-    return np.where(straight, carried, -aside / np.where(straight, 1.0, off))
+    return np.where(straight, transported, -aside / np.where(straight, 1.0, off))
 
 
 def transport(vectors: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
@@ -101,9 +101,9 @@ def transport(vectors: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.nda
     across = np.cross(start, end)
     cosine = np.sum(start * end, axis=1, keepdims=True)
     along = np.sum(across * vectors, axis=1, keepdims=True) * across / np.maximum(1 + cosine, 1e-12)
-    carried = cosine * vectors + np.cross(across, vectors) + along
-    carried -= np.sum(carried * end, axis=1, keepdims=True) * end
-    return carried / np.linalg.norm(carried, axis=1, keepdims=True)
+    transported = cosine * vectors + np.cross(across, vectors) + along
+    transported -= np.sum(transported * end, axis=1, keepdims=True) * end
+    return transported / np.linalg.norm(transported, axis=1, keepdims=True)
 
 
 def masses(length: np.ndarray, segments: int, line_density: float, off_axis: float) -> np.ndarray:

@@ -70,9 +70,9 @@ def warn_of_softening(groom: Groom, material: Material) -> None:
     found = softenings(material, mean_segments(groom))
     less = found < material.softening
     if less.any():
-        said = f"{np.count_nonzero(less)} of {len(less)} strands have segments too short for this softening"
+        message = f"{np.count_nonzero(less)} of {len(less)} strands have segments too short for this softening"
         worst = f"they are softened by {found.min():.3g} or more: {name_strands(groom.ids[less])}"
-        warn(f"material.softening = {material.softening:g}: {said}, {worst}", stacklevel=3)
+        warn(f"material.softening = {material.softening:g}: {message}, {worst}", stacklevel=3)
 
 
 def warn_of_curls(groom: Groom) -> None:
@@ -82,9 +82,9 @@ def warn_of_curls(groom: Groom) -> None:
     """
     curls = curls_of(groom)
     if len(curls):
-        said = f"{len(curls)} of {len(groom.ids)} strands are curls: {name_strands(groom.ids[curls])}"
+        message = f"{len(curls)} of {len(groom.ids)} strands are curls: {name_strands(groom.ids[curls])}"
         off = "their sag has an error of up to 10 %, or they do not come to rest"
-        warn(f'model = "network": {said}; {off} (model = "rod")', stacklevel=3)
+        warn(f'model = "network": {message}; {off} (model = "rod")', stacklevel=3)
 
 
 def warn_of_network(groom: Groom, material: Material) -> None:

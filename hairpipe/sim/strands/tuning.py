@@ -112,7 +112,7 @@ def deformed_by_particles(name: str, table: dict[str, Any], whole: str, part: Si
     friction = table.get("contact", {}).get("friction")
     moved |= {"contact": {"friction": friction}} if friction is not None else {}
     inputs = {"cloud": cloud, "particles": particles, "groom": table["in"]["groom"]}
-    carried = {"type": "carry_strands", "in": inputs | around}
-    carried |= {"diameter": material["diameter"]} if "diameter" in material else {}
+    deformed = {"type": "carry_strands", "in": inputs | around}
+    deformed |= {"diameter": material["diameter"]} if "diameter" in material else {}
     sampled = {"type": "sample_particles", "in": {"groom": whole}, "particles": part.count} | fibre
-    return {particles: sampled, cloud: moved, name: carried}
+    return {particles: sampled, cloud: moved, name: deformed}

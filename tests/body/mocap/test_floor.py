@@ -38,7 +38,7 @@ def test_the_height_at_which_feet_rest_is_found(skeleton, make_clip, off):
         assert standing_height(retarget, clip) == pytest.approx(off, abs=1e-9)
 
 
-def test_who_jumps_all_the_time_or_has_no_feet_does_not_tell(skeleton, make_clip):
+def test_performers_without_standing_feet_give_no_floor(skeleton, make_clip):
     clip = make_clip(60)
     clip.values[:, 1] += 0.4 * np.abs(np.sin(0.9 * np.arange(60)))
     retarget = build_retarget(skeleton, clip, up=None, reference="zero", unit=1.0, joints=())
@@ -49,18 +49,18 @@ def test_who_jumps_all_the_time_or_has_no_feet_does_not_tell(skeleton, make_clip
 
 
 @pytest.mark.parametrize("off", [-0.09, 0.05])
-def test_a_clip_that_hovers_or_sinks_is_told_and_mended_on_request(skeleton, make_clip, off):
+def test_hovering_clip_is_reported_and_corrected_on_request(skeleton, make_clip, off):
     clip = raised(walking(make_clip(60)), off)
     with pytest.warns(UserWarning, match=f'{abs(off)} m {"above" if off > 0 else "below"} its floor .*floor = "feet"'):
-        told = pose_at(skeleton, clip, 0.1, 1.0, PLAIN)
+        reported = pose_at(skeleton, clip, 0.1, 1.0, PLAIN)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         asked, left = (pose_at(skeleton, clip, 0.1, 1.0, replace(PLAIN, floor=floor)) for floor in ("feet", "clip"))
     foot = skeleton.names.index("RightFoot")
     assert asked.transforms[foot, 1, 3] == pytest.approx(skeleton.rest[foot, 1, 3], abs=1e-9)
-    np.testing.assert_array_equal(left.transforms, told.transforms)
-    np.testing.assert_allclose(told.transforms[:, 1, 3] - asked.transforms[:, 1, 3], off, atol=1e-9)
-    np.testing.assert_array_equal(asked.rates, told.rates)
+    np.testing.assert_array_equal(left.transforms, reported.transforms)
+    np.testing.assert_allclose(reported.transforms[:, 1, 3] - asked.transforms[:, 1, 3], off, atol=1e-9)
+    np.testing.assert_array_equal(asked.rates, reported.rates)
 
 
 def test_a_single_pose_stands_on_its_feet(skeleton, make_clip):

@@ -34,7 +34,7 @@ BONES = {
 VRM |= {side + bone: f"J_Bip_{side[0]}_{name}" for side in ("Left", "Right") for bone, name in BONES.items()}
 
 
-def told(skeleton: Skeleton, clip: Clip, **settings):
+def warned(skeleton: Skeleton, clip: Clip, **settings):
     """The motion of all joints in all frames, and what was warned of."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -66,9 +66,9 @@ def in_axes(clip: Clip, matrix: np.ndarray) -> Clip:
 @pytest.mark.parametrize("names", [ASF, VRM], ids=["asf", "vrm"])
 def test_names_of_other_programs_give_the_same_motion(skeleton, make_clip, names):
     clip = make_clip(5, seed=2)
-    plain, _ = told(skeleton, clip)
-    other, said = told(skeleton, renamed(clip, names.__getitem__))
-    assert plain.tobytes() == other.tobytes() and said == []
+    plain, _ = warned(skeleton, clip)
+    other, reported = warned(skeleton, renamed(clip, names.__getitem__))
+    assert plain.tobytes() == other.tobytes() and reported == []
 
 
 @pytest.mark.parametrize(
@@ -77,17 +77,17 @@ def test_names_of_other_programs_give_the_same_motion(skeleton, make_clip, names
 )
 def test_the_name_of_a_character_does_not_matter(skeleton, make_clip, names):
     clip = make_clip(5, seed=2)
-    other, said = told(skeleton, renamed(clip, names.format))
-    assert told(skeleton, clip)[0].tobytes() == other.tobytes() and said == []
+    other, reported = warned(skeleton, renamed(clip, names.format))
+    assert warned(skeleton, clip)[0].tobytes() == other.tobytes() and reported == []
 
 
 @pytest.mark.parametrize("left_out", [(), ("Head",), ("Head", "Neck"), ("LeftFoot", "Head")])
-def test_z_up_is_told_by_the_trunk_that_there_is(skeleton, make_clip, left_out):
+def test_z_up_is_inferred_from_the_trunk(skeleton, make_clip, left_out):
     clip = renamed(make_clip(5, seed=2), lambda name: "x" + name if name in left_out else name)
-    plain, _ = told(skeleton, clip, up="y", reference="zero")
-    other, said = told(skeleton, in_axes(clip, Y_TO_Z), reference="zero")
+    plain, _ = warned(skeleton, clip, up="y", reference="zero")
+    other, reported = warned(skeleton, in_axes(clip, Y_TO_Z), reference="zero")
     assert other == pytest.approx(plain, abs=1e-9)
-    assert not any("points up" in message for message in said)
+    assert not any("points up" in message for message in reported)
 
 
 def stood_along_z(clip: Clip) -> Clip:
@@ -103,18 +103,20 @@ def stood_along_z(clip: Clip) -> Clip:
 def test_a_rest_pose_along_another_axis_than_the_motion_is_warned_of(skeleton, make_clip):
     clip = make_clip(9, seed=2)
     clip = replace(clip, values=clip.values * np.where(np.arange(clip.values.shape[1]) < 3, 1.0, 0.3))
-    plain, _ = told(skeleton, clip, reference="first")
-    other, said = told(skeleton, stood_along_z(clip))
+    plain, _ = warned(skeleton, clip, reference="first")
+    other, reported = warned(skeleton, stood_along_z(clip))
     assert other == pytest.approx(plain, abs=1e-9)
-    assert [message for message in said if "along Y at rest, along Z in most of the motion: Z is assumed" in message]
+    assert [
+        message for message in reported if "along Y at rest, along Z in most of the motion: Z is assumed" in message
+    ]
 
 
 def test_a_performer_who_lies_is_warned_of_and_the_rest_pose_decides(skeleton, make_clip):
     clip = make_clip(9)
     values = clip.values.copy()
     values[:, 3] = 90.0  # about Z
-    other, said = told(skeleton, replace(clip, values=values))
-    assert [message for message in said if "no trunk that is upright" in message and "Y is assumed" in message]
+    other, reported = warned(skeleton, replace(clip, values=values))
+    assert [message for message in reported if "no trunk that is upright" in message and "Y is assumed" in message]
     ways = other[:, skeleton.names.index("Head"), :3, 3] - other[:, 0, :3, 3]
     assert np.abs(ways[:, 0]).min() > 0.5
 
@@ -122,17 +124,17 @@ def test_a_performer_who_lies_is_warned_of_and_the_rest_pose_decides(skeleton, m
 @pytest.mark.parametrize(("bone", "other"), [("Leg", "Foot"), ("UpLeg", "Leg")])
 def test_a_limb_of_which_a_bone_is_missing_does_not_follow_and_is_named(skeleton, make_clip, bone, other):
     clip = renamed(make_clip(5, seed=2), lambda name: "Mystery" if name == "Left" + bone else name)
-    poses, said = told(skeleton, clip)
-    assert "which keep their rest pose: left leg (" in said[0] and "joints" in said[0]
-    assert said[1].endswith("LeftUpLeg, Mystery, LeftFoot" if bone == "Leg" else "Mystery, LeftLeg, LeftFoot")
+    poses, reported = warned(skeleton, clip)
+    assert "which keep their rest pose: left leg (" in reported[0] and "joints" in reported[0]
+    assert reported[1].endswith("LeftUpLeg, Mystery, LeftFoot" if bone == "Leg" else "Mystery, LeftLeg, LeftFoot")
     hips, thigh = (skeleton.names.index(name) for name in ("Hips", "LeftUpLeg"))
     turns = poses[:, hips, :3, :3].transpose(0, 2, 1) @ poses[:, thigh, :3, :3]
     assert turns == pytest.approx(np.broadcast_to(np.eye(3), turns.shape), abs=1e-12)
-    paired, said = told(skeleton, clip, joints=(("Left" + bone, "Mystery"),))
-    assert said == [] and paired.tobytes() == told(skeleton, make_clip(5, seed=2))[0].tobytes()
+    paired, reported = warned(skeleton, clip, joints=(("Left" + bone, "Mystery"),))
+    assert reported == [] and paired.tobytes() == warned(skeleton, make_clip(5, seed=2))[0].tobytes()
 
 
-def test_what_is_named_is_in_the_json_of_a_run(make_clip, tmp_path, monkeypatch):
+def test_unmatched_joints_are_in_the_json_of_a_run(make_clip, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_bvh(tmp_path / "clip.bvh", make_clip(3, seed=1))
     motion = 'head.type = "make_bust"\nmotion = { type = "load_motion", in.rest = "head", file = "clip.bvh", at = 1 }\n'
@@ -146,8 +148,8 @@ def test_what_is_named_is_in_the_json_of_a_run(make_clip, tmp_path, monkeypatch)
 def test_every_joint_of_a_clip_is_used_or_named(make_clip):
     clip = make_clip(3, seed=1)
     follows = build_retarget(build_skeleton(), clip, up=None, reference=None, unit=None, joints=()).follows
-    _, said = told(build_skeleton(), clip)
-    named = said[-1].partition(": ")[2].split(", ")
+    _, reported = warned(build_skeleton(), clip)
+    named = reported[-1].partition(": ")[2].split(", ")
     used = {clip.names[joint] for joint in follows} | {"Hips"}  # the hips carry the chest
     assert used | set(named) == set(clip.names) and not used & set(named)
 
@@ -162,13 +164,13 @@ def with_positions(clip: Clip, joint: str, ways: np.ndarray) -> Clip:
 
 
 @pytest.mark.parametrize("joint", ["Spine", "Head", "LeftForeArm"])
-def test_what_moves_a_joint_in_its_parent_moves_the_body_too(skeleton, make_clip, joint):
+def test_translations_of_joints_are_retargeted(skeleton, make_clip, joint):
     clip, ways = make_clip(6), np.outer(np.arange(6.0), [0.01, 0.03, -0.02])
-    plain, _ = told(skeleton, clip)
-    other, _ = told(skeleton, with_positions(clip, joint, ways))
+    plain, _ = warned(skeleton, clip)
+    other, _ = warned(skeleton, with_positions(clip, joint, ways))
     moved = other[:, skeleton.names.index(joint), :3, 3] - plain[:, skeleton.names.index(joint), :3, 3]
     assert moved == pytest.approx(ways, abs=1e-12)
-    still, _ = told(skeleton, with_positions(clip, joint, 0.0 * ways + 0.1))
+    still, _ = warned(skeleton, with_positions(clip, joint, 0.0 * ways + 0.1))
     assert still.tobytes() == plain.tobytes(), "longer bones, which the body does not have"
 
 
@@ -176,8 +178,8 @@ def test_a_joint_between_two_that_are_followed_stretches_what_is_above_it(make_c
     """The bust has no joint for the performer's hips and spine but the chest: its neck moves with the neck."""
     clip, ways = make_clip(6), np.outer(np.arange(6.0), [0.0, 0.02, 0.0])
     bust, unit = build_skeleton(), {"unit": 1.0}
-    plain, _ = told(bust, clip, **unit)
-    other, _ = told(bust, with_positions(clip, "Neck", ways), **unit)
+    plain, _ = warned(bust, clip, **unit)
+    other, _ = warned(bust, with_positions(clip, "Neck", ways), **unit)
     moved = (other - plain)[:, :, :3, 3]
     for joint, name in enumerate(bust.names):
         assert moved[:, joint] == pytest.approx(0.0 * ways if name == "chest" else ways, abs=1e-12)
@@ -185,7 +187,7 @@ def test_a_joint_between_two_that_are_followed_stretches_what_is_above_it(make_c
 
 def test_yaw_turns_the_whole_motion(skeleton, make_clip):
     clip, turn = make_clip(5, seed=2), Rotation.from_euler("y", 180.0, degrees=True).as_matrix()
-    plain, other = told(skeleton, clip)[0], told(skeleton, clip, yaw=180.0)[0]
+    plain, other = warned(skeleton, clip)[0], warned(skeleton, clip, yaw=180.0)[0]
     assert other[..., :3, :3] == pytest.approx(turn @ plain[..., :3, :3], abs=1e-12)
     assert other[..., :3, 3] == pytest.approx(plain[..., :3, 3] @ turn.T, abs=1e-9)
     playback = Playback(None, None, None, None, (), yaw=90.0)
@@ -198,9 +200,9 @@ def test_a_body_that_faces_back_follows_as_one_that_faces_ahead(skeleton, make_c
     clip, turn = make_clip(5, seed=2), Rotation.from_euler("y", 180.0, degrees=True).as_matrix()
     rest = skeleton.rest.copy()
     rest[:, :3] = turn @ rest[:, :3]
-    plain, (other, said) = told(skeleton, clip)[0], told(replace(skeleton, rest=rest), clip)
+    plain, (other, reported) = warned(skeleton, clip)[0], warned(replace(skeleton, rest=rest), clip)
     assert other == pytest.approx(plain, abs=1e-9)
-    assert "faces 180 degrees from +Z" in said[0]
+    assert "faces 180 degrees from +Z" in reported[0]
 
 
 def test_a_pair_may_give_the_clip_its_trunk(skeleton, make_clip):
@@ -208,7 +210,9 @@ def test_a_pair_may_give_the_clip_its_trunk(skeleton, make_clip):
         in_axes(make_clip(5, seed=2), Y_TO_Z), lambda name: {"Hips": "Mitte", "Head": "Kopf"}.get(name, name)
     )
     pairs = (("Hips", "Mitte"), ("Head", "Kopf"))
-    other, said = told(skeleton, clip, joints=pairs, reference="zero")
-    assert said == [] and other == pytest.approx(told(skeleton, make_clip(5, seed=2), reference="zero")[0], abs=1e-9)
+    other, reported = warned(skeleton, clip, joints=pairs, reference="zero")
+    assert reported == [] and other == pytest.approx(
+        warned(skeleton, make_clip(5, seed=2), reference="zero")[0], abs=1e-9
+    )
     with pytest.raises(BadInput, match="the clip has no joint 'Kopff'"):
-        told(skeleton, clip, joints=(("Head", "Kopff"),))
+        warned(skeleton, clip, joints=(("Head", "Kopff"),))

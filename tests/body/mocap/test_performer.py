@@ -41,12 +41,12 @@ def test_positions_and_rotations_may_be_mixed_in_any_order(places):
     mixed = tuple(names[place] for place in places)
     values = CHANCE.uniform(-90.0, 90.0, (1, 6))
     placement = place_joints(one_joint(mixed, values), np.zeros(1))
-    said = dict(zip(mixed, values[0], strict=True))
-    np.testing.assert_allclose(placement.positions[0, 0], [said[name] for name in POSITIONS])
+    reported = dict(zip(mixed, values[0], strict=True))
+    np.testing.assert_allclose(placement.positions[0, 0], [reported[name] for name in POSITIONS])
     expected = np.eye(3)
     for name in mixed:
         if name.endswith("rotation"):
-            expected = expected @ about(name[0], said[name])
+            expected = expected @ about(name[0], reported[name])
     np.testing.assert_allclose(placement.rotations[0, 0], expected, atol=1e-12)
 
 

@@ -105,7 +105,7 @@ def test_takes_without_a_sample_are_refused(skeleton, make_clip):
         pose_at(skeleton, make_clip(20), 0.044, 1.0, PLAIN, [(0.041, 0.043), (0.046, 0.048)])
 
 
-def test_a_shot_that_begins_before_the_clip_is_told(skeleton, make_clip):
+def test_shot_before_the_clip_is_reported(skeleton, make_clip):
     with pytest.warns(UserWarning, match="before the clip"):
         pose_at(skeleton, make_clip(3), -1.0, 1.0, PLAIN)
 
@@ -119,9 +119,9 @@ def test_a_leading_t_pose_is_dropped_with_a_word(skeleton, make_clip):
     clip = with_t_pose(make_clip(30, seed=5))
     with pytest.warns(UserWarning, match="T pose.*skip = 0"):
         dropped = pose_at(skeleton, clip, 0.0, 1.0, PLAIN)
-    told = pose_at(skeleton, clip, 0.0, 1.0, replace(PLAIN, skip=1))
+    reported = pose_at(skeleton, clip, 0.0, 1.0, replace(PLAIN, skip=1))
     kept = pose_at(skeleton, clip, clip.frame_time, 1.0, replace(PLAIN, skip=0))
-    np.testing.assert_array_equal(dropped.transforms, told.transforms)
+    np.testing.assert_array_equal(dropped.transforms, reported.transforms)
     np.testing.assert_allclose(dropped.transforms, kept.transforms, atol=1e-12)
 
 

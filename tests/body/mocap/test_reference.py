@@ -25,7 +25,7 @@ def test_the_zero_pose_is_taken_where_it_stands(make_clip):
     np.testing.assert_allclose(reference.heading, np.eye(3), atol=1e-12)
 
 
-def test_z_up_is_told_from_the_zero_pose(make_clip):
+def test_z_up_is_inferred_from_the_zero_pose(make_clip):
     y_to_z = Rotation.from_euler("x", 90.0, degrees=True).as_matrix()
     clip = turned(make_clip(2), y_to_z)
     reference = find_reference(clip, roles_of(clip), None, None)

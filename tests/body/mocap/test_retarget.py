@@ -93,7 +93,7 @@ def test_a_unit_that_is_given_rules(skeleton, make_clip):
     np.testing.assert_allclose(places[1] - places[0], [0.01, 0.0, 0.0], atol=1e-12)
 
 
-def test_joints_that_nobody_leads_follow_their_parents(skeleton, make_clip):
+def test_unmatched_joints_follow_their_parents(skeleton, make_clip):
     clip = make_clip(3, seed=5)
     names = tuple("Tail" if name == "RightHand" else name for name in skeleton.names)
     body = replace(skeleton, names=names)
@@ -103,7 +103,7 @@ def test_joints_that_nobody_leads_follow_their_parents(skeleton, make_clip):
     np.testing.assert_allclose(local, invert(body.rest[elbow]) @ body.rest[hand], atol=1e-12)
 
 
-def test_names_that_do_not_tell_are_given_in_pairs(skeleton, make_clip):
+def test_joints_can_be_given_in_pairs(skeleton, make_clip):
     clip = make_clip(3, seed=6)
     body = replace(skeleton, names=tuple("Noggin" if name == "Head" else name for name in skeleton.names))
     pose = retarget(body, clip, joints=(("Noggin", "Head"),)).transforms(clip, np.array([2.0]))
@@ -137,7 +137,7 @@ def test_a_body_of_one_joint_follows_the_head(skeleton, make_clip, name):
     np.testing.assert_allclose(np.diff(pose[:, :3, 3], axis=0), steps, atol=1e-9)
 
 
-def test_a_clip_whose_unit_nothing_tells_is_warned_of(skeleton, make_clip):
+def test_unknown_unit_of_a_clip_is_reported(skeleton, make_clip):
     single = only(skeleton, "Head")
     clip = make_clip(2)
     clip = replace(clip, names=tuple(name.replace("Leg", "Wheel") for name in clip.names))

@@ -36,7 +36,7 @@ def test_a_frame_too_many_or_too_few_is_refused(shot, hairpipe):
     assert result.exit_code == 2 and "'sum@x' is not the name of a result" in result.stderr
 
 
-def test_it_says_of_a_state_that_was_not_kept_what_get_says(computed, hairpipe):
+def test_unkept_states_have_the_message_of_get(computed, hairpipe):
     """Of every third frame and the last they are."""
     for frame in range(1, 7):
         kept = frame in (3, 6)

@@ -23,7 +23,7 @@ def test_a_file_is_copied_as_it_is(computed, hairpipe):
     assert (computed.parent / "copy").read_bytes() == (computed.parent / "out" / "list.txt").read_bytes()
 
 
-def test_a_file_brings_those_beside_it(shot, hairpipe):
+def test_file_is_written_with_its_companions(shot, hairpipe):
     hairpipe("run shot.toml -j1 -q --set list.parts=true")
     hairpipe("get shot.toml list -o into/list.txt --set list.parts=true")
     assert (shot.parent / "into" / "parts" / "sums.txt").is_file()
@@ -40,7 +40,7 @@ def test_a_damaged_result_is_there_again_after_a_run(target, computed, hairpipe)
     assert hairpipe(f"get shot.toml {target} -o copy.h5").exit_code == 0
 
 
-def test_what_looks_at_the_frames_of_a_run_is_found_by_them(shot, hairpipe):
+def test_results_of_all_frames_are_found_by_the_frames_of_the_run(shot, hairpipe):
     hairpipe("run shot.toml -j1 -q --frames 2-3")
     assert hairpipe("get shot.toml list -o copy").exit_code == 2
     assert hairpipe("get shot.toml list -o copy --frames 2-3").exit_code == 0
@@ -62,7 +62,7 @@ def test_what_looks_at_the_frames_of_a_run_is_found_by_them(shot, hairpipe):
         ("@2 -o s.npz", "'@2' is not the name of a result"),
     ],
 )
-def test_what_cannot_be_had_is_one_message(arguments, message, computed, hairpipe):
+def test_missing_results_are_reported_in_one_message(arguments, message, computed, hairpipe):
     before = sorted(computed.parent.iterdir())
     result = hairpipe(f"get shot.toml {arguments}")
     assert result.exit_code == 2 and message in result.stderr

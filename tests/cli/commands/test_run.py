@@ -25,7 +25,7 @@ def test_the_first_run_computes_and_the_second_finds(shot, hairpipe):
     assert "sum: cached" in second.stderr
 
 
-def test_it_says_where_the_results_are(shot, hairpipe):
+def test_run_lists_published_files(shot, hairpipe):
     lines = hairpipe("run shot.toml -j1").stdout.splitlines()
     assert "list     out/list.txt" in lines
     assert "drawing  out/drawing.0001.txt ... drawing.0006.txt (6 files)" in lines
@@ -39,7 +39,7 @@ def test_frames_and_nodes_are_selected(shot, hairpipe):
     assert document["published"] == []
 
 
-def test_waiting_is_told_from_working(shot, hairpipe):
+def test_waiting_and_working_are_distinguished(shot, hairpipe):
     path = Path("nodes") / "make_seed.py"
     path.write_text(path.read_text().replace("    tally(", "    import time\n\n    time.sleep(0.5)\n    tally("))
     seed = json.loads(hairpipe("run shot.toml -j1 --json --to seed").stdout)["nodes"]["seed"]

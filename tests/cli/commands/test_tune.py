@@ -43,7 +43,7 @@ def test_settings_go_to_a_file_that_appears_whole(tuned, hairpipe):
     assert result.stdout.partition("\n")[0] == hairpipe(TUNE).stdout.partition("\n")[0]
 
 
-def test_what_was_found_is_said_though_the_file_cannot_be_written(tuned, hairpipe, monkeypatch):
+def test_findings_are_printed_if_the_file_cannot_be_written(tuned, hairpipe, monkeypatch):
     def full(path: Path) -> None:
         raise OSError(28, "No space left on device")
 
@@ -62,7 +62,7 @@ def test_what_was_found_is_said_though_the_file_cannot_be_written(tuned, hairpip
         ("/dev/null", "/dev/null: it is a device"),
     ],
 )
-def test_where_nothing_can_be_written_is_said_before_anything_is_measured(output, message, shot, hairpipe):
+def test_unwritable_output_is_refused_before_measuring(output, message, shot, hairpipe):
     result = hairpipe(f"{TUNE} -o {output}")
     assert result.exit_code == 2 and message in result.stderr
     assert not Path("cache").exists()

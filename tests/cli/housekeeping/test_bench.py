@@ -10,7 +10,7 @@ from hairpipe.graph.worker.kernel_cache import TABLE
 MACHINE = Machine("A Processor", 2, {"numba": "1.2"})
 
 
-def test_the_table_of_the_paper_stands_beside_ours(monkeypatch, hairpipe, tmp_path):
+def test_table_has_the_values_of_the_paper(monkeypatch, hairpipe, tmp_path):
     monkeypatch.setenv(TABLE, os.environ[TABLE])
     given = {}
 

@@ -63,7 +63,7 @@ def test_a_store_of_somebody_else_is_refused_by_every_command(computed, hairpipe
         assert result.exit_code == 2 and "HAIRPIPE_TRUST_STORE=" in result.stderr and result.stderr.count("\n") == 1
 
 
-def test_what_a_graph_reaches_is_kept(computed, hairpipe):
+def test_results_of_given_graphs_are_kept(computed, hairpipe):
     hairpipe("run shot.toml -j1 -q --set seed.value=7")
     assert len(listed(hairpipe)) == 40
     dry = hairpipe("cache gc shot.toml --dry-run").stdout

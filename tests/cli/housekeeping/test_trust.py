@@ -67,13 +67,13 @@ def test_trusting_listing_and_revoking(strange, hairpipe):
 @pytest.mark.parametrize(
     ("words", "message"), [("", "Missing argument"), (".", "not a folder of node types"), ("none", "no")]
 )
-def test_what_cannot_be_trusted_is_one_message(words, message, strange, hairpipe):
+def test_untrustable_folders_are_refused_in_one_message(words, message, strange, hairpipe):
     result = hairpipe(f"trust {words}")
     assert result.exit_code == 2 and message in result.stderr and not Path("config").exists()
 
 
 @pytest.mark.parametrize("answer", [True, False])
-def test_on_a_terminal_one_is_asked(answer, strange, monkeypatch, capsys):
+def test_trust_is_asked_on_a_terminal(answer, strange, monkeypatch, capsys):
     monkeypatch.setattr(sys.stdin, "isatty", lambda: True, raising=False)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     monkeypatch.setattr(click, "confirm", lambda text, err: answer)

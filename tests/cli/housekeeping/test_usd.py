@@ -27,19 +27,19 @@ def spoil(file: Path) -> None:
     file.write_text(text.replace("metersPerUnit = 1", "metersPerUnit = -1"))
 
 
-def test_says_nothing_of_a_good_stage(file: Path) -> None:
+def test_good_stage_has_no_output(file: Path) -> None:
     result = CliRunner().invoke(commands, ["usd", "check", str(file)])
     assert (result.exit_code, result.output) == (0, "")
 
 
-def test_says_one_line_a_finding(file: Path) -> None:
+def test_each_finding_is_one_line(file: Path) -> None:
     spoil(file)
     result = CliRunner().invoke(commands, ["usd", "check", str(file)])
     assert result.exit_code == 1
     assert result.stdout == "error: metres-per-unit: /: metersPerUnit is -1; it has to be positive\n"
 
 
-def test_says_one_document(file: Path) -> None:
+def test_output_is_one_json_document(file: Path) -> None:
     for bad in (False, True):
         if bad:
             spoil(file)

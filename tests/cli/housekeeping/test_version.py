@@ -26,5 +26,5 @@ def test_the_text_says_the_same(hairpipe):
     assert f"numpy            {np.__version__}\n" in hairpipe("version").stdout
 
 
-def test_what_is_not_installed_has_no_version():
+def test_missing_packages_have_no_version():
     assert version_of("no-such-distribution") is None

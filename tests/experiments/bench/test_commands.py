@@ -18,7 +18,7 @@ def table(monkeypatch):
     monkeypatch.setenv(TABLE, os.environ[TABLE])  # the command sets it for its own process
 
 
-def test_progress_is_no_result(monkeypatch, bench):
+def test_progress_is_not_a_result(monkeypatch, bench):
     def measure(echo):
         echo("17 strands")
         return Report("core", MACHINE, {"kernels": [{"kernel": "solve", "median [ns a particle]": 44.04}]})

@@ -24,16 +24,16 @@ def nothing_stays():
 
 @pytest.mark.slow
 def test_everything_holds_in_short():
-    said = []
-    report = try_faults(said.append, digest_file, 3, SHORT)
+    reported = []
+    report = try_faults(reported.append, digest_file, 3, SHORT)
     assert held(report), report
     trials = report.tables["trials"]
-    assert {case["campaign"] for case in trials} == {"kill", "damage", "cleaning"} and len(said) == 5
+    assert {case["campaign"] for case in trials} == {"kill", "damage", "cleaning"} and len(reported) == 5
     assert sum(case["trials"] for case in trials) == 4 == sum(case["same bytes"] + case["refused"] for case in trials)
 
 
 @pytest.mark.slow
-def test_what_is_wrong_is_found(tmp_path, monkeypatch):
+def test_injected_faults_are_found(tmp_path, monkeypatch):
     """A listing that is believed is published under a wrong name."""
     monkeypatch.setattr(faults, "DAMAGES", (faults.plant_json,))
     with toy_shot(tmp_path) as shot:

@@ -7,9 +7,9 @@ from hairpipe.graphs.experiments.bench.particles import link_pass, measure_parti
 
 
 def test_every_case_is_measured_on_one_thread_and_its_parts_are_less_than_all_of_it():
-    before, said = numba.get_num_threads(), []
-    report = measure_particles(said.append, counts=(150,), steps=(1, 2), settling=0, frames=1)
-    assert numba.get_num_threads() == before and said == ["a head, frames: 1", "150 particles"]
+    before, reported = numba.get_num_threads(), []
+    report = measure_particles(reported.append, counts=(150,), steps=(1, 2), settling=0, frames=1)
+    assert numba.get_num_threads() == before and reported == ["a head, frames: 1", "150 particles"]
     one, two = report.tables["frames"]
     assert (one["steps"], two["steps"]) == (1, 2) and one["iterations"] < two["iterations"]
     assert abs(one["particles"] - 150) < 10 and one["pairs"] > one["particles"] < one["links"] / 5

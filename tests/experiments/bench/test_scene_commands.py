@@ -53,7 +53,7 @@ def test_needs_are_a_row_for_every_scene_and_tolerance(bench, monkeypatch, tmp_p
     assert [need["within"]["value"] for need in document] == [1.0, 3.0, 10.0]
 
 
-def test_what_was_measured_is_kept_where_it_is_interrupted(bench, monkeypatch, tmp_path):
+def test_interrupted_measurements_are_kept(bench, monkeypatch, tmp_path):
     def needs_of(*_):
         raise Interrupted
 

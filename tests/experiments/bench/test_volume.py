@@ -9,9 +9,9 @@ from hairpipe.graphs.experiments.bench import volume
 
 
 def test_every_case_is_measured_once():
-    before, said = numba.get_num_threads(), []
-    report = volume.measure_volume(said.append, hairs=200, segments=6, every=2, seconds=0.0)
-    assert numba.get_num_threads() == before and said == ["100 hairs on a grid", "200 hairs between 100 keys"]
+    before, reported = numba.get_num_threads(), []
+    report = volume.measure_volume(reported.append, hairs=200, segments=6, every=2, seconds=0.0)
+    assert numba.get_num_threads() == before and reported == ["100 hairs on a grid", "200 hairs between 100 keys"]
     threads = [n for n in volume.THREADS if n <= before]
     kernels = ("grid", "pressure", "interpolate")
     assert [(case["kernel"], case["threads"]) for case in report.tables["kernels"]] == [

@@ -39,7 +39,7 @@ def test_every_point_shows_and_bytes_repeat(tmp_path):
         assert image.size == (900, 600)
 
 
-def test_what_failed_is_red_and_does_not_stretch_the_axes(tmp_path):
+def test_failed_points_are_red_and_do_not_stretch_the_axes(tmp_path):
     drawn(tmp_path / "a.png", ROWS)
     drawn(tmp_path / "b.png", ROWS[:3])
     assert red_in(tmp_path / "a.png") > 100 and red_in(tmp_path / "b.png") == 0
@@ -58,31 +58,33 @@ def test_intervals_are_bars_and_what_is_below_the_floor_stands_on_it(tmp_path):
     names = [*NAMES, "low", "high", "floor"]
     columns = COLUMNS._replace(low="low", high="high", floor="floor")
 
-    def told(name, *ends, error=0.1):
+    def image(name, *ends, error=0.1):
         rows = [(*ROWS[0][:3], error, *ROWS[0][4:], *ends), (*ROWS[1], 1.5, 2.5, ends[2]), (*ROWS[4], *[np.nan] * 3)]
         draw_front(tmp_path / name, table_of_rows(names, rows), columns, size=(900, 600))
         return (tmp_path / name).read_bytes()
 
-    plain = told("a.png", 0.5, 1.2, 0.6)
-    assert told("b.png", 0.5, 1.2, 0.6, error=0.3) == plain
-    assert len({plain, told("b.png", 0.7, 1.2, 0.6), told("b.png", 0.5, 1.1, 0.6), told("b.png", 0.5, 1.2, 0.8)}) == 4
-    assert told("b.png", -1.0, 1.2, 0.6) == told("c.png", 0.0, 1.2, 0.6)  # cut at the lower edge
-    assert told("b.png", np.nan, np.nan, 0.6) != plain
+    plain = image("a.png", 0.5, 1.2, 0.6)
+    assert image("b.png", 0.5, 1.2, 0.6, error=0.3) == plain
+    assert (
+        len({plain, image("b.png", 0.7, 1.2, 0.6), image("b.png", 0.5, 1.1, 0.6), image("b.png", 0.5, 1.2, 0.8)}) == 4
+    )
+    assert image("b.png", -1.0, 1.2, 0.6) == image("c.png", 0.0, 1.2, 0.6)  # cut at the lower edge
+    assert image("b.png", np.nan, np.nan, 0.6) != plain
 
 
 def test_a_spread_that_is_not_near_that_of_the_reference_is_written(tmp_path):
-    def told(name, *spreads):
+    def image(name, *spreads):
         rows = [(*row, spread) for row, spread in zip(ROWS[:2], spreads, strict=True)]
         columns = COLUMNS._replace(spread="spread")
         draw_front(tmp_path / name, table_of_rows([*NAMES, "spread"], rows), columns, size=(900, 600))
         return (tmp_path / name).read_bytes()
 
     plain = drawn(tmp_path / "a.png", ROWS[:2])
-    assert told("b.png", 0.81, 1.24) == told("b.png", np.nan, 1.0) == plain
-    assert len({plain, told("b.png", 0.66, 1.0), told("b.png", 1.0, 0.66), told("b.png", 1.0, 1.3)}) == 4
+    assert image("b.png", 0.81, 1.24) == image("b.png", np.nan, 1.0) == plain
+    assert len({plain, image("b.png", 0.66, 1.0), image("b.png", 1.0, 0.66), image("b.png", 1.0, 1.3)}) == 4
 
 
-def test_what_is_exact_has_not_failed(tmp_path):
+def test_exact_points_are_not_failures(tmp_path):
     exact = ("exact", "step", 1e-1, 0.0, "", 1)
     plain, shown = (drawn(tmp_path / name, rows) for name, rows in (("a.png", ROWS[:3]), ("b.png", [*ROWS[:3], exact])))
     assert shown != plain and red_in(tmp_path / "b.png") == 0
@@ -101,14 +103,14 @@ def test_names_may_be_numbers(tmp_path):
     assert drawn(tmp_path / "a.png", numbered) == drawn(tmp_path / "b.png", written)
 
 
-def test_what_cannot_be_drawn_is_said(tmp_path):
+def test_undrawable_tables_are_refused(tmp_path):
     with pytest.raises(BadInput, match="no column 'price'"):
         drawn(tmp_path / "a.png", ROWS, COLUMNS._replace(x="price"))
     with pytest.raises(BadInput, match="no variant has a cost and an error"):
         drawn(tmp_path / "a.png", ROWS[3:])
 
 
-def test_labels_stand_beside_their_points():
+def test_labels_are_next_to_their_points():
     point = np.array([50.0, 50.0])
     for box, _ in candidates("a name", point, Box(0, 0, 100, 100)):
         assert not (box.left < 48 < 52 < box.right and box.low < 48 < 52 < box.high)

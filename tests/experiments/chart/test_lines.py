@@ -67,12 +67,12 @@ def test_labels_keep_their_distance_and_stay_inside(wanted):
 
 
 def test_columns_that_are_not_there_are_named(tmp_path):
-    for change, said in (
+    for change, reported in (
         ({"x": "step"}, "no column 'step'"),
         ({"y": ["erorr"]}, "no column"),
         ({"series": "x"}, "no column 'x'"),
     ):
-        with pytest.raises(BadInput, match=said):
+        with pytest.raises(BadInput, match=reported):
             drawn(tmp_path / "a.png", **change)
     with pytest.raises(BadInput, match="'scheme' holds texts"):
         drawn(tmp_path / "a.png", y=["scheme"])

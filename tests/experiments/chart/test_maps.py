@@ -47,7 +47,7 @@ def test_limits_that_do_not_ascend_are_refused(tmp_path, limits):
         drawn(tmp_path / "a.png", ROWS, limits)
 
 
-def test_steps_are_said_as_people_say_them():
+def test_steps_are_written_as_fractions():
     assert [formatted(step) for step in (1 / 24, 1e-4, 0.5, 1.0)] == ["1/24", "1/10000", "1/2", "1"]
     assert [formatted(share) for share in (0.7, 0.6, 0.4, 0.3, 0.15)] == ["0.7", "0.6", "0.4", "0.3", "0.15"]
 

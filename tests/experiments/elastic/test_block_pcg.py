@@ -10,7 +10,7 @@ from hairpipe.graphs.experiments.elastic.spring_mesh import solid_springs
 
 
 @pytest.mark.parametrize("held", [False, True])
-def test_it_solves_for_what_is_free(block, as_dense, held):
+def test_solution_is_for_free_unknowns(block, as_dense, held):
     springs = solid_springs(block, Rubber(10.0, 1.0))
     rng = np.random.default_rng(1)
     x = block.points + 0.1 * rng.normal(size=block.points.shape)

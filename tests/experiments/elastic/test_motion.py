@@ -64,7 +64,7 @@ def test_friction_stops_a_sliding_block_after_its_due_way(block, friction):
 
 
 @pytest.mark.parametrize("scheme", ["backward_euler", "tr_bdf2"])
-def test_what_strikes_the_ground_is_braked_by_friction_times_its_momentum(scheme):
+def test_impact_on_the_ground_loses_friction_times_its_momentum(scheme):
     """A lone particle, no weight: mu m v_n is all that friction takes."""
     scene = ElasticScene(0.0, steps=100, ground=Ground(0.1), scheme=scheme)
     alone = Solid(
@@ -111,7 +111,7 @@ def test_the_same_seed_stirs_alike(block):
     assert first.std() == pytest.approx(0.3, rel=0.2)
 
 
-def test_what_is_not_finite_is_named(block):
+def test_non_finite_points_are_named(block):
     springs = solid_springs(block, Rubber())
     points = block.points.copy()
     points[7] = np.nan

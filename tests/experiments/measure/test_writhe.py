@@ -47,7 +47,7 @@ def test_a_mirror_turns_its_sign_and_nothing_else_changes_it():
     assert writhe(curve * [1, 1, -1]) == pytest.approx(-value)
 
 
-def test_what_lies_in_a_plane_does_not_writhe():
+def test_plane_curves_have_no_writhe():
     angle = np.linspace(0.0, 9.0, 80)
     assert writhe(np.column_stack([angle * np.cos(angle), np.sin(angle), 0 * angle])) == 0.0
     assert writhe(np.zeros((1, 3))) == 0.0

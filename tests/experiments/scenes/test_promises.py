@@ -127,24 +127,24 @@ def test_a_choice_is_checked_in_the_other_motion_on_strands_that_were_not_sample
     assert len(asked) == 1
 
 
-def test_what_scenes_need_is_a_row_for_every_tolerance(monkeypatch, tmp_path):
+def test_needs_of_scenes_have_a_row_for_every_tolerance(monkeypatch, tmp_path):
     floor = Chaos(4e-4, 11, 0.46, 12, True, 13.0, 5.8)
     kept_at_first = {DRY: found(0.3), CHAIN: found(0.4, 1.5), FEWER: found(9.0, 0.5)}
     answers = [TUNED, replace(NOTHING, reference=floor, singles=kept_at_first)]
     monkeypatch.setattr(needs, "tune", lambda request, echo: answers.pop(0))
-    said = []
-    pace = Pace(2, lambda: never, said.append)
+    reported = []
+    pace = Pace(2, lambda: never, reported.append)
     shots = {"short": load(TEXT, cache=tmp_path / "cache")}
     rows = needs.rows(list(needs.needs_of(shots, "hair", [PERCENT, Tolerance(1e-3, "m")], pace, print)))
     assert rows[1] == ("short", "2 %", "no stiction", "1.5 (1.9)", "0.2 (0.25)", "4.0")
     assert rows[2][:3] == ("the same", "1 mm", f"{BELOW}; the first 0.46 s could do with plain chain")
-    assert said == ["1 of 2: short within 2 %", "2 of 2: short within 1 mm"]
+    assert reported == ["1 of 2: short within 2 %", "2 of 2: short within 1 mm"]
 
 
 def test_time_that_is_left_is_that_of_scenes_for_which_something_was_computed(tmp_path):
-    time, said = iter([0.0, 10.0, 70.0, 70.0, 72.0]), []
+    time, reported = iter([0.0, 10.0, 70.0, 70.0, 72.0]), []
     outcomes = [Outcome(count, 0, 0, (), (), {}, {}, False) for count in (0, 5)]
-    pace = Pace(4, lambda: lambda *_: outcomes.pop(0), said.append, lambda: next(time))
+    pace = Pace(4, lambda: lambda *_: outcomes.pop(0), reported.append, lambda: next(time))
     shot = load(TEXT, cache=tmp_path / "cache")
     with pace.scene("known"):
         pace.run("", shot, [], [])
@@ -154,5 +154,5 @@ def test_time_that_is_left_is_that_of_scenes_for_which_something_was_computed(tm
         pass
     with pace.scene("last"):
         pass
-    assert said[1] == "2 of 4: new"
-    assert said[2] == "3 of 4: nothing run; 1:00 min each, 2:00 min left" and said[3].endswith("1:00 min left")
+    assert reported[1] == "2 of 4: new"
+    assert reported[2] == "3 of 4: nothing run; 1:00 min each, 2:00 min left" and reported[3].endswith("1:00 min left")

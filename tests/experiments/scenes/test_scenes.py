@@ -43,7 +43,7 @@ def test_a_scene_depends_on_seed_and_number_alone():
     assert not any(drawn[one] == drawn[other] for one in range(4) for other in range(one))
 
 
-def test_all_kinds_come_up_as_often_as_is_said():
+def test_all_kinds_have_their_frequency():
     scenes = [draw_scene(5, number) for number in range(400)]
     between = Counter(tuple(g for g in ("stiction", "collisions", "volume") if g in s.tables[HAIR]) for s in scenes)
     assert between.keys() == set(BETWEEN)

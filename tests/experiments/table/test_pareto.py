@@ -40,7 +40,7 @@ def one_row(**values):
     return table_of_rows(list(values), [list(values.values())])
 
 
-def test_what_failed_is_in_the_table_and_not_on_the_front():
+def test_failed_variants_are_in_the_table_and_not_on_the_front():
     errors = [one_row(**{ERROR: e, "failed": f}) for e, f in ((1.0, ""), (0.1, "not finite at frame 3"), (0.5, ""))]
     costs = [one_row(**{"seconds per frame": s}) for s in (1.0, 1.0, 2.0)]
     table = collect_variants(tuple(errors), tuple(costs), cases=("a", "b", "c"), groups=("x", "x", "y"))
@@ -51,8 +51,8 @@ def test_what_failed_is_in_the_table_and_not_on_the_front():
 def test_of_errors_below_the_floor_the_cheapest_is_on_the_front():
     errors = [one_row(**{ERROR: e, "floor": 0.5, "failed": ""}) for e in (0.1, 0.4, 0.7, 0.3)]
     costs = [one_row(**{"seconds per frame": s}) for s in (4.0, 3.0, 1.0, 2.0)]
-    told = collect_variants(tuple(errors), tuple(costs), cases=("a", "b", "c", "d"), floor="floor")
-    assert told["on the front"].tolist() == [0, 0, 1, 1] and told["floor"].tolist() == [0.5] * 4
+    reported = collect_variants(tuple(errors), tuple(costs), cases=("a", "b", "c", "d"), floor="floor")
+    assert reported["on the front"].tolist() == [0, 0, 1, 1] and reported["floor"].tolist() == [0.5] * 4
     untold = collect_variants(tuple(errors), tuple(costs), cases=("a", "b", "c", "d"))
     assert untold["on the front"].tolist() == [1, 0, 1, 1]
 
@@ -61,10 +61,10 @@ def test_intervals_below_the_floor_count_as_equal_to_it():
     ends = ((0.1, 0.2, 0.0, 0.3), (0.2, 1.0, 0.6, 1.4), (0.1, 0.3, 0.2, 0.4), (0.05, 2.0, 1.8, 2.2))
     errors = [one_row(error=e, low=a, high=b, floor=0.5, failed="") for _, e, a, b in ends]
     costs = [one_row(**{"seconds per frame": s}) for s in (3.0, 2.0, 1.0, 4.0)]
-    told = collect_variants(
+    reported = collect_variants(
         tuple(errors), tuple(costs), cases=("a", "b", "c", "d"), error="error", floor="floor", low="low", high="high"
     )
-    assert told["on the front"].tolist() == [0, 0, 1, 0]
+    assert reported["on the front"].tolist() == [0, 0, 1, 0]
 
 
 def test_errors_and_costs_that_do_not_belong_together_are_refused():

@@ -24,7 +24,7 @@ def test_a_damped_swing_has_its_period():
     assert np.isnan(period(X[:50], np.sin(X[:50]))) and np.isnan(period(X[:0], X[:0]))
 
 
-def test_the_node_sets_it_beside_theory():
+def test_node_compares_with_theory():
     found = measure_event(TABLE, what="period", x="time [s]", y="tip [m]", first=2.0, theory=1.25)
     assert found["measured"][0] == pytest.approx(1.25, rel=2e-3) and abs(found["error [%]"][0]) < 0.2
     found = measure_event(TABLE, what="crossing", x="time [s]", y="tip [m]", level=3.0, first=0.1, theory=0.5)
@@ -46,6 +46,6 @@ def test_tables_are_summed_up_against_what_was_varied():
         assert list(found.rows()) == [(1e9, a[0], b[0]), (2e9, a[1], b[1])]
     mean = summarize_tables(tables, columns=("a",), take="mean", against=(1, 2), name="n")
     assert mean["mean a"].tolist() == [3.0, -1.5]
-    for change, said in (({"against": (1,)}, "1 values for 2"), ({"columns": ("c",)}, "'c'")):
-        with pytest.raises(BadInput, match=said):
+    for change, reported in (({"against": (1,)}, "1 values for 2"), ({"columns": ("c",)}, "'c'")):
+        with pytest.raises(BadInput, match=reported):
             summarize_tables(tables, **{"columns": ("a",), "against": (1, 2), "name": "n"} | change)

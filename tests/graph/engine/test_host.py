@@ -106,8 +106,8 @@ def test_other_code_of_a_node_is_refused_by_name(shot, sent, name):
     host = host_for(sent)
     failure = evaluated(host, job)["failure"]
     host.close()
-    said = f"other has other code of 'make_seed': {Path(name).stem} (install the same versions there, and retry)"
-    assert (failure["kind"], failure["message"]) == ("mismatch", said)
+    reported = f"other has other code of 'make_seed': {Path(name).stem} (install the same versions there, and retry)"
+    assert (failure["kind"], failure["message"]) == ("mismatch", reported)
     assert not shot.tally() and shot.store.find(job.key) is None
 
 
@@ -154,7 +154,7 @@ def test_an_input_file_with_other_bytes_is_refused(shot, sent):
     host.close()
 
 
-def test_what_another_process_evaluates_is_left_to_it(shot, sent):
+def test_tasks_of_other_processes_are_not_evaluated(shot, sent):
     job = job_of(shot)
     leases = Leases(shot.store)
     host = host_for(sent)
@@ -254,17 +254,23 @@ def test_a_killed_worker_is_replaced_once_on_another_machine(shot, two):
     assert shot.tally()["go_wrong"] == 11
     first = """if how == "kill" and open(os.environ["TOY_TALLY"]).read().count("go_wrong 3") == 1:"""
     shot.edit("go_wrong.py", 'if how == "kill":', first)
-    said = []
-    assert shot.run(report=lambda event: said.append(event.message) if event.kind == "warning" else None).exit_code == 0
+    reported = []
+    assert (
+        shot.run(report=lambda event: reported.append(event.message) if event.kind == "warning" else None).exit_code
+        == 0
+    )
     assert shot.tally()["go_wrong"] == 11
-    (message,) = said
+    (message,) = reported
     assert message.startswith("the worker process was ended by SIGKILL") and message.endswith("other machines go on")
 
 
 def test_a_machine_with_other_code_is_left_out_with_one_warning(shot, two):
-    (made, said) = two(refuse=["one"]), []
-    assert shot.run(report=lambda event: said.append(event.message) if event.kind == "warning" else None).exit_code == 0
-    (message,) = said
+    (made, reported) = two(refuse=["one"]), []
+    assert (
+        shot.run(report=lambda event: reported.append(event.message) if event.kind == "warning" else None).exit_code
+        == 0
+    )
+    (message,) = reported
     assert message.startswith("one has other code of 'make_seed'") and message.endswith("other machines go on")
     assert made[-1].machines == {"two"} and shot.tally()["add_up"] == 10
 

@@ -91,7 +91,7 @@ def test_a_folder_that_becomes_a_link_while_it_is_entered_is_not_followed(shot, 
     assert failure.kind == "publish" and not list(outside.iterdir())
 
 
-def test_a_name_that_somebody_foresaw_is_not_written_to(shot, outside, monkeypatch):
+def test_predicted_temporary_names_are_not_written(shot, outside, monkeypatch):
     """A temporary name with a link behind it: the link is not followed, and nothing is published."""
     (shot.folder / "out").mkdir()
     (shot.folder / "out" / ".hairpipe-foreseen.tmp").symlink_to(outside / "victim")
@@ -117,7 +117,7 @@ def test_a_name_that_somebody_foresaw_is_not_written_to(shot, outside, monkeypat
         ("dist-packages/a/list.txt", "the path is in the packages of Python"),
     ],
 )
-def test_some_places_are_nobodys_to_publish_to_even_with_force(shot, path, what):
+def test_some_paths_are_never_published_to(shot, path, what):
     publish_to(shot, path)
     place = shot.folder / path.replace("\\u001b", "\x1b")
     place.parent.mkdir(parents=True, exist_ok=True)
@@ -164,8 +164,8 @@ def test_a_file_of_the_user_is_kept_without_force(shot):
     path.write_text(MINE)
     events = []
     (failure,) = shot.run(report=events.append).failures
-    told = next(event for event in events if event.kind != "begun")
-    assert told.kind == "warning" and str(told.task) == "list" and "is kept unless" in told.message, (
+    reported = next(event for event in events if event.kind != "begun")
+    assert reported.kind == "warning" and str(reported.task) == "list" and "is kept unless" in reported.message, (
         "before it is computed"
     )
     assert "a file exists that is not from hairpipe, or was changed since" in failure.message

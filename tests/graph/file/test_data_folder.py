@@ -49,7 +49,7 @@ def test_a_name_outside_of_the_folder_is_refused(folder, name):
         load(folder, f".data = {name}")
 
 
-def test_other_tables_are_no_files(folder):
+def test_other_tables_are_not_files(folder):
     with pytest.raises(BadInput, match="file = "):
         load(folder, '= { data = "bodies/a.obj", unit = 1 }')
 

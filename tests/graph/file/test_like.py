@@ -105,7 +105,7 @@ def test_publish_and_checkpoint_are_not_inherited(shot):
     assert nodes["other"].edges == nodes["list"].edges and nodes["again"].edges == nodes["sum"].edges
 
 
-def test_what_is_set_on_the_way_goes_for_all_that_are_like_it(shot):
+def test_settings_of_a_prototype_apply_to_its_copies(shot):
     shot.write(MOVE + '[other]\nlike = "seed"\nbent.strength = 7\n')
     nodes = shot.load(seed__value=9, seed__bent__strength=1).nodes
     assert nodes["other"].settings == {"value": 9.0, "file": None, "bent": {"strength": 7.0}}
@@ -148,10 +148,10 @@ def mixed(*, how: How = How()) -> Numeral:
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_what_is_wrong_is_said_with_its_place(shot, name):
-    text, said, right = BAD[name]
+def test_faults_are_reported_with_their_place(shot, name):
+    text, reported, right = BAD[name]
     shot.path.write_text(LIST.replace("checkpoint = 2\n", "") + text)
     with pytest.raises(BadInput) as caught:
         load_graph(shot.path)
     message = str(caught.value)
-    assert message.startswith(str(shot.path)) and said in message and right in message, message
+    assert message.startswith(str(shot.path)) and reported in message and right in message, message

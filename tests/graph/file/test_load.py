@@ -123,17 +123,17 @@ def write(shot, data: bytes | str):
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_what_is_wrong_is_said_with_its_place(shot, name):
-    text, said, right = BAD[name]
+def test_faults_are_reported_with_their_place(shot, name):
+    text, reported, right = BAD[name]
     path = write(shot, text)
     with pytest.raises(BadInput) as caught:
         load_graph(path)
     message = str(caught.value)
-    assert message.startswith(str(path)) and said in message and right in message, message
+    assert message.startswith(str(path)) and reported in message and right in message, message
     assert len(message) < len(str(path)) + 500
 
 
-def test_nobody_publishes_a_frame_over_an_input(shot):
+def test_publishing_a_frame_over_an_input_is_refused(shot):
     (shot.folder / "in").mkdir()
     (shot.folder / "in" / "0007.txt").write_text("mine")
     text = FULL.replace('"make_seed"', '"make_seed"\nfile = "in/0007.txt"').replace("####.png", "in/####.txt")
@@ -141,7 +141,7 @@ def test_nobody_publishes_a_frame_over_an_input(shot):
         load_graph(write(shot, text))
 
 
-def test_nobody_publishes_over_a_folder(shot):
+def test_publishing_over_a_folder_is_refused(shot):
     (shot.folder / "out" / "list.txt").mkdir(parents=True)
     with pytest.raises(BadInput, match=r"publish: .*out/list\.txt is a folder"):
         load_graph(write(shot, FULL))
@@ -168,13 +168,13 @@ def test_a_value_of_a_derived_type_does_not_go_into_a_socket(shot):
         load_graph(write(shot, HEAD + text))
 
 
-def test_a_file_that_is_no_text(shot):
-    for data, said in (
+def test_binary_file_is_refused(shot):
+    for data, reported in (
         (b"\xff\xfe\x00", ":1: not UTF-8"),
         (b"# \n\xe4", ":2: not UTF-8"),
         (b"#" * 2_000_000, "too many"),
     ):
-        with pytest.raises(BadInput, match=said):
+        with pytest.raises(BadInput, match=reported):
             load_graph(write(shot, data))
     os.mkfifo(shot.folder / "pipe")
     for path in (shot.folder, shot.folder / "missing.toml", shot.folder / "pipe", shot.folder / ("x" * 300)):

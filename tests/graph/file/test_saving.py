@@ -92,7 +92,7 @@ def test_an_unknown_target_is_bad_input(target):
 
 
 @pytest.mark.parametrize("text", ['["hair"]\ntype = "x"\n', 'hair.type = "x"\n', 'hair = { type = "x" }\n[a]\n'])
-def test_what_is_written_says_what_was_wanted_or_a_person_is_asked(text):
+def test_saved_text_has_the_new_value_or_is_refused(text):
     try:
         assert tomllib.loads(with_settings(text, {"hair.wind.drag": 1.0}))["hair"]["wind"] == {"drag": 1.0}
     except BadInput as fault:

@@ -47,7 +47,7 @@ def test_nothing_is_imported_before_it_is_trusted(marked):
     assert str(marked.nodes) not in sys.path and not (marked.folder / "mark").exists()
 
 
-def test_what_is_trusted_runs_and_what_has_changed_is_named(marked):
+def test_trusted_code_runs_and_changed_code_is_named(marked):
     trust(marked.nodes, code_in(marked.nodes))
     assert not marked.run(frames=[1]).failures
     marked.edit("tally.py", "import", "import sys, ")
@@ -56,7 +56,7 @@ def test_what_is_trusted_runs_and_what_has_changed_is_named(marked):
         marked.load()
 
 
-def test_what_changes_after_it_was_read_is_not_run(marked):
+def test_code_changed_after_reading_is_not_run(marked):
     """The graph was loaded, and no worker has imported anything yet."""
     trust(marked.nodes, code_in(marked.nodes))
     graph = marked.load()
@@ -67,7 +67,7 @@ def test_what_changes_after_it_was_read_is_not_run(marked):
     assert not (marked.folder / "mark").exists()
 
 
-def test_what_can_be_imported_counts_and_nothing_else(shot, tmp_path_factory):
+def test_only_importable_files_are_part_of_trust(shot, tmp_path_factory):
     elsewhere = tmp_path_factory.mktemp("elsewhere")
     (elsewhere / "inner.py").write_text("")
     (shot.nodes / "tools").symlink_to(elsewhere)
@@ -122,7 +122,7 @@ def test_our_own_nodes_need_nothing():
 
 
 @pytest.mark.parametrize("which", ["folder", "file", "link"])
-def test_what_others_can_have_written_does_not_count(shot, which):
+def test_records_writable_by_others_are_ignored(shot, which):
     trust(shot.nodes, code_in(shot.nodes))
     (path,) = register().glob("*.json")
     if which == "link":
@@ -138,7 +138,7 @@ def test_what_others_can_have_written_does_not_count(shot, which):
             trust(shot.nodes, code_in(shot.nodes))
 
 
-def test_what_belongs_to_somebody_else_does_not_count(shot, monkeypatch):
+def test_records_of_other_users_are_ignored(shot, monkeypatch):
     trust(shot.nodes, code_in(shot.nodes))
     monkeypatch.setattr(os, "geteuid", lambda: 12345)
     assert not list(trusted()) and "belongs to somebody else" in str(trust_error(shot.nodes))

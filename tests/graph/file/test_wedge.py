@@ -119,7 +119,7 @@ AXIS = "axes.seed.value = [1, 2]\n"
         (AXIS + 'stop = [["weight.x", ">", "heavy"]]', "is not a number"),
     ],
 )
-def test_what_is_wrong_is_named_with_its_place(text, message):
+def test_faults_are_reported_with_their_place(text, message):
     with pytest.raises(BadInput, match=message):
         wedge(text)
 

@@ -110,7 +110,7 @@ def test_a_file_that_has_just_been_written_is_read_again_each_time(shop, monkeyp
         ("shop/__init__.py", "from shop.bread import bake", "from shop.milk import pour as bake", False),
     ],
 )
-def test_what_changes_the_digest(shop, file, old, new, same):
+def test_digest_depends_on_code_and_imports(shop, file, old, new, same):
     before = code_of("breakfast").digest
     text = (shop / file).read_text()
     assert old in text
@@ -192,11 +192,11 @@ def test_distributions_are_asked_only_where_no_name_fits(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("data", "place", "said"),
+    ("data", "place", "reported"),
     [(b"x = 1\nif x\n", ":2: ", "expected ':'"), (b"x = '\xe9'\n", ":1: ", "utf-8"), (b"x = 1\0\n", "", "null byte")],
 )
-def test_a_file_that_python_cannot_read_is_named(shop, data, place, said):
+def test_a_file_that_python_cannot_read_is_named(shop, data, place, reported):
     (shop / "shop" / "wood.py").write_bytes(data)
-    with pytest.raises(BadInput, match=f"cannot be read: .*{said}") as caught:
+    with pytest.raises(BadInput, match=f"cannot be read: .*{reported}") as caught:
         code_of("breakfast")
     assert str(caught.value).startswith(str(shop / "shop" / "wood.py") + place)

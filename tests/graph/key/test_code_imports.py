@@ -68,7 +68,7 @@ def test_folders_within_folders_are_found_without_an_import(write):
     assert "studio" not in sys.modules
 
 
-def test_what_a_plain_import_binds_counts(write):
+def test_names_of_a_plain_import_are_keyed(write):
     files = {"pq2/__init__.py": "K = 1\n", "pq2/sub/__init__.py": "", "pq2/sub/deep.py": ""}
     write(files | {"bake.py": "import pq2.sub.deep\n"})
     assert modules() == {"pq2", "pq2.sub", "pq2.sub.deep"}

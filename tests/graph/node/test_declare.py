@@ -171,7 +171,7 @@ def scan_other(previous: State | None) -> Mesh:
         (scan, "sometimes"),
     ],
 )  # fmt: skip
-def test_what_is_no_declaration_is_refused_at_its_line(function, frames):
+def test_invalid_declarations_are_refused_with_their_line(function, frames):
     with pytest.raises(BadInput, match=rf"test_declare\.py:\d+: @node {function.__name__}"):
         node(frames=frames)(function)
 
@@ -193,7 +193,7 @@ def unknown(a: "Missing") -> Mesh:  # noqa: F821
 
 
 @pytest.mark.parametrize(
-    ("function", "said"),
+    ("function", "reported"),
     [
         (no_return, r"no type of what it returns \(-> a frozen dataclass"),
         (no_annotation, "parameter 'a' without a type"),
@@ -204,8 +204,8 @@ def unknown(a: "Missing") -> Mesh:  # noqa: F821
         (unknown, "names 'Missing', which this module does not have"),
     ],
 )  # fmt: skip
-def test_what_is_no_declaration_is_told_in_the_words_of_its_author(function, said):
-    with pytest.raises(BadInput, match=said) as caught:
+def test_invalid_declarations_are_quoted(function, reported):
+    with pytest.raises(BadInput, match=reported) as caught:
         node(frames="each")(function)
     assert not re.search(r"_empty|<class|NoneType|typing\.", str(caught.value))
 
@@ -222,7 +222,7 @@ def result_unknown(a: Mesh): ...
 
 
 @pytest.mark.parametrize(
-    ("prepare", "said"),
+    ("prepare", "reported"),
     [
         (no_input, "no_input: parameter 'c'"),
         (a_pair, "a_pair: parameter 'b'"),
@@ -233,12 +233,12 @@ def result_unknown(a: Mesh): ...
         (None, "asks for `prepared`"),
     ],
 )
-def test_a_prepare_function_takes_inputs_and_settings_and_returns_prepared(prepare, said):
+def test_a_prepare_function_takes_inputs_and_settings_and_returns_prepared(prepare, reported):
     def simulate(a: Mesh, b: Pair[Mesh], prepared: "State", *, size: Annotated[float, Metres, Gt(0)] = 2.0) -> Mesh:
         """Simulate."""
 
     assert node(frames="each", prepare=made)(simulate).__node__.prepare == Preparation(made, ("a",), ("size",))
-    with pytest.raises(BadInput, match=said):
+    with pytest.raises(BadInput, match=reported):
         node(frames="each", prepare=prepare)(simulate)
 
 
@@ -266,7 +266,7 @@ class Shared:
     size: float = 2.0
 
 
-def test_a_parameter_without_a_type_is_told_which_also_beside_a_flat_group():
+def test_parameter_without_a_type_is_named():
     def simulate(a: Mesh, prepared, *, settings: Shared) -> Mesh:
         """Simulate."""
 

@@ -9,7 +9,7 @@ def test_nearest_name_or_all_of_them():
     assert nearest("zzz", []) == "there are none"
 
 
-def test_a_value_is_cut_and_one_that_cannot_be_written_is_said_to_be_long():
+def test_long_values_are_cut_and_unwritable_ones_described():
     assert (brief("a"), brief([1, "a"])) == ("'a'", "[1, 'a']")
     assert brief("a" * 100) == "'" + "a" * 59 + "..."
     assert brief(16**5000) == brief([16**5000]) == "(too long to show)"

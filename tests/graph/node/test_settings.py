@@ -87,7 +87,7 @@ def test_files_are_found_in_groups_too():
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("given", "reported"),
     [
         ({"cuont": 3}, "unknown setting 'cuont' (did you mean 'count'?)"),
         ({"count": 0}, "count = 0 is not allowed (a whole number, >= 1, default 3)"),
@@ -111,10 +111,10 @@ def test_files_are_found_in_groups_too():
         ({"curl": {"axis": [0, 0, 0]}}, "the axis of a curl has no direction"),
     ],
 )
-def test_what_is_not_allowed_is_said_with_what_would_be(given, said):
+def test_invalid_settings_are_reported_with_valid_ones(given, reported):
     with pytest.raises(BadInput) as caught:
         check(**given)
-    assert str(caught.value).startswith("here: ") and said in str(caught.value), str(caught.value)
+    assert str(caught.value).startswith("here: ") and reported in str(caught.value), str(caught.value)
 
 
 def test_missing_setting_is_named():

@@ -232,7 +232,7 @@ class TwoScans:
         return [frame for frame in range(6) if f"{name}{frame}" in self.there]
 
 
-def test_a_state_waits_for_a_scan_that_may_share_it_and_goes_when_that_has_parted():
+def test_shared_state_is_removed_when_scans_differ():
     scans = TwoScans(shared=3)
     scans.feed("a", *range(6))
     scans.evaluate("a", *range(6))

@@ -66,11 +66,11 @@ def diverging(shot):
     return shot
 
 
-def test_what_was_reached_is_used_and_somebody_says_so(diverging):
-    said = []
-    outcome = diverging.run(report=said.append)
+def test_reached_frames_are_used_with_a_warning(diverging):
+    reported = []
+    outcome = diverging.run(report=reported.append)
     assert outcome.exit_code == 0 and not outcome.failures and outcome.blocked == 0
-    warnings = [(str(event.task), event.message) for event in said if event.kind == "warning"]
+    warnings = [(str(event.task), event.message) for event in reported if event.kind == "warning"]
     assert warnings == [("wild@4", "ArithmeticError: too much; frames before are used")]
     assert diverging.tally()["blow_up"] == 6 + 4
 
@@ -104,7 +104,7 @@ def test_other_failures_stop_the_run(diverging, settings):
     assert outcome.exit_code == 1 and outcome.failures[0].task.node == "wild"
 
 
-def test_who_needs_all_frames_makes_it_a_failure(diverging):
+def test_divergence_fails_nodes_that_need_all_frames(diverging):
     diverging.write(GRAPH + '[list]\ntype = "write_list"\nin.numbers = "wild"\n')
     outcome = diverging.run()
     assert [(failure.kind, str(failure.task)) for failure in outcome.failures] == [("diverged", "wild@4")]

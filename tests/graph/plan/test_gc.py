@@ -107,7 +107,7 @@ def test_a_file_that_goes_while_a_node_reads_it_is_computed_again(shot, parts):
 
 
 @pytest.mark.parametrize("which", [0, 1, "set", "record"])
-def test_what_goes_while_it_is_published_is_computed_again(shot, monkeypatch, which):
+def test_result_removed_during_publishing_is_computed_again(shot, monkeypatch, which):
     """The file, its companion, the list of both, or all of the result."""
     real, gone = publish.files_of, []
 
@@ -127,7 +127,7 @@ def test_what_goes_while_it_is_published_is_computed_again(shot, monkeypatch, wh
     assert {path.name for path in (shot.folder / "out").rglob("*.txt")} == {"list.txt", "sums.txt"}
 
 
-def test_what_a_run_is_about_to_hold_is_spared(shot, monkeypatch):
+def test_objects_of_a_starting_run_are_not_removed(shot, monkeypatch):
     """Objects are written before the record that holds them, by a run that cleaning knows nothing of.
 
     Ages are measured by the clock of the file system: that of this machine may be off by hours.
@@ -145,7 +145,7 @@ def test_what_a_run_is_about_to_hold_is_spared(shot, monkeypatch):
     assert clean(shot.store).objects > 10 and list(shot.store.object_names()) == [results["seed"][""]]
 
 
-def test_what_is_added_while_cleaning_lists_is_held(shot, monkeypatch):
+def test_objects_added_during_cleaning_are_kept(shot, monkeypatch):
     """Objects are listed before results, so that of an object listed the result is not missed."""
     shot.run(to=["seed"])
     there = set(shot.store.object_names())

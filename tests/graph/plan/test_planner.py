@@ -115,7 +115,7 @@ def test_a_change_that_only_its_bits_show_has_a_reason_too(shot):
     assert shot.plan(move__step=-0.0)["move@1"].reason == "setting step 0.0 -> -0.0"
 
 
-def test_results_of_another_class_of_processor_are_no_hits(shot, monkeypatch):
+def test_results_of_another_processor_class_are_not_used(shot, monkeypatch):
     shot.run()
     before = processor_class()
     monkeypatch.setattr(code, "processor_class", lambda: "z80")

@@ -13,7 +13,7 @@ def stored(shot, graph, frame):
     return read_result(graph, shot.store, Task("sum", frame), "number").value
 
 
-def test_it_plays_what_a_run_computes_and_begins_anew(shot):
+def test_playing_equals_the_run_and_repeats(shot):
     shot.run()
     shot.tally()
     graph, before = shot.load(), shot.results()
@@ -35,7 +35,7 @@ def test_other_settings_count_from_the_next_frame_on(shot):
         assert player.advance().frame == 2
 
 
-def test_what_goes_in_has_to_be_there(shot):
+def test_missing_inputs_are_refused(shot):
     with pytest.raises(BadInput, match="move@1 has not been computed"):
         Player(shot.load(), shot.store, "sum")
     shot.run()

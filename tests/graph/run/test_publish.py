@@ -38,7 +38,7 @@ def test_a_file_that_is_published_again_keeps_its_permissions(shot):
     assert len(shot.run(seed__value=4).published) == 1 and path.stat().st_mode & 0o777 == 0o600
 
 
-def test_companions_lie_beside_their_file(shot):
+def test_companions_lie_next_to_their_file(shot):
     shot.run(list__parts="true")
     assert (shot.folder / "out" / "parts" / "sums.txt").read_text() == SUM
     (shot.folder / "out" / "parts" / "sums.txt").unlink()
@@ -46,7 +46,7 @@ def test_companions_lie_beside_their_file(shot):
     assert (shot.folder / "out" / "parts" / "sums.txt").exists() and outcome.evaluated == 0
 
 
-def test_nobody_overwrites_the_companion_of_another(shot):
+def test_companions_of_other_files_are_not_overwritten(shot):
     """Two lists, each with its sums in a file of one name beside it: they go to one place only if they are the same."""
     other = '[other]\ntype = "write_list"\nin.numbers = "{}"\nparts = true\npublish = "out/other.txt"\n'
     chain = shot.path.read_text()
@@ -99,7 +99,7 @@ def test_published_file_is_the_users_to_change(shot):
     assert outcome.evaluated == 0 and path.read_text() != "mine"
 
 
-def test_folder_that_is_a_file_is_no_store(shot):
+def test_file_is_not_a_store(shot):
     shot.store.root.write_text("")
     with pytest.raises(BadInput, match="cache: cannot be written to"):
         shot.run()

@@ -136,8 +136,8 @@ def test_warnings_are_given_again_on_hits(shot):
     for _ in range(2):
         events = []
         shot.run(sum__warn=3, report=events.append)
-        said = [(str(event.task), event.message) for event in events if event.kind == "warning"]
-        assert said == [("sum@3", "a strand is too short")]
+        reported = [(str(event.task), event.message) for event in events if event.kind == "warning"]
+        assert reported == [("sum@3", "a strand is too short")]
 
 
 def test_the_path_of_a_graph_need_not_be_text(shot, monkeypatch):

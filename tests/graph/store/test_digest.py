@@ -48,7 +48,7 @@ def test_values_of_different_types_stay_apart():
     assert len(set(texts)) == len(values)
 
 
-def test_what_has_no_canonical_text_is_refused():
+def test_values_without_a_canonical_text_are_refused():
     for value in (math.nan, math.inf, [math.inf]):
         with pytest.raises(ValueError):
             canonical(value)

@@ -55,7 +55,7 @@ def test_a_fault_is_found_and_named(store, check, monkeypatch):
     assert set(found.values()) == {"ok"}
 
 
-def test_who_may_only_read_is_told_so(store, monkeypatch):
+def test_read_only_users_are_reported(store, monkeypatch):
     store.room(store.temporary / "any")
     monkeypatch.setattr(os, "access", lambda path, mode: not mode & os.W_OK)
     assert verdicts(diagnose(store)) == {"folder": "ok", "writing": "note"}

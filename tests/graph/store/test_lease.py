@@ -126,7 +126,7 @@ def test_a_slow_holder_leaves_the_lease_to_the_one_that_took_over(store, clock):
     assert files_of(store) == []
 
 
-def test_what_stands_in_place_of_a_lease_expires(store, clock):
+def test_file_in_place_of_a_lease_expires(store, clock):
     (store.root / "lease" / ONE / "within").mkdir(parents=True)
     os.mkfifo(store.root / "lease" / OTHER)
     leases = Leases(store, clock)

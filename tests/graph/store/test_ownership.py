@@ -85,14 +85,14 @@ def test_without_a_home_kernels_are_of_one_run_and_it_says_so(shot, monkeypatch,
     else:
         (shot.folder / "home").write_text("a file")
         monkeypatch.setenv("HOME", str(shot.folder / "home"))
-    said = []
+    reported = []
     kept = Host.close
-    monkeypatch.setattr(Host, "close", lambda host: (said.append(host.kernels), kept(host)))
+    monkeypatch.setattr(Host, "close", lambda host: (reported.append(host.kernels), kept(host)))
     outcome = shot.run(
-        to=["move"], report=lambda event: said.append(event.message) if event.kind == "warning" else None
+        to=["move"], report=lambda event: reported.append(event.message) if event.kind == "warning" else None
     )
     assert outcome.exit_code == 0
-    message, kernels = said
+    message, kernels = reported
     assert message.startswith("kernels are compiled for this run alone: ")
     assert not Path(kernels[TABLE]).parent.exists() and not (Path.cwd() / "~").exists()
 

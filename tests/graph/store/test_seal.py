@@ -81,7 +81,7 @@ def test_a_folder_in_place_of_a_kernel_goes(kernel, tmp_path):
     assert kernel.load(KEY) == ("machine", b"code")
 
 
-def test_a_kernel_that_is_not_there_is_no_damage(tmp_path):
+def test_missing_kernel_is_not_damage(tmp_path):
     removed()
     assert IndexDataCacheFile(str(tmp_path), "f", "stamp").load(KEY) is None and removed() == []
 

@@ -80,9 +80,9 @@ def run(tmp_path, monkeypatch):
 
     def call(*functions):
         reader = CodeReader(lambda name, make: make())
-        told = kernels_environment(claim_kernels(tmp_path / "kernels"), reader, [])
+        variables = kernels_environment(claim_kernels(tmp_path / "kernels"), reader, [])
         code = f"import sys; sys.argv[1:] = {list(functions)!r}; exec({RUN!r})"
-        done = subprocess.run(child.command(code), env=os.environ | told, check=True, stdout=subprocess.PIPE)
+        done = subprocess.run(child.command(code), env=os.environ | variables, check=True, stdout=subprocess.PIPE)
         return json.loads(done.stdout)
 
     return call

@@ -87,9 +87,9 @@ class Studio:
         before  called between the digests and the process
         """
         reader = CodeReader(lambda name, make: make())
-        told = kernels_environment(claim_kernels(self.folder / "kernels"), reader, self.nodes)
+        variables = kernels_environment(claim_kernels(self.folder / "kernels"), reader, self.nodes)
         before()
-        done = subprocess.run(child.command(RUN), env=os.environ | told, check=True, stdout=subprocess.PIPE)
+        done = subprocess.run(child.command(RUN), env=os.environ | variables, check=True, stdout=subprocess.PIPE)
         return json.loads(done.stdout)
 
 

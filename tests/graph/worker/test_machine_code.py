@@ -107,8 +107,10 @@ def test_kernels_that_are_compiled_otherwise_have_other_keys(studio, monkeypatch
 
 def test_a_table_of_one_state_is_one_file(studio):
     reader = CodeReader(lambda name, make: make())
-    told = [kernels_environment(studio, reader) for _ in range(2)]
-    assert told[0] == told[1] and len([path for path in studio.iterdir() if path.name.startswith("table-")]) == 1
+    variables = [kernels_environment(studio, reader) for _ in range(2)]
+    assert (
+        variables[0] == variables[1] and len([path for path in studio.iterdir() if path.name.startswith("table-")]) == 1
+    )
 
 
 def make_states(folder, module, ages):

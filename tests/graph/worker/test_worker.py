@@ -33,7 +33,7 @@ def faults(keep):
 
 
 @pytest.mark.skipif(not hasattr(ctypes.CDLL(None), "mallopt"), reason="the C library has no mallopt")
-def test_what_is_kept_does_not_come_from_the_kernel_again():
+def test_kept_memory_is_not_allocated_again():
     assert faults("keep_freed()") < 100 < faults("")
 
 

@@ -57,7 +57,7 @@ def test_hair_starts_on_the_skin_and_stays_outside_the_body(ball, style):
     assert outside.all() and (distance.reshape(200, SEGMENTS) > 0.9 * GAP * np.minimum(way / RISE, 1)).all()
 
 
-def test_hair_of_metres_is_told(ball):
+def test_hair_of_metres_is_reported(ball):
     with pytest.warns(UserWarning, match="hair of up to 20 m: is length in metres"):
         grown(ball, replace(SHORT, length=PaintedMetres(20.0)), strands=3)
 
@@ -157,7 +157,7 @@ def test_too_few_segments_for_a_curl_are_warned_of(ball):
     assert enough == np.ceil(4 * 0.08 / turn)
 
 
-def test_hair_has_the_segments_that_its_length_and_its_curl_need_unless_told(ball):
+def test_segments_depend_on_length_and_curl_by_default(ball):
     def counts(length, curl=None):
         style = Style(length=PaintedMetres(length), curl=curl)
         groom = grow(Canvas(ball, no_image, 0), style, None, 20, Cut())
@@ -178,7 +178,7 @@ def test_segments_may_be_given_by_their_length(ball):
     assert np.array_equal(np.diff(groom.offsets) - 1, np.ceil(lengths / 0.01))
 
 
-def test_segments_too_short_for_hair_are_told_of_by_name(ball):
+def test_too_short_segments_are_named(ball):
     with pytest.warns(UserWarning, match=r"200 strands are cut into fewer segments, .* 0.001 m: strands 0, 1, .* more"):
         groom = grow(Canvas(ball, no_image, 0), Style(length=PaintedMetres(0.008)), None, 200, Cut(20))
     assert (np.diff(groom.offsets) == 9).all()

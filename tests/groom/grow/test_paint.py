@@ -70,7 +70,7 @@ def test_chance_differs_between_settings_and_seeds_only(body, sites):
     assert abs(np.corrcoef(draw("length", 0), draw("length", 1))[0, 1]) < 0.05
 
 
-def test_paint_the_body_cannot_carry_is_refused(body):
+def test_invalid_paint_is_refused(body):
     canvas = Canvas(body, ramp_picture, 0)
     with pytest.raises(BadInput, match=r"curl.radius: the body has no map 'beard' \(its maps: 'ramp'\)"):
         canvas.coat(Paint(map="beard"), "curl.radius")

@@ -81,7 +81,7 @@ def test_a_curl_that_runs_through_the_body_is_kept_out_and_keeps_its_lengths(sol
     assert np.allclose(lengths, before, rtol=1e-12)
 
 
-def test_what_is_out_of_the_body_is_not_touched(solid):
+def test_points_outside_of_the_body_are_unchanged(solid):
     curve = np.array((0.1, 0.0, 0.0)) + np.linspace(0.0, 0.2, 41)[:, None] * (0.8, -0.6, 0.0)
     kept = curve.copy()
     keep_out(solid, kept, 0.001)

@@ -33,7 +33,7 @@ def test_weights_are_those_of_brute_force():
         assert found.weights[s] == pytest.approx(weights / weights.sum(), rel=1e-9)
 
 
-def test_hair_beside_a_parting_does_not_follow_what_is_beyond_it(at, bent, shown):
+def test_keys_across_a_parting_are_not_followed(at, bent, shown):
     keys, groom = scattered(40, 1), scattered(100, 2)
     left = keys.points[keys.offsets[:-1], 0] < 0.0
     hair = np.where(np.repeat(left, 4)[:, None], bent(keys, 90.0, 3), keys.points)

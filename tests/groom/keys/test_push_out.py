@@ -49,7 +49,7 @@ def test_no_point_is_left_inside_and_lengths_stay(curtain, surface, at, shown):
     assert np.array_equal(found.points.reshape(30, -1)[beside], through.points.reshape(30, -1)[beside])
 
 
-def test_what_is_pushed_goes_along_with_the_body(curtain, surface, at, shown):
+def test_pushed_points_move_with_the_body(curtain, surface, at, shown):
     groom, keys = curtain
     found = shown(at(keys, keys.points), keys, groom, None, None, (surface,))
     normals = (found.points - CENTRE) / np.linalg.norm(found.points - CENTRE, axis=1, keepdims=True)

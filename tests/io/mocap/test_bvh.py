@@ -150,7 +150,7 @@ def test_a_thousand_joints_deep(tmp_path):
         ("-10 -20 -30 4 5 6", "-10 -20 -30 4 5 1e999", "line 25: '1e999' is not a usable number"),
     ],
 )
-def test_faults_are_told_with_their_line(tmp_path, old, new, message):
+def test_faults_are_reported_with_their_line(tmp_path, old, new, message):
     assert old in PLAIN
     with pytest.raises(BadInput, match=message):
         read_text_as_bvh(tmp_path, PLAIN.replace(old, new))

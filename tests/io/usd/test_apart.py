@@ -36,7 +36,7 @@ def test_bad_input_comes_through_with_its_parts(tmp_path: Path) -> None:
     assert fault.what.startswith("the file cannot be read") and fault.where == tmp_path / "none.usd"
 
 
-def test_a_fault_of_ours_is_no_bad_input() -> None:
+def test_internal_errors_are_not_bad_input() -> None:
     with pytest.raises(RuntimeError, match="Expecting property name"):
         work_apart(json.loads, "{")
 

@@ -43,14 +43,14 @@ CASES = {
 
 
 @pytest.mark.parametrize(("write", "message"), CASES.values(), ids=CASES)
-def test_refuses_what_is_no_usd_file(tmp_path: Path, write: Callable[[Path], Path], message: str) -> None:
+def test_other_files_are_refused(tmp_path: Path, write: Callable[[Path], Path], message: str) -> None:
     path = write(tmp_path)
     with pytest.raises(BadInput) as caught:
         open_stage(path)
     assert message in str(caught.value) and path.name in str(caught.value) and "\n" not in str(caught.value)
 
 
-def test_refuses_what_may_not_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unreadable_files_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "a.usda").write_bytes(b"#usda 1.0\n")
     monkeypatch.setattr(os, "access", lambda *_: False)  # whoever may read everything is not refused
     with pytest.raises(BadInput, match=r"a\.usda: the file cannot be read: Permission denied"):

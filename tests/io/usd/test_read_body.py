@@ -173,7 +173,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize(("plant", "message"), BROKEN.values(), ids=BROKEN)
-def test_refuses_what_is_broken_and_says_where(new_stage, saved, plant: Callable, message: str) -> None:
+def test_invalid_prims_are_refused_with_their_path(new_stage, saved, plant: Callable, message: str) -> None:
     stage = new_stage()
     plant(stage)
     with pytest.raises(BadInput) as caught:

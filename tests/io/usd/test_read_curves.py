@@ -110,10 +110,10 @@ def test_the_door_reads_the_same(new_stage, saved) -> None:
     stage = new_stage("Z", 0.01)
     curves(stage, wild(4, 7))
     path = saved(stage)
-    told, seen = read_curves(path), read_file(path, None)
+    reported, seen = read_curves(path), read_file(path, None)
     for name in ("points", "offsets", "ids", "held", "spare"):
-        np.testing.assert_array_equal(getattr(told, name), getattr(seen, name))
-    assert told.rest is seen.rest is told.widths is seen.widths is None
+        np.testing.assert_array_equal(getattr(reported, name), getattr(seen, name))
+    assert reported.rest is seen.rest is reported.widths is seen.widths is None
 
 
 def primvar(prim: UsdGeom.BasisCurves, name: str, kind: Sdf.ValueTypeName, interpolation: str, values: object) -> None:
@@ -150,9 +150,7 @@ def test_ids_of_the_file_are_taken_over(new_stage, saved, name: str) -> None:
         ("FloatArray", [0.5, 0.0], [1, 0]),
     ],
 )
-def test_curves_without_an_id_of_their_own_are_numbered_anew(
-    new_stage, saved, kind: str, ids: list, kept: list[int]
-) -> None:
+def test_curves_without_an_id_get_new_numbers(new_stage, saved, kind: str, ids: list, kept: list[int]) -> None:
     stage = new_stage()
     primvar(curves(stage, wild(4, 4)), "hairId", getattr(Sdf.ValueTypeNames, kind), TOKENS.uniform, ids)
     with pytest.warns(UserWarning, match=r"ids of 1 of 2 curves|hairId is not .*: not used"):
@@ -170,7 +168,7 @@ def test_the_rest_shape_is_read_as_the_points_are(new_stage, saved, name: str) -
     np.testing.assert_allclose(found.rest, read_file(saved(stage), None).points, atol=1e-9)
 
 
-def test_a_rest_shape_of_other_points_is_told_of(new_stage, saved) -> None:
+def test_mismatched_rest_shape_is_reported(new_stage, saved) -> None:
     stage = new_stage()
     primvar(curves(stage, wild(6)), "pref", Sdf.ValueTypeNames.Point3fArray, TOKENS.vertex, [Gf.Vec3f(0)] * 5)
     with pytest.warns(UserWarning, match="primvars:pref has 5 values for 6 points: not used"):
@@ -184,7 +182,7 @@ def test_widths_are_those_of_the_points_in_metres(new_stage, saved, count: int, 
     np.testing.assert_allclose(read_file(saved(stage), None).widths, 0.01 * np.array(expected))
 
 
-def test_widths_of_another_number_are_told_of(new_stage, saved) -> None:
+def test_widths_of_another_number_are_reported(new_stage, saved) -> None:
     stage = new_stage()
     curves(stage, wild(4, 5)).CreateWidthsAttr([1.0, 0.0, 1.0])
     with pytest.warns(UserWarning, match="widths are 3 values for 2 curves of 9 points, not 1 or 2 or 9: not used"):
@@ -197,13 +195,16 @@ def test_widths_of_0_at_the_tip_are_kept(new_stage, saved) -> None:
     np.testing.assert_allclose(read_file(saved(stage), None).widths, [3, 2, 1, 0])
 
 
-def test_bad_widths_become_those_beside_them(new_stage, saved) -> None:
+def test_invalid_widths_are_interpolated(new_stage, saved) -> None:
     stage = new_stage()
     curves(stage, wild(4, 3, 2)).CreateWidthsAttr([3.0, NAN, 1.0, -1.0, 5.0, 5.0, 5.0, NAN, NAN])
-    with pytest.warns(UserWarning) as told:
+    with pytest.warns(UserWarning) as reported:
         found = read_file(saved(stage), None).widths
     np.testing.assert_allclose(found, [3, 2, 1, 1, 5, 5, 5, 3, 3])
-    assert ["4 of 9 are negative or not finite" in str(told[0].message), "1 of 3 curves" in str(told[1].message)]
+    assert [
+        "4 of 9 are negative or not finite" in str(reported[0].message),
+        "1 of 3 curves" in str(reported[1].message),
+    ]
 
 
 @pytest.mark.parametrize(
@@ -238,15 +239,15 @@ def test_a_curve_that_is_none_does_not_take_the_others_along(new_stage, saved, b
     assert found.ids.tolist() == [5, 7] and len(found.points) == 11
 
 
-def test_what_is_not_read_is_named(new_stage, saved) -> None:
+def test_unread_primvars_are_named(new_stage, saved) -> None:
     stage = new_stage()
     prim = curves(stage, wild(4))
     primvar(prim, "clump", Sdf.ValueTypeNames.FloatArray, TOKENS.uniform, [0.5])
     curves(stage, wild(4), path="/groom/hidden").CreateVisibilityAttr("invisible")
     UsdGeom.NurbsCurves.Define(stage, "/groom/nurbs")
-    with pytest.warns(UserWarning) as told:
+    with pytest.warns(UserWarning) as reported:
         read_file(saved(stage), None)
-    messages = " ".join(str(warning.message) for warning in told)
+    messages = " ".join(str(warning.message) for warning in reported)
     assert "primvars that are not used: clump" in messages
     assert "shapes that are not read: /groom/hidden (invisible), /groom/nurbs (a NurbsCurves)" in messages
 
@@ -315,7 +316,7 @@ BROKEN: dict[str, tuple[Callable[[Usd.Stage], object], str]] = {
 
 
 @pytest.mark.parametrize(("plant", "message"), BROKEN.values(), ids=BROKEN)
-def test_refuses_what_is_broken_and_says_where(new_stage, saved, plant: Callable, message: str) -> None:
+def test_invalid_prims_are_refused_with_their_path(new_stage, saved, plant: Callable, message: str) -> None:
     stage = new_stage()
     plant(stage)
     with pytest.raises(BadInput) as caught:

@@ -94,7 +94,7 @@ def test_times_between_are_blended_and_times_outside_held(write, shot: Shot) -> 
     np.testing.assert_array_equal(points.Get(2000), shot.hair[1005].points)
 
 
-def test_who_reads_no_samples_sees_the_first_frame(write, shot: Shot) -> None:
+def test_default_values_are_the_first_frame(write, shot: Shot) -> None:
     """Without a time there are points and boxes, in clips too, where they must not hide those of the frames."""
     opened = Opened(write(shot))
     assert opened.stage.GetPrimAtPath("/shot").IsDefined()
@@ -293,7 +293,7 @@ BROKEN: dict[str, tuple[Callable[[Shot], Shot], str]] = {
 
 
 @pytest.mark.parametrize(("spoil", "message"), BROKEN.values(), ids=BROKEN)
-def test_refuses_what_would_break_a_renderer(write, shot: Shot, spoil: Callable[[Shot], Shot], message: str) -> None:
+def test_invalid_samples_are_refused(write, shot: Shot, spoil: Callable[[Shot], Shot], message: str) -> None:
     with pytest.raises(BadInput) as caught:
         write(spoil(shot))
     assert message in str(caught.value)

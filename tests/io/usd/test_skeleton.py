@@ -184,7 +184,7 @@ def test_blend_shapes_are_read_at_rest_with_a_warning(new_stage, saved, boned: b
         np.testing.assert_allclose(body.mesh.points, still, atol=1e-6)
 
 
-def test_weights_are_no_map(new_stage, saved) -> None:
+def test_weights_are_not_a_map(new_stage, saved) -> None:
     stage = new_stage()
     binding = UsdSkel.BindingAPI(character(stage))
     binding.CreateJointIndicesPrimvar(False, 1).Set([2] * N)

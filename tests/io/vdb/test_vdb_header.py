@@ -60,7 +60,7 @@ def write(folder: Path, data: bytes) -> Path:
     return path
 
 
-def test_grids_are_told_in_order(tmp_path):
+def test_grids_are_listed_in_order(tmp_path):
     grids = [(grid.name, grid.grid_class) for grid in inspect(write(tmp_path, SOUND))]
     assert grids == [("surface", "level set"), ("density", ""), ("vel", ""), ("warped", "")]
 
@@ -72,13 +72,13 @@ def test_a_level_set_says_how_large_it_is(tmp_path):
     assert box(path) == ((-1.0, 0.0, 0.5), (1.0, 2.0, 2.5))
 
 
-def test_what_says_nothing_of_its_size_is_refused(tmp_path):
+def test_grids_without_a_size_are_refused(tmp_path):
     with pytest.raises(BadInput, match=r"no level set 'surface' of known size.*export_vdb"):
         box(write(tmp_path, SOUND))
 
 
 @pytest.mark.parametrize(
-    ("data", "said"),
+    ("data", "reported"),
     [
         (b"PNG\r\n" * 9, "not an OpenVDB file"),
         (header(213), r"the file has version 213 \(version 222 or later\)"),
@@ -90,8 +90,8 @@ def test_what_says_nothing_of_its_size_is_refused(tmp_path):
         (SOUND[:-80], "the next grid should be at byte"),
     ],
 )
-def test_what_is_no_sound_file_is_refused(tmp_path, data, said):
-    with pytest.raises(BadInput, match=said) as refusal:
+def test_damaged_files_are_refused(tmp_path, data, reported):
+    with pytest.raises(BadInput, match=reported) as refusal:
         inspect(write(tmp_path, data))
     assert "file.vdb, byte" in str(refusal.value)
 

@@ -48,7 +48,7 @@ def test_a_density_comes_back_to_the_bit(written, fog):
     assert found.cell == CELL
 
 
-def test_one_of_16_bits_comes_back_as_far_as_these_go(written, fog):
+def test_grid_of_16_bits_is_read_to_its_precision(written, fog):
     thin = dataclasses.replace(fog, length=np.float32(0.1) * fog.length)
     whole, half = back(written(thin)), back(written(thin, half=True))
     np.testing.assert_allclose(half.length, whole.length, rtol=1e-3)
@@ -56,7 +56,7 @@ def test_one_of_16_bits_comes_back_as_far_as_these_go(written, fog):
         written(fog, half=True)
 
 
-def test_one_that_is_zipped_is_the_same(written, monkeypatch):
+def test_compressed_grid_is_equal(written, monkeypatch):
     """As OpenVDB zips: a length before every buffer, not positive where its bytes are not packed."""
     plain = back(written())
 
@@ -89,7 +89,7 @@ def test_a_density_between_nodes_keeps_its_amount_and_its_middle(fog):
     np.testing.assert_allclose(middle, expected, atol=1e-6)
 
 
-def test_what_is_no_density_is_refused(written):
+def test_other_grids_are_refused(written):
     path = written()
     with pytest.raises(BadInput, match=r"no grid 'smoke'.*density, hair_vel"):
         read_voxels(path, "smoke")

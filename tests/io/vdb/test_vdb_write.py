@@ -100,7 +100,7 @@ def test_two_writes_are_the_same_bytes(written, surface, tmp_path):
     assert other[21:57] != written.read_bytes()[21:57]
 
 
-def test_a_file_tells_class_and_metadata(openvdb, written):
+def test_class_and_metadata_are_read(openvdb, written):
     assert [(grid.name, grid.grid_class) for grid in inspect(written)] == [("surface", "level set"), ("vel", "")]
     band, vel = openvdb.readAllGridMetadata(str(written))
     assert np.allclose(band.transform.voxelSize(), VOXEL)

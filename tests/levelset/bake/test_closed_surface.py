@@ -18,7 +18,7 @@ def broken(mesh: Mesh, **changes) -> Mesh:
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "reported"),
     [
         ({"points": ((3, 1), np.nan)}, r"point 3 is \(.*nan"),
         ({"points": ((0, 0), np.inf)}, r"point 0 is \(inf"),
@@ -30,8 +30,8 @@ def broken(mesh: Mesh, **changes) -> Mesh:
         ({"points": (slice(None), 0.25)}, r"no triangle has an area"),
     ],
 )
-def test_what_cannot_be_a_surface_is_refused(box, changes, said):
-    with pytest.raises(BadInput, match=said):
+def test_invalid_surfaces_are_refused(box, changes, reported):
+    with pytest.raises(BadInput, match=reported):
         closed_surface(broken(box(), **changes), "fill")
 
 

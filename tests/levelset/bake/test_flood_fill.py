@@ -59,7 +59,7 @@ def test_parts_that_overlap_are_one(sphere, together):
     assert (outside == (is_outside_convex(parts[0], points) & is_outside_convex(parts[1], points))).all()
 
 
-def test_what_is_shut_in_is_inside(sphere, together):
+def test_enclosed_samples_are_inside(sphere, together):
     hollow = together(sphere(level=3), sphere(0.6, level=3))
     points, outside = samples_of(hollow, 0.11)
     assert (outside == is_outside_convex(sphere(level=3), points)).all()

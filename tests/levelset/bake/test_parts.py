@@ -92,7 +92,7 @@ def test_open_necks_and_shells_within_are_closed(bust, sphere):
     assert np.percentile(np.abs(off), 99) < 0.1
 
 
-def test_what_is_rigid_in_its_frame_is_baked_once(bust):
+def test_rigid_parts_are_baked_once(bust):
     bake_once.cache_clear()
     first = bake_parts(bust, nodding(bust, 10.0), VOXEL, HALF_WIDTH, SMALLEST)
     again = bake_parts(bust, nodding(bust, 10.0, shift=(0.7, -0.3, 0.1)), VOXEL, HALF_WIDTH, SMALLEST)

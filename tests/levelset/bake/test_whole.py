@@ -244,9 +244,9 @@ def test_real_bodies(shared, name, voxel, volume, open_edges):
     from hairpipe.io.obj import read_obj
 
     mesh = read_obj(shared / "sintel" / name)
-    with warnings.catch_warnings(record=True) as said:
+    with warnings.catch_warnings(record=True) as reported:
         warnings.simplefilter("always")
         surface = bake(mesh, voxel, HALF_WIDTH)
-    assert sum("capped 6 holes: 46 edges" in str(one.message) for one in said) == (open_edges > 0)
+    assert sum("capped 6 holes: 46 edges" in str(one.message) for one in reported) == (open_edges > 0)
     full = (surface.bricks == LevelSet.FAR_INSIDE).sum() * 8**3 + (surface.distance[:, :8, :8, :8] < 0).sum()
     assert full * voxel**3 == pytest.approx(volume, rel=0.05)

@@ -50,7 +50,7 @@ def test_hair_is_predicted_until_the_reference_spreads():
     assert measured(tolerance=0.5)["chaos"][0].startswith("none: ")
 
 
-def test_like_models_are_not_told_apart():
+def test_equal_models_do_not_differ_significantly():
     table = measured()
     assert table[ERROR][0] == 0.0  # equal seeds tremble alike
     assert table[BIAS][0] < table["bias floor [% of length]"][0]
@@ -70,7 +70,7 @@ def test_a_shift_is_seen_at_its_size_early_and_late_though_chaos_is_larger():
     assert table["kinetic energy T/F"][0] < 1.0
 
 
-def test_hair_that_is_too_lively_is_told_by_that_alone():
+def test_too_large_spread_is_refused():
     table = measured([run(seed, 1, liveliness=1.5) for seed in MEMBERS])
     assert table["Z"][0] == max(table["kinetic energy T/F"][0], table["speed spectrum T/F"][0]) > 3.0
     assert table["position T/F"][0] < 1.0 and table[ERROR][0] == 0.0
@@ -92,7 +92,7 @@ def test_the_floor_is_what_half_the_step_makes_or_chance():
     assert half["floor [% of length]"][0] == pytest.approx(0.1, rel=2e-3)
 
 
-def test_what_is_not_chaotic_has_no_climate():
+def test_predictable_hair_has_no_climate():
     calm = {"wild_from": COUNT + 1}
     table = measured([run(s, 1, 0.01 * LENGTH, **calm) for s in MEMBERS], reference=[run(s, **calm) for s in TRUTH])
     assert table["chaos"][0].startswith("none") and table["predicted [s]"][0] == (COUNT - 1) / FPS
@@ -111,7 +111,7 @@ def test_a_member_that_is_not_finite_fails_the_model():
     assert table["failed"] == ("member 6 not finite at frame 5",) and np.isinf(table[ERROR][0])
 
 
-def test_what_cannot_be_compared_is_refused():
+def test_unmatched_hair_is_refused():
     with pytest.raises(BadInput, match="no member is on both sides"):
         measured(members=(5, 6, 7))
     with pytest.raises(BadInput, match="apart at the first frame"):

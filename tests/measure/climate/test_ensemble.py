@@ -150,7 +150,7 @@ def test_of_many_observables_one_is_often_beyond_its_floor_and_p_counts_that_in(
     assert np.mean([one.p < 0.05 for one in found]) < 0.08
 
 
-def test_a_shift_is_told_apart_by_the_observable_that_sees_it():
+def test_shift_is_significant_in_its_observable():
     runs = members(8.0, 100)
     blind = members(0.0, 100, seed=1)
     found = [look(distances(np.stack(pair)), SIDES) for pair in zip(blind, runs, strict=True)]
@@ -161,7 +161,7 @@ def test_a_shift_is_told_apart_by_the_observable_that_sees_it():
     assert all(one.score == one.ratios.max() for one in found)
 
 
-def test_observables_that_are_always_the_same_tell_nothing_apart():
+def test_constant_observables_are_not_significant():
     same = look(np.zeros((1, 8, 8)), SIDES)
     assert same.score == 0.0 and same.p == 1.0
 

@@ -64,7 +64,7 @@ def test_the_camera_follows_a_head_that_walks(cloud, style, head) -> None:
     assert off.mean() < 0.1
 
 
-def test_pictures_are_equal_whatever_runs_beside(cloud, style, head) -> None:
+def test_pictures_do_not_depend_on_parallel_work(cloud, style, head) -> None:
     shots = [Shot(120, 90, view) for view in ("front", "back", "side", "three_quarter")]
     alone = [draw_cloud(cloud, style, head, shot) for shot in shots]
     with ThreadPoolExecutor(4) as pool:
@@ -90,7 +90,7 @@ def test_hair_casts_a_shadow_on_the_body(particles, cloud, head) -> None:
     assert shaded[30:, 20:40].mean() < 0.8 * lit[30:, 20:40].mean()
 
 
-def test_what_cannot_be_drawn_is_named(cloud, style, head) -> None:
+def test_undrawable_inputs_are_named(cloud, style, head) -> None:
     lost = replace(cloud, points=cloud.points.copy())
     lost.points[7] = np.nan
     with pytest.raises(BadInput, match="particle 7 is not finite"):

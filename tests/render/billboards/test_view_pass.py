@@ -48,7 +48,7 @@ def test_a_body_hides_what_is_behind_it_softly(boards, plain) -> None:
         assert film[32, 32] == pytest.approx(0.4 * share, abs=1e-5)
 
 
-def test_nothing_is_drawn_behind_the_eye_or_beside_the_film(boards, plain) -> None:
+def test_nothing_is_drawn_behind_the_eye_or_outside_of_the_film(boards, plain) -> None:
     assert painted(boards([-1.0, 0.0], 0.4), plain).max() == 0.0
     sprites = boards([1.0], 0.4)
     assert painted(sprites._replace(places=sprites.places + np.array((1e6, -1e6, 0.0))), plain).max() == 0.0

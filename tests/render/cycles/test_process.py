@@ -29,7 +29,7 @@ def blender(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("code", "said"),
+    ("code", "reported"),
     [
         ("import sys\nsys.exit('first line\\nlast line')", "bpy: Blender failed: last line"),
         (
@@ -44,10 +44,10 @@ def blender(tmp_path, monkeypatch):
         ),
     ],
 )
-def test_a_fault_of_blender_is_one_line(blender, code, said):
+def test_a_fault_of_blender_is_one_line(blender, code, reported):
     with pytest.raises(BadInput) as fault:
         run_blender({}, {}, blender(code))
-    assert str(fault.value) == said
+    assert str(fault.value) == reported
 
 
 def test_blender_ends_with_the_process_that_waits_for_it(blender, monkeypatch):

@@ -63,7 +63,7 @@ def test_the_same_bytes_again_on_one_thread(thick, head, picture, threads, tmp_p
 
 
 @needs_blender
-def test_what_moves_is_blurred_along_its_way_and_hair_needs_no_body(tmp_path: Path) -> None:
+def test_motion_blur_is_along_the_path_with_and_without_a_body(tmp_path: Path) -> None:
     """A strand that stands upright moves to the right by a third of the picture while the shutter is open."""
     points = np.c_[np.zeros(9), np.linspace(1.7, 1.4, 9), np.zeros(9)].astype(np.float32)
     moves = np.tile(np.float32([1.0, 0.0, 0.0]), (9, 1))
@@ -77,7 +77,7 @@ def test_what_moves_is_blurred_along_its_way_and_hair_needs_no_body(tmp_path: Pa
     assert len(columns) == pytest.approx(focal * 0.3 / 1.5, rel=0.15)
 
 
-def test_what_cannot_be_rendered_is_refused_before_blender_begins(
+def test_invalid_scenes_are_refused_before_blender_starts(
     hair: Strands, head: Mesh, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(scene, "run_blender", None)

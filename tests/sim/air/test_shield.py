@@ -107,7 +107,7 @@ def test_the_grid_stays_small_however_far_hair_is_spread():
     assert shield_of(points, offsets, Wind((0.0, 0.0, 0.0), shielding=Shielding()), law_of(wind, 8e-5), 8e-5) is None
 
 
-def test_what_was_counted_at_the_start_of_a_step_shields_all_through_it():
+def test_shield_is_constant_during_a_step():
     points, offsets, _ = slab()
     wind = Wind((3.0, 0.0, 0.0), shielding=Shielding())
     counted, fresh = Breeze(wind, DIAMETER, offsets), Breeze(wind, DIAMETER, offsets)

@@ -55,7 +55,7 @@ def test_crossing_hairs_rest_with_the_coupled_solver_and_not_with_the_published_
 
 
 @pytest.mark.parametrize("step", [1 / 60, 1 / 240])
-def test_it_comes_to_rest_on_what_is_below(pile, step):
+def test_pile_comes_to_rest(pile, step):
     shot, fastest = pile(step), []
     for _ in range(16):
         shot.run(1 / 24)

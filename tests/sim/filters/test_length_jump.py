@@ -37,7 +37,7 @@ def test_strands_of_which_a_segment_changed_its_length_are_marked(scene, straigh
     np.testing.assert_array_equal(marks[0, :2], [0.0, 1.0])
 
 
-def test_to_be_turned_about_is_no_jolt(scene, straight):
+def test_rotation_about_the_root_is_not_an_acceleration(scene, straight):
     shot = _two(scene, straight)
     turn = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
     before = shot.state.positions
@@ -47,7 +47,7 @@ def test_to_be_turned_about_is_no_jolt(scene, straight):
 
 
 @pytest.mark.parametrize("value", ["tr_bdf2", "bdf2"])
-def test_what_is_pulled_after_a_step_restarts(scene, straight, value):
+def test_stretched_strands_restart(scene, straight, value):
     """And the other strand goes on with its own."""
     shot = _two(scene, straight, scheme=Scheme(value=value))
 

@@ -25,7 +25,7 @@ def test_no_segment_is_longer_than_the_limit_after_one_pass(scene, straight):
     assert off_axis.max() <= 1.02 * (1 + 1e-12)
 
 
-def test_what_is_within_the_limit_stays_to_the_bit(scene, straight):
+def test_strain_within_the_limit_is_unchanged(scene, straight):
     network, x = _stretched(scene, straight, np.random.default_rng(2))
     before = x.copy()
     limit_strain(x, network.inverse_lengths, SHAPE, 1.02)

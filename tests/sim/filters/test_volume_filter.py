@@ -144,7 +144,7 @@ def test_dense_hair_makes_room(scene, straight):
     assert spreads[1] > 1.3 * spreads[0]
 
 
-def test_particles_beside_the_axis_take_their_share(scene, straight):
+def test_particles_off_the_axis_have_their_share(scene, straight):
     """All that moves is all the mass of the network, but for what is clamped."""
     hair = scene([straight(LENGTH, 6, (1.0, 0.0, 0.0))]).hair
     masses = following_masses(axis_of(hair.layout), hair.model.mass)

@@ -62,15 +62,15 @@ def test_a_soft_heavy_rod_laid_over_another_folds_and_goes_on(scene, shape, step
     """Its weight folds it over by nearly 180 degrees, where curvature has no bound."""
     hair = build_hair(scene(laid_over(*shape)).hair.groom, SOFT, "rod")
     shot = Scene(steps=StepControl(step), collisions=Collisions(5e-3, stiffness=stiffness), strain=strain)
-    lead, state, said = ends_of(hair.groom), None, []
+    lead, state, reported = ends_of(hair.groom), None, []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         for number in range(9):
             state = next_state(hair, state, Frame((lead, lead), (), (), (number - 1) * FRAME, FRAME), shot)
-        said += [str(each.message) for each in caught]
+        reported += [str(each.message) for each in caught]
     assert stretch_of(hair, state).max() < 2.0
     assert np.abs(state.velocities).max() < 5.0
-    assert not any("had no solution" in each for each in said)
+    assert not any("had no solution" in each for each in reported)
 
 
 def thrown(hair, body, shot, speed, frames=1):
@@ -93,9 +93,9 @@ def test_a_strand_that_cannot_be_solved_is_held_and_named_and_spares_the_others(
     hair = build_hair(scene(strands).hair.groom, Material(), model)
     shot, body = Scene(steps=StepControl(longest=1 / 240), scheme=Scheme(scheme)), triangle()
     good, _ = thrown(hair, body, shot, 0.0)
-    state, said = thrown(hair, body, shot, 1e200)
-    assert [each for each in said if "1 of 3 strands had no solution in 1 of 10 steps of frame 1" in each]
-    assert all("strands 1" in each for each in said)
+    state, reported = thrown(hair, body, shot, 1e200)
+    assert [each for each in reported if "1 of 3 strands had no solution in 1 of 10 steps of frame 1" in each]
+    assert all("strands 1" in each for each in reported)
     points, others = hair.layout.axis(state.positions), hair.layout.axis(good.positions)
     np.testing.assert_array_equal(np.delete(points, slice(11, 22), 0), np.delete(others, slice(11, 22), 0))
     assert stretch_of(hair, state).max() < 1.01
@@ -108,8 +108,8 @@ def test_a_frame_in_which_single_precision_loses_a_strand_is_computed_in_double(
     models, body = build_models(groom, Material()), triangle()
     single, double = (models.in_precision(precision) for precision in ("single", "double"))
     shot = Scene(steps=StepControl(longest=1 / 240, travel=np.inf))
-    (state, said), (truth, alone) = (thrown(hair, body, shot, 1e20) for hair in (single, double))
-    assert [each for each in said if "strands 1 (in single precision): computed again in double precision" in each]
+    (state, reported), (truth, alone) = (thrown(hair, body, shot, 1e20) for hair in (single, double))
+    assert [each for each in reported if "strands 1 (in single precision): computed again in double precision" in each]
     assert not any("computed again" in each for each in alone)
     assert state.velocities.dtype == np.float32 and state.positions.shape == single.rest.shape
     ends = [hair.layout.axis(end.positions) for hair, end in ((single, state), (double, truth))]
@@ -119,8 +119,8 @@ def test_a_frame_in_which_single_precision_loses_a_strand_is_computed_in_double(
 def test_a_shot_diverges_where_no_strand_can_be_solved(scene, straight, triangle):
     hair = scene([straight(0.1, 10, [1, 0.2 * k, 0]) for k in range(3)]).hair
     body, shot = triangle(), replace(Scene(steps=StepControl(longest=1 / 240)), gravity=1e300)
-    said = r"diverged: 3 of 3 strands had no solution in 10 of 10 steps of frame 1: strands 0, 1, 2"
-    with pytest.raises(ArithmeticError, match=said):
+    reported = r"diverged: 3 of 3 strands had no solution in 10 of 10 steps of frame 1: strands 0, 1, 2"
+    with pytest.raises(ArithmeticError, match=reported):
         next_state(hair, start(hair, body, shot), Frame((body, body), (), (), 0.0, FRAME), shot)
 
 

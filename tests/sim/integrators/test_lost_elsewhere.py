@@ -66,9 +66,9 @@ def test_a_chain_goes_down_the_ladder_as_far_as_it_must(strands, triangle, tries
     hair, body, shot = strands(3), triangle(), Scene(steps=STEPS)
     good, _ = thrown(hair, body, shot, 0.0, 1)
     assert not tries
-    state, said = thrown(hair, body, shot, speed, 1)
+    state, reported = thrown(hair, body, shot, speed, 1)
     assert max(tries) == parts
-    assert any(UNSOLVED in each for each in said) == held
+    assert any(UNSOLVED in each for each in reported) == held
     points, others = points_of(hair, state), points_of(hair, good)
     np.testing.assert_array_equal(points[[0, 2]], others[[0, 2]])
     assert np.abs(points[1] - others[1]).max() > 1e-6
@@ -80,8 +80,8 @@ def test_a_strand_that_cannot_be_solved_leaves_the_volume_to_the_others(strands,
     hair, body = strands(9, apart=2e-3), triangle()
     shot = Scene(steps=STEPS, volume=Volume(friction=60.0))
     good, _ = thrown(hair, body, shot, 0.0, 4)
-    state, said = thrown(hair, body, shot, 1e200, 4)
-    assert [each for each in said if "1 of 9 strands had no solution in 1 of 10 steps" in each]
+    state, reported = thrown(hair, body, shot, 1e200, 4)
+    assert [each for each in reported if "1 of 9 strands had no solution in 1 of 10 steps" in each]
     points = points_of(hair, state)
     assert stretch(points) < 1.01
     off = np.abs(points - points_of(hair, good)).max(axis=(1, 2))
@@ -98,8 +98,8 @@ def test_a_guide_that_cannot_be_solved_keeps_its_lock(strands, triangle):
     leaders = state.leaders(4)
     guide = int(leaders[leaders != np.arange(4)][0])
     good, _ = thrown(hair, body, shot, 0.0, guide, state)
-    after, said = thrown(hair, body, shot, 1e200, guide, state)
-    assert [each for each in said if UNSOLVED in each and f"strands {guide} " in each]
+    after, reported = thrown(hair, body, shot, 1e200, guide, state)
+    assert [each for each in reported if UNSOLVED in each and f"strands {guide} " in each]
     points = points_of(hair, after)
     assert stretch(points) < 1.02
     assert np.abs(points - points_of(hair, good)).max() < 0.1 * LENGTH

@@ -71,7 +71,7 @@ def test_held_ends_go_as_far_as_they_may_wherever_they_are(scene, straight, rele
     assert FRAME / Root(0.0101).longest(None, path, 0.0) == pytest.approx(10.0)
 
 
-def test_a_segment_is_not_led_at_both_ends(scene, straight):
+def test_segment_is_not_prescribed_at_both_ends(scene, straight):
     with pytest.raises(BadInput, match="one segment"):
         held_at(scene([straight(0.1, 4, (1.0, 0.0, 0.0)), straight(0.1, 1, (1.0, 0.0, 0.0))]), 0.0)
 
@@ -113,7 +113,7 @@ def test_steps_get_no_shorter_than_a_quarter():
     assert taken[-1] == FRAME / 4
 
 
-def test_what_made_a_step_short_otherwise_does_not_shorten_the_next():
+def test_other_causes_of_short_steps_do_not_bound_the_next():
     pace = CrossingLimit(0.01, FRAME, FRAME)
     pace.follow(FRAME / 10, 0.001)
     assert pace.step == FRAME
@@ -158,7 +158,7 @@ def endless(scene, straight, steps, jump, speed):
 
 
 @pytest.mark.parametrize(
-    ("steps", "jump", "speed", "said"),
+    ("steps", "jump", "speed", "reported"),
     [
         (
             StepControl(courant=1e-300),
@@ -175,7 +175,7 @@ def endless(scene, straight, steps, jump, speed):
     ],
 )
 def test_a_frame_that_would_never_end_is_ended_and_strand_and_setting_are_named(
-    scene, straight, steps, jump, speed, said
+    scene, straight, steps, jump, speed, reported
 ):
-    with pytest.raises(ArithmeticError, match=said):
+    with pytest.raises(ArithmeticError, match=reported):
         endless(scene, straight, steps, jump, speed)

@@ -32,7 +32,7 @@ def test_a_strand_out_of_reach_of_the_scheme_leaves_its_neighbour_alone(scene, s
 
 @pytest.mark.parametrize(("stretched", "guarded"), [(1.3, False), (1.0, True)])
 @pytest.mark.parametrize("touching", [False, True])
-def test_what_is_beyond_the_scheme_goes_with_its_head(scene, straight, triangle, touching, stretched, guarded):
+def test_lost_strands_move_with_their_head(scene, straight, triangle, touching, stretched, guarded):
     """A step at rest and one at 2 m/s end alike, for a strand that is done again or foretold too far, and beside it."""
     tuft = [straight(0.1, 10, [1, -0.3, 0]) + np.array([0.0, 0.0, 4e-4 * k]) for k in range(3)]
     ends = []

@@ -93,7 +93,7 @@ def test_velocities_are_the_derivative_of_positions(rest, bent):
     np.testing.assert_allclose(v, (after - before) / (2 * h), atol=1e-6)
 
 
-def test_what_guides_disagree_by_grows_as_they_part(rest):
+def test_disagreement_grows_with_the_distance_of_guides(rest):
     apart = rest.copy()
     found = []
     for way in (0.0, 1e-3, 2e-3):
@@ -118,7 +118,7 @@ def test_hair_whose_ways_have_nearly_vanished_is_not_flung():
     np.testing.assert_allclose(lengths, 7e-3, rtol=1e-9)
 
 
-def test_guides_beside_are_those_of_most_places_with_as_many_segments():
+def test_neighbour_guides_have_most_places_and_equal_segments():
     offsets, strands = np.array([0, 4, 8, 12, 15, 19, 23, 27], np.int32), np.array([1, 3])
     places = no_places(7)
     # Of the first, strand 2 has four places, 4 three, 0 two; 3 has other segments.
@@ -128,7 +128,7 @@ def test_guides_beside_are_those_of_most_places_with_as_many_segments():
     np.testing.assert_array_equal(guides_beside(strands, places, offsets), [[2, 4, 0, 1], [3] * FOLLOWED])
 
 
-def test_where_a_guide_begins_to_follow_only_the_points_that_followed_it_begin_anew(rest):
+def test_only_points_of_a_lost_guide_are_reassigned(rest):
     turns, mine = motion(rest, rest, np.zeros_like(rest), STILL).turns, points_of_strands(FOLLOWERS, OFFSETS)
     owners = np.repeat(np.arange(STRANDS), np.diff(OFFSETS))
     before, moved = find_places(rest, OFFSETS, GUIDES, mine, turns), rest + 0.01 * np.random.default_rng(4).random(3)

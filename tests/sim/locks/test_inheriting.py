@@ -10,7 +10,7 @@ LEADERS = np.array([2, 1, 2, 3], np.int32)
 """Strand 0 follows strand 2 from now on."""
 
 
-def test_they_go_to_the_same_place_along_the_guide_with_what_they_have_lasted():
+def test_inherited_connections_keep_place_and_age():
     connections = Connections(
         np.array([[1, 7], [3, 13], [6, 18]], np.int32), np.array([[0.1, 0.9], [0.5, 0.5], [0.3, 0.4]])
     )

@@ -46,7 +46,7 @@ def test_hairs_that_will_follow_again_keep_their_seats():
     np.testing.assert_array_equal(lead(ties((0, 1, 3)), occupancy=occupancy, most=3), [0, 1, 2, 3, 4, 5])
 
 
-def test_the_guide_nearest_to_the_mean_of_its_lock_leads_it():
+def test_guide_is_nearest_to_the_mean_of_its_lock():
     points = np.zeros((30, 3))
     points[:, 0] = np.repeat([0.0, 1.0, 2.0, 9.0, 7.0, 5.0], 5)
     leaders = np.array([0, 1, 2, 3, 4, 0], np.int32)  # strand 5 follows 0, and pulls the mean towards itself: 2.0

@@ -91,7 +91,7 @@ def test_locks_that_are_all_audited_all_the_time_change_nothing(hair):
     assert 0.0 < errors.max() < 0.1 * went.max()
 
 
-def test_some_are_audited_by_turns_whom_nobody_follows_meanwhile(hair):
+def test_audited_strands_rotate_and_are_not_guides(hair):
     audited = replace(SCENE, locks=replace(SCENE.locks, audit=0.3, tolerance=5e-4))  # all move farther
     states, turns = shot(hair, audited, 14), set()
     owners = np.repeat(np.arange(len(hair.groom.ids)), np.diff(hair.layout.offsets))
@@ -172,7 +172,7 @@ def test_guides_taken_out_and_put_back_are_what_they_were(hair, states):
 
 
 @pytest.mark.parametrize(
-    ("scene", "said"),
+    ("scene", "reported"),
     [
         (replace(SCENE, stiction=None), "locks require stiction"),
         (replace(SCENE, collisions=Collisions(solver="sweep")), "coupled contact solver"),
@@ -180,8 +180,8 @@ def test_guides_taken_out_and_put_back_are_what_they_were(hair, states):
         (with_interactions(SCENE, Interaction()), "act on guides only"),
     ],
 )
-def test_hair_that_cannot_be_in_locks_is_refused_at_the_first_frame(hair, scene, said):
-    with pytest.raises(BadInput, match=said):
+def test_hair_that_cannot_be_in_locks_is_refused_at_the_first_frame(hair, scene, reported):
+    with pytest.raises(BadInput, match=reported):
         shot(hair, scene, 1)
 
 

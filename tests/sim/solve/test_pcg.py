@@ -149,7 +149,7 @@ def test_every_iteration_comes_nearer(bundle):
     assert np.all(np.diff(energies) < 0)
 
 
-def test_what_is_not_coupled_needs_no_iteration(bundle):
+def test_uncoupled_systems_need_no_iteration(bundle):
     case = bundle(0.0, 1 / 240)
     x, exchange = case.solve()
     assert exchange.iterations == 0 and exchange.error == 0.0 and not exchange.impulses.any()

@@ -32,10 +32,10 @@ def sag_free(scene):
     def make(strands, wanted=SagFree(), **settings):  # noqa: B008 (frozen)
         s = scene(strands, **settings)
         s.scene = replace(s.scene, sag_free=wanted)
-        with warnings.catch_warnings(record=True) as said:
+        with warnings.catch_warnings(record=True) as reported:
             warnings.simplefilter("always")
             s.state = start(s.hair, s.body, s.scene)
-        s.said = [str(w.message) for w in said]
+        s.reported = [str(w.message) for w in reported]
         return s
 
     return make
@@ -109,10 +109,10 @@ def test_an_upright_hair_falls_where_theory_says(scene, straight):
 
 
 @pytest.mark.parametrize("step", [1 / 240, 1 / 24])
-def test_what_stands_looks_the_same_after_two_seconds(sag_free, straight, step):
+def test_sag_free_strands_are_unchanged_after_two_seconds(sag_free, straight, step):
     strands = [straight(0.3, 50, DOWN), straight(0.1, 50, OUT), straight(0.07, 30, [1, 1, 0]), curl(0.002, 0.02, 0.1)]
     s = sag_free(strands, step=step)
-    assert not s.said
+    assert not s.reported
     before = s.axis
     np.testing.assert_array_equal(before, s.hair.layout.axis(s.hair.rest))
     moved = s.run(2.0).axis - before
@@ -126,10 +126,10 @@ def test_without_it_hair_sags(scene, straight):
     assert np.abs(s.run(0.1).axis - before).max() > 0.01
 
 
-def test_what_cannot_stand_is_named_and_falls_as_it_did(sag_free, scene, straight):
+def test_unstable_strands_are_named_and_fall(sag_free, scene, straight):
     strands = [straight(0.1, 25, OUT), straight(0.3, 25, OUT), straight(0.3, 25, DOWN)]
     s = sag_free(strands)
-    assert s.said == ["1 of 3 strands have no stable equilibrium as groomed and fall: strands 1"]
+    assert s.reported == ["1 of 3 strands have no stable equilibrium as groomed and fall: strands 1"]
     alone = scene([strands[1]])
     before = s.points
     after = s.run(0.25).points
@@ -138,16 +138,16 @@ def test_what_cannot_stand_is_named_and_falls_as_it_did(sag_free, scene, straigh
     np.testing.assert_allclose(after[kept], before[kept], atol=1e-6)
 
 
-def test_what_cannot_stand_may_settle_first(sag_free, straight):
+def test_unstable_strands_may_settle(sag_free, straight):
     s = sag_free([straight(0.1, 25, OUT), straight(0.3, 25, OUT)], SagFree(unstable="settle"))
-    assert len(s.said) == 1
+    assert len(s.reported) == 1
     before = s.axis
     assert before[51, 1] < -0.25
     moved = s.run(1.0).axis - before
     assert np.sqrt(np.mean(np.sum(moved**2, axis=1))) < 1e-6
 
 
-def test_what_has_settled_begins_with_the_body(sag_free, straight, triangle):
+def test_settled_strands_start_with_the_body(sag_free, straight, triangle):
     """About the plumb line: what hangs under its root goes with it, and does not fly as what it was groomed would."""
     s = sag_free([straight(0.3, 25, OUT)], SagFree(unstable="settle"))
     middle = triangle().points.mean(0)
@@ -161,14 +161,14 @@ def test_what_has_settled_begins_with_the_body(sag_free, straight, triangle):
     assert np.abs(s.axis[-1] - middle)[0] < 0.1
 
 
-def test_what_cannot_stand_may_be_refused(sag_free, straight):
+def test_unstable_strands_may_be_refused(sag_free, straight):
     with pytest.raises(BadInput, match=r"1 of 2 strands have no stable equilibrium.*: strands 1"):
         sag_free([straight(0.1, 25, OUT), straight(0.3, 25, OUT)], SagFree(unstable="refuse"))
 
 
 def test_springs_strained_too_much_do_not_stand(sag_free, straight):
-    assert not sag_free([straight(0.1, 50, OUT)], SagFree(strain=0.06)).said
-    assert sag_free([straight(0.1, 50, OUT)], SagFree(strain=0.03)).said
+    assert not sag_free([straight(0.1, 50, OUT)], SagFree(strain=0.06)).reported
+    assert sag_free([straight(0.1, 50, OUT)], SagFree(strain=0.03)).reported
 
 
 def test_a_chain_cannot_hold_a_groom(sag_free, straight):
@@ -201,7 +201,7 @@ def test_result_does_not_depend_on_threads_or_other_strands(sag_free, straight):
         np.testing.assert_array_equal(sag_free([strands[i]], wanted).run(1 / 24).points, many[26 * i : 26 * (i + 1)])
 
 
-def test_it_stands_wherever_the_first_frame_finds_the_root(sag_free, straight, triangle):
+def test_equilibrium_is_at_the_first_frame(sag_free, straight, triangle):
     """The body has turned since the groom was made: gravity is carried in the new pose."""
     s = sag_free([straight(0.1, 25, DOWN)])
     turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])

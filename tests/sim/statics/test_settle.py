@@ -88,7 +88,7 @@ def test_those_that_are_not_asked_stay(settled, straight):
     assert np.linalg.norm(axis[-1] - hair.groom.points[-1]) > 0.1
 
 
-def test_what_does_not_come_to_rest_is_named(settled, straight):
+def test_moving_strands_are_named(settled, straight):
     hair, found = settled([straight(0.1, 25, [1, 0.1, 0]), straight(0.1, 25, [1, 0, 0])])
     lost, everyone = hair.rest.copy(), np.ones(hair.layout.strands.shape, bool)
     lost[20, :, 1:] = np.nan

@@ -47,7 +47,7 @@ def test_short_segments_are_softened_as_far_as_they_may_be_and_others_do_not_fee
         np.testing.assert_allclose(stiffness, [material.bending, material.torsion], rtol=2e-3)
 
 
-def test_what_is_left_out_does_not_stiffen_the_rest():
+def test_omitted_springs_do_not_stiffen_others():
     """Factors scale what the full network has; altitude springs are left out of the fit, so that EI and GJ stay."""
     length = np.array([0.004])
     edge, bending, torsion, altitude = calibration.spring_constants(Material(), DEFAULT, length)

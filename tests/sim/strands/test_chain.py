@@ -49,7 +49,7 @@ def test_curls_are_refused(scene):
     assert refused.value.where == "model" and "network" in str(refused.value.right)
 
 
-def test_what_is_nearly_straight_is_taken(scene):
+def test_nearly_straight_strands_are_accepted(scene):
     angles = np.cumsum(np.r_[0.0, np.tile([1.0, -1.0], 5)]) * 0.9 * STRAIGHTEST
     steps = 0.005 * np.stack([np.sin(angles), -np.cos(angles), np.zeros(11)], axis=1)
     zigzag = np.concatenate([[[0.0, 0.0, 0.0]], np.cumsum(steps, axis=0)])

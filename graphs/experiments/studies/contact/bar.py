@@ -62,8 +62,8 @@ def _shape() -> LevelSet:
 
 def depth(points: np.ndarray) -> float:
     """Return how deep the deepest of points is in the bar [m]; points from its axis [m], (P, 3)."""
-    beside = np.abs(points[:, 2]) < 0.5 * WIDTH
-    return float(np.where(beside, RADIUS - np.hypot(points[:, 0], points[:, 1]), 0.0).max(initial=0.0))
+    aside = np.abs(points[:, 2]) < 0.5 * WIDTH
+    return float(np.where(aside, RADIUS - np.hypot(points[:, 0], points[:, 1]), 0.0).max(initial=0.0))
 
 
 def passed_through(before: np.ndarray, after: np.ndarray, offsets: np.ndarray) -> np.ndarray:

@@ -23,8 +23,8 @@ def groom_of(strands: list[Strand], segments: int) -> Groom:
 
 def ends_at(strands: list[Strand], groom: Groom, time: float) -> Ends:
     """Find where the ends of strands are led at a time [s]; tips are free."""
-    led = {strand.motion: lead(groom, time, Track(), MOTIONS[strand.motion].wave, None, None) for strand in strands}
-    mine = [(led[strand.motion], n) for n, strand in enumerate(strands)]
+    driven = {strand.motion: lead(groom, time, Track(), MOTIONS[strand.motion].wave, None, None) for strand in strands}
+    mine = [(driven[strand.motion], n) for n, strand in enumerate(strands)]
     return Ends(
         np.stack([ends.roots[n] for ends, n in mine]),
         np.stack([ends.roots_rate[n] for ends, n in mine]),

@@ -83,7 +83,7 @@ def _gather_some(couplings, incidence, out, begin):
     """
     first, sides, acts, exerted = incidence.first, incidence.sides, couplings.acts, couplings.exerted
     fractions = couplings.fractions
-    carried, carried_push = _NO_BLOCK, _NO_PUSH
+    transferred, transferred_push = _NO_BLOCK, _NO_PUSH
     for k in range(max(begin - 1, 0), min(begin + _CHUNK, len(out.push))):
         near, far, between, near_push, far_push = _NO_BLOCK, _NO_BLOCK, _NO_BLOCK, _NO_PUSH, _NO_PUSH
         place = out.first[k]
@@ -109,10 +109,10 @@ def _gather_some(couplings, incidence, out, begin):
                 place += 1
         if k >= begin:  # Row begin - 1 belongs to another thread: it only gives what it passes on to the next.
             for c in range(6):
-                out.diagonal[k, c], out.following[k, c] = near[c] + carried[c], between[c]
+                out.diagonal[k, c], out.following[k, c] = near[c] + transferred[c], between[c]
             for c in range(3):
-                out.push[k, c] = near_push[c] + carried_push[c]
-        carried, carried_push = far, far_push
+                out.push[k, c] = near_push[c] + transferred_push[c]
+        transferred, transferred_push = far, far_push
 
 
 @inlined
@@ -268,10 +268,10 @@ def _across(rows, places, k, v):
 def _multiply_some(rows, places, v, start, out, begin):
     """Walk as `_gather_some` does."""
     # The segment before the chunk is computed twice, so that no thread waits for another.
-    carried = _across(rows, places, begin - 1, v)[1] if begin > 0 else zeros()
+    transferred = _across(rows, places, begin - 1, v)[1] if begin > 0 else zeros()
     for k in range(begin, min(begin + _CHUNK, len(out))):
         total, far = _across(rows, places, k, v)
-        near = total - far + carried
+        near = total - far + transferred
         for c in range(3):
             out[k, c] = start[k, c] - item(near, c)
-        carried = far
+        transferred = far

@@ -20,7 +20,7 @@ CODE = """
 """
 
 
-def test_arithmetic_is_told_from_the_rest():
+def test_arithmetic_is_distinguished_from_other_instructions():
     assert count_arithmetic(CODE.splitlines()) == Arithmetic(zmm=2, ymm=1, xmm=1, scalar=2)
     assert count_arithmetic(CODE.splitlines()).packed == pytest.approx(4 / 6)
 
@@ -40,7 +40,7 @@ def _numbers(a):
     return x
 
 
-def test_vectors_are_told_from_numbers():
+def test_vectors_and_numbers_are_distinguished():
     code = {
         kernel: count_arithmetic(assembly_of(kernel, np.ones((4, 8))).splitlines()) for kernel in (_lanes, _numbers)
     }

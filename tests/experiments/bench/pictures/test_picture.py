@@ -14,10 +14,10 @@ from hairpipe.render.shading import kajiya_kay
 @pytest.mark.kernels
 def test_parts_of_a_picture_are_all_of_it(monkeypatch):
     monkeypatch.setattr(process, "find_spec", lambda name: None)
-    said = []
-    report = picture.measure_picture(said.append, ((60, 6), (30, 9)), 2)
-    assert said[:2] == ["60 strands of 6 points", "30 strands of 9 points"]
-    assert "Blender is not installed" in said[-1] and [*report.tables] == ["pictures"]
+    reported = []
+    report = picture.measure_picture(reported.append, ((60, 6), (30, 9)), 2)
+    assert reported[:2] == ["60 strands of 6 points", "30 strands of 9 points"]
+    assert "Blender is not installed" in reported[-1] and [*report.tables] == ["pictures"]
     cases = report.tables["pictures"]
     assert [(case["strands"], case["points"]) for case in cases] == [(60, 6), (30, 9)]
     for case in cases:

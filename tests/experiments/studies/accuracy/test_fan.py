@@ -7,7 +7,7 @@ from hairpipe.graphs.experiments.studies.accuracy.fan import fan_table, fanned
 from hairpipe.groom.strands import lay_strands
 
 
-def test_strands_of_a_fan_are_one_and_the_same_and_the_farthest_from_it_is_told():
+def test_fan_of_equal_strands_reports_the_largest_difference():
     one = lay_strands(1, 0.1, 4, (1.0, 0.5, 0.0), (0.0, 0.0, 0.0), None, 0.2)
     fan = fanned(one, 9, 0.01)
     strands = fan.points.reshape(9, 5, 3)

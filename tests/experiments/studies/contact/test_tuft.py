@@ -32,6 +32,6 @@ def test_soft_springs_stretch_and_our_model_does_not(tables):
     assert stretch["plain"] > 50.0 and stretch["ours"] < 2.0 and stretch["touching"] < 2.0
 
 
-def test_what_touches_itself_stays_together(tables):
+def test_touching_tuft_stays_together(tables):
     apart, together = (tables[f"tuft_{model}"]["spread of tips [mm]"][-1] for model in ("ours", "touching"))
     assert together < 0.3 * apart

@@ -29,5 +29,5 @@ def test_solves_are_interpolated_where_the_error_falls_below_a_level_for_good():
     assert solves_for(1.0, solves, humped) == solves[3]
 
 
-def test_of_nothing_that_was_run_nothing_is_known():
+def test_cost_without_runs_is_unknown():
     assert np.isnan(solves_for(1.0, np.array([]), np.array([])))

@@ -38,13 +38,13 @@ def test_a_rod_turns_weight_into_motion_and_bending_and_loses_nothing_but_to_the
     assert course.kinetic.max() > 0.015
 
 
-def test_a_strand_is_the_same_alone_and_beside_others(truth):
+def test_strand_is_the_same_alone_and_among_others(truth):
     alone = Trial(("swing",), lengths=(0.05,), segments=5, seconds=0.125)
     together = course_of(truth, SHORT)
     np.testing.assert_array_equal(follow(alone, Scheme(), None, 1 / 1920).tips[:, 0], together.tips[:, 3])
 
 
-def test_the_same_steps_have_no_error_and_a_scheme_that_bursts_is_said_to(truth):
+def test_equal_steps_have_no_error_and_unstable_schemes_are_reported(truth):
     same = error_table(truth, SHORT, Scheme(), None, [1920], 1e6)
     assert not same["tip error [% of length]"].any() and set(same["failed"]) == {""}
     explicit = Scheme("backward_euler", "explicit")

@@ -36,6 +36,6 @@ def test_its_length_and_its_clamp_are_those_of_the_groom():
 
 
 @pytest.mark.parametrize("direction", [DOWN, (0.0, 1.0, 0.0)])
-def test_what_has_no_plane_is_refused(direction):
+def test_curves_out_of_a_plane_are_refused(direction):
     with pytest.raises(BadInput, match="strand 0 is bent or upright"):
         droop_rod(laid(direction))

@@ -61,6 +61,6 @@ def test_hanging_and_upright_rods_are_straight():
     np.testing.assert_allclose(bend_elastica(5.0, np.pi / 2).tip, [0, 1], atol=1e-12)
 
 
-def test_losing_the_way_is_said():
+def test_lost_continuation_is_reported():
     with pytest.raises(ArithmeticError, match="no elastica"):
         bend_elastica(100.0, np.deg2rad(89.99))

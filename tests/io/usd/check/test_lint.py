@@ -61,7 +61,7 @@ def test_silent_on_frames_on_twos_and_on_shutter_samples(tmp_path: Path, shot: S
     assert found(stage) == []
 
 
-def test_says_when_and_how_often(stage: Usd.Stage) -> None:
+def test_finding_has_first_time_and_count(stage: Usd.Stage) -> None:
     points = stage.GetAttributeAtPath(f"{HAIR}.points")
     for time in (1003, 1004):
         broken = np.array(points.Get(time))

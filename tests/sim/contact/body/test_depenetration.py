@@ -86,7 +86,7 @@ def test_hair_with_roots_deep_in_a_still_body_comes_to_rest(sphere, scheme, scal
     assert scheme == "nine_steps" or fastest[-1] < 0.8 * PUSH_OUT
 
 
-def test_what_is_deep_inside_is_measured_as_deep_as_it_is(sphere):
+def test_depth_is_exact_below_the_band(sphere):
     """To a fraction of the blocks of 8 cm, of which only the corners are known; a band ends at 3 cm."""
     hull = Hull(sphere, 1.0, (0.0, 0.01), 5, voxel=0.01)
     points = np.random.default_rng(0).uniform(-1.0, 1.0, (4000, 3)) * RADII
@@ -117,7 +117,7 @@ def test_no_point_keeps_more_than_the_one_before_lets_it():
     assert reach == pytest.approx([np.inf, -0.014, -0.004, np.inf, 0.008])
 
 
-def test_what_has_risen_out_is_let_go_of():
+def test_risen_points_are_released():
     """All others are as they were: in several chunks of a parallel loop, in any state, held roots among them."""
     count, rng = 1300, np.random.default_rng(1)
     contact, probe = ContactState.none(count), SdfSample.blank(count)

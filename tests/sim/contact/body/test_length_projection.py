@@ -69,7 +69,7 @@ def test_a_strand_that_hooks_a_plate_comes_back():
     assert (ended[:, 1] > 0.0).all() and (distances[1:] > 0.0).all()
 
 
-def test_what_is_outside_stays():
+def test_outside_points_are_unchanged():
     points = np.stack([SEGMENT * np.arange(COUNT), np.full(COUNT, 0.05), np.zeros(COUNT)], axis=1)
     np.testing.assert_array_equal(drop(bar(0.03), points)[0], points)
 

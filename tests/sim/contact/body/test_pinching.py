@@ -62,7 +62,7 @@ def test_points_that_keep_more_from_one_side_share_the_room():
     np.testing.assert_allclose(ends[1], 3e-3 * 3.0 / 4.0)
 
 
-def test_held_roots_inside_a_body_are_no_trouble():
+def test_held_roots_inside_a_body_are_accepted():
     points, nothing = np.array([[0.0, -1e-3, 0.0]]), np.zeros(1)
     plates = [Plate(0.0, 1.0), Plate(-1e-4, -1.0)]
     probe = SdfSample.blank(1, 0.1)

@@ -63,7 +63,7 @@ def test_points_that_wander_see_what_there_is(around, step):
     assert ball.looks == 2 * len(points) if step == 0.0 else 2 * len(points) < ball.looks <= 6 * len(points)
 
 
-def test_what_is_too_far_to_have_come_near_does_not_look_at_later_times_either(around):
+def test_far_points_are_not_probed_at_later_times(around):
     points, bound, _ = around
     ball, everyone = Ball(), np.ones(len(points), bool)
     cache = ProbeCache([ball], len(points), REACH, FAR)
@@ -85,7 +85,7 @@ def test_many_small_ways_are_not_taken_for_none(around):
         assert_same_where_it_matters(cache, points - 1e-2 * k * inwards, 0.0, bound)
 
 
-def test_who_does_not_look_keeps_what_was_seen_and_looks_later(around):
+def test_unprobed_points_keep_their_last_probe(around):
     points, bound, rng = around
     cache, everyone = ProbeCache([Ball()], len(points), REACH, FAR), np.ones(len(points), bool)
     cache.renew(points, 0.0, everyone, bound)

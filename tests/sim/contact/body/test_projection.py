@@ -6,7 +6,7 @@ from hairpipe.levelset.collider import SdfSample
 from hairpipe.sim.contact.body.projection import Motion, farthest, project
 
 
-def test_what_began_inside_is_left_alone_and_what_began_near_comes_out_slowly():
+def test_points_that_began_inside_are_unchanged_and_near_ones_rise_slowly():
     """Points 4 mm inside: those that began on the surface are moved by 0.5 m/s, those from outside at once."""
     rng = np.random.default_rng(4)
     points, mass = rng.normal(0.0, 0.1, (40, 3)), np.where(np.arange(40) % 20 == 0, np.inf, 1e-8)
@@ -22,7 +22,7 @@ def test_what_began_inside_is_left_alone_and_what_began_near_comes_out_slowly():
     np.testing.assert_allclose(dx, way[:, None] * normals, atol=1e-15)
 
 
-def test_what_slid_around_a_body_stays_where_it_is_and_what_went_through_is_stopped():
+def test_sliding_points_are_unchanged_and_crossing_points_stopped():
     """Both ways cross the unit ball; the first by a corner, the second through its middle."""
     before = np.array([[-0.5, 1.0, 0.0], [-0.5, 1.0, 0.0]]) * 1.05
     after = np.array([[0.5, 1.0, 0.0], [0.5, -1.0, 0.0]]) * 1.05

@@ -45,7 +45,7 @@ def test_none_that_meet_are_missed(scene, brute, motion):
     assert len(crossed.times) == 0 or sizes > 1e5
 
 
-def test_what_is_ignored_is_left_out(scene):
+def test_ignored_pairs_are_excluded(scene):
     before, offsets, reach = scene
     after = moved(before, "a little")
     everything = np.sort(key_of(swept(before, after, offsets, reach)))
@@ -89,7 +89,7 @@ def test_hair_that_slides_along_hair_is_listed_less_where_it_stays_out_of_reach(
 
 
 @pytest.mark.parametrize("motion", ["a little", "a turn", "one strand is thrown", "rest"])
-def test_what_moves_otherwise_is_found_among_what_moves_as_before(scene, brute, motion):
+def test_changed_motion_is_found(scene, brute, motion):
     before, offsets, reach = scene
     after = moved(before, motion)
     around = neighbourhood(before, after, offsets, reach)

@@ -179,7 +179,7 @@ def test_parallel_ones_pass_through_each_other_sideways(shift, turn):
     assert len(one(apart + away, apart - away).times) == 0
 
 
-def test_motion_within_a_plane_is_no_crossing_edge_against_edge():
+def test_motion_within_a_plane_is_not_a_crossing():
     """An end comes first: what the paper leaves to nobody. Where one lies across the other in the end they touch."""
     up = np.array([0.0, 3.0, 0.0])
     apart, beyond = CROSS + np.array([0 * up, 0 * up, up, up]), CROSS - np.array([0 * up, 0 * up, up, up])

@@ -76,7 +76,7 @@ def test_none_at_all_does_nothing(offsets, random_couplings):
     assert not multiply(part_of(random_couplings(offsets, 10), 0, 0), 4, v).any()
 
 
-def test_what_is_not_a_number_stays_where_it_is_coupled(offsets, random_couplings):
+def test_nan_stays_in_coupled_strands(offsets, random_couplings):
     points = int(offsets[-1])
     couplings = random_couplings(offsets, 50)
     v = np.ones((points, 3))

@@ -94,7 +94,7 @@ def test_hair_carried_through_is_pushed_back(cross):
     assert push[0, 1] == pytest.approx(H * LAW.stiffness * 6e-4)
 
 
-def test_what_will_meet_is_pushed_where_the_solve_is_linearised_at_rest(cross):
+def test_approaching_segments_are_repelled_at_rest(cross):
     """Rods that do not touch yet, and would go 2e-4 m into each other."""
     points, pairs = cross(4e-4)
     velocities = np.outer([1, 1, 0, 0], [0.0, -0.3, 0.0])
@@ -161,7 +161,7 @@ def test_threads_do_not_matter(heap):
     assert (one.push == many.push).all() and (matrices(one) == matrices(many)).all()
 
 
-def test_what_hairs_that_are_not_solved_do_to_each_other_is_left_out(heap):
+def test_pairs_of_inactive_strands_are_excluded(heap):
     points, velocities, pairs = heap
     contacts = find_contacts(pairs, points, velocities, LAW)
     everyone = exerted(contacts, points, velocities)

@@ -150,7 +150,7 @@ def test_only_parting_is_damped_and_by_the_fraction_of_critical(web):
         np.testing.assert_allclose(couplings.push[i] - still.push[i], expected, atol=1e-9 * np.abs(expected).max())
 
 
-def test_it_pulls_up_to_the_release_distance_and_lets_go_at_once():
+def test_force_ends_at_the_release_distance():
     connections, pulls = Connections(np.array([[1, 5]], np.int32), np.full((1, 2), 0.5)), []
     extensions = np.linspace(0.1e-3, 2.5e-3, 49)
     for gap in extensions:
@@ -261,7 +261,7 @@ def test_the_bound_on_the_frequency_holds(web, dense):
     assert stiffest(no_connections(), case.masses, STICTION) == 0.0
 
 
-def test_what_hairs_that_are_not_solved_do_to_each_other_is_left_out(web):
+def test_pairs_of_inactive_strands_are_excluded(web):
     case = web()
     everyone = exerted(case.connections, case.x, case.v, case.masses, STICTION, 1e-3)
     active = np.arange(len(case.x)) < 20

@@ -112,7 +112,7 @@ def test_particles_on_a_line_are_pushed_off_it_with_full_force(system):
         np.testing.assert_allclose(force @ [1.0, 2.0, 3.0], 0, atol=1e-5)
 
 
-def test_what_is_flat_at_rest_has_no_altitude_spring(system):
+def test_flat_tetrahedra_have_no_altitude_spring(system):
     s = _apply(system, REST, REST * [1, 1, 0])
     assert np.all(s.force == 0) and np.all(s.A == 0)
 

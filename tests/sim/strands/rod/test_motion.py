@@ -142,19 +142,19 @@ def test_single_precision_follows_double(rods, triangle):
 
 
 @pytest.mark.parametrize(("scheme", "drag"), [("tr_bdf2", 0.1), ("bdf2", 0.1), ("backward_euler", 8.0)])
-def test_steps_too_long_lose_rods_that_do_them_again_and_this_is_said(rods, triangle, scheme, drag):
+def test_rods_lost_in_long_steps_are_solved_again_with_a_warning(rods, triangle, scheme, drag):
     steps = StepControl(longest=FRAME, travel=100.0, root=100.0)
     hair = rods(curl(), curl(1.0), curl(2.0), curl(3.0))
     scene = Scene(air=Air(drag), steps=steps, scheme=Scheme(scheme))
-    body, state, said = triangle(), None, []
+    body, state, reported = triangle(), None, []
     for number in range(36):
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             state = next_state(hair, state, Frame((body, body), (), (), number * FRAME, FRAME), scene)
-        said += [str(each.message) for each in caught]
+        reported += [str(each.message) for each in caught]
     assert state is not None and np.isfinite(state.positions).all()
     again = state.tensions[hair.model.first[:-1], 1]
-    assert any("were re-solved with backward Euler" in each for each in said) == bool(again.any())
+    assert any("were re-solved with backward Euler" in each for each in reported) == bool(again.any())
     assert 0 < again.sum() < 0.2 * 36 * again.size
 
 

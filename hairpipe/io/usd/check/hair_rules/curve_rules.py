@@ -144,13 +144,13 @@ def lock_ids(curves: Snapshot) -> Iterator[Fault]:
         return
     unknown = ~np.isin(followed, ids)
     leads = np.isin(ids, followed)
-    led = leads & (followed != ids)
+    chained = leads & (followed != ids)
     if unknown.any():
         message = f"strand {np.argmax(unknown)} follows {followed[np.argmax(unknown)]}, which is not a hairId"
         yield Fault(curves.path("primvars:lockId"), f"{message}; {unknown.sum()} such strands", curves.code)
-    elif led.any():
-        at = int(np.argmax(led))
-        message = f"others follow {ids[at]}, which follows {followed[at]}; {led.sum()} such of {leads.sum()}"
+    elif chained.any():
+        at = int(np.argmax(chained))
+        message = f"others follow {ids[at]}, which follows {followed[at]}; {chained.sum()} such of {leads.sum()}"
         yield Fault(curves.path("primvars:lockId"), f"{message}, ids are in the order of the strands", curves.code)
 
 

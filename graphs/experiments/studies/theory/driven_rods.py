@@ -17,7 +17,7 @@ SMALLEST = 1 / 16
 """Part of a frame below which there is no way on."""
 
 
-def led_rod(groom: Groom, ends: Mapping[int, Ends], fps: float, bending: float, torsion: float) -> Table:
+def driven_rod(groom: Groom, ends: Mapping[int, Ends], fps: float, bending: float, torsion: float) -> Table:
     """Return the table of `measure` for a Kirchhoff rod in place of the first strand, balanced at every frame.
 
     bending, torsion  EI and GJ [N m^2]
@@ -59,7 +59,7 @@ def follow(rod: Rod, start: Clamp, ends: list[Ends]) -> Iterator[Shape]:
     while done < len(ends) - 1:
         goal = done + part
         holds = [between([getattr(hold, name)[0] for hold in ends], goal) for name in ("roots", "tips")]
-        found = balanced(rod, led(start, holds[0]), led(end, holds[1]), onward(known, goal), known[-1][1])
+        found = balanced(rod, driven(start, holds[0]), driven(end, holds[1]), onward(known, goal), known[-1][1])
         if found is not None:
             known = [known[-1], (goal, found)]
             done = goal
@@ -91,7 +91,7 @@ def between(motions: list[np.ndarray], time: float) -> np.ndarray:
     return np.column_stack([left @ right, mean[:, 3]])
 
 
-def led(clamp: Clamp, motion: np.ndarray) -> Clamp:
+def driven(clamp: Clamp, motion: np.ndarray) -> Clamp:
     """Move a clamp rigidly, by (3, 4)."""
     return Clamp(motion[:, :3] @ clamp.point + motion[:, 3], motion[:, :3] @ clamp.frame)
 
