@@ -27,7 +27,7 @@ SMALL = {
     "hairline.height": 32,
 }
 """Settings of the graphs of tutorials with which they run in no time."""
-LARGEST_FILM = 120_000
+LARGEST_FILM = 150_000
 LARGEST_FILMS = 2_000_000
 """Bytes of one film, and of all: a repository keeps every version of them."""
 WIDEST_FILM = 600
