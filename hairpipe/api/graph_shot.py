@@ -132,6 +132,8 @@ class GraphShot:
         force: bool = False,
         only: FrameSet = None,
         wait: float | None = None,
+        scheduler: str | None = None,
+        insecure: bool = False,
     ) -> Run:
         """Compute what has changed, and publish; BadInput before computing. A node that fails is reported.
 
@@ -145,6 +147,7 @@ class GraphShot:
         publish_root  folder below which files may be published in addition to that of the project
         force         overwrite files that hairpipe has not published, or that were changed since
         only          frames to compute, of a shot of `frames`; what sees all of these is computed if they are there
+        scheduler     address of a Dask scheduler whose workers compute, `tls://` unless `insecure`
         wait          time for which the run waits for what only other processes compute [s]; by default without end
         """
         shot = self.changed(set or {})
@@ -158,6 +161,8 @@ class GraphShot:
             force=force,
             only=read_frames(only),
             wait=wait,
+            scheduler=scheduler,
+            insecure=insecure,
             judge=stopping,
             spare=self._spare,
         )

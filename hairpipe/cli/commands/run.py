@@ -8,6 +8,7 @@ import click
 
 import hairpipe
 from hairpipe.cli import options
+from hairpipe.errors import BadInput
 
 
 @click.command()
@@ -21,6 +22,15 @@ from hairpipe.cli import options
 @click.option("-k", "--keep-going", is_flag=True, help="Continue after a failure with independent nodes.")
 @options.publish_root
 @click.option("--force", is_flag=True, help="Overwrite files that are not from hairpipe or were changed.")
+@click.option(
+    "--engine",
+    type=click.Choice(["local", "dask"]),
+    default="local",
+    show_default=True,
+    help="Engine that computes: local (this machine), dask (the workers of --scheduler).",
+)
+@click.option("--scheduler", metavar="ADDRESS", help="Address of the Dask scheduler, as tls://HOST:PORT.")
+@click.option("--insecure", is_flag=True, help="Allow a scheduler without TLS: whoever reaches its port can run code.")
 @click.option(
     "--wait",
     type=click.FloatRange(min=0.0),
@@ -55,6 +65,9 @@ def run(
     keep_going: bool,
     publish_root: Path | None,
     force: bool,
+    engine: str,
+    scheduler: str | None,
+    insecure: bool,
     wait: float | None,
     report: Path | None,
     record: str | None,
@@ -82,6 +95,10 @@ def run(
     from hairpipe.cli.housekeeping.trust import asking
     from hairpipe.cli.watch import Watch
 
+    if (engine == "dask") != (scheduler is not None):
+        raise BadInput(
+            "--engine dask and --scheduler belong together", right="--engine dask --scheduler tls://HOST:PORT"
+        )
     shot = asking(lambda: hairpipe.load(graph, options.parsed(overrides), cache=cache))
     shot = shot if wedge is None else shot.wedge(wedge)
     recording = None
@@ -100,6 +117,8 @@ def run(
             force=force,
             only=only,
             wait=wait,
+            scheduler=scheduler,
+            insecure=insecure,
         )
     if as_json:
         click.echo(json.dumps(summary.document(done), indent=2))

@@ -45,6 +45,8 @@ class Options:
     force         whether files are replaced that were not published by hairpipe
     judge         stops nodes during the run
     only          frames to compute, of those of the run; None for all of them
+    scheduler     address of a Dask scheduler whose workers evaluate; None for this machine
+    insecure      whether a connection to it without TLS is allowed
     wait          time for which the run waits for results that only other processes evaluate [s]; None without end
     spare         idle workers that stay between runs of which each is given this list; None: they end with the run
     """
@@ -55,6 +57,8 @@ class Options:
     publish_root: Path | None = None
     force: bool = False
     only: tuple[int, ...] | None = None
+    scheduler: str | None = None
+    insecure: bool = False
     wait: float | None = None
     judge: Judge = Judge()  # noqa: RUF009 (it has no state)
     spare: list[Member] | None = None

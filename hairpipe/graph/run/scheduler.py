@@ -12,10 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.engine.host import Host
-from hairpipe.graph.engine.local_engine import MACHINE, LocalEngine
-from hairpipe.graph.engine.offer import Offer
-from hairpipe.graph.engine.protocol import Engine, Job, Reply
+from hairpipe.graph.engine.protocol import Job, Reply
 from hairpipe.graph.file.graph import Graph
 from hairpipe.graph.file.merged import origin
 from hairpipe.graph.node.signature import File
@@ -24,6 +21,7 @@ from hairpipe.graph.plan.divergence import divergence_note, end_scan
 from hairpipe.graph.plan.portion import Portion
 from hairpipe.graph.plan.resolve import Resolver, state_of
 from hairpipe.graph.plan.tasks import Task, is_beyond, order_of, sources
+from hairpipe.graph.run.engines import make_engine
 from hairpipe.graph.run.events import Event, Failure, Kind, Options, Outcome, Report
 from hairpipe.graph.run.publish import Publisher
 from hairpipe.graph.store.digest import action_key
@@ -175,7 +173,7 @@ class Scheduler:
     def dispatch(self) -> None:
         """Give ready tasks to free slots."""
         for wide in (True, False):
-            while not self.agenda:
+            while len(self.queue) and not self.agenda:
                 slots = self.engine.slots()
                 free = slots.wide if wide else slots.narrow
                 task = next(self.queue.take(wide=wide, wide_is_free=slots.wide > 0), None) if free > 0 else None
@@ -386,11 +384,3 @@ class Queue:
         for mode in modes:
             while self._heaps[mode]:
                 yield heapq.heappop(self._heaps[mode])[2]
-
-
-def make_engine(resolver: Resolver, options: Options) -> Engine:
-    """Make the engine of a run."""
-    codes = {node.type.module: resolver.codes[node.name].digest for node in resolver.graph.nodes.values()}
-    modules = tuple(sorted(codes))
-    offer = Offer(str(resolver.store.root), options.codec, str(resolver.graph.folder), modules)
-    return LocalEngine(Host(offer, MACHINE, options.jobs, resolver.reader, codes, options.spare))

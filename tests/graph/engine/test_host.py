@@ -229,7 +229,9 @@ def two(monkeypatch):
 
 
 def test_two_scans_run_side_by_side_and_give_what_one_machine_gives(shot, two):
-    shot.path.write_text(shot.path.read_text() + '[other]\nlike = "sum"\nwarn = 3\n')
+    shot.path.write_text(
+        shot.path.read_text() + '[moved]\nlike = "move"\nstep = 2.0\n[other]\nlike = "sum"\nin.number = "moved"\n'
+    )
     undisturbed = Store(shot.folder / "undisturbed")
     shot.run(store=undisturbed)
     counts = shot.tally()

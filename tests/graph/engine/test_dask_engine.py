@@ -1,0 +1,188 @@
+"""Runs on a Dask cluster: a scheduler and two workers on loopback, each with a home of its own."""
+
+import os
+import signal
+import subprocess
+import sys
+from threading import Thread
+
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.engine import dask_engine
+from hairpipe.graph.run.events import Options
+from hairpipe.graph.run.scheduler import run
+from hairpipe.graph.store.store import Store
+
+from ..conftest import wait_for
+
+distributed = pytest.importorskip("distributed", reason="distributed is not installed (the extra `dask`)")
+pytestmark = pytest.mark.slow
+
+WORKER = """from hairpipe.graph.worker import machine_code
+machine_code.kernel_modules = lambda: iter(())
+from distributed.cli.dask_worker import main
+main()"""
+SCHEDULER = "from distributed.cli.dask_scheduler import main; main()"
+
+
+class Cluster:
+    """A scheduler and its workers, as processes."""
+
+    def __init__(self, folder) -> None:
+        self.folder = folder
+        self.processes = {}
+        self.file = folder / "scheduler.json"
+        self.start("scheduler", SCHEDULER, "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(self.file))
+        wait_for(self.file.exists)
+        wait_for(lambda: "tcp://" in self.file.read_text())
+        self.address = self.file.read_text().split('"address": "')[1].split('"')[0]
+        for name in ("one", "two"):
+            self.worker(name)
+        logs = [folder / name / "log" for name in ("one", "two")]
+        wait_for(lambda: all("Registered to" in log.read_text() for log in logs))
+
+    def start(self, name, code, *arguments) -> None:
+        """Start a process of the cluster."""
+        home = self.folder / name
+        home.mkdir()
+        told = {"HOME": str(home), "TMPDIR": str(home), "XDG_CACHE_HOME": str(home), "XDG_CONFIG_HOME": str(home)}
+        environment = {key: value for key, value in os.environ.items() if key != "HAIRPIPE_TRUST"} | told
+        command = [sys.executable, "-c", code, *arguments, "--no-dashboard"]
+        log = (home / "log").open("w")
+        self.processes[name] = subprocess.Popen(command, cwd=home, env=environment, stdout=log, stderr=log)
+
+    def worker(self, name) -> None:
+        """Start a worker with slots for one wide job and two narrow ones."""
+        numbers = ["--nthreads", "3", "--no-nanny", "--memory-limit", "0", "--resources", "wide=1 narrow=2"]
+        self.start(name, WORKER, self.address, "--host", "127.0.0.1", "--name", name, *numbers)
+
+    def close(self) -> None:
+        """Kill all processes."""
+        for process in self.processes.values():
+            process.kill()
+            process.wait()
+
+
+@pytest.fixture
+def cluster(tmp_path, shot):
+    """A cluster that sees the folder of the shot."""
+    (tmp_path / "cluster").mkdir()
+    made = Cluster(tmp_path / "cluster")
+    yield made
+    made.close()
+
+
+def run_on(cluster, shot, report=lambda event: None, **options):
+    """Run a shot on a cluster."""
+    set_up = Options(scheduler=cluster.address, insecure=True, **options)
+    return run(shot.load(), shot.store, None, set_up, report)
+
+
+TWO = '[moved]\nlike = "move"\nstep = 2.0\n[other]\nlike = "sum"\nin.number = "moved"\n'
+
+
+def test_a_cluster_gives_what_one_machine_gives(shot, cluster):
+    """Equal objects and counts; both machines evaluate; the folder is trusted by the user of the coordinator alone."""
+    shot.path.write_text(shot.path.read_text() + TWO)
+    whole = Store(shot.folder / "whole")
+    shot.run(store=whole)
+    expected, text = shot.tally(), (shot.folder / "out" / "list.txt").read_bytes()
+    (shot.folder / "out" / "list.txt").unlink()
+    outcome = run_on(cluster, shot)
+    assert (outcome.exit_code, outcome.failures) == (0, ())
+    assert shot.tally() == expected and shot.results() == shot.results(store=whole)
+    assert (shot.folder / "out" / "list.txt").read_bytes() == text
+    cluster.close()
+    assert run_on(cluster, shot).cached == outcome.evaluated, "a warm run does not connect"
+
+
+PAUSE = """
+def pause(line):
+    path = Path(os.environ["TOY_TALLY"] + ".paused")
+    if line == "add_up 4" and not path.exists():
+        path.with_suffix(".new").write_text(str(os.getppid()))
+        path.with_suffix(".new").rename(path)
+        __import__("time").sleep(60)
+
+
+def numeral(value)"""
+
+
+def test_a_scan_goes_on_elsewhere_when_its_machine_is_killed(shot, cluster):
+    """The machine of the scan is killed within frame 4: that evaluation is lost, and the other machine resumes."""
+    shot.edit("tally.py", "\ndef numeral(value)", PAUSE)
+    shot.edit("tally.py", '.strip() + "\\n")', '.strip() + "\\n")\n    pause(f"{name} {frame}")')
+    paused = shot.folder / "tally.paused"
+
+    def kill():
+        wait_for(paused.exists)
+        os.kill(int(paused.read_text()), signal.SIGKILL)
+
+    thread = Thread(target=kill, daemon=True)
+    thread.start()
+    said = []
+    outcome = run_on(cluster, shot, lambda event: said.append(event.message) if event.kind == "warning" else None)
+    thread.join()
+    assert outcome.exit_code == 0, (outcome.failures, said)
+    assert said and all("other machines go on" in message for message in said)
+    assert shot.tally()["add_up"] == 11
+    other = Store(shot.folder / "whole")
+    shot.run(store=other)
+    assert shot.results() == shot.results(store=other)
+
+
+def test_a_lost_scheduler_ends_the_run_with_one_line(shot, cluster):
+    text = shot.path.read_text()
+    shot.path.write_text(text + '[wrong]\ntype = "go_wrong"\nin.number = "move"\nhow = "slow"\n')
+
+    def stop():
+        wait_for(lambda: shot.has_called("go_wrong 3"))
+        cluster.processes["scheduler"].send_signal(signal.SIGKILL)
+
+    thread = Thread(target=stop, daemon=True)
+    thread.start()
+    outcome = run_on(cluster, shot)
+    thread.join()
+    assert outcome.exit_code == 1
+    assert {failure.message for failure in outcome.failures} == {
+        f"the Dask scheduler {cluster.address} is lost: run again"
+    }
+
+
+def test_other_code_on_the_cluster_is_refused_by_name(shot, cluster, monkeypatch):
+    """The coordinator has a file that neither worker has: none evaluates anything."""
+    sent = dask_engine.DaskEngine._connect
+
+    def connect(engine):
+        client = sent(engine)
+        engine._offer = engine._offer.replace('"trusted": {"', '"trusted": {"other.py": "0", "')
+        return client
+
+    monkeypatch.setattr(dask_engine.DaskEngine, "_connect", connect)
+    said = []
+    outcome = run_on(cluster, shot, lambda event: said.append(event.message) if event.kind == "warning" else None)
+    assert not shot.tally()
+    (failure,) = outcome.failures
+    assert failure.kind == "mismatch" and "has other code in" in failure.message and "other.py" in failure.message
+    assert len(said) == 1 and outcome.exit_code == 2
+
+
+def test_a_silent_machine_is_given_up(shot, cluster, monkeypatch):
+    """A stopped process answers nothing, though its connection stays open."""
+    monkeypatch.setattr(dask_engine, "SILENCE", 6.0)
+    cluster.processes["one"].send_signal(signal.SIGSTOP)
+    outcome = run_on(cluster, shot)
+    assert (outcome.exit_code, outcome.failures) == (0, ())
+    assert shot.tally()["add_up"] == 10
+
+
+def test_an_open_port_needs_a_word(shot):
+    with pytest.raises(BadInput, match="whoever reaches this port can run code as you"):
+        run(shot.load(), shot.store, None, Options(scheduler="tcp://127.0.0.1:1"))
+
+
+def test_a_scheduler_that_does_not_answer_is_one_message(shot, monkeypatch):
+    monkeypatch.setattr(dask_engine, "CONNECT", 1.0)
+    with pytest.raises(BadInput, match="no Dask scheduler answers"):
+        run(shot.load(), shot.store, None, Options(scheduler="tcp://127.0.0.1:1", insecure=True))
