@@ -49,7 +49,7 @@ def field_of(surface: LevelSet) -> Field:
 
 
 @inlined
-def locate(field: Field, x: float, y: float, z: float) -> tuple[int, int, int, int, float, float, float]:
+def locate(field: Field, x: float, y: float, z: float) -> tuple[int, tuple[int, int, int], Vector]:
     """Return the brick that holds a point [m], or FAR_OUTSIDE or FAR_INSIDE; the voxel in it; the fractions in that."""
     na, nb, nc = field.bricks.shape
     u, v, w = (x - field.x) * field.per_metre, (y - field.y) * field.per_metre, (z - field.z) * field.per_metre
@@ -61,7 +61,7 @@ def locate(field: Field, x: float, y: float, z: float) -> tuple[int, int, int, i
     if 0.0 <= u < 8.0 * na and 0.0 <= v < 8.0 * nb and 0.0 <= w < 8.0 * nc:
         i, j, k = int(u), int(v), int(w)
         n = field.bricks[i >> 3, j >> 3, k >> 3]  # Bricks are of 8 voxels: shifts and masks in place of divisions.
-    return n, i & 7, j & 7, k & 7, u - i, v - j, w - k
+    return n, (i & 7, j & 7, k & 7), (u - i, v - j, w - k)
 
 
 @inlined
@@ -76,7 +76,7 @@ def sample(field: Field, x: float, y: float, z: float) -> tuple[float, float, fl
 
     Beyond the bricks the gradient is 0; the distance is that of the band's border outside, that of `between` inside.
     """
-    n, i, j, k, f, g, h = locate(field, x, y, z)
+    n, (i, j, k), (f, g, h) = locate(field, x, y, z)
     phi = field.background if n == FAR_OUTSIDE else between(field, 0, x, y, z)
     gx = gy = gz = 0.0
     if n >= 0:
@@ -122,12 +122,12 @@ def gradient(field: Field, x: float, y: float, z: float) -> tuple[float, float, 
 @inlined
 def velocity(field: Field, x: float, y: float, z: float) -> tuple[float, float, float]:
     """Return the velocity [m/s] of the surface near a point [m]; 0 where the body is out of reach."""
-    n, i, j, k, f, g, h = locate(field, x, y, z)
+    n, voxel, fractions = locate(field, x, y, z)
     vx = vy = vz = 0.0
     if n >= 0:
-        vx = component(field.velocity, 0, n, (i, j, k), (f, g, h))
-        vy = component(field.velocity, 1, n, (i, j, k), (f, g, h))
-        vz = component(field.velocity, 2, n, (i, j, k), (f, g, h))
+        vx = component(field.velocity, 0, n, voxel, fractions)
+        vy = component(field.velocity, 1, n, voxel, fractions)
+        vz = component(field.velocity, 2, n, voxel, fractions)
     elif n == FAR_INSIDE:
         vx, vy, vz = between(field, 1, x, y, z), between(field, 2, x, y, z), between(field, 3, x, y, z)
     return vx, vy, vz

@@ -96,7 +96,7 @@ def director_of(x, T, p, t):
 def frame_at(x, T, p):
     """Find the director of the edge after row p + 1 from that of the edge before it, and store it in T.
 
-    Returns both unit tangents, 1 / lengths and directors.
+    Returns both unit tangents, both 1 / lengths and both directors.
     """
     te, ie = unit_of(difference(x, p, p + 1))
     tf, jf = unit_of(difference(x, p + 1, p + 2))
@@ -105,4 +105,4 @@ def frame_at(x, T, p):
     m1f = turned(transport(m1e, te, tf), tf, sine, cosine)
     for c in range(3):
         store(T, (p + 1, DIRECTOR + c), m1f[c])
-    return te, tf, ie, jf, m1e, m1f
+    return (te, tf), (ie, jf), (m1e, m1f)

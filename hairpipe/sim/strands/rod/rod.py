@@ -155,7 +155,8 @@ def _add_forces(model, system, at, p, block, terms):
     row = model.first[block] + p + 1
     inverse = load(model.constants, (block, 1))
     bending, twisting = load(model.inverse_lengths, (row, BENDING)), load(model.inverse_lengths, (row, TWISTING))
-    vertex = bend(*frame_at(x, T, p))
+    tangents, inverses, directors = frame_at(x, T, p)
+    vertex = bend(*tangents, *inverses, *directors)
     q = (
         bending * (vertex.k1 - load(model.inverse_lengths, (row, 1))),
         bending * (vertex.k2 - load(model.inverse_lengths, (row, 2))),

@@ -57,9 +57,9 @@ def hold_tip(model, block, x, T, held):
 def _hold_tip(x, T, fixed):
     """Compare the last director with what q' shows; the nearest of the twists that differ by turns is taken."""
     last = x.shape[0] - 3
-    te, tf, _, _, m, _ = frame_at(x, T, GHOST)
+    (te, tf), _, (m, _) = frame_at(x, T, GHOST)
     for p in range(GHOST + 1, last):  # The tip's director depends on all twists: frames are carried from the root.
-        te, tf, _, _, m, _ = frame_at(x, T, p)
+        (te, tf), _, (m, _) = frame_at(x, T, p)
     over = transport(m, te, tf)
     shown = across(difference(x, last + 1, last + 2), tf)
     rows = np.empty((2, x.shape[2]), x.dtype)
