@@ -101,5 +101,5 @@ def test_published_file_is_the_users_to_change(shot):
 
 def test_file_is_not_a_store(shot):
     shot.store.root.write_text("")
-    with pytest.raises(BadInput, match="cache: cannot be written to"):
+    with pytest.raises(BadInput, match="cache: 'seed' has to be computed, and the store cannot be written to"):
         shot.run()
