@@ -97,7 +97,7 @@ PLACES = {
     "click": ("hairpipe/cli/", "graphs/experiments/bench/"),
     "tomlkit": "hairpipe/graph/file/saving.py",
     "rich": "hairpipe/cli/",
-    "distributed": "hairpipe/graph/engine/dask_engine.py",
+    "distributed": ("hairpipe/graph/engine/dask_engine.py", "hairpipe/bench/dask_cluster.py"),
     "starlette": "hairpipe/page/server.py",
     "uvicorn": "hairpipe/page/server.py",
     "sphinx": "docs/",
