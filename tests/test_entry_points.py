@@ -52,6 +52,7 @@ STARTED = {
     "experiments faults": "faults",
     "experiments contact": "contact --segments 100 --between pairs",
     "bench paper": "bench paper medium_straight --set groom.strands=24",
+    "bench engine": "bench engine -j1",
     "experiments promises": "promises --scenes 1",
     "experiments needs": "needs tune/short_slow --tolerance 3%",
 }
@@ -76,6 +77,9 @@ it.measure_contact = lambda say, *words: it.make_report("contact", {"frames": [{
     "bench paper": """from hairpipe.bench import paper as it
 case = {"threads": 1, "frame [s]": 0.1}
 it.measure_scene = lambda *words: [(case, {"strands": 0.1})]""",
+    "bench engine": """from hairpipe.bench import engine as it
+short, long = (it.ToyRun(count, 0, 1.0, 1.0, None) for count in (3, 5))
+it.cold_runs, it.warm_runs = lambda *_: (short, long), lambda *_: [short]""",
     "experiments promises": f"from hairpipe.graphs.experiments.scenes import promises as it\n{UNTUNABLE}",
     "experiments needs": f"from hairpipe.graphs.experiments.scenes import needs as it\n{UNTUNABLE}",
     "experiments faults": """from hairpipe.graphs.experiments.bench import faults as it

@@ -1,4 +1,4 @@
-"""`hairpipe bench`: what hair costs on this machine."""
+"""`hairpipe bench`: what hair, and the engine, cost on this machine."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from hairpipe.cli.stderr import echo
 
 @click.group()
 def bench() -> None:
-    """Measure what hair costs on this machine."""
+    """Measure what hair, and the engine, cost on this machine."""
 
 
 @bench.command()
@@ -83,3 +83,22 @@ def first_use(graph: str, overrides: dict[str, str], as_json: bool) -> None:
     from hairpipe.bench.first_use import measure_first_use
 
     print_report(measure_first_use(find_graph(graph), overrides), as_json)
+
+
+@bench.command()
+@click.option("--dask", "with_dask", is_flag=True, help="Dask too, with a scheduler and a worker on this machine.")
+@options.jobs
+@options.as_json
+@record
+def engine(with_dask: bool, jobs: int, as_json: bool) -> None:
+    """Measure the engine: time of one more task and one more frame of a scan, and memory of the coordinator.
+
+    Toy nodes without work are run in temporary stores, each run in a process of its own. The time of one more is the
+    difference between a long and a short shot, medians of five. Last comes a re-run of 240 frames that finds all
+    results cached.
+
+    While --dask measures, users of this machine can reach the scheduler and run code as you.
+    """
+    from hairpipe.bench.engine import measure_engine
+
+    print_report(measure_engine(echo, jobs, with_dask=with_dask), as_json)
