@@ -93,7 +93,7 @@ def run(
     """
     from hairpipe.cli import summary
     from hairpipe.cli.housekeeping.trust import asking
-    from hairpipe.cli.watch import Watch
+    from hairpipe.cli.run_display import RunDisplay
 
     if (engine == "dask") != (scheduler is not None):
         raise BadInput(
@@ -106,12 +106,12 @@ def run(
         from hairpipe.results.recording import Recording
 
         recording = Recording(shot, record or None, overrides, frames, to)
-    with Watch(shot.graph, jobs, quiet=quiet) as watch:
+    with RunDisplay(shot.graph, jobs, quiet=quiet) as display:
         done = shot.run(
             frames,
             to=to,
             jobs=jobs,
-            progress=watch,
+            progress=display,
             keep_going=keep_going,
             publish_root=publish_root,
             force=force,

@@ -25,7 +25,7 @@ class Drawing(Protocol):
         """Stop drawing."""
 
 
-class Watch:
+class RunDisplay:
     """Context that receives the events of a run, and draws its progress."""
 
     def __init__(self, graph: Graph, jobs: int, *, quiet: bool) -> None:
