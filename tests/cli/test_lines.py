@@ -47,13 +47,13 @@ def test_it_does_so_between_two_frames_too(progress, capsys, monkeypatch):
 
 def test_a_node_without_a_rate_yet_has_no_time_left():
     assert running_line(NodeProgress(total=3, width=1)) == "0/3"
-    assert cells(NodeProgress(total=3, width=1))[1:] == ("0/3", "", "", "")
+    assert cells(NodeProgress(total=3, width=1))[1:] == ["0/3", "", "", ""]
 
 
 def test_a_bar_says_the_same():
     node = NodeProgress(total=10, width=1, cached=4, evaluated=2)
     node.recent.extend([1.0, 2.0, 3.0])
-    assert cells(node)[1:] == ("6/10", "2.00 s/frame", "8.00 s left", "4 cached")
+    assert cells(node)[1:] == ["6/10", "2.00 s/frame", "8.00 s left", "4 cached"]
 
 
 def test_bars_are_drawn_for_what_is_under_way_only(progress):
