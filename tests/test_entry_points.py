@@ -24,6 +24,7 @@ BENCHES = "import runpy; runpy.run_module('hairpipe.graphs.experiments.bench', r
 STARTED = {
     "run": "run shot.toml -j1 -q",
     "plan": "plan shot.toml --set hair.wave.height=0.01",
+    "watch": "watch shot.toml --wedge feel",
     "report": "report shot.toml -o report",
     "explain": "explain shot.toml hair@2",
     "get": "get shot.toml reach@2 -o reach.csv",

@@ -25,6 +25,7 @@ from hairpipe.graph.results import read_result, read_value
 from hairpipe.graph.run.events import Event, Options
 from hairpipe.graph.run.player import Player, playing_environment
 from hairpipe.graph.run.scheduler import run as run_graph
+from hairpipe.graph.run.survey import Survey
 from hairpipe.graph.store.record import Record
 from hairpipe.graph.store.store import Store
 
@@ -118,6 +119,10 @@ class GraphShot:
         for task, record in known.items():
             stopping.limits(task, record)
         return Plan(tuple(e for e in entries if not stopping.gives_up(e.task)), known, stopping.stopped())
+
+    def survey(self, frames: FrameSet = None, *, to: Names = ()) -> Survey:
+        """Read which results exist and which are computed now, by any process that shares the cache; see `Survey`."""
+        return Survey(self.part(to), self._store, read_frames(frames), self.stopping())
 
     def run(
         self,

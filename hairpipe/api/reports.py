@@ -15,6 +15,7 @@ from hairpipe.graph.plan.levels import Level
 from hairpipe.graph.plan.planner import Entry
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.events import Event, Failure, NodeProgress, Outcome, Progress
+from hairpipe.graph.run.survey import NodeSurvey, Survey
 from hairpipe.graph.store.record import Record
 
 __all__ = [
@@ -24,11 +25,13 @@ __all__ = [
     "Graph",
     "Level",
     "NodeProgress",
+    "NodeSurvey",
     "Outcome",
     "Plan",
     "Progress",
     "Recorder",
     "Run",
+    "Survey",
     "Task",
     "origin",
 ]

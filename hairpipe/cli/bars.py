@@ -1,13 +1,14 @@
-"""Progress as bars, one for every running node; drawn by rich on a terminal."""
+"""Progress as bars, one for every running node, or for every node of a survey; drawn by rich on a terminal."""
 
-from rich.console import Console
+from rich.console import Console, Group
 from rich.live import Live
 from rich.progress_bar import ProgressBar
 from rich.spinner import Spinner
 from rich.table import Table
 
 from hairpipe.api.formatting import duration
-from hairpipe.api.reports import Event, NodeProgress, Progress
+from hairpipe.api.reports import Event, NodeProgress, Progress, Survey
+from hairpipe.cli.lines import survey_line, survey_notes
 from hairpipe.graph.node.messages import one_line
 
 WIDTH = 30
@@ -61,3 +62,22 @@ def cells(node: NodeProgress) -> list[ProgressBar | str]:
         "" if not left else f"{duration(left)} left",
         f"{node.cached} cached" if node.cached else "",
     ]
+
+
+class SurveyBars:
+    """Display of a bar for every node of a shot, with the machines that compute; call it with each state."""
+
+    def __init__(self) -> None:
+        self._live = Live(console=Console(highlight=False, markup=False), auto_refresh=False)
+
+    def __call__(self, survey: Survey) -> None:
+        """Draw a state in place of the last one, its total first: a small window does not show all rows."""
+        rows = Table.grid(padding=(0, 2))
+        for name, node in survey.nodes.items():
+            rows.add_row(name, *cells(node), one_line(survey_notes(node)))
+        self._live.start()
+        self._live.update(Group(survey_line(survey), rows), refresh=True)
+
+    def end(self) -> None:
+        """Leave the last state, and the cursor as it was."""
+        self._live.stop()

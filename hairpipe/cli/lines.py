@@ -2,9 +2,12 @@
 
 import time
 
+import click
+
 from hairpipe.api.formatting import duration, plural
-from hairpipe.api.reports import Event, NodeProgress, Progress, origin
+from hairpipe.api.reports import Event, NodeProgress, NodeSurvey, Progress, Survey, origin
 from hairpipe.cli.stderr import echo
+from hairpipe.graph.node.messages import one_line
 
 INTERVAL = 5.0
 """Interval of lines about running nodes [s]."""
@@ -70,6 +73,48 @@ def running_line(node: NodeProgress) -> str:
     if node.seconds_per_frame is not None and node.seconds_left is not None:
         parts += [f"{duration(node.seconds_per_frame)} each", f"{duration(node.seconds_left)} left"]
     return ", ".join(parts)
+
+
+def survey_notes(node: NodeSurvey) -> str:
+    """Describe the results of a node that do not exist: where they are computed, and how many wait or are lost."""
+    hosts = ", ".join(f"{host} {count}" for host, count in sorted(node.hosts.items()))
+    counts = {"missing": node.missing, "waiting for inputs": node.waiting, "lost, diverged": node.diverged}
+    parts = [f"computing: {hosts}"] * bool(hosts) + [f"{count} {state}" for state, count in counts.items() if count]
+    return "; ".join(parts)
+
+
+def survey_line(survey: Survey) -> str:
+    """Describe how much of a shot is done."""
+    done = list(survey.states.values()).count("computed")
+    machines = plural(len(set(survey.hosts.values())), "machine")
+    parts = [f"{done:,} of {plural(len(survey.states), 'result')}"]
+    if survey.hosts:
+        parts.append(f"{len(survey.hosts):,} being computed on {machines}")
+    elif not survey.complete:
+        parts.append("none being computed")
+    if survey.seconds_left is not None:
+        parts.append(f"{duration(survey.seconds_left)} left")
+    return ", ".join(parts)
+
+
+class SurveyLines:
+    """Lines about the nodes of a shot that have changed, and its total; call it with each state."""
+
+    def __init__(self) -> None:
+        self._latest: dict[str, tuple[int, int, str]] = {}
+
+    def __call__(self, survey: Survey) -> None:
+        """Write what has changed; times change always, and are not compared."""
+        nodes = survey.nodes
+        states = {name: (node.done, node.total, survey_notes(node)) for name, node in nodes.items()}
+        if states == self._latest:
+            return
+        for name, node in nodes.items():
+            if states[name] != self._latest.get(name):
+                notes = states[name][-1]
+                click.echo(one_line(f"{name}: {running_line(node)}{'; ' * bool(notes)}{notes}"))
+        self._latest = states
+        click.echo(survey_line(survey))
 
 
 class Steps:

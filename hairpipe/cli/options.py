@@ -1,15 +1,15 @@
 """Arguments and options of several commands.
 
-GRAPH        run plan explain graph get tune wedge farm; any number in cache and bench; --graph in nodes
+GRAPH        run plan watch explain graph get tune wedge farm; any number in cache and bench; --graph in nodes
 TARGET       explain get
---set        run plan explain graph get tune wedge farm bench
---frames     run plan explain get wedge farm
+--set        run plan watch explain graph get tune wedge farm bench
+--frames     run plan watch explain get wedge farm
 --only       run
---to         run plan graph
---wedge      run plan farm; WEDGE in wedge
+--to         run plan watch graph
+--wedge      run plan watch farm; WEDGE in wedge
 --publish-root  run plan
---cache      run plan explain get tune wedge farm cache bench
---json       run plan explain nodes tune wedge cache bench results
+--cache      run plan watch explain get tune wedge farm cache bench
+--json       run plan watch explain nodes tune wedge cache bench results
 --markdown   wedge bench
 """
 

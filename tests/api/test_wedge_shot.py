@@ -108,6 +108,7 @@ def test_a_variant_that_fails_a_criterion_stops_and_the_others_go_on(wedged):
     truth = [alone.get(f"sum@{frame}") for frame in range(1, 7)]
     frame = next(frame for frame, number in enumerate(truth, 1) if number.value > 35)
     assert report.ok and list(report.stopped) == [f"step=2,warn={warn}" for warn in (10, 11, 12)]
+    assert wedge.survey().complete, "without the results of the stopped variants"
     value = f"{truth[frame - 1].value:.4g}"
     assert set(report.stopped.values()) == {f"weight.weight [kg] {value} > 35 at frame {frame}"}
     assert report.outcome.blocked == 0

@@ -23,6 +23,11 @@ def divergence_note(key: str) -> str:
     return digest("ending", key)
 
 
+def end_known_scan(resolver: Resolver, task: Task, key: str) -> Divergence | None:
+    """End a scan, as `end_scan`, where the store notes that the task with this key diverged."""
+    return None if resolver.store.recall(divergence_note(key)) is None else end_scan(resolver, task)
+
+
 def end_scan(resolver: Resolver, failed: Task) -> Divergence | None:
     """Remove the tasks of a scan, from a failed one on, from the inputs that are `Reached`; in place.
 

@@ -7,7 +7,7 @@ from typing import Literal
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
 from hairpipe.graph.plan.differences import differences
-from hairpipe.graph.plan.divergence import divergence_note, end_scan
+from hairpipe.graph.plan.divergence import end_known_scan
 from hairpipe.graph.plan.resolve import Resolver
 from hairpipe.graph.plan.tasks import Task, sources
 from hairpipe.graph.store.digest import Parts, action_key
@@ -116,7 +116,7 @@ class Planner:
         parts = self.resolver.parts(task)
         key = action_key(parts)
         record = self.resolver.find(task, key)
-        if record is None and self.store.recall(divergence_note(key)) is not None and end_scan(self.resolver, task):
+        if record is None and end_known_scan(self.resolver, task, key) is not None:
             return Entry(task, "run", "diverged; frames before were used", key)
         if record is None:
             return Entry(task, "run", next(iter(self.reasons(task, parts)), "its key differs"), key)

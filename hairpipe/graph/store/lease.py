@@ -118,6 +118,13 @@ class Leases:
                 closed.unlink(missing_ok=True)
         os.close(held.handle)
 
+    def holder(self, key: str) -> Lease | None:
+        """Find the lease of whoever evaluates a key; None where nobody is known to. Nothing is written."""
+        lease = read_lease(self._folder / key)
+        while lease is not None and (successor := read_lease(lease.successor)) is not None:
+            lease = successor
+        return None if lease is None or self._has_expired(lease) else lease
+
     def close(self) -> None:
         """Give all leases back."""
         for key in list(self._held):

@@ -4,6 +4,8 @@ import pytest
 
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.results import read_result
+from hairpipe.graph.run.events import Judge
+from hairpipe.graph.run.survey import Survey
 
 BLOW_UP = '''"""A fold that diverges."""
 from numeral import Numeral
@@ -88,6 +90,20 @@ def test_a_plan_knows_what_was_reached_and_so_does_who_asks_for_it(diverging):
     assert plan["wild@4"].status == "run" and "diverged" in plan["wild@4"].reason
     assert plan["count"].status == plan["after"].status == "cached"
     assert read_result(diverging.load(), diverging.store, Task("count", None)).value == 6000 + 6 + 3000 + 3
+
+
+def test_a_survey_is_complete_without_the_frames_after_a_divergence(diverging):
+    survey = Survey(diverging.load(), diverging.store, None, Judge())
+    assert not survey.complete
+    diverging.run()
+    survey.update()
+    assert survey.complete and [str(t) for t, s in survey.states.items() if s == "diverged"] == [
+        "wild@4",
+        "wild@5",
+        "wild@6",
+    ]
+    wild = survey.nodes["wild"]
+    assert (wild.done, wild.total, wild.diverged, wild.waiting) == (3, 3, 3, 0)
 
 
 def test_the_result_is_that_of_as_many_frames(diverging):

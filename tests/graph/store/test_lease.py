@@ -98,6 +98,23 @@ def test_a_holder_elsewhere_expires_by_the_clock_of_the_watcher(store, clock, mo
     assert watcher.acquire(ONE)
 
 
+def test_holder_is_the_last_of_those_that_took_over_and_nothing_is_written(store, clock):
+    watcher = Leases(Store(store.root, read_only=True), clock)
+    assert watcher.holder(ONE) is None and not store.root.exists()
+    slow = Leases(store)
+    slow.acquire(ONE)
+    taker = Leases(store, clock)
+    assert watcher.holder(ONE).path.name == ONE and not taker.acquire(ONE)
+    clock.now += EXPIRY
+    assert watcher.holder(ONE) is None, "its stamp has not changed"
+    assert taker.acquire(ONE)
+    before = files_of(store)
+    assert len(before) == 2 and watcher.holder(ONE).path.name == before[1]
+    assert files_of(store) == before
+    taker.release(ONE)
+    assert watcher.holder(ONE) is None
+
+
 def test_a_lease_is_renewed_while_it_is_held(store):
     leases = Leases(store)
     leases.acquire(ONE)
