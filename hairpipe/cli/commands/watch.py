@@ -40,12 +40,13 @@ def watch(
     once: bool,
     as_json: bool,
 ) -> None:
-    """Report which results exist and which are computed now, until all exist. Nothing is computed or written.
+    """Follow a run of any machine, read from the cache alone.
 
-    The run may be of any process or machine that shares the cache; give this command the same graph and options. A
-    result is "waiting" until its inputs exist, since its key is made of them; "missing" if its inputs exist and no
-    process computes it: of a node that failed, or of a run that has not started or has ended. The cache records no
-    failures, except divergences of simulations of which the earlier frames are used.
+    Reports which results exist and which are computed now, until all exist; nothing is computed or written. The run
+    may be of any process or machine that shares the cache: give this command the same graph and options. A result is
+    "waiting" until its inputs exist, since its key is made of them, and "missing" if they exist and no process computes
+    it: its node failed, or no run is in progress. The cache records no failures, except divergences of simulations of
+    which the earlier frames are used.
 
     On a terminal a table is redrawn every two seconds, elsewhere changes are written line by line; with --json each
     state is one document on one line. Exit codes: 0 all results exist, 1 not all (with --once).
