@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from hairpipe.errors import BadInput
+from hairpipe.graph.run.events import Judge
+from hairpipe.graph.run.survey import Survey
 from hairpipe.graph.store import atomic
 
 
@@ -53,6 +55,14 @@ def test_a_run_whose_results_are_all_there_works_and_publishes(read_only):
     outcome = read_only.run(list__parts="true")
     assert outcome.exit_code == 0 and outcome.cached == 22 and read_only.tally() == {}
     assert sorted(path.name for path in (read_only.folder / "out").rglob("*.txt")) == ["list.txt", "sums.txt"]
+    assert sorted((path, path.stat().st_mtime_ns) for path in read_only.store.root.rglob("*")) == before
+
+
+def test_a_survey_of_it_changes_nothing(read_only):
+    before = sorted((path, path.stat().st_mtime_ns) for path in read_only.store.root.rglob("*"))
+    assert Survey(read_only.load(list__parts="true"), read_only.store, None, Judge()).complete
+    survey = Survey(read_only.load(seed__value="7"), read_only.store, None, Judge())
+    assert survey.nodes["seed"].missing == 1 and survey.nodes["sum"].waiting == 10
     assert sorted((path, path.stat().st_mtime_ns) for path in read_only.store.root.rglob("*")) == before
 
 
