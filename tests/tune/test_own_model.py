@@ -107,7 +107,7 @@ class LagSimulation:
             points = (points + h * goal + noise) / (1.0 + h)
         return Lagging(points, (points - state.points) / frame.frame_dt)
 
-    def carry_over_cut(self, state, leads):
+    def move_over_cut(self, state, leads):
         moved, turned = rigid_over_cut(leads, self.groom)
         return Lagging(self.rigid(moved, state.points), self.rigid(turned, state.velocities))
 

@@ -58,7 +58,10 @@ def run(
 
 
 class Scheduler:
-    """The state of one run. A task is waiting for others, ready, at a worker, established, or failed."""
+    """The state of one run. A task is waiting for others, ready, at a worker, established, or failed.
+
+    Tasks with equal keys are twins: one is evaluated, and the others wait for it.
+    """
 
     def __init__(self, graph: Graph, store: Store, frames: tuple[int, ...], options: Options, report: Report) -> None:
         self.graph, self.store, self.options, self.report = graph, store, options, report
@@ -73,6 +76,7 @@ class Scheduler:
         self.unmet: dict[Task, set[Task]] = {}
         self.waiters: dict[Task, list[Task]] = {}
         self.elsewhere: list[Task] = []
+        self.twins: defaultdict[str, list[Task]] = defaultdict(list)
         self.keys: dict[Task, str] = {}
         self.failures: dict[Task, Failure] = {}
         self.ended: set[Task] = set()
@@ -120,6 +124,7 @@ class Scheduler:
             if not self.at_work and (self.stopping or not self.elsewhere or self.has_waited):
                 return
             for reply in self.engine.replies(POLL if self.elsewhere else None):
+                self.agenda.extend(self.twins.pop(reply["key"], ()))
                 self.finish(self.at_work.pop(reply["key"]), reply)
             if time.monotonic() - self.looked > POLL:
                 self.looked = time.monotonic()
@@ -183,14 +188,17 @@ class Scheduler:
                     self.begin(task, wide)
 
     def begin(self, task: Task, wide: bool) -> None:
-        """Submit a task, unless an equal one is being evaluated."""
+        """Submit a task, unless an equal one has been evaluated, or is being."""
         if not self.is_checked:
             self.store.check_writable(f"'{task}'")
             self.is_checked = True
         parts = self.resolver.parts(task)
         key = self.keys[task] = action_key(parts)
         if key in self.at_work:
-            self.elsewhere.append(task)
+            self.twins[key].append(task)
+            return
+        if self.resolver.find(task, key):  # an equal task has been evaluated since this one was ready
+            self.agenda.append(task)
             return
         node = self.graph.nodes[task.node]
         job = Job(

@@ -121,7 +121,9 @@ def test_a_cache_that_cannot_be_written_to_is_refused_before_anything_is_compute
     result = hairpipe("run shot.toml")
     assert result.exit_code == 2
     cache = shot.parent / "cache"
-    assert result.stderr == f"hairpipe: {cache}: cannot be written to (--cache FOLDER, or HAIRPIPE_CACHE)\n"
+    what = "'seed' has to be computed, and the store cannot be written to"
+    right = "--cache FOLDER of your own, or permission to write"
+    assert result.stderr == f"hairpipe: {cache}: {what} ({right})\n"
     assert not (shot.parent / "tally").exists()
 
 

@@ -1,7 +1,6 @@
 """Where a graph may publish: within its project, and over nothing that is not hairpipe's."""
 
 import os
-import secrets
 import shutil
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import project_of
 from hairpipe.graph.run import publish
 from hairpipe.graph.run.ledger import Ledger, ledger_path
+from hairpipe.graph.store import atomic
 
 MINE = "mine\n"
 
@@ -97,7 +97,7 @@ def test_predicted_temporary_names_are_not_written(shot, outside, monkeypatch):
     (shot.folder / "out" / ".hairpipe-foreseen.tmp").symlink_to(outside / "victim")
     shot.run()  # all but the file is there: nothing else needs a name
     (shot.folder / "out" / "list.txt").unlink()
-    monkeypatch.setattr(secrets, "token_hex", lambda count: "foreseen")
+    monkeypatch.setattr(atomic, "make_name", lambda: "foreseen")
     (failure,) = shot.run().failures
     assert failure.kind == "publish" and "File exists" in failure.message
     assert not (outside / "victim").exists() and not (shot.folder / "out" / "list.txt").exists()

@@ -74,7 +74,8 @@ def _add_vertices(model: Rod, block: int, x: np.ndarray, T: np.ndarray, found: n
     total = load(found, (block,))
     for p in range(GHOST, x.shape[0] - 3):
         row = model.first[block] + p + 1
-        vertex = bend(*frame_at(x, T, p))
+        (te, tf), (ie, jf), (m1e, m1f) = frame_at(x, T, p)
+        vertex = bend(te, tf, ie, jf, m1e, m1f)
         k1, k2 = vertex.k1 - load(model.inverse_lengths, (row, 1)), vertex.k2 - load(model.inverse_lengths, (row, 2))
         psi = load(T, (p + 1, TWIST)) - load(model.inverse_lengths, (row, 3))
         bent, twisted = load(model.inverse_lengths, (row, BENDING)), load(model.inverse_lengths, (row, TWISTING))
