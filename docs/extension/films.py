@@ -4,6 +4,7 @@ import tomllib
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from hairpipe.results.file import COST, Results, read_results, results_path
 
@@ -53,6 +54,6 @@ def measured(film: Film) -> tuple[Results, dict[str, float]]:
     """Read the results of the run of a film, and its cost: number of pictures, seconds of the processor, megabytes."""
     results = read_results(film.results_path)
     table = results.tables[COST]
-    nodes = {row[0]: dict(zip(table.columns, row, strict=True)) for row in table.rows}
+    nodes: dict[Any, dict[str, Any]] = {row[0]: dict(zip(table.columns, row, strict=True)) for row in table.rows}
     sums = {name: sum(node[name] for node in nodes.values()) for name in ("processor", "size [MB]")}
     return results, {"pictures": nodes[film.picture]["results"], **sums}
