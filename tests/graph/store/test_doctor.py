@@ -100,7 +100,7 @@ def test_a_fault_between_two_machines_is_found(store, check, monkeypatch):
     if check == "listing":
         monkeypatch.setattr(doctor_pair, "SLOW", 0.01)
     monkeypatch.setattr(place, name, wrong)
-    monkeypatch.setattr(doctor_pair, "DELAY", 0.5)
+    monkeypatch.setattr(doctor_pair, "DELAY", 2.0)
     one, other = pair(store)
     assert one == other and verdicts(one)[check] != "ok"
     assert {name for name, verdict in verdicts(one).items() if verdict != "ok"} == {check}

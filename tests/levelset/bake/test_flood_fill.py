@@ -19,10 +19,15 @@ def samples_of(mesh, voxel):
     return (lattice.first + index) * voxel, marks & OUTSIDE > 0
 
 
-def is_outside_convex(mesh, points):
+def heights_over(mesh, points):
+    """Heights over the planes of the triangles, times twice their areas."""
     a, b, c = mesh.points[mesh.triangles].transpose(1, 0, 2)
     normals = np.cross(b - a, c - a)
-    return (np.einsum("...j,tj->...t", points, normals) > np.einsum("tj,tj->t", normals, a) + 1e-12).any(axis=-1)
+    return np.einsum("...j,tj->...t", points, normals) - np.einsum("tj,tj->t", normals, a)
+
+
+def is_outside_convex(mesh, points):
+    return (heights_over(mesh, points) > 1e-12).any(axis=-1)
 
 
 @pytest.mark.parametrize("voxel", [0.11, 0.25])
@@ -37,7 +42,8 @@ def test_boxes_any_way_round(box, turn, shift):
     mesh = box()
     mesh.points[:] = Rotation.from_rotvec(turn).apply(mesh.points) + shift
     points, outside = samples_of(mesh, 0.13)
-    assert (outside == is_outside_convex(mesh, points)).all()
+    clear = (np.abs(heights_over(mesh, points)) > 1e-9).all(axis=-1)  # on a face, rounding decides
+    assert (outside == is_outside_convex(mesh, points))[clear].all()
 
 
 def test_nothing_leaks_between_triangles_that_meet_on_samples(box):
