@@ -44,23 +44,33 @@ def store(place):
     return Store(root)
 
 
+def outcome_of(function):
+    """Call a function; returns its text, its message where the input was bad, or the traceback of a defect."""
+    try:
+        return str(function())
+    except BadInput as fault:
+        return str(fault)
+    except Exception:
+        return traceback.format_exc()
+
+
 def as_user(user, function, *, groups=(GROUP,), umask=0o077):
     """Call a function as another user; returns its text, or a traceback."""
+
+    def call():
+        os.setgroups(groups)
+        os.setgid(user)
+        os.setuid(user)
+        os.umask(umask)
+        return function()
+
     read, write = os.pipe()
     child = os.fork()
     if not child:
         try:
-            os.setgroups(groups)
-            os.setgid(user)
-            os.setuid(user)
-            os.umask(umask)
-            text = str(function())
-        except BadInput as fault:
-            text = str(fault)
-        except BaseException:
-            text = traceback.format_exc()
-        os.write(write, text.encode()[:60000])
-        os._exit(0)
+            os.write(write, outcome_of(call).encode()[:60000])
+        finally:  # a child never goes on with the tests
+            os._exit(0)
     os.close(write)
     with os.fdopen(read) as file:
         text = file.read()

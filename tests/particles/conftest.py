@@ -74,7 +74,7 @@ class Ball:
         out.velocity[nearer] = self.velocity
 
     def sweep(self, walk: Walk, start: float, end: float, out: FirstHit) -> None:
-        raise NotImplementedError
+        raise AssertionError("particles probe surfaces, and do not sweep along them")
 
 
 class Shot:

@@ -32,7 +32,7 @@ def solve(x):
     "reading.py": "from numba import njit\n@njit(cache=True)\ndef first(pair):\n    return pair.a\n",
     "interface.py": """from numba import njit
 def force(x):
-    raise NotImplementedError
+    raise TypeError("compiled code alone calls it")
 @njit(cache=True)
 def push(x):
     return force(x)

@@ -22,7 +22,7 @@ class Plate:
         out.normal[near] = [0.0, self.up, 0.0]
 
     def sweep(self, walk, start, end, out):
-        raise NotImplementedError
+        raise AssertionError("points that are moved out of surfaces do not sweep along them")
 
 
 def settle(gap, start, kept, rounds=50):
