@@ -76,7 +76,7 @@ it.measure_particles.__defaults__ = (150,), (1, 2), 0, 1""",
     "experiments contact": """from hairpipe.graphs.experiments.bench import contact as it
 it.measure_contact = lambda say, *words: it.make_report("contact", {"frames": [{"frame [s]": 0.1}]})""",
     "bench paper": """from hairpipe.bench import paper as it
-case = {"threads": 1, "frame [s]": 0.1}
+case = {"first frame": 6, "threads": 1, "frame [s]": 0.1}
 it.measure_scene = lambda *words: [(case, {"strands": 0.1})]""",
     "bench engine": """from hairpipe.bench import engine as it
 short, long = (it.ToyRun(count, 0, 1.0, 1.0, None) for count in (3, 5))

@@ -35,8 +35,8 @@ PRINTED = {
 """Its Table 2, by the name of our graph."""
 STILL, FRAMES = 12, 3
 """Frames that are skipped, since the head hardly moves; that are measured."""
-HAIR = "hair"
-"""Name of the node in all graphs."""
+HAIR, FIRST = "hair", "first frame"
+"""Name of the node in all graphs; column of the first measured frame, counted from the release of the hair."""
 
 
 def measure_paper(
@@ -44,14 +44,14 @@ def measure_paper(
     scenes: dict[str, Path],
     store: Store,
     overrides: Mapping[str, str],
-    settling: int,
+    settling: Sequence[int],
     threads: Sequence[int] = (),
 ) -> Report:
     """Measure scenes, graph files by their names, and report progress.
 
     store      in which what hair depends on is kept
     overrides  settings of every scene, see `load_graph`
-    settling   frames of motion before those that are measured
+    settling   numbers of frames of motion before those that are measured, in turn
     threads    numbers of threads that the frames are measured with; all that there are by default
     """
     cases, parts = list[Case](), list[Case]()
@@ -62,14 +62,14 @@ def measure_paper(
                 printed = PRINTED[name]
                 found |= {"particles in the paper": printed.particles, "frame in the paper [s]": 60.0 * printed.minutes}
             cases.append(found)
-            parts.append({"scene": name, "threads": case["threads"], **in_seconds(shares)})
+            parts.append({"scene": name, FIRST: case[FIRST], "threads": case["threads"], **in_seconds(shares)})
     return make_report(__name__, {"frames": cases, "parts": parts})
 
 
 def measure_scene(
-    echo: Echo, path: Path, store: Store, overrides: Mapping[str, str], settling: int, threads: Sequence[int]
+    echo: Echo, path: Path, store: Store, overrides: Mapping[str, str], settling: Sequence[int], threads: Sequence[int]
 ) -> Iterator[tuple[Case, dict[str, float]]]:
-    """Measure some frames of a scene, in which the head is in full motion, with every number of threads.
+    """Measure frames of a scene in full motion, after every number of earlier ones, with every number of threads.
 
     Yields the median frame, and the times of its parts [s].
     """
@@ -78,26 +78,27 @@ def measure_scene(
     replay = Replay(graph, store, HAIR)
     name = path.stem
     echo(f"{name}: body and groom")
-    replay.prepare(settling + FRAMES)
-    for frame in range(settling):
-        echo(f"{name}: frame {frame + 1} of {settling} before the measured ones")
-        replay.advance(replay.arguments())
-    begun = (replay.frame, replay.state)
+    replay.prepare(max(settling) + FRAMES)
     before = numba.get_num_threads()
     segments = np.diff(replay.arguments()["groom"].offsets) - 1
     shape = strand_models()[graph.nodes[HAIR].settings["model"]].shape
     counts: Case = {"strands": len(segments), "particles": sum(shape.count(int(count)) for count in segments)}
-    for count in threads or (before,):
-        replay.frame, replay.state = begun
-        echo(f"{name}: {FRAMES} frames on {count} threads")
-        numba.set_num_threads(min(count, before))
-        try:
-            found = [timed_frame(replay) for _ in range(FRAMES)]
-        finally:
-            numba.set_num_threads(before)
-        seconds, shares = sorted(found, key=lambda case: case[0])[FRAMES // 2]
-        simulated = 100.0 * simulated_share(replay.state, len(segments))
-        yield {**counts, "simulated [%]": simulated, "threads": min(count, before), "frame [s]": seconds}, shares
+    for settled in sorted(settling):
+        while (passed := replay.frame - graph.begin) < settled:
+            echo(f"{name}: frame {passed + 1} of {settled} before the measured ones")
+            replay.advance(replay.arguments())
+        begun = (replay.frame, replay.state)
+        for count in threads or (before,):
+            echo(f"{name}: {FRAMES} frames on {count} threads")
+            numba.set_num_threads(min(count, before))
+            try:
+                found = [timed_frame(replay) for _ in range(FRAMES)]
+            finally:
+                numba.set_num_threads(before)
+            seconds, shares = sorted(found, key=lambda case: case[0])[FRAMES // 2]
+            case: Case = {**counts, FIRST: settled + 1, "threads": min(count, before), "frame [s]": seconds}
+            yield case | {"simulated [%]": 100.0 * simulated_share(replay.state, len(segments))}, shares
+            replay.frame, replay.state = begun
 
 
 def timed_frame(replay: Replay) -> tuple[float, dict[str, float]]:

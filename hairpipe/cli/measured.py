@@ -55,21 +55,22 @@ def print_report(report: "Report", as_json: bool, files: Iterable[Path] = ()) ->
         show(report)
 
 
-def prepare_recording(ctx: click.Context, param: click.Parameter, folder: Path | None) -> None:
+def prepare_recording(ctx: click.Context, param: click.Parameter, place: Path | None) -> None:
     """Check that a report can be recorded, before anything is measured; BadInput where it cannot be."""
-    if folder is not None:
+    if place is not None:
         from hairpipe.results.bench_recording import BenchRecording
 
-        ctx.meta[RECORDING] = BenchRecording(folder, str(ctx.info_name))
+        folder, name = (place, str(ctx.info_name)) if place.is_dir() else (place.parent, place.name)
+        ctx.meta[RECORDING] = BenchRecording(folder, name)
 
 
 record = click.option(
     "--record",
-    metavar="FOLDER",
-    type=click.Path(path_type=Path, exists=True, file_okay=False),
+    metavar="FOLDER[/NAME]",
+    type=click.Path(path_type=Path),
     callback=prepare_recording,
     expose_value=False,
-    help="Folder of the page for which results/NAME.json keeps the tables.",
+    help="Folder of the page for which results/NAME.json keeps the tables; by default, NAME is that of the bench.",
 )
 moving = partial(
     click.option,

@@ -33,6 +33,14 @@ def test_the_table_of_the_paper_is_recorded(repository, hairpipe, monkeypatch):
     assert state_of(repository / "graphs/results/paper.json").word == CURRENT
 
 
+def test_a_record_of_a_bench_has_the_name_that_is_given(repository, hairpipe, monkeypatch):
+    monkeypatch.setenv(TABLE, os.environ[TABLE])
+    monkeypatch.setattr(paper, "measure_paper", lambda *words: Report(paper.__name__, MACHINE, {"frames": CASES}))
+    monkeypatch.setattr(sys, "argv", ["hairpipe", "bench", "paper"])
+    assert hairpipe("bench paper long_curly --record graphs/short").exit_code == 0
+    assert read_results(repository / "graphs/results/short.json").tables["frames"].rows[1][0] == "step"
+
+
 def test_cases_become_rows_and_the_bandwidth_is_kept(repository):
     recording = BenchRecording(repository / "graphs", "toy")
     graph = repository / "graphs/circle.toml"

@@ -16,7 +16,7 @@ def bench() -> None:
 
 @bench.command()
 @click.argument("scenes", nargs=-1, metavar="[SCENE]...")
-@moving(default=5)
+@moving(default=(5,), multiple=True, help="Number of frames before the measured ones; repeatable.")
 @click.option(
     "--threads",
     type=click.IntRange(min=1),
@@ -29,7 +29,7 @@ def bench() -> None:
 @record
 def paper(
     scenes: tuple[str, ...],
-    moving: int,
+    moving: tuple[int, ...],
     threads: tuple[int, ...],
     overrides: dict[str, str],
     cache: Path,
