@@ -25,7 +25,7 @@ def compare_series(
     y        name of the examined column
     measure  compared number: difference (largest distance from the reference at its rows; the error is in percent of
              its largest value), crossing (value of `x` where the magnitude first exceeds the level), last (value of the
-             last row), or change (from the first row to the last)
+             last row), or change (from the first row to the last, over the first)
     level    level of the crossing
     last     value of `x` at which the comparison ends; by default that of the last row
     """

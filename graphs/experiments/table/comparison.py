@@ -30,7 +30,7 @@ def comparison(
     columns  names of the ascending column and of the examined one; rows without a number in either are left out
     measure  difference: largest distance from the reference at its rows, where a table is linear between its own, in %
              of the largest value of the reference; crossing: where the magnitude first exceeds the level; last: value
-             of the last row; change: from the first row to the last
+             of the last row; change: from the first row to the last, over the first
     last     end of the range in the ascending column; None for that of the tables
 
     BadInput where a table lacks a column, or the cases are not as many as the tables. What does not happen is NaN.
@@ -75,4 +75,4 @@ def reduced(found: Series, measure: Measure, level: float) -> float:
     along, values = found
     if measure == "crossing":
         return float(next(iter(crossings(along, np.abs(values), level)), np.nan))
-    return float(values[-1] - values[0] if measure == "change" else values[-1])
+    return float(values[-1] / values[0] - 1.0 if measure == "change" else values[-1])

@@ -39,11 +39,12 @@ def test_crossing_is_of_the_magnitude_and_nan_where_there_is_none():
     assert found["error [%]"] == pytest.approx([100.0, 300.0, np.nan], nan_ok=True)
 
 
-def test_last_and_change_keep_the_sign():
+def test_last_keeps_the_sign_and_change_is_relative_to_the_first_row():
     shifted = table_of_columns({"time [s]": TIMES, "y [m]": 3.0 - TIMES})
     assert compared("last", [shifted], ramp(1.0))["measured"] == pytest.approx([1.0])
-    changed = compared("change", [shifted], ramp(-0.8))
-    assert changed["measured"] == pytest.approx([-2.0]) and changed["error [%]"] == pytest.approx([25.0])
+    hanging = table_of_columns({"time [s]": TIMES, "y [m]": -2.0 - 0.5 * TIMES})
+    changed = compared("change", [hanging], shifted)
+    assert changed["measured"] == pytest.approx([0.5]) and changed["error [%]"] == pytest.approx([-175.0])
 
 
 def test_rows_without_a_number_are_left_out():
