@@ -6,8 +6,9 @@
     what is written from it, a table below commit, machine and command
     <!-- end -->
 
-NAME is that of a results file, relative to the page; without it, references name theirs. A line of a table whose
-references fit several rows is written once for each. Within a line of text the same is `<!-- results: NAME {...} -->`,
+NAME is that of a results file, relative to the page; without it, references name theirs. A table of NAME that refers
+to other results, too, is below the commits and commands of all. A line of a table whose references fit several rows is
+written once for each. Within a line of text the same is `<!-- results: NAME {...} -->`,
 the figure, and `<!-- end -->`.
 """
 
@@ -56,14 +57,15 @@ def written_page(page: Path, text: str, word_of: Callable[[Path], str]) -> str:
 
 def names_of(text: str) -> list[str]:
     """Name the results that a page refers to, relative to it, in the order in which they come."""
-    names: dict[str, None] = {}
-    for match in MARKER.finditer(text):
-        if match["name"]:
-            names[match["name"]] = None
-        for table, _, rest in (reference.partition(";") for reference in REFERENCE.findall(match["template"])):
-            name = rest.strip() if table.strip() == "state" else table.strip().rpartition(".")[0]
-            names |= {name: None} if name else {}
-    return list(names)
+    return list(dict.fromkeys(name for match in MARKER.finditer(text) for name in names_in(*match.group(1, 2))))
+
+
+def names_in(name: str, template: str) -> list[str]:
+    """Name the results of a marker: its own, if any, and those that its references name."""
+    names = [name]
+    for table, _, rest in (reference.partition(";") for reference in REFERENCE.findall(template)):
+        names.append(rest.strip() if table.strip() == "state" else table.strip().rpartition(".")[0])
+    return list(dict.fromkeys(filter(None, names)))
 
 
 def without_states(text: str) -> str:
@@ -77,8 +79,8 @@ def made_from(template: str, name: str, figures: Figures) -> str:
         [line] = lines_of(template.strip(), figures)
         return line
     lines = [made for line in template.strip("\n").rstrip().split("\n") for made in lines_of(line, figures)]
-    head = [heading(name, figures), ""] if name and lines[0].startswith("|") else []
-    return "\n".join(["", *head, *lines, "", ""])
+    heads = [heading(each, figures) for each in names_in(name, template)] if name and lines[0].startswith("|") else []
+    return "\n".join(["", *([";\n".join(heads), ""] if heads else []), *lines, "", ""])
 
 
 def lines_of(line: str, figures: Figures) -> list[str]:

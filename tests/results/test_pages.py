@@ -88,3 +88,10 @@ def test_results_of_other_folders_are_named_with_their_path(recorded):
     assert names_of(text) == ["graphs/circle"]
     made = written_page(recorded / "README.md", text, lambda path: path.name)
     assert "\n| 12 (circle.json) |\n" in made and "commit" not in made
+
+
+def test_a_table_of_two_results_is_below_the_commands_of_both(recorded, hairpipe):
+    assert hairpipe("run graphs/circle.toml --record again").exit_code == 0
+    text = "<!-- results: circle\n| {table; sides; max; .0f} | {again.table; sides; max; .0f} |\n--><!-- end -->"
+    made = written_page(recorded / "graphs/README.md", text, lambda path: path.name)
+    assert "circle.toml --record`;\ncommit" in made and "--record again`\n\n| 12 | 12 |\n" in made
