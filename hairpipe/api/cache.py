@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Protocol
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
 from hairpipe.graph.plan.gc import Found, Item, Swept, clean, items, live_keys, usage, verify
+from hairpipe.graph.plan.planner import Entry
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.store.lease import Leases
 from hairpipe.graph.store.ownership import check_store
 from hairpipe.graph.store.store import Store
 from hairpipe.graph.worker.machine_code import kernels_parent
@@ -49,6 +52,7 @@ class Cache:
     def __init__(self, root: str | os.PathLike[str] | None = None) -> None:
         self._root = root
         self.root = open_store(root).root
+        self._leases = Leases(self._store(read_only=True))
 
     def __repr__(self) -> str:
         """Write the folder."""
@@ -61,6 +65,12 @@ class Cache:
     def usage(self) -> dict[str, tuple[int, int]]:
         """Return the number of results and their size on disk [bytes], by node type."""
         return usage(self._store(read_only=True))
+
+    def hosts(self, plan: Iterable[Entry]) -> dict[Task, str]:
+        """Find the machines on which processes compute results of a plan now; a lost one is listed for 60 s."""
+        keys = {entry.task: entry.key for entry in plan if entry.status == "run" and entry.key is not None}
+        leases = {task: self._leases.holder(key) for task, key in keys.items()}
+        return {task: lease.host or "unknown" for task, lease in leases.items() if lease is not None}
 
     def verify(self) -> Found:
         """Read every result and every compiled kernel; remove what is damaged, which the next run computes again."""

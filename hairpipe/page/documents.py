@@ -1,7 +1,9 @@
 """Graph and state of its results, as documents for the browser."""
 
 import platform
+from collections import Counter
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from hairpipe import __version__
@@ -67,10 +69,12 @@ class RunOutput(NamedTuple):
 
     statuses  of the tasks that it has reached
     failures  messages of those that failed
+    hosts     machines of the tasks that any process computes now
     """
 
     statuses: Mapping[Task, Status]
     failures: Mapping[Task, str]
+    hosts: Mapping[Task, str] = MappingProxyType({})
 
 
 NOTHING = RunOutput({}, {})
@@ -86,7 +90,11 @@ def state_document(shot: GraphShot, found: Plan, suffix: Suffix, output: RunOutp
 
     found  plan of the shot
     """
-    return {"nodes": nodes_document(shot, found, suffix, output), "verdict": verdict(shot, found), "wedge": False}
+    return {
+        "nodes": nodes_document(shot, found, suffix, output),
+        "verdict": verdict(shot, found, output),
+        "wedge": False,
+    }
 
 
 def wedge_document(wedge: WedgeShot, plan: Plan, suffix: Suffix, output: RunOutput, frames: FrameSet) -> dict[str, Any]:
@@ -104,7 +112,7 @@ def wedge_document(wedge: WedgeShot, plan: Plan, suffix: Suffix, output: RunOutp
         "show": wedge.definition.show or [list(wedge.original.nodes)[-1]],
         "variants": [{"name": row.pop("variant"), **row} for row in rows],
         "states": [{name: nodes[other] for name, other in v.names.items()} for v in wedge.variants.values()],
-        "verdict": verdict(wedge, plan, f" --wedge {wedge.definition.name}"),
+        "verdict": verdict(wedge, plan, output, f" --wedge {wedge.definition.name}"),
     }
 
 
@@ -119,6 +127,8 @@ def nodes_document(shot: GraphShot, found: Plan, suffix: Suffix, output: RunOutp
         elif output.failures and status is None and state != "cached":
             state = "blocked"
         cell: dict[str, Any] = {"frame": entry.task.frame, "state": state, "reason": entry.reason}
+        if entry.task in output.hosts:
+            cell |= {"state": "running", "reason": f"on {output.hosts[entry.task]}"}
         if entry.task in output.failures:
             cell["reason"] = output.failures[entry.task]
         record = found.records.get(entry.task)
@@ -151,8 +161,8 @@ def short(found: Any) -> str:
     return str(found)[:NAMED]
 
 
-def verdict(shot: GraphShot, found: Plan, options: str = "") -> dict[str, Any]:
-    """Summarise: frames, results cached and to compute, seconds, bytes, failures, warnings, versions, the command.
+def verdict(shot: GraphShot, found: Plan, output: RunOutput, options: str = "") -> dict[str, Any]:
+    """Summarise: frames, results cached, to compute and computed now, seconds, bytes, failures, warnings, versions.
 
     options  of the command
     """
@@ -162,6 +172,7 @@ def verdict(shot: GraphShot, found: Plan, options: str = "") -> dict[str, Any]:
         "frames": fold_frames(frames_of(shot, found)),
         "cached": sum(entry.status == "cached" for entry in found),
         "missing": sum(entry.status != "cached" for entry in found),
+        "hosts": Counter(output.hosts.values()),
         "seconds": sum(record.seconds for record in records),
         "processor": sum(record.processor or 0.0 for record in records),
         "bytes": sum(dict(pair for record in records for pair in record.objects()).values()),

@@ -6,12 +6,13 @@ import signal
 import subprocess
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from hairpipe import child
-from hairpipe.api.reports import STATUSES, Status, Task
+from hairpipe.api.cache import Cache
+from hairpipe.api.reports import STATUSES, Entry, Plan, Status, Task
 from hairpipe.api.selection import FrameSet, read_frames
 from hairpipe.api.shot import Shot
 from hairpipe.errors import BadInput
@@ -54,6 +55,8 @@ class Session:
         self._players: list[Playing] = []
         self._note = ""
         self._seen: Any = None
+        self._cache = Cache(shot.cache)
+        self._hosts: Mapping[Task, str] = {}
         self.revision = 0
         self._shelf = Shelf(MOST_STRANDS)
         self._take(shot, {})
@@ -172,8 +175,9 @@ class Session:
 
     def _state(self) -> dict[str, Any]:
         if self._wedge is not None:  # runs are of the wedge
-            return state_document(self._shot, self._plan, self._shelf.suffix) | {"wedge": True}
-        document = state_document(self._shot, self._plan, self._shelf.suffix, RunOutput(self._statuses, {}))
+            output = RunOutput({}, {}, self._cache.hosts(self._plan))
+            return state_document(self._shot, self._plan, self._shelf.suffix, output) | {"wedge": True}
+        document = state_document(self._shot, self._plan, self._shelf.suffix, self._output(self._plan))
         return {"nodes": document["nodes"], "verdict": document["verdict"] | self._running(), "wedge": False}
 
     def _variants(self) -> dict[str, Any]:
@@ -182,8 +186,13 @@ class Session:
         wedge = self._shot.wedge(self._wedge)
         found = wedge.plan(self.frames)
         self._shelf.take(wedge, found)
-        document = wedge_document(wedge, found, self._shelf.suffix, RunOutput(self._statuses, {}), self.frames)
+        self._watched = (*self._plan, *found)
+        document = wedge_document(wedge, found, self._shelf.suffix, self._output(found), self.frames)
         return document | {"verdict": document["verdict"] | self._running()}
+
+    def _output(self, plan: Plan) -> RunOutput:
+        """Describe the active run, and what runs of other processes compute now."""
+        return RunOutput(self._statuses, {}, self._cache.hosts(plan))
 
     def _running(self) -> dict[str, Any]:
         """Describe the active run, or the end of the last one."""
@@ -198,6 +207,7 @@ class Session:
         self._edits = dict(edits)
         self._shot = shot
         self._plan = plan
+        self._watched: Iterable[Entry] = plan
         for player in self._players:
             player.take({target: parse_value(text) for target, text in edits.items()})
         self._shelf.take(shot, plan)
@@ -218,18 +228,21 @@ class Session:
             self._advance()
 
     def _follow(self) -> None:
-        """Poll the cache and the graph file, which other processes may change."""
+        """Poll the cache, its leases and the graph file, which other processes may change."""
         while self._open:
             begun = time.monotonic()
             seen = (
                 stamp(self._base.path),
                 *(stamp(path) for path in sorted((self._base.cache / "actions").glob("??"))),
             )
-            if seen != self._seen:
-                with self._lock:
-                    if self._seen is not None:
-                        self._reload()
-                    self._seen = seen
+            with self._lock:
+                if self._seen not in (None, seen):
+                    self._reload()
+                self._seen = seen
+                hosts = self._cache.hosts(self._watched)
+                if hosts != self._hosts:
+                    self._hosts = hosts
+                    self._advance()
             time.sleep(max(PAUSE, 2.0 * (time.monotonic() - begun)))
 
     def _listen(self, run: "subprocess.Popen[str]") -> None:

@@ -2,7 +2,9 @@
 
 import io
 import json
+import subprocess
 import threading
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -17,8 +19,9 @@ from hairpipe.page.report import write_report
 from hairpipe.page.server import Server
 from hairpipe.page.session import Session
 
+from ..cli.commands.test_watch import ELSEWHERE
 from ..pages import data_of
-from .conftest import SHOT
+from .conftest import SHOT, START
 
 pytestmark = pytest.mark.slow
 
@@ -184,12 +187,22 @@ def test_no_wire_crosses_a_node_in_any_shipped_graph(opened, report):
         assert boxes == len(shot.nodes) and not crossed, (name, crossed)
 
 
-def test_live_a_setting_is_edited_run_and_saved(opened, shot, folder):
-    server = Server(Session(shot), 0)
+@contextmanager
+def served(session):
+    """Serve the page of a session; yields its address."""
+    server = Server(session, 0)
     thread = threading.Thread(target=server.serve)
     thread.start()
     try:
-        driver = opened(server.address)
+        yield server.address
+    finally:
+        server.stop()
+        thread.join(20)
+
+
+def test_live_a_setting_is_edited_run_and_saved(opened, shot, folder):
+    with served(Session(shot)) as address:
+        driver = opened(address)
         do(driver, "selectNode('picture')")
         edit = """const field = document.querySelector('[data-setting="red"] input');
             field.value = arguments[0]; field.dispatchEvent(new Event('change'))"""
@@ -222,6 +235,26 @@ def test_live_a_setting_is_edited_run_and_saved(opened, shot, folder):
             '"paint"\nin.hair = "hair"\n', '"paint"\nin.hair = "hair"\nred = 0.875\n'
         )
         assert driver.execute_script("return document.body.dataset.errors") == "0"
-    finally:
-        server.stop()
-        thread.join(20)
+
+
+def test_live_a_run_of_another_process_is_followed(opened, shot, folder):
+    changed = shot.changed({"hair.strands": 310})
+    lease = folder / "cache" / "lease" / next(e.key for e in changed.plan() if str(e.task) == "hair@1")
+    session = Session(shot)
+    session.edit("hair.strands", "310")
+    with served(session) as address:
+        driver = opened(address)
+        until = """const done = arguments[0];
+            const look = () => (%s ? done(true) : setTimeout(look, 50));
+            look();"""
+        do(driver, "selectNode('hair'); app.set({ frame: 1 })")
+        lease.parent.mkdir(exist_ok=True)
+        lease.write_text(json.dumps({"holder": ELSEWHERE, "host": "render-7"}))
+        driver.execute_async_script(until % "app.cell('hair').state === 'running'")
+        assert "computing: render-7 1" in driver.find_element("id", "verdict").text
+        assert driver.find_element("css selector", "#panel .state").text == "hair@1: running on render-7"
+        lease.unlink()
+        run = [*START, "run", "shot.toml", "--set", "hair.strands=310", "--to", "hair", "-j1", "-q"]
+        subprocess.run(run, cwd=folder, check=True)
+        driver.execute_async_script(until % "viewer.items.at(-1)?.places.length === 310 * 12 * 3")
+        assert driver.execute_script("return [app.cell('hair').state, document.body.dataset.errors]") == ["cached", "0"]

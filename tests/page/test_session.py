@@ -10,6 +10,7 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.page.session import Session
 
+from ..cli.commands.test_watch import ELSEWHERE
 from .conftest import SHOT
 
 
@@ -94,6 +95,27 @@ def test_a_file_that_others_change_is_read_again(session, folder):
     assert states(session, "hair") == ["run"] * 5
     (folder / "shot.toml").write_text(SHOT)
     until(lambda: states(session, "hair") == ["cached"] * 5)
+
+
+def test_results_that_another_process_computes_are_shown(shot, folder, session):
+    changed = shot.changed({"hair.strands": 260})
+    session.edit("hair.strands", "260")
+    keys = {str(entry.task): entry.key for entry in changed.plan()}
+    lease = folder / "cache" / "lease" / keys["hair@3"]
+    lease.parent.mkdir(exist_ok=True)
+    revision = session.revision
+    lease.write_text(json.dumps({"holder": ELSEWHERE, "host": "render-7"}))
+    assert session.wait(revision, 20.0) > revision
+    assert states(session, "hair") == ["run", "run", "running", "run", "run"]
+    assert cells(session, "hair")[2]["reason"] == "on render-7"
+    assert session.document("state")[0]["verdict"]["hosts"] == {"render-7": 1}
+    revision = session.revision
+    lease.unlink()
+    assert session.wait(revision, 20.0) > revision and states(session, "hair") == ["run"] * 5
+    revision = session.revision
+    assert changed.run(to="hair", only=3, jobs=1).ok
+    assert session.wait(revision, 20.0) > revision
+    until(lambda: states(session, "hair") == ["run", "run", "cached", "run", "run"])
 
 
 def test_a_result_missing_from_the_cache_is_a_message(session, shot):

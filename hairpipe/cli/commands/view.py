@@ -36,8 +36,8 @@ def view(
     """Show a graph and what it made in a browser.
 
     Strands, meshes, level sets, pictures and tables at every frame. Settings are edited there, `plan` says what would
-    run, runs begin and end, and what is saved changes only these values of the graph file. A run that another process
-    makes is followed, too.
+    run, runs begin and end, and what is saved changes only these values of the graph file. Runs of other processes
+    and machines are followed, from the cache alone.
 
     With --wedge the variants are shown next to each other, and a run computes all of them.
 

@@ -10,7 +10,8 @@ function drawVerdict() {
   const word = verdict.failures.length ? `${verdict.failures.length} failed` : verdict.missing ? `${verdict.missing.toLocaleString("en")} to compute` : done;
   const counted = verdict.computed === undefined ? `${verdict.cached.toLocaleString("en")} results in the cache`
     : `${verdict.computed.toLocaleString("en")} computed, ${verdict.reused.toLocaleString("en")} cached, in ${timeText(verdict.took)}`;
-  const parts = [`frames ${part ? `${verdict.frames} of ${all}` : all} at ${graph.fps} fps`, counted, `${timeText(verdict.seconds)} of work, ${timeText(verdict.processor)} of processor`,
+  const hosts = Object.entries(verdict.hosts).map(([host, count]) => `${host} ${count}`);
+  const parts = [`frames ${part ? `${verdict.frames} of ${all}` : all} at ${graph.fps} fps`, counted, ...(hosts.length ? [`computing: ${hosts.join(", ")}`] : []), `${timeText(verdict.seconds)} of work, ${timeText(verdict.processor)} of processor`,
     sizeText(verdict.bytes), ...Object.entries(verdict.versions).map(([name, version]) => `${name} ${version}`)];
   const warnings = verdict.warnings.length ? [element("details", {}, element("summary", {}, `${verdict.warnings.length} warning${verdict.warnings.length > 1 ? "s" : ""}`), ...verdict.warnings.map((/** @type {string} */ w) => element("p", {}, w)))] : [];
   document.getElementById("verdict")?.replaceChildren(
