@@ -19,17 +19,17 @@ Puts = tuple[tuple[str, Any], ...]
 class Simplification:
     """One part of the physics left out, or one discretisation made coarser.
 
-    axis     aspect that it simplifies; at most one simplification per axis is used
-    level    level on this axis: a higher one omits more
-    text     description
-    puts     settings by target, with their values
-    drops    targets of groups to remove
-    keys     number of strands per simulated strand; 1: all are simulated
-    instead  function "module:name" that makes nodes to replace the simulation; it is called with the
-             name of the node, its table, the edge of the groom of all strands, and the simplification, and returns
-             tables by name: that of the same name provides the strands. Empty: the node is kept
-    count    number of elements that `instead` simulates in place of at least as many strands
-    beside   axes that can be simplified at the same time; None: all
+    axis        aspect that it simplifies; at most one simplification per axis is used
+    level       level on this axis: a higher one omits more
+    text        description
+    puts        settings by target, with their values
+    drops       targets of groups to remove
+    keys        number of strands per simulated strand; 1: all are simulated
+    instead     function "module:name" that makes nodes to replace the simulation; it is called with the
+                name of the node, its table, the edge of the groom of all strands, and the simplification, and returns
+                tables by name: that of the same name provides the strands. Empty: the node is kept
+    count       number of elements that `instead` simulates in place of at least as many strands
+    compatible  axes that can be simplified at the same time; None: all
     """
 
     axis: str

@@ -16,6 +16,6 @@ def carry_groom(
     diameter  diameter of each strand
     """
     from hairpipe.groom.binding import rigid_strands
-    from hairpipe.sim.boundary import lead_of, motion_of_roots
+    from hairpipe.sim.boundary import driver_of, motion_of_roots
 
-    return rigid_strands(groom, *motion_of_roots(lead_of(body, ends), groom), diameter)
+    return rigid_strands(groom, *motion_of_roots(driver_of(body, ends), groom), diameter)

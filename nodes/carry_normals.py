@@ -12,7 +12,7 @@ def carry_normals(hair: Strands, groom: Groom, shell: LevelSet, body: Mesh | Non
     `body` or `ends` are the inputs that move the roots.
     """
     from hairpipe.groom.keys.shell_normals import probe_shell, rotated_normals
-    from hairpipe.sim.boundary import lead_of, motion_of_roots
+    from hairpipe.sim.boundary import driver_of, motion_of_roots
 
     rest = probe_shell(groom.points, shell).normal
-    return rotated_normals(rest, groom, hair, motion_of_roots(lead_of(body, ends), groom))
+    return rotated_normals(rest, groom, hair, motion_of_roots(driver_of(body, ends), groom))

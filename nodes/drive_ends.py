@@ -29,7 +29,7 @@ def drive_ends(
     tips     motion of the tips by keys; if absent, tips are free; {} fixes them
     release  time of release of the tips, at the last frame not after it; if absent, tips stay held
     """
-    from hairpipe.scripted_ends.ends import lead
+    from hairpipe.scripted_ends.ends import drive
     from hairpipe.scripted_ends.track import instant_of
 
-    return lead(groom, instant_of(time.frame, at, time.fps, cuts), roots, wave, tips, release)
+    return drive(groom, instant_of(time.frame, at, time.fps, cuts), roots, wave, tips, release)

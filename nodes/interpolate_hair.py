@@ -52,11 +52,11 @@ def interpolate_hair(
     from hairpipe.groom.keys.clumping import clumped
     from hairpipe.groom.keys.interpolating import interpolated
     from hairpipe.groom.keys.push_out import pushed_out
-    from hairpipe.sim.boundary import lead_of, motion_of_roots
+    from hairpipe.sim.boundary import driver_of, motion_of_roots
 
     if not np.array_equal(hair.offsets, keys.offsets):
         raise BadInput("hair and keys are not the same strands", right="in.keys: the groom that is simulated")
-    shown = interpolated(hair, keys, groom, prepared, motion_of_roots(lead_of(body, ends), groom))
+    shown = interpolated(hair, keys, groom, prepared, motion_of_roots(driver_of(body, ends), groom))
     if clumps is not None:
         shown = clumped(shown, hair, prepared, clumps.pull, clumps.begin)
     return pushed_out(shown, prepared.own < 0, surface or (), parts or (), thickness, time.dt)

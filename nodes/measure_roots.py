@@ -9,9 +9,9 @@ from hairpipe.graph import Cuts, Frames, Time, node
 def measure_roots(groom: Groom, body: Frames[Mesh] | None, ends: Frames[Ends] | None, time: Time, cuts: Cuts) -> Table:
     """Measure speed and acceleration of roots on the body or on driven ends, at every frame."""
     from hairpipe.measure.roots import measure_root_motion
-    from hairpipe.sim.boundary import lead_of
+    from hairpipe.sim.boundary import driver_of
 
-    leads = lead_of(body, ends)
-    if leads is None:
+    drivers = driver_of(body, ends)
+    if drivers is None:
         raise BadInput("nothing moves the roots", where="in", right='in.body = "node", or in.ends')
-    return measure_root_motion(groom, leads, time.fps, cuts)
+    return measure_root_motion(groom, drivers, time.fps, cuts)

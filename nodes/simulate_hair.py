@@ -48,16 +48,16 @@ def simulate_hair(
 
     Another model of hair is a node of its own, with strands and a state as outputs.
     """
-    from hairpipe.sim.boundary import lead_of
+    from hairpipe.sim.boundary import driver_of
     from hairpipe.sim.precision import choose_precision
     from hairpipe.sim.shot import Frame
     from hairpipe.sim.simulate import next_state, strands_of
 
     solid = bool(surface or parts)
-    leads = lead_of(body, ends) or (None, None)
+    drivers = driver_of(body, ends) or (None, None)
     hair = choose_precision(settings.precision, prepared, settings, bodies=solid, first=previous is None)
     began = (time.frame - 1) * time.dt
     cut = time.frame in cuts
-    frame = Frame(leads, surface or (), parts or (), began, time.dt, cut, target)
+    frame = Frame(drivers, surface or (), parts or (), began, time.dt, cut, target)
     state = next_state(hair, previous, frame, settings)
     return Hair(strands_of(hair, state), state)

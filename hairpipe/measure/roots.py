@@ -6,17 +6,19 @@ import numpy as np
 
 from hairpipe.data import Ends, Groom, Mesh, Table
 from hairpipe.data.table import table_of_columns
-from hairpipe.sim.boundary import check_lead
+from hairpipe.sim.boundary import check_driver
 
 
-def measure_root_motion(groom: Groom, leads: Mapping[int, Mesh | Ends], fps: float, cuts: Sequence[int] = ()) -> Table:
+def measure_root_motion(
+    groom: Groom, drivers: Mapping[int, Mesh | Ends], fps: float, cuts: Sequence[int] = ()
+) -> Table:
     """Return a row for every frame: root mean square, over the strands, of speed and acceleration of the roots.
 
-    leads  bodies or ends at the frames of the run, ascending; frames may be missing
-    cuts   frames at which the shot is cut: differences are one-sided there
+    drivers  bodies or ends at the frames of the run, ascending; frames may be missing
+    cuts     frames at which the shot is cut: differences are one-sided there
     """
-    frames = list(leads)
-    places = np.array([root_places(groom, leads[frame]) for frame in frames])
+    frames = list(drivers)
+    places = np.array([root_places(groom, drivers[frame]) for frame in frames])
     takes = np.split(np.arange(len(frames)), np.searchsorted(frames, cuts))
     found = [differences(places[take], np.array(frames)[take]) for take in takes if len(take)]
     rates, accelerations = (np.concatenate(parts) for parts in zip(*found, strict=True))
@@ -39,13 +41,13 @@ def differences(values: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndar
     return first, second
 
 
-def root_places(groom: Groom, lead: Mesh | Ends) -> np.ndarray:
+def root_places(groom: Groom, driver: Mesh | Ends) -> np.ndarray:
     """Return the positions of the roots [m], (S, 3); BadInput for the ends of another groom."""
-    check_lead(lead, groom)
-    if isinstance(lead, Ends):
+    check_driver(driver, groom)
+    if isinstance(driver, Ends):
         rest = groom.points[groom.offsets[:-1]]
-        return np.einsum("sij,sj->si", lead.roots[:, :, :3], rest) + lead.roots[:, :, 3]
-    corners = lead.points[lead.triangles[groom.root_triangles]]
+        return np.einsum("sij,sj->si", driver.roots[:, :, :3], rest) + driver.roots[:, :, 3]
+    corners = driver.points[driver.triangles[groom.root_triangles]]
     return np.einsum("sk,skc->sc", groom.root_barycentrics, corners)
 
 

@@ -14,7 +14,7 @@ from hairpipe.data import Particles
 from hairpipe.data.lengths import strand_lengths
 from hairpipe.groom.binding import name_strands
 from hairpipe.particles.smoothing_kernel import kernel
-from hairpipe.sim.boundary import Lead, motion_of_roots
+from hairpipe.sim.boundary import Driver, motion_of_roots
 
 LOAD = 10.0
 """Times the weight of hair under which links may stretch it."""
@@ -157,21 +157,21 @@ def reaches_of(particles: Particles, sag: float) -> np.ndarray:
 
 
 def keep_within_reach(
-    particles: Particles, reaches: np.ndarray, lead: Lead, deep: int, frame: int, moving: Moving
+    particles: Particles, reaches: np.ndarray, driver: Driver, deep: int, frame: int, moving: Moving
 ) -> None:
     """Move particles back to within reach of their roots along straight lines, in place, with a warning.
 
     They lose their speed away from the root.
 
     reaches  as `reaches_of` finds them [m], (N,)
-    lead     lead of the roots at the end of the frame
+    driver   driver of the roots at the end of the frame
     deep     number of particles below the skin, which come first
 
     Raises ArithmeticError if one is `TORN` times as far away.
     """
     hair = particles.hair
     strands = particles.strands[deep:]
-    motions, rates = motion_of_roots(lead, hair)
+    motions, rates = motion_of_roots(driver, hair)
     ends = hair.points[hair.offsets[:-1]]
     roots, drifts = (np.einsum("sij,sj->si", m[:, :, :3], ends) + m[:, :, 3] for m in (motions, rates))
     ways = moving.points[deep:] - roots[strands]

@@ -21,7 +21,7 @@ from hairpipe.particles.sag_free import rest_lengths
 from hairpipe.particles.settings import Interaction, ParticleSettings, Printed
 from hairpipe.particles.step import Forces, Springs, advance
 from hairpipe.sim.air.loose_fibres import LooseFibres, add_wind
-from hairpipe.sim.boundary import Lead, motion_of_roots, velocities_around_roots
+from hairpipe.sim.boundary import Driver, motion_of_roots, velocities_around_roots
 from hairpipe.sim.build import bodies_of
 from hairpipe.sim.cuts import rigid_over_cut
 from hairpipe.sim.settings import BodyContact
@@ -110,9 +110,9 @@ class ParticleSimulation:
         """
         return advance_frame(self.particles, self.prepared, state, frame, self._bodies_at(frame), self.settings)
 
-    def move_over_cut(self, state: ParticleState, leads: tuple[Lead, Lead]) -> ParticleState:
+    def move_over_cut(self, state: ParticleState, drivers: tuple[Driver, Driver]) -> ParticleState:
         """Return particles moved with their roots."""
-        return move_over_cut(self.particles, state, leads)
+        return move_over_cut(self.particles, state, drivers)
 
     def _bodies_at(self, frame: Frame) -> list[Collider]:
         """Build the bodies of a frame."""
@@ -131,7 +131,7 @@ def _check_finite(particles: Particles, points: np.ndarray, velocities: np.ndarr
 
 def start(particles: Particles, prepared: Prepared, frame: Frame, bodies: Sequence[Collider]) -> ParticleState:
     """Place particles rigidly with their roots, with links at rest."""
-    motions, rates = (m[particles.strands] for m in motion_of_roots(frame.leads[1], particles.hair))
+    motions, rates = (m[particles.strands] for m in motion_of_roots(frame.drivers[1], particles.hair))
     points = moved(motions, particles.points)
     directions = turned(motions, particles.directions)
     deep, links = prepared.model.deep, prepared.model.links
@@ -180,7 +180,7 @@ def advance_frame(
         advance(model, springs, acting.forces, planes, ways.points, dt, moving)
     _check_finite(particles, points, velocities)
     if not settings.printed:
-        keep_within_reach(particles, prepared.reaches, frame.leads[1], deep, frame.number, moving)
+        keep_within_reach(particles, prepared.reaches, frame.drivers[1], deep, frame.number, moving)
     if bodies:
         again = stale(planes, acting.found, acting.places, points, deep)
         there = look(bodies, points[again], frame_dt, reach=planes.thickness[again])
@@ -268,7 +268,7 @@ def _ways_of_roots(particles: Particles, state: ParticleState, frame: Frame, dee
         particles.strands[:deep],
         particles.points[:deep],
     )
-    motions, rates = motion_of_roots(frame.leads[1], particles.hair)
+    motions, rates = motion_of_roots(frame.drivers[1], particles.hair)
     ends = rest, particles.directions[:deep], x0, v0
     return RootWays(*_follow_roots(motions, rates, strands, ends, frame.frame_dt, steps))
 
@@ -316,16 +316,16 @@ def _forces_on(prepared: Prepared, settings: ParticleSettings, state: ParticleSt
     return forces
 
 
-def move_over_cut(particles: Particles, state: ParticleState, leads: tuple[Lead, Lead]) -> ParticleState:
+def move_over_cut(particles: Particles, state: ParticleState, drivers: tuple[Driver, Driver]) -> ParticleState:
     """Move particles with their roots from the body before a cut to that after it; pure.
 
-    leads  bodies before the cut and after it
+    drivers  bodies before the cut and after it
 
     As `hairpipe.sim.cuts.move_over_cut` for strands; directions rotate, tensions are unchanged, and no time passes.
     """
     strands, groom = particles.strands, particles.hair
-    rigid, turn = (motions[strands] for motions in rigid_over_cut(leads, groom))
-    before, after = (velocities_around_roots(lead, groom)[strands] for lead in leads)
+    rigid, turn = (motions[strands] for motions in rigid_over_cut(drivers, groom))
+    before, after = (velocities_around_roots(driver, groom)[strands] for driver in drivers)
     points = moved(rigid, state.points)
     against = state.velocities - moved(before, state.points)
     velocities = turned(turn, against) + moved(after, points)

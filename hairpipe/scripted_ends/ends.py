@@ -1,4 +1,4 @@
-"""The ends of strands at a time, as tracks and waves lead them."""
+"""The ends of strands at a time, as tracks and waves move them."""
 
 import numpy as np
 
@@ -8,7 +8,9 @@ from hairpipe.scripted_ends.track import INSTANT, Track, course_of
 from hairpipe.scripted_ends.wave import Wave, course_of_wave
 
 
-def lead(groom: Groom, time: float, roots: Track, wave: Wave | None, tips: Track | None, release: float | None) -> Ends:
+def drive(
+    groom: Groom, time: float, roots: Track, wave: Wave | None, tips: Track | None, release: float | None
+) -> Ends:
     """Return the ends at a time [s].
 
     roots    motion of the roots, and the wave in the frame that it moves
@@ -27,5 +29,5 @@ def lead(groom: Groom, time: float, roots: Track, wave: Wave | None, tips: Track
 
 
 def follow(track: Track, ends: np.ndarray, time: float) -> Motion:
-    """Lead ends, (S, 3) [m], along a track."""
+    """Move ends, (S, 3) [m], along a track."""
     return turned(course_of(track, time), unit(track.axis, "axis"), ends + np.array(track.pivot))

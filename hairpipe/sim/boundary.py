@@ -16,8 +16,8 @@ from hairpipe.sim.layout import Layout
 
 B = TypeVar("B")
 E = TypeVar("E")
-Lead = Mesh | Ends | None
-"""What leads the roots: a body, or ends that are driven; None: they stand still."""
+Driver = Mesh | Ends | None
+"""The driver of the roots: a body or scripted ends; None: the roots are fixed."""
 WORLD = np.zeros(3)
 """The origin of the world [m]."""
 _INSTANT = 1e-5  # [s]; velocities of root frames are differences over this time, the body moving in a straight line
@@ -85,21 +85,21 @@ def about(origin: np.ndarray, x: np.ndarray, layout: Layout) -> np.ndarray:
     return (x - origin[:, None]).astype(layout.dtype)
 
 
-def lead_of(body: B | None, ends: E | None) -> B | E | None:
-    """Choose what leads the roots; None: they stand still. BadInput where two would."""
+def driver_of(body: B | None, ends: E | None) -> B | E | None:
+    """Choose the driver of the roots, a body or ends; None: the roots are fixed. BadInput where both are given."""
     if body is not None and ends is not None:
         raise BadInput("both a body and driven ends move the roots", right="in.body or in.ends")
     return ends if body is None else body
 
 
-def check_lead(lead: Lead, groom: Groom) -> None:
-    """Raise BadInput where what leads the roots is not that of this groom."""
+def check_driver(driver: Driver, groom: Groom) -> None:
+    """Raise BadInput where the driver belongs to another groom."""
     bound = max(ends.max(initial=-1) for ends in (groom.root_triangles, groom.tip_triangles) if ends is not None)
-    if isinstance(lead, Mesh) and bound >= len(lead.triangles):
-        what = f"hair grows from triangle {bound} of a body that has {len(lead.triangles)}"
+    if isinstance(driver, Mesh) and bound >= len(driver.triangles):
+        what = f"hair grows from triangle {bound} of a body that has {len(driver.triangles)}"
         raise BadInput(what, where="in.body", right="the body that the groom was grown on")
-    if isinstance(lead, Ends) and len(lead.roots) != len(groom.ids):
-        what = f"ends of {len(lead.roots)} strands, the groom has {len(groom.ids)}"
+    if isinstance(driver, Ends) and len(driver.roots) != len(groom.ids):
+        what = f"ends of {len(driver.roots)} strands, the groom has {len(groom.ids)}"
         raise BadInput(what, where="in.ends", right="ends driven of the same groom")
 
 
@@ -128,15 +128,15 @@ def _motion_on(
     return now, (after - before) / (2 * _INSTANT)
 
 
-def motion_of_roots(lead: Lead, groom: Groom) -> tuple[np.ndarray, np.ndarray]:
+def motion_of_roots(driver: Driver, groom: Groom) -> tuple[np.ndarray, np.ndarray]:
     """Return rigid motions of the roots from the groom, and their rates, (strands, 3, 4).
 
-    Raises BadInput if the lead belongs to another groom.
+    Raises BadInput if the driver belongs to another groom.
     """
-    check_lead(lead, groom)
-    if isinstance(lead, Ends):
-        return lead.roots, lead.roots_rate
-    return _motion_on(lead, groom.root_triangles, groom.root_barycentrics, groom.root_frames)
+    check_driver(driver, groom)
+    if isinstance(driver, Ends):
+        return driver.roots, driver.roots_rate
+    return _motion_on(driver, groom.root_triangles, groom.root_barycentrics, groom.root_frames)
 
 
 def apply_rigid(motions: np.ndarray, points: np.ndarray, strands: np.ndarray) -> np.ndarray:
@@ -152,33 +152,33 @@ def apply_rigid(motions: np.ndarray, points: np.ndarray, strands: np.ndarray) ->
     return np.ascontiguousarray(moved, points.dtype)
 
 
-def place(lead: Lead, groom: Groom, rest: np.ndarray, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
+def place(driver: Driver, groom: Groom, rest: np.ndarray, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
     """Move every strand of the groom rigidly with its root.
 
-    lead     the body or the scripted ends that move the roots; None: roots are at rest
+    driver   the body or the scripted ends that move the roots; None: roots are at rest
     rest     particles of the groom [m], (rows, 3, W) float64
     returns  positions [m], float64, and velocities [m/s], (rows, 3, W)
     """
     strands = np.repeat(layout.strands, np.diff(layout.first), axis=0)
-    places, rates = motion_of_roots(lead, groom)
+    places, rates = motion_of_roots(driver, groom)
     return apply_rigid(places, rest, strands), apply_rigid(rates, rest, strands).astype(layout.dtype, copy=False)
 
 
-def follow(lead: Lead, groom: Groom, x: np.ndarray, layout: Layout) -> np.ndarray:
+def follow(driver: Driver, groom: Groom, x: np.ndarray, layout: Layout) -> np.ndarray:
     """Find the velocities [m/s] of particles at x [m], float64, both (rows, 3, W), that go rigidly with their roots."""
     strands = np.repeat(layout.strands, np.diff(layout.first), axis=0)
-    return apply_rigid(velocities_around_roots(lead, groom), x, strands).astype(layout.dtype, copy=False)
+    return apply_rigid(velocities_around_roots(driver, groom), x, strands).astype(layout.dtype, copy=False)
 
 
-def velocities_around_roots(lead: Lead, groom: Groom) -> np.ndarray:
+def velocities_around_roots(driver: Driver, groom: Groom) -> np.ndarray:
     """Return the maps x -> W x + u of what goes rigidly with each root, from places [m] to [m/s], (strands, 3, 4)."""
-    places, rates = motion_of_roots(lead, groom)
+    places, rates = motion_of_roots(driver, groom)
     spin = rates[:, :, :3] @ places[:, :, :3].transpose(0, 2, 1)
     drift = rates[:, :, 3] - np.einsum("sij,sj->si", spin, places[:, :, 3])
     return np.concatenate([spin, drift[:, :, None]], axis=2)
 
 
-def clamp_at(lead: Lead, groom: Groom, rest: np.ndarray, layout: Layout, origin: np.ndarray = WORLD) -> Clamp:
+def clamp_at(driver: Driver, groom: Groom, rest: np.ndarray, layout: Layout, origin: np.ndarray = WORLD) -> Clamp:
     """Find the held particles at a frame, about an origin [m], (3,); other arguments as for `place`.
 
     Raises BadInput if both ends are in one segment.
@@ -188,8 +188,8 @@ def clamp_at(lead: Lead, groom: Groom, rest: np.ndarray, layout: Layout, origin:
     strands = np.repeat(layout.strands, clamped, axis=0)
     ends = []
     for at, motions in (
-        (layout.first[:-1], motion_of_roots(lead, groom)),
-        (layout.first[1:] - clamped, _tips(lead, groom)),
+        (layout.first[:-1], motion_of_roots(driver, groom)),
+        (layout.first[1:] - clamped, _tips(driver, groom)),
     ):
         points = rest[(at[:, None] + np.arange(clamped)).reshape(-1)]
         ends.append(
@@ -201,7 +201,7 @@ def clamp_at(lead: Lead, groom: Groom, rest: np.ndarray, layout: Layout, origin:
     positions, velocities = (np.concatenate(both, axis=1) for both in zip(*ends, strict=True))
     positions = about(origin, positions, layout)
     velocities = velocities.astype(layout.dtype, copy=False)
-    tips = held_tips(lead, groom, layout)
+    tips = held_tips(driver, groom, layout)
     if len(tips):
         short = layout.strands[(tips > 0.0) & (np.diff(layout.first) < 2 * clamped)[:, None]]
         if len(short):
@@ -210,19 +210,19 @@ def clamp_at(lead: Lead, groom: Groom, rest: np.ndarray, layout: Layout, origin:
     return Clamp(positions, velocities, tips)
 
 
-def _tips(lead: Lead, groom: Groom) -> tuple[np.ndarray | None, np.ndarray | None]:
+def _tips(driver: Driver, groom: Groom) -> tuple[np.ndarray | None, np.ndarray | None]:
     """Rigid motions of the tips and their rates, anything where they are free; None where all are."""
-    if isinstance(lead, Ends):
-        return np.nan_to_num(lead.tips), np.nan_to_num(lead.tips_rate)
+    if isinstance(driver, Ends):
+        return np.nan_to_num(driver.tips), np.nan_to_num(driver.tips_rate)
     if groom.tip_triangles is None or groom.tip_barycentrics is None or groom.tip_frames is None:
         return None, None
-    return _motion_on(lead, np.maximum(groom.tip_triangles, 0), groom.tip_barycentrics, groom.tip_frames)
+    return _motion_on(driver, np.maximum(groom.tip_triangles, 0), groom.tip_barycentrics, groom.tip_frames)
 
 
-def held_tips(lead: Lead, groom: Groom, layout: Layout) -> np.ndarray:
+def held_tips(driver: Driver, groom: Groom, layout: Layout) -> np.ndarray:
     """Return 1 for strands whose tip is held, (blocks, W); no rows where all are free."""
-    if isinstance(lead, Ends):
-        held = ~np.isnan(lead.tips).any((1, 2))
+    if isinstance(driver, Ends):
+        held = ~np.isnan(driver.tips).any((1, 2))
     else:
         held = np.zeros(0, bool) if groom.tip_triangles is None else groom.tip_triangles != FREE
     return held.astype(layout.dtype)[layout.strands] if held.any() else np.zeros((0, layout.width), layout.dtype)

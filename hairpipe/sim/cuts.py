@@ -11,19 +11,21 @@ import numpy as np
 
 from hairpipe.data import BodyParts, Ends, Groom, LevelSet, Mesh
 from hairpipe.data.hair import HairState
-from hairpipe.sim.boundary import Lead, apply_rigid, follow, motion_of_roots
+from hairpipe.sim.boundary import Driver, apply_rigid, follow, motion_of_roots
 from hairpipe.sim.hair_model import HairModel
 
 
-def lead_before(lead: Lead, groom: Groom, dt: float) -> Lead:
-    """Return what leads the roots, dt [s] earlier on a steady way; pure."""
-    if isinstance(lead, Mesh):
-        return replace(lead, points=lead.points - dt * lead.rates, velocities=lead.rates)
-    if isinstance(lead, Ends):
+def driver_before(driver: Driver, groom: Groom, dt: float) -> Driver:
+    """Return the driver of the roots, dt [s] earlier in uniform motion; pure."""
+    if isinstance(driver, Mesh):
+        return replace(driver, points=driver.points - dt * driver.rates, velocities=driver.rates)
+    if isinstance(driver, Ends):
         first = groom.points[groom.offsets[:-1]]
         last = groom.points[groom.offsets[1:] - 1]
-        return Ends(*steady(lead.roots, lead.roots_rate, first, dt), *steady(lead.tips, lead.tips_rate, last, dt))
-    return lead
+        return Ends(
+            *steady(driver.roots, driver.roots_rate, first, dt), *steady(driver.tips, driver.tips_rate, last, dt)
+        )
+    return driver
 
 
 def surfaces_at_cut(pairs: Sequence[tuple[LevelSet, LevelSet]], dt: float) -> list[tuple[LevelSet, LevelSet]]:
@@ -68,24 +70,24 @@ def steady(motions: np.ndarray, rates: np.ndarray, points: np.ndarray, dt: float
     )
 
 
-def rigid_over_cut(leads: tuple[Lead, Lead], groom: Groom) -> tuple[np.ndarray, np.ndarray]:
+def rigid_over_cut(drivers: tuple[Driver, Driver], groom: Groom) -> tuple[np.ndarray, np.ndarray]:
     """Return the rigid motions of roots over a cut, x -> Q x + d, and their rotations, (strands, 3, 4) each; pure.
 
-    leads  lead of the roots before and after the cut
+    drivers  of the roots before and after the cut
 
     With the motion x = R X + t of a root before the cut and R_, t_ after it, Q = R_ R^T and d = t_ - Q t.
     """
-    (here, _), (there, _) = (motion_of_roots(lead, groom) for lead in leads)
+    (here, _), (there, _) = (motion_of_roots(driver, groom) for driver in drivers)
     turn = there[:, :, :3] @ here[:, :, :3].transpose(0, 2, 1)
     shift = there[:, :, 3] - np.einsum("sij,sj->si", turn, here[:, :, 3])
     moved = np.concatenate([turn, shift[:, :, None]], axis=2)
     return moved, np.concatenate([turn, np.zeros_like(shift)[:, :, None]], axis=2)
 
 
-def move_over_cut(hair: HairModel, state: HairState, leads: tuple[Lead, Lead]) -> HairState:
+def move_over_cut(hair: HairModel, state: HairState, drivers: tuple[Driver, Driver]) -> HairState:
     """Move hair from the pose and motion of the body before a cut to those after it; pure.
 
-    leads  lead of the roots before and after the cut
+    drivers  of the roots before and after the cut
 
     With Q and d of `rigid_over_cut`, and the velocities u and u_ of points rigidly attached to the root at x before the
     cut and at x_ after it,
@@ -95,9 +97,9 @@ def move_over_cut(hair: HairModel, state: HairState, leads: tuple[Lead, Lead]) -
     so that the shape of a strand and its motion relative to the root are kept. Tensions and other scalars are
     unchanged. No time passes. Gravity does not rotate with the roots: hanging hair falls from its rotated position.
     """
-    before, after = leads
+    before, after = drivers
     groom, layout = hair.groom, hair.layout
-    moved, turned = rigid_over_cut(leads, groom)
+    moved, turned = rigid_over_cut(drivers, groom)
     strands = np.repeat(layout.strands, np.diff(layout.first), axis=0)
     relative = state.velocities - follow(before, groom, state.positions, layout)
     positions = apply_rigid(moved, state.positions, strands)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar
 
 from hairpipe.data import BodyParts, Density, Groom, LevelSet
-from hairpipe.sim.boundary import Lead
-from hairpipe.sim.cuts import lead_before, parts_at_cut, surfaces_at_cut
+from hairpipe.sim.boundary import Driver
+from hairpipe.sim.cuts import driver_before, parts_at_cut, surfaces_at_cut
 
 S = TypeVar("S")
 
@@ -18,7 +18,7 @@ S = TypeVar("S")
 class Frame:
     """The surroundings of hair at a frame and the one before it, in this order in all pairs.
 
-    leads     leads of the roots: bodies or scripted ends
+    drivers   drivers of the roots: bodies or scripted ends
     surfaces  level sets of whole bodies
     parts     bodies in parts
     began     time of the shot at the previous frame [s]
@@ -27,7 +27,7 @@ class Frame:
     target    target densities, if `volume.target` is set
     """
 
-    leads: tuple[Lead, Lead]
+    drivers: tuple[Driver, Driver]
     surfaces: Sequence[tuple[LevelSet, LevelSet]]
     parts: Sequence[tuple[BodyParts, BodyParts]]
     began: float
@@ -57,8 +57,8 @@ class Simulation(Protocol[S]):
         """Return the hair at a frame from that at the previous one; the shot is not cut between them."""
         ...
 
-    def move_over_cut(self, state: S, leads: tuple[Lead, Lead]) -> S:
-        """Return the hair moved with its roots, from what leads them before a cut to what leads them after it."""
+    def move_over_cut(self, state: S, drivers: tuple[Driver, Driver]) -> S:
+        """Return the hair moved with its roots, from their driver before a cut to that after it."""
         ...
 
 
@@ -67,15 +67,15 @@ def next_state(simulation: Simulation[S], previous: S | None, frame: Frame) -> S
     if previous is None:
         return simulation.start(frame)
     if frame.cut:
-        before = lead_before(frame.leads[1], simulation.groom, frame.frame_dt)
-        previous = simulation.move_over_cut(previous, (frame.leads[0], before))
+        before = driver_before(frame.drivers[1], simulation.groom, frame.frame_dt)
+        previous = simulation.move_over_cut(previous, (frame.drivers[0], before))
         frame = after_cut(frame, before)
     return simulation.advance(previous, frame)
 
 
-def after_cut(frame: Frame, before: Lead) -> Frame:
+def after_cut(frame: Frame, before: Driver) -> Frame:
     """Return a frame whose bodies come from where the roots come from, after the cut; pure."""
     surfaces = surfaces_at_cut(frame.surfaces, frame.frame_dt)
     parts = parts_at_cut(frame.parts, frame.frame_dt)
     target = None if frame.target is None else (frame.target[1], frame.target[1])
-    return replace(frame, leads=(before, frame.leads[1]), surfaces=surfaces, parts=parts, target=target, cut=False)
+    return replace(frame, drivers=(before, frame.drivers[1]), surfaces=surfaces, parts=parts, target=target, cut=False)

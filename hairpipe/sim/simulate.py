@@ -13,7 +13,7 @@ from hairpipe.levelset.collider import Collider
 from hairpipe.sim import shot
 from hairpipe.sim.boundary import (
     ClampPath,
-    Lead,
+    Driver,
     about,
     clamp_at,
     follow,
@@ -53,7 +53,7 @@ class StrandSimulation:
     def start(self, frame: Frame) -> HairState:
         """Return the groom where its roots are; warns of roots deep in a body and of a solver that adds energy."""
         scene = self._scene_at(frame)
-        state = start(self.hair, frame.leads[1], scene)
+        state = start(self.hair, frame.drivers[1], scene)
         warn_of_deep_roots(self.hair, state.positions, self._bodies_at(frame))
         warn_of_sweep(scene)
         return state
@@ -64,19 +64,19 @@ class StrandSimulation:
         scene = self._scene_at(frame)
         bodies = self._bodies_at(frame)
 
-        def simulate(strands: HairModel, before: HairState, leads: tuple[Lead, Lead]) -> HairState:
-            return advance_frame(strands, before, leads, bodies, frame.frame_dt, scene, frame.began)
+        def simulate(strands: HairModel, before: HairState, drivers: tuple[Driver, Driver]) -> HairState:
+            return advance_frame(strands, before, drivers, bodies, frame.frame_dt, scene, frame.began)
 
         if scene.locks is None:
-            moved = simulate(hair, state, frame.leads)
+            moved = simulate(hair, state, frame.drivers)
         else:
             moved = advance_locked(hair, state, frame, scene, simulate)
         warn_of_lost(hair, state, moved, frame.number)
         return replace(moved, stretched=warn_of_stretch(hair, moved.positions, scene, frame.number, state.stretched))
 
-    def move_over_cut(self, state: HairState, leads: tuple[Lead, Lead]) -> HairState:
+    def move_over_cut(self, state: HairState, drivers: tuple[Driver, Driver]) -> HairState:
         """Return the hair moved with its roots, see `hairpipe.sim.cuts`."""
-        return move_over_cut(self.hair, state, leads)
+        return move_over_cut(self.hair, state, drivers)
 
     def _bodies_at(self, frame: Frame) -> list[Collider]:
         """Build the bodies of a frame."""
@@ -86,7 +86,7 @@ class StrandSimulation:
         """Return the scene with the target of a frame; BadInput where hair cannot be in locks as asked."""
         scene = _attracted(self.hair, frame, self.scene)
         if scene.locks is not None:
-            check_locks(self.hair, frame.leads[1], scene)
+            check_locks(self.hair, frame.drivers[1], scene)
         return scene
 
 
@@ -110,7 +110,7 @@ def next_state(hair: HairModel, previous: HairState | None, frame: Frame, scene:
 
 
 def _attracted(hair: HairModel, frame: Frame, scene: Scene) -> Scene:
-    """Return the scene with what leads hair to the target, if there is one."""
+    """Return the scene with the interaction that pulls hair to the target, if there is one."""
     target = scene.volume.target if scene.volume is not None else None
     if target is None and frame.target is None:
         return scene
@@ -124,7 +124,7 @@ def _attracted(hair: HairModel, frame: Frame, scene: Scene) -> Scene:
     return with_interactions(scene, leader)
 
 
-def start(hair: HairModel, lead: Lead, scene: Scene) -> HairState:
+def start(hair: HairModel, driver: Driver, scene: Scene) -> HairState:
     """Place the groom at its roots, with their velocity.
 
     Its springs are at rest, so it starts in free fall; with a sag-free start they support it. Raises BadInput as
@@ -132,7 +132,7 @@ def start(hair: HairModel, lead: Lead, scene: Scene) -> HairState:
     """
     check_scheme(hair.model, scene)
     layout = hair.layout
-    positions, velocities = place(lead, hair.groom, hair.rest, layout)
+    positions, velocities = place(driver, hair.groom, hair.rest, layout)
     gravity = gravity_of(scene).astype(layout.dtype)
     tensions = np.zeros_like(hair.model.inverse_lengths)
     inverse_lengths = None
@@ -143,7 +143,7 @@ def start(hair: HairModel, lead: Lead, scene: Scene) -> HairState:
         initial = find_initial_state(hair.model, layout, hair.groom.ids, near, gravity, scene.sag_free)
         # What stands as groomed stays where it is, to the bit.
         positions = positions + (initial.positions - near)
-        velocities = follow(lead, hair.groom, positions, layout)
+        velocities = follow(driver, hair.groom, positions, layout)
         tensions, inverse_lengths = initial.tensions, initial.inverse_lengths
         pull = np.where(initial.rests[:, None], 0.0, pull)
     return HairState(
@@ -163,7 +163,7 @@ def start(hair: HairModel, lead: Lead, scene: Scene) -> HairState:
 def advance_frame(
     hair: HairModel,
     state: HairState,
-    leads: tuple[Lead, Lead],
+    drivers: tuple[Driver, Driver],
     bodies: Sequence[Collider],
     frame_dt: float,
     scene: Scene,
@@ -172,7 +172,7 @@ def advance_frame(
 ) -> HairState:
     """Advance hair from the previous frame to this one; pure.
 
-    leads     leads of the roots at the previous and at this frame
+    drivers   drivers of the roots at the previous and at this frame
     bodies    bodies that hair collides with
     frame_dt  time between the frames [s]
     began     time of the shot at the previous frame [s]
@@ -185,13 +185,13 @@ def advance_frame(
     Raises ArithmeticError if no step can be solved for any strand, if roots are not finite, if a frame takes too many
     steps, and if strands are held that are also available in double precision.
     """
-    state, mended = restored(hair, state, leads[0])
+    state, mended = restored(hair, state, drivers[0])
     origin = origin_of(state.positions, hair.layout)
     model = hair.model
     if state.inverse_lengths is not None:
         model = model._replace(inverse_lengths=state.inverse_lengths)
     now = State.begin(state, about(origin, state.positions, hair.layout))
-    path = ClampPath(*(clamp_at(lead, hair.groom, hair.rest, hair.layout, origin) for lead in leads), frame_dt)
+    path = ClampPath(*(clamp_at(driver, hair.groom, hair.rest, hair.layout, origin) for driver in drivers), frame_dt)
     around = surroundings_of(hair, model, state, bodies, scene, began, origin)
     integrator = integrator_of(scene)
     crossings = crossing_limit(scene.steps, state.pace)

@@ -165,11 +165,11 @@ def look_at(request: Request) -> Scene:
     tables = request.shot.tables
     edges = tables[request.hair]["in"]
     groom = shot.nodes[request.hair].edges["groom"].node
-    leads = {name: edges[name] for name in ("body", "ends") if name in edges}
-    if leads:
-        tables = with_node(tables, ROOTS, {"type": "measure_roots", "in": {"groom": edges["groom"]} | leads})
+    drivers = {name: edges[name] for name in ("body", "ends") if name in edges}
+    if drivers:
+        tables = with_node(tables, ROOTS, {"type": "measure_roots", "in": {"groom": edges["groom"]} | drivers})
     wanted = shot.edited(tables)
-    outcome = request.run("how the roots move", wanted, [ROOTS if leads else groom], wanted.frames)
+    outcome = request.run("how the roots move", wanted, [ROOTS if drivers else groom], wanted.frames)
     if outcome.interrupted:
         raise Interrupted
     if outcome.failures:
@@ -178,7 +178,7 @@ def look_at(request: Request) -> Scene:
     strands = results.value(groom)
     total = len(strands.ids)
     tip = tip_of(request, strands)
-    if not leads:
+    if not drivers:
         return Scene(total, None, tip)
     return Scene(total, np.array(results.value(ROOTS)["acceleration [m/s^2]"]), tip)
 

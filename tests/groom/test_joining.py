@@ -4,7 +4,7 @@ import numpy as np
 
 from hairpipe.groom.joining import joined_ends, joined_strands
 from hairpipe.groom.strands import lay_strands
-from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.ends import drive
 from hairpipe.scripted_ends.track import Track
 
 
@@ -17,8 +17,8 @@ def test_strands_and_ends_stay_together():
     np.testing.assert_array_equal(both.points, np.concatenate([one.points, two.points]))
     np.testing.assert_array_equal(both.root_frames[2], two.root_frames[0])
     led = (
-        lead(one, 0.0, Track(), None, None, None),
-        lead(two, 0.0, Track((0.0,), ((1.0, 2.0, 3.0),)), None, Track(), None),
+        drive(one, 0.0, Track(), None, None, None),
+        drive(two, 0.0, Track((0.0,), ((1.0, 2.0, 3.0),)), None, Track(), None),
     )
     ends = joined_ends(led)
     assert ends.roots.shape == (3, 3, 4) and ends.roots[2, :, 3].tolist() == [1.0, 2.0, 3.0]

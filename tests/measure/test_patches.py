@@ -12,7 +12,7 @@ from hairpipe.graph import Frames
 from hairpipe.groom.strands import lay_strands
 from hairpipe.measure.patches import measure_patches
 from hairpipe.measure.roots import measure_root_motion
-from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.ends import drive
 from hairpipe.scripted_ends.track import Track
 
 COUNT, SEGMENTS = 6, 5
@@ -54,8 +54,8 @@ def test_roots_on_a_wheel_have_its_speed_and_acceleration():
     groom = replace(groom, points=groom.points + np.array([0.3, 0.0, 0.0]))
     turn = Track((0.0, 1.0), turn=(0.0, 90.0), axis=(0.0, 0.0, 1.0), pivot=(-0.3, 0.0, 0.0), ease="linear")
     fps, rate = 96.0, np.pi / 2
-    leads: dict[int, Mesh | Ends] = {f: lead(groom, f / fps, turn, None, None, None) for f in range(1, 60)}
-    table = measure_root_motion(groom, leads, fps)
+    drivers: dict[int, Mesh | Ends] = {f: drive(groom, f / fps, turn, None, None, None) for f in range(1, 60)}
+    table = measure_root_motion(groom, drivers, fps)
     assert table["speed [m/s]"][1:-1] == pytest.approx(0.3 * rate, rel=1e-3)
     assert table["acceleration [m/s^2]"][1:-1] == pytest.approx(0.3 * rate**2, rel=1e-3)
     assert table["acceleration [m/s^2]"][[0, -1]] == pytest.approx(0.0, abs=1e-9)
@@ -65,7 +65,7 @@ def test_roots_on_a_wheel_have_its_speed_and_acceleration():
 def falling() -> tuple[Groom, Callable[[int], Ends]]:
     """A groom whose roots are 2 t^2 high, at 25 frames a second."""
     groom = lay_strands(2, 0.1, SEGMENTS, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), None, 0.0)
-    still = lead(groom, 0.0, Track(), None, None, None)
+    still = drive(groom, 0.0, Track(), None, None, None)
 
     def at(frame: int) -> Ends:
         roots = still.roots.copy()

@@ -11,7 +11,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.node.settings import check_settings
 from hairpipe.groom.strands import lay_strands
-from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.ends import drive
 from hairpipe.scripted_ends.track import Track, course_of, instant_of
 from hairpipe.scripted_ends.wave import Wave
 
@@ -24,7 +24,7 @@ SQUARE = Wave("square", 4.0, 2.0, (0.0, 0.0, 3.0), 360.0, (1.0, 0.0, 0.0))
 
 
 def ends(time, roots=None, wave=None, tips=None, release=None) -> Ends:
-    return lead(GROOM, time, roots or Track(), wave, tips, release)
+    return drive(GROOM, time, roots or Track(), wave, tips, release)
 
 
 def moved(place: np.ndarray, point: np.ndarray, strand: int = 0) -> np.ndarray:

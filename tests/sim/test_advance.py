@@ -11,7 +11,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
 from hairpipe.groom.strands import lay_strands
 from hairpipe.measure.roots import root_places
-from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.ends import drive
 from hairpipe.scripted_ends.track import Track
 from hairpipe.sim.boundary import motion_of_roots
 from hairpipe.sim.material import Material
@@ -136,7 +136,7 @@ def test_a_strand_with_a_segment_of_no_length_is_refused_by_name(scene, straight
 def test_a_groom_of_another_body_is_refused(scene, straight, triangle):
     groom = scene([straight(0.1, 10, [1, 0, 0])]).hair.groom
     other = replace(groom, root_triangles=groom.root_triangles + 1)
-    for place in (motion_of_roots, lambda lead, groom: root_places(groom, lead)):
+    for place in (motion_of_roots, lambda driver, groom: root_places(groom, driver)):
         place(triangle(), groom)
         with pytest.raises(BadInput, match=r"in\.body: hair grows from triangle 1 of a body that has 1 "):
             place(triangle(), other)
@@ -145,7 +145,7 @@ def test_a_groom_of_another_body_is_refused(scene, straight, triangle):
 @pytest.mark.parametrize("strands", [1, 3])
 def test_ends_of_another_groom_are_refused(strands):
     two, others = (lay_strands(n, 0.1, 10, (1.0, 0.0, 0.0), (0.0, 0.0, 0.01), None, 0.0) for n in (2, strands))
-    ends = lead(others, 0.0, Track(), None, None, None)
-    for place in (motion_of_roots, lambda lead, groom: root_places(groom, lead)):
+    ends = drive(others, 0.0, Track(), None, None, None)
+    for place in (motion_of_roots, lambda driver, groom: root_places(groom, driver)):
         with pytest.raises(BadInput, match=f"in.ends: ends of {strands} strands, the groom has 2"):
             place(ends, two)

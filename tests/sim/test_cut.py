@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.data import Ends
-from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.ends import drive
 from hairpipe.scripted_ends.track import Track
 from hairpipe.sim.cuts import move_over_cut
 from hairpipe.sim.simulate import start
@@ -34,7 +34,7 @@ def _split(ends: Ends):
 def test_shape_and_motion_against_the_root_are_the_same_on_both_sides(swinging):
     hair, state = swinging.hair, swinging.state
     turned = Track((0.0, 1.0), ((0.0, 0.0, 0.0), (5.0, -2.0, 9.0)), (0.0, 250.0), (1.0, 2.0, 0.5), (0.1, 0.0, 0.3))
-    before, after = lead(hair.groom, 0.3, turned, None, None, None), lead(hair.groom, 0.8, turned, None, None, None)
+    before, after = drive(hair.groom, 0.3, turned, None, None, None), drive(hair.groom, 0.8, turned, None, None, None)
     carried = move_over_cut(hair, state, (before, after))
     old, new = in_root_frame(hair, state, before), in_root_frame(hair, carried, after)
     assert np.abs(carried.positions - state.positions).max() > 1.0

@@ -8,7 +8,7 @@ import pytest
 
 from hairpipe.data.hair import HairState
 from hairpipe.io.hdf5 import decode, encode
-from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.ends import drive
 from hairpipe.scripted_ends.track import Track
 from hairpipe.sim.air.wind import Gusts, Shielding, Wind
 from hairpipe.sim.settings import Air, BodyContact, Collisions, Scene, Scheme, StepControl, Stiction, StrainLimit
@@ -112,11 +112,11 @@ def test_prescribed_ends_are_at_their_places(scene, straight):
     groom, offsets = shot.hair.groom, shot.hair.layout.offsets
     drawn = Track((0.0, 0.125), ((0.0, 0.0, 0.0), (0.006, 0.0, 0.0)))
     still, ball = Track(), Ball(0.0)
-    shot.state = start(shot.hair, lead(groom, 0.0, still, None, drawn, None), EVERYTHING)
+    shot.state = start(shot.hair, drive(groom, 0.0, still, None, drawn, None), EVERYTHING)
     for frame in range(4):
-        leads = tuple(lead(groom, time / 24, still, None, drawn, None) for time in (frame, frame + 1))
-        shot.state = advance_frame(shot.hair, shot.state, leads, [ball], 1 / 24, EVERYTHING)
-        for at, motions in ((offsets[:-1], leads[1].roots), (offsets[1:] - 1, leads[1].tips)):
+        drivers = tuple(drive(groom, time / 24, still, None, drawn, None) for time in (frame, frame + 1))
+        shot.state = advance_frame(shot.hair, shot.state, drivers, [ball], 1 / 24, EVERYTHING)
+        for at, motions in ((offsets[:-1], drivers[1].roots), (offsets[1:] - 1, drivers[1].tips)):
             led = np.einsum("sij,sj->si", motions[:, :, :3], groom.points[at]) + motions[:, :, 3]
             np.testing.assert_allclose(shot.axis[at], led, atol=1e-12)
     # The last segment is held as a whole; the others share what is drawn out.

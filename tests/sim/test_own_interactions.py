@@ -58,8 +58,8 @@ def run(shot, frames):
     """Run a shot in its time; give its points frame by frame."""
     found = []
     for n in range(frames):
-        leads = (shot.body, shot.body)
-        shot.state = advance_frame(shot.hair, shot.state, leads, (), FRAME, shot.scene, n * FRAME)
+        drivers = (shot.body, shot.body)
+        shot.state = advance_frame(shot.hair, shot.state, drivers, (), FRAME, shot.scene, n * FRAME)
         found.append(shot.axis)
     return found
 

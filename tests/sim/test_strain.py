@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.ends import drive
 from hairpipe.scripted_ends.track import Track
 from hairpipe.scripted_ends.wave import Wave
 from hairpipe.sim.boundary import ClampPath, clamp_at
@@ -45,12 +45,12 @@ def shaken(shot, seconds, tolerance, step):
     """Run a strand whose root is shaken; give the recorder, and the weight's momentum of a step [N s]."""
     scene = replace(shot.scene, strain=StrainLimit(tolerance), steps=StepControl(longest=step))
     hair, groom = shot.hair, shot.hair.groom
-    state = start(hair, lead(groom, 0.0, Track(), VIOLENT, None, None), scene)
+    state = start(hair, drive(groom, 0.0, Track(), VIOLENT, None, None), scene)
     motion = State.begin(state, state.positions)
     recorder = Recorder(hair.model, hair.layout, [StrainFilter(hair.model, tolerance)])
     integrator, limits = integrator_of(scene), limits_of(scene.steps, hair.model, recorder)
     held = [
-        clamp_at(lead(groom, f * FRAME, Track(), VIOLENT, None, None), groom, hair.rest, hair.layout)
+        clamp_at(drive(groom, f * FRAME, Track(), VIOLENT, None, None), groom, hair.rest, hair.layout)
         for f in range(round(seconds / FRAME) + 1)
     ]
     for begin, end in pairwise(held):

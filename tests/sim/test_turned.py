@@ -44,8 +44,8 @@ def seen(scene, straight, monkeypatch):
 
         state = simulate.start(hair, plate(0), how)
         for frame in range(FRAMES):
-            leads = plate(frame), plate(frame + 1)
-            state = simulate.advance_frame(hair, state, leads, [], 1 / 24, how, frame / 24)
+            drivers = plate(frame), plate(frame + 1)
+            state = simulate.advance_frame(hair, state, drivers, [], 1 / 24, how, frame / 24)
         shown = simulate.strands_of(hair, state)
         return turn.inv().apply(shown.points - shift), turn.inv().apply(shown.velocities), shown.offsets
 

@@ -88,17 +88,17 @@ class LagSimulation:
         each = np.repeat(motions, np.diff(self.groom.offsets), axis=0)
         return np.einsum("pij,pj->pi", each[:, :, :3], points) + each[:, :, 3]
 
-    def goal(self, lead):
+    def goal(self, driver):
         """Return the places to which roots would take all points."""
-        return self.rigid(motion_of_roots(lead, self.groom)[0], self.groom.points)
+        return self.rigid(motion_of_roots(driver, self.groom)[0], self.groom.points)
 
     def start(self, frame):
-        points = self.goal(frame.leads[1])
+        points = self.goal(frame.drivers[1])
         return Lagging(points, np.zeros_like(points))
 
     def advance(self, state, frame):
         count = int(np.ceil(frame.frame_dt / self.steps.longest - 1e-9))
-        before, after, points = self.goal(frame.leads[0]), self.goal(frame.leads[1]), state.points
+        before, after, points = self.goal(frame.drivers[0]), self.goal(frame.drivers[1]), state.points
         h, noise = RATE * frame.frame_dt / count, 0.0
         for step in range(count):
             for turn in range(self.wobble.rounds if self.wobble else 0):
@@ -107,8 +107,8 @@ class LagSimulation:
             points = (points + h * goal + noise) / (1.0 + h)
         return Lagging(points, (points - state.points) / frame.frame_dt)
 
-    def move_over_cut(self, state, leads):
-        moved, turned = rigid_over_cut(leads, self.groom)
+    def move_over_cut(self, state, drivers):
+        moved, turned = rigid_over_cut(drivers, self.groom)
         return Lagging(self.rigid(moved, state.points), self.rigid(turned, state.velocities))
 
 

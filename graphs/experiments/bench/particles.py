@@ -95,7 +95,7 @@ def frames_of(bust: Body, count: int) -> list[Frame]:
     meshes = [mesh_at(bust, frame / FPS) for frame in range(count + 1)]
     surfaces = [bake(mesh, VOXEL, HALF_WIDTH) for mesh in meshes]
     pairs = enumerate(zip(pairwise(meshes), pairwise(surfaces), strict=True))
-    return [Frame(leads, (around,), (), frame / FPS, 1 / FPS) for frame, (leads, around) in pairs]
+    return [Frame(drivers, (around,), (), frame / FPS, 1 / FPS) for frame, (drivers, around) in pairs]
 
 
 def measure_frames(

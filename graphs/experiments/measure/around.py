@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from hairpipe.data import BodyParts, Ends, LevelSet, Mesh
 from hairpipe.errors import BadInput
-from hairpipe.sim.boundary import lead_of
+from hairpipe.sim.boundary import driver_of
 from hairpipe.sim.shot import Frame
 
 
@@ -40,9 +40,9 @@ class Around(NamedTuple):
 
 def frame_between(around: Around, pair: tuple[int, int], dt: float) -> Frame:
     """Collect what hair is given at the second of two frames, dt [s] apart."""
-    leads = lead_of(_at(around.body, pair), _at(around.ends, pair)) or (None, None)
+    drivers = driver_of(_at(around.body, pair), _at(around.ends, pair)) or (None, None)
     bodies = [_pair(some, pair) for some in around.surfaces], [_pair(some, pair) for some in around.parts]
-    return Frame(leads, *bodies, (pair[1] - 1) * dt, dt, pair[1] in around.cuts)
+    return Frame(drivers, *bodies, (pair[1] - 1) * dt, dt, pair[1] in around.cuts)
 
 
 def _pair(values: Mapping[int, object], pair: tuple[int, int]) -> tuple:

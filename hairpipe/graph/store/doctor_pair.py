@@ -63,9 +63,9 @@ def diagnose_pair(store: Store) -> Iterator[Finding]:
 class Partner:
     """The other machine, and what each of the two has written.
 
-    leads   whether this machine acts first
-    place   folder of both
-    leases  of this machine
+    is_first  whether this machine acts first
+    place     folder of both
+    leases    of this machine
     """
 
     def __init__(self, store: Store, own: Path, handle: int) -> None:
@@ -73,7 +73,7 @@ class Partner:
         self.leases = Leases(store)
         self.host = ""
         self.place = own.parent
-        self.leads = False
+        self.is_first = False
         self._own = own
         self._handle = handle
         self._other: Path | None = None
@@ -96,7 +96,7 @@ class Partner:
                     if path == self._other and found["with"] == self._own.name:
                         self._write()
                         self.host = found["host"]
-                        self.leads = self._own.name < path.name
+                        self.is_first = self._own.name < path.name
                         self.place = self._own.parent / min(self._own.stem, path.stem)
                         return
             self._check(end)
@@ -117,8 +117,8 @@ class Partner:
         return found["said"][number] if found and len(found["said"]) > number else None
 
     def leave(self) -> None:
-        """End the conversation; the file of the machine that leads goes first, since it waits for the last facts."""
-        if self.leads:
+        """End the conversation; the first machine removes its file first, since it waits for the last facts."""
+        if self.is_first:
             self.exchange()
             shutil.rmtree(self.place, ignore_errors=True)
         else:
@@ -127,16 +127,16 @@ class Partner:
             wait_until(lambda: self._other is None or not self._other.exists())
 
     def share(self, *values: Any) -> list[Any]:
-        """Return the values of the machine that follows, on both."""
+        """Return the values of the second machine, on both."""
         other = self.exchange(values=values)["values"]
-        return list(other if self.leads else values)
+        return list(other if self.is_first else values)
 
     def answered_after(self, begun: float) -> float:
-        """Wait for the machine that follows; returns the time since the one that leads began, by its clock [s]."""
+        """Wait for the second machine; returns the time since the start of the first, by its clock [s]."""
         self.exchange()
         own = time.monotonic() - begun
         other = self.exchange(seconds=own)["seconds"]
-        return float(own if self.leads else other)
+        return float(own if self.is_first else other)
 
     def _check(self, end: float) -> None:
         """Wait for a moment; BadInput after the end."""
@@ -174,7 +174,7 @@ def meeting(store: Store) -> Iterator[Partner]:
         with making(folder) as (own, handle):
             partner = Partner(store, own, handle)
             partner.meet()
-            if partner.leads:
+            if partner.is_first:
                 partner.place.mkdir()
                 share(partner.place, folder)
             partner.exchange()
@@ -213,7 +213,7 @@ def send_messages(partner: Partner) -> tuple[bool, str]:
 def create_files(partner: Partner) -> tuple[bool, str]:
     """Create the same files on both machines, in opposite orders: of each, one creation succeeds."""
     own = []
-    for number in range(FILES) if partner.leads else reversed(range(FILES)):
+    for number in range(FILES) if partner.is_first else reversed(range(FILES)):
         own += [number] if create(partner.place / f"only{number}") else []
         time.sleep(PACE)
     wins = [*own, *partner.exchange(wins=own)["wins"]]
@@ -225,10 +225,10 @@ def replace_file(partner: Partner) -> tuple[bool, str]:
     """Read a file on one machine while the other replaces it."""
     path = partner.place / "replaced"
     readings = []
-    if partner.leads:
+    if partner.is_first:
         replace(path, 0)
     partner.exchange()
-    if partner.leads:
+    if partner.is_first:
         for number in range(REPLACEMENTS):
             replace(path, number)
     else:
@@ -242,7 +242,7 @@ def replace_file(partner: Partner) -> tuple[bool, str]:
 def link_file(partner: Partner) -> tuple[bool, str]:
     """Make a hard link on one machine, and count the links on the other."""
     path = partner.place / "linked"
-    if partner.leads:
+    if partner.is_first:
         create(path)
         with suppress(OSError):
             os.link(path, partner.place / "link")
@@ -254,12 +254,12 @@ def link_file(partner: Partner) -> tuple[bool, str]:
 def lock_file(partner: Partner) -> tuple[bool, str]:
     """Lock a file on one machine, and try to on the other."""
     path = partner.place / "locked"
-    if partner.leads:
+    if partner.is_first:
         create(path)
     partner.exchange()
     refused = False
     with path.open("rb") as file:
-        for turn in (partner.leads, not partner.leads):
+        for turn in (partner.is_first, not partner.is_first):
             with suppress(OSError):  # of a file system without locks
                 refused = turn and not locked(file.fileno())
             partner.exchange()
@@ -272,7 +272,7 @@ def list_folder(partner: Partner) -> tuple[bool, str]:
     names_in(partner.place)
     partner.exchange()
     begun = time.monotonic()
-    if partner.leads:
+    if partner.is_first:
         create(partner.place / "listed")
     else:
         wait_until(lambda: "listed" in names_in(partner.place))
@@ -283,13 +283,13 @@ def list_folder(partner: Partner) -> tuple[bool, str]:
 def renew_lease(partner: Partner) -> tuple[bool, str]:
     """Renew a lease on one machine, and read it on the other, which has just read it before."""
     path = partner.store.root / "lease" / TRIAL
-    if partner.leads:
+    if partner.is_first:
         partner.leases.acquire(TRIAL)
     partner.exchange()
     before = read_lease(path)
     partner.exchange()
     begun = time.monotonic()
-    if partner.leads:
+    if partner.is_first:
         renewal.renew()
     else:
         wait_until(lambda: read_lease(path) != before)
@@ -299,11 +299,11 @@ def renew_lease(partner: Partner) -> tuple[bool, str]:
 
 def give_lease(partner: Partner) -> tuple[bool, str]:
     """Refuse a lease of one machine to the other until it is given back."""
-    (refused,) = partner.share(not partner.leads and not partner.leases.acquire(TRIAL))
-    if partner.leads:
+    (refused,) = partner.share(not partner.is_first and not partner.leases.acquire(TRIAL))
+    if partner.is_first:
         partner.leases.release(TRIAL)
     partner.exchange()
-    (granted,) = partner.share(not partner.leads and wait_until(lambda: partner.leases.acquire(TRIAL)))
+    (granted,) = partner.share(not partner.is_first and wait_until(lambda: partner.leases.acquire(TRIAL)))
     partner.leases.close()
     return refused and granted, f"{'refused' if refused else 'granted twice'}, {'given' if granted else 'lost'}"
 

@@ -5,17 +5,17 @@ from dataclasses import replace
 import numpy as np
 
 from hairpipe.data.hair import HairState
-from hairpipe.sim.boundary import Lead, place
+from hairpipe.sim.boundary import Driver, place
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.integrators.integrator import rows_of
 from hairpipe.sim.integrators.lost import are_finite
 from hairpipe.sim.layout import relaid
 
 
-def restored(hair: HairModel, state: HairState, lead: Lead) -> tuple[HairState, np.ndarray]:
+def restored(hair: HairModel, state: HairState, driver: Driver) -> tuple[HairState, np.ndarray]:
     """Return a state in which non-finite strands are reset to the groom, at rest relative to their roots; pure.
 
-    lead  lead of the roots at the frame of the state
+    driver  of the roots at the frame of the state
 
     Also returns these strands, (blocks, W) bool. No other valid shape of them is known.
     """
@@ -24,7 +24,7 @@ def restored(hair: HairModel, state: HairState, lead: Lead) -> tuple[HairState, 
     if finite.all():
         return state, ~finite
     lost = rows_of(hair.model, ~finite)
-    positions, velocities = place(lead, hair.groom, hair.rest, hair.layout)
+    positions, velocities = place(driver, hair.groom, hair.rest, hair.layout)
     mended = replace(
         state,
         positions=np.where(lost, positions, state.positions),

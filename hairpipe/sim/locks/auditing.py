@@ -58,27 +58,27 @@ def audited_locks(guides: np.ndarray, errors: np.ndarray) -> tuple[Audit, np.nda
     return Audit(np.sqrt(squares / hairs), hairs), locks
 
 
-def back_in(leaders: np.ndarray, tried: np.ndarray, beside: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:
+def back_in(leaders: np.ndarray, tried: np.ndarray, nearest: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the guide of every strand after trials, (S,) int32, and the strands that become guides, ascending; pure.
 
     leaders  previous guide of every strand, (S,) int32
     tried    strands whose trial has succeeded, ascending, (n,): they join in this order while a lock has capacity
-    beside   guides near each of them, the nearest first, then the strand itself, (n, FOLLOWED)
+    nearest  guides near each of them, the nearest first, then the strand itself, (n, FOLLOWED)
 
     One in `most` of the strands without a lock becomes a guide.
     """
-    near = beside[:, 0] != tried
-    tried, beside = tried[near], beside[near]
+    near = nearest[:, 0] != tried
+    tried, nearest = tried[near], nearest[near]
     out = leaders.copy()
-    _seat(tried, beside, np.bincount(leaders, minlength=len(leaders)), most, out)
+    _seat(tried, nearest, np.bincount(leaders, minlength=len(leaders)), most, out)
     return out, tried[out[tried] == tried][::most]
 
 
 @njit(cache=True)
-def _seat(hairs, beside, sizes, most, leaders):
+def _seat(hairs, nearest, sizes, most, leaders):
     """Give hairs the first guide that has room, one after the other, in place."""
     for i in range(len(hairs)):  # One after another, by number: each takes room from those after it.
-        for guide in beside[i]:
+        for guide in nearest[i]:
             if guide != hairs[i] and sizes[guide] < most:
                 leaders[hairs[i]] = guide
                 sizes[guide] += 1

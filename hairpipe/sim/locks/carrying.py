@@ -35,7 +35,7 @@ _SHORTEST = 0.5
 """Way over the length of its segment below which the segment turns no faster than the way would at this length."""
 
 
-def carried(
+def interpolated(
     followers: np.ndarray,
     places: Places,
     guides: GuideMotion,
@@ -54,12 +54,12 @@ def carried(
     begins = np.concatenate([[0], np.cumsum(np.diff(offsets)[followers])])
     owners = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets)).astype(np.int32)
     about = offsets, rest, owners, begins
-    _carry(followers, places, guides, about, roots, points, velocities, disagreement)
+    _interpolate(followers, places, guides, about, roots, points, velocities, disagreement)
     return points, velocities, disagreement
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _carry(followers, places, guides, about, roots, points, velocities, disagreement):
+def _interpolate(followers, places, guides, about, roots, points, velocities, disagreement):
     offsets, rest, owners, begins = about
     motions, rates = roots
     for f in prange(len(followers)):

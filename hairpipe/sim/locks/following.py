@@ -10,7 +10,7 @@ from hairpipe.groom.keys.push_out import pushed_out
 from hairpipe.groom.strand_arrays import points_of_strands
 from hairpipe.sim.boundary import motion_of_roots
 from hairpipe.sim.hair_model import HairModel
-from hairpipe.sim.locks.carrying import carried
+from hairpipe.sim.locks.carrying import interpolated
 from hairpipe.sim.locks.guides import GuideMotion
 from hairpipe.sim.shot import Frame
 
@@ -40,11 +40,11 @@ def follow(hair: HairModel, known: LockState, motion: GuideMotion, frame: Frame,
     strands = np.flatnonzero(known.interpolated)
     if not len(strands):
         return Followed(motion.points, motion.velocities, motion.points, *[disagreement] * 3)
-    roots = motion_of_roots(frame.leads[1], hair.groom)
+    roots = motion_of_roots(frame.drivers[1], hair.groom)
     rows = points_of_strands(strands, offsets)
     points = motion.points.copy()
     velocities = motion.velocities.copy()
-    points[rows], velocities[rows], disagreement[strands] = carried(
+    points[rows], velocities[rows], disagreement[strands] = interpolated(
         strands, known.places, motion, offsets, hair.groom.points, roots
     )
     surfaces = [after for _, after in frame.surfaces]

@@ -11,7 +11,7 @@ from hairpipe.data.hair import HairState
 from hairpipe.groom.keys.key_turns import turns_since
 from hairpipe.groom.sampling import take
 from hairpipe.groom.strand_arrays import points_of_strands
-from hairpipe.sim.boundary import Lead, motion_of_roots
+from hairpipe.sim.boundary import Driver, motion_of_roots
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.layout import Layout, lay_out
 from hairpipe.sim.strands.interface import StrandModel, kind_of
@@ -48,11 +48,13 @@ class Guides:
     points: np.ndarray
     numbers: np.ndarray
 
-    def leads_of(self, leads: tuple[Lead, Lead]) -> tuple[Lead, Lead]:
-        """Return what leads the roots of these at two frames, of what leads all; pure."""
+    def drivers_of(self, drivers: tuple[Driver, Driver]) -> tuple[Driver, Driver]:
+        """Return the drivers of these roots at two frames, from those of all; pure."""
         before, after = (
-            Ends(*(getattr(lead, of.name)[self.strands] for of in fields(Ends))) if isinstance(lead, Ends) else lead
-            for lead in leads
+            Ends(*(getattr(driver, of.name)[self.strands] for of in fields(Ends)))
+            if isinstance(driver, Ends)
+            else driver
+            for driver in drivers
         )
         return before, after
 
@@ -79,12 +81,12 @@ class Guides:
         stuck = self.points[moved.stuck].astype(np.int32)
         return replace(moved, **rows, fresh=fresh, inverse_lengths=state.inverse_lengths, stuck=stuck)
 
-    def motion_of(self, moved: HairState, lead: Lead) -> GuideMotion:
+    def motion_of(self, moved: HairState, driver: Driver) -> GuideMotion:
         """Return the motion of these strands at a frame, at the points of all; pure."""
         groom, layout = self.hair.groom, self.hair.layout
         points = layout.axis(moved.positions)
         velocities = layout.axis(moved.velocities).astype(np.float64)
-        roots = (motions[self.strands] for motions in motion_of_roots(lead, self.whole.groom))
+        roots = (motions[self.strands] for motions in motion_of_roots(driver, self.whole.groom))
         turns = turns_since(groom.points, Strands(points, velocities, layout.offsets, self.hair.diameter), *roots)
         out = []
         for values in (points, velocities, turns.turns, turns.spins):

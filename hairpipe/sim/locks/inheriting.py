@@ -1,4 +1,4 @@
-"""What guides stick to that lead more hairs than before: the connections of those that they lead now are theirs."""
+"""Connections of new followers are moved to their guides."""
 
 import numpy as np
 from numba import njit

@@ -13,7 +13,7 @@ from hairpipe.data.locks import LockState, no_locks
 from hairpipe.errors import BadInput
 from hairpipe.kernels.simd_arrays import copied
 from hairpipe.sim.axis import axis_of
-from hairpipe.sim.boundary import Lead, held_tips, motion_of_roots
+from hairpipe.sim.boundary import Driver, held_tips, motion_of_roots
 from hairpipe.sim.contact.hair.stiction import Connections, ages_of
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.interactions import own_interactions
@@ -26,11 +26,11 @@ from hairpipe.sim.locks.standing import motion_along, stand_up
 from hairpipe.sim.settings import Scene
 from hairpipe.sim.shot import Frame
 
-Simulate = Callable[[HairModel, HairState, tuple[Lead, Lead]], HairState]
-"""Simulates strands from their state at the previous frame to this one, from the leads of their roots at both."""
+Simulate = Callable[[HairModel, HairState, tuple[Driver, Driver]], HairState]
+"""Simulates strands from their state at the previous frame to this one, from the drivers of their roots at both."""
 
 
-def check_locks(hair: HairModel, lead: Lead, scene: Scene) -> None:
+def check_locks(hair: HairModel, driver: Driver, scene: Scene) -> None:
     """Raise BadInput where hair cannot be in locks: it must stick, pair by pair, in the solve, and have free tips."""
     if scene.stiction is None:
         raise BadInput("locks require stiction", where="locks", right="[hair.stiction], too")
@@ -43,7 +43,7 @@ def check_locks(hair: HairModel, lead: Lead, scene: Scene) -> None:
             where="locks",
             right="locks or user-defined interactions",
         )
-    if len(held_tips(lead, hair.groom, hair.layout)):
+    if len(held_tips(driver, hair.groom, hair.layout)):
         raise BadInput("locks require free tips", where="locks", right="strands held at the root alone")
 
 
@@ -52,24 +52,24 @@ def advance_locked(hair: HairModel, previous: HairState, frame: Frame, scene: Sc
     locks = scene.locks
     stiction = scene.stiction
     offsets = hair.layout.offsets
-    lead = frame.leads[1]
+    driver = frame.drivers[1]
     assert locks is not None and stiction is not None
-    known = previous.locks or _first_locks(hair, previous, frame.leads[0])
+    known = previous.locks or _first_locks(hair, previous, frame.drivers[0])
     guides = take_guides(hair, known.leaders)
     before = guides.state_of(previous)
-    moved = simulate(guides.hair, before, guides.leads_of(frame.leads))
-    motion = guides.motion_of(moved, lead)
+    moved = simulate(guides.hair, before, guides.drivers_of(frame.drivers))
+    motion = guides.motion_of(moved, driver)
     found = follow(hair, known, motion, frame, scene.contact.thickness)
     state = _on_axes(hair, guides.put(previous, moved), found.points, found.velocities)
     ages = ages_of(before.stuck, before.stuck_at, known.ages, moved.stuck, moved.stuck_at)
-    roots = motion_of_roots(lead, hair.groom)[0]
+    roots = motion_of_roots(driver, hair.groom)[0]
     now, stuck = regrouped(
         known, Connections(state.stuck, state.stuck_at), ages, found, offsets, roots, locks, stiction.closest
     )
     freed = known.follows & ~now.follows
     if freed.any():
-        motion = motion_along(hair, found.points, found.velocities, lead)
-        state = stand_up(hair, state, motion, freed, lead)
+        motion = motion_along(hair, found.points, found.velocities, driver)
+        state = stand_up(hair, state, motion, freed, driver)
     among = np.flatnonzero(known.interpolated)
     if now.since == 0:  # The audit has ended: what was compared follows from where it is.
         keeps, points = known.follows, found.points
@@ -79,19 +79,19 @@ def advance_locked(hair: HairModel, previous: HairState, frame: Frame, scene: Sc
     return replace(state, stuck=stuck.segments, stuck_at=stuck.fractions, locks=replace(now, places=places))
 
 
-def _first_locks(hair: HairModel, state: HairState, lead: Lead) -> LockState:
+def _first_locks(hair: HairModel, state: HairState, driver: Driver) -> LockState:
     """Return the locks of hair that was in none before."""
     points = hair.layout.axis(state.positions)
-    reference = about_roots(points, hair.layout.offsets, motion_of_roots(lead, hair.groom)[0])
+    reference = about_roots(points, hair.layout.offsets, motion_of_roots(driver, hair.groom)[0])
     return no_locks(len(hair.groom.ids), len(state.stuck), reference)
 
 
-def with_particles(hair: HairModel, state: HairState, lead: Lead) -> HairState:
+def with_particles(hair: HairModel, state: HairState, driver: Driver) -> HairState:
     """Return the state with the particles of followers about their axes, which alone are up to date; pure."""
     if state.locks is None:
         return state
     points, velocities = hair.layout.axis(state.positions), hair.layout.axis(state.velocities)
-    return stand_up(hair, state, motion_along(hair, points, velocities, lead), state.locks.follows, lead)
+    return stand_up(hair, state, motion_along(hair, points, velocities, driver), state.locks.follows, driver)
 
 
 def _on_axes(hair: HairModel, state: HairState, points: np.ndarray, velocities: np.ndarray) -> HairState:

@@ -44,7 +44,7 @@ def renewed(
     places: Places,
     before: np.ndarray,
     keeps: np.ndarray,
-    carried: np.ndarray,
+    interpolated: np.ndarray,
     points: np.ndarray,
     offsets: np.ndarray,
     turns: np.ndarray,
@@ -52,44 +52,44 @@ def renewed(
     """Return the new places of followers: unchanged where all their guides remain guides, else the nearest; pure.
 
     places, before  previous places, and the strands that had them, ascending, (n,)
-    keeps, carried  strands that may keep them, and those that are interpolated from now on: the others may be
-                    followed, (S,) bool
+    keeps, interpolated  strands that may keep them, and those that are interpolated from now on: the others may be
+                         followed, (S,) bool
     points, offsets, turns  as for `find_places`
     """
-    owners = np.repeat(np.arange(len(carried)), np.diff(offsets))
+    owners = np.repeat(np.arange(len(interpolated)), np.diff(offsets))
     rows = points_of_strands(before, offsets)
-    mine = np.flatnonzero(carried[owners])
-    lost = carried[owners[places.points]] & (np.arange(FOLLOWED) < places.counts[:, None])
-    stays = (keeps & carried)[owners[rows]] & ~lost.any(axis=1)
+    mine = np.flatnonzero(interpolated[owners])
+    lost = interpolated[owners[places.points]] & (np.arange(FOLLOWED) < places.counts[:, None])
+    stays = (keeps & interpolated)[owners[rows]] & ~lost.any(axis=1)
     kept = np.isin(mine, rows[stays])
     out = no_places(len(mine))
     news = no_places(0)
     if not kept.all():
-        news = find_places(points, offsets, np.flatnonzero(~carried), mine[~kept], turns)
+        news = find_places(points, offsets, np.flatnonzero(~interpolated), mine[~kept], turns)
     for whole, was, found in zip(out, places, news, strict=True):
         whole[kept] = was[stays]
         whole[~kept] = found
     return out
 
 
-def guides_beside(strands: np.ndarray, places: Places, offsets: np.ndarray) -> np.ndarray:
+def nearest_guides(strands: np.ndarray, places: Places, offsets: np.ndarray) -> np.ndarray:
     """Return the possible guides of strands, ordered by the number of their points that a strand follows; pure.
 
     strands  ascending, (n,); places  what their points follow; offsets  offsets of all strands, (S+1,) int32
 
     Returns (n, FOLLOWED) int32, filled up with the strand itself. A guide has as many segments as its followers.
     """
-    beside = np.repeat(strands[:, None], FOLLOWED, axis=1).astype(np.int32)
+    nearest = np.repeat(strands[:, None], FOLLOWED, axis=1).astype(np.int32)
     counts = np.diff(offsets)
     begins = np.concatenate([[0], np.cumsum(counts[strands])])
     owners = np.repeat(np.arange(len(counts)), counts)
-    _rank(places, owners, counts, strands, begins, beside)
-    return beside
+    _rank(places, owners, counts, strands, begins, nearest)
+    return nearest
 
 
 @inlined
 def turn_at(offsets: np.ndarray, strand: int, point: int) -> int:
-    """Return the segment by whose turn a point of a strand turns: that which leads to it, of a root the first."""
+    """Return the segment whose rotation a point of a strand has: the one that ends at it, of a root the first."""
     return point if point == offsets[strand] else point - 1
 
 
@@ -110,7 +110,7 @@ def _choose(near, theirs, owners, counts, followed):
 
 
 @njit(cache=True, parallel=True)
-def _rank(places, owners, counts, strands, begins, beside):
+def _rank(places, owners, counts, strands, begins, nearest):
     """Write the owners of most places of each strand, in place; of as many, the first strand."""
     for f in prange(len(strands)):
         rows = slice(begins[f], begins[f + 1])
@@ -125,7 +125,7 @@ def _rank(places, owners, counts, strands, begins, beside):
             while end < len(guides) and guides[end] == guide:
                 end += 1
             if counts[guide] == counts[strands[f]]:
-                _insert(guide, end - first, beside[f], times)
+                _insert(guide, end - first, nearest[f], times)
             first = end
 
 

@@ -8,7 +8,7 @@ from hairpipe.sim.locks.auditing import about_roots, audited_locks, back_in, mov
 from hairpipe.sim.locks.following import Followed
 from hairpipe.sim.locks.inheriting import inherited
 from hairpipe.sim.locks.joining import guides_of, joined
-from hairpipe.sim.locks.places import guides_beside
+from hairpipe.sim.locks.places import nearest_guides
 from hairpipe.sim.settings import Locks
 
 
@@ -48,7 +48,7 @@ def regrouped(
         ages = np.where((audited & ~good)[owners].any(axis=1), 0, ages).astype(np.int32)
     if ends:
         tried = (known.roles == TRIED) & (found.errors <= locks.tolerance)
-        leaders, leading = back_in(leaders, *_beside(known, tried, offsets), locks.most)
+        leaders, leading = back_in(leaders, *_find_nearest(known, tried, offsets), locks.most)
         released[leading] = False
     occupancy = np.where(audited & compared, leaders[known.guides], leaders)
     free = ~(compared | (leaders != strands))[owners].any(axis=1)
@@ -77,9 +77,9 @@ def regrouped(
     ), connections
 
 
-def _beside(known: LockState, chosen: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return strands on trial, (n,), of a mask, (S,) bool, and the guides near them, see `guides_beside`."""
+def _find_nearest(known: LockState, chosen: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return strands on trial, (n,), of a mask, (S,) bool, and the guides near them, see `nearest_guides`."""
     among = np.flatnonzero(known.interpolated)
     rows = np.repeat(chosen[among], np.diff(offsets)[among])
     strands = np.flatnonzero(chosen)
-    return strands, guides_beside(strands, Places(*(values[rows] for values in known.places)), offsets)
+    return strands, nearest_guides(strands, Places(*(values[rows] for values in known.places)), offsets)

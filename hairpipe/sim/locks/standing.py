@@ -11,19 +11,19 @@ from hairpipe.groom.keys.key_turns import turned, turns_since
 from hairpipe.kernels.simd_arrays import copied
 from hairpipe.kernels.vec3 import cross, minus, mix, plus, row
 from hairpipe.sim.axis import axis_of
-from hairpipe.sim.boundary import Lead, clamp_at, motion_of_roots
+from hairpipe.sim.boundary import Driver, clamp_at, motion_of_roots
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.locks.guides import GuideMotion
 
 
-def motion_along(hair: HairModel, points: np.ndarray, velocities: np.ndarray, lead: Lead) -> GuideMotion:
+def motion_along(hair: HairModel, points: np.ndarray, velocities: np.ndarray, driver: Driver) -> GuideMotion:
     """Return the motion of all strands, with axes at points [m], (P, 3), and velocities [m/s]; pure."""
     strands = Strands(points, velocities, hair.layout.offsets, hair.diameter)
-    turns = turns_since(hair.groom.points, strands, *motion_of_roots(lead, hair.groom))
+    turns = turns_since(hair.groom.points, strands, *motion_of_roots(driver, hair.groom))
     return GuideMotion(points, velocities, turns.turns, turns.spins)
 
 
-def stand_up(hair: HairModel, state: HairState, motion: GuideMotion, active: np.ndarray, lead: Lead) -> HairState:
+def stand_up(hair: HairModel, state: HairState, motion: GuideMotion, active: np.ndarray, driver: Driver) -> HairState:
     """Return the state with the particles of some strands, (S,) bool, rebuilt about their moving axes; pure.
 
     Particles off an axis rotate with its segments, the twist transported from the root; held particles move with the
@@ -32,7 +32,7 @@ def stand_up(hair: HairModel, state: HairState, motion: GuideMotion, active: np.
     layout = hair.layout
     names = ("positions", "velocities", "accelerations", "tensions")
     arrays = {name: copied(getattr(state, name)) for name in names}
-    clamp = clamp_at(lead, hair.groom, hair.rest, layout)
+    clamp = clamp_at(driver, hair.groom, hair.rest, layout)
     held = clamp.positions, clamp.velocities
     _stand(axis_of(layout), hair.rest, active, motion, held, tuple(arrays.values()))
     return replace(state, **arrays, fresh=state.fresh | active[layout.strands])

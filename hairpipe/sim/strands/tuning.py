@@ -24,7 +24,7 @@ COMPATIBLE_WITH_LOCKS = ("model", "precision", "segments", "steps", "voxels", "c
 PARTICLES = (2000, 500)
 """So many particles are simulated in place of at least as many strands."""
 PRESCRIBED = {"ends", "target"}
-"""Sockets that lead strands, and do not lead particles."""
+"""Sockets that strands have and particles do not."""
 SHARED = ("gravity", "air", "wind", "checkpoint")
 """Settings that a simulation of particles has in common with one of strands."""
 AROUND = ("body", "surface", "parts")

@@ -7,7 +7,7 @@ from hairpipe.data import Strands
 from hairpipe.graph import Frames, Time
 from hairpipe.graphs.experiments.nodes.measure_slip import measure_slip
 from hairpipe.groom.strands import lay_strands
-from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.ends import drive
 from hairpipe.scripted_ends.track import Track
 
 GROOM = lay_strands(2, 0.1, 10, (0.0, 0.0, 1.0), (0.05, 0.0, 0.0), None, 0.0)
@@ -15,7 +15,7 @@ GROOM = lay_strands(2, 0.1, 10, (0.0, 0.0, 1.0), (0.05, 0.0, 0.0), None, 0.0)
 
 def test_hair_that_is_carried_does_not_slip_and_what_slips_is_seen():
     track = Track((0.0, 1.0), turn=(0.0, 45.0), axis=(0.0, 0.0, 1.0), pivot=(0.3, -0.1, 0.0), ease="linear")
-    ends = {n: lead(GROOM, n / 10, track, None, None, None) for n in (0, 5, 10)}
+    ends = {n: drive(GROOM, n / 10, track, None, None, None) for n in (0, 5, 10)}
 
     def hair(n):
         strands = np.repeat([0, 1], 11)

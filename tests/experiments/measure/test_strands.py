@@ -8,7 +8,7 @@ from hairpipe.graph import Frames, Time
 from hairpipe.graphs.experiments.measure.strands import bulge, turns
 from hairpipe.graphs.experiments.nodes.measure_strands import measure_strands
 from hairpipe.groom.strands import lay_strands
-from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.ends import drive
 from hairpipe.scripted_ends.track import Track
 
 OFFSETS = np.array([0, 11, 16], np.int32)
@@ -54,7 +54,7 @@ def test_tips_are_turned_as_far_as_they_are_led():
     groom = lay_strands(2, 0.1, 5, (1.0, 0.5, 0.0), (0.0, 0.0, 0.01), None, 0.0)
     spin = Track((0.0, 1.0), turn=(0.0, -1000.0), axis=(1.0, 0.5, 0.0), ease="linear")
     roots = Track((0.0, 1.0), turn=(0.0, 200.0), axis=(1.0, 0.5, 0.0), ease="linear")
-    ends = [lead(groom, n / 24, roots, None, spin, 1.0) for n in range(26)]
+    ends = [drive(groom, n / 24, roots, None, spin, 1.0) for n in range(26)]
     angles = turns(ends, groom.points[[5, 11]] - groom.points[[0, 6]])
     assert angles[:25] == pytest.approx(np.radians(-1200.0) * np.arange(25)[:, None] / 24 * [1, 1], abs=1e-12)
     assert np.isnan(angles[25]).all()

@@ -12,7 +12,7 @@ from hairpipe.graph import Frames, Time
 from hairpipe.groom.strands import lay_strands
 from hairpipe.nodes.measure_roots import measure_roots
 from hairpipe.nodes.thin_groom import thin_groom
-from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.ends import drive
 from hairpipe.scripted_ends.track import Track
 
 TURN = Track(times=(0.0, 1.0), turn=(0.0, 40.0), move=((0.0, 0.0, 0.0), (0.1, 0.2, 0.3)))
@@ -45,7 +45,7 @@ def test_velocities_are_the_derivative_of_positions(groom, keys, at, bent, shown
     span, here = 1e-5, bent(keys, 60.0, 5)
     speed = np.random.default_rng(6).normal(size=here.shape)
     before, now, after = (
-        shown(at(keys, here + t * speed, speed), keys, groom, None, lead(groom, 0.7 + t, TURN, None, None, None))
+        shown(at(keys, here + t * speed, speed), keys, groom, None, drive(groom, 0.7 + t, TURN, None, None, None))
         for t in (-span, 0.0, span)
     )
     rate = (after.points - before.points) / (2 * span)
@@ -54,7 +54,7 @@ def test_velocities_are_the_derivative_of_positions(groom, keys, at, bent, shown
 
 
 def test_hair_that_is_moved_with_its_roots_is_right(groom, keys, at, nameless, shown):
-    ends = lead(groom, 0.7, TURN, None, None, None)
+    ends = drive(groom, 0.7, TURN, None, None, None)
     assert np.abs(ends.roots[0, :, :3] - np.eye(3)).max() > 0.1
     strand = np.repeat(np.arange(12), 7)
     moved, speeds = (
@@ -92,7 +92,7 @@ def test_any_number_of_threads_gives_the_same_bytes(groom, keys, at, bent, threa
 def test_other_strands_and_two_leads_are_refused(groom, keys, at, shown):
     with pytest.raises(BadInput, match="not the same strands"):
         shown(at(groom, groom.points), keys, groom)
-    ends, body = lead(groom, 0.0, TURN, None, None, None), build_box((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
+    ends, body = drive(groom, 0.0, TURN, None, None, None), build_box((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
     with pytest.raises(BadInput, match="both a body and driven ends"):
         shown(at(groom, groom.points), groom, groom, body, ends)
     with pytest.raises(BadInput, match="both a body and driven ends"):

@@ -7,7 +7,7 @@ from hairpipe.errors import BadInput
 from hairpipe.groom.keys.shell_normals import probe_shell
 from hairpipe.levelset.bake.whole import bake
 from hairpipe.nodes.carry_normals import carry_normals
-from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.ends import drive
 from hairpipe.scripted_ends.track import Track
 
 TURN = Track(times=(0.0, 1.0), turn=(0.0, 40.0), move=((0.0, 0.0, 0.0), (0.1, 0.2, 0.3)))
@@ -31,7 +31,7 @@ def test_normals_of_a_ball_point_away_from_its_centre(groom, shell):
 
 
 def test_hair_that_is_moved_rigidly_turns_its_normals_as_much(groom, at, shell):
-    ends = lead(groom, 0.7, TURN, None, None, None)
+    ends = drive(groom, 0.7, TURN, None, None, None)
     motion = ends.roots[0]
     assert np.abs(motion[:, :3] - np.eye(3)).max() > 0.1
     rest = probe_shell(groom.points, shell).normal

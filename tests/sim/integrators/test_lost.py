@@ -62,11 +62,11 @@ def test_a_soft_heavy_rod_laid_over_another_folds_and_goes_on(scene, shape, step
     """Its weight folds it over by nearly 180 degrees, where curvature has no bound."""
     hair = build_hair(scene(laid_over(*shape)).hair.groom, SOFT, "rod")
     shot = Scene(steps=StepControl(step), collisions=Collisions(5e-3, stiffness=stiffness), strain=strain)
-    lead, state, reported = ends_of(hair.groom), None, []
+    driver, state, reported = ends_of(hair.groom), None, []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         for number in range(9):
-            state = next_state(hair, state, Frame((lead, lead), (), (), (number - 1) * FRAME, FRAME), shot)
+            state = next_state(hair, state, Frame((driver, driver), (), (), (number - 1) * FRAME, FRAME), shot)
         reported += [str(each.message) for each in caught]
     assert stretch_of(hair, state).max() < 2.0
     assert np.abs(state.velocities).max() < 5.0

@@ -7,7 +7,7 @@ import pytest
 
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
-from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.ends import drive
 from hairpipe.scripted_ends.track import Track
 from hairpipe.sim.boundary import ClampPath, clamp_at
 from hairpipe.sim.integrators.step_size import CrossingLimit, Root, StrainRate, Travel, limits_of, next_step
@@ -57,7 +57,7 @@ def test_strain_rate_is_that_of_edges_on_the_axis(scene, straight):
 def held_at(shot, time, **tip):
     """The ends of a shot's hair, both carried along x at 2.4 m/s, the tip until it is let go of."""
     course = Track((0.0, 1.0), move=((0.0, 0.0, 0.0), (2.4, 0.0, 0.0)), ease="linear")
-    ends = lead(shot.hair.groom, time, course, None, course, tip.get("release"))
+    ends = drive(shot.hair.groom, time, course, None, course, tip.get("release"))
     return clamp_at(ends, shot.hair.groom, shot.hair.rest, shot.hair.layout)
 
 

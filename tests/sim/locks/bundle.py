@@ -39,10 +39,10 @@ def body(time):
     return Mesh(CORNERS + way, np.array([[0, 1, 2]], np.int32), speed)
 
 
-def shot(hair, scene, frames, state=None, first=0, lead=body, surfaces=()):
+def shot(hair, scene, frames, state=None, first=0, driver=body, surfaces=()):
     states, dt = [] if state is None else [state], 1 / 24
     for f in range(first, first + frames):
-        leads = lead(max(f - 1, 0) * dt), lead(f * dt)
-        state = next_state(hair, state, Frame(leads, surfaces, (), max(f - 1, 0) * dt, dt), scene)
+        drivers = driver(max(f - 1, 0) * dt), driver(f * dt)
+        state = next_state(hair, state, Frame(drivers, surfaces, (), max(f - 1, 0) * dt, dt), scene)
         states.append(state)
     return states

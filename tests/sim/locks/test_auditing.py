@@ -38,7 +38,7 @@ def test_the_error_of_a_lock_is_the_rms_of_its_hairs():
 
 def test_hair_on_trial_follows_the_nearest_guide_with_room_or_becomes_a_guide():
     leaders = np.array([0, 0, 2, 3, 4, 5, 6], np.int32)
-    beside = np.array([[0, 6], [0, 6], [0, 4], [6, 0], [6, 6]])
+    nearest = np.array([[0, 6], [0, 6], [0, 4], [6, 0], [6, 6]])
     for tried, most, then, leading in (
         ([2, 4, 5], 16, [0, 0, 0, 3, 0, 6, 6], []),
         ([2, 5], 16, [0, 0, 0, 3, 4, 6, 6], []),
@@ -48,7 +48,7 @@ def test_hair_on_trial_follows_the_nearest_guide_with_room_or_becomes_a_guide():
         ([], 16, leaders, []),
     ):
         tried = np.array(tried, np.int64)
-        after, guides = back_in(leaders, tried, beside[tried - 2], most)
+        after, guides = back_in(leaders, tried, nearest[tried - 2], most)
         np.testing.assert_array_equal(after, then)
         np.testing.assert_array_equal(guides, leading)
 

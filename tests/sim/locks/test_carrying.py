@@ -7,9 +7,9 @@ from hairpipe.data import Strands
 from hairpipe.data.locks import FOLLOWED, no_places
 from hairpipe.groom.keys.key_turns import turns_since
 from hairpipe.groom.strand_arrays import points_of_strands
-from hairpipe.sim.locks.carrying import carried
+from hairpipe.sim.locks.carrying import interpolated
 from hairpipe.sim.locks.guides import GuideMotion
-from hairpipe.sim.locks.places import find_places, guides_beside, renewed
+from hairpipe.sim.locks.places import find_places, nearest_guides, renewed
 
 STRANDS, SEGMENTS = 12, 9
 OFFSETS = np.arange(0, STRANDS * (SEGMENTS + 1) + 1, SEGMENTS + 1, dtype=np.int32)
@@ -45,7 +45,7 @@ def rigid(w, t):
 def follow(rest, now, roots):
     turns, mine = motion(rest, rest, np.zeros_like(rest), STILL).turns, points_of_strands(FOLLOWERS, OFFSETS)
     places = find_places(rest, OFFSETS, GUIDES, mine, turns)
-    return carried(FOLLOWERS, places, now, OFFSETS, rest, roots)
+    return interpolated(FOLLOWERS, places, now, OFFSETS, rest, roots)
 
 
 def test_hair_that_is_moved_rigidly_stays_rigid_and_so_do_its_velocities(rest):
@@ -112,7 +112,7 @@ def test_hair_whose_ways_have_nearly_vanished_is_not_flung():
     turns, spins = np.tile(np.eye(3), (len(rest), 1, 1)), np.zeros_like(rest)
     places = find_places(rest, OFFSETS, GUIDES, points_of_strands(FOLLOWERS, OFFSETS), turns)
     folded = GuideMotion(rest * [1.0, 1e-3, 1.0], speeds, turns, spins)
-    x, v, _ = carried(FOLLOWERS, places, folded, OFFSETS, rest, STILL)
+    x, v, _ = interpolated(FOLLOWERS, places, folded, OFFSETS, rest, STILL)
     assert np.linalg.norm(v, axis=1).max() < 2.0
     lengths = np.linalg.norm(np.diff(x.reshape(-1, SEGMENTS + 1, 3), axis=1), axis=2)
     np.testing.assert_allclose(lengths, 7e-3, rtol=1e-9)
@@ -125,7 +125,7 @@ def test_neighbour_guides_have_most_places_and_equal_segments():
     places.counts[:] = [4, 4, 3, 2, 2, 2, 2]
     places.points[:4] = [[0, 8, 12, 15], [9, 1, 13, 16], [10, 14, 17, 1], [11, 12, 1, 1]]
     places.points[4:, :2] = [[0, 8], [15, 19], [24, 20]]
-    np.testing.assert_array_equal(guides_beside(strands, places, offsets), [[2, 4, 0, 1], [3] * FOLLOWED])
+    np.testing.assert_array_equal(nearest_guides(strands, places, offsets), [[2, 4, 0, 1], [3] * FOLLOWED])
 
 
 def test_only_points_of_a_lost_guide_are_reassigned(rest):

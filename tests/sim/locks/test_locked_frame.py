@@ -152,7 +152,7 @@ def test_parted_hair_is_tried_with_other_guides_and_follows_within_tolerance(hai
 
 def test_ends_that_go_as_the_body_does_lead_guides_as_it_does(hair, states):
     free = np.full((2, len(hair.groom.ids), 3, 4), np.nan)
-    led = shot(hair, SCENE, 10, lead=lambda time: Ends(*motion_of_roots(body(time), hair.groom), *free))
+    led = shot(hair, SCENE, 10, driver=lambda time: Ends(*motion_of_roots(body(time), hair.groom), *free))
     assert len(followers(led[-1])) > 0
     same(led[-1], states[-1])
 

@@ -11,7 +11,7 @@ from hairpipe.groom.strands import lay_strands
 from hairpipe.groom.tuft import Tuft, gather_tuft
 from hairpipe.levelset.bake.parts import gathered
 from hairpipe.levelset.bake.whole import bake
-from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.ends import drive
 from hairpipe.scripted_ends.track import Track
 from hairpipe.scripted_ends.wave import Wave, course_of_wave
 
@@ -34,7 +34,7 @@ def tuft() -> Groom:
 def roots_at(groom: Groom, speed: float, time: float) -> Ends:
     """Lead the roots along the bar and back, at a time [s]; speed of the bar [m/s]."""
     wave = Wave(frequency=FREQUENCY, speed=ASIDE * speed, along=(0.0, 0.0, 1.0))
-    return lead(groom, min(time, HALT), Track(), wave, None, None)
+    return drive(groom, min(time, HALT), Track(), wave, None, None)
 
 
 def axis_at(speed: float, time: float) -> tuple[np.ndarray, np.ndarray]:

@@ -11,7 +11,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.contact.bar import LENGTH, SEGMENTS, axis_at, bar_at, passed_through, roots_at
 from hairpipe.graphs.experiments.studies.contact.worst import FLUNG, FLUNG_LEAST, GRAVITY, Seen, Worst, signs
 from hairpipe.graphs.experiments.studies.integrators.energy import altitude_energies, energies
-from hairpipe.sim.boundary import Lead
+from hairpipe.sim.boundary import Driver
 from hairpipe.sim.build import bodies_of
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.locks.locked_frame import advance_locked, with_particles
@@ -95,11 +95,11 @@ def _advance(
 ) -> HairState:
     """Advance by a frame, and check every step of what is simulated, and at the end what guides carry."""
     times = began, began + FRAME
-    leads = roots_at(hair.groom, speed, times[0]), roots_at(hair.groom, speed, times[1])
+    drivers = roots_at(hair.groom, speed, times[0]), roots_at(hair.groom, speed, times[1])
     parts = [(bar_at(speed, times[0]), bar_at(speed, times[1]))] if bar else []
     bodies = bodies_of((), parts, scene.contact, FRAME)
 
-    def simulate(strands: HairModel, before: HairState, leads: tuple[Lead, Lead]) -> HairState:
+    def simulate(strands: HairModel, before: HairState, drivers: tuple[Driver, Driver]) -> HairState:
         points = strands.layout.axis(before.positions)
         worst.simulated = min(worst.simulated, len(strands.groom.ids))
 
@@ -114,11 +114,11 @@ def _advance(
                 worst.through[np.isin(hair.groom.ids, strands.groom.ids)] |= through
             points = seen.points
 
-        return advance_frame(strands, before, leads, bodies, FRAME, scene, began, look)
+        return advance_frame(strands, before, drivers, bodies, FRAME, scene, began, look)
 
     if scene.locks is None:
-        return simulate(hair, state, leads)
-    moved = advance_locked(hair, state, Frame(leads, (), parts, began, FRAME), scene, simulate)
+        return simulate(hair, state, drivers)
+    moved = advance_locked(hair, state, Frame(drivers, (), parts, began, FRAME), scene, simulate)
     if worst.finite:
         worst.note(_seen(hair, moved.positions, moved.velocities, axis_at(speed, times[1])[0] if bar else None))
     return moved
@@ -131,7 +131,7 @@ def _seen(hair: HairModel, positions: np.ndarray, velocities: np.ndarray, axis: 
     return Seen(points, hair.layout.axis(velocities), float(lengths.max()) * SEGMENTS / LENGTH - 1.0, axis)
 
 
-def _energy(hair: HairModel, state: HairState, lead: Lead) -> float:
+def _energy(hair: HairModel, state: HairState, driver: Driver) -> float:
     """Return the energy of motion, weight and the springs of strands [J/kg].
 
     Hair that is carried in a lock counts as if it stood up. What other hair holds that sticks to it, is pressed against
@@ -140,7 +140,7 @@ def _energy(hair: HairModel, state: HairState, lead: Lead) -> float:
     assert isinstance(hair.model, Network)
     layout = hair.layout
     clamped = hair.model.shape.clamped
-    state = with_particles(hair, state, lead)
+    state = with_particles(hair, state, driver)
     motion = State.begin(state, state.positions)
     own = energies(hair, motion, GRAVITY) + altitude_energies(hair.model, layout, motion.x)
     masses = hair.model.mass.reshape(layout.blocks, -1, layout.width)[:, clamped:].sum(axis=1)

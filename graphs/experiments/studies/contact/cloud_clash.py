@@ -50,8 +50,8 @@ def _frame(particles: Particles, speed: float, frame: int, rate: int) -> Frame:
     """Return the frame after so many, of so many a second; its motion of the roots is that of strands."""
     began = frame / rate
     ended = (frame + 1) / rate
-    leads = roots_at(particles.hair, speed, began), roots_at(particles.hair, speed, ended)
-    return Frame(leads, (), [(bar_at(speed, began), bar_at(speed, ended))], began, 1.0 / rate)
+    drivers = roots_at(particles.hair, speed, began), roots_at(particles.hair, speed, ended)
+    return Frame(drivers, (), [(bar_at(speed, began), bar_at(speed, ended))], began, 1.0 / rate)
 
 
 def _seen(prepared: Prepared, held: np.ndarray, points: np.ndarray, velocities: np.ndarray, axis: np.ndarray) -> Seen:

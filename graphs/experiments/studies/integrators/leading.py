@@ -5,7 +5,7 @@ import numpy as np
 from hairpipe.data import Ends, Groom
 from hairpipe.graphs.experiments.studies.integrators.trial import MOTIONS, Strand
 from hairpipe.groom.strands import lay_strands, unbound
-from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.ends import drive
 from hairpipe.scripted_ends.track import Track
 
 
@@ -23,7 +23,7 @@ def groom_of(strands: list[Strand], segments: int) -> Groom:
 
 def ends_at(strands: list[Strand], groom: Groom, time: float) -> Ends:
     """Find where the ends of strands are led at a time [s]; tips are free."""
-    driven = {strand.motion: lead(groom, time, Track(), MOTIONS[strand.motion].wave, None, None) for strand in strands}
+    driven = {strand.motion: drive(groom, time, Track(), MOTIONS[strand.motion].wave, None, None) for strand in strands}
     mine = [(driven[strand.motion], n) for n, strand in enumerate(strands)]
     return Ends(
         np.stack([ends.roots[n] for ends, n in mine]),

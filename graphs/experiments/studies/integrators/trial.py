@@ -15,10 +15,10 @@ _LEVER = (0.0, 0.0, -0.1)
 
 @dataclass(frozen=True)
 class Moved:
-    """How a strand starts and how its root is led.
+    """Start of a strand, and motion of its root.
 
     from_hanging  angle of the straight strand from hanging down, at the start
-    wave          that leads the root; it stands still without
+    wave          motion of the root; fixed if absent
     drag          of the air: where a strand is thrown about with little of it the motion is chaotic, and no answer to
                   compare with exists
     """

@@ -96,8 +96,8 @@ def test_force_of_pressure_is_minus_the_gradient_of_its_energy(particles, prepar
 def energies_of_fall(particles, settings, rate, seconds=0.05):
     """Energy and work against links after every step of a tuft that is kicked, over the energy of the kick."""
     prepared, settings = prepare(particles, settings), replace(settings, steps=1)
-    model, lead = prepared.model, roots_at(particles.hair, 0.0, 0.0)
-    frame = Frame((lead, lead), (), (), 0.0, 1.0 / rate)
+    model, driver = prepared.model, roots_at(particles.hair, 0.0, 0.0)
+    frame = Frame((driver, driver), (), (), 0.0, 1.0 / rate)
     simulation = ParticleSimulation(particles, prepared, settings)
     state = next_state(simulation, None, frame)
     kick = 0.3 * np.random.default_rng(3).normal(size=state.points.shape)

@@ -8,7 +8,7 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.theory.driven_rods import driven_rod, rod_of
 from hairpipe.groom.strands import lay_strands
-from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.ends import drive
 from hairpipe.scripted_ends.track import Track
 
 LENGTH, FPS = 0.1, 10.0
@@ -16,9 +16,9 @@ BENDING, TORSION = 8e-9, 6e-9
 GROOM = lay_strands(1, LENGTH, 40, (1.0, 0.0, 0.0), (0.0, 0.0, 0.01), None, 0.002)
 
 
-def drive(frames: int, **track) -> dict[str, np.ndarray]:
+def measured(frames: int, **track) -> dict[str, np.ndarray]:
     tips = Track(**track, ease="linear")
-    ends = {n: lead(GROOM, n / FPS, Track(), None, tips, None) for n in range(frames)}
+    ends = {n: drive(GROOM, n / FPS, Track(), None, tips, None) for n in range(frames)}
     table = driven_rod(GROOM, ends, FPS, BENDING, TORSION)
     return {name: np.asarray(table[name]) for name in table.names}
 
@@ -28,7 +28,7 @@ def test_pushed_it_is_the_elastica():
     from scipy.optimize import brentq
     from scipy.special import ellipe, ellipk
 
-    found = drive(13, times=(0.0, 1.2), move=((0.0, 0.0, 0.0), (-0.5 * LENGTH, 0.0, 0.0)))
+    found = measured(13, times=(0.0, 1.2), move=((0.0, 0.0, 0.0), (-0.5 * LENGTH, 0.0, 0.0)))
     assert len(found["span [m]"]) == 13
     for span, bulge in zip(found["span [m]"][4:] / LENGTH, found["bulge [m]"][4:] / LENGTH, strict=True):
         m: Any = brentq(lambda m, span=span: 2 * ellipe(m) / ellipk(m) - 1 - span, 1e-6, 0.9)
@@ -38,7 +38,7 @@ def test_pushed_it_is_the_elastica():
 
 def test_twisted_it_winds_the_way_it_is_turned():
     slack = ((0.0, 0.0, 0.0), (-0.1 * LENGTH, 0.0, 0.0), (-0.1 * LENGTH, 0.0, 0.0))
-    found = [drive(8, times=(0.0, 0.4, 0.7), move=slack, turn=(0, 0, turn), axis=(1, 0, 0)) for turn in (60, -60)]
+    found = [measured(8, times=(0.0, 0.4, 0.7), move=slack, turn=(0, 0, turn), axis=(1, 0, 0)) for turn in (60, -60)]
     for table, sign in zip(found, (1.0, -1.0), strict=True):
         writhe = sign * table["writhe [1]"]
         assert (np.diff(writhe[4:]) > 0.002).all() and np.ptp(writhe[:5]) < 1e-9
@@ -49,7 +49,7 @@ def test_twisted_it_winds_the_way_it_is_turned():
 
 def test_beyond_its_length_there_is_no_equilibrium():
     with pytest.raises(BadInput, match="no equilibrium"):
-        drive(1, times=(0.0,), move=((0.04 * LENGTH, 0.0, 0.0),))
+        measured(1, times=(0.0,), move=((0.04 * LENGTH, 0.0, 0.0),))
 
 
 def test_a_straight_strand_makes_a_straight_rod():
