@@ -1,1 +1,1 @@
-"""Cost of the code: times, limits of the machine, and machine code."""
+"""Benchmarks: times, limits of the machine, and machine code."""

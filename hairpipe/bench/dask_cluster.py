@@ -1,4 +1,4 @@
-"""A Dask scheduler and one worker on this machine, as processes that end with the one that started them."""
+"""A Dask scheduler and one worker on this machine, as child processes that end with their parent."""
 
 import importlib.util
 import json
@@ -13,7 +13,7 @@ from hairpipe.child import command, environment
 from hairpipe.errors import BadInput
 
 PATIENCE = 30.0
-"""Time within which the scheduler must have started [s]."""
+"""Maximum time until the scheduler has started [s]."""
 LOOPBACK = ["--host", "127.0.0.1", "--no-dashboard"]
 _BOOT = """from hairpipe.child import die_with_parent; die_with_parent()
 from distributed.cli.dask_{} import main; sys.argv[1:] = {!r}; main()"""
@@ -21,7 +21,7 @@ from distributed.cli.dask_{} import main; sys.argv[1:] = {!r}; main()"""
 
 @contextmanager
 def dask_cluster(jobs: int) -> Iterator[str]:
-    """Start a cluster, and kill it in the end; BadInput where Dask is absent or does not start.
+    """Start a cluster, and kill it at the end; BadInput if Dask is absent or does not start.
 
     jobs  number of narrow slots of the worker, next to a wide one
 
@@ -45,13 +45,13 @@ def dask_cluster(jobs: int) -> Iterator[str]:
 
 
 def start(part: str, words: list[str]) -> "subprocess.Popen[bytes]":
-    """Start a scheduler or a worker, with these words as its command line."""
+    """Start a scheduler or a worker with this command line."""
     nowhere = subprocess.DEVNULL
     return subprocess.Popen(command(_BOOT.format(part, words)), env=environment(), stdout=nowhere, stderr=nowhere)
 
 
 def address_in(file: Path) -> str:
-    """Wait for the address that a scheduler writes to a file; BadInput where none is written."""
+    """Wait for the address that a scheduler writes to a file; BadInput if there is none."""
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
         try:

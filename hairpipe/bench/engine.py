@@ -1,4 +1,4 @@
-"""Cost of the engine: one more task, one more frame of a scan, a re-run without work, memory of the coordinator."""
+"""Cost of the engine: time per task, per frame of a scan and of a cached re-run, and memory of the coordinator."""
 
 from contextlib import ExitStack
 from statistics import median
@@ -9,15 +9,15 @@ from hairpipe.bench.report import Case, Echo, Report, make_report
 from hairpipe.bench.toy_shot import EACH, SCAN, ToyRun, toy_shot
 
 Pair = tuple[ToyRun, ToyRun]
-"""Runs of a short and of a long shot."""
+"""Runs of a short and a long shot."""
 
 
 class Sizes(NamedTuple):
-    """Frames of the shots that are run, and how often.
+    """Numbers of frames of the shots, and of repetitions.
 
-    tasks        frames of a node per frame, of the short and of the long shot
-    scan_frames  the same of a scan
-    warm         frames of the shot that is run again
+    tasks        frames of a node per frame, of the short and the long shot
+    scan_frames  frames of a scan, likewise
+    warm         frames of the cached shot
     """
 
     tasks: tuple[int, int] = (100, 2000)
@@ -30,9 +30,9 @@ SIZES = Sizes()
 
 
 def measure_engine(echo: Echo, jobs: int, *, with_dask: bool = False, sizes: Sizes = SIZES) -> Report:
-    """Measure the engine of this machine, and that of Dask if asked for; BadInput where Dask does not start.
+    """Measure the engine of this machine, and Dask on request; BadInput if Dask does not start.
 
-    jobs  number of narrow workers of either engine
+    jobs  number of narrow workers of each engine
     """
     one_more, memory = list[Case](), list[Case]()
     with ExitStack() as stack:
@@ -64,14 +64,14 @@ def cold_run(node: str, frames: int, jobs: int, scheduler: str | None) -> ToyRun
 
 
 def warm_runs(frames: int, jobs: int, repeats: int) -> list[ToyRun]:
-    """Run a shot, and as often as asked for again when everything is cached."""
+    """Run a shot, and repeat the cached run."""
     with toy_shot(frames) as shot:
         shot.run((EACH, SCAN), jobs)
         return [shot.run((EACH, SCAN), jobs) for _ in range(repeats)]
 
 
 def difference(pairs: list[Pair]) -> Case:
-    """Return evaluations of a short and of a long run, and the time of one more evaluation [ms]; pure."""
+    """Return evaluations of a short and a long run, and the time per evaluation [ms]; pure."""
     short, long = pairs[0]
     spent = [1e3 * (b.run - a.run) / (b.evaluated - a.evaluated) for a, b in pairs]
     times = {"median [ms]": median(spent), "minimum [ms]": min(spent), "maximum [ms]": max(spent)}
@@ -79,12 +79,12 @@ def difference(pairs: list[Pair]) -> Case:
 
 
 def coordinator(runs: tuple[ToyRun, ...]) -> Case:
-    """Return the time of equal runs, and the most memory of their coordinators; pure."""
+    """Return the time of equal runs, and the peak memory of their coordinators; pure."""
     memory = max((each.memory for each in runs if each.memory is not None), default=None)
     return {"evaluated": runs[0].evaluated, "run [s]": median(each.run for each in runs), "peak memory [MB]": memory}
 
 
 def without_work(runs: list[ToyRun]) -> Case:
-    """Return the time of runs that find everything cached; pure."""
+    """Return the time of cached runs; pure."""
     counts = {"cached": runs[0].cached, "evaluated": runs[0].evaluated}
     return {**counts, "run [s]": median(r.run for r in runs), "process [s]": median(r.process for r in runs)}

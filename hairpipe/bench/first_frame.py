@@ -1,4 +1,4 @@
-"""Where the processor seconds of a worker's first frame go when kernels are compiled and all inputs are stored."""
+"""Processor seconds of the first frame of a worker, with compiled kernels and stored inputs."""
 
 import builtins
 import json
@@ -36,7 +36,7 @@ _BOOT = f"from {__name__} import report_phases; report_phases({{!r}}, {{!r}}, {{
 
 
 class Clock:
-    """Processor seconds by phase, each without the phases within it."""
+    """Processor seconds by phase, without those of inner phases."""
 
     def __init__(self) -> None:
         self.seconds: defaultdict[str, float] = defaultdict(float)
@@ -44,7 +44,7 @@ class Clock:
 
     @contextmanager
     def phase(self, name: str) -> Iterator[None]:
-        """Count what is done meanwhile to a phase."""
+        """Add the time of a context to a phase."""
         begun = time.process_time()
         self._inner.append(0.0)
         try:
@@ -55,7 +55,7 @@ class Clock:
             self._inner[-1] += spent
 
     def counted(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-        """Wrap a function whose calls are a phase."""
+        """Wrap a function, whose calls are a phase."""
 
         def call(*args: Any, **named: Any) -> Any:
             with self.phase(name):
@@ -67,7 +67,7 @@ class Clock:
 def measure_first_frame(graph_path: Path, overrides: Mapping[str, str], node: str = HAIR) -> Report:
     """Measure the first frames of a scan of a graph in a new process, by phase, after another has compiled all kernels.
 
-    Raises BadInput where the node is not a scan, or what it depends on fails.
+    Raises BadInput if the node is not a scan, or one of its inputs fails.
     """
     graph = load_graph(graph_path, overrides)
     modules = [node.type.module for node in graph.nodes.values()]
@@ -80,13 +80,13 @@ def measure_first_frame(graph_path: Path, overrides: Mapping[str, str], node: st
 
 
 def measured(code: str, kernels: dict[str, str]) -> dict[str, float]:
-    """Return what a new process prints that carries out this code, with these kernels."""
+    """Return the output of this code in a new process with these kernels."""
     done = subprocess.run(command(code), env=environment(1, kernels), check=True, stdout=subprocess.PIPE)
     return json.loads(done.stdout)
 
 
 def report_phases(graph_path: str, overrides: dict[str, str], store: str, node: str) -> None:
-    """Compute two frames in this process, which does nothing else, and print processor seconds by phase as JSON."""
+    """Compute two frames in this process, and print processor seconds by phase as JSON."""
     clock = Clock()
     clock.seconds[PYTHON] = time.process_time()
     kernel_cache.is_there = clock.counted(DIGESTS, kernel_cache.is_there)

@@ -1,4 +1,4 @@
-"""What the first use of a graph compiles: processor seconds of a first step with and without kernels."""
+"""Compilation at the first use of a graph: processor seconds of a first step with and without kernels."""
 
 import resource
 import subprocess
@@ -19,9 +19,9 @@ _MAIN = "from hairpipe.cli import main; sys.argv[1:] = {!r}; main()"
 
 
 def measure_first_use(graph_path: Path, overrides: Mapping[str, str], node: str = HAIR) -> Report:
-    """Measure the first two frames of a node of a graph, in temporary folders; BadInput where they do not compute.
+    """Measure the first two frames of a node of a graph, in temporary folders; BadInput if they fail.
 
-    The first frame of a simulation is its start: kernels of a step are compiled for the second.
+    The first frame of a simulation is its start: kernels of a step are compiled for the second frame.
     """
     begin = load_graph(graph_path, overrides).begin
     frames = f"{begin}-{begin + 1}"
@@ -47,13 +47,13 @@ def measure_first_use(graph_path: Path, overrides: Mapping[str, str], node: str 
 
 
 def kernels_in(folder: Path) -> Iterator[str]:
-    """Name the function of every kernel in a folder of kernels: module and name."""
+    """List the functions, module and name, of the kernels in a folder."""
     for path in sorted(folder.glob("*/*.nbc")):
         function = path.name.partition(".")[2].rpartition("-")[0]
         yield f"{path.parent.name[: -FOLDER_DIGITS - 1]}.{function}"
 
 
 def children_seconds() -> float:
-    """Processor seconds of the processes that this one has started and that have ended, with theirs [s]."""
+    """Return processor seconds of ended child processes, with their descendants [s]."""
     children = resource.getrusage(resource.RUSAGE_CHILDREN)
     return children.ru_utime + children.ru_stime

@@ -1,4 +1,4 @@
-"""The machine: its processor, its cores, and the versions of what makes machine code."""
+"""The machine: its processor, its cores, and the versions of compilers."""
 
 import importlib.metadata
 import os
@@ -18,9 +18,9 @@ _COMPILERS = ("numpy", "numba", "llvmlite")
 class Machine(NamedTuple):
     """A machine.
 
-    processor  its model
-    cores      that the system counts
-    versions   by name; the threading layer of numba is one of them
+    processor  model
+    cores      number of logical cores
+    versions   by name, with the threading layer of numba
     """
 
     processor: str
@@ -29,7 +29,7 @@ class Machine(NamedTuple):
 
 
 def this_machine() -> Machine:
-    """Describe the machine at hand."""
+    """Describe this machine."""
     versions = {"hairpipe": __version__, "python": platform.python_version()}
     versions["threading layer"] = choose_layer().name
     versions |= {name: importlib.metadata.version(name) for name in _COMPILERS}
@@ -37,7 +37,7 @@ def this_machine() -> Machine:
 
 
 def _processor() -> str:
-    """Name the processor; Linux says it in a file."""
+    """Return the model of the processor, from a file of Linux."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

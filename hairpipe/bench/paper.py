@@ -1,4 +1,4 @@
-"""Table 2 of Selle, Lentine, Fedkiw 2008 again: what a frame of each of the paper's scenes costs."""
+"""Reproduction of Table 2 of Selle, Lentine, Fedkiw 2008: cost of a frame of the paper's scenes."""
 
 import resource
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,7 +19,7 @@ from hairpipe.sim.strands.registry import strand_models
 
 
 class Printed(NamedTuple):
-    """What the paper says of a scene: particles, and minutes a frame on one to four machines of four processors."""
+    """Values of the paper for a scene: particles, and minutes per frame on one to four machines of four processors."""
 
     particles: int
     minutes: float
@@ -32,9 +32,9 @@ PRINTED = {
     "long_straight_5000": Printed(500_000, 17.0),
     "long_straight_10000": Printed(1_000_000, 38.0),
 }
-"""Its Table 2, by the name of our graph."""
+"""Table 2 of the paper, by the name of our graph."""
 STILL, FRAMES = 12, 3
-"""Frames that are skipped, since the head hardly moves; that are measured."""
+"""Numbers of skipped frames, in which the head hardly moves, and of measured frames."""
 HAIR, FIRST = "hair", "first frame"
 """Name of the node in all graphs; column of the first measured frame, counted from the release of the hair."""
 
@@ -49,10 +49,10 @@ def measure_paper(
 ) -> Report:
     """Measure scenes, graph files by their names, and report progress.
 
-    store      in which what hair depends on is kept
+    store      of the inputs of hair
     overrides  settings of every scene, see `load_graph`
-    settling   numbers of frames of motion before those that are measured, in turn
-    threads    numbers of threads that the frames are measured with; all that there are by default
+    settling   numbers of frames of motion before the measured ones, in turn
+    threads    numbers of threads; by default all
     """
     cases, parts = list[Case](), list[Case]()
     for name, path in scenes.items():
@@ -102,16 +102,16 @@ def measure_scene(
 
 
 def timed_frame(replay: Replay) -> tuple[float, dict[str, float]]:
-    """Simulate the next frame; return its time and that of its parts [s], without what other nodes make."""
+    """Simulate the next frame; return its time and that of its parts [s], without other nodes."""
     arguments = replay.arguments()
     return shares_of(lambda: replay.advance(arguments))
 
 
 def simulated_share(state: HairState, strands: int) -> float:
-    """Return the share of the strands that are simulated, where others follow in locks."""
+    """Return the share of simulated strands, if others are interpolated in locks."""
     return float(state.simulated(strands).mean())
 
 
 def memory_so_far() -> float:
-    """Return the most memory that this process has had [GB]."""
+    """Return the peak memory of this process [GB]."""
     return 1024e-9 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

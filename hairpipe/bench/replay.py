@@ -1,4 +1,4 @@
-"""A scan of a graph, evaluated in this process frame by frame without storing results, to be measured."""
+"""A scan of a graph, evaluated in this process frame by frame for measurement; results are not stored."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -19,11 +19,11 @@ from hairpipe.graph.worker.worker import keep_freed
 
 @dataclass(eq=False)
 class Replay:
-    """A node of a graph that depends on its own previous frame; what it depends on is computed and stored as usual.
+    """A scan of a graph, whose inputs are computed and stored as in a run.
 
-    frame, state  the next frame, and the state that it starts from
+    frame, state  the next frame, and the previous state
 
-    Raises BadInput where the node is not a scan, or what it depends on fails.
+    Raises BadInput if the node is not a scan, or one of its inputs fails.
     """
 
     graph: Graph
@@ -42,7 +42,7 @@ class Replay:
         self.frame = self.graph.begin
 
     def prepare(self, frames: int) -> None:
-        """Compute what so many frames from here on depend on."""
+        """Compute the inputs of the next frames."""
         needed = {edge.node for edge in self.graph.nodes[self.name].edges.values()}
         outcome = run(self.graph.upto(needed), self.store, range(self.frame, self.frame + frames))
         if outcome.interrupted:
@@ -51,7 +51,7 @@ class Replay:
             raise BadInput(f"'{self.name}' cannot be measured: {outcome.failures[0]}", where=self.graph.path)
 
     def arguments(self) -> dict[str, Any]:
-        """Build what the node is given at this frame, what it is prepared with included."""
+        """Build the arguments of the node at this frame, with its preparation."""
         node = self.graph.nodes[self.name]
         frames = tuple(self.graph.all_frames)
         sources = name_inputs(node.type, inputs_of(self.graph, Task(self.name, self.frame), frames), frames, itself)
@@ -63,7 +63,7 @@ class Replay:
         return build_arguments(node.type, sources, settings, moment, None, self._load) | prepared.arguments
 
     def advance(self, arguments: dict[str, Any]) -> Any:
-        """Evaluate the node at this frame with its arguments, and go on to the next."""
+        """Evaluate the node at this frame, and advance to the next."""
         node = self.graph.nodes[self.name]
         result = node.type.function(**arguments)
         assert node.type.state is not None
@@ -72,12 +72,12 @@ class Replay:
         return result
 
     def _load(self, source: Source, kind: type) -> Any:
-        """Read a value from the store, or take the node's own of the frame before."""
+        """Load a value from the store, or the value of the node at the previous frame."""
         if source.task.node == self.name:
             return self.state
         return read_result(self.graph, self.store, source.task, source.output, codec=self.codec)
 
 
 def itself(source: Source) -> Source:
-    """Name a value by where it comes from."""
+    """Return the name of a value from its source."""
     return source

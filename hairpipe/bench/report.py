@@ -1,4 +1,4 @@
-"""The report of a bench: the machine, and tables of cases; the same for all benches."""
+"""The report of a benchmark: the machine, and tables of cases."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -6,9 +6,9 @@ from typing import NamedTuple
 from hairpipe.bench.machine import Machine, this_machine
 
 Echo = Callable[[str], None]
-"""Takes a line on the progress of a bench."""
+"""Receives a line on the progress of a benchmark."""
 Case = dict[str, str | int | float | None]
-"""What was measured, and its cost: values by column, whose name carries the unit."""
+"""A measured case: values by column; the name of a column contains its unit."""
 
 
 class Report(NamedTuple):
@@ -16,7 +16,7 @@ class Report(NamedTuple):
 
     module     of the bench
     tables     of cases, by name
-    bandwidth  of memory, with most threads [GB/s]; None where it was not measured
+    bandwidth  of memory, with all threads [GB/s]; None if it was not measured
     """
 
     module: str
@@ -26,10 +26,10 @@ class Report(NamedTuple):
 
 
 def make_report(module: str, tables: dict[str, list[Case]], bandwidth: float | None = None) -> Report:
-    """Make the report of a bench on the machine at hand; tables without cases are left out."""
+    """Build the report of a benchmark on this machine, without empty tables."""
     return Report(module, this_machine(), {name: cases for name, cases in tables.items() if cases}, bandwidth)
 
 
 def in_seconds(shares: dict[str, float], scale: float = 1.0, unit: str = "s") -> Case:
-    """Lay the times of the parts of some work [s] out as columns, in another unit if one is given; pure."""
+    """Return the times of parts [s] as columns, optionally in another unit; pure."""
     return {f"{part} [{unit}]": scale * seconds for part, seconds in shares.items()}

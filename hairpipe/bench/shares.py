@@ -1,4 +1,4 @@
-"""Time of a frame by part of the work, from a profile of the Python that calls the kernels."""
+"""Time of a frame by part of the simulation, from a profile of the Python code that calls the kernels."""
 
 import cProfile
 import pstats
@@ -9,9 +9,9 @@ from pathlib import Path
 import hairpipe
 
 PARTS = ("strands", "search", "stiction", "coupling", "collision", "grid", "body")
-"""Strands, search for neighbours, upkeep of stiction, the solve that couples strands, collisions, volume, bodies."""
+"""Strands, neighbour search, update of stiction, coupled solve, collisions, volume, bodies."""
 _ROOMS = {"spatial": "search", "ccd": "collision", "volume": "grid", "levelset": "body", "parts": "body"}
-"""Folders of which every file belongs to one part."""
+"""Folders whose files belong to one part."""
 _FILES = {
     "stiction": ("stiction", "exclusions"),
     "coupling": (
@@ -36,7 +36,7 @@ Callers = dict[Function, tuple[int, int, float, float]]
 
 
 def part_of(path: Path) -> str:
-    """Name the part that a file stands for."""
+    """Return the part of a file."""
     if path.parent.parent.name == "contact" and path.parent.name == "body":
         return "body"
     found = next((part for part, stems in _FILES.items() if path.stem in stems), "strands")

@@ -1,4 +1,4 @@
-"""A shot of nodes that compute nearly nothing, run in a process of its own: what such a run takes is the engine."""
+"""A shot of nearly empty nodes, run in a new process to measure the engine."""
 
 import json
 import os
@@ -19,7 +19,7 @@ from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
 
 EACH, SCAN = "moved", "total"
-"""Names of the nodes, each with one result per frame; both depend on one result for the shot."""
+"""Names of the nodes with one result per frame; both depend on one result for the shot."""
 GRAPH = f"""schema = 1
 frames = [1, {{frames}}]
 fps = 24
@@ -58,11 +58,11 @@ _BOOT = f"from {__name__} import report_run; report_run({{!r}}, {{!r}}, {{!r}}, 
 
 
 class ToyRun(NamedTuple):
-    """What a run took.
+    """Cost of a run.
 
-    run      from reading the graph to the last result [s]
-    process  with the start of Python and imports [s]
-    memory   largest that the process of the coordinator had [MB]; None where the system does not count it
+    run      time from reading the graph to the last result [s]
+    process  the same with the start of Python and imports [s]
+    memory   peak memory of the coordinator [MB]; None if the system does not measure it
     """
 
     evaluated: int
@@ -73,12 +73,12 @@ class ToyRun(NamedTuple):
 
 
 class ToyShot(NamedTuple):
-    """The shot in a folder, with a store."""
+    """The shot, in a folder with a store."""
 
     folder: Path
 
     def run(self, nodes: tuple[str, ...], jobs: int, scheduler: str | None = None) -> ToyRun:
-        """Run it up to these nodes in a new process; BadInput where the run fails.
+        """Run the shot up to these nodes in a new process; BadInput if the run fails.
 
         scheduler  address of the Dask scheduler; None for the engine of this machine
         """
@@ -94,7 +94,7 @@ class ToyShot(NamedTuple):
 
 @contextmanager
 def toy_shot(frames: int) -> Iterator[ToyShot]:
-    """Write a shot of so many frames in a temporary folder, with an empty store."""
+    """Write a shot in a temporary folder with an empty store."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name).resolve()
         (folder / "shot.toml").write_text(GRAPH.format(frames=frames))
@@ -105,7 +105,7 @@ def toy_shot(frames: int) -> Iterator[ToyShot]:
 
 
 def report_run(graph_path: str, store: str, nodes: tuple[str, ...], jobs: int, scheduler: str | None) -> None:
-    """Run a graph in this process, which does nothing else, and print what that took as JSON."""
+    """Run a graph in this process, and print its cost as JSON."""
     begun = time.perf_counter()
     graph = load_graph(Path(graph_path)).upto(nodes)
     outcome = run(graph, Store(Path(store)), options=Options(jobs=jobs, scheduler=scheduler, insecure=True))
@@ -119,7 +119,7 @@ def report_run(graph_path: str, store: str, nodes: tuple[str, ...], jobs: int, s
 
 
 def peak_memory() -> float | None:
-    """Return the most memory that this process had [MB]; `getrusage` would count that of its parent before `exec`."""
+    """Return the peak memory of this process [MB]; `getrusage` would include its parent before `exec`."""
     try:
         lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
     except OSError:

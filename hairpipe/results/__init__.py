@@ -1,1 +1,1 @@
-"""Measured figures as data: recorded by commands, written into pages, compared with the code of today."""
+"""Measured figures as data: recorded by commands, written into pages, compared with the current code."""

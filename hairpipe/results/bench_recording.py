@@ -1,4 +1,4 @@
-"""Records what a bench reports: its tables, in a results file next to the page that shows it."""
+"""Records the report of a benchmark in a results file next to its page."""
 
 import os
 from collections.abc import Iterable, Sequence
@@ -11,12 +11,12 @@ from hairpipe.results.recipe import recipe_of_module
 
 
 class BenchRecording:
-    """Records one report; made before anything is measured.
+    """Records one report; built before the measurement.
 
     folder  of the page
     name    of the results file
 
-    BadInput where code is not committed.
+    BadInput if code is not committed.
     """
 
     def __init__(self, folder: Path, name: str) -> None:
@@ -25,10 +25,10 @@ class BenchRecording:
         self._commit = commit_of(folder)
 
     def write(self, report: Report, command: str, files: Iterable[Path]) -> None:
-        """Write the tables of a report; OSError where the file cannot be written.
+        """Write the tables of a report; OSError if the file cannot be written.
 
-        command  that measures the same again
-        files    that it has read besides its code
+        command  that repeats the measurement
+        files    input files in addition to code
         """
         recipe = recipe_of_module(report.module)
         names = [os.path.relpath(file, self._folder) for file in files]
@@ -52,6 +52,6 @@ class BenchRecording:
 
 
 def table_of_cases(cases: Sequence[Case]) -> ValueTable:
-    """Lay cases out in a table; pure."""
+    """Return cases as a table; pure."""
     columns = list(dict.fromkeys(name for case in cases for name in case))
     return ValueTable(columns, [[case.get(name) for name in columns] for case in cases], {})

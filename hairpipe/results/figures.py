@@ -1,8 +1,8 @@
 """Figures of a page by reference: `{TABLE; COLUMN; OTHER COLUMN=VALUE; REDUCTION; FORMAT}`, the last three as needed.
 
 TABLE may name the results file before a dot, `../volume/shell.table`; otherwise it is that of the marker. Reductions
-are those of REDUCTIONS, over all rows that fit. FORMAT is that of Python, `.2g` or `,d`. `{state; RESULTS}` is the word
-by which results are current or of older code.
+are those of REDUCTIONS, over all matching rows. FORMAT is that of Python, `.2g` or `,d`. `{state; RESULTS}` is the word
+for current results or those of older code.
 """
 
 import math
@@ -20,16 +20,16 @@ REDUCTIONS: dict[str, Callable[[Sequence[float]], float]] = {
     "mean": lambda values: math.fsum(values) / len(values),
     "sum": math.fsum,
 }
-"""`largest` is without the sign."""
+"""`largest` is the largest magnitude."""
 STATE = "state"
 FORM = "{TABLE; COLUMN; OTHER COLUMN=VALUE; REDUCTION; FORMAT}"
 
 
 class Figures:
-    """Looks figures up for a page.
+    """Looks up figures for a page.
 
     folder   of the page
-    default  name of the results whose tables need no name, empty for none
+    default  name of the default results, empty for none
     word_of  returns the word for the state of a results file
     """
 
@@ -38,7 +38,7 @@ class Figures:
         self._known: dict[str, Results] = {}
 
     def results(self, name: str) -> Results:
-        """Return the results of this name; BadInput where they cannot be read."""
+        """Return the results of this name; BadInput if they cannot be read."""
         if name not in self._known:
             self._known[name] = read_results(results_path(self._folder, name))
         return self._known[name]
@@ -48,7 +48,7 @@ class Figures:
         return f"({self._word_of(results_path(self._folder, name))})"
 
     def texts(self, reference: str) -> list[str]:
-        """Write the value of a reference in every row that fits; BadInput for an unknown name, or where no row fits."""
+        """Return the value of a reference in all matching rows; BadInput for an unknown name, or without a match."""
         table, *parts = [part.strip() for part in reference.split(";")]
         if not parts:
             raise BadInput(f"'{{{reference}}}' has no column", right=FORM)
@@ -75,7 +75,7 @@ class Figures:
 
 
 def values_of(table: ValueTable, column: str, wanted: dict[str, str]) -> list[Value]:
-    """Return the values of a column in the rows with the wanted values; BadInput where there are none."""
+    """Return the values of a column in the rows with the wanted values; BadInput if there are none."""
     for name in (column, *wanted):
         if name not in table.columns:
             raise BadInput(f"no column '{name}'", right=nearest(name, table.columns))
@@ -87,7 +87,7 @@ def values_of(table: ValueTable, column: str, wanted: dict[str, str]) -> list[Va
 
 
 def is_equal(value: Value, text: str) -> bool:
-    """Whether a value is the one that a page has written: numbers by value, others as text."""
+    """Whether a value equals that of a page: numbers by value, others as text."""
     if isinstance(value, int | float):
         try:
             return value == float(text)
@@ -97,7 +97,7 @@ def is_equal(value: Value, text: str) -> bool:
 
 
 def reduced(name: str, values: Sequence[Value]) -> float:
-    """Reduce values to one number; BadInput where one is not a number."""
+    """Reduce values to one number; BadInput if one is not a number."""
     numbers = [value for value in values if isinstance(value, int | float)]
     if len(numbers) < len(values):
         raise BadInput(f"'{name}' of values that are not all numbers", right="a column of finite numbers")
@@ -105,9 +105,9 @@ def reduced(name: str, values: Sequence[Value]) -> float:
 
 
 def written(value: Value, spec: str) -> str:
-    """Write a value in a format; a dash where there is no value.
+    """Return a value in a format; a dash if there is no value.
 
-    A large number has no exponent, a small one no zero in it, and `#.2g`, which keeps the zeros of 2.0, no last point.
+    Large numbers have no exponent, exponents no leading zero, and `#.2g`, which keeps the zeros of 2.0, no final point.
     """
     if value is None:
         return "-"

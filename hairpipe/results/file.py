@@ -1,7 +1,7 @@
-"""A results file: tables of measured values, what they were measured with, and what they were made of.
+"""A results file: tables of measured values, the machine, and digests of the inputs.
 
-It lies in the folder `results` next to the graph or the page that it belongs to. Only commands write it: a digest of
-the whole reveals changes by hand.
+It is in the folder `results` next to its graph or page. Only commands write it: a digest of the file reveals manual
+changes.
 """
 
 import json
@@ -17,7 +17,7 @@ from hairpipe.plain_file import content
 FORMAT = 1
 FOLDER = "results"
 COST = "cost of nodes"
-"""Table of what the others have cost; no node has this name."""
+"""Name of the table of costs; no node has this name."""
 RIGHT = "a file that `hairpipe run GRAPH --record` has written"
 Value = str | int | float | bool | None
 
@@ -26,7 +26,7 @@ Value = str | int | float | bool | None
 class Machine:
     """Machine of a measurement.
 
-    bandwidth  of its memory [GB/s], None where it was not measured
+    bandwidth  of memory [GB/s], None if it was not measured
     kind       class of the processor, as `hairpipe version` names it
     layer      threading layer of numba
     versions   of Python and libraries, by name
@@ -45,8 +45,8 @@ class ValueTable:
     """A table of measured values.
 
     columns  names with units
-    rows     values by column; None where a number is not finite
-    keys     of the results that it was read from, by name of the node
+    rows     values by column; None for a number that is not finite
+    keys     keys of the source results, by name of the node
     """
 
     columns: list[str]
@@ -59,15 +59,15 @@ class Results:
     """Measurements of one command.
 
     commit     of the code, in full
-    command    that measures the same again
-    graph      path of the graph file from the folder above, None for what no graph has made
-    settings   that the command has changed, as texts of the command line, by target
-    frames     that the command has selected, None for all
-    module     that has measured where no graph did, empty otherwise
-    processor  seconds of the processor that the results cost [s]
+    command    that repeats the measurement
+    graph      path of the graph file relative to the parent folder, None without a graph
+    settings   changed by the command, as texts of the command line, by target
+    frames     selected by the command, None for all
+    module     of a measurement without a graph, empty otherwise
+    processor  processor time of the results [s]
     nodes, shot, modules, python  as in a recipe of the engine; without a graph, nodes are files by path and digest
-    wedge      name of the wedge of which all variants were run; None for the graph alone
-    to         nodes that were recorded; none for those of the tables, or where there are no others for all
+    wedge      name of the wedge whose variants were run; None for the graph alone
+    to         recorded nodes; none for those of the tables, or for all if there are no tables
     """
 
     commit: str
@@ -88,17 +88,17 @@ class Results:
 
 
 def file_digest(path: Path) -> str:
-    """Digest the bytes of a file that results depend on; BadInput where it cannot be read."""
+    """Digest an input file; BadInput if it cannot be read."""
     return digest_bytes("file", content(path, "the file that was measured with"))
 
 
 def results_path(folder: Path, name: str) -> Path:
-    """Return where results of a name lie, relative to a folder; the name may lead to another folder."""
+    """Return the path of a results file, relative to a folder; the name may contain another folder."""
     return folder / Path(name).parent / FOLDER / f"{Path(name).name}.json"
 
 
 def write_results(path: Path, results: Results) -> None:
-    """Write a results file whole or not at all, a row of a table on a line; OSError where it cannot be written."""
+    """Write a results file atomically, with a line per row of a table; OSError if it cannot be written."""
     fields = asdict(results)
     document = {"format": FORMAT, **fields, "check": digest("results", fields)}
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -106,7 +106,7 @@ def write_results(path: Path, results: Results) -> None:
 
 
 def read_results(path: Path) -> Results:
-    """Read a results file; BadInput where there is none, or where it is damaged or was changed by hand."""
+    """Read a results file; BadInput if it is missing, damaged or was changed manually."""
     try:
         fields = parsed(content(path, RIGHT))
         version, check = fields.pop("format"), fields.pop("check")
@@ -119,13 +119,13 @@ def read_results(path: Path) -> Results:
 
 
 def from_fields(fields: dict[str, Any]) -> Results:
-    """Build results from their fields as in JSON; TypeError for missing or unknown ones."""
+    """Build results from their JSON fields; TypeError for missing or unknown ones."""
     tables = {name: ValueTable(**table) for name, table in fields["tables"].items()}
     return Results(**fields | {"machine": Machine(**fields["machine"]), "tables": tables})
 
 
 def laid_out(value: Any, margin: str = "") -> str:
-    """Write JSON with a line for each field of an object, and for each row of a table; pure."""
+    """Return JSON with a line for each field of an object, and for each row of a table; pure."""
     inner = f"{margin} "
     if isinstance(value, dict) and value:
         lines = [f"{inner}{json.dumps(name)}: {laid_out(item, inner)}" for name, item in value.items()]

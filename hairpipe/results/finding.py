@@ -1,4 +1,4 @@
-"""Finds results files and pages: by a page, a graph, a results file, or in a folder."""
+"""Finds results files and pages by page, graph, results file or folder."""
 
 import os
 from collections.abc import Iterable, Iterator
@@ -14,7 +14,7 @@ RIGHT = "a page (.md), a graph (.toml), a results file (.json), or a folder"
 
 
 def find_results(given: Iterable[Path]) -> list[Path]:
-    """List the results files that belong to pages and graphs, or lie in folders; BadInput for anything else."""
+    """List the results files of pages, graphs and folders; BadInput for other paths."""
     found: dict[Path, None] = {}
     for path in given:
         if path.is_dir():
@@ -32,7 +32,7 @@ def find_results(given: Iterable[Path]) -> list[Path]:
 
 
 def find_pages(given: Iterable[Path]) -> list[Path]:
-    """List the pages that are given, and those with figures from results in the folders that are."""
+    """List the pages among paths, and those in folders that contain figures."""
     found: dict[Path, None] = {}
     for path in given:
         if path.is_dir():
@@ -45,7 +45,7 @@ def find_pages(given: Iterable[Path]) -> list[Path]:
 
 
 def read_page(path: Path) -> str:
-    """Read a page; BadInput where it cannot be."""
+    """Read a page; BadInput if it cannot be read."""
     try:
         return content(path, "a page").decode("utf-8")
     except UnicodeDecodeError:
@@ -53,7 +53,7 @@ def read_page(path: Path) -> str:
 
 
 def files_below(folder: Path, suffix: str) -> Iterator[Path]:
-    """Iterate over the files of a suffix below a folder, in order, without those in hidden folders."""
+    """Iterate over files with a suffix below a folder, in order, without hidden folders."""
     for place, folders, files in os.walk(folder):
         folders[:] = sorted(name for name in folders if not name.startswith("."))
         yield from (Path(place, name) for name in sorted(files) if name.endswith(suffix))

@@ -3,12 +3,12 @@
     <!-- results: NAME
     a table or a paragraph in Markdown, with references in braces in place of figures
     -->
-    what is written from it, a table below commit, machine and command
+    the result, a table below commit, machine and command
     <!-- end -->
 
-NAME is that of a results file, relative to the page; without it, references name theirs. A table of NAME that refers
-to other results, too, is below the commits and commands of all. A line of a table whose references fit several rows is
-written once for each. Within a line of text the same is `<!-- results: NAME {...} -->`,
+NAME is that of a results file, relative to the page; without it, references contain the name. A table of NAME that refers
+to other results, too, is below the commits and commands of all. A line of a table whose references match several rows is
+repeated for each. Within a line of text the form is `<!-- results: NAME {...} -->`,
 the figure, and `<!-- end -->`.
 """
 
@@ -30,11 +30,11 @@ STATES = re.compile(rf"\((?:{'|'.join(WORDS)})\)")
 
 
 def written_page(page: Path, text: str, word_of: Callable[[Path], str]) -> str:
-    """Return the text of a page with all figures written from their results; pure but for reading these.
+    """Return the text of a page with all figures from their results; pure except for reading.
 
     word_of  returns the word for the state of a results file
 
-    BadInput names page and line of a marker without an end, and of a reference without a target.
+    BadInput with page and line for a marker without an end, and for a reference without a target.
     """
 
     def replaced(match: re.Match[str]) -> str:
@@ -56,12 +56,12 @@ def written_page(page: Path, text: str, word_of: Callable[[Path], str]) -> str:
 
 
 def names_of(text: str) -> list[str]:
-    """Name the results that a page refers to, relative to it, in the order in which they come."""
+    """List the results of a page, relative to it, in order."""
     return list(dict.fromkeys(name for match in MARKER.finditer(text) for name in names_in(*match.group(1, 2))))
 
 
 def names_in(name: str, template: str) -> list[str]:
-    """Name the results of a marker: its own, if any, and those that its references name."""
+    """List the results of a marker and of its references."""
     names = [name]
     for table, _, rest in (reference.partition(";") for reference in REFERENCE.findall(template)):
         names.append(rest.strip() if table.strip() == "state" else table.strip().rpartition(".")[0])
@@ -69,12 +69,12 @@ def names_in(name: str, template: str) -> list[str]:
 
 
 def without_states(text: str) -> str:
-    """Return the text of a page without the words for the states of its results, which change with the code."""
+    """Return the text of a page without the states of results, which change with the code."""
     return STATES.sub("()", text)
 
 
 def made_from(template: str, name: str, figures: Figures) -> str:
-    """Write what stands between a marker and its end."""
+    """Return the text between a marker and its end."""
     if "\n" not in template:
         [line] = lines_of(template.strip(), figures)
         return line
@@ -84,7 +84,7 @@ def made_from(template: str, name: str, figures: Figures) -> str:
 
 
 def lines_of(line: str, figures: Figures) -> list[str]:
-    """Write a line of a template; one of a table for every row that fits."""
+    """Return the lines of a line of a template: one, or one for every matching row of a table."""
     found = [figures.texts(reference) for reference in REFERENCE.findall(line)]
     count = max(map(len, found), default=1)
     if count > 1 and not line.startswith("|"):
@@ -96,13 +96,13 @@ def lines_of(line: str, figures: Figures) -> list[str]:
 
 
 def filled(line: str, texts: list[str]) -> str:
-    """Put texts in the places of references, in order; pure."""
+    """Replace references by texts, in order; pure."""
     following = iter(texts)
     return REFERENCE.sub(lambda _: next(following), line)
 
 
 def heading(name: str, figures: Figures) -> str:
-    """Write where the figures of a table come from, and whether they are current."""
+    """Return the source of the figures of a table, and whether they are current."""
     results = figures.results(name)
     commit = f"commit {results.commit[:7]} {figures.word(name)}"
     return f"{commit}; machine {machine_text(results.machine)}; command `{results.command}`"
@@ -116,5 +116,5 @@ def machine_text(machine: Machine) -> str:
 
 
 def line_of(text: str, place: int) -> int:
-    """Number the line of a place in a text."""
+    """Return the line number of a position in a text."""
     return text.count("\n", 0, place) + 1

@@ -1,4 +1,4 @@
-"""Where figures come from: the commit of the code, and the machine."""
+"""Provenance of figures: the commit of the code, and the machine."""
 
 import subprocess
 from pathlib import Path
@@ -12,14 +12,14 @@ LAYER = "threading layer"
 
 
 def repository_of(folder: Path) -> Path:
-    """Find the root of the git repository that holds a folder; BadInput where there is none."""
+    """Find the root of the git repository of a folder; BadInput if there is none."""
     return Path(git(folder, "rev-parse", "--show-toplevel"))
 
 
 def commit_of(folder: Path) -> str:
-    """Find the commit of the code that holds a folder; BadInput where the code differs from it.
+    """Find the commit of the repository of a folder; BadInput if its code has uncommitted changes.
 
-    Pages, films and results themselves may differ: no result depends on them.
+    Pages, films and results may have changes: no result depends on them.
     """
     found = git(folder, "status", "--porcelain", "--untracked-files=all", "--no-renames", "-z").split("\0")
     changed = [name for line in found if (name := line[3:]) and not is_written(name)]
@@ -30,7 +30,7 @@ def commit_of(folder: Path) -> str:
 
 
 def is_written(name: str) -> bool:
-    """Whether a file of a repository is a page or a film, or holds results."""
+    """Whether a file of a repository is a page, a film or a results file."""
     path = Path(name)
     return path.suffix in (".md", ".webp") or (path.suffix == ".json" and path.parent.name == FOLDER)
 
@@ -38,7 +38,7 @@ def is_written(name: str) -> bool:
 def recording_machine(bandwidth: float | None = None) -> Machine:
     """Describe this machine.
 
-    bandwidth  of its memory [GB/s], where it was measured
+    bandwidth  of memory [GB/s], None if it was not measured
     """
     found = this_machine()
     versions = {name: version for name, version in found.versions.items() if name != LAYER}
@@ -46,7 +46,7 @@ def recording_machine(bandwidth: float | None = None) -> Machine:
 
 
 def git(folder: Path, *words: str) -> str:
-    """Return what git prints; BadInput where it fails or is missing."""
+    """Return the output of git; BadInput if it fails or is missing."""
     try:
         done = subprocess.run(["git", "-C", folder, *words], capture_output=True, text=True, check=True)
     except FileNotFoundError:

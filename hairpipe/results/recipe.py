@@ -20,7 +20,7 @@ from hairpipe.graph.store.store import Store
 
 PYTHON = f"{sys.version_info.major}.{sys.version_info.minor}"
 SHORT = 16
-"""Letters of a digest that are kept: it is compared, and never looked up."""
+"""Number of stored letters of a digest, which is only compared."""
 
 
 @dataclass(frozen=True)
@@ -42,10 +42,10 @@ class Recipe:
 
 
 def recipe_of(shot: Shot | WedgeShot, frames: FrameSet, to: Iterable[str]) -> Recipe:
-    """Build the recipe of nodes of a shot; BadInput where a file cannot be read. Nothing is written.
+    """Build the recipe of nodes of a shot, without writing files; BadInput if a file cannot be read.
 
-    frames  of the run, all for None
-    to      nodes, which count with all that they depend on
+    frames  of the run; None for all
+    to      nodes, to which their dependencies are added
     """
     graph = shot.part(tuple(to))
     resolver = Resolver(graph, Store(shot.cache, read_only=True), graph.select(read_frames(frames)))
@@ -61,7 +61,7 @@ def recipe_of(shot: Shot | WedgeShot, frames: FrameSet, to: Iterable[str]) -> Re
 
 
 def recipe_of_module(module: str) -> Recipe:
-    """Build the recipe of what a module computes by itself, without a graph; nothing is written."""
+    """Build the recipe of a module without a graph; no file is written."""
     reader = CodeReader(open_store(read_only=True).remember)
     modules = modules_of(reader.code_of(module))
     return Recipe({}, "", modules, files=files_of(modules, reader))

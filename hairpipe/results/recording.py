@@ -1,4 +1,4 @@
-"""Records tables that a run of a graph or a wedge writes or collects, and what they cost, in a results file."""
+"""Records tables of a run of a graph or a wedge, and their cost, in a results file."""
 
 import math
 import os
@@ -25,21 +25,21 @@ from hairpipe.results.provenance import commit_of, recording_machine, repository
 from hairpipe.results.recipe import recipe_of
 
 WRITES, COLLECTS = "write_table", "collect_variants"
-"""Types of nodes that end in a table: what one has collected is recorded unless the other writes it."""
+"""Types of nodes whose tables are recorded: collected tables only if they are not written."""
 
 
 class Recording:
-    """Records one run of a graph or of a wedge; made before the run, so that nothing is computed in vain.
+    """Records one run of a graph or of a wedge; built before the run, so that errors are found first.
 
-    In addition to the tables, that of COST has a row for every node that they depend on, or where there are none for
-    every node of the run.
+    In addition, the table COST has a row for every node that the tables depend on, or without tables for every node of
+    the run.
 
     name      of the results file, relative to the folder of the graph; None for that of the graph, and of the wedge
-    settings  that the command changes, as texts of the command line
-    frames    that the command selects, None for all
-    to        nodes that the command asks for
+    settings  changed by the command, as texts of the command line
+    frames    selected by the command, None for all
+    to        nodes selected by the command
 
-    BadInput where code is not committed.
+    BadInput if code is not committed.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class Recording:
         self._to = self._tables or list(to)
 
     def write(self, done: Run) -> None:
-        """Write the tables of a run that has ended well; OSError where the file cannot be written."""
+        """Write the tables of a successful run; OSError if the file cannot be written."""
         shot = done.shot
         assert isinstance(shot, Shot | WedgeShot)
         records = shot.results(done.frames, to=self._to)
@@ -89,7 +89,7 @@ class Recording:
 
 
 def cost_table(records: Mapping[str, Record]) -> ValueTable:
-    """Add up by node what results have cost, each once: their number, seconds, and what they take in the store."""
+    """Sum the cost of results by node, each once: number, seconds, and size in the store."""
     by_node: dict[str, dict[str, Record]] = {}
     for target, record in records.items():
         by_node.setdefault(target.partition("@")[0], {})[record.key] = record
@@ -103,9 +103,9 @@ def cost_table(records: Mapping[str, Record]) -> ValueTable:
 
 
 def recorded_table(shot: Shot | WedgeShot, name: str, records: Mapping[str, Record]) -> ValueTable:
-    """Read a table of a run; those of the variants of a wedge below each other, after columns of what they vary.
+    """Read a table of a run; those of variants of a wedge are concatenated, with columns of the varied settings.
 
-    Variants that were stopped before their table was computed have no rows.
+    Variants that ended before their table was computed have no rows.
     """
     if isinstance(shot, Shot):
         return table_of(shot, name, records)
@@ -130,7 +130,7 @@ def plain_value(value: Any) -> Value:
 
 
 def table_nodes(nodes: Mapping[str, Node]) -> list[str]:
-    """Name the nodes that write a table, and those that collect one that none of these writes."""
+    """List the nodes that write a table, and those whose collected table is not written."""
     writing = [node for node in nodes.values() if node.type.name == WRITES]
     written = {edge.node for node in writing for edge in node.edges.values()}
     collecting = [node for node in nodes.values() if node.type.name == COLLECTS and node.name not in written]
@@ -138,7 +138,7 @@ def table_nodes(nodes: Mapping[str, Node]) -> list[str]:
 
 
 def table_of(shot: Shot | WedgeShot, name: str, records: Mapping[str, Record]) -> ValueTable:
-    """Read the table that a node writes or collects, with the keys of the results that it is read from."""
+    """Read the written or collected table of a node, with the keys of its source results."""
     node = shot.graph.nodes[name]
     edges = list(node.edges.values())
     keys = {edge.node: records[edge.node].key for edge in edges}
@@ -156,7 +156,7 @@ def rows_of(table: Table) -> list[list[Value]]:
 
 
 def seconds_of(records: Iterable[Record]) -> float:
-    """Add up the seconds of the processor that results took, each once [s]."""
+    """Sum the processor time of results, each once [s]."""
     spent = {record.key: record.seconds if record.processor is None else record.processor for record in records}
     return sum(spent.values())
 
@@ -169,7 +169,7 @@ def command_of(
     wedge: str | None,
     name: str | None,
 ) -> str:
-    """Write the command that computes and records the same again, in the root of the repository."""
+    """Return the command that repeats the recording, in the root of the repository."""
     graph = graph.resolve()
     words = ["hairpipe", "run", graph.relative_to(repository_of(graph.parent).resolve()).as_posix()]
     words += [word for target, value in settings.items() for word in ("--set", f"{target}={value}")]

@@ -1,4 +1,4 @@
-"""Whether results are current: what they are made of now, compared with what they were made of when measured."""
+"""State of results: their recipe at the time of measurement, compared with the current one."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -29,7 +29,7 @@ class State:
 
 
 def state_of(path: Path) -> State:
-    """Compare results with the code and the graph of this installation; BadInput where the file is damaged."""
+    """Compare results with the code and the graph of this installation; BadInput if the file is damaged."""
     results = read_results(path)
     try:
         recipe = recipe_now(path, results)
@@ -42,7 +42,7 @@ def state_of(path: Path) -> State:
 
 
 def recipe_now(path: Path, results: Results) -> Recipe:
-    """Build the recipe of the tables of a results file; BadInput where the graph has changed beyond that."""
+    """Build the current recipe of the tables of a results file; BadInput if the graph no longer has them."""
     if results.graph is None:
         files = {name: file_digest(path.parent.parent / name) for name in results.nodes}
         return replace(recipe_of_module(results.module), nodes=files)
@@ -53,7 +53,7 @@ def recipe_now(path: Path, results: Results) -> Recipe:
 
 
 def changes(results: Results, now: Recipe) -> tuple[str, ...]:
-    """List what differs: the files of code, then nodes, then the frames of the run."""
+    """List the differences: files of code, then nodes, then the frames of the run."""
     modules = differing(results.modules, now.modules)
     files = [shown(now.files[module]) if module in now.files else f"{module} (no longer used)" for module in modules]
     nodes = [f"[{name}]" for name in differing(results.nodes, now.nodes)]

@@ -1,1 +1,1 @@
-"""The commands on the cache, on files and on this machine, one a module, imported when called."""
+"""Commands for the cache, for files and for this machine, one per module, imported on demand."""

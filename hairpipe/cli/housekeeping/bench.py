@@ -1,4 +1,4 @@
-"""`hairpipe bench`: what hair, and the engine, cost on this machine."""
+"""`hairpipe bench`: cost of hair and of the engine on this machine."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from hairpipe.cli.stderr import echo
 
 @click.group()
 def bench() -> None:
-    """Measure what hair, and the engine, cost on this machine."""
+    """Measure the cost of hair and of the engine on this machine."""
 
 
 @bench.command()
@@ -37,10 +37,10 @@ def paper(
 ) -> None:
     """Reproduce Table 2 of Selle, Lentine, Fedkiw 2008: seconds a frame of the scenes in graphs/paper.
 
-    A frame is 1/24 s, all physics is on. The simulation starts at half a second of the shot, where the head is in full
-    motion; medians over the three frames after those that let it move.
-    Last come particles and seconds of the paper, on one to four machines of four processors. Without a SCENE, those of
-    the paper. The inputs of the simulation are kept in the cache.
+    A frame is 1/24 s, with all physics. The simulation starts at half a second of the shot, where the head is in full
+    motion; times are medians of three frames after a number of settling frames. The last columns are particles and
+    seconds in the paper, on one to four machines of four processors. By default all scenes of the paper are measured.
+    The inputs of the simulation are kept in the cache.
     """
     from hairpipe.bench.machine import share_kernels
 
@@ -59,9 +59,9 @@ def paper(
 @options.overrides
 @options.as_json
 def first_frame(graph: str, overrides: dict[str, str], as_json: bool) -> None:
-    """Measure where the time of the first frame after an edit goes: processor seconds of a new worker, by phase.
+    """Measure the first frame after an edit: processor seconds of a new worker, by phase.
 
-    GRAPH has a node `hair`. Kernels are compiled before, and what hair depends on is computed, in a temporary store.
+    GRAPH has a node `hair`. Kernels are compiled before, and the inputs of `hair` are computed in a temporary store.
     """
     from hairpipe.api.source import find_graph
     from hairpipe.bench.first_frame import measure_first_frame
@@ -76,7 +76,7 @@ def first_frame(graph: str, overrides: dict[str, str], as_json: bool) -> None:
 def first_use(graph: str, overrides: dict[str, str], as_json: bool) -> None:
     """Measure compilation: processor seconds of the first two frames without and with kernels; kernels by function.
 
-    GRAPH has a node `hair`, whose first step leads to the second frame. Kernels and results are kept in temporary
+    GRAPH has a node `hair`, whose first step ends at the second frame. Kernels and results are kept in temporary
     folders.
     """
     from hairpipe.api.source import find_graph
@@ -91,13 +91,12 @@ def first_use(graph: str, overrides: dict[str, str], as_json: bool) -> None:
 @options.as_json
 @record
 def engine(with_dask: bool, jobs: int, as_json: bool) -> None:
-    """Measure the engine: time of one more task and one more frame of a scan, and memory of the coordinator.
+    """Measure the engine: time per task and per frame of a scan, and memory of the coordinator.
 
-    Toy nodes without work are run in temporary stores, each run in a process of its own. The time of one more is the
-    difference between a long and a short shot, medians of five. Last comes a re-run of 240 frames that finds all
-    results cached.
+    Toy nodes without work are run in temporary stores, each run in a new process. The time per task is the difference
+    between a long and a short shot, a median of five. The last table is a re-run of 240 frames with cached results.
 
-    While --dask measures, users of this machine can reach the scheduler and run code as you.
+    During --dask, other users of this machine can connect to the scheduler and run code with your rights.
     """
     from hairpipe.bench.engine import measure_engine
 

@@ -24,7 +24,7 @@ SIZES = {"": 1, "B": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12}
 
 
 def measured(units: dict[str, int]) -> Callable:
-    """Make a reader of a number with a unit, such as 7d or 20GB."""
+    """Return a parser of a number with a unit, such as 7d or 20GB."""
 
     def read(ctx: click.Context, param: click.Parameter, text: str | None) -> float | None:
         if text is None:
@@ -47,7 +47,7 @@ def cache() -> None:
 @options.cache
 @options.as_json
 def ls(cache: Path, as_json: bool) -> None:
-    """List the results, the latest used first."""
+    """List the results, the most recently used first."""
     found = hairpipe.Cache(cache).results()
     if as_json:
         click.echo(json.dumps({"results": [described(item) for item in found]}, indent=2))
@@ -56,7 +56,7 @@ def ls(cache: Path, as_json: bool) -> None:
 
 
 def row_of(item: "Item") -> list[str]:
-    """Write a result as a row."""
+    """Return a result as a row."""
     record = item.record
     name = record.node if record.frame is None else f"{record.node}@{record.frame}"
     ago = f"{duration(max(0.0, time.time() - item.used))} ago"
@@ -82,7 +82,7 @@ def described(item: "Item") -> dict[str, object]:
 @options.cache
 @options.as_json
 def du(cache: Path, as_json: bool) -> None:
-    """Add up the disk space by node type."""
+    """Sum the disk space by node type."""
     used = hairpipe.Cache(cache).usage()
     if as_json:
         rows = {name: {"results": count, "size": total} for name, (count, total) in used.items()}
@@ -98,9 +98,9 @@ def du(cache: Path, as_json: bool) -> None:
 @options.cache
 @options.as_json
 def verify(cache: Path, as_json: bool) -> None:
-    """Read every result and every compiled kernel; remove what is damaged, which the next run computes again.
+    """Read every result and every compiled kernel, and remove damaged ones, which the next run computes again.
 
-    Exit code 0: all is intact, 1: something was damaged, or could not be read.
+    Exit code 0: all files are intact, 1: a file was damaged or could not be read.
     """
     found = hairpipe.Cache(cache).verify()
     if as_json:
@@ -130,7 +130,7 @@ def verify(cache: Path, as_json: bool) -> None:
 def gc(
     graphs: tuple[str, ...], older: float | None, limit: float | None, dry_run: bool, cache: Path, as_json: bool
 ) -> None:
-    """Remove results, the least recently used first; results of the given graphs always stay."""
+    """Remove results, the least recently used first; results of the given graphs are kept."""
     if not graphs and older is None and limit is None:
         raise BadInput("no criterion of what to keep", where="gc", right="graphs, --older or --size")
     keep = [hairpipe.load(graph, cache=cache) for graph in graphs]
@@ -148,9 +148,9 @@ def gc(
 @options.cache
 @options.as_json
 def doctor(pair: bool, cache: Path, as_json: bool) -> None:
-    """Check whether the folder of results does what several runs, users and machines need.
+    """Check whether the folder of results supports several runs, users and machines.
 
-    Exit code 0: it does, 1: results may be damaged or computed twice there.
+    Exit code 0: it does, 1: results could be damaged or computed twice.
     """
     found = []
     for finding in hairpipe.Cache(cache).diagnose(pair=pair):

@@ -18,8 +18,8 @@ def data() -> None:
 def check(as_json: bool) -> None:
     """List the third-party files that shipped graphs and tests read: whether each is present, and its source.
 
-    They belong in the folder that the variable HAIRPIPE_DATA names; in a checkout its default is `shared/data` next to
-    the checkout. Files are compared by SHA-256; nothing is downloaded.
+    The variable HAIRPIPE_DATA names their folder; its default in a checkout is `shared/data` next to the checkout.
+    Files are compared by SHA-256; nothing is downloaded.
 
     Exit code 0: all are present, 1: some are absent or differ, 2: the folder is not known.
     """

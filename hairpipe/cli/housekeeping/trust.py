@@ -25,12 +25,10 @@ Result = TypeVar("Result")
 def trust(folder: Path | None, as_list: bool, revoke: bool) -> None:
     """Trust the code in a folder of nodes.
 
-    FOLDER is the folder `nodes` next to a graph file. It holds code, which no graph may bring along unseen: it
-    is imported once it is trusted as it is, and when it has changed it has to be trusted again. Our own nodes and
-    those of installed packages need nothing.
+    FOLDER is the folder `nodes` next to a graph file. It contains code, which is imported only if you trust its present
+    content; after a change, it must be trusted again. Our own nodes and those of installed packages are trusted.
 
-    Folders that the variable HAIRPIPE_TRUST names are trusted whatever is in them: for farms, where nobody can be
-    asked, and while one writes nodes.
+    Folders in the variable HAIRPIPE_TRUST are trusted with any content: for farms, and for authors of nodes.
     """
     from hairpipe.graph.file import trust as trusting
 
@@ -59,7 +57,7 @@ def state(entry: "Trusted") -> str:
 
 
 def asking(load: Callable[[], Result]) -> Result:
-    """Load a graph; on a terminal, ask whether its code is trusted. Raises Untrusted elsewhere, and for a no."""
+    """Load a graph; on a terminal, ask for trust in its code. Raises Untrusted elsewhere, and if it is denied."""
     from hairpipe.graph.file.trust import Untrusted
     from hairpipe.graph.file.trust import trust as note
 

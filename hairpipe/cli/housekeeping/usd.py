@@ -25,10 +25,10 @@ def usd() -> None:
 @click.argument("file", type=click.Path(path_type=Path))
 @options.as_json
 def check(file: Path, as_json: bool) -> None:
-    """Check a shot, and the OpenVDB files it names, more strictly than OpenUSD does.
+    """Check a shot and its OpenVDB files, more strictly than OpenUSD does.
 
-    One line a finding: severity, rule, path @ time, what is wrong. Exit code 0: nothing found, 1: findings, 2: FILE
-    cannot be read.
+    Each finding is a line: severity, rule, path @ time, fault. Exit code 0: no findings, 1: findings, 2: FILE cannot be
+    read.
     """
     from hairpipe.io.usd.apart import work_apart
 
@@ -43,7 +43,7 @@ def check(file: Path, as_json: bool) -> None:
 
 
 def lint_file(file: Path) -> "list[Finding]":
-    """Check a file and the OpenVDB files it names."""
+    """Check a file and its OpenVDB files."""
     from hairpipe.io.usd.check.lint import lint
     from hairpipe.io.vdb.vdb_header import inspect
 

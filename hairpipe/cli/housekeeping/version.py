@@ -32,7 +32,7 @@ def version(as_json: bool) -> None:
 
 
 def version_of(distribution: str) -> str | None:
-    """Version of an installed distribution."""
+    """Return the version of an installed distribution."""
     try:
         return importlib.metadata.version(distribution)
     except importlib.metadata.PackageNotFoundError:

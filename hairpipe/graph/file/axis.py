@@ -1,4 +1,4 @@
-"""The values along an axis of a wedge: a list, an even range, or random numbers of a seed."""
+"""Values along an axis of a wedge: a list, an evenly spaced range, or random numbers from a seed."""
 
 import random
 from collections.abc import Mapping
@@ -11,13 +11,13 @@ MOST_VALUES = 1000
 LIST, RANGE = "a list of values", "{ from = 0.1, to = 1.0, count = 4 }, with log = true in equal ratios"
 RANDOM = "{ random = { from = 0.1, to = 1.0, count = 4 }, seed = 1 }"
 DIGITS, RANDOM_DIGITS = 12, 6
-"""Significant digits of the numbers of a range, which are then those that one would write, and of random ones."""
+"""Significant digits of the numbers of a range, and of random numbers."""
 
 
 def read_axis(name: str, given: Any) -> tuple[Any, ...]:
-    """Read the values of one setting; BadInput where there are none, or one of them twice.
+    """Read the values of one setting; BadInput if there are no values, or one occurs twice.
 
-    name  of the setting: two axes with one seed are independent of each other
+    name  of the setting; it is part of the seed, so axes of the same seed are independent
     """
     values = values_of(name, given)
     if not values:
@@ -29,7 +29,7 @@ def read_axis(name: str, given: Any) -> tuple[Any, ...]:
 
 
 def values_of(name: str, given: Any) -> tuple[Any, ...]:
-    """Read a list as it stands, and compute the values of a range."""
+    """Return the values of a list, or those of a range."""
     if isinstance(given, list):
         return tuple(given)
     if isinstance(given, dict) and "random" in given:
@@ -49,7 +49,7 @@ def values_of(name: str, given: Any) -> tuple[Any, ...]:
 
 
 def read_span(given: Mapping[str, Any], right: str) -> tuple[float, float, int, bool]:
-    """Read the ends of a range, the number of its values, and whether they lie in equal ratios."""
+    """Read the ends of a range, the number of its values, and whether their ratios are equal."""
     start = given.get("from")
     end = given.get("to")
     count = given.get("count")
@@ -70,7 +70,7 @@ def is_number(value: Any) -> TypeGuard[float]:
 
 
 def between(start: float, end: float, share: float, *, log: bool) -> float:
-    """Go a share of the way from one number to another, in equal steps or in equal ratios."""
+    """Interpolate between two numbers, linearly or on a logarithmic scale."""
     return start * (end / start) ** share if log else start + share * (end - start)
 
 

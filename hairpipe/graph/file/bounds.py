@@ -1,9 +1,8 @@
-"""Where a graph may publish: below the folder of its project, or one that the user names, and never over its own files
-or where programs look for code.
+"""Permitted paths of published files: below the folder of the project, or of a folder that the user names.
 
-A graph may come from anybody, so it must not choose paths outside of its project, nor cause code to be executed.
-Published files have a suffix of data, which their node type declares (see `File`); the rules for folders apply in
-addition.
+Files of the graph itself, and folders from which programs load code, are excluded: the author of a graph may be
+unknown, so it must not write outside of its project, nor cause code to be executed. In addition, the node type
+declares the suffixes of its files (see `File`).
 """
 
 import os
@@ -19,14 +18,14 @@ from hairpipe.graph.node.messages import is_printed
 NODES = "nodes"
 PACKAGES = {"site-packages", "dist-packages"}
 ENVIRONMENTS = ("pyvenv.cfg", "conda-meta")
-"""What a folder holds that is an environment of Python."""
+"""Files that mark a folder as a Python environment."""
 OPEN = "/proc/self/fd"
 FOLDER = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """Folders below which a graph may publish, and the exceptions there.
+    """Folders below which a graph may publish, and their exceptions.
 
     store  folder of results
     root   folder that the user allows in addition to the graph's project, or None
@@ -37,7 +36,7 @@ class Bounds:
     root: Path | None = None
 
     def check(self) -> None:
-        """Refuse a graph that would publish elsewhere; BadInput for the first node that does."""
+        """Check the paths of all nodes; BadInput for the first that is not permitted."""
         for node in self.graph.nodes.values():
             if node.publish is not None:
                 try:
@@ -47,7 +46,7 @@ class Bounds:
                     raise BadInput(fault.what, where=where, right=fault.right) from None
 
     def folder_of(self, place: Path) -> Path:
-        """Find the folder below which a place lies, its links followed; BadInput where nothing may be published."""
+        """Find the permitted folder above a resolved path; BadInput if publishing there is not permitted."""
         folders = [self.graph.project, *([self.root.resolve()] if self.root else ())]
         found = next((folder for folder in folders if folder in place.parents), None)
         if found is None:
@@ -59,7 +58,7 @@ class Bounds:
         return found
 
     def _kind(self, place: Path, names: Sequence[str]) -> str | None:
-        """Describe a path that no graph may publish to; None for others."""
+        """Describe why a path is excluded; None if it is not."""
         if place.is_relative_to(self.store.resolve()):
             return "in the store"
         if any(name.startswith(".") for name in names):
@@ -72,9 +71,9 @@ class Bounds:
 
 
 def python_around(place: Path) -> str | None:
-    """Describe the folder of Python that a path lies in; None for a path in none.
+    """Describe the folder of Python packages above a path; None if there is none.
 
-    Some file systems take names that differ in case for the same.
+    Names are compared without case, as some file systems do.
     """
     for folder in place.parents:
         if folder.name.casefold() in PACKAGES:
@@ -86,7 +85,7 @@ def python_around(place: Path) -> str | None:
 
 
 def check_way(place: Path) -> None:
-    """Refuse a path through a link: links were resolved when the graph was read, so this one is new."""
+    """Refuse a path with a link, which was created after the graph was read: its links were resolved then."""
     if place.parent.resolve() != place.parent or place.is_symlink():
         raise BadInput(
             "the path contains a link", where=place, right="a folder without links, or --publish-root FOLDER"
@@ -95,10 +94,10 @@ def check_way(place: Path) -> None:
 
 @contextmanager
 def entered(root: Path, folder: Path) -> Iterator[Path]:
-    """Open a folder step by step from a root, and make what is missing; no step follows a link.
+    """Open a folder from a root down, and create missing folders, without following links.
 
-    Yields a path of the open folder that stays valid if it is replaced, where the system has such paths; else the
-    folder's own. OSError where something else is in its place.
+    Yields a path that remains valid if the folder is replaced, where the system has such paths; else the path of the
+    folder. OSError if a file or a link is in its place.
     """
     root.mkdir(parents=True, exist_ok=True)
     handle = os.open(root, FOLDER)

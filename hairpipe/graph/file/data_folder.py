@@ -1,6 +1,6 @@
-"""Files outside of the folder of the graph: `file.data = "NAME"` names one below the data folder, wherever that lies.
+"""Third-party files: `file.data = "NAME"` is a path relative to the data folder.
 
-The folder is that of the variable HAIRPIPE_DATA; without it, of a checkout, `shared/data` next to the checkout.
+The variable HAIRPIPE_DATA names the folder; its default in a checkout is `shared/data` next to the checkout.
 """
 
 import os
@@ -14,13 +14,13 @@ from hairpipe.graph.node.fields import Field
 
 VARIABLE = "HAIRPIPE_DATA"
 KEY = "data"
-"""The one key of a table that stands in place of a file's path."""
+"""Key of a table that replaces the path of a file."""
 RIGHT = f"a file below the folder that {VARIABLE} names; `hairpipe data check` lists those that shipped graphs read"
 Place = Callable[[Sequence[str]], str]
 
 
 def data_folder() -> Path | None:
-    """Name the data folder, which may be missing; None where hairpipe is installed and the variable is not set."""
+    """Return the data folder, which may not exist; None outside of a checkout if the variable is not set."""
     given = os.environ.get(VARIABLE)
     if given:
         return Path(given).absolute()
@@ -29,7 +29,7 @@ def data_folder() -> Path | None:
 
 
 def known_folder() -> Path:
-    """Name the data folder; BadInput where it is not known."""
+    """Return the data folder; BadInput if it is not known."""
     folder = data_folder()
     if folder is None:
         raise BadInput(f"{VARIABLE} is not set", right="the folder of third-party data")
@@ -39,11 +39,11 @@ def known_folder() -> Path:
 def located(
     fields: Iterable[Field], given: dict[str, Any], place: Place, above: tuple[str, ...] = ()
 ) -> dict[str, Any]:
-    """Return settings with every `{ data = NAME }` that stands for a file replaced by its path. Pure.
+    """Return settings in which each `{ data = NAME }` in place of a file is replaced by the path; pure.
 
-    place  gives the line of a setting
+    place  returns the line of a setting
 
-    BadInput where the data folder is not known, or the name leads out of it.
+    BadInput if the data folder is not known, or the name is outside of it.
     """
     changed = dict(given)
     for field in fields:
@@ -60,7 +60,7 @@ def path_of(name: Any, setting: str, where: str) -> str:
     """Return the path of a file in the data folder; BadInput as above."""
     inside = isinstance(name, str) and not PurePosixPath(name).is_absolute() and ".." not in PurePosixPath(name).parts
     if not inside:
-        raise BadInput(f"{setting}.{KEY} = {str(name)[:200]!r} leads out of the data folder", where=where, right=RIGHT)
+        raise BadInput(f"{setting}.{KEY} = {str(name)[:200]!r} is outside of the data folder", where=where, right=RIGHT)
     try:
         return str(known_folder() / name)
     except BadInput as fault:
@@ -68,6 +68,6 @@ def path_of(name: Any, setting: str, where: str) -> str:
 
 
 def is_data(file: str) -> bool:
-    """Whether the path of a setting leads into the data folder."""
+    """Whether the path of a setting is in the data folder."""
     folder = data_folder()
     return folder is not None and Path(file).is_relative_to(folder)

@@ -1,4 +1,4 @@
-"""The edges of a graph: which output goes into which socket, and whether the types and frames fit."""
+"""Edges of a graph: reading, and checks of types and frames."""
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
@@ -12,8 +12,8 @@ from hairpipe.graph.node.messages import brief, closest, listed, nearest
 from hairpipe.graph.node.signature import Spent
 
 Place = Callable[[Sequence[str]], str]
-MOST_GIVERS = 4
-"""Nodes that a message suggests."""
+MOST_SOURCES = 4
+"""Maximum number of nodes that a message suggests."""
 
 
 def read_edges(given: Any, node_type: NodeType, place: Place) -> dict[str, Edge]:
@@ -24,7 +24,9 @@ def read_edges(given: Any, node_type: NodeType, place: Place) -> dict[str, Edge]
     for name, value in given.items():
         where = place(["in", name])
         if name not in node_type.sockets:
-            raise BadInput(f"no socket '{name[:60]}'", where=where, right=meant(name, node_type.sockets.values()))
+            raise BadInput(
+                f"no socket '{name[:60]}'", where=where, right=suggest_socket(name, node_type.sockets.values())
+            )
         socket = node_type.sockets[name]
         sources = value if socket.many and isinstance(value, list) else [value]
         if not sources or not all(isinstance(source, str) for source in sources):
@@ -35,8 +37,8 @@ def read_edges(given: Any, node_type: NodeType, place: Place) -> dict[str, Edge]
     return edges
 
 
-def meant(name: str, sockets: Collection[Socket]) -> str:
-    """Suggest the socket closest to a name that there is not, or those of a type of that name; and list all."""
+def suggest_socket(name: str, sockets: Collection[Socket]) -> str:
+    """Suggest the socket closest to an unknown name, or the sockets of a type of that name; list all sockets."""
     types = {socket.name: socket.type.__name__ for socket in sockets}
     plain = name.lower().replace("_", "")
     near = [socket for socket, kind in types.items() if kind.lower() == plain] or [closest(name, list(types))]
@@ -46,7 +48,7 @@ def meant(name: str, sockets: Collection[Socket]) -> str:
 
 
 def connect(nodes: dict[str, Node], place: Callable[[str, Sequence[str]], str], registry: Registry) -> dict[str, Node]:
-    """Check that every edge comes from a node that gives what the socket takes, and name its output."""
+    """Check the types of all edges, and add the names of omitted outputs."""
     connected = {}
     for node in nodes.values():
         plugged = {plug.partition(".")[0] for plug in node.edges}
@@ -54,7 +56,7 @@ def connect(nodes: dict[str, Node], place: Callable[[str, Sequence[str]], str], 
             if not socket.optional and socket.name not in plugged:
                 what = f"socket '{socket.name}' is not connected, it takes {socket.type.__name__}"
                 where = f"{place(node.name, ['in'])} {node.type.name}"
-                right = givers(socket, node, nodes, registry)
+                right = suggest_source(socket, node, nodes, registry)
                 raise BadInput(what, where=where, right=f"in.{socket.name} = {right}")
         edges = {}
         for plug, edge in node.edges.items():
@@ -65,35 +67,35 @@ def connect(nodes: dict[str, Node], place: Callable[[str, Sequence[str]], str], 
             try:
                 edges[plug] = check_edge(node, plug, edge, nodes[edge.node], where)
             except WrongType as fault:
-                right = givers(node.type.socket(plug), node, nodes, registry)
+                right = suggest_source(node.type.socket(plug), node, nodes, registry)
                 raise BadInput(fault.what, where=where, right=right) from None
         connected[node.name] = replace(node, edges=edges)
     return connected
 
 
 class WrongType(BadInput):
-    """An edge from a node that does not give what the socket takes."""
+    """The type of the output differs from that of the socket."""
 
 
-def givers(socket: Socket, node: Node, nodes: dict[str, Node], registry: Registry) -> str:
-    """Name the other nodes of a graph that give what a socket takes; where there is none, the node types that do."""
+def suggest_source(socket: Socket, node: Node, nodes: dict[str, Node], registry: Registry) -> str:
+    """Suggest nodes with an output of the type of a socket; if there are none, node types."""
     kind = socket.type.__name__
-    edges = [edge for other in nodes.values() if other is not node for edge in edges_giving(socket.type, other)]
+    edges = [edge for other in nodes.values() if other is not node for edge in edges_of_type(socket.type, other)]
     if edges:
-        return f"{' or '.join(edges[:MOST_GIVERS])}, which gives {kind}"
-    return f"a node that gives {kind}: {listed(registry.giving(socket.type)) or 'no type does'}"
+        return f"{' or '.join(edges[:MOST_SOURCES])}, which gives {kind}"
+    return f"a node that gives {kind}: {listed(registry.types_with_output(socket.type)) or 'no type does'}"
 
 
-def edges_giving(kind: type, node: Node) -> list[str]:
-    """Write the edges from a node that carry a type; an output is named where several do."""
+def edges_of_type(kind: type, node: Node) -> list[str]:
+    """List the edges from a node whose type is this one; the output is named if there are several."""
     outputs = [name for name, given in node.type.outputs.items() if given is kind]
     return [f'"{node.name}"'] if len(outputs) == 1 else [f'"{node.name}.{name}"' for name in outputs]
 
 
 def check_edge(node: Node, plug: str, edge: Edge, source: Node, where: str) -> Edge:
-    """Check output, type and frames of one edge; an output that is not named is the only one that fits.
+    """Check output, type and frames of one edge; the output may be omitted if only one has the type.
 
-    A value is built of exactly the fields of the type that the socket takes: one of a derived type does not fit.
+    Types are compared for equality: a value contains exactly the fields of its type, so derived types differ.
     """
     socket = node.type.socket(plug)
     if socket.type is Spent:
@@ -122,7 +124,7 @@ def check_edge(node: Node, plug: str, edge: Edge, source: Node, where: str) -> E
 
 
 def check_spent(plug: str, edge: Edge, source: Node, where: str) -> Edge:
-    """Check an edge that carries the time which results took: of a node with one a frame, whatever it gives."""
+    """Check an edge of the computation time of results, of a node with one result per frame and any output."""
     if edge.output:
         what = f"in.{plug} takes the time of a node, '{edge.output[:60]}' is one of its outputs"
         raise BadInput(what, where=where, right=f'"{source.name}"')

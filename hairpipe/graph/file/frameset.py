@@ -1,4 +1,4 @@
-"""Sets of frames as people write them: `1-100x2,150`."""
+"""Frame sets as text: `1-100x2,150`."""
 
 import re
 from collections.abc import Iterable
@@ -10,7 +10,7 @@ PART = re.compile(r"(-?\d{1,9})(?:-(-?\d{1,9})(?:x(\d{1,9}))?)?")
 
 
 def parse_frames(text: str) -> tuple[int, ...]:
-    """Read `first-last`, `first-lastxstep` and single frames, separated by commas; ascending, each once."""
+    """Read `first-last`, `first-lastxstep` and single frames, separated by commas; ascending, without duplicates."""
     numbers: set[int] = set()
     for part in text.split(","):
         match = PART.fullmatch(part.strip())
@@ -42,7 +42,7 @@ def fold_frames(frames: Iterable[int]) -> str:
 
 
 def _run_end(numbers: list[int], start: int) -> int:
-    """Index of the last number of the evenly spaced run from `start`; two numbers are a run only side by side."""
+    """Return the index of the last number of the evenly spaced run from `start`; a run of two has step 1."""
     end = start + 1
     if end == len(numbers):
         return start

@@ -1,4 +1,4 @@
-"""A graph: nodes, the edges between them, a range of frames. Immutable and checked; `load.py` makes it."""
+"""A graph: nodes, edges and a range of frames; immutable and checked. `load.py` builds it."""
 
 import os
 import re
@@ -21,7 +21,7 @@ HOLDS_GRAPHS = "graphs"
 
 
 class Edge(NamedTuple):
-    """Where a socket gets its value from: a node, and which of its outputs."""
+    """The source of a socket: a node and one of its outputs."""
 
     node: str
     output: str
@@ -31,10 +31,10 @@ class Edge(NamedTuple):
 class Node:
     """A node of a graph.
 
-    edges       by socket, or by `socket.0`, `socket.1` ... of one that takes many; what is not connected is absent
+    edges       by socket, or by `socket.0`, `socket.1` ... of a socket with a list; without unconnected sockets
     settings    checked plain values; a file is the path as given, relative to the graph file
-    publish     where its file is copied to, `####` standing for the frame; None where it is not published
-    checkpoint  of a scan: every n-th frame's full state is kept
+    publish     path of the published file, with `####` in place of the frame; None if it is not published
+    checkpoint  interval of a scan: the full state of every n-th frame is kept
     """
 
     name: str
@@ -51,11 +51,11 @@ class Node:
 
     @property
     def per_frame(self) -> bool:
-        """Whether it has one result per frame."""
+        """Whether the node has one result per frame."""
         return self.type.mode != "once"
 
     def publish_path(self, frame: int | None) -> Path | None:
-        """Where the file of this frame is copied to."""
+        """Return the path of the published file of a frame."""
         if self.publish is None or frame is None:
             return self.publish
         name = FRAME_MARK.sub(lambda mark: f"{frame:0{len(mark[0])}d}", self.publish.name)
@@ -64,13 +64,13 @@ class Node:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Graph:
-    """Nodes in dependency order: a node stands after those it depends on.
+    """Nodes in dependency order: a node follows those that it depends on.
 
-    project  folder below which its files are published, without links
+    project  folder below which files are published; resolved
     frames   first and last, both included
     fps      frames per second [1/s]
-    taken    outputs that some node takes; of the whole graph, also where this is a part of it
-    preroll  frames before the first from which scans begin, and which nothing else sees
+    taken    connected outputs; for a part of a graph, those of the whole graph
+    preroll  number of frames before the first that only scans compute
     cuts     frames at which the shot is cut, ascending
     """
 
@@ -90,15 +90,15 @@ class Graph:
 
     @property
     def folder(self) -> Path:
-        """Folder of node types that belong to this graph; it need not exist."""
+        """Folder of the node types of this graph, which may not exist."""
         return self.path.parent / "nodes"
 
     def file(self, given: str) -> Path:
-        """Where a file lies that a setting names."""
+        """Return the absolute path of a file in a setting."""
         return (self.path.parent / given).absolute()
 
     def role(self, path: Path) -> str | None:
-        """Describe the role of a file, by its resolved path, in this graph; None for a file that it does not use."""
+        """Describe the role of a file, by its resolved path, in this graph; None for an unrelated file."""
         if path.is_relative_to(self.folder.resolve()):
             return "in the folder of its node types"
         return self.files.get(path)
@@ -114,12 +114,12 @@ class Graph:
         return files
 
     def settings(self, node: Node) -> dict[str, Any]:
-        """Settings as a node is called with: files by absolute path."""
+        """Return settings with absolute paths of files."""
         return map_files(fields_of(node.type), node.settings, lambda _, file: str(self.file(file)))
 
     @property
     def begin(self) -> int:
-        """Frame that scans begin at."""
+        """First frame of scans."""
         return self.frames[0] - self.preroll
 
     def cuts_of(self, node: Node, frame: int | None, run: tuple[int, ...]) -> Cuts:
@@ -140,7 +140,7 @@ class Graph:
 
     @cached_property
     def name(self) -> str:
-        """Stem of the file, with a mark that tells graphs of the same stem apart."""
+        """Stem of the file, and a digest that distinguishes graphs of the same stem."""
         return f"{self.path.stem}-{digest_bytes('graph', os.fsencode(self.path.resolve()))[:8]}"
 
     def node(self, name: str) -> Node:
@@ -150,7 +150,7 @@ class Graph:
         return self.nodes[name]
 
     def upto(self, names: Iterable[str]) -> "Graph":
-        """Keep only the named nodes and what they depend on; BadInput for an unknown name."""
+        """Return the graph of named nodes and their dependencies; BadInput for an unknown name."""
         wanted: set[str] = set()
         queue = [self.node(name).name for name in names]
         while queue:
@@ -178,17 +178,17 @@ class Graph:
         return outputs[0] if name is None else name
 
     def consumers(self) -> Iterator[tuple[Node, str, Edge]]:
-        """Iterate over all edges as (consumer, where it is plugged in, edge)."""
+        """Iterate over all edges as (consumer, socket, edge)."""
         for node in self.nodes.values():
             for plug, edge in node.edges.items():
                 yield node, plug, edge
 
 
 def project_of(path: Path) -> Path:
-    """Find the folder of the project that a graph file belongs to, by names alone.
+    """Return the project folder of a graph file, found by names alone.
 
-    It is the one that holds a folder `graphs` in which the file lies; else, and where that one would be the home folder
-    or hold it, the file's own folder.
+    This is the parent of the folder `graphs` above the file; without one, or if this parent is the home folder or above
+    it, the folder of the file.
     """
     folder = path.parent.resolve()
     home = Path(os.path.expanduser("~")).resolve()  # noqa: PTH111 - no error where there is none

@@ -1,4 +1,4 @@
-"""`like`: a node that copies another one and states only what differs."""
+"""`like`: a node that copies another node and lists only the differences."""
 
 from collections.abc import Iterator, Sequence
 from graphlib import CycleError, TopologicalSorter
@@ -11,23 +11,23 @@ from hairpipe.graph.node.fields import SHORTHAND
 from hairpipe.graph.node.messages import brief, nearest
 
 OWN = frozenset({"like", "without", "publish", "checkpoint"})
-"""Keys that do not affect what a node computes: they are never copied."""
+"""Keys without effect on results, which are never copied."""
 
 Table = dict[str, Any]
 
 
 def written_out(text: GraphText) -> GraphText:
-    """Return a graph file with every `like` written out; BadInput as for `write_out`."""
+    """Return a graph file with every `like` expanded; BadInput as for `write_out`."""
     return text.edited(text.tables | write_out(text, nodes_of(text.tables)))
 
 
 def write_out(text: GraphText, tables: dict[str, Table]) -> dict[str, Table]:
-    """Return tables with every `like` written out. Pure.
+    """Return tables with every `like` expanded; pure.
 
-    A node copies type, edges and settings of its base, group by group and name by name, and states what differs.
-    `without` names what is left out of the base, as "stiction" or "in.surface": a group that is both left out and
-    stated starts empty. A plain value replaces a group; a group that replaces a plain value starts with it. Bases come
-    first. BadInput for an unknown base, a cycle of bases, or where there is nothing to leave out.
+    A node copies type, edges and settings of its base, recursively through groups, and lists the differences.
+    `without` lists omitted parts of the base, such as "stiction" or "in.surface"; an omitted group that is also listed
+    starts empty. A plain value replaces a group; a group that replaces a plain value starts with it. Bases are
+    expanded first. BadInput for an unknown base, a cycle of bases, or a part to omit that the base does not have.
     """
     bases = {name: [base_of(text, name, tables)] if "like" in table else [] for name, table in tables.items()}
     try:
@@ -52,14 +52,14 @@ def write_out(text: GraphText, tables: dict[str, Table]) -> dict[str, Table]:
 
 
 def stated(text: GraphText, name: str, table: Table, base: Table) -> Table:
-    """Merge what a node states into its base, without what it leaves out."""
+    """Return the base with the table of a node merged into it, without the omitted parts."""
     for dotted in left_out(text, name, table, base):
         base = without(base, dotted.split("."))
     return merged(base, {key: value for key, value in table.items() if key not in ("like", "without")})
 
 
 def base_of(text: GraphText, name: str, tables: dict[str, Table]) -> str:
-    """Read which node one is like."""
+    """Read the name of the base of a node."""
     base = tables[name]["like"]
     where = text.place(name, ["like"])
     if not isinstance(base, str):
@@ -71,7 +71,7 @@ def base_of(text: GraphText, name: str, tables: dict[str, Table]) -> str:
 
 
 def left_out(text: GraphText, name: str, table: Table, base: Table) -> Sequence[str]:
-    """Read what a node leaves out of its base: dotted names, all of which are there."""
+    """Read the dotted names of omitted parts; BadInput for one that the base does not have."""
     given = table.get("without", [])
     where = text.place(name, ["without"])
     if not isinstance(given, list) or not all(isinstance(dotted, str) for dotted in given):
@@ -85,7 +85,7 @@ def left_out(text: GraphText, name: str, table: Table, base: Table) -> Sequence[
 
 
 def dotted_names(table: Table, prefix: str = "") -> Iterator[str]:
-    """List the names in a table, and those in its groups as `group.name`."""
+    """List the names in a table, with those in groups as `group.name`."""
     for name, value in table.items():
         yield prefix + name
         if isinstance(value, dict):
@@ -93,7 +93,7 @@ def dotted_names(table: Table, prefix: str = "") -> Iterator[str]:
 
 
 def without(table: Table, names: Sequence[str]) -> Table:
-    """Return a table without one of its names, or one in a group; unchanged where it is missing."""
+    """Return a table without a dotted name; unchanged if the name is absent."""
     first, *rest = names
     if not rest or not isinstance(table.get(first), dict):
         return {name: value for name, value in table.items() if name != first}
@@ -101,7 +101,7 @@ def without(table: Table, names: Sequence[str]) -> Table:
 
 
 def merged(base: Table, own: Table) -> Table:
-    """Merge a table into another, groups name by name."""
+    """Return a table with another merged into it, recursively through groups."""
     result = dict(base)
     for name, value in own.items():
         if isinstance(value, dict) and name in base:

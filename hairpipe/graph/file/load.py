@@ -1,4 +1,4 @@
-"""From tables to a graph: every name, type, edge and setting is checked before anything runs."""
+"""Builds a graph from tables; all names, types, edges and settings are checked."""
 
 from collections.abc import Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
@@ -28,19 +28,19 @@ KEYS = ("schema", "frames", "fps", "preroll", "cuts")
 MOST_LETTERS = 100
 NAME = f"a letter, then letters, digits, - and _, at most {MOST_LETTERS} in all"
 CHECKPOINT = 24
-"""A second of film: resuming a simulation recomputes at most this many frames."""
+"""Default interval of checkpoints: a resumed simulation recomputes at most this many frames."""
 
 
 def load_graph(path: Path, overrides: Mapping[str, str] | None = None) -> Graph:
-    """Read and check a graph file; BadInput for the first thing that is wrong, the file and line named.
+    """Read and check a graph file; BadInput with file and line for the first error.
 
-    overrides  settings by `node.setting`, or `node.group.setting`, as text: TOML where it parses, else as it stands
+    overrides  settings by `node.setting`, or `node.group.setting`, as text: TOML if it parses, else a string
     """
     return make_graph(read_edited(path, overrides or {}))
 
 
 def read_edited(path: Path, overrides: Mapping[str, str]) -> GraphText:
-    """Read a graph file without a check of what it says, settings laid over it."""
+    """Read a graph file with changed settings, without checks of its content."""
     text = read_graph_text(path)
     for target, value in overrides.items():
         put(text.tables, target, parse_value(value))
@@ -48,7 +48,7 @@ def read_edited(path: Path, overrides: Mapping[str, str]) -> GraphText:
 
 
 def make_graph(text: GraphText) -> Graph:
-    """Check the tables of a graph file, which may have been edited since they were read; BadInput as above."""
+    """Check the tables of a graph file, which may have been edited after reading; BadInput as above."""
     path = text.path
     tables = nodes_of(text.tables)
     check_header(text)
@@ -71,7 +71,7 @@ def make_graph(text: GraphText) -> Graph:
 
 
 def check_header(text: GraphText) -> None:
-    """Check the bare keys of a graph file, `schema` first."""
+    """Check the top-level keys of a graph file, `schema` first."""
     schema = text.tables.get("schema")
     if schema != SCHEMA or isinstance(schema, bool):
         what = "no schema" if schema is None else f"schema = {brief(schema)} is unknown"
@@ -106,7 +106,7 @@ def read_fps(text: GraphText) -> float:
 
 
 def read_preroll(text: GraphText) -> int:
-    """Read `preroll`, the number of frames before the first that scans begin at; none where it is not given."""
+    """Read `preroll`, the number of frames of scans before the first; 0 if absent."""
     preroll = text.tables.get("preroll", 0)
     if type(preroll) is not int or not 0 <= preroll < MOST_FRAMES:
         what = f"preroll = {brief(preroll)} is not a number of frames"
@@ -116,7 +116,7 @@ def read_preroll(text: GraphText) -> int:
 
 
 def read_cuts(text: GraphText) -> tuple[int, ...]:
-    """Read `cuts`, the frames at which the shot is cut; none where it is not given."""
+    """Read `cuts`, the frames at which the shot is cut; none if absent."""
     cuts = text.tables.get("cuts", [])
     if not isinstance(cuts, list) or any(type(cut) is not int for cut in cuts) or cuts != sorted(set(cuts)):
         right = "cuts = [1013, 1047]: frame numbers, ascending; each is the first frame after a cut"
@@ -125,7 +125,7 @@ def read_cuts(text: GraphText) -> tuple[int, ...]:
 
 
 def read_node(text: GraphText, name: str, table: dict[str, Any], registry: Registry) -> Node:
-    """Read one table; the edges are names until all nodes are known."""
+    """Read one table; edges are checked when all nodes are known."""
     plain = name.isascii() and name.replace("-", "").replace("_", "").isalnum()
     if not plain or not name[:1].isalpha() or len(name) > MOST_LETTERS:
         raise BadInput(f"'{name[:60]}' is not the name of a node", where=text.place(name), right=NAME)
@@ -158,7 +158,7 @@ def read_node(text: GraphText, name: str, table: dict[str, Any], registry: Regis
 
 
 def check_file(text: GraphText, node: str, node_type: NodeType, dotted: str, file: str) -> None:
-    """Check that a setting names a file that is there, of a format that is read."""
+    """Check that the file of a setting exists and has a supported format."""
     path = text.path.parent / file
     names = dotted.split(".")
     field = field_at(node_type, names)
@@ -178,7 +178,7 @@ def check_file(text: GraphText, node: str, node_type: NodeType, dotted: str, fil
 
 
 def read_publish(publish: Any, folder: Path, node_type: NodeType, where: str) -> Path | None:
-    """Read where a node's file is copied to."""
+    """Read the path of the published file of a node."""
     if publish is None:
         return None
     if list(node_type.outputs.values()).count(File) != 1:
@@ -196,7 +196,7 @@ def read_publish(publish: Any, folder: Path, node_type: NodeType, where: str) ->
 
 
 def read_checkpoint(table: dict[str, Any], node_type: NodeType, where: str) -> int:
-    """Read how often a scan's full state is kept."""
+    """Read the interval of the checkpoints of a scan."""
     checkpoint = table.get("checkpoint", CHECKPOINT)
     if node_type.mode != "scan" and "checkpoint" in table:
         raise BadInput(f"{node_type.name} keeps no state", where=where, right="checkpoint belongs to a scan")
@@ -207,9 +207,9 @@ def read_checkpoint(table: dict[str, Any], node_type: NodeType, where: str) -> i
 
 
 def check_publish(graph: Graph, text: GraphText) -> None:
-    """Refuse two nodes that publish to one place, and a publish path that is a folder or that the graph is made of.
+    """Check the paths of published files; BadInput for duplicates, folders and inputs of the graph.
 
-    Refuse a suffix that the node type does not write, too.
+    BadInput also for a suffix that the node type does not write.
     """
     taken: dict[Path, str] = {}
     for node in graph.nodes.values():
@@ -229,7 +229,7 @@ def check_publish(graph: Graph, text: GraphText) -> None:
 
 
 def is_folder(path: Path) -> bool:
-    """Whether a path leads to a folder; one that cannot be asked about does not."""
+    """Whether a path is a folder; False if it is inaccessible."""
     try:
         return path.is_dir()
     except (OSError, ValueError):
@@ -237,7 +237,7 @@ def is_folder(path: Path) -> bool:
 
 
 def sort_nodes(nodes: dict[str, Node], path: Path) -> list[str]:
-    """Order nodes after what they depend on, otherwise as in the file; BadInput for a cycle."""
+    """Sort nodes topologically, otherwise in the order of the file; BadInput for a cycle."""
     try:
         return list(
             TopologicalSorter({n.name: [e.node for e in n.edges.values()] for n in nodes.values()}).static_order()

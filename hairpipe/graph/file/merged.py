@@ -1,4 +1,4 @@
-"""One graph of several variants: what is the same in some is there once, the other nodes under names of their own."""
+"""One graph of several variants, in which equal nodes occur once."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -8,18 +8,18 @@ from hairpipe.graph.file.graph import Edge, Graph, Node
 from hairpipe.graph.store.digest import canonical
 
 BEGIN, END = "[", "]"
-"""Around what tells nodes of one name apart: no node of a graph file has them in its name."""
+"""Delimiters of the label of a variant; names of nodes in a graph file do not contain them."""
 
 
 def merged(
     variants: Mapping[str, Graph], name_of: Callable[[list[str]], str]
 ) -> tuple[Graph, dict[str, dict[str, str]]]:
-    """Merge graphs of the same nodes, whose settings differ; keys of results are those of each graph. Pure.
+    """Merge graphs with the same nodes and different settings; keys of results do not change. Pure.
 
-    Return the graph, and by variant the names of its nodes there. What is the same in all variants keeps its name, and
-    is published where it was; anything else is `node[name]`, published in a folder `name` of its own there.
+    Returns the graph, and the names of its nodes by variant. Nodes that are equal in all variants keep their names and
+    their paths of publication; others are named `node[name]` and published in a subfolder `name`.
 
-    name_of  names a group of variants after what they have in common
+    name_of  returns the name of a group of variants
     """
     first = next(iter(variants.values()))
     names: dict[str, dict[str, str]] = {label: {} for label in variants}
@@ -40,21 +40,21 @@ def merged(
 
 
 def origin(name: str) -> str:
-    """Name the node of the graph file behind a node of a merged graph."""
+    """Return the name, in the graph file, of a node of a merged graph."""
     return name.partition(BEGIN)[0]
 
 
 def identity(node: Node, names: Mapping[str, str]) -> str:
-    """Write down all that a node computes from.
+    """Return the edges and settings of a node as text.
 
-    names  of the nodes before it, in the merged graph
+    names  in the merged graph, of the nodes before it
     """
     edges: dict[str, Any] = {plug: [names[edge.node], edge.output] for plug, edge in node.edges.items()}
     return canonical({"edges": edges, "settings": node.settings})
 
 
 def renamed(node: Node, names: Mapping[str, str], label: str) -> Node:
-    """Return a node under its name in the merged graph; its edges, too."""
+    """Return a node with the names of the merged graph, also in its edges."""
     edges = {plug: Edge(names[edge.node], edge.output) for plug, edge in node.edges.items()}
     if not label:
         return replace(node, edges=edges)

@@ -1,4 +1,4 @@
-"""Changes to the tables of a graph before they are checked, from the command line or by a study of variants.
+"""Changes to the tables of a graph before the checks, by the command line or by variants.
 
 A target is `node.setting` or `node.group.setting`.
 """
@@ -11,7 +11,7 @@ from hairpipe.graph.node.messages import listed, nearest
 
 Tables = dict[str, Any]
 WEDGE = "wedge"
-"""The one table of a graph file that is not a node: it holds the wedges, by name."""
+"""Table of the wedges, by name; all other tables are nodes."""
 
 
 def nodes_of(tables: Tables) -> Tables:
@@ -35,7 +35,7 @@ def put(tables: Tables, target: str, value: Any) -> None:
 
 
 def drop(tables: Tables, target: str) -> None:
-    """Remove a setting, or a group of them, where it is there; in place."""
+    """Remove a setting, or a group of them, if present; in place."""
     *above, last = target.split(".")
     table: Any = tables
     for name in above:
@@ -45,7 +45,7 @@ def drop(tables: Tables, target: str) -> None:
 
 
 def parse_value(text: str) -> Any:
-    """Read a value from the command line: TOML where it parses, else the text as it stands."""
+    """Read a value from the command line: TOML if it parses, else the text."""
     try:
         tables = tomllib.loads(f"value = {text}")
     except (ValueError, RecursionError):  # no TOML, or a number of thousands of digits

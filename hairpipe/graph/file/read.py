@@ -15,15 +15,15 @@ from hairpipe.plain_file import check_plain
 
 MOST_BYTES = 1 << 20
 MOST_NAMES = 16
-"""In a dotted key: Python's reader of TOML takes memory by the square of their number."""
+"""Maximum number of names in a dotted key: the memory of `tomllib` is quadratic in it."""
 NAME = r"""(?:(?<![\w-])[\w-]++|"[^"\n]*"|'[^'\n]*')"""
 DOTTED = re.compile(rf"(?:{NAME}[ \t]*+\.[ \t]*+){{{MOST_NAMES}}}")
 HEADER = re.compile(r"""\s*\[\s*(?:(wedge\.[\w-]+|[\w-]+)|["']([^"']*)["'])\s*[\].]""")
-"""Of a table; what follows the first name of a wedge is its own name."""
+"""Header of a table; that of a wedge has two names."""
 
 
 class GraphText:
-    """A graph file as read: its text, its tables, and their lines."""
+    """A graph file: its text, its tables, and their lines."""
 
     def __init__(self, path: Path, text: str) -> None:
         self.path = path
@@ -40,19 +40,19 @@ class GraphText:
             raise BadInput(f"not valid TOML: {what}", where=path) from None
 
     def edited(self, tables: dict[str, Any]) -> "GraphText":
-        """Return the same text with other tables; names that are not in the text have no line."""
+        """Return the same text with other tables; names that are absent from the text have no line."""
         other = copy(self)
         other.tables = tables
         return other
 
     def place(self, node: str | None = None, names: Sequence[str] = ()) -> str:
-        """Write the place of a node, or of a name within it: `graph.toml:12: [hair]`; with its line where known."""
+        """Return the place of a node, or of a name within it, as `graph.toml:12: [hair]`; the line may be unknown."""
         line = self._line(node, names)
         label = f": [{node}]" if node is not None else ""
         return f"{self.path}:{line}{label}" if line else f"{self.path}{label}"
 
     def _line(self, node: str | None, names: Sequence[str]) -> int | None:
-        """Find the line of the deepest of the names that is written out, else the first line of the node."""
+        """Find the line of the innermost name in the text, else the first line of the node."""
         own = self._owned.get(node, [])
         for name in reversed(names):
             word = re.compile(rf"(?<!\w){re.escape(name)}(?!\w)")
@@ -63,7 +63,7 @@ class GraphText:
 
     @cached_property
     def _owned(self) -> dict[str | None, list[int]]:
-        """Numbers of the lines that belong to each top-level table, and to none."""
+        """Numbers of the lines by top-level table; None: before the first."""
         owned: dict[str | None, list[int]] = {}
         owner = None
         for number, line in enumerate(self._lines):
@@ -74,7 +74,7 @@ class GraphText:
 
 
 def read_graph_text(path: Path) -> GraphText:
-    """Read a graph file; BadInput where it is not readable UTF-8 text of a reasonable size, or not TOML."""
+    """Read a graph file; BadInput if it is unreadable, too large, not UTF-8 or not TOML."""
     try:
         check_plain(path, "a graph file, such as demo.toml")
         handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)

@@ -1,6 +1,6 @@
-"""The registry of node types: ours, those of installed packages, and those in a trusted folder next to the graph file.
+"""Registry of node types: ours, those of installed packages, and those in a trusted folder next to the graph file.
 
-A file declares one node type of the same name; nothing is registered by hand. Only what a graph uses is imported.
+A file declares one node type of the same name; there is no registration. Only node types in use are imported.
 """
 
 import importlib
@@ -26,8 +26,8 @@ ENTRY_POINTS = "hairpipe.nodes"
 class Registry:
     """Node types by name.
 
-    folder  whose files are node types, too, and take precedence; imports by bare names search it last, once it is
-            trusted. Our own, next to a graph in the root of a checkout, is the package that every graph finds
+    folder  of further node types, which take precedence; top-level imports search it last, once it is trusted.
+            None for our own folder, next to a graph in the root of a checkout: every graph finds its package
     """
 
     def __init__(self, folder: Path | None = None) -> None:
@@ -42,19 +42,19 @@ class Registry:
         return trust_error(self.folder) if self.folder else None
 
     def names(self) -> list[str]:
-        """List the node types there are, without importing them."""
+        """List the names of all node types, without importing them."""
         local = [path.stem for path in self.folder.glob("*.py")] if self.folder else []
         packaged = [name for package in packages() for name in modules_in(package)]
         return sorted(name for name in {*local, *packaged} if not name.startswith("_"))
 
     def find(self, name: str) -> NodeType:
-        """Import a node type; BadInput where there is none of this name, its file declares none, or is not trusted."""
+        """Import a node type; BadInput if the name is unknown, or its file declares no node type or is not trusted."""
         if name not in self._known:
             self._known[name] = declared_in(self._load(name), name)
         return self._known[name]
 
-    def giving(self, kind: type) -> list[str]:
-        """List the node types with an output of a type, among those that can be imported."""
+    def types_with_output(self, kind: type) -> list[str]:
+        """List the node types with an output of a type; those that cannot be imported are omitted."""
         found = []
         for name in self.names():
             with suppress(BadInput):
@@ -108,7 +108,7 @@ def modules_in(package: str) -> list[str]:
 
 
 def load_file(name: str, path: Path) -> ModuleType:
-    """Import a file as a top-level module; it enters `sys.modules` only where an import of its name leads to it."""
+    """Import a file as a top-level module; it is added to `sys.modules` only if an import of its name finds it."""
     spec = importlib.util.spec_from_file_location(name, path, loader=UncompiledLoader(name, str(path)))
     if name in sys.stdlib_module_names or spec is None or spec.loader is None:
         raise BadInput(f"{path.name} hides a module of Python", right="another file name")
@@ -120,7 +120,7 @@ def load_file(name: str, path: Path) -> ModuleType:
 
 
 def declared_in(module: ModuleType, name: str) -> NodeType:
-    """Take the node type out of its module."""
+    """Return the node type that a module declares; BadInput if there is none."""
     found = getattr(getattr(module, name, None), "__node__", None)
     if not isinstance(found, NodeType) or found.module != module.__name__:
         raise BadInput(f"{module.__file__} declares no node", right=f"@node(...) def {name}(...), named as its file")

@@ -1,4 +1,4 @@
-"""Writes settings into the text of a graph file: those values change, every other character stays as it is."""
+"""Writes settings into the text of a graph file; all other characters are unchanged."""
 
 import os
 import re
@@ -22,7 +22,7 @@ TABLE = re.compile(r"\s*\[([^\[\]]+)\]\s*(?:#.*)?")
 
 
 def save_settings(path: Path, settings: Mapping[str, Any]) -> None:
-    """Write settings into a graph file, whose permissions, owner and links stay; BadInput as for `with_settings`."""
+    """Write settings into a graph file, and keep its permissions, owner and links; BadInput as for `with_settings`."""
     mark = BOM if path.read_bytes().startswith(BOM.encode()) else ""
     text = mark + with_settings(read_graph_text(path).text, settings)
     target = path.resolve()
@@ -36,8 +36,8 @@ def save_settings(path: Path, settings: Mapping[str, Any]) -> None:
 def with_settings(text: str, settings: Mapping[str, Any]) -> str:
     """Return the text of a graph file with settings changed, by `node.setting` or `node.group.setting`.
 
-    A setting that was not there gets a line of its own, the last one of its table. BadInput where a setting cannot be
-    set, or where the text is laid out such that only a person can change it.
+    A new setting is added as the last line of its table. BadInput if a setting cannot be set, or if the layout of the
+    text does not permit the change.
     """
     for target, value in settings.items():
         wanted = deepcopy(tomllib.loads(text.replace("\r\n", "\n")))
@@ -54,7 +54,7 @@ def with_settings(text: str, settings: Mapping[str, Any]) -> str:
 
 
 def changed(text: str, names: Sequence[str], value: Any) -> str:
-    """Change one value, or add it."""
+    """Return the text with one value changed or added."""
     document = tomlkit.parse(text)
     table: Any = document
     for name in names[:-1]:
@@ -67,7 +67,7 @@ def changed(text: str, names: Sequence[str], value: Any) -> str:
 
 
 def with_line(text: str, names: Sequence[str], value: Any) -> str:
-    """Add a value as the last line of the innermost table that is written out."""
+    """Return the text with a value added as the last line of the innermost table in it."""
     lines = text.splitlines(keepends=True)
     headers = {number: match[1].strip() for number, line in enumerate(lines) if (match := TABLE.fullmatch(line))}
     depth = next(depth for depth in range(len(names) - 1, 0, -1) if ".".join(names[:depth]) in headers.values())

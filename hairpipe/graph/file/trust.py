@@ -1,7 +1,7 @@
-"""Trust in folders of nodes: they are code, and nothing in them is imported before the user has trusted it.
+"""Trust in folders of nodes: these are code, which is imported only after the user has confirmed it.
 
-Trust covers the bytes of all files that Python could import from the folder, independent of its location, and is
-recorded in a folder of the user. Our own nodes, and those of installed packages, need none.
+Trust covers the bytes of all importable files of a folder, independent of its location, and is recorded in a folder of
+the user. Our own nodes, and those of installed packages, are trusted.
 """
 
 import json
@@ -22,7 +22,7 @@ from hairpipe.graph.store.fingerprint import digest_file
 from hairpipe.graph.store.ownership import fault_of, make_own, own_folder
 
 VARIABLE = "HAIRPIPE_TRUST"
-"""Lists folders, by absolute paths, that are trusted whatever is in them: for farms, and for authors of nodes."""
+"""Lists absolute paths of folders that are trusted with any content: for farms, and for authors of nodes."""
 CACHED = "__pycache__"
 NATIVE = {".so", ".dylib", ".dll"}
 """Suffixes of libraries that an extension module may load, also within a name such as `libfast.so.1`."""
@@ -32,11 +32,11 @@ Files = Mapping[str, str]
 """Digests of the code in a folder, by path within it."""
 
 _granted: list[Files] = []
-"""Code that this process trusts because the user of its coordinator does."""
+"""Code that this process trusts on behalf of its coordinator."""
 
 
 class Untrusted(BadInput):
-    """Code that would be imported is not trusted, or not in its present state.
+    """Code to import is not trusted, or has changed since.
 
     folder  folder of the code
     files   files to trust
@@ -50,19 +50,19 @@ class Untrusted(BadInput):
 
 @dataclass(frozen=True)
 class Trusted:
-    """A folder that was trusted, and what was in it."""
+    """A trusted folder, and its content at that time."""
 
     folder: Path
     files: Files
 
     @property
     def changed(self) -> list[str]:
-        """Name the files that have changed, come or gone since."""
+        """List the files that were changed, added or removed since."""
         return differing(self.files, code_in(self.folder))
 
 
 def trust_error(folder: Path) -> Untrusted | None:
-    """Return the error for a folder whose code is not trusted; None where it is. BadInput where it cannot be read."""
+    """Return the error for a folder that is not trusted, else None; BadInput if it cannot be read."""
     folder = folder.resolve()
     if folder in shipped_folders() or folder in named_folders():
         return None
@@ -80,13 +80,13 @@ def trust_error(folder: Path) -> Untrusted | None:
 
 
 def grant(files: Files) -> None:
-    """Trust code in this process alone, which serves somebody who trusts it."""
+    """Trust code in this process alone, on behalf of its coordinator."""
     if files not in _granted:
         _granted.append(files)
 
 
 def trust(folder: Path, files: Files) -> None:
-    """Record that these files in a folder are trusted; OSError or BadInput where that cannot be recorded."""
+    """Record that these files in a folder are trusted; OSError or BadInput if the record cannot be written."""
     path = entry_path(folder)
     make_own(path.parent)
     fault = fault_of_register()
@@ -108,7 +108,7 @@ def revoke(folder: Path) -> bool:
 
 
 def trusted() -> Iterator[Trusted]:
-    """Iterate over the trusted folders; records that others may have written are ignored."""
+    """Iterate over the trusted folders; records that other users can write are ignored."""
     try:
         paths = [] if fault_of_register() else sorted(register().glob("*.json"))
     except OSError:
@@ -126,7 +126,7 @@ def register() -> Path:
 
 
 def fault_of_register() -> str | None:
-    """Say why the records are ignored; None where they count."""
+    """Return why the records are ignored, else None."""
     try:
         faults = ((path, fault_of(path)) for path in (register().parent, register()))
         return next((f"{path} {fault}" for path, fault in faults if fault), None)
@@ -140,19 +140,19 @@ def entry_path(folder: Path) -> Path:
 
 
 def named_folders() -> set[Path]:
-    """List the folders that the environment says to trust."""
+    """List the folders that the environment variable trusts."""
     named = map(Path, filter(None, os.environ.get(VARIABLE, "").split(os.pathsep)))
     return {path.resolve() for path in named if path.is_absolute()}
 
 
 @cache
 def shipped_folders() -> set[Path]:
-    """Find the folders of our own nodes, by where the running hairpipe imports them from: no name makes another one."""
+    """Find the folders of our own nodes, by the import paths of the running hairpipe."""
     return {folder.resolve() for folder in map(folder_of, (OUR_NODES, EXPERIMENTS)) if folder}
 
 
 def code_in(folder: Path) -> dict[str, str]:
-    """Digest all that Python can import from a folder, by path within it; BadInput where something cannot be read."""
+    """Digest the importable files of a folder, by relative path; BadInput if one cannot be read."""
     try:
         return {os.fspath(path.relative_to(folder)): digest_file(path) for path in sorted(sources(folder))}
     except OSError as error:
@@ -160,7 +160,7 @@ def code_in(folder: Path) -> dict[str, str]:
 
 
 def sources(folder: Path) -> Iterator[Path]:
-    """Iterate over the files that Python can import from a folder; cached bytecode is left out: it is not read."""
+    """Iterate over the importable files of a folder, without cached bytecode, which is never read."""
     seen: set[Path] = set()
     for place, within, names in os.walk(folder, followlinks=True):
         real = Path(place).resolve()
@@ -177,7 +177,7 @@ def sources(folder: Path) -> Iterator[Path]:
 
 
 def differing(old: Files, new: Files) -> list[str]:
-    """Names of files that differ."""
+    """List the names of differing files."""
     return sorted(name for name in old.keys() | new.keys() if old.get(name) != new.get(name))
 
 

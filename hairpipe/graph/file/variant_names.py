@@ -12,7 +12,7 @@ MARK, MOST_LETTERS = 6, 120
 
 
 def short_names(targets: Iterable[str]) -> dict[str, str]:
-    """Name every setting by as few of the last of its dotted names as tell it from the others."""
+    """Return the shortest unique suffix of every dotted name."""
     paths = [target.split(".") for target in targets]
 
     def alike(path: list[str], count: int) -> int:
@@ -23,16 +23,16 @@ def short_names(targets: Iterable[str]) -> dict[str, str]:
 
 
 def variant_name(names: Mapping[str, str], settings: Mapping[str, Any]) -> str:
-    """Name a variant after its settings; distinct for distinct settings, the same whatever other variants there are.
+    """Return the name of a variant, unique for its settings and independent of other variants.
 
-    names  of the settings, short
+    names  short names of the settings
     """
     name = ",".join(f"{names[target]}={word(value)}" for target, value in settings.items())
     return name if len(name) <= MOST_LETTERS else f"{name[: MOST_LETTERS - MARK - 1]}-{mark(name)}"
 
 
 def word(value: Any) -> str:
-    """Write a value in letters that every file system takes; where that changes it, with a digest of it."""
+    """Return a value in characters of any file system; a digest is added if characters were replaced."""
     text = value if isinstance(value, str) else json.dumps(value, default=str)
     if isinstance(value, float):
         exact = [short for digits in range(1, 18) if float(short := f"{value:.{digits}g}") == value]

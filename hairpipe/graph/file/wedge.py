@@ -1,4 +1,4 @@
-"""Wedges: `[wedge.NAME]` in a graph file says which settings vary, and over which values.
+"""Wedges: `[wedge.NAME]` in a graph file lists varied settings and their values.
 
     [wedge.grip]
     axes.hair.stiction.force = [1e-6, 2e-6, 4e-6]
@@ -8,7 +8,7 @@
     measures = ["motion"]
     stop = [["watch.longest stretch [%]", ">", 10.0]]
 
-Every combination of the values is a variant, or with `joint = true` the first of all axes, the second, and so on.
+Every combination of the values is a variant; with `joint = true` the n-th values of all axes are combined.
 """
 
 import math
@@ -49,12 +49,12 @@ class Comparison(NamedTuple):
 
     @property
     def node(self) -> str:
-        """The node whose column is compared."""
+        """Node of the compared column."""
         return self.left.partition(".")[0]
 
     @property
     def column(self) -> str:
-        """The column that is compared."""
+        """The compared column."""
         return self.left.partition(".")[2]
 
     def holds(self, left: Any, right: Any) -> Any:
@@ -66,12 +66,12 @@ class Comparison(NamedTuple):
 class Wedge:
     """Variants of a graph.
 
-    axes      values of every setting that varies, by `node.setting` or `node.group.setting`
+    axes      values of every varied setting, by `node.setting` or `node.group.setting`
     joint     whether the settings vary together
     variants  settings of every variant, by its name, in the order of the last axis first
-    show      nodes whose pictures are looked at
+    show      nodes whose pictures are shown
     measures  nodes whose tables are compared
-    stop      a variant is stopped at the frame at which one of these holds; each names `node.column`
+    stop      conditions on `node.column` that end a variant at the first frame at which one holds
     """
 
     name: str
@@ -84,12 +84,12 @@ class Wedge:
 
     @property
     def short_names(self) -> dict[str, str]:
-        """Names of the settings that vary, as short as tells them apart."""
+        """Shortest unique names of the varied settings."""
         return short_names(self.axes)
 
 
 def read_wedges(text: GraphText) -> dict[str, Wedge]:
-    """Read the wedges of a graph file; BadInput for what can be wrong in them before their variants are checked."""
+    """Read the wedges of a graph file; BadInput for errors other than those of the variants."""
     given = text.tables.get(WEDGE, {})
     for name, table in given.items() if isinstance(given, dict) else [("", given)]:
         plain = name.isascii() and name.replace("-", "").replace("_", "").isalnum() and len(name) <= MOST_LETTERS
@@ -102,7 +102,7 @@ def read_wedges(text: GraphText) -> dict[str, Wedge]:
 
 
 def find_wedge(text: GraphText, name: str) -> Wedge:
-    """Find a wedge by its name; BadInput with the nearest one where there is none."""
+    """Find a wedge by its name; BadInput with the nearest name if it is unknown."""
     wedges = read_wedges(text)
     if name not in wedges:
         raise BadInput(f"no wedge '{name}'", where=text.path, right=nearest(name, list(wedges)))
@@ -130,11 +130,11 @@ class WedgeReader:
         return Wedge(self._name, axes, joint, variants, show, measures, self.stop())
 
     def fault(self, what: str, names: Sequence[str], right: str) -> BadInput:
-        """Say what is wrong in this wedge."""
+        """Return the error with the place of this wedge."""
         return BadInput(what, where=self._text.place(f"{WEDGE}.{self._name}", names), right=right)
 
     def axes(self) -> dict[str, tuple[Any, ...]]:
-        """Read what varies, each setting once."""
+        """Read the axes, one for each setting."""
         given = self._table.get("axes")
         if not isinstance(given, dict) or not given:
             what = "no axes" if given is None else f"axes = {brief(given)} is not a table of axes"
@@ -167,7 +167,7 @@ class WedgeReader:
         return [dict(zip(axes, row, strict=True)) for row in rows]
 
     def kept(self, axes: Mapping[str, Any], settings: list[dict[str, Any]]) -> list[dict[str, Any]]:
-        """Keep the variants for which every comparison of `where` holds."""
+        """Return the variants for which every comparison of `where` holds."""
         known = {alias: target for target, name in short_names(axes).items() for alias in (target, name)}
         for comparison in self.comparisons("where", '[["hair.air.drag", "<", 2.0]]'):
             if comparison.left not in known:
@@ -186,7 +186,7 @@ class WedgeReader:
         return settings
 
     def stop(self) -> tuple[Comparison, ...]:
-        """Read the criteria at which a variant is stopped."""
+        """Read the conditions that end a variant."""
         found = self.comparisons("stop", '[["watch.longest stretch [%]", ">", 10.0]]')
         for comparison in found:
             self.check_node("stop", comparison.node)
@@ -228,7 +228,7 @@ class WedgeReader:
 
 
 def flat(tables: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
-    """List what is at the ends of nested tables, by dotted names; a range is an end."""
+    """List the values in nested tables by dotted name; a range is a value."""
     found = []
     for name, value in tables.items():
         is_end = not isinstance(value, dict) or not value or {"from", "random"} & value.keys()
@@ -237,5 +237,5 @@ def flat(tables: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
 
 
 def within(target: str, other: str) -> bool:
-    """Whether a setting is another one, or in its group."""
+    """Whether a setting equals another or is in its group."""
     return f"{target}.".startswith(f"{other}.")

@@ -1,1 +1,1 @@
-"""The code that a result depends on."""
+"""Digests of the code that results depend on."""

@@ -1,10 +1,10 @@
-"""The code a node depends on: its module and, transitively, the first-party modules it imports.
+"""Code of a node: its module and, transitively, the imported first-party modules.
 
 Imports inside functions are included; comments, docstrings and layout are not. A module is included as a whole, with
 all its imports: `from package import name` includes the package, and the module of that name if there is one; `import
-package.module` includes both. So users of a package that re-exports its modules depend on all of them. The engine
-itself is excluded: it must not change values. The class of the processor is included, since the last bits of results
-depend on it.
+package.module` includes both. So importers of a package that re-exports its modules depend on all of them. The engine
+is excluded, as it must not change values. The class of the processor is included, as the last bits of results depend
+on it.
 """
 
 import importlib.metadata
@@ -35,15 +35,15 @@ INSTALLED = ("site-packages", "dist-packages")
 NO_VERSION = "none"
 
 _settled: dict[Path, tuple[list[int], Source]] = {}
-"""What files hold, with their stamps, of this process: one that runs many graphs reads its own code once."""
+"""Analyses of files with their stamps, so that a process reads code once for many graphs."""
 
 Remember = Callable[[str, Callable[[], str]], str]
-"""Returns the text noted under a name, or computes and notes it."""
+"""Returns the text stored by a name, or computes and stores it."""
 
 
 @dataclass(frozen=True)
 class Code:
-    """The digest of all code behind a node, and of its parts, so that a plan can name what changed."""
+    """Digest of all code of a node, and of its parts, so that plans can list changed modules."""
 
     digest: str
     parts: dict[str, str]
@@ -55,11 +55,10 @@ class Code:
 
 
 class CodeReader:
-    """Digests the code behind modules; every file is read once and analysed only when its bytes are new.
+    """Digests the code of modules; every file is read once, and analysed only if its bytes are new.
 
-    folder  of node types: a node's own file is in it, whatever else has its name; imports look there last, once it is
-            trusted
-    stamps  of the files that were read, by path, each taken before
+    folder  of node types: it contains the files of nodes, and imports search it last, once it is trusted
+    stamps  of the files by path, taken before reading
     """
 
     def __init__(self, remember: Remember, folder: Path | None = None) -> None:
@@ -71,7 +70,7 @@ class CodeReader:
         self._imports: dict[str, set[str]] = {}
 
     def code_of(self, module: str) -> Code:
-        """Digest a module with everything first-party behind it and the versions of what is not."""
+        """Digest a module with its first-party imports, and the versions of other imports."""
         first_party, foreign = self._closure(module)
         parts = {name: source.digest for name in first_party if (source := self._source(name)) is not None}
         parts |= {f"{name} (version)": version(name) for name in sorted({*ALWAYS, *foreign})}
@@ -79,28 +78,28 @@ class CodeReader:
         return Code(digest("code", parts), parts)
 
     def modules_with_kernels(self, module: str) -> list[str]:
-        """Name the modules behind one that are not ours; none where none of them imports numba."""
+        """List the imported modules that are not ours; none if none of them imports numba."""
         first_party = [name for name in self._closure(module)[0] if name.partition(".")[0] != HOUSE]
         known = [source for name in first_party if (source := self._source(name)) is not None]
         imported = {target.partition(".")[0] for source in known for target, _ in source.imports}
         return first_party if "numba" in imported else []
 
     def own_digest(self, module: str) -> str:
-        """Digest a first-party module without what it imports."""
+        """Digest a first-party module without its imports."""
         source = self._source(module)
         if source is None:
             raise ValueError(f"{module} is not first-party")
         return source.digest
 
     def file_of(self, module: str) -> str:
-        """Path of the file of a first-party module."""
+        """Return the path of the file of a first-party module."""
         spec = self._spec(module)
         if spec is None or spec.origin is None:
             raise ValueError(f"{module} has no file")
         return spec.origin
 
     def _closure(self, module: str) -> tuple[list[str], set[str]]:
-        """Walk the imports: first-party modules in name order, and names of foreign distributions."""
+        """Follow the imports; return first-party modules in order, and names of other top-level modules."""
         if self._folder:
             enter(self._folder)
         found: set[str] = set()
@@ -119,7 +118,7 @@ class CodeReader:
         return sorted(found), foreign
 
     def _own(self, module: str) -> str:
-        """Name the file of a node in the folder, by a name of its own where an import of it leads elsewhere."""
+        """Return the name of a node in the folder, a special one if an import of it finds another file."""
         path = self._folder / f"{module}.py" if self._folder and module.isidentifier() else None
         if path is None or not path.is_file() or leads_to(module, path):
             return module
@@ -128,7 +127,7 @@ class CodeReader:
         return name
 
     def _imported(self, module: str, source: Source) -> set[str]:
-        """Name the modules behind the imports of a first-party module, without those of the engine."""
+        """Return the imports of a first-party module, without those of the engine."""
         if module in self._imports:
             return self._imports[module]
         found: set[str] = set()
@@ -141,11 +140,11 @@ class CodeReader:
         return self._imports[module]
 
     def _submodule(self, module: str, name: str | None) -> set[str]:
-        """Name the module that `from module import name` may import within a package; none where it is not a module."""
+        """Return the submodule that `from module import name` can import, if there is one."""
         return {f"{module}.{name}"} if name and self._spec(f"{module}.{name}") else set()
 
     def _submodules(self, module: str) -> set[str]:
-        """Name the modules right within a package: a star import may take them."""
+        """Return the direct submodules of a package, which a star import can import."""
         spec = self._spec(module)
         paths = spec.submodule_search_locations if spec else None
         return {f"{module}.{inner.name}" for inner in pkgutil.iter_modules(paths)} if paths else set()
@@ -161,7 +160,7 @@ class CodeReader:
         return ".".join([*base, target[dots:]]).rstrip(".")
 
     def _source(self, module: str) -> Source | None:
-        """Analyse a first-party module; None for anything else."""
+        """Analyse a first-party module; None for others."""
         if module not in self._sources:
             spec = self._spec(module)
             origin = spec.origin if spec is not None and is_first_party(module, spec) else None
@@ -169,7 +168,7 @@ class CodeReader:
         return self._sources[module]
 
     def _read(self, path: Path) -> Source:
-        """Analyse a file, once a process while it is provably unchanged."""
+        """Analyse a file; once per process while its stamp proves it unchanged."""
         try:
             begun = time.time_ns()
             stamp = stamp_of(path)
@@ -188,7 +187,7 @@ class CodeReader:
             raise BadInput(f"cannot be read: {error}", where=path) from None
 
     def _analysed(self, path: Path) -> Source:
-        """Analyse the bytes of a file; other files count by their bytes."""
+        """Analyse the bytes of a source file; digest those of other files."""
         data = path.read_bytes()
         if path.suffix != ".py":
             return Source(digest_bytes("compiled", data), ())
@@ -196,7 +195,7 @@ class CodeReader:
         return noted_source(self._remember(name, lambda: read_source(data, str(path)).note))
 
     def _spec(self, module: str) -> ModuleSpec | None:
-        """Find a module without importing it or the packages above it."""
+        """Find a module without importing it or its parent packages."""
         if module not in self._specs:
             parent, _, _ = module.rpartition(".")
             above = self._spec(parent) if parent else None
@@ -222,7 +221,7 @@ def is_first_party(module: str, spec: ModuleSpec) -> bool:
 
 @cache
 def version(name: str) -> str:
-    """Version of the distribution that provides a top-level module, or "none"."""
+    """Return the version of the distribution of a top-level module, or "none"."""
     try:
         return importlib.metadata.version(DISTRIBUTIONS.get(name, name))
     except importlib.metadata.PackageNotFoundError:
@@ -232,5 +231,5 @@ def version(name: str) -> str:
 
 @cache
 def providers() -> Mapping[str, list[str]]:
-    """Distributions by the top-level modules they provide; read once, since it opens the metadata of all of them."""
+    """Return distributions by top-level module; read once, as all metadata is opened."""
     return importlib.metadata.packages_distributions()

@@ -1,4 +1,4 @@
-"""One Python source file: the digest of its code, and the imports it makes."""
+"""One Python source file: the digest of its code, and its imports."""
 
 import ast
 import json
@@ -9,7 +9,7 @@ from functools import cache
 from hairpipe.graph.store.digest import digest_bytes
 
 FORMAT = f"source 3, Python {sys.version_info.major}.{sys.version_info.minor}"
-"""Part of the name under which an analysis is noted: another Python prints another tree."""
+"""Part of the name of a stored analysis: syntax trees depend on the version of Python."""
 STAR = "*"
 
 
@@ -19,7 +19,7 @@ class Source:
 
     digest   of the syntax tree without comments, docstrings and layout
     imports  (module, name) of `from module import name` and (module, None) of `import module`, anywhere in the file;
-             dots of a relative import still lead the module
+             with the leading dots of a relative import
     """
 
     digest: str
@@ -39,7 +39,7 @@ def noted_source(note: str) -> Source:
 
 @cache
 def read_source(data: bytes, name: str) -> Source:
-    """Analyse the bytes of a source file; SyntaxError or ValueError where Python could not import it either.
+    """Analyse the bytes of a source file; SyntaxError or ValueError if it is not valid Python.
 
     Cached: a run reads sources for its keys, and again for its kernels.
     """
@@ -61,7 +61,7 @@ def strip_docstring(statement: ast.AST) -> None:
 
 
 def imports_of(statement: ast.AST) -> list[tuple[str, str | None]]:
-    """List the imports that a statement makes; `import a.b` gives a too, which is what it binds."""
+    """List the imports of a statement; `import a.b` also imports a, which it binds."""
     if isinstance(statement, ast.Import):
         return [(name, None) for alias in statement.names for name in reachable(alias)]
     if isinstance(statement, ast.ImportFrom):
@@ -76,5 +76,5 @@ def reachable(alias: ast.alias) -> list[str]:
 
 
 def origin(statement: ast.ImportFrom) -> str:
-    """Write the module of `from module import ...`, with its dots."""
+    """Return the module of `from module import ...`, with its dots."""
     return "." * statement.level + (statement.module or "")

@@ -1,4 +1,4 @@
-"""`@node`: a typed pure function is a node, and its signature says everything the engine needs to know."""
+"""`@node`: declares a typed pure function as a node type by its signature."""
 
 import inspect
 import re
@@ -18,18 +18,18 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 RESERVED = frozenset({"type", "in", "publish", "checkpoint", "like", "without"})
 SINGLE = ""
-"""Name of the output of a node that has only one."""
+"""Name of a single output."""
 VALUES = "a frozen dataclass of arrays, such as a Table, or a File"
-"""What travels along edges."""
+"""Types of values on edges."""
 PREPARED = "prepared"
-"""Parameter of a node that takes what its `prepare` function returns."""
+"""Parameter of a node for the result of its `prepare` function."""
 
 
 @dataclass(frozen=True)
 class Socket:
     """An input of a node: its type, its view of frames, and whether it may stay unconnected.
 
-    many  whether it takes a list of edges; each is plugged in under a name of its own, as `tables.0`, `tables.1`
+    many  whether it takes a list of edges, which are named `tables.0`, `tables.1`
     """
 
     name: str
@@ -39,7 +39,7 @@ class Socket:
     many: bool
 
     def plugs(self, connected: Iterable[str]) -> tuple[str, ...]:
-        """Names under which its edges are plugged in, in order: its own, or those of the connected that are its."""
+        """List the names of its edges in order."""
         return tuple(plug for plug in connected if plug.partition(".")[0] == self.name) if self.many else (self.name,)
 
 
@@ -54,10 +54,10 @@ class SettingField:
 
 @dataclass(frozen=True)
 class Preparation:
-    """A function whose result a node takes at every frame, and which is called once for many frames.
+    """A function that is called once for many frames; its result is an argument of the node.
 
-    sockets   that it takes the values of, the same at all frames
-    settings  that it takes
+    sockets   that are its arguments, with the same value at all frames
+    settings  that are its arguments
     """
 
     function: Callable[..., Any]
@@ -67,16 +67,16 @@ class Preparation:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NodeType:
-    """The declaration in a signature.
+    """The declaration of a node type.
 
-    returns         as declared, a NamedTuple where there are several outputs
+    returns         declared type, a NamedTuple of several outputs
     writes          suffixes under which its File may be published, in lower case
     state           output that a scan receives back as `previous`
     asks_time       names of its parameters that take the time,
     asks_cuts       the cuts of the shot, and
     asks_workspace  a folder to write in
-    prepare         gives the value of its parameter `prepared`; None where it has none
-    tuning          module that lists what can be left out of it, see `hairpipe/simplification.py`; None: nothing
+    prepare         computes the value of the parameter `prepared`; None if absent
+    tuning          module that lists simplifications, see `hairpipe/simplification.py`; None: none
     """
 
     name: str
@@ -101,11 +101,11 @@ class NodeType:
         return f"<NodeType {self.name}({inputs}) -> {outputs}>"
 
     def socket(self, plug: str) -> Socket:
-        """Find the socket that an edge is plugged into."""
+        """Find the socket of an edge."""
         return self.sockets[plug.partition(".")[0]]
 
     def by_output(self, result: Any) -> dict[str, Any]:
-        """Name the outputs in what a call returned; TypeError where it is not of the declared type."""
+        """Return the outputs of a call by name; TypeError if they are not of the declared type."""
         if not isinstance(result, self.returns):
             raise TypeError(f"returned a {type(result).__name__}, declared {self.returns.__name__}")
         return {SINGLE: result} if SINGLE in self.outputs else result._asdict()
@@ -124,13 +124,13 @@ class NodeType:
 def node(
     *, frames: Mode, prepare: Callable[..., Any] | None = None, tuning: str | None = None
 ) -> Callable[[Function], Function]:
-    """Declare a function as a node type and return it unchanged; BadInput where its signature is not a declaration.
+    """Declare a function as a node type and return it unchanged; BadInput for an invalid signature.
 
-    frames   `once` gives a value for the shot, `each` one per frame, `scan` one per frame from `previous`
-    prepare  function of inputs that are the same at all frames, and of settings, by the names that they have here. Its
-             result is handed to the parameter `prepared`, which the node must not change. It is called once a worker
-             for equal inputs and settings; the result is never stored, and no part of a key
-    tuning   module that lists what can be left out of it, see `hairpipe/simplification.py`; not part of a key
+    frames   `once` returns a value for the shot, `each` one per frame, `scan` one per frame from `previous`
+    prepare  function of settings and of inputs that are constant over the shot, with the names of the node. Its result
+             is the parameter `prepared`, which the node must not change. A worker calls the function once for equal
+             inputs and settings; the result is neither stored nor part of a key
+    tuning   module that lists simplifications, see `hairpipe/simplification.py`; not part of a key
     """
 
     def declare(function: Function) -> Function:
@@ -142,7 +142,7 @@ def node(
 
 
 def read_signature(function: Callable[..., Any], mode: Mode, prepare: Callable[..., Any] | None = None) -> NodeType:
-    """Read a node type off a function's signature; BadInput names what is wrong."""
+    """Build a node type from the signature of a function; BadInput for an invalid signature."""
     refuse = Refusal(function)
     if mode not in get_args(Mode):
         refuse(f"frames={mode!r}", "once, each or scan")
@@ -180,19 +180,19 @@ def read_signature(function: Callable[..., Any], mode: Mode, prepare: Callable[.
 
 
 class Refusal:
-    """Raises BadInput at the place of a function."""
+    """Raises BadInput with the place of a function."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         code = inspect.unwrap(function).__code__
         self.where = f"{code.co_filename}:{code.co_firstlineno}: @node {function.__name__}"
 
     def __call__(self, what: str, right: str) -> NoReturn:
-        """Say what is wrong with the declaration and what would be right."""
+        """Raise BadInput for an invalid declaration, with a valid one."""
         raise BadInput(what, where=self.where, right=right)
 
 
 def without_none(annotation: Any) -> tuple[Any, bool]:
-    """Split `T | None` into T and whether None was allowed."""
+    """Split `T | None` into T and whether None is permitted."""
     if get_origin(annotation) in (Union, types.UnionType):
         rest = [a for a in get_args(annotation) if a is not type(None)]
         if len(rest) == 1:
@@ -254,7 +254,7 @@ def read_outputs(annotation: Any, refuse: Refusal) -> tuple[dict[str, type], tup
 
 
 def suffixes_of(annotation: Any, refuse: Refusal) -> tuple[str, ...]:
-    """Read the suffixes that an output declares; none where it declares none."""
+    """Read the declared suffixes of an output."""
     given = next((item.names for item in get_args(annotation)[1:] if isinstance(item, Suffixes)), ())
     if not isinstance(given, tuple) or not all(re.fullmatch(r"\.[a-z0-9]+", str(name)) for name in given):
         refuse(f"writes {given!r}", 'Suffixes((".png",)): a tuple of suffixes in lower case')
@@ -262,7 +262,7 @@ def suffixes_of(annotation: Any, refuse: Refusal) -> tuple[str, ...]:
 
 
 def read_state(mode: Mode, hints: dict[str, Any], outputs: dict[str, type], refuse: Refusal) -> str | None:
-    """Find the output that comes back as `previous`: the only one of its type."""
+    """Find the output that is passed as `previous` to the next frame: the only one of its type."""
     if mode != "scan":
         if hints:
             refuse("asks for `previous`", 'only a node declared frames="scan" has one')
@@ -277,7 +277,7 @@ def read_state(mode: Mode, hints: dict[str, Any], outputs: dict[str, type], refu
 
 
 def read_preparation(node_type: NodeType, function: Callable[..., Any] | None, refuse: Refusal) -> Preparation | None:
-    """Check the function that is declared as `prepare` against the signature that takes its result."""
+    """Check the signature of a `prepare` function against that of its node."""
     taken = inspect.signature(node_type.function).parameters.get(PREPARED)
     if function is None:
         if taken is not None:
@@ -313,7 +313,7 @@ def read_preparation(node_type: NodeType, function: Callable[..., Any] | None, r
 
 
 def hints_of(function: Callable[..., Any], left_out: str) -> dict[str, Any]:
-    """Evaluate the annotations of a function, all but one, which may name what only type checkers import."""
+    """Evaluate the annotations of a function, except one, which may refer to names for type checkers only."""
     annotations = {name: annotation for name, annotation in function.__annotations__.items() if name != left_out}
     return get_type_hints(SimpleNamespace(__annotations__=annotations), function.__globals__, include_extras=True)
 

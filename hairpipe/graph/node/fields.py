@@ -1,4 +1,4 @@
-"""Fields: kind, unit, range, choices, default and group, as read from the annotation of a setting."""
+"""Fields: kind, unit, range, choices, default and group of a setting, from its annotation."""
 
 import dataclasses
 import inspect
@@ -20,18 +20,18 @@ from hairpipe.units import Suffixes, Unit
 KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "a text", Path: "a file"}
 BOUNDS = {Gt: "> {gt:g}", Ge: ">= {ge:g}", Lt: "< {lt:g}", Le: "<= {le:g}"}
 SHORTHAND = "value"
-"""The field of a group that may be given alone for the whole group."""
+"""Field of a group whose value alone can replace the group in a graph file."""
 LENGTHS = {MinLen: "at least {min_length} long", MaxLen: "at most {max_length} long"}
 
 
 @dataclass(frozen=True)
 class Field:
-    """A setting, or a field of a group of settings, as it is documented and checked.
+    """A setting, or a field of a group of settings.
 
-    annotation  as written, without `| None`
-    default     as written; `inspect.Parameter.empty` where the graph file has to give it
-    optional    whether None (absent) is a value
-    group       the fields of the group, empty for a single value
+    annotation  in the source, without `| None`
+    default     in the source; `inspect.Parameter.empty` if the setting is required
+    optional    whether None (absent) is permitted
+    group       fields of the group, empty for a single value
     """
 
     name: str
@@ -43,7 +43,7 @@ class Field:
 
     @property
     def required(self) -> bool:
-        """Whether the graph file has to give it."""
+        """Whether a graph file must contain the setting."""
         return self.default is inspect.Parameter.empty
 
     @property
@@ -58,23 +58,23 @@ class Field:
 
     @property
     def suffixes(self) -> tuple[str, ...]:
-        """Suffixes of the files that are read, in lower case; none where any is."""
+        """Permitted suffixes of a file, in lower case; empty if all are."""
         return next((m.names for m in metadata(self.annotation) if isinstance(m, Suffixes)), ())
 
     @property
     def range(self) -> str:
-        """Bounds as text, such as `> 0, <= 1`; empty where there are none."""
+        """Bounds as text, such as `> 0, <= 1`; empty if there are none."""
         texts = [form for m in metadata(self.annotation) for form in bound_texts(m)]
         return ", ".join(texts)
 
     @property
     def shorthand(self) -> "Field | None":
-        """The field `value` of a group that has one: the graph file may give it alone for the whole group."""
+        """The field `value` of a group, which can replace the group in a graph file; None if absent."""
         return next((field for field in self.group if field.name == SHORTHAND), None)
 
     @property
     def kind(self) -> str:
-        """What is accepted, in words."""
+        """Description of the permitted type."""
         if self.shorthand:
             return f"{kind_text(self.shorthand.annotation)} or a group"
         return "a group" if self.group else kind_text(self.base)
@@ -90,13 +90,13 @@ class Field:
 
 @cache
 def fields_of(node_type: NodeType) -> tuple[Field, ...]:
-    """Describe the settings of a node type; TypeError for an annotation that no setting can have."""
+    """Describe the settings of a node type; TypeError for an unsupported annotation."""
     document = node_type.function.__doc__ or ""
     return tuple(read_field(s.name, s.annotation, s.default, document) for s in node_type.settings.values())
 
 
 def field_at(node_type: NodeType, names: Sequence[str]) -> Field | None:
-    """Find a setting by its name, or the names of the groups that it is in and its own; None where there is none."""
+    """Find a setting by its name, after those of its groups; None if it is unknown."""
     known = fields_of(node_type)
     found = None
     for name in names:
@@ -106,7 +106,7 @@ def field_at(node_type: NodeType, names: Sequence[str]) -> Field | None:
 
 
 def read_field(name: str, annotation: Any, default: Any, document: str) -> Field:
-    """Describe one setting; `document` is the docstring that explains it in a line `name  text`."""
+    """Describe one setting; `document` is the docstring with its line `name  text`."""
     bare, optional = without_none(annotation)
     found = Field(name, bare, default, optional, help_line(document, name))
     if isinstance(found.base, type) and dataclasses.is_dataclass(found.base):
@@ -124,14 +124,14 @@ def group_fields(group: type) -> tuple[Field, ...]:
 
 
 def field_default(field: "dataclasses.Field[Any]") -> Any:
-    """Default of a dataclass field, `inspect.Parameter.empty` where there is none."""
+    """Return the default of a dataclass field, or `inspect.Parameter.empty`."""
     if field.default_factory is not dataclasses.MISSING:
         return field.default_factory()
     return inspect.Parameter.empty if field.default is dataclasses.MISSING else field.default
 
 
 def is_value(kind: Any) -> bool:
-    """Whether a setting can be of this kind: plain, a choice, or a tuple of those."""
+    """Whether a setting can have this type: plain, a choice, or a tuple of those."""
     if get_origin(kind) is Annotated:
         return is_value(get_args(kind)[0])
     if get_origin(kind) is tuple:
@@ -141,13 +141,13 @@ def is_value(kind: Any) -> bool:
 
 
 def metadata(annotation: Any) -> Iterator[Any]:
-    """Unit and bounds of an annotation, intervals taken apart."""
+    """Iterate over unit and bounds of an annotation; an interval is two bounds."""
     for item in get_args(annotation)[1:] if get_origin(annotation) is Annotated else ():
         yield from item if isinstance(item, GroupedMetadata) else (item,)
 
 
 def bound_texts(item: Any) -> list[str]:
-    """Text of a bound, or of the suffixes of a file; empty for anything else."""
+    """Return the text of a bound, or of the suffixes of a file; empty for other metadata."""
     if isinstance(item, Suffixes):
         return [" or ".join(filter(None, (", ".join(item.names[:-1]), item.names[-1])))]
     form = BOUNDS.get(type(item)) or LENGTHS.get(type(item))
@@ -160,7 +160,7 @@ def vars_of(item: Any) -> dict[str, Any]:
 
 
 def kind_text(kind: Any) -> str:
-    """Describe what kind of value is accepted."""
+    """Describe the permitted type of a value."""
     if get_origin(kind) is Annotated:
         unit = next((m.symbol for m in metadata(kind) if isinstance(m, Unit)), None)
         return kind_text(get_args(kind)[0]) + (f" in {unit}" if unit else "")
@@ -174,7 +174,7 @@ def kind_text(kind: Any) -> str:
 
 
 def help_line(document: str, name: str) -> str:
-    """Find the line `name  text` of a docstring, with its continuation lines, which are indented to the text."""
+    """Find the line `name  text` of a docstring, with its continuation lines, which have the indent of the text."""
     lines = iter(document.splitlines())
     label = re.compile(rf"\s*{re.escape(name)}\s{{2,}}(?=\S)")
     found = next(((line, match.end()) for line in lines if (match := label.match(line))), None)

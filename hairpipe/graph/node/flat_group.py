@@ -1,4 +1,4 @@
-"""Settings that several node types share: the fields of one group, as settings of each node itself."""
+"""Settings that several node types share, declared as one group."""
 
 import dataclasses
 import inspect
@@ -8,12 +8,11 @@ from typing import Any, get_type_hints
 
 
 def flat_group(name: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Declare the fields of a keyword-only group as settings of the node itself; stands below `@node`.
+    """Declare the fields of a keyword-only group as settings of the node; used below `@node`.
 
-    name  of the parameter, annotated with a frozen dataclass whose docstring, or that of its base, explains its fields
+    name  of the parameter, annotated with a frozen dataclass whose docstring, or that of its base, documents its fields
 
-    A graph file gives the fields one by one, as it would those of a node that declares each. The function is called
-    with the group.
+    In a graph file the fields are settings of the node. The function receives the group.
     """
 
     def flatten(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -43,6 +42,6 @@ def flat_group(name: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
 
 
 def keyword_of(field: "dataclasses.Field[Any]", hints: dict[str, Any]) -> inspect.Parameter:
-    """Write a field of a group as a keyword-only parameter."""
+    """Return a field of a group as a keyword-only parameter."""
     default = inspect.Parameter.empty if field.default is dataclasses.MISSING else field.default
     return inspect.Parameter(field.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hints[field.name])

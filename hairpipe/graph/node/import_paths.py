@@ -1,6 +1,6 @@
-"""Import paths: the folder of node types is last on Python's path, for keys and workers alike.
+"""Import paths: the folder of node types is the last entry of `sys.path`, for keys and for workers.
 
-It is last so that no file of a user hides a library that our own code imports.
+So files of a user cannot hide libraries that our own code imports.
 """
 
 import importlib
@@ -24,16 +24,16 @@ from hairpipe.child import withheld
 
 HOUSE = "hairpipe"
 OUR_NODES = f"{HOUSE}.nodes"
-"""The package of the node types that every graph finds: the folder `nodes` of a checkout."""
+"""Package of the node types of all graphs: the folder `nodes` of a checkout."""
 EXPERIMENTS = f"{HOUSE}.graphs.experiments.nodes"
-"""The package of those that only the graphs next to it find: `graphs/experiments/nodes`, in a checkout alone."""
+"""Package of the node types of graphs in `graphs/experiments`; it exists in a checkout only."""
 
 _folders: set[str] = set()
-"""All folders that were ever on the path."""
+"""Folders that are or were on the path."""
 
 
 def folder_of(package: str) -> Path | None:
-    """Find the folder of one of these packages; None where it is not installed."""
+    """Find the folder of a package; None if it is not installed."""
     try:
         return Path(importlib.import_module(package).__path__[0])
     except ModuleNotFoundError:
@@ -41,15 +41,15 @@ def folder_of(package: str) -> Path | None:
 
 
 class UncompiledLoader(SourceFileLoader):
-    """Imports a source file without cached bytecode, which may be of another file of the same size and second."""
+    """Imports a source file without cached bytecode: that of another file can have the same size and time."""
 
     def path_stats(self, path: str) -> NoReturn:
-        """Raise OSError, by which no bytecode is read or written."""
+        """Raise OSError: no bytecode is read or written."""
         raise OSError
 
 
 def finder(path: str) -> FileFinder:
-    """Return the finder of a folder of node types, or one within it; ImportError for others, which Python handles."""
+    """Return the finder of a folder of node types, or of one within it; ImportError for others."""
     if _folders.isdisjoint((path, *map(str, Path(path).parents))):
         raise ImportError
     kinds = (
@@ -64,9 +64,9 @@ sys.path_hooks.insert(0, finder)
 
 
 def enter(folder: Path) -> None:
-    """Put a folder of node types on Python's path in place of the one before, whose modules are unloaded.
+    """Replace the folder of node types on `sys.path`, and unload the modules of the previous one.
 
-    So graphs that are loaded in turn may have helpers of the same name.
+    So graphs that are loaded in turn can import modules of the same name.
     """
     name = str(folder.absolute())
     _folders.add(name)
@@ -79,7 +79,7 @@ def enter(folder: Path) -> None:
 
 
 def leave(folder: str) -> None:
-    """Remove a folder from Python's path, and unload what was imported from it by bare names."""
+    """Remove a folder from `sys.path`, and unload the top-level modules that were imported from it."""
     gone = {name for name, module in sys.modules.items() if "." not in name and lies_in(module, folder)}
     for name in [name for name in sys.modules if name.partition(".")[0] in gone]:
         del sys.modules[name]
@@ -88,14 +88,14 @@ def leave(folder: str) -> None:
 
 
 def lies_in(module: ModuleType, folder: str) -> bool:
-    """Whether a module is a file in a folder, or a package with files in it."""
+    """Whether the file of a module, or a file of a package, is in a folder."""
     known = vars(module) if isinstance(module, ModuleType) else {}
     places = [known.get("__file__"), *(known.get("__path__") or ())]
     return any(Path(place).is_relative_to(folder) for place in places if place)
 
 
 def find_spec(module: str, path: list[str] | None) -> ModuleSpec | None:
-    """Ask every finder for a module, as an import would."""
+    """Find a module as an import would; None if it is unknown."""
     if module == HOUSE:  # imported already, whatever file of the folder has its name
         return hairpipe.__spec__
     found = (finder.find_spec(module, path, None) for finder in sys.meta_path if hasattr(finder, "find_spec"))
@@ -106,7 +106,7 @@ def find_spec(module: str, path: list[str] | None) -> ModuleSpec | None:
 
 
 def namespace(module: str, path: list[str]) -> ModuleSpec:
-    """Describe a module that is a folder, or several, without a file of its own."""
+    """Return the spec of a namespace package: folders without a file."""
     spec = ModuleSpec(module, None, is_package=True)
     name = module.rpartition(".")[2]
     spec.submodule_search_locations = [str(Path(place, name)) for place in path if Path(place, name).is_dir()]
@@ -114,11 +114,11 @@ def namespace(module: str, path: list[str]) -> ModuleSpec:
 
 
 def leads_to(module: str, path: Path) -> bool:
-    """Whether an import of a top-level module leads to this file."""
+    """Whether an import of a top-level module finds this file."""
     spec = find_spec(module, None)
     return spec is not None and spec.has_location and spec.origin is not None and path.samefile(spec.origin)
 
 
 def is_namespace(spec: ModuleSpec | None) -> bool:
-    """Whether a module is a folder without a file of its own."""
+    """Whether a module is a namespace package."""
     return spec is not None and spec.origin is None and spec.submodule_search_locations is not None

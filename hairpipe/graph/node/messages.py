@@ -1,4 +1,4 @@
-"""What users read: how a message names what is wrong, and the warnings of nodes."""
+"""Parts of messages to users, and the warnings of nodes."""
 
 import difflib
 import re
@@ -10,14 +10,14 @@ from typing import Any
 
 MOST_SHOWN = 60
 MOST_NAMES = 12
-"""Of those that are known, in a message."""
+"""Maximum number of known names in a message."""
 MOST_WARNINGS = 20
 LONG_WORD, LONG_LINE = 300, 2000
-"""Number of characters in a word, and in all, beyond which a message is shortened; a path is rarely as long."""
+"""Maximum number of characters of a word, and of a message; few paths are as long."""
 
 
 def nearest(name: str, known: Sequence[str]) -> str:
-    """Suggest the known name closest to a misspelt one, else all of them."""
+    """Suggest the known name closest to an unknown one, else list all."""
     close = closest(name, known)
     if close:
         return f"did you mean '{close}'?"
@@ -25,18 +25,18 @@ def nearest(name: str, known: Sequence[str]) -> str:
 
 
 def closest(name: str, known: Sequence[str]) -> str | None:
-    """Find the known name closest to a misspelt one; None where none is close."""
+    """Find the known name closest to an unknown one; None if none is similar."""
     return next(iter(difflib.get_close_matches(name, known, n=1, cutoff=0.5)), None)
 
 
 def listed(names: Sequence[str]) -> str:
-    """List names, the first of them where there are many."""
+    """List names; if there are many, only the first."""
     rest = f", ... {len(names)} in all" if len(names) > MOST_NAMES else ""
     return ", ".join(names[:MOST_NAMES]) + rest
 
 
 def brief(value: Any) -> str:
-    """Write a value of a graph file, or the beginning of it."""
+    """Return the beginning of a value of a graph file as text."""
     try:
         return cut(repr(value) if isinstance(value, str) else str(value))
     except (ValueError, RecursionError):  # thousands of digits, or of groups in each other
@@ -44,7 +44,7 @@ def brief(value: Any) -> str:
 
 
 def cut(text: str) -> str:
-    """Cut off the end of a long text."""
+    """Truncate a long text."""
     return text if len(text) <= MOST_SHOWN else text[:MOST_SHOWN] + "..."
 
 
@@ -55,26 +55,26 @@ def one_line(text: str) -> str:
 
 
 def is_printed(character: str) -> bool:
-    """Whether a terminal prints a character, and does not interpret it."""
+    """Whether a character is printable, not a control character."""
     return character.isprintable() or unicodedata.category(character) == "Zs"
 
 
 def escaped(character: str) -> str:
-    """Write a character as Python source would."""
+    """Escape a character as in Python source."""
     return character.encode("unicode_escape").decode()
 
 
 def shortened(text: str, most: int) -> str:
-    """Leave out the middle of a long text."""
+    """Replace the middle of a long text by dots."""
     return text if len(text) <= most else f"{text[: most * 3 // 4]}...{text[-most // 5 :]}"
 
 
 @contextmanager
 def recorded_warnings() -> Iterator[list[str]]:
-    """Record the warnings that are meant for the user, each once; they are in the list at the end."""
+    """Record warnings for the user without duplicates; the list is filled at the end."""
     texts: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         yield texts
-    meant = [str(w.message) for w in caught if issubclass(w.category, UserWarning | RuntimeWarning)]
-    texts += list(dict.fromkeys(meant))[:MOST_WARNINGS]
+    relevant = [str(w.message) for w in caught if issubclass(w.category, UserWarning | RuntimeWarning)]
+    texts += list(dict.fromkeys(relevant))[:MOST_WARNINGS]

@@ -1,4 +1,4 @@
-"""Settings: checked when the graph is read, plain values in keys and jobs, Python objects when a node is called."""
+"""Settings: checks, plain values for keys and jobs, and Python objects for calls of nodes."""
 
 import dataclasses
 import json
@@ -22,10 +22,10 @@ Place = Callable[[Sequence[str]], str]
 
 
 def check_settings(node_type: NodeType, given: Plain, place: Place) -> Plain:
-    """Check what a graph file gives, fill in defaults and widen whole numbers to declared floats.
+    """Check the settings of a graph file, add defaults, and convert whole numbers to declared floats.
 
-    Returns plain values (None, bool, int, float, str, list, dict); a file is still the text that was given.
-    Raises BadInput with the field, what was given, and what is allowed.
+    Returns plain values (None, bool, int, float, str, list, dict); a file is its path in the graph file.
+    Raises BadInput with the field, its value, and the permitted values.
     """
     from pydantic import ValidationError
 
@@ -48,12 +48,12 @@ def check_settings(node_type: NodeType, given: Plain, place: Place) -> Plain:
 
 
 def build_settings(node_type: NodeType, plain: Plain) -> dict[str, Any]:
-    """Turn checked plain values into the arguments of the node."""
+    """Convert checked plain values to the arguments of the node."""
     return {field.name: build(field, plain[field.name]) for field in fields_of(node_type)}
 
 
 def build(field: Field, value: Any) -> Any:
-    """Turn one plain value into the type of its annotation; BadInput names the group that refuses its fields."""
+    """Convert one plain value to the type of its annotation; BadInput if a group refuses its fields."""
     if value is None:
         return None
     if field.group:
@@ -65,7 +65,7 @@ def build(field: Field, value: Any) -> Any:
 
 
 def build_plain(kind: Any, value: Any) -> Any:
-    """Turn one plain value that is not a group into a type; tuples may be nested."""
+    """Convert one plain value that is not a group; tuples can be nested."""
     if get_origin(kind) is Annotated:
         return build_plain(get_args(kind)[0], value)
     if get_origin(kind) is tuple:
@@ -76,7 +76,7 @@ def build_plain(kind: Any, value: Any) -> Any:
 
 
 def map_files(fields: Iterable[Field], plain: Plain, change: Callable[[str, str], Any], prefix: str = "") -> Plain:
-    """Replace every file in plain settings by `change(dotted name, path as given)`."""
+    """Return plain settings with every file replaced by `change(dotted name, path)`."""
     changed = dict(plain)
     for field in fields:
         value = plain[field.name]
@@ -89,9 +89,9 @@ def map_files(fields: Iterable[Field], plain: Plain, change: Callable[[str, str]
 
 
 def merge_defaults(fields: Iterable[Field], given: Plain) -> Plain:
-    """Merge given values into the default of their group, where that default is a group and not None.
+    """Merge values into the default of their group, unless it is None.
 
-    A plain value given for a group that has a field `value` is the value of that field.
+    A plain value in place of a group with a field `value` is the value of that field.
     """
     merged = dict(given)
     for field in fields:
@@ -112,7 +112,7 @@ def model_of(node_type: NodeType) -> "type[BaseModel]":
 
 
 def make_model(name: str, fields: Iterable[Field]) -> "type[BaseModel]":
-    """Build a model that forbids unknown names, converts nothing but int to float, and refuses NaN and infinity."""
+    """Build a model without unknown names, NaN and infinity; the only conversion is int to float."""
     from pydantic import ConfigDict, create_model
 
     config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, validate_default=True)
@@ -125,7 +125,7 @@ def make_model(name: str, fields: Iterable[Field]) -> "type[BaseModel]":
 
 
 def explain(error: "ErrorDetails", fields: tuple[Field, ...], place: Place) -> BadInput:
-    """Turn an error of pydantic into one message: the field, what was given, what is allowed."""
+    """Convert an error of pydantic to a BadInput: the field, its value, and the permitted values."""
     names = []
     known = fields
     field = None

@@ -1,4 +1,4 @@
-"""Special parameters and outputs of a node, besides values: time, files, and a folder to write in."""
+"""Special parameters and outputs of a node: time, cuts, files, and a workspace."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ T = TypeVar("T")
 
 
 class Pair(NamedTuple, Generic[T]):
-    """A value at the previous frame and at this one; at the first frame of the range both are the current one."""
+    """A value at the previous and at the current frame; at the first frame of the range both are the current value."""
 
     previous: T
     current: T
@@ -17,7 +17,7 @@ class Pair(NamedTuple, Generic[T]):
 
 @dataclass(frozen=True)
 class Time:
-    """When a node is evaluated; only a node that asks for it depends on it.
+    """Time of an evaluation; only nodes with this parameter depend on it.
 
     frame  number of the frame; in a `once` node the first frame of the run
     fps    frames per second [1/s]
@@ -35,15 +35,15 @@ class Time:
 Cuts = NewType("Cuts", tuple[int, ...])
 """Frames at which the shot is cut, ascending: positions there are discontinuous with those of the previous frame.
 
-A `once` node sees the cuts within the run, an `each` node all of them, a scan its own frame alone, where that is a cut.
+A `once` node receives the cuts within the run, an `each` node all cuts, a scan its own frame if it is a cut.
 """
 
 
 class Frames(Mapping[int, T]):
-    """A value at every frame of the run, by frame number; read when asked for and not kept.
+    """A value at every frame of the run, by frame number; loaded on access and not cached.
 
     numbers  of the frames, ascending
-    load     gives the value at a frame; `Frames((1, 2), {1: a, 2: b}.__getitem__)` makes one by hand
+    load     returns the value at a frame, as in `Frames((1, 2), {1: a, 2: b}.__getitem__)`
     """
 
     def __init__(self, numbers: tuple[int, ...], load: Callable[[int], T]) -> None:
@@ -52,13 +52,13 @@ class Frames(Mapping[int, T]):
         self._known = frozenset(numbers)
 
     def __getitem__(self, frame: int) -> T:
-        """Read the value at a frame; KeyError where the run has no such frame."""
+        """Read the value at a frame; KeyError for a frame outside of the run."""
         if frame not in self._known:
             raise KeyError(frame)
         return self._load(frame)
 
     def __contains__(self, frame: object) -> bool:
-        """Whether the run has this frame, without reading its value."""
+        """Whether the run contains a frame."""
         return frame in self._known
 
     def __iter__(self) -> Iterator[int]:
@@ -71,18 +71,18 @@ class Frames(Mapping[int, T]):
 
 
 class Reached(Frames[T]):
-    """A value at every frame of the run that its node reached: a scan that diverges on the way ends there."""
+    """A value at every frame of the run before the frame at which a scan diverged."""
 
 
 @dataclass(frozen=True)
 class Spent:
-    """What one result took when it was computed, as its record has it: `Frames[Spent]` takes it of any node.
+    """Computation time of one result, from its record; `Frames[Spent]` accepts any node.
 
-    It is keyed by the result's own key, not by its value: two simulations that come to the same hair keep their own
-    times. As long as the node's code, settings and inputs stay the same, so does what was recorded first.
+    It is part of a key by the key of the result, not by its value: equal results of two simulations have their own
+    times. The first recorded time is valid as long as code, settings and inputs of the node are unchanged.
 
-    seconds    that passed [s]
-    processor  seconds of the processor, of all threads and children [s]
+    seconds    wall-clock time [s]
+    processor  processor time of all threads and child processes [s]
     """
 
     seconds: float
@@ -90,7 +90,7 @@ class Spent:
 
 
 Workspace = NewType("Workspace", Path)
-"""An empty folder of its own for one evaluation of a node; gone afterwards."""
+"""A new empty folder for one evaluation of a node, which is removed afterwards."""
 
 
 DATA_SUFFIXES = (
@@ -102,13 +102,13 @@ DATA_SUFFIXES = (
 
 @dataclass(frozen=True)
 class File:
-    """A file that a node has written in its workspace; it is stored, and published, by its bytes.
+    """A file in the workspace of a node; its bytes are stored and published.
 
-    A node declares its formats as `-> Annotated[File, Suffixes((".png",))]`: it is published under such a suffix only.
-    A node that declares none may publish under those of `DATA_SUFFIXES`.
+    A node declares its formats as `-> Annotated[File, Suffixes((".png",))]`, and is published with such a suffix only;
+    without a declaration, with those of `DATA_SUFFIXES`.
 
     path        of the file
-    companions  files that must lie next to it, by the relative name under which the file refers to them
+    companions  files that must be next to it, by the relative path in the file
     """
 
     path: Path

@@ -1,1 +1,1 @@
-"""What a run would do, and why; what may go from the store."""
+"""Plans of runs with reasons, and removal of results from the store."""

@@ -1,4 +1,4 @@
-"""The arguments of a node: the values of its sockets, what it asks of the engine, its settings."""
+"""Arguments of a node: values of its sockets, special parameters, settings."""
 
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -11,7 +11,7 @@ from hairpipe.graph.plan.tasks import Inputs, Source
 Named = dict[str, Any]
 """Names of the inputs of a task, by plug: a name, two of a `Pair`, [[frame, name], ...] of `Frames`, or None."""
 Load = Callable[[Any, type], Any]
-"""Loads the value of this type by its name."""
+"""Loads a value by type and name."""
 
 
 def name_inputs(
@@ -23,9 +23,9 @@ def name_inputs(
 ) -> Named:
     """Name the inputs of a task, in the shape of the view.
 
-    frames  that a `Frames` socket sees
-    name    of the object behind a source
-    key     of the result behind a source, by which a socket of type `Spent` names it
+    frames  of a `Frames` socket
+    name    returns the name of the object of a source
+    key     returns the key of the result of a source, for a socket of type `Spent`
     """
     named: Named = {}
     for socket in node_type.sockets.values():
@@ -52,8 +52,8 @@ def build_arguments(
 ) -> dict[str, Any]:
     """Build the arguments of a node from the names of its inputs and plain settings.
 
-    moment  the time, and the cuts that the node sees
-    folder  for a node that asks for one
+    moment  time and cuts for the node
+    folder  workspace, for a node with this parameter
     """
     arguments = build_inputs(node_type.sockets.values(), named, load)
     time, cuts = moment
@@ -67,7 +67,7 @@ def build_arguments(
 
 
 def build_inputs(sockets: Iterable[Socket], named: Named, load: Load) -> dict[str, Any]:
-    """Load what sockets see, by their names."""
+    """Load the values of sockets by their names."""
     inputs: dict[str, Any] = {}
     for socket in sockets:
         seen = tuple(see(named.get(plug), socket, load) for plug in socket.plugs(named))
@@ -76,7 +76,7 @@ def build_inputs(sockets: Iterable[Socket], named: Named, load: Load) -> dict[st
 
 
 def see(given: Any, socket: Socket, load: Load) -> Any:
-    """Load what a socket sees; many frames are loaded when the node reads them."""
+    """Load the value of a socket; `Frames` are loaded on access."""
     if given is None:
         return None
     if socket.view == "now":

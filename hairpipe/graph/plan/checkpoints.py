@@ -1,9 +1,8 @@
-"""Checkpoints of scans: states of most frames are removed, so that a scan restarts from every n-th frame.
+"""Checkpoints of scans: only the states of every n-th frame are kept, from which a scan can restart.
 
-While a scan runs, the states of its last two frames are kept, and that of every n-th: a shot need not fit on the disk
-with all its states. The last but one is kept in case the last is damaged. If another scan of the run may have the same
-first frames, as variants of a wedge do, a state is kept until that scan has it too, or differs: otherwise it would
-recompute the shared frames.
+During a scan, the states of its last two frames are kept in addition, the last but one in case the last is damaged: all
+states of a shot may exceed the disk space. If another scan of the run can have the same first frames, as variants of a
+wedge do, a state is kept until that scan has reached it or differs: otherwise it would recompute the shared frames.
 """
 
 from collections import Counter, defaultdict
@@ -17,9 +16,9 @@ from hairpipe.graph.store.record import Record
 
 
 class Thinner:
-    """Removes the states that a run has passed; an object that a record uses in another role is kept.
+    """Removes obsolete states of a run; an object that a record uses in another role is kept.
 
-    Each state is visited once when the scan passes it, and again only where its frame was evaluated again.
+    Each state is checked once after its frame, and again only if its frame was evaluated again.
     """
 
     def __init__(self, resolver: Resolver) -> None:
@@ -32,7 +31,7 @@ class Thinner:
         self._parted: set[tuple[str, str]] = set()
 
     def add(self, task: Task, record: Record, before: Record | None) -> None:
-        """Count the roles of the objects of an established result, in place of those of the result before."""
+        """Count the roles of the objects of a result, in place of those of the previous result of its task."""
         if before is not None:
             self._roles.subtract(objects_besides_state(before))
             self._roles.subtract([] if task in self._passed else state_objects(before))
@@ -44,7 +43,7 @@ class Thinner:
             self._reached[task.node] = max(self._reached.get(task.node, task.frame), task.frame)
 
     def thin_behind(self, task: Task) -> None:
-        """Remove states before the last two of a scan that was evaluated at a task, and those that waited for it."""
+        """Remove states before the last two of the scan of a task, and states kept for this scan."""
         if task.frame is not None:
             self._behind[task.node] = task.frame - 1
             for name in (task.node, *self._twins.get(task.node, ())):
@@ -79,11 +78,11 @@ class Thinner:
                     store.remove(store.object_path(spared))
 
     def _is_awaited(self, name: str, frame: int) -> bool:
-        """Whether another scan may still come to have the state of this one at a frame."""
+        """Whether another scan can still reach the state of this scan at a frame."""
         return any(self._may_share(name, twin, frame) for twin in self._twins.get(name, ()))
 
     def _may_share(self, name: str, twin: str, frame: int) -> bool:
-        """Whether a scan that has not reached a frame yet is, as far as is known, the same as another up to there."""
+        """Whether a scan can equal another up to a frame that it has not reached yet."""
         results = self.resolver.results
         ahead = self._reached.get(twin, self.resolver.graph.begin - 1)
         if (name, twin) in self._parted or ahead >= frame:
@@ -101,7 +100,7 @@ class Thinner:
 
     @cached_property
     def _twins(self) -> dict[str, tuple[str, ...]]:
-        """Scans by each that are of the same type and settings: only these can have the same frames."""
+        """Scans of the same type and settings, by scan: only these can have equal frames."""
         alike: defaultdict[str, list[str]] = defaultdict(list)
         for node in self.resolver.graph.nodes.values():
             if node.type.mode == "scan":
@@ -110,21 +109,21 @@ class Thinner:
 
     @cached_property
     def _held_before(self) -> set[str]:
-        """Objects that records of the store hold in another role than the state of a scan."""
+        """Objects in the records of the store that are not states of scans."""
         records = map(self.resolver.store.record, self.resolver.store.record_keys())
         return {name for record in records if record is not None for name in objects_besides_state(record)}
 
 
 def is_checkpoint(node: Node, task: Task, first: int) -> bool:
-    """Whether a frame is an n-th one, counted from the first of a scan."""
+    """Whether a frame is a checkpoint, counted from the first frame of a scan."""
     return task.frame is not None and (task.frame - first + 1) % node.checkpoint == 0
 
 
 def objects_besides_state(record: Record) -> set[str]:
-    """Name the objects of a record, without the state of a scan."""
+    """Return the objects of a record, without the state of a scan."""
     return {name for name, _ in record.objects(without=record.state)}
 
 
 def state_objects(record: Record) -> list[str]:
-    """Name the object that is the state of a scan, where a record has one."""
+    """Return the object of the state of a scan, if a record has one."""
     return [] if record.state is None else [record.outputs[record.state].object]

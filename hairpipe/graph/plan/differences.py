@@ -1,4 +1,4 @@
-"""Differences between two evaluations of a node and frame: their keys, compared part by part."""
+"""Differences between the keys of two evaluations of a node at a frame, part by part."""
 
 import json
 from collections.abc import Iterator
@@ -9,9 +9,9 @@ from hairpipe.graph.store.store import Store
 
 
 def differences(old: Parts, new: Parts, modules: dict[str, str], store: Store) -> Iterator[str]:
-    """Describe what differs, in the order type, settings, inputs, time, code.
+    """Describe the differences, in the order type, settings, inputs, time, code.
 
-    modules  that the new code digest was made of; those of the old one are noted in the store
+    modules  of the new digest of code; those of the old digest are in the store
     """
     if old["type"] != new["type"]:
         yield f"type {old['type']} -> {new['type']}"
@@ -24,7 +24,7 @@ def differences(old: Parts, new: Parts, modules: dict[str, str], store: Store) -
 
 
 def settings(old: dict[str, Any], new: dict[str, Any], label: str) -> Iterator[str]:
-    """Compare settings by name, groups field by field; of a file, say that its bytes changed."""
+    """Compare settings by name, groups field by field, files by their bytes."""
     for name in sorted(old.keys() | new.keys()):
         before = old.get(name)
         after = new.get(name)
@@ -39,7 +39,7 @@ def settings(old: dict[str, Any], new: dict[str, Any], label: str) -> Iterator[s
 
 
 def inputs(old: dict[str, Any], new: dict[str, Any]) -> Iterator[str]:
-    """Compare what went into each socket; for a range of frames, which ones differ."""
+    """Compare the inputs of each socket; of several frames, list those that differ."""
     for name in sorted(old.keys() | new.keys()):
         before = old.get(name)
         after = new.get(name)
@@ -54,7 +54,7 @@ def inputs(old: dict[str, Any], new: dict[str, Any]) -> Iterator[str]:
 
 
 def frames(old: dict[int, str], new: dict[int, str]) -> str:
-    """Say which frames of a range differ."""
+    """Describe the differing frames of a range."""
     if old.keys() != new.keys():
         return f"frames {min(old)}-{max(old)} -> {min(new)}-{max(new)}"
     changed = [frame for frame in new if old[frame] != new[frame]]
@@ -62,7 +62,7 @@ def frames(old: dict[int, str], new: dict[int, str]) -> str:
 
 
 def code(old: dict[str, str], new: dict[str, str]) -> Iterator[str]:
-    """Name the modules, versions and class of processor that differ; only "code" where the old ones are unknown."""
+    """List differing modules, versions and class of processor; "code" if the old ones are unknown."""
     if not old:
         yield "code"
         return
@@ -82,7 +82,7 @@ def is_file(value: Any) -> bool:
 
 
 def is_range(value: Any) -> bool:
-    """Whether what went into a socket is a range of frames."""
+    """Whether the input of a socket is a range of frames."""
     return isinstance(value, list) and isinstance(value[0], list)
 
 
@@ -92,7 +92,7 @@ def is_group(value: Any) -> TypeGuard[dict[str, Any]]:
 
 
 def formatted(value: Any) -> str:
-    """Write a setting as in a graph file; an absent value, a group or a file in words."""
+    """Return a setting as in a graph file; a description of an absent value, a group or a file."""
     if value is None:
         return "absent"
     return "a file" if is_file(value) else "a group" if is_group(value) else json.dumps(value)

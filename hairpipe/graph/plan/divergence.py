@@ -1,4 +1,4 @@
-"""Scans that diverge at a frame: nodes that take `Reached` frames go on with those before it."""
+"""Divergence of scans: nodes with `Reached` inputs continue with the frames before."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from hairpipe.graph.store.digest import digest
 class Divergence(NamedTuple):
     """A scan that diverged.
 
-    lost       its tasks, from the failed one on
+    lost       tasks of the scan, from the failed one on
     consumers  tasks of other nodes that continue with the frames before
     """
 
@@ -19,19 +19,19 @@ class Divergence(NamedTuple):
 
 
 def divergence_note(key: str) -> str:
-    """Name of the note in the store that the task with this key diverged; a plan reads it."""
+    """Return the name of the note in the store on divergence of the task with this key; plans read it."""
     return digest("ending", key)
 
 
 def end_known_scan(resolver: Resolver, task: Task, key: str) -> Divergence | None:
-    """End a scan, as `end_scan`, where the store notes that the task with this key diverged."""
+    """End a scan, as `end_scan`, if the store has a note on divergence of the task with this key."""
     return None if resolver.store.recall(divergence_note(key)) is None else end_scan(resolver, task)
 
 
 def end_scan(resolver: Resolver, failed: Task) -> Divergence | None:
-    """Remove the tasks of a scan, from a failed one on, from the inputs that are `Reached`; in place.
+    """Remove the tasks of a scan, from a failed one on, from `Reached` inputs; in place.
 
-    None, and nothing is changed, where another node needs all frames, where none takes any, or where none was reached.
+    Returns None without a change if another node needs all frames, no node needs any, or no frame was reached.
     """
     node = resolver.graph.nodes[failed.node]
     if node.type.mode != "scan" or node.publish is not None or failed.frame is None:

@@ -1,4 +1,4 @@
-"""Garbage collection and verification of a store: its contents, damaged files, and results that may be removed."""
+"""Garbage collection and verification of a store."""
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Set
@@ -18,18 +18,18 @@ from hairpipe.graph.store.seal import is_sealed
 from hairpipe.graph.store.store import Store
 
 YOUNG = 3600.0
-"""Age below which an unreferenced object is spared: a run may be about to reference it [s]."""
+"""Minimum age of a removed unreferenced object [s]: a run may be about to reference a newer one."""
 
 CheckValue = Callable[[Path], str]
-"""Gives the digest of the value in an object file; BadInput where there is none."""
+"""Returns the digest of the value in an object file; BadInput if there is none."""
 
 
 @dataclass(frozen=True)
 class Item:
     """A result in the store.
 
-    used  when it was last established by a run, in seconds since 1970 [s]
-    size  of its objects, some of which other results may share [bytes]
+    used  time of the last use by a run, since 1970 [s]
+    size  of its objects, which other results may share [bytes]
     """
 
     record: Record
@@ -39,7 +39,7 @@ class Item:
 
 @dataclass(frozen=True)
 class Swept:
-    """Number of results and objects that a cleaning removed, and their size [bytes]."""
+    """Number of removed results and objects, and their size [bytes]."""
 
     records: int
     objects: int
@@ -47,7 +47,7 @@ class Swept:
 
 
 def items(store: Store) -> Iterator[Item]:
-    """Iterate over all results in a store, unordered; damaged records are left out."""
+    """Iterate over all results in a store, unordered; without damaged records."""
     for key in store.record_keys():
         path = store.action_path(key)
         record = store.record(key)
@@ -63,7 +63,7 @@ def objects(store: Store) -> dict[str, int]:
 
 
 def usage(store: Store) -> dict[str, tuple[int, int]]:
-    """Number of results and bytes on disk by node type; an object that is shared counts for the first that has it."""
+    """Return the number of results and bytes on disk by node type; a shared object counts for the first."""
     sizes = objects(store)
     used = {}
     for item in items(store):
@@ -77,17 +77,17 @@ def usage(store: Store) -> dict[str, tuple[int, int]]:
 
 @dataclass(frozen=True)
 class Found:
-    """What a verification has found, by path in the store.
+    """Findings of a verification, by path in the store.
 
     damaged  files, which were removed
-    unread   files that could not be read, or not be removed, and why
+    unread   files that could not be read or removed, with reasons
     """
 
     damaged: list[str] = field(default_factory=list)
     unread: list[str] = field(default_factory=list)
 
     def check(self, name: str, path: Path, is_whole: Callable[[], bool], remove: Callable[[Path], None]) -> None:
-        """Check a file, and remove it where it is damaged."""
+        """Check a file, and remove it if it is damaged."""
         try:
             if is_whole() or not os.path.lexists(path):
                 return
@@ -102,7 +102,7 @@ class Found:
 
 
 def verify(store: Store, check_value: CheckValue, kernels: Path | None = None) -> Found:
-    """Read every record and object; remove and name those that are damaged, so that they are computed again.
+    """Read every record and object; remove and list those that are damaged, which runs then compute again.
 
     kernels  folder of compiled kernels to read too
     """
@@ -120,7 +120,7 @@ def verify(store: Store, check_value: CheckValue, kernels: Path | None = None) -
 
 
 def is_consistent(record: Record | None) -> bool:
-    """Whether a record is there, and its key is the digest of its parts."""
+    """Whether a record exists, and its key is the digest of its parts."""
     try:
         return record is not None and action_key(record.parts) == record.key
     except (TypeError, ValueError):
@@ -128,7 +128,7 @@ def is_consistent(record: Record | None) -> bool:
 
 
 def is_whole(path: Path, check_value: CheckValue) -> bool:
-    """Whether the content of an object matches its name; OSError or MemoryError where it cannot be read."""
+    """Whether the content of an object matches its name; OSError or MemoryError if it cannot be read."""
     try:
         if not path.is_file():
             return False
@@ -161,11 +161,11 @@ def live_keys(store: Store, graphs: Iterable[Graph]) -> set[str]:
 def clean(store: Store, *, keep: Set[str] = frozenset(), older: float = 0.0, size: int = 0) -> Swept:
     """Remove results, least recently used first, then every object that no result references.
 
-    keep   keys of results that stay in any case, see `live_keys`
-    older  only results unused for this long are removed [s]
-    size   results are removed until the store takes no more than this [bytes]
+    keep   keys of results that are never removed, see `live_keys`
+    older  minimum time since the last use of a removed result [s]
+    size   size of the store at which removal ends [bytes]
 
-    A concurrent run loses only time: it computes missing results again.
+    A concurrent run computes missing results again.
     """
     now = store.now()
     sizes = objects(store)  # before the results: objects that a run adds meanwhile are referenced by one
@@ -195,7 +195,7 @@ def clean(store: Store, *, keep: Set[str] = frozenset(), older: float = 0.0, siz
 
 
 def is_young(store: Store, name: str, now: float) -> bool:
-    """Whether an object was written, or claimed by a run that is about to reference it, a short time ago."""
+    """Whether an object was written recently, or claimed by a run that is about to reference it."""
     with suppress(FileNotFoundError):
         return now - store.object_path(name).stat().st_mtime < YOUNG
     return False

@@ -1,10 +1,10 @@
-"""The levels of a shot: groups of nodes that are computed one after another, each divided among machines.
+"""Levels of a shot: groups of nodes that are computed in sequence; each is divided among machines.
 
-once       values for the shot that need no frame
-frames-1   values per frame that need no scan
+once       values for the shot without inputs per frame
+frames-1   values per frame without a scan before them
 scans-1    scans, each on one machine
-frames-2   values per frame that need those, and so on
-collect    what sees all frames, and what needs it
+frames-2   values per frame that depend on those, and so on
+collect    nodes that depend on all frames
 """
 
 from typing import Literal, NamedTuple
@@ -21,13 +21,13 @@ DIVIDED: dict[str, tuple[Divided, str]] = {
     "each": ("frames", "frames"),
     "scan": ("nodes", "scans"),
 }
-"""How a level of nodes of a mode is divided, and its name."""
+"""Division and name of a level by the mode of its nodes."""
 
 
 class Level(NamedTuple):
-    """Nodes that can be computed at the same time once the levels before are.
+    """Nodes that can be computed concurrently after the previous levels.
 
-    nodes    that no other node of the level needs
+    nodes    without consumers in this level
     divided  by node, by frame, or not at all
     """
 
@@ -37,7 +37,7 @@ class Level(NamedTuple):
 
 
 def levels_of(graph: Graph) -> list[Level]:
-    """List the levels of a graph in their order."""
+    """List the levels of a graph in order."""
     late = set(collectors(graph))
     scans: dict[str, int] = {}
     groups: dict[tuple[int, int], list[str]] = {}

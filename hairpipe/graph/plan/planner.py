@@ -1,4 +1,4 @@
-"""Plans: what a run would do, and why. Planning runs nothing and writes nothing."""
+"""Plans of runs, with reasons. A plan evaluates no node and writes no file."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -21,9 +21,9 @@ Status = Literal["cached", "run", "depends"]
 class Entry:
     """The planned evaluation of a task.
 
-    status  cached: its result is in the store; run: it will be evaluated; depends: on whether its inputs change
-    reason  of `run`: the first difference to the latest result; of `depends`: the task it waits for
-    key     where its inputs are known
+    status  cached: the result is in the store; run: it will be evaluated; depends: it depends on changes of inputs
+    reason  of `run`: the first difference to the latest result; of `depends`: the previous task
+    key     None if inputs are unknown
     """
 
     task: Task
@@ -36,10 +36,10 @@ class Entry:
 class Explanation:
     """The plan of one task in detail.
 
-    parts    that its key is made of; None while something it needs is not established
-    reasons  that of the entry, and every difference to the latest result of this node and frame
-    record   its result, where it is there
-    thinned  outputs that were not kept: states from which a scan continues
+    parts    parts of the key; None while an input is unknown
+    reasons  reason of the entry, and all differences to the latest result of this node and frame
+    record   the result, if it is in the store
+    thinned  removed outputs: states from which a scan continues
     """
 
     entry: Entry
@@ -50,7 +50,7 @@ class Explanation:
 
 
 def check_task(graph: Graph, task: Task) -> None:
-    """Raise BadInput where a graph has no such task: for a frame too many, too few, or out of its range."""
+    """Raise BadInput if a graph has no such task: the frame is missing, superfluous or out of range."""
     per_frame = graph.node(task.node).per_frame
     first, last = graph.frames
     if not per_frame and task.frame is not None:
@@ -63,12 +63,12 @@ def check_task(graph: Graph, task: Task) -> None:
 
 
 def plan(graph: Graph, store: Store, frames: Iterable[int] | None = None) -> list[Entry]:
-    """Say for every node and frame what a run would do, each after those it needs; BadInput as a run would."""
+    """Plan every node and frame, in order of dependency; BadInput as for a run."""
     return Planner(graph, store, frames).entries()
 
 
 def explain(graph: Graph, store: Store, task: Task, frames: Iterable[int] | None = None) -> Explanation:
-    """Say what the key of a task is made of, and how that differs from its latest result."""
+    """Explain the key of a task, and its differences to the latest result."""
     check_task(graph, task)
     planner = Planner(graph.upto([task.node]), store, frames)
     entry = next((entry for entry in planner.entries() if entry.task == task), None)
@@ -83,7 +83,7 @@ def explain(graph: Graph, store: Store, task: Task, frames: Iterable[int] | None
 
 
 class Planner:
-    """Visits the tasks of a graph in the order of a run, without the evaluations."""
+    """Visits the tasks of a graph in the order of a run, without evaluation."""
 
     def __init__(self, graph: Graph, store: Store, frames: Iterable[int] | None) -> None:
         self.store = Store(store.root, read_only=True)
@@ -107,7 +107,7 @@ class Planner:
         return list(entries.values())
 
     def entry(self, task: Task) -> Entry:
-        """Plan a task; those it needs have been planned."""
+        """Plan a task after its inputs."""
         results = self.resolver.results
         waiting = [s.task for s in sources(self.resolver.tasks[task]) if s.task not in results]
         if waiting:
@@ -124,7 +124,7 @@ class Planner:
         return Entry(task, "cached", "", key)
 
     def reasons(self, task: Task, parts: Parts) -> list[str]:
-        """Every difference to the latest result of this node and frame."""
+        """List all differences to the latest result of this node and frame."""
         known = self.latest[task.node]
         key = known.get("" if task.frame is None else str(task.frame))
         if key is None:
@@ -137,6 +137,6 @@ class Planner:
         return list(differences(record.parts, parts, self.resolver.codes[task.node].parts, self.store))
 
     def gone(self, task: Task) -> set[Task]:
-        """Cached tasks whose objects this one needs but which are missing."""
+        """Return cached tasks with missing objects that this task needs."""
         needed = {source for source in sources(self.resolver.tasks[task]) if source.task in self.resolver.results}
         return {source.task for source in needed if not self.store.has(self.resolver.object(source))}

@@ -1,6 +1,6 @@
-"""The portion of a shot that a run computes: results at some frames only, each as it is in the whole shot.
+"""The portion of a shot that a run computes: results at some frames, equal to those of the whole shot.
 
-What sees all frames of the shot, a collector, is computed by whichever run finds all that it needs in the store.
+Collectors, nodes that depend on all frames, are computed by the run that finds all their inputs in the store.
 """
 
 from collections.abc import Mapping
@@ -11,10 +11,10 @@ from hairpipe.graph.plan.tasks import Inputs, Task, sources
 
 
 class Portion:
-    """The tasks of a run that are asked for, and those that it may compute.
+    """Requested tasks of a run, and those that it may compute.
 
     only   frames to compute; None for all of the run
-    asked  tasks that the run must establish
+    asked  requested tasks
     """
 
     def __init__(
@@ -29,7 +29,7 @@ class Portion:
         self.asked = set(tasks) if only is None else self._needed(tasks)
 
     def computes(self, task: Task) -> bool:
-        """Whether the run may compute a task; others are only looked up."""
+        """Whether the run may compute a task; other results are only looked up."""
         return task in self.asked or task.node in self.collectors
 
     def publishes(self, task: Task) -> bool:
@@ -37,7 +37,7 @@ class Portion:
         return task.frame is None or task.frame in self.frames
 
     def _needed(self, tasks: Mapping[Task, Inputs]) -> set[Task]:
-        """Find the tasks at the frames, those for the shot, and what they need, without collectors."""
+        """Find the tasks at the frames and those for the shot, with their dependencies, without collectors."""
         found: set[Task] = set()
         queue = [task for task in tasks if task.frame is None or task.frame in self.frames]
         while queue:
@@ -49,7 +49,7 @@ class Portion:
 
 
 def collectors(graph: Graph) -> list[str]:
-    """List the nodes with one value for the shot that need values per frame, in the order of the graph."""
+    """List the nodes with one value for the shot that depend on values per frame, in the order of the graph."""
     late: dict[str, bool] = {}
     for node in graph.nodes.values():
         late[node.name] = node.per_frame or any(late[edge.node] for edge in node.edges.values())

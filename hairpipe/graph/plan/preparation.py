@@ -1,4 +1,4 @@
-"""What nodes are prepared with: computed once a process for many frames, never stored."""
+"""Preparations of nodes: computed once per process for many frames, never stored."""
 
 import gc
 import json
@@ -15,10 +15,10 @@ from hairpipe.graph.node.settings import build_settings
 from hairpipe.graph.plan.arguments import Load, Named, build_inputs
 
 MEMORY = 256 << 20
-"""Memory that kept results may take together [bytes]; the last two are kept whatever they take.
+"""Maximum memory of all kept results [bytes]; the last two are kept in any case.
 
-Scans of one graph advance frame by frame in turn: were less kept than there are scans, each would be prepared again in
-every frame.
+Scans of one graph advance frame by frame in turn: with fewer results than scans, each would be prepared again at every
+frame.
 """
 LEAST_KEPT = 2
 
@@ -34,9 +34,9 @@ class Prepared(NamedTuple):
 class Preparations:
     """Calls the `prepare` functions of node types, and keeps the latest results.
 
-    A result is looked up by the names of its objects and by its settings: no array is compared.
+    A result is identified by the names of its objects and by its settings, without a comparison of arrays.
 
-    memory  that kept results may take together [bytes]
+    memory  maximum memory of all kept results [bytes]
     """
 
     def __init__(self, memory: int = MEMORY) -> None:
@@ -46,7 +46,7 @@ class Preparations:
     def prepare(self, node_type: NodeType, named: Named, settings: dict[str, Any], load: Load) -> Prepared:
         """Prepare a node, or return its previous preparation; an exception of the function is propagated.
 
-        The function receives its own values: a node that writes to its inputs does not change the preparation.
+        The function receives copies: a node that writes to its inputs does not change the preparation.
         """
         preparation = node_type.prepare
         if preparation is None:
@@ -66,7 +66,7 @@ class Preparations:
         return self._kept[key]
 
     def _make_room(self, nbytes: int) -> None:
-        """Forget the results that were not used for longest until another of this size can be kept."""
+        """Remove the least recently used results until another of this size can be kept."""
         while len(self._kept) >= LEAST_KEPT and nbytes + sum(p.nbytes for p in self._kept.values()) > self._memory:
             self._kept.popitem(last=False)
 

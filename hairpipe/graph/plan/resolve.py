@@ -1,4 +1,4 @@
-"""From tasks to keys to records of the store: the part that a plan and a run share."""
+"""Keys and records of tasks, for plans and runs."""
 
 from typing import Any
 
@@ -16,11 +16,11 @@ from hairpipe.graph.store.store import Store
 
 
 class Resolver:
-    """For every task: what it needs, its key once the results of those are known, and the established result.
+    """Inputs of every task, its key when the results of these are known, and its own result.
 
-    frames   requested frames; more are evaluated if a scan needs them
-    results  established so far, by task
-    reader   of the code behind the nodes
+    frames   requested frames; scans need earlier ones, too
+    results  known results by task
+    reader   of the code of the nodes
     files    digests of input files by absolute path, by node
     """
 
@@ -37,45 +37,45 @@ class Resolver:
         self.settings = {node.name: self._key_settings(node) for node in graph.nodes.values()}
 
     def parts(self, task: Task) -> Parts:
-        """Parts of the key of a task; all that it needs must be established."""
+        """Return the parts of the key of a task, whose inputs must be known."""
         node = self.graph.nodes[task.node]
         code = self.codes[node.name].digest
         return key_parts(node.type.name, code, self.settings[node.name], self.objects(task), self._key_time(node, task))
 
     def objects(self, task: Task) -> Named:
-        """Names of the objects that go into a task."""
+        """Return the names of the inputs of a task."""
         return name_inputs(self.graph.nodes[task.node].type, self.tasks[task], self.frames, self.object, self.key)
 
     def object(self, source: Source) -> str:
-        """Name of the object behind a source."""
+        """Return the name of the object of a source."""
         return self.results[source.task].outputs[source.output].object
 
     def key(self, source: Source) -> str:
-        """Key of the result behind a source."""
+        """Return the key of the result of a source."""
         return self.results[source.task].key
 
     def frame_of(self, task: Task) -> int:
-        """The frame in the `Time` of a node: its own, or the first of the run."""
+        """Return the frame in the `Time` of a node: its own, or the first of the run."""
         return self.frames[0] if task.frame is None else task.frame
 
     def time_of(self, task: Task) -> dict[str, Any]:
-        """Describe when a task is evaluated: its frame, the frames per second and the cuts that it sees."""
+        """Return frame, frames per second and cuts of a task."""
         cuts = self.graph.cuts_of(self.graph.nodes[task.node], task.frame, self.frames)
         return {"frame": self.frame_of(task), "fps": self.graph.fps, "cuts": list(cuts)}
 
     def find(self, task: Task, key: str) -> Record | None:
-        """Find the result of a task in the store; the state of a scan may have been thinned, unless it is demanded."""
+        """Find the result of a task in the store; the state of a scan may be missing unless it is demanded."""
         node = self.graph.nodes[task.node]
         record = self.store.find(key, without=None if task in self.demanded else state_of(node))
         return record if record is None or record.outputs.keys() == node.type.outputs.keys() else None
 
     def thinnable(self, node: Node) -> str | None:
-        """The output of a scan that only its next frame takes, and that may be thinned; None where a node takes it."""
+        """Return the removable output of a scan, an input of its next frame alone; None if a node takes it."""
         state = state_of(node)
         return None if state is None or Edge(node.name, state) in self.graph.taken else state
 
     def missing(self, task: Task) -> set[Task]:
-        """Tasks whose objects a task needs but which the store no longer has."""
+        """Return the tasks whose objects a task needs and which are missing in the store."""
         gone = set()
         for source in sources(self.tasks[task]):
             output = self.results[source.task].outputs[source.output]
@@ -91,7 +91,7 @@ class Resolver:
         return {node.name: codes[node.type.module] for node in nodes}
 
     def _key_settings(self, node: Node) -> dict[str, Any]:
-        """Settings as they enter a key: files by their bytes, and by the suffix that tells a reader the format."""
+        """Return settings as part of a key: files by their bytes, and by the suffix, which determines the format."""
 
         def by_content(_: str, file: str) -> dict[str, str]:
             path = self.graph.file(file)
@@ -104,12 +104,12 @@ class Resolver:
         return map_files(fields_of(node.type), node.settings, by_content)
 
     def _key_time(self, node: Node, task: Task) -> dict[str, Any] | None:
-        """Time as it enters a key: what the node asks for; a shot without cuts has none in its keys."""
+        """Return the time parameters of the node as part of a key, without cuts if there are none."""
         time = self.time_of(task)
         asked = (["frame", "fps"] if node.type.asks_time else []) + (["cuts"] if node.type.asks_cuts else [])
         return {name: time[name] for name in asked if time[name] != []} or None
 
 
 def state_of(node: Node) -> str | None:
-    """The output of a scan that its next frame starts from, where it has another output, too."""
+    """Return the output of a scan that is an input of its next frame, if it has another output, too."""
     return node.type.state if len(node.type.outputs) > 1 else None

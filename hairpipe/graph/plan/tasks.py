@@ -1,4 +1,4 @@
-"""A graph unrolled over frames: which evaluation needs which."""
+"""A graph unrolled over frames: tasks and their inputs."""
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -8,7 +8,7 @@ from hairpipe.graph.file.graph import Graph, Node
 
 
 class Task(NamedTuple):
-    """A node at a frame; the frame of a value for the shot is None."""
+    """A node at a frame; None: a value for the shot."""
 
     node: str
     frame: int | None
@@ -19,20 +19,20 @@ class Task(NamedTuple):
 
 
 class Source(NamedTuple):
-    """Where a value comes from: an output of a task."""
+    """The source of a value: an output of a task."""
 
     task: Task
     output: str
 
 
 Inputs = dict[str, list[Source]]
-"""What a task sees by each edge: one source; the previous and the current one; or one for every frame."""
+"""Sources of a task by edge: one; the previous and the current one; or one for every frame."""
 
 
 def inputs_of(graph: Graph, task: Task, frames: tuple[int, ...]) -> Inputs:
-    """List the sources of a task; `frames` are those that a `Frames` socket sees.
+    """List the sources of a task; `frames` are those of a `Frames` socket.
 
-    At the frame that scans begin at a pair is the current value twice, and a scan has no `previous`.
+    At the first frame of scans a pair is the current value twice, and `previous` is absent.
     """
     node = graph.nodes[task.node]
     inputs: Inputs = {}
@@ -46,7 +46,7 @@ def inputs_of(graph: Graph, task: Task, frames: tuple[int, ...]) -> Inputs:
 
 
 def frames_seen(view: str, frame: int | None, frames: tuple[int, ...], first: int) -> Iterable[int | None]:
-    """Frames of its source that a socket sees."""
+    """Return the frames of the source of a socket."""
     if view in ("frames", "reached"):
         return frames
     if view == "pair" and frame is not None:
@@ -55,14 +55,14 @@ def frames_seen(view: str, frame: int | None, frames: tuple[int, ...], first: in
 
 
 def at(node: Node, frame: int | None) -> Task:
-    """The task of a node at a frame; a value for the shot is the same at all of them."""
+    """Return the task of a node at a frame; a value for the shot has one task."""
     return Task(node.name, frame if node.per_frame else None)
 
 
 def unroll(graph: Graph, frames: tuple[int, ...]) -> dict[Task, Inputs]:
-    """List the tasks behind all nodes at these frames, each after those it needs.
+    """List the tasks of all nodes at these frames in order of dependency.
 
-    A scan needs every frame from its beginning on, whatever is selected.
+    A scan needs all frames from its first on.
     """
     tasks: dict[Task, Inputs] = {}
     wanted: defaultdict[str, set[int | None]] = defaultdict(set)
@@ -91,6 +91,6 @@ def sources(inputs: Inputs) -> Iterator[Source]:
 
 
 def order_of(graph: Graph) -> Callable[[Task], tuple[int, int]]:
-    """Order tasks so that each stands after those it needs: by node, then by frame."""
+    """Return the sort key for the order of dependency: by node, then by frame."""
     rank = {name: number for number, name in enumerate(graph.nodes)}
     return lambda task: (rank[task.node], task.frame or 0)

@@ -45,7 +45,7 @@ def test_a_missing_file_points_to_the_check(folder):
 
 @pytest.mark.parametrize("name", ['"../a.obj"', '"/etc/a.obj"', "3", '{ data = "a.obj" }'])
 def test_a_name_outside_of_the_folder_is_refused(folder, name):
-    with pytest.raises(BadInput, match=r"file\.data = .* leads out of the data folder"):
+    with pytest.raises(BadInput, match=r"file\.data = .* is outside of the data folder"):
         load(folder, f".data = {name}")
 
 
