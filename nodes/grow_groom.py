@@ -40,7 +40,7 @@ def grow_groom(
     lift            angle between the skin and a strand at its root
     bend            length over which a strand bends from the angle of lift to the combed direction
     volume          thickness of hair that lies on the body, each strand in its own layer
-    comb            pulls on hair that lies on the body
+    comb            pull on hair that lies on the body
     curl            helix around the path of each strand; if absent, hair is straight
     seed            seed of all random numbers
     """

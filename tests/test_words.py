@@ -1,6 +1,7 @@
 """The rule of words in CONTRIBUTING.md: help, messages, docstrings and pages in plain technical English."""
 
 import ast
+import itertools
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -48,6 +49,25 @@ PATTERNS = {
 }
 """Idioms, and the plain words in place of each; two spaces follow the name of a parameter in a docstring."""
 
+PLAIN = frozenset(
+    word
+    for line in (
+        "acceleration advance air alignment angle attraction axis basis centre code coefficient colour condition",
+        "contact damping deviation diameter direction displacement distance divisor duration elevation equilibrium error",
+        "extent factor field force form format formula frequency height helix increment integrator interpolation layout",
+        "length limit method metre model modulus motion name number offset order oscillation parameter part path",
+        "pigment placement position precision pressure pull quality radius rate ratio reduction removal repulsion",
+        "rotation row scheme seed shading shape share simulation size solver spacing speed square stiffness storage",
+        "strength thickness time treatment turbulence update variation vector velocity viscosity width",
+    )
+    for word in line.split()
+)
+"""Nouns that begin the help text of a setting and need no entry in the glossary."""
+ENDS_PHRASE = frozenset(
+    "across along around at before between by called for from in kept lost of on over per that to whose with".split()
+)
+"""Words after the first noun of a help text."""
+
 PRIVATE = {
     "anew",
     "beside",
@@ -87,6 +107,20 @@ def options_of(command: click.Command, name: str) -> Iterator[tuple[str, str]]:
             yield from options_of(command.get_command(context, inner), f"{name} {inner}")
 
 
+def glossary() -> set[str]:
+    """Read the terms of the glossary."""
+    text = (HOME / "docs" / "glossary.md").read_text(encoding="utf-8")
+    return set(re.findall(r"^(?!:)(\S.*)\n  \S", text, re.MULTILINE))
+
+
+def first_noun(text: str) -> str:
+    """Return the last word before the first preposition or sign of a help text, in the singular."""
+    begin = re.split(r"[:;,.(]", text)[0].split()
+    phrase = list(itertools.takewhile(lambda word: word not in ENDS_PHRASE, begin))
+    word = phrase[-1].lower() if phrase else ""
+    return word if word in PLAIN or not word.endswith("s") else word.removesuffix("s")
+
+
 def idioms_in(text: str) -> list[str]:
     """Name the idioms in a text, each with plain words."""
     return [
@@ -122,6 +156,19 @@ def test_help_of_a_setting_is_read_without_its_name(name):
     found = settings_of(fields_of(CATALOGUE.find(name)), f"{name}.")
     wrong = [f"{setting}: {text}: {faults}" for setting, text in found if (faults := faults_of(text))]
     assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.parametrize("name", node_types().names())
+def test_help_of_a_setting_begins_with_a_known_noun(name):
+    found = settings_of(fields_of(CATALOGUE.find(name)), f"{name}.")
+    wrong = [f"{setting}: {text}" for setting, text in found if first_noun(text) not in PLAIN | glossary()]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_plain_nouns_are_in_use_and_not_in_the_glossary():
+    helps = [text for name in node_types().names() for _, text in settings_of(fields_of(CATALOGUE.find(name)), "")]
+    assert not PLAIN - {first_noun(text) for text in helps}
+    assert not PLAIN & glossary()
 
 
 def test_help_of_an_option_is_read_without_its_name():

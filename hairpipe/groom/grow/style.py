@@ -23,8 +23,8 @@ class Paint:
 class Painted:
     """A number per strand, given as a plain number or as a table.
 
-    value      number where the paint is 1, or everywhere without paint
-    low        number where the paint is 0
+    value      value at a paint of 1, or everywhere without paint
+    low        value at a paint of 0
     variation  relative variation: each strand has a random factor in [1 - variation, 1 + variation]
     map        name of a vertex map of the body that scales the value
     image      path of an image file that scales the value: black is 0, white is 1
@@ -89,7 +89,7 @@ class Style:
     lift    angle between the skin and a strand at its root
     bend    length over which a strand bends from the angle of lift to the combed direction
     volume  thickness of hair that lies on the body, each strand in its own layer
-    comb    pulls on hair that lies on the body
+    comb    pull on hair that lies on the body
     curl    helix around the path of each strand; if absent, hair is straight
     """
 
