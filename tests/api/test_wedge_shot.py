@@ -100,7 +100,7 @@ def test_each_variant_is_published_in_its_own_folder(wedged):
     assert set(lists) == set(hairpipe.load(wedged).wedges["steps"].variants) and len(set(lists.values())) == 2
 
 
-def test_a_variant_that_fails_a_criterion_stops_and_the_others_go_on(wedged):
+def test_a_variant_that_fails_a_criterion_stops_and_the_others_continue(wedged):
     wedged.write_text(wedged.read_text() + STOP)
     wedge = hairpipe.load(wedged).wedge("steps")
     report = wedge.run(jobs=1)
@@ -129,7 +129,7 @@ def test_nothing_is_simulated_beyond_the_frame_that_fails_and_a_plan_knows(wedge
     assert wedge.run(to="list", jobs=1).stopped == report.stopped and not evaluated()
 
 
-def test_a_plan_says_what_would_run(wedged):
+def test_a_plan_reports_what_would_run(wedged):
     wedge = hairpipe.load(wedged).wedge("steps")
     loaded = hairpipe.load(wedged)
     assert len(wedge.plan(to="move")) == 1 + 12 and not Path("cache").exists()

@@ -15,7 +15,7 @@ def is_same(a: Table, b: Table) -> bool:
     return a.names == b.names and repr(list(a.rows())) == repr(list(b.rows()))
 
 
-def test_rows_come_back_in_order_and_with_their_types():
+def test_rows_are_read_back_in_order_and_with_their_types():
     table = table_of_rows(NAMES, ROWS)
     assert len(table) == 2 and table.names == NAMES
     assert repr(list(table.rows())) == repr(ROWS)
@@ -32,7 +32,7 @@ def test_the_store_keeps_it_with_the_order_of_its_columns(tmp_path, rows):
     assert digest(table_of_columns({name: table[name] for name in reversed(NAMES)})) != digest(table)
 
 
-def test_tables_join_whatever_the_order_of_their_columns():
+def test_tables_join_for_any_order_of_columns():
     below = table_of_columns({name: table_of_rows(NAMES, ROWS[1:])[name] for name in reversed(NAMES)})
     both = joined([table_of_rows(NAMES, ROWS[:1]), below])
     assert is_same(both, table_of_rows(NAMES, ROWS))

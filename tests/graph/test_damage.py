@@ -255,7 +255,7 @@ def test_wrong_kinds_of_paths_are_removed(shot, listed, place):
     assert verify(shot.store, digest_file) == Found()
 
 
-def test_verify_goes_on_after_what_it_cannot_read(shot, listed, monkeypatch):
+def test_verify_continues_after_what_it_cannot_read(shot, listed, monkeypatch):
     """It names that, and a folder in place of an object, and what cannot be removed."""
     path, *_ = listed
     objects = sorted(shot.store.root.glob("objects/??/*.h5"))

@@ -104,7 +104,7 @@ def test_store_on_a_full_disk_refuses_before_it_writes(shot, monkeypatch):
         values.check_space(shot.folder, 10)
 
 
-def test_full_disk_leaves_a_store_that_goes_on(shot, monkeypatch):
+def test_full_disk_leaves_a_store_that_continues(shot, monkeypatch):
     """The third object does not fit; with room again, the rest is computed and equals an undisturbed run."""
     shot.edit("tally.py", "if IN_WORKER and", FULL_DISK + "if IN_WORKER and")
     monkeypatch.setenv("TOY_FULL_AFTER", "3")

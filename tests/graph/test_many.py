@@ -41,7 +41,7 @@ def test_frames_of_several_nodes(shot):
     assert shot.tally()["gather"] == 1
 
 
-def test_a_plan_says_which_edge_changed(shot):
+def test_a_plan_reports_which_edge_changed(shot):
     shot.write(GATHER.format('["s1", "s2"]'))
     shot.run()
     shot.run(s2__value=7, to=["s2"])

@@ -96,7 +96,7 @@ def write_everything(store, key, number):
 
 
 @pytest.mark.parametrize("umask", [0o077, 0o022])
-def test_members_of_a_group_write_to_one_store_whatever_their_umask(store, umask):
+def test_members_of_a_group_write_to_one_store_for_any_umask(store, umask):
     def live():
         return clean(store, older=0.0).objects, store.sweep()
 

@@ -84,7 +84,7 @@ def test_invalid_curves_are_named(ball, strands):
         adopted(ball, (np.zeros((0, 3)), np.zeros(1, np.int32)))
 
 
-def test_strands_that_are_too_short_are_left_out_by_name(ball, strands):
+def test_strands_that_are_too_short_are_omitted_by_name(ball, strands):
     points, offsets = strands[0].copy(), strands[1]
     for s in (2, 7):  # a point, and a stub
         first = points[offsets[s]]

@@ -17,7 +17,7 @@ def test_without_stray_all_rows_are_the_first_one_moved():
     np.testing.assert_array_equal(tuft.root_frames[:, :, 3], tuft.points[tuft.offsets[:-1]])
 
 
-def test_strands_are_turned_with_their_roots_by_as_much_as_was_asked_for():
+def test_strands_are_turned_with_their_roots_by_as_much_as_was_requested():
     tuft = gather_tuft(ROW, Tuft(rows=400, stray=3.0))
     straight = gather_tuft(ROW, Tuft(rows=400))
     turns = tuft.root_frames[:, :, :3] @ straight.root_frames[:, :, :3].transpose(0, 2, 1)

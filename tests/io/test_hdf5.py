@@ -79,7 +79,7 @@ def assert_same(a, b):
             assert repr(one) == repr(other), path
 
 
-def test_every_kind_of_field_comes_back(tmp_path):
+def test_every_kind_of_field_is_read_back(tmp_path):
     hdf5.encode(value(), tmp_path / "a.h5")
     back = hdf5.decode(tmp_path / "a.h5", Value)
     assert_same(back, value())
@@ -180,7 +180,7 @@ def test_unsupported_fields_are_named(bad, field, tmp_path):
         arrays.array_shapes(min_dims=0, max_dims=4, min_side=0, max_side=4),
     )
 )
-def test_any_array_comes_back_bit_by_bit(tmp_path_factory, array):
+def test_any_array_is_read_back_bit_by_bit(tmp_path_factory, array):
     path = tmp_path_factory.getbasetemp() / "array.h5"
     hdf5.write({"a": array if array.dtype.byteorder != ">" else hdf5.plain_array(array, "a")}, path)
     back = hdf5.read(path)["a"]

@@ -23,7 +23,7 @@ def saved(folder, array, name="paint.png", mode=None):
 
 
 @pytest.mark.parametrize("mode", ["L", "RGB", "RGBA", "LA", "P"])
-def test_grey_is_the_value_over_white_whatever_the_mode(tmp_path, mode):
+def test_grey_is_the_value_over_white_for_any_mode(tmp_path, mode):
     values = read_image(saved(tmp_path, GREY, mode=mode))
     assert values.dtype == np.float64 and np.allclose(values, GREY / 255)
 

@@ -50,7 +50,7 @@ def test_everything_is_read_back_under_its_dotted_name(tmp_path):
         st.sampled_from([np.float64, np.float32, np.int32, bool]), hnp.array_shapes(min_dims=0, min_side=0)
     )
 )
-def test_any_array_is_read_back_as_it_was(array, tmp_path_factory):
+def test_any_array_is_read_back_unchanged(array, tmp_path_factory):
     path = tmp_path_factory.getbasetemp() / "array.npz"
     write_npz(path, {"array": array})
     with np.load(path) as found:

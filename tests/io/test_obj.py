@@ -58,7 +58,7 @@ def test_a_group_keeps_its_faces_and_all_vertices(tmp_path, group, count):
 
 
 @pytest.mark.parametrize("corner", ["{0}", "{0}//1"])
-def test_texture_coordinates_that_are_missing_somewhere_are_left_out(tmp_path, corner):
+def test_texture_coordinates_that_are_missing_somewhere_are_omitted(tmp_path, corner):
     text = SQUARE.replace("f 1/1 2/2 5/3", "f " + " ".join(corner.format(i) for i in (1, 2, 5)))
     with pytest.warns(UserWarning, match="1 of 2 faces have no texture coordinates: those of the others are not used"):
         assert read_text_as_obj(tmp_path, text).uv is None

@@ -71,7 +71,7 @@ def test_the_film_lasts_as_long_as_its_frames(files: list[Path], tmp_path: Path,
 
 
 @pytest.mark.parametrize(("frames", "shown"), [((1, 3, 5), [100, 100, 100]), ((8, 9, 12), [50, 150, 50])])
-def test_frames_that_are_left_out_are_waited_for(
+def test_frames_that_are_omitted_are_waited_for(
     files: list[Path], tmp_path: Path, frames: tuple[int, ...], shown: list[int]
 ) -> None:
     by_frame = dict(zip(frames, files, strict=False))

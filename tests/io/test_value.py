@@ -59,7 +59,7 @@ def test_an_unknown_suffix_is_refused_with_those_known(name, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_failure_leaves_the_file_as_it_was(tmp_path):
+def test_a_failure_leaves_the_file_unchanged(tmp_path):
     path = tmp_path / "value.usda"
     write_value(path, HAIR, 1, 24.0)
     before = path.read_bytes()

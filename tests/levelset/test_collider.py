@@ -95,7 +95,7 @@ def test_beyond_reach_only_the_distance_is_found(travel, name):
             np.testing.assert_array_equal(asked, np.where(near[:, None], found, 0.0))
 
 
-def test_a_body_that_jumps_is_as_fast_as_that_whatever_its_velocities(sphere):
+def test_a_body_that_jumps_is_as_fast_as_that_for_any_velocities(sphere):
     meshes = [sphere(0.5, centre=(x, 0.0, 0.0), level=3) for x in (0.0, 0.2)]
     surface = build_collider_field(*(bake(mesh, VOXEL, HALF_WIDTH) for mesh in meshes), FRAME, Interpolation.two_sided)
     assert surface.speed == pytest.approx(0.2 / FRAME, rel=0.02)
@@ -184,7 +184,7 @@ def test_results_do_not_depend_on_threads_and_a_union_is_one_after_the_other(tra
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
-def test_beyond_its_reach_a_probe_stays_as_it_was(travel, scheme):
+def test_beyond_its_reach_a_probe_stays_unchanged(travel, scheme):
     points = np.array([[9.0, 0.0, 0.0], [0.6 + 0.3, 0.0, 0.0], [np.nan, 0.0, 0.0]])
     probe = SdfSample.blank(3)
     travel[scheme].probe(points, 0.5 * FRAME, probe)

@@ -50,7 +50,7 @@ def test_a_restart_takes_the_settings_of_the_simulation():
     assert settings.items() <= {name: (p.annotation, p.default) for name, p in ours.items()}.items()
 
 
-def test_frames_that_are_left_out_are_refused_where_hair_would_restart():
+def test_frames_that_are_omitted_are_refused_where_hair_would_restart():
     shot = Reached((5, 6, 9), lambda frame: frame)
     assert Around(None, shot, (), ()).frames(5, 2) == [5, 6]
     with pytest.raises(BadInput, match=r"no frames between 6 and 9.*\(4 of them in a row\)"):

@@ -71,7 +71,7 @@ def test_depth_is_that_in_the_body(sphere):
     assert table["deepest [mm]"][0] == pytest.approx(10.0, abs=0.1)
 
 
-def test_strands_that_are_left_out_are_compared_by_ids():
+def test_strands_that_are_omitted_are_compared_by_ids():
     two = lay_strands(2, L, 4, DOWN, (0.01, 0.0, 0.0), None, 0.0)
     both = Strands(two.points.astype(np.float32), np.zeros((10, 3), np.float32), two.offsets, 8e-5)
     one = lay_strands(1, L, 4, DOWN, (0.01, 0.0, 0.0), None, 0.0)

@@ -101,7 +101,7 @@ def test_roots_do_not_move_over_a_cut(falling):
 
 
 @pytest.mark.parametrize("frames", [(7,), (7, 9)])
-def test_roots_of_one_frame_stand_still_and_those_of_two_go_straight(falling, frames):
+def test_roots_of_one_frame_are_at_rest_and_those_of_two_go_straight(falling, frames):
     groom, at = falling
     table = measure_root_motion(groom, Frames(frames, at), 25.0)
     assert table["speed [m/s]"] == pytest.approx([0.0] if len(frames) == 1 else [4.0 * 8 / 25.0] * 2)

@@ -32,6 +32,6 @@ def test_it_is_how_far_hair_turns_and_how_long_after_its_roots(lag):
     assert row[2:] == pytest.approx(np.degrees((0.8, 1.8)), rel=1e-2)
 
 
-def test_roots_that_stand_still_lead_nothing():
+def test_roots_at_rest_drive_nothing():
     with pytest.raises(BadInput, match="the roots of the hair do not turn"):
         swing_table(dict.fromkeys(range(4), hair_at(0.0, 0.0)))

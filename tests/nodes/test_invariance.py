@@ -190,7 +190,7 @@ def test_hair_that_is_at_rest_may_begin_later(plain, shoot, request):
     assert apart(plain[STILL - 1 :], shoot(still=1)) < (FLOOR, 100.0 * FLOOR)
 
 
-def test_over_a_cut_hair_goes_on(plain, shoot, floor):
+def test_over_a_cut_hair_continues(plain, shoot, floor):
     """The plate leaps by 5 m and turns by 70 degrees; without the cut, hair leaves it at 50 m/s."""
     leapt = shoot(leaps=True, cut=True)
     assert apart(plain[:CUT], leapt[:CUT]) < (FLOOR, 100.0 * FLOOR)

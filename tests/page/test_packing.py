@@ -41,7 +41,7 @@ def restored(codes, lengths):
 
 
 @pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.uint32])
-def test_arrays_come_back(kind):
+def test_arrays_are_read_back(kind):
     arrays = {"a": RANDOM.integers(0, np.iinfo(kind).max, (7, 3)).astype(kind), "b": np.arange(5, dtype=kind)}
     found = unpacked(*pack(arrays))
     assert all(np.array_equal(found[name], array) for name, array in arrays.items())

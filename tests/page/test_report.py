@@ -48,7 +48,7 @@ def test_other_files_are_not_overwritten(single, shot, tmp_path):
     assert (tmp_path / "mine" / "letter.txt").read_text() == "dear"
 
 
-def test_a_run_that_failed_is_shown_as_it_was(folder, tmp_path):
+def test_a_run_that_failed_is_shown_unchanged(folder, tmp_path):
     text = (folder / "shot.toml").read_text().replace("[picture]", '[torn]\ntype = "tear"\nin.hair = "hair"\n[picture]')
     (folder / "torn.toml").write_text(text)
     shot = hairpipe.load(folder / "torn.toml", cache=folder / "cache")

@@ -13,7 +13,7 @@ from hairpipe.particles.sampling import darts, sample
 
 
 @pytest.mark.parametrize("sampling", ["strands", "even"])
-def test_there_are_as_many_as_asked_for_and_some_below_the_skin_come_first(curtain, sampling):
+def test_there_are_as_many_as_requested_and_some_below_the_skin_come_first(curtain, sampling):
     samples = sample(curtain, 500, sampling, 3)
     arcs = samples.places.arcs
     deep = int(np.count_nonzero(arcs < 0.0))

@@ -65,7 +65,7 @@ def test_hair_of_dual_scattering_is_equal_on_any_number_of_threads(hair: Strands
     assert np.array_equal(*pictures) and (pictures[0] != take(hair, head, Shot(90, 90))).any()
 
 
-def test_the_picture_has_the_size_asked_for(hair: Strands) -> None:
+def test_the_picture_has_the_size_requested(hair: Strands) -> None:
     picture = take(hair, None, Shot(90, 50))
     assert picture.shape == (50, 90, 3) and picture.dtype == np.uint8
 

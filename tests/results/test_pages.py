@@ -26,7 +26,7 @@ def test_tables_and_spans_are_written(recorded, hairpipe):
     assert hairpipe("results --write graphs").stdout == ""
 
 
-def test_a_page_that_was_edited_by_hand_is_found(recorded, hairpipe):
+def test_a_page_that_was_edited_manually_is_found(recorded, hairpipe):
     page = recorded / "graphs/README.md"
     hairpipe("results --write")
     edit(page, "| 6 | -4.5 % |", "| 6 | -4.4 % |")

@@ -54,7 +54,7 @@ def test_a_turn_is_about_a_place_in_space(box):
     np.testing.assert_allclose(turned.points, np.stack([1.0 - y, x - 1.0, z], axis=1), atol=1e-14)
 
 
-def test_a_mesh_that_moves_by_itself_goes_on_doing_so(box):
+def test_a_mesh_that_moves_by_itself_continues_doing_so(box):
     track = Track((0.0, 1.0), ((0.0, 0.0, 0.0), (0.3, -0.1, 0.2)), (0.0, 200.0), (1.0, 2.0, 0.5), (0.2, 0.0, 0.1))
     still, speed = box(), np.array([2.0, -0.5, 0.3])
 

@@ -40,7 +40,7 @@ def test_a_tip_goes_where_the_body_goes_and_a_free_one_does_not(triangle, scene)
     assert np.linalg.norm(moved[1, -1] - rest[1, -1] @ spin.T) > 1e-3
 
 
-def test_without_a_body_a_held_tip_stands_still(triangle, scene):
+def test_without_a_body_a_held_tip_is_at_rest(triangle, scene):
     groom = bind_tips(triangle(), scene([arc()]).hair.groom, np.array([True]), 1.0)
     hair, rules = build_hair(groom, Material()), Scene(steps=StepControl(longest=1 / 96))
     state = advance_frame(hair, start(hair, None, rules), (None, None), (), 1 / 24, rules)

@@ -63,7 +63,7 @@ def test_neighbours_lie_in_one_box(sphere):
         assert np.linalg.norm(sizes, axis=-1).mean() < 2 * np.sqrt(4 * np.pi / 2**level)
 
 
-def test_slivers_are_left_out(box):
+def test_slivers_are_omitted(box):
     corners = box().points[box().triangles]
     corners[5, 2] = corners[5, 0] + 1e-9
     corners[7] = corners[7, 0]

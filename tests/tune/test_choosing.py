@@ -99,7 +99,7 @@ def test_models_nearer_than_the_full_one_by_chance_are_not_chosen():
     assert choose(FULL, lucky, 0.05, World().measure).parts is None
 
 
-def test_where_only_the_full_model_keeps_it_nothing_is_left_out():
+def test_where_only_the_full_model_keeps_it_nothing_is_omitted():
     choice = choose(FULL, World(worse=5.0).singles(), 1.0, World().measure)
     assert choice.parts == frozenset() and choice.measured == FULL
 
@@ -111,7 +111,7 @@ def test_useless_or_failed_simplifications_are_not_chosen():
     assert choose(FULL, singles, 1.0, World().measure).parts == frozenset()
 
 
-def test_physics_without_effect_is_left_out_whatever_its_measured_time():
+def test_physics_without_effect_is_omitted_whatever_its_measured_time():
     idle = Simplification("stiction", 1, "no stiction", drops=("hair.stiction",))
     fewer = Simplification("segments", 1, "10 segments")
     singles = {idle: found(0.1, 10.5), fewer: found(0.5, 5.0)}

@@ -105,7 +105,7 @@ def test_hair_that_cannot_be_in_locks_or_is_is_not_put_into_them(scene, changed)
     assert "locks" not in parts_by_axis(scene)
 
 
-def test_single_precision_is_tried_where_double_was_asked_for(scene):
+def test_single_precision_is_tried_where_double_was_requested(scene):
     scene.write_text(SCENE.replace('type = "simulate_hair"\n', 'type = "simulate_hair"\nprecision = "double"\n'))
     (part,) = parts_by_axis(scene)["precision"]
     assert part.puts == (("hair.precision", "automatic"),)

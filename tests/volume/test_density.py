@@ -80,7 +80,7 @@ def test_the_middle_of_an_even_bundle_has_one_hair_for_each_square(random_hair):
 
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf])
-def test_hair_that_is_not_finite_is_left_out(random_hair, wrong):
+def test_hair_that_is_not_finite_is_omitted(random_hair, wrong):
     points = random_hair.points.copy()
     points[5, 1] = wrong
     rest = Strands(points[12:], random_hair.velocities[12:], random_hair.offsets[:-1], 8e-5)

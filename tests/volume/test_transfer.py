@@ -89,7 +89,7 @@ def test_samples_leave_no_holes_along_segments_longer_than_cells():
 
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, 1e9])
-def test_a_lost_strand_is_left_out_and_makes_no_grid_huge(wrong):
+def test_a_lost_strand_is_omitted_and_makes_no_grid_huge(wrong):
     hair = Hair(11)
     whole = hair.samples()
     last = hair.offsets[5] - 1

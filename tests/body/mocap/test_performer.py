@@ -69,7 +69,7 @@ def test_between_frames_rotations_go_the_shorter_way_and_positions_straight():
 
 
 @pytest.mark.parametrize("frames", [1, 2, 5])
-def test_motion_goes_on_beyond_the_ends(frames):
+def test_motion_continues_beyond_the_ends(frames):
     values = np.arange(1.0, frames + 1.0)[:, None] * [1.0, 30.0]
     placed = place_joints(one_joint(("Xposition", "Yrotation"), values), np.array([-0.4, 0.0, frames - 1.0, frames]))
     beyond = np.array([0.6, 1.0, frames, frames + 1.0]) if frames > 1 else np.ones(4)

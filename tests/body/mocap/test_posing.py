@@ -39,7 +39,7 @@ def test_rates_approach_the_true_derivative_of_smooth_motion(skeleton, make_clip
 
 
 @pytest.mark.filterwarnings("ignore:where the clip's feet")
-def test_a_tail_edit_leaves_earlier_poses_as_they_were(skeleton, make_clip):
+def test_a_tail_edit_leaves_earlier_poses_unchanged(skeleton, make_clip):
     clip = make_clip(60, seed=3)
     values = clip.values.copy()
     values[40:] = 0.0

@@ -16,7 +16,7 @@ def test_one_is_described(shot, hairpipe):
     assert "  step   a number in m, >= 0, default 1.0\n" in text
 
 
-def test_a_socket_that_takes_many_says_so(shot, hairpipe):
+def test_a_socket_that_takes_many_reports_it(shot, hairpipe):
     text = hairpipe("nodes --graph shot.toml gather").stdout
     assert "numbers  Numeral, any number\n" in text
     assert "shots    Numeral, any number, all frames, optional\n" in text

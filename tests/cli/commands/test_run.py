@@ -138,7 +138,7 @@ def test_a_shipped_graph_publishes_below_the_current_folder(shot, hairpipe, monk
     assert not (shot.parent.parent / "out").exists()
 
 
-def test_an_interrupted_run_says_so_and_keeps_what_it_has(failing, hairpipe):
+def test_an_interrupted_run_reports_it_and_keeps_what_it_has(failing, hairpipe):
     command = [*START, "run", "shot.toml", "-j2", "--set", "bad.how=slow"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
     for line in process.stderr:

@@ -37,7 +37,7 @@ def strange(shot, monkeypatch, tmp_path) -> Path:
         "tune shot.toml --node sum --tolerance 1mm",
     ],
 )
-def test_no_command_imports_it_and_each_says_so_in_a_line(words, strange, hairpipe):
+def test_no_command_imports_it_and_each_reports_it_in_a_line(words, strange, hairpipe):
     result = hairpipe(words)
     assert result.exit_code == 2 and result.stdout == "" and result.stderr.count("\n") == 1
     assert "/nodes: the code is not trusted: add_up.py, " in result.stderr and "(hairpipe trust /" in result.stderr

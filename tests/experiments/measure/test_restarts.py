@@ -39,7 +39,7 @@ def restarted(shot, groom=GROOM, **settings):
     return restart_hair(groom, None, None, None, None, *shot, Time(1, FPS), (), **settings)
 
 
-def test_the_reference_goes_on_to_the_bit_as_it_went(shot):
+def test_the_reference_continues_to_the_bit_as_it_went(shot):
     summary, windows = restarted(shot, window=3)
     assert windows["frame"].tolist() == [1, 2, 3]
     assert not any(np.any(numbers) for numbers in summary.numbers.values())

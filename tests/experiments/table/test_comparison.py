@@ -47,7 +47,7 @@ def test_last_keeps_the_sign_and_change_is_relative_to_the_first_row():
     assert changed["measured"] == pytest.approx([0.5]) and changed["error [%]"] == pytest.approx([-175.0])
 
 
-def test_rows_without_a_number_are_left_out():
+def test_rows_without_a_number_are_omitted():
     gaps = table_of_columns({"time [s]": TIMES, "y [m]": np.where(TIMES > 1.0, np.nan, TIMES)})
     assert compared("last", [ramp(1.0)], gaps)["reference"] == pytest.approx([1.0])
 

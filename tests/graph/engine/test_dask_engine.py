@@ -109,7 +109,7 @@ def pause(line):
 def numeral(value)"""
 
 
-def test_a_scan_goes_on_elsewhere_when_its_machine_is_killed(shot, cluster):
+def test_a_scan_continues_elsewhere_when_its_machine_is_killed(shot, cluster):
     """The machine of the scan is killed within frame 4: that evaluation is lost, and the other machine resumes."""
     shot.edit("tally.py", "\ndef numeral(value)", PAUSE)
     shot.edit("tally.py", '.strip() + "\\n")', '.strip() + "\\n")\n    pause(f"{name} {frame}")')

@@ -266,7 +266,7 @@ def test_a_killed_worker_is_replaced_once_on_another_machine(shot, two):
     assert message.startswith("the worker process was ended by SIGKILL") and message.endswith("other machines go on")
 
 
-def test_a_machine_with_other_code_is_left_out_with_one_warning(shot, two):
+def test_a_machine_with_other_code_is_omitted_with_one_warning(shot, two):
     (made, reported) = two(refuse=["one"]), []
     assert (
         shot.run(report=lambda event: reported.append(event.message) if event.kind == "warning" else None).exit_code

@@ -111,7 +111,7 @@ def test_settings_of_a_prototype_apply_to_its_copies(shot):
     assert nodes["other"].settings == {"value": 9.0, "file": None, "bent": {"strength": 7.0}}
 
 
-def test_a_group_goes_on_from_a_plain_value_and_a_plain_value_replaces_it(shot):
+def test_a_group_continues_from_a_plain_value_and_a_plain_value_replaces_it(shot):
     (shot.nodes / "mixed.py").write_text(MIXED)
     text = HEAD + '[a]\ntype = "mixed"\nhow = "fast"\n[b]\nlike = "a"\nhow.often = 3\n[c]\nlike = "b"\nhow = "slow"\n'
     shot.write(text)

@@ -134,7 +134,7 @@ def test_description_contains_kind_unit_range_default_and_help():
     assert fields["file"].required
 
 
-def test_help_goes_on_over_lines_that_begin_below_it():
+def test_help_continues_over_lines_that_begin_below_it():
     document = """What.
 
     first    one, and

@@ -78,7 +78,7 @@ def test_a_lost_state_is_computed_again_only_for_who_has_to_look_at_it(shot):
     assert shot.tally()["add_up"] == 2 and kept(shot) == list(range(1, 11))
 
 
-def test_longer_range_goes_on_from_the_last_state(shot):
+def test_longer_range_continues_from_the_last_state(shot):
     shot.run(frames=range(1, 7))
     shot.tally()
     shot.run()
@@ -98,7 +98,7 @@ def test_state_that_is_needed_is_recomputed_from_the_nearest(shot):
     assert {name: after[name] for name in before if name != "list"} == {n: before[n] for n in before if n != "list"}
 
 
-def test_states_go_while_the_scan_goes_on(shot, tmp_path):
+def test_states_go_while_the_scan_continues(shot, tmp_path):
     other = Store(tmp_path / "other")
     shot.run(store=other)
     names = shot.results(other)

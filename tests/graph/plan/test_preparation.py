@@ -64,7 +64,7 @@ def test_prepare_is_called_once_for_all_frames_and_again_for_a_changed_setting(p
     assert prepared.tally() == Counter(make_factor=1, scale=10), "its code is code of the node"
 
 
-def test_its_warnings_are_reported_once_also_where_a_run_goes_on(prepared):
+def test_its_warnings_are_reported_once_also_where_a_run_continues(prepared):
     def warned(**given):
         events = []
         prepared.run(report=events.append, **given)

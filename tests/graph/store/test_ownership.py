@@ -77,7 +77,7 @@ def no_home(path):
 
 
 @pytest.mark.parametrize("home", ["nowhere", "unwritable"])
-def test_without_a_home_kernels_are_of_one_run_and_it_says_so(shot, monkeypatch, home):
+def test_without_a_home_kernels_are_of_one_run_and_it_reports_it(shot, monkeypatch, home):
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
     if home == "nowhere":

@@ -112,7 +112,7 @@ def test_a_kernel_that_cannot_be_kept_costs_nothing_else(tmp_path, monkeypatch):
 
 
 @pytest.mark.kernels
-def test_a_run_heals_damaged_kernels_and_says_so_once(shot, monkeypatch):
+def test_a_run_heals_damaged_kernels_and_reports_it_once(shot, monkeypatch):
     """The kernels lie where numba was told; those of the store are nothing to us."""
     folder = shot.folder / "kernels"
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(folder))

@@ -72,7 +72,7 @@ def test_a_groom_says_what_the_data_type_says(ball):
     assert (ball.maps["scalp"][ball.mesh.triangles[groom.root_triangles]].max(axis=1) > 0).all()
 
 
-def test_hanging_curls_have_the_radius_and_the_pitch_asked_for(ball):
+def test_hanging_curls_have_the_radius_and_the_pitch_requested(ball):
     radius, pitch = 0.004, 0.02
     long = Style(
         length=PaintedMetres(0.7), curl=Curl(PaintedMetres(radius), PaintedMetres(pitch)), comb=Comb(stray=0.0)
@@ -117,7 +117,7 @@ def test_length_follows_paint_and_varies_by_chance(ball, body_of):
     assert 0.064 <= lengths.min() < 0.067 and 0.093 < lengths.max() <= 0.096
 
 
-def test_hair_painted_away_is_left_out_and_the_rest_keeps_its_ids(ball, body_of):
+def test_hair_painted_away_is_omitted_and_the_rest_keeps_its_ids(ball, body_of):
     left = (ball.mesh.points[:, 0] > 0).astype(float)
     body = body_of(ball.mesh, scalp=ball.maps["scalp"], left=left, none=0 * left)
     groom = grow(Canvas(body, no_image, 0), Style(PaintedMetres(0.08, map="left")), None, 200, Cut())

@@ -25,7 +25,7 @@ def brute_force(points, normals, reach):
 
 
 @pytest.mark.parametrize("size", [0.07, 0.5, 3.0])
-def test_it_is_the_sum_over_all_pairs_whatever_the_cells(crowd, size):
+def test_it_is_the_sum_over_all_pairs_for_any_cells(crowd, size):
     points, normals, reach = crowd
     found = repulsion(points, normals, reach, sort_into_cells(points, size, reach.max()))
     assert np.allclose(found, brute_force(points, normals, reach), atol=1e-12)

@@ -55,7 +55,7 @@ def test_takes_the_transform_of_the_earliest_time(new_stage, saved) -> None:
 
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("left", [False, True])
-def test_triangles_face_out_whatever_the_handedness(new_stage, saved, mirrored: bool, left: bool) -> None:
+def test_triangles_face_out_for_any_handedness(new_stage, saved, mirrored: bool, left: bool) -> None:
     stage = new_stage()
     mesh = cube(stage, corners=QUADS[::-1] if left else QUADS)
     mesh.CreateOrientationAttr(TOKENS.leftHanded if left else TOKENS.rightHanded)

@@ -26,14 +26,14 @@ from hairpipe.io.usd.wire import pack, unpack
         Fault("/Hair", "what"),
     ],
 )
-def test_values_come_back(value):
+def test_values_are_read_back(value):
     found = unpack(pack([value, value]))
     assert found == [value, value] and type(found[0]) is type(value)
 
 
 @pytest.mark.parametrize("dtype", ["?", "i1", "u2", "<i4", ">i8", "f2", "<f4", "f8"])
 @pytest.mark.parametrize("shape", [(), (0, 3), (5,), (2, 3, 4)])
-def test_arrays_come_back_and_may_be_written_to(dtype, shape):
+def test_arrays_are_read_back_and_may_be_written_to(dtype, shape):
     array = (np.arange(60)[: int(np.prod(shape))] % 2).reshape(shape).astype(dtype)
     first, second = unpack(pack((array, array[..., ::-1] if shape else array)))
     assert first.dtype == array.dtype and first.flags.writeable
@@ -41,7 +41,7 @@ def test_arrays_come_back_and_may_be_written_to(dtype, shape):
     np.testing.assert_array_equal(second, array[..., ::-1] if shape else array)
 
 
-def test_records_and_faults_come_back(box):
+def test_records_and_faults_are_read_back(box):
     mesh = unpack(pack(box()))
     assert type(mesh) is Mesh
     np.testing.assert_array_equal(mesh.points, box().points)

@@ -40,7 +40,7 @@ def back(path):
     return density_of_voxels(found.indices, found.values, found.voxel, found.translation)
 
 
-def test_a_density_comes_back_to_the_bit(written, fog):
+def test_a_density_is_read_back_to_the_bit(written, fog):
     found, there = back(written()), np.argwhere(fog.length)
     low, high = there.min(axis=0), there.max(axis=0) + 1
     np.testing.assert_array_equal(found.low, fog.low + low)

@@ -44,14 +44,14 @@ def everywhere(surface: LevelSet, values: np.ndarray, outside: float, inside: fl
     return found
 
 
-def test_the_distance_comes_back_to_the_bit(openvdb, written, surface):
+def test_the_distance_is_read_back_to_the_bit(openvdb, written, surface):
     band = np.maximum(surface.distance, np.float32(-3 * VOXEL))
     expected = everywhere(surface, band, 3 * VOXEL, -3 * VOXEL)
     assert (surface.bricks == LevelSet.FAR_INSIDE).any() or (surface.distance < -3 * VOXEL).any()
     assert np.array_equal(read_back(openvdb, written, surface, "surface", surface.distance), expected)
 
 
-def test_the_velocity_comes_back_to_the_bit_in_the_band(openvdb, written, surface):
+def test_the_velocity_is_read_back_to_the_bit_in_the_band(openvdb, written, surface):
     banded = np.abs(surface.distance) < 3 * VOXEL
     expected = everywhere(surface, np.where(banded[..., None], surface.velocity, 0), 0, 0)
     assert np.array_equal(read_back(openvdb, written, surface, "vel", surface.velocity), expected)
@@ -121,7 +121,7 @@ def test_half_is_smaller_and_close(openvdb, written, surface, tmp_path):
 
 
 @pytest.mark.parametrize("low", [(-5, 3, 16), (0, -8, -1)])
-def test_a_density_comes_back_to_the_bit_where_it_lies(openvdb, tmp_path, low):
+def test_a_density_is_read_back_to_the_bit_where_it_lies(openvdb, tmp_path, low):
     rng, path = np.random.default_rng(3), tmp_path / "density.vdb"
     length = np.maximum(rng.normal(size=(11, 9, 20)), 0.0).astype(np.float32)
     velocity = np.where(length[..., None] > 0.0, rng.normal(size=(11, 9, 20, 3)), 0.0).astype(np.float32)

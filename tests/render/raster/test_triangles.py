@@ -27,7 +27,7 @@ def test_the_closer_triangle_is_seen_in_any_order(order: list[int]) -> None:
     assert close == pytest.approx(2.0)
 
 
-def test_triangles_behind_the_eye_are_left_out() -> None:
+def test_triangles_behind_the_eye_are_omitted() -> None:
     film = np.array([[-9.0, -9], [40, -9], [-9, 40]])
     seen, _ = rasterise(film, np.array([[0, 1, 2]], np.int32), np.array([1.0, 0.0, 1.0]), 8, 8)
     assert (seen == UNSEEN).all()

@@ -53,7 +53,7 @@ def test_thin_white_hair_neither_loses_much_light_nor_makes_any_of_note() -> Non
     [(0.112, 0.051, 0.024), (0.604, 0.38, 0.171), (0.03, 0.03, 0.03), (0.9, 0.85, 0.8)],
     ids=["brown", "blond", "black", "white"],
 )
-def test_deep_hair_has_the_colour_that_was_asked_for(colour: tuple[float, float, float], slope: float) -> None:
+def test_deep_hair_has_the_colour_that_was_requested(colour: tuple[float, float, float], slope: float) -> None:
     assert furnace(colour, 60.0, slope) == pytest.approx(np.array(colour), rel=0.1)
 
 

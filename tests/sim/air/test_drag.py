@@ -119,7 +119,7 @@ def test_segments_join_no_strands_and_forces_add_up():
     np.testing.assert_allclose(push - 1.0, whole[0], atol=1e-15)
 
 
-def test_strands_that_are_not_asked_for_get_nothing_and_change_nothing():
+def test_strands_that_are_not_requested_get_nothing_and_change_nothing():
     wind, active = Wind((2.0, 0.3, -1.0), gusts=Gusts(), shielding=Shielding(0.02, 50.0)), np.arange(12) >= 7
     for some, whole in zip(forces(wind, active=active), forces(wind), strict=True):
         np.testing.assert_array_equal(some[active], whole[active])

@@ -58,7 +58,7 @@ def stretch_of(hair, state):
         ((50, 0.0051, 0.0, 0.3, 0.001), 1 / 240, 0.1, None),
     ],
 )
-def test_a_soft_heavy_rod_laid_over_another_folds_and_goes_on(scene, shape, step, stiffness, strain):
+def test_a_soft_heavy_rod_laid_over_another_folds_and_continues(scene, shape, step, stiffness, strain):
     """Its weight folds it over by nearly 180 degrees, where curvature has no bound."""
     hair = build_hair(scene(laid_over(*shape)).hair.groom, SOFT, "rod")
     shot = Scene(steps=StepControl(step), collisions=Collisions(5e-3, stiffness=stiffness), strain=strain)

@@ -68,7 +68,7 @@ def test_hair_that_swings_out_wins_no_energy_and_next_to_none_where_it_is_carrie
     assert (worst.simulated < 32) == (locks is not None)
 
 
-def test_bar_and_roots_stand_still_after_a_period_where_they_began():
+def test_bar_and_roots_are_at_rest_after_a_period_where_they_began():
     (place, rate), (before, _) = axis_at(2.0, 0.7), axis_at(2.0, 0.0)
     assert place == pytest.approx(before) and rate == pytest.approx(np.zeros(3), abs=1e-12)
     groom = tuft()

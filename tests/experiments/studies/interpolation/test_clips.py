@@ -37,7 +37,7 @@ def table_at(clip, frames: Sequence[int], dt: float) -> Table:
     return clip_table(skin_at(TURN, 0.0), clip(frames), 2, dt)
 
 
-def test_frames_that_are_left_out_are_not_asked_for(clip):
+def test_frames_that_are_omitted_are_not_requested(clip):
     full, sparse = table_at(clip, range(1, 6), 1 / 24), table_at(clip, range(1, 11, 2), 1 / 48)
     assert set(full["time [keys]"]) == {0.0, 0.5, 1.0}
     for name in full.names:

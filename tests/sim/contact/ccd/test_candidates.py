@@ -84,7 +84,7 @@ def test_points_are_in_the_segments_they_bound():
     assert touched_by(marked, np.array([0, 3, 7], np.int32)).tolist() == [True, True, False, True, True, True, False]
 
 
-def test_an_end_that_goes_on_by_half_the_reach_is_not_lost():
+def test_an_end_that_continues_by_half_the_reach_is_not_lost():
     """One end leaves, the other goes to and fro within half the reach, and so does what they may meet."""
     offsets = np.arange(33, dtype=np.int32) * 2
     before = np.repeat(100.0 * np.arange(1, 33)[:, None] * [1.0, 0.0, 0.0], 2, axis=0)

@@ -88,7 +88,7 @@ def test_hair_within_reach_slows_down_before_it_touches(cross):
     assert (after[0] - after[2])[1] == pytest.approx(-0.1 * 2e-5 / DT)
 
 
-def test_ends_are_left_out(cross):
+def test_ends_are_omitted(cross):
     points, pairs = cross(2e-4)
     velocities = np.outer([1, 1, 0, 0], [0.0, -0.5, 0.0])
     at_end = pairs._replace(fractions=np.array([[0.5, 1.0]]))

@@ -188,7 +188,7 @@ def part(speed, mass, dt):
 
 @pytest.mark.parametrize("speed", [0.2, 1.0, 1.5, 3.0, 10.0])
 @pytest.mark.parametrize("dt", [1 / 240, 1 / 1000])
-def test_hair_parts_at_the_speed_it_has_left_whatever_the_step(speed, dt):
+def test_hair_parts_at_the_speed_it_has_left_for_any_step(speed, dt):
     """A step that ends far beyond release must not take what stiction never could, nor turn hair round."""
     assert part(speed, 1e-7, dt) == pytest.approx(part(speed, 1e-7, 5e-6), abs=0.17)
 
