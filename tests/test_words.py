@@ -53,18 +53,21 @@ PLAIN = frozenset(
     word
     for line in (
         "acceleration advance air alignment angle attraction axis basis centre code coefficient colour condition",
-        "contact damping deviation diameter direction displacement distance divisor duration elevation equilibrium error",
-        "extent factor field force form format formula frequency height helix increment integrator interpolation layout",
-        "length limit method metre model modulus motion name number offset order oscillation parameter part path",
-        "pigment placement position precision pressure pull quality radius rate ratio reduction removal repulsion",
-        "rotation row scheme seed shading shape share simulation size solver spacing speed square stiffness storage",
-        "strength thickness time treatment turbulence update variation vector velocity viscosity width",
+        "contact damping deviation diameter direction displacement distance divisor duration elevation equilibrium",
+        "error extent factor field force form format formula frequency height helix increment integrator",
+        "interpolation layout length limit method metre model modulus motion name number offset order oscillation",
+        "parameter part path pigment placement position precision pressure pull quality radius rate ratio",
+        "reduction removal repulsion rotation row scheme seed shading shape share simulation size solver spacing",
+        "speed square stiffness storage strength thickness time treatment turbulence update variation vector",
+        "velocity viscosity width",
     )
     for word in line.split()
 )
 """Nouns that begin the help text of a setting and need no entry in the glossary."""
 ENDS_PHRASE = frozenset(
-    "across along around at before between by called for from in kept lost of on over per that to whose with".split()
+    word
+    for line in ("across along around at before between by called for from in kept lost of on over per that to whose with",)
+    for word in line.split()
 )
 """Words after the first noun of a help text."""
 

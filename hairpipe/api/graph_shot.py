@@ -15,6 +15,7 @@ from hairpipe.api.source import Source
 from hairpipe.api.stopping import Stopping
 from hairpipe.errors import BadInput
 from hairpipe.graph.engine.member import Member
+from hairpipe.graph.engine.program import program_digest
 from hairpipe.graph.file.bounds import Bounds
 from hairpipe.graph.file.graph import Graph, Node
 from hairpipe.graph.plan.levels import Level, levels_of
@@ -29,7 +30,7 @@ from hairpipe.graph.run.survey import Survey
 from hairpipe.graph.store.record import Record
 from hairpipe.graph.store.store import Store
 
-__all__ = ["GraphShot"]
+__all__ = ["GraphShot", "Member"]
 
 
 class GraphShot:
@@ -57,6 +58,11 @@ class GraphShot:
     def cache(self) -> Path:
         """Folder of results."""
         return self._store.root
+
+    @property
+    def program(self) -> str:
+        """Digest of all code that a new process could import for this graph, by its stamps."""
+        return program_digest(self.graph.folder)
 
     @property
     def frames(self) -> range:
@@ -188,14 +194,18 @@ class GraphShot:
         if self._spare is not None:
             yield self
             return
-        kept = copy(self)
         spare = list[Member]()
-        kept._spare = spare
         try:
-            yield kept
+            yield self.with_workers(spare)
         finally:
             for member in spare:
                 member.end()
+
+    def with_workers(self, spare: list[Member]) -> Self:
+        """Return the shot with idle workers, which its runs take from this list and return to it."""
+        kept = copy(self)
+        kept._spare = spare
+        return kept
 
     def get(self, target: str | Target, *, frames: FrameSet = None) -> Any:
         """Read a result from the cache; BadInput where it has not been computed.

@@ -1,12 +1,14 @@
-"""Run in a child process, which reports its events line by line; the page may stop it."""
+"""Runs in a child process, which reports events line by line; its workers are kept between runs."""
 
 import json
 import signal
 import sys
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
 import hairpipe
+from hairpipe.api.graph_shot import Member
 from hairpipe.errors import BadInput
 from hairpipe.page.documents import ending
 
@@ -33,26 +35,25 @@ class Job:
 
 
 def main() -> None:
-    """Read a job from the input, run it, and write its events and its end as lines of JSON."""
+    """Read jobs from the input until its end, run each, and write its events and its end as lines of JSON."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    job = Job(**json.loads(sys.stdin.readline()))
+    spare: list[Member] = []
+    with suppress(KeyboardInterrupt):  # of a run that has just ended
+        for line in sys.stdin:
+            send({"kind": "ended", **end_of(Job(**json.loads(line)), spare)})
+
+
+def end_of(job: Job, spare: list[Member]) -> dict[str, Any]:
+    """Run a job with spare workers, and describe its end."""
+    ended = {"failures": list[str](), "computed": 0, "reused": 0, "took": 0.0, "interrupted": False}
     try:
         shot = hairpipe.load(job.graph, job.settings, cache=job.cache)
-        shot = shot if job.wedge is None else shot.wedge(job.wedge)
-        done = shot.run(job.frames, to=job.to, progress=send_event, keep_going=True)
-        ended: dict[str, Any] = {"kind": "ended", **ending(done)}
+        run = (shot if job.wedge is None else shot.wedge(job.wedge)).with_workers(spare).run
+        return ending(run(job.frames, to=job.to, progress=send_event, keep_going=True))
     except BadInput as fault:
-        ended = {
-            "kind": "ended",
-            "failures": [str(fault)],
-            "computed": 0,
-            "reused": 0,
-            "took": 0.0,
-            "interrupted": False,
-        }
+        return ended | {"failures": [str(fault)]}
     except KeyboardInterrupt:
-        ended = {"kind": "ended", "failures": [], "computed": 0, "reused": 0, "took": 0.0, "interrupted": True}
-    send(ended)
+        return ended | {"interrupted": True}
 
 
 def send_event(event: Any) -> None:

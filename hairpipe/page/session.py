@@ -7,6 +7,7 @@ import subprocess
 import threading
 import time
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,8 @@ from hairpipe.page.stream import Show, playable
 
 MOST_STRANDS = 4000
 """Maximum number of drawn strands of a groom."""
+IDLE = 600.0
+"""Time without a run after which the process of runs ends [s]."""
 PAUSE = 0.7
 """Interval of polling the cache and the graph file [s]; longer if polling is slow."""
 Message = dict[str, Any]
@@ -48,7 +51,10 @@ class Session:
         self._shot = shot
         self._lock = threading.RLock()
         self._changed = threading.Condition(self._lock)
-        self._run: subprocess.Popen[str] | None = None
+        self._runner: subprocess.Popen[str] | None = None
+        self._program = ""
+        self._running = False
+        self._used = 0.0
         self._statuses: dict[Task, Status] = {}
         self._ended: Message = {}
         self._stopped = False
@@ -64,9 +70,10 @@ class Session:
         threading.Thread(target=self._follow, daemon=True).start()
 
     def close(self) -> None:
-        """Stop the run of this page, and polling."""
+        """Stop the run of this page, its process, and polling."""
         self._open = False
         self.stop()
+        self._end_runner()
         for player in self._players:
             player.close()
         with self._changed:
@@ -117,35 +124,29 @@ class Session:
     def run(self, to: list[str]) -> None:
         """Begin a run of the graph with its edits; BadInput during another run."""
         with self._lock:
-            if self._run is not None:
+            if self._running:
                 raise BadInput("a run is in progress", where=self._base.path.name, right="wait for its end, or stop it")
             settings = {target: parse_value(text) for target, text in self._edits.items()}
             job = Job(self._base.given, settings, self.frames, to, str(self._base.cache), self._wedge)
-            self._run = subprocess.Popen(
-                child.command("from hairpipe.page.runner import main; main()"),
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                text=True,
-                env=child.environment(),
-            )
-            assert self._run.stdin is not None
-            self._run.stdin.write(job.text + "\n")
-            self._run.stdin.flush()
+            stdin = self._ready_runner().stdin
+            assert stdin is not None
+            with suppress(BrokenPipeError):  # `_listen` notices
+                stdin.write(job.text + "\n")
+                stdin.flush()
+            self._running = True
             self._statuses = {}
             self._ended = {}
             self._note = ""
             self._stopped = False
-            threading.Thread(target=self._listen, args=(self._run,), daemon=True).start()
             self._advance()
 
     def stop(self) -> None:
         """Interrupt the active run; its results are kept."""
         with self._lock:
-            if self._run is not None and self._run.poll() is None:
+            if self._running and self._runner is not None and self._runner.poll() is None:
                 self._stopped = True
                 # A run without a message has no workers, and may not handle interrupts yet.
-                self._run.send_signal(signal.SIGINT if self._statuses else signal.SIGTERM)
+                self._runner.send_signal(signal.SIGINT if self._statuses else signal.SIGTERM)
 
     def play(self, node: str, output: str) -> Playing:
         """Begin to play a node with the edited settings, also with later edits; the reader closes the process.
@@ -178,7 +179,7 @@ class Session:
             output = RunOutput({}, {}, self._cache.hosts(self._plan))
             return state_document(self._shot, self._plan, self._shelf.suffix, output) | {"wedge": True}
         document = state_document(self._shot, self._plan, self._shelf.suffix, self._output(self._plan))
-        return {"nodes": document["nodes"], "verdict": document["verdict"] | self._running(), "wedge": False}
+        return {"nodes": document["nodes"], "verdict": document["verdict"] | self._run_state(), "wedge": False}
 
     def _variants(self) -> dict[str, Any]:
         """Describe the wedge with the edits."""
@@ -188,16 +189,42 @@ class Session:
         self._shelf.take(wedge, found)
         self._watched = (*self._plan, *found)
         document = wedge_document(wedge, found, self._shelf.suffix, self._output(found), self.frames)
-        return document | {"verdict": document["verdict"] | self._running()}
+        return document | {"verdict": document["verdict"] | self._run_state()}
 
     def _output(self, plan: Plan) -> RunOutput:
         """Describe the active run, and what runs of other processes compute now."""
         return RunOutput(self._statuses, {}, self._cache.hosts(plan))
 
-    def _running(self) -> dict[str, Any]:
+    def _run_state(self) -> dict[str, Any]:
         """Describe the active run, or the end of the last one."""
         ended = {name: value for name, value in self._ended.items() if name != "kind"}
-        return ended | {"running": self._run is not None, "note": self._note}
+        return ended | {"running": self._running, "note": self._note}
+
+    def _ready_runner(self) -> "subprocess.Popen[str]":
+        """Return the process of runs; a new one if there is none, or after a change of code."""
+        program = self._shot.program
+        if self._program != program:
+            self._end_runner()
+        if self._runner is None or self._runner.poll() is not None:
+            self._program = program
+            self._runner = subprocess.Popen(
+                child.command("from hairpipe.page.runner import main; main()"),
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                text=True,
+                env=child.environment(),
+            )
+            threading.Thread(target=self._listen, args=(self._runner,), daemon=True).start()
+        return self._runner
+
+    def _end_runner(self) -> None:
+        """Close the input of the process of runs, which then ends with its workers."""
+        with self._lock:
+            if self._runner is not None and self._runner.stdin is not None:
+                with suppress(BrokenPipeError):
+                    self._runner.stdin.close()
+            self._runner = None
 
     def _take(self, base: Shot, edits: Mapping[str, str]) -> None:
         """Plan a shot with edits, and show it; without a change on BadInput."""
@@ -243,27 +270,34 @@ class Session:
                 if hosts != self._hosts:
                     self._hosts = hosts
                     self._advance()
+                if not self._running and time.monotonic() - self._used > IDLE:
+                    self._end_runner()
             time.sleep(max(PAUSE, 2.0 * (time.monotonic() - begun)))
 
-    def _listen(self, run: "subprocess.Popen[str]") -> None:
-        """Read the messages of a run until its end."""
-        assert run.stdout is not None
-        for line in run.stdout:
+    def _listen(self, runner: "subprocess.Popen[str]") -> None:
+        """Read the messages of a process of runs until its end."""
+        assert runner.stdout is not None
+        for line in runner.stdout:
             message = json.loads(line)
             with self._lock:
                 if message["kind"] == "ended":
-                    self._ended = message
+                    self._end(message)
                 elif message["kind"] in STATUSES:
                     self._statuses[Task(message["node"], message["frame"])] = STATUSES[message["kind"]]
-                self._advance()
-        run.wait()
+                    self._advance()
+        runner.wait()
         with self._lock:
-            if not self._ended:
-                died = [] if self._stopped else [f"the run ended with exit code {run.returncode}"]
-                self._ended = {"failures": died, "interrupted": self._stopped}
-            self._run = None
-            self._statuses = {task: status for task, status in self._statuses.items() if status != "running"}
-            self._reload()
+            if self._running and runner is self._runner:
+                died = [] if self._stopped else [f"the run ended with exit code {runner.returncode}"]
+                self._end({"failures": died, "interrupted": self._stopped})
+
+    def _end(self, message: Message) -> None:
+        """Take the end of a run."""
+        self._ended = message
+        self._running = False
+        self._used = time.monotonic()
+        self._statuses = {task: status for task, status in self._statuses.items() if status != "running"}
+        self._reload()
 
 
 def stamp(path: Path) -> tuple[int, int]:

@@ -6,9 +6,9 @@
     the result, a table below commit, machine and command
     <!-- end -->
 
-NAME is that of a results file, relative to the page; without it, references contain the name. A table of NAME that refers
-to other results, too, is below the commits and commands of all. A line of a table whose references match several rows is
-repeated for each. Within a line of text the form is `<!-- results: NAME {...} -->`,
+NAME is that of a results file, relative to the page; without it, references contain the name. A table of NAME that
+refers to other results, too, is below the commits and commands of all. A line of a table whose references match several
+rows is repeated for each. Within a line of text the form is `<!-- results: NAME {...} -->`,
 the figure, and `<!-- end -->`.
 """
 

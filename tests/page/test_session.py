@@ -3,10 +3,12 @@
 import json
 import time
 from itertools import islice
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import hairpipe.page.session
 from hairpipe.errors import BadInput
 from hairpipe.page.session import Session
 
@@ -83,6 +85,36 @@ def test_a_run_is_stopped(session):
     session.stop()
     until(lambda: not session.document("state")[0]["verdict"]["running"])
     assert session.document("state")[0]["verdict"]["interrupted"]
+
+
+def test_runs_share_their_processes_until_code_changes_or_they_idle(session, folder, monkeypatch):
+    def processes(red):
+        session.edit("picture.red", red)
+        session.run([])
+        until(lambda: not session.document("state")[0]["verdict"]["running"])
+        assert session.document("state")[0]["verdict"]["computed"] == 5
+        runner = session._runner.pid
+        return [runner, *Path(f"/proc/{runner}/task/{runner}/children").read_text().split()]
+
+    first = processes("0.1")
+    assert len(first) > 1 and processes("0.2") == first
+    with (folder / "nodes" / "paint.py").open("a") as file:
+        file.write("# another version\n")
+    assert not set(processes("0.3")) & set(first)
+    monkeypatch.setattr(hairpipe.page.session, "IDLE", 0.0)
+    runner = session._runner
+    until(lambda: runner.poll() == 0)
+
+
+def test_a_run_is_possible_after_its_process_was_killed(session):
+    session.edit("picture.red", "0.15")
+    session.run([])
+    session._runner.kill()
+    until(lambda: not session.document("state")[0]["verdict"]["running"])
+    assert session.document("state")[0]["verdict"]["failures"] == ["the run ended with exit code -9"]
+    session.run([])
+    until(lambda: not session.document("state")[0]["verdict"]["running"])
+    assert states(session, "picture") == ["computed"] * 5 or states(session, "picture") == ["cached"] * 5
 
 
 def test_a_file_that_others_change_is_read_again(session, folder):
