@@ -66,7 +66,9 @@ PLAIN = frozenset(
 """Nouns that begin the help text of a setting and need no entry in the glossary."""
 ENDS_PHRASE = frozenset(
     word
-    for line in ("across along around at before between by called for from in kept lost of on over per that to whose with",)
+    for line in (
+        "across along around at before between by called for from in kept lost of on over per that to whose with",
+    )
     for word in line.split()
 )
 """Words after the first noun of a help text."""
