@@ -145,6 +145,7 @@ class GraphShot:
         wait: float | None = None,
         scheduler: str | None = None,
         insecure: bool = False,
+        scans: int = 1,
     ) -> Run:
         """Compute what has changed, and publish; BadInput before computing. A node that fails is reported.
 
@@ -159,6 +160,7 @@ class GraphShot:
         force         overwrite files that hairpipe has not published, or that were changed since
         only          frames to compute, of a shot of `frames`; what sees all of these is computed if they are there
         scheduler     address of a Dask scheduler whose workers compute, `tls://` unless `insecure`
+        scans         simulations at a time on this machine, which share the threads; a Dask worker has one at a time
         wait          time for which the run waits for what only other processes compute [s]; by default without end
         """
         shot = self.changed(set or {})
@@ -176,6 +178,7 @@ class GraphShot:
             insecure=insecure,
             judge=stopping,
             spare=self._spare,
+            scans=scans,
         )
         self._make_cache()
         begun = time.monotonic()

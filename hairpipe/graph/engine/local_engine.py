@@ -11,10 +11,13 @@ MACHINE = "this machine"
 
 
 class LocalEngine:
-    """Up to `jobs` narrow workers, and a wide one with `jobs` threads."""
+    """Evaluates jobs in the workers of this machine.
 
-    def __init__(self, host: Host) -> None:
-        self.host = host
+    most  largest numbers of jobs at a time; by default a wide one, and as many narrow ones as a wide one has threads
+    """
+
+    def __init__(self, host: Host, most: Slots | None = None) -> None:
+        self.host, self.most = host, most or Slots(1, host.threads)
         self.machines = {host.machine}
         self._at_once: list[Reply] = []
 
@@ -26,7 +29,7 @@ class LocalEngine:
     def slots(self) -> Slots:
         """Count the free slots."""
         wide = sum(member.wide for member in self.host.busy)
-        return Slots(1 - wide, self.host.threads - len(self.host.busy) + wide)
+        return Slots(self.most.wide - wide, self.most.narrow - len(self.host.busy) + wide)
 
     def submit(self, job: Job) -> None:
         """Begin a job in a free slot."""

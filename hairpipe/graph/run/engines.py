@@ -6,7 +6,7 @@ from hairpipe.graph.engine.dask_engine import DaskEngine
 from hairpipe.graph.engine.host import Host
 from hairpipe.graph.engine.local_engine import MACHINE, LocalEngine
 from hairpipe.graph.engine.offer import Offer, sent_offer
-from hairpipe.graph.engine.protocol import Engine
+from hairpipe.graph.engine.protocol import Engine, Slots
 from hairpipe.graph.plan.resolve import Resolver
 from hairpipe.graph.run.events import Options
 
@@ -23,4 +23,6 @@ def make_engine(resolver: Resolver, options: Options) -> Engine:
         send = partial(sent_offer, resolver.store, options.codec, resolver.graph.folder, modules)
         return DaskEngine(options.scheduler, send, insecure=options.insecure)
     offer = Offer(str(resolver.store.root), options.codec, str(resolver.graph.folder), modules)
-    return LocalEngine(Host(offer, MACHINE, options.jobs, resolver.reader, codes, options.spare))
+    threads = max(1, options.jobs // options.scans)
+    host = Host(offer, MACHINE, threads, resolver.reader, codes, options.spare)
+    return LocalEngine(host, Slots(options.scans, options.jobs))

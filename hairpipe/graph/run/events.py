@@ -38,7 +38,8 @@ class Judge:
 class Options:
     """Options of a run; none of them changes a result.
 
-    jobs          number of processes for values per frame, and of threads for the one that simulates
+    jobs          number of processes for values per frame, and of threads for those that simulate
+    scans         number of simulations at a time on this machine, which share the threads
     keep_going    whether independent branches go on after a failure
     codec         module that writes and reads values
     publish_root  folder below which files may be published, in addition to the graph's project
@@ -62,6 +63,7 @@ class Options:
     wait: float | None = None
     judge: Judge = Judge()  # noqa: RUF009 (it has no state)
     spare: list[Member] | None = None
+    scans: int = 1
 
 
 @dataclass(frozen=True)

@@ -235,6 +235,7 @@ def test_two_scans_run_side_by_side_and_give_what_one_machine_gives(shot, two):
     undisturbed = Store(shot.folder / "undisturbed")
     shot.run(store=undisturbed)
     counts = shot.tally()
+    shot.run(to=["move", "moved"])  # so that both scans are ready at once
     made = two()
     widest = 0
 

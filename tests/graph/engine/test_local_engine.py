@@ -35,6 +35,25 @@ def test_workers_stay_between_runs_and_give_what_new_ones_give(shot, spare):
     assert shot.results(seed__value=4) == shot.results(store=other, seed__value=4)
 
 
+def test_scans_at_a_time_share_the_threads(shot, spare):
+    shot.path.write_text(shot.path.read_text() + '[other]\nlike = "sum"\nin.number = "moved"\n')
+    shot.path.write_text(shot.path.read_text() + '[moved]\nlike = "move"\nstep = 2.0\n')
+    whole = Store(shot.folder / "whole")
+    shot.run(store=whole)
+    counts, running, most = shot.tally(), set(), 0
+    shot.run(to=["move", "moved"])  # so that both scans are ready at once
+
+    def watch(event):
+        nonlocal most
+        if event.task and event.task.node in ("sum", "other"):
+            running.add(event.task) if event.kind == "started" else running.discard(event.task)
+            most = max(most, len(running))
+
+    run(shot.load(), shot.store, None, Options(jobs=4, scans=2, spare=spare), watch)
+    assert most == 2 and shot.tally() == counts and shot.results() == shot.results(store=whole)
+    assert [member.environment["NUMBA_NUM_THREADS"] for member in spare if member.wide] == ["2", "2"]
+
+
 def test_a_worker_ends_whose_sources_were_edited_since(shot, spare):
     before = run_with(shot, spare)
     shot.edit("numeral.py", "load: np.ndarray", "load: np.ndarray | None")
