@@ -9,14 +9,16 @@ TARGET       explain get
 --wedge      run plan watch farm; WEDGE in wedge
 --publish-root  run plan
 --cache      run plan watch explain get tune wedge farm cache bench
+-j --engine --scheduler --insecure  run tune bench
 --json       run plan watch explain nodes tune wedge cache bench results
 --markdown   wedge bench
 """
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import click
 
@@ -25,6 +27,40 @@ from hairpipe.errors import BadInput
 
 if TYPE_CHECKING:
     from hairpipe.api.selection import Target
+
+
+class Engine(TypedDict):
+    """Arguments of `Shot.run`: where it computes, and how much at a time."""
+
+    jobs: int
+    scans: int
+    scheduler: str | None
+    insecure: bool
+
+
+def engine(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options of an engine to a command, which gets them as one argument; a simulation takes all threads."""
+    return _with_engine(command, jobs, lambda jobs: 1)
+
+
+def side_by_side(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the same options to a command whose simulations run side by side, each on one thread."""
+    return _with_engine(command, _simulations, lambda jobs: jobs)
+
+
+def _with_engine(
+    command: Callable[..., None], number: Callable[..., Any], scans_of: Callable[[int], int]
+) -> Callable[..., None]:
+    @wraps(command)
+    def run(*, jobs: int, engine: str, scheduler: str | None, insecure: bool, **others: Any) -> None:
+        if (engine == "dask") != (scheduler is not None):
+            what = "--engine dask and --scheduler belong together"
+            raise BadInput(what, right="--engine dask --scheduler tls://HOST:PORT")
+        command(engine=Engine(jobs=jobs, scans=scans_of(jobs), scheduler=scheduler, insecure=insecure), **others)
+
+    for option in (_insecure, _scheduler, _engine, number):
+        run = option(run)
+    return run
 
 
 def read_graph(ctx: click.Context, param: click.Parameter, given: Any) -> Any:
@@ -133,3 +169,23 @@ jobs = click.option(
 )
 as_json = click.option("--json", "as_json", is_flag=True, help="Print a JSON document instead of text.")
 as_markdown = click.option("--markdown", "as_markdown", is_flag=True, help="Print a Markdown table.")
+_simulations = click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(1, 1024),
+    metavar="N",
+    default=os.cpu_count,
+    show_default="all cores",
+    help="Number of simulations side by side, each on one thread; no error depends on it.",
+)
+_engine = click.option(
+    "--engine",
+    type=click.Choice(["local", "dask"]),
+    default="local",
+    show_default=True,
+    help="Engine that computes: local (this machine), dask (the workers of --scheduler).",
+)
+_scheduler = click.option("--scheduler", metavar="ADDRESS", help="Address of the Dask scheduler, as tls://HOST:PORT.")
+_insecure = click.option(
+    "--insecure", is_flag=True, help="Allow a scheduler without TLS: whoever reaches its port can run code."
+)

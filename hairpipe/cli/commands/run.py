@@ -8,7 +8,6 @@ import click
 
 import hairpipe
 from hairpipe.cli import options
-from hairpipe.errors import BadInput
 
 
 @click.command()
@@ -18,19 +17,10 @@ from hairpipe.errors import BadInput
 @options.overrides
 @options.to
 @options.wedge
-@options.jobs
+@options.engine
 @click.option("-k", "--keep-going", is_flag=True, help="Continue after a failure with independent nodes.")
 @options.publish_root
 @click.option("--force", is_flag=True, help="Overwrite files that are not from hairpipe or were changed.")
-@click.option(
-    "--engine",
-    type=click.Choice(["local", "dask"]),
-    default="local",
-    show_default=True,
-    help="Engine that computes: local (this machine), dask (the workers of --scheduler).",
-)
-@click.option("--scheduler", metavar="ADDRESS", help="Address of the Dask scheduler, as tls://HOST:PORT.")
-@click.option("--insecure", is_flag=True, help="Allow a scheduler without TLS: whoever reaches its port can run code.")
 @click.option(
     "--wait",
     type=click.FloatRange(min=0.0),
@@ -61,13 +51,10 @@ def run(
     overrides: dict[str, str],
     to: tuple[str, ...],
     wedge: str | None,
-    jobs: int,
+    engine: options.Engine,
     keep_going: bool,
     publish_root: Path | None,
     force: bool,
-    engine: str,
-    scheduler: str | None,
-    insecure: bool,
     wait: float | None,
     report: Path | None,
     record: str | None,
@@ -95,10 +82,6 @@ def run(
     from hairpipe.cli.housekeeping.trust import asking
     from hairpipe.cli.run_display import RunDisplay
 
-    if (engine == "dask") != (scheduler is not None):
-        raise BadInput(
-            "--engine dask and --scheduler belong together", right="--engine dask --scheduler tls://HOST:PORT"
-        )
     shot = asking(lambda: hairpipe.load(graph, options.parsed(overrides), cache=cache))
     shot = shot if wedge is None else shot.wedge(wedge)
     recording = None
@@ -106,19 +89,17 @@ def run(
         from hairpipe.results.recording import Recording
 
         recording = Recording(shot, record or None, overrides, frames, to)
-    with RunDisplay(shot.graph, jobs, quiet=quiet) as display:
+    with RunDisplay(shot.graph, engine["jobs"], quiet=quiet) as display:
         done = shot.run(
             frames,
             to=to,
-            jobs=jobs,
             progress=display,
             keep_going=keep_going,
             publish_root=publish_root,
             force=force,
             only=only,
             wait=wait,
-            scheduler=scheduler,
-            insecure=insecure,
+            **engine,
         )
     if as_json:
         click.echo(json.dumps(summary.document(done), indent=2))
