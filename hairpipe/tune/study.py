@@ -1,8 +1,9 @@
 """Measure models of a scene's hair on a sample, as ordinary runs of the graph with other settings."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import chain, combinations
+from typing import Protocol
 
 import numpy as np
 
@@ -20,18 +21,33 @@ from hairpipe.tune.sampling import STRANDS, Sample
 from hairpipe.tune.simplifications import above, levelsets_of, scaled_steps
 from hairpipe.tune.variants import MEMBER, SAMPLE, merged_variants, sampled, shown_of, simplified, with_node
 
-RunNodes = Callable[[str, Shot, Sequence[str], Sequence[int]], Outcome]
-"""Runs a shot up to some nodes at some frames; the text describes what is measured."""
 ERROR, CLIMATE = "tune-error", "tune-climate"
 """Names of the comparing nodes."""
 AS_IT_IS = "the graph as it is"
 FINE, FINEST = 0.5, 0.25
 """Factors on the steps of the graph of the two models that test the convergence of the reference."""
 Parts = frozenset[Simplification]
+Run = tuple[Parts, int]
+"""A model, and the number of the member of its hair."""
 
 
 class Interrupted(Exception):
     """A run was interrupted; its results are kept."""
+
+
+class RunNodes(Protocol):
+    """Runs a shot up to some nodes at some frames."""
+
+    def __call__(
+        self, text: str, shot: Shot, nodes: Sequence[str], frames: Sequence[int], *, timed: bool = True
+    ) -> Outcome:
+        """Run a shot.
+
+        text   describes what is measured
+        timed  whether processor times are compared: on one thread of this machine, one simulation at a time; otherwise
+               simulations run side by side, and the others go on after a failure
+        """
+        ...
 
 
 @dataclass(frozen=True)
@@ -66,6 +82,11 @@ class Comparison:
     shot: Shot
     names: list[list[str]]
 
+    @property
+    def inputs(self) -> list[str]:
+        """Nodes of the inputs of all runs."""
+        return [edge.node for nodes in self.names for edge in self.shot.nodes[nodes[0]].edges.values()]
+
     def pairs(self, results: Results) -> dict[tuple[int, int], Table]:
         """Read the tables of all pairs."""
         return {pair: results.value(error_of(pair)) for pair in combinations(range(len(self.names)), 2)}
@@ -75,6 +96,9 @@ class Study:
     """A scene, a sample of it, and the measurements on the sample.
 
     Where hair may be chaotic, the reference is several members at half the steps, else one run at a quarter of them.
+
+    Simulations run side by side, but for those whose times are compared: a model, without other members, in the
+    measured frames. These run one at a time, after all others, so that side by side or not, times are those of one.
 
     scale   strands of the scene over those of the sample
     tip     initial difference of members of an ensemble [m]; None where hair is not chaotic
@@ -88,6 +112,7 @@ class Study:
         self.chaos: Chaos | None = None
         self._node = self.shot.graph.node(self.hair)
         self._reference = self.refined(FINEST if tip is None else FINE)
+        self._faults: dict[str, str] = {}
         self._known: dict[Parts, Measured] = {}
         self._confirmed: dict[Parts, Measured] = {}
 
@@ -105,9 +130,11 @@ class Study:
 
     def converged(self) -> Measured | Chaos:
         """Measure the change of the reference when its steps are halved, or its chaos."""
+        fine = self.refined(FINE)
+        runs = [(self._reference, 0), (fine, 0)] if self.tip is None else [(self._reference, m) for m in REFERENCE]
+        self._compute_ahead(f"reference: {self.steps}", [run for run in runs if run != (frozenset(), 0)])
         if self.tip is None:
-            return self.measure(self.refined(FINE))
-        runs = [(self._reference, member) for member in REFERENCE]
+            return self.measure(fine)
         compared = self._comparison(runs)
         fault = self._compute(f"reference: {self.steps}", compared, runs)
         if fault:
@@ -118,17 +145,33 @@ class Study:
 
     def measure(self, parts: Iterable[Simplification]) -> Measured:
         """Measure the scene's model with these simplifications, once; of chaotic hair in predictable frames only."""
-        parts = frozenset(parts)
-        if parts not in self._known:
+        return self.measure_all([parts])[0]
+
+    def measure_all(self, models: Iterable[Iterable[Simplification]]) -> list[Measured]:
+        """Measure several models, which are simulated side by side before the measured frames."""
+        wanted = [*map(frozenset, models)]
+        new = [parts for parts in dict.fromkeys(wanted) if parts not in self._known]
+        if len(new) > 1:
+            runs = [(parts, 0) for parts in new if self._is_valid(parts)]
+            self._compute_ahead(f"{len(new)} models up to frame {self.sample.first - 1}", runs, settling=True)
+        for parts in new:
             self._known[parts] = self._measure(parts)
-        return self._known[parts]
+        return [self._known[parts] for parts in wanted]
 
     def confirm(self, parts: Iterable[Simplification]) -> Measured:
         """Measure the same, once, and if hair is chaotic also its climate."""
-        parts = frozenset(parts)
-        if parts not in self._confirmed:
-            self._confirmed[parts] = self._confirm(parts)
-        return self._confirmed[parts]
+        return self.confirm_all([parts])[0]
+
+    def confirm_all(self, models: Iterable[Iterable[Simplification]]) -> list[Measured]:
+        """Confirm several models, whose members are simulated side by side."""
+        wanted = [*map(frozenset, models)]
+        screened = [parts for parts, found in zip(wanted, self.measure_all(wanted), strict=True) if found.screened]
+        runs = [(parts, member) for parts in screened if parts not in self._confirmed for member in MODEL[1:]]
+        self._compute_ahead(f"{len(runs)} members of models", runs)
+        for parts in wanted:
+            if parts not in self._confirmed:
+                self._confirmed[parts] = self._confirm(parts)
+        return [self._confirmed[parts] for parts in wanted]
 
     @property
     def _frames(self) -> range:
@@ -176,20 +219,12 @@ class Study:
         error, bound = max(found.error, climate.bias), max(found.bound, climate.bound)
         return replace(found, error=error, bound=bound, screened=False, climate=climate, refused=refused)
 
-    def _comparison(self, runs: Sequence[tuple[Parts, int]], predicted: int = 0) -> Comparison:
+    def _comparison(self, runs: Sequence[Run], predicted: int = 0) -> Comparison:
         """Lay out runs of models and members in one graph, and nodes that compare all pairs.
 
         predicted  frames after which climates are compared; 0: no comparison
         """
-        tables = {
-            str(place): simplified(self._tables_of(member), self.hair, parts)
-            for place, (parts, member) in enumerate(runs)
-        }
-        last = [self.hair, shown_of(self.hair)]
-        others = [name for one in tables.values() for name in one if name not in {*self.shot.tables, SAMPLE, MEMBER}]
-        merged, found = merged_variants(tables, [*(name for name in dict.fromkeys(others) if name not in last), *last])
-        whole = self.shot.edited(merged).nodes
-        names = [[name for name in found[label] if whole[name].per_frame] for label in tables]
+        merged, names = self._lay_out(runs)
         hair = [nodes[-1] for nodes in names]
         for one, other in combinations(range(len(runs)), 2):
             edges = {"hair": hair[one], "reference": hair[other]}
@@ -202,6 +237,18 @@ class Study:
             merged = with_node(merged, CLIMATE, table)
         return Comparison(self.shot.edited(merged), names)
 
+    def _lay_out(self, runs: Sequence[Run]) -> tuple[Tables, list[list[str]]]:
+        """Lay out runs in one graph: its tables, and the nodes of each run; BadInput where settings exclude others."""
+        tables = {
+            str(place): simplified(self._tables_of(member), self.hair, parts)
+            for place, (parts, member) in enumerate(runs)
+        }
+        last = [self.hair, shown_of(self.hair)]
+        others = [name for one in tables.values() for name in one if name not in {*self.shot.tables, SAMPLE, MEMBER}]
+        merged, found = merged_variants(tables, [*(name for name in dict.fromkeys(others) if name not in last), *last])
+        whole = self.shot.edited(merged).nodes
+        return merged, [[name for name in found[label] if whole[name].per_frame] for label in tables]
+
     def _tables_of(self, member: int) -> Tables:
         """Return the tables of the graph with a member of its hair simulated, for the sample only."""
         tables = self.shot.tables
@@ -211,28 +258,53 @@ class Study:
             tables = with_node(tables, MEMBER, table, instead=groom)
         return sampled(tables, self.hair, self.sample)
 
-    def _compute(
-        self, text: str, compared: Comparison, runs: Sequence[tuple[Parts, int]], more: Sequence[str] = ()
-    ) -> str:
+    def _compute(self, text: str, compared: Comparison, runs: Sequence[Run], more: Sequence[str] = ()) -> str:
         """Run the inputs, the reference and the others, and compare them; returns the fault."""
         shot, names = compared.shot, compared.names
-        before = [edge.node for nodes in names for edge in shot.nodes[nodes[0]].edges.values()]
+        behind = (node.name for name in chain(*names) for node in above(shot.graph, name))
+        fault = next((self._faults[name] for name in behind if name in self._faults), "")
         reference = [
             name for nodes, (parts, _) in zip(names, runs, strict=True) if parts == self._reference for name in nodes
         ]
         errors = [error_of(pair) for pair in combinations(range(len(runs)), 2)]
-        fault = self._run_nodes(text, shot, before, self.sample.simulated)
+        fault = fault or self._run_nodes(text, shot, compared.inputs, self.sample.simulated)
         fault = fault or self._run_nodes(f"reference: {self.steps}", shot, reference, self._frames)
         return fault or self._run_nodes(text, shot, [*errors, *more], self._frames)
 
-    def _run_nodes(self, text: str, shot: Shot, nodes: Sequence[str], frames: Sequence[int]) -> str:
-        """Run a shot up to some nodes; returns the fault. One run at a time, so that times are those of one."""
-        outcome = self.request.run(text, shot, nodes, frames)
+    def _compute_ahead(self, text: str, runs: Sequence[Run], *, settling: bool = False) -> None:
+        """Compute runs side by side, and note their faults.
+
+        settling  only what simulates, before the measured frames
+        """
+        if not runs:
+            return
+        merged, names = self._lay_out(runs)
+        compared = Comparison(self.shot.edited(merged), names)
+        self._run_nodes(f"inputs of {text}", compared.shot, compared.inputs, self.sample.simulated)
+        nodes = [compared.shot.nodes[name] for name in chain(*names)]
+        wanted = [node.name for node in nodes if node.type.mode == "scan" or not settling]
+        frames = [self.sample.first - 1] if settling else self._frames
+        self._run_nodes(text, compared.shot, wanted, frames, timed=False)
+
+    def _is_valid(self, parts: Parts) -> bool:
+        """Whether no settings of a model exclude each other."""
+        try:
+            self._lay_out([(parts, 0)])
+        except BadInput:
+            return False
+        return True
+
+    def _run_nodes(
+        self, text: str, shot: Shot, nodes: Sequence[str], frames: Sequence[int], *, timed: bool = True
+    ) -> str:
+        """Run a shot up to some nodes, and note the faults of nodes; returns the first."""
+        outcome = self.request.run(text, shot, nodes, frames, timed=timed)
         if outcome.interrupted:
             raise Interrupted
         for failure in outcome.failures:
-            if failure.kind in ("disk", "crash", "publish"):  # these are not a property of a model
+            if failure.kind not in ("input", "node", "diverged"):  # these alone are a property of a model
                 raise BadInput(f"{text}: {failure}", where=self.shot.path)
+            self._faults[failure.task.node] = str(failure.message)
         return next((str(failure.message) for failure in outcome.failures), "")
 
     def _seconds(self, shot: Shot, names: Sequence[str], results: Results) -> float:

@@ -115,11 +115,12 @@ def measured_and_chosen(request: Request, echo: Callable[[str], None]) -> Tuned:
     fault = full.fault or (reference.fault if isinstance(reference, Measured) else "")
     if fault:
         raise Untunable(f"the unchanged graph fails on the sample: {fault}", where=request.shot.path)
-    singles = {part: study.measure([part]) for part in parts}
+    singles = dict(zip(parts, study.measure_all([part] for part in parts), strict=True))
     if full.screened:
         full, screened = study.confirm([]), full
         if full.keeps(request.tolerance.value):
-            singles = {part: confirmed(study, part, found, screened) for part, found in singles.items()}
+            worthy = [part for part, found in singles.items() if is_worthy(request.tolerance, part, found, screened)]
+            singles |= zip(worthy, study.confirm_all([part] for part in worthy), strict=True)
     choice = choose(full, singles, request.tolerance.value, study.confirm)
     affordable, check = None, None
     if request.budget is not None and (choice.parts is None or choice.measured.seconds > request.budget):
@@ -131,10 +132,9 @@ def measured_and_chosen(request: Request, echo: Callable[[str], None]) -> Tuned:
     return Tuned(scene.strands, sample, request.tolerance, reference, *found)
 
 
-def confirmed(study: Study, part: Simplification, found: Measured, full: Measured) -> Measured:
-    """Measure the climate of a model that saves time and is within the tolerance in predictable frames."""
-    worthy = found.keeps(study.request.tolerance.value) and saves(part, found, full)
-    return study.confirm([part]) if worthy else found
+def is_worthy(tolerance: Tolerance, part: Simplification, found: Measured, full: Measured) -> bool:
+    """Whether a model saves time and is within the tolerance in predictable frames, so that its climate is measured."""
+    return found.keeps(tolerance.value) and saves(part, found, full)
 
 
 def sample_of(request: Request, scene: Scene) -> Sample:
@@ -148,7 +148,7 @@ def checked(request: Request, sample: Sample, scene: Scene, parts: Combination, 
     """Measure the unchanged graph and the choice on another sample."""
     study = Study(request, sample, scene.strands, scene.tip)
     echo(f"check: {described(sample, scene.strands)}")
-    return Check(sample, study.converged(), study.confirm([]), study.confirm(parts))
+    return Check(sample, study.converged(), *study.confirm_all([[], parts]))
 
 
 def described(sample: Sample, total: int) -> str:

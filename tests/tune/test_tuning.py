@@ -10,6 +10,7 @@ from click.testing import CliRunner
 from hairpipe.api.shot import Shot, load
 from hairpipe.cli.commands.tune import runner
 from hairpipe.cli.entry import commands
+from hairpipe.cli.options import Engine
 from hairpipe.errors import BadInput
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.events import Failure, Outcome
@@ -47,12 +48,17 @@ def scene(tmp_path_factory) -> Path:
     return path
 
 
+ALONE = Engine(jobs=1, scans=1, scheduler=None, insecure=False)
+
+
 def opened(path: Path) -> Shot:
     return load(path, cache=path.parent / "cache")
 
 
 def request(path: Path, **settings) -> Request:
-    return Request(opened(path), "hair", **{"tolerance": Tolerance(0.02, "m"), "run": runner(True), **settings})
+    return Request(
+        opened(path), "hair", **{"tolerance": Tolerance(0.02, "m"), "run": runner(ALONE, quiet=True), **settings}
+    )
 
 
 def tune(scene: Path, *arguments: str, expected: int = 0) -> tuple[dict, str]:
@@ -139,7 +145,7 @@ def test_hair_that_is_chaotic_is_judged_by_members_and_the_same_when_asked_again
     hand = '[hair.collisions]\n[hand]\ntype = "drive_ends"\nin.groom = "groom"\nat = 1\n'
     moves = "times = [0.0, 0.05, 0.1, 0.2], move = [[0, 0, 0], [0.04, 0, 0], [-0.04, 0, 0.02], [0, 0, 0]]"
     path.write_text(f"{shaken}{hand}roots = {{ {moves} }}\n")
-    asked, found = request(path, tolerance=Tolerance(2e-3, "m"), run=runner(False)), []
+    asked, found = request(path, tolerance=Tolerance(2e-3, "m"), run=runner(ALONE, quiet=False)), []
     dry = next(part for part in simplifications(opened(path).graph, "hair") if part.axis == "collisions")
     assert look_at(asked).tip == pytest.approx(4e-4)
     reported, sample = [], choose_sample(range(1, 8), 24.0, None, 8, 8, 4)
@@ -187,13 +193,13 @@ def test_hair_that_touches_none_is_sampled_strand_by_strand(scene):
 
 def test_a_result_for_the_shot_takes_its_time_once(scene):
     shot = opened(scene)
-    assert not runner(True)("all", shot, ["hair"], shot.frames).failures
+    assert not runner(ALONE, quiet=True)("all", shot, ["hair"], shot.frames).failures
     results = Results(shot, shot.frames)
     assert len(results.seconds("groom", [1, 2, 3])) == 1 and len(results.seconds("hair", [1, 2, 3])) == 3
 
 
 def test_a_full_disk_says_nothing_about_a_model(scene):
-    def full(*_) -> Outcome:
+    def full(*_, timed) -> Outcome:
         failure = Failure(Task("hair", 3), "disk", "No space left on device")
         return Outcome(0, 0, 0, (failure,), (), {}, {}, False)
 

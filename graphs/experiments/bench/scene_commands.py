@@ -59,17 +59,25 @@ def read_tolerances(ctx: click.Context, param: click.Parameter, texts: tuple[str
     callback=read_numbers,
     help="Range of scene numbers.",
 )
+@options.side_by_side
 @options.cache
 @options.as_markdown
 @options.as_json
-def promises(seed: int, numbers: tuple[int, ...], cache: Path, as_markdown: bool, as_json: bool) -> None:
+def promises(
+    seed: int,
+    numbers: tuple[int, ...],
+    engine: options.Engine,
+    cache: Path,
+    as_markdown: bool,
+    as_json: bool,
+) -> None:
     """Try the promises of `hairpipe tune` on scenes that are drawn at random.
 
     Each scene, of a few hundred hairs, is tuned to a tolerance; what was chosen is then compared with a reference on
     other strands and frames, and in another motion. As nine in ten are promised, so many should be kept.
 
-    All is cached: the same command, given again, computes nothing, and goes on where it was stopped. Scenes next to
-    each other, on two cores: start `--scenes 1-10` and `--scenes 11-20` at once, then all for the table.
+    All is cached: the same command, given again, computes nothing, and goes on where it was stopped. Simulations of a
+    scene run side by side, see `hairpipe tune`.
     """
     from hairpipe.api.source import shipped_graphs
     from hairpipe.graphs.experiments.scenes import promises as trying
@@ -78,7 +86,7 @@ def promises(seed: int, numbers: tuple[int, ...], cache: Path, as_markdown: bool
 
     drawn = {number: draw_scene(seed, number) for number in numbers}
     base = hairpipe.load(drawn[numbers[0]].tables, cache=cache, folder=shipped_graphs()["demo"].parent)
-    pace = Pace(len(drawn), lambda: runner(False), echo)
+    pace = Pace(len(drawn), lambda: runner(engine, quiet=False), echo)
     found = []
     with ending_where_interrupted(), base.keeping_workers() as shot:
         for number, scene in drawn.items():
@@ -106,6 +114,7 @@ def promises(seed: int, numbers: tuple[int, ...], cache: Path, as_markdown: bool
     help="Tolerance, as for `hairpipe tune`; repeatable.",
 )
 @options.overrides
+@options.side_by_side
 @options.cache
 @options.as_markdown
 @options.as_json
@@ -114,6 +123,7 @@ def needs(
     node: str,
     tolerances: "list[Tolerance]",
     overrides: dict[str, str],
+    engine: options.Engine,
     cache: Path,
     as_markdown: bool,
     as_json: bool,
@@ -127,7 +137,7 @@ def needs(
 
     given = graphs or SIX
     shots = {Path(graph).stem: hairpipe.load(graph, options.parsed(overrides), cache=cache) for graph in given}
-    pace = Pace(len(shots) * len(tolerances), lambda: runner(False), echo)
+    pace = Pace(len(shots) * len(tolerances), lambda: runner(engine, quiet=False), echo)
     with ending_where_interrupted():
         found = list(needed.needs_of(shots, node, tolerances, pace, echo))
     if as_json:

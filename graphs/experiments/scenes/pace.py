@@ -31,9 +31,9 @@ class Pace:
         self._computed = False
         self._spent: list[float] = []
 
-    def run(self, text: str, shot: Shot, nodes: Sequence[str], frames: Sequence[int]) -> Outcome:
+    def run(self, text: str, shot: Shot, nodes: Sequence[str], frames: Sequence[int], *, timed: bool = True) -> Outcome:
         """Run a run."""
-        outcome = self._run(text, shot, nodes, frames)
+        outcome = self._run(text, shot, nodes, frames, timed=timed)
         self._computed |= outcome.evaluated > 0
         return outcome
 

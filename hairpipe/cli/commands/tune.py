@@ -85,6 +85,7 @@ def read_output(ctx: click.Context, param: click.Parameter, path: Path | None) -
     "-o", "--output", type=click.Path(path_type=Path), callback=read_output, help="TOML file to write the settings to."
 )
 @options.overrides
+@options.side_by_side
 @options.cache
 @click.option("-q", "--quiet", is_flag=True, help="Print no progress of runs.")
 @options.as_json
@@ -97,6 +98,7 @@ def tune(
     check: bool,
     output: Path | None,
     overrides: dict[str, str],
+    engine: options.Engine,
     cache: Path,
     quiet: bool,
     as_json: bool,
@@ -110,6 +112,10 @@ def tune(
     chosen combination was measured itself, not predicted from its parts. All results are cached: the same command,
     given again, computes nothing.
 
+    Independent simulations run side by side, on this machine or on the workers of a Dask cluster: references, members,
+    and models before the measured frames. Measured frames of models run on this machine, one at a time, on one thread,
+    so that their seconds are those of an idle machine.
+
     The settings are TOML tables that take the place of those in the graph. Exit codes: 0 found, 1 nothing keeps the
     tolerance, or the check is beyond it, 2 bad input, 130 interrupted.
     """
@@ -121,7 +127,7 @@ def tune(
     from hairpipe.tune.tuning import tune as find
 
     shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
-    request = Request(shot, node, tolerance, runner(quiet), budget, check, limit=limit)
+    request = Request(shot, node, tolerance, runner(engine, quiet=quiet), budget, check, limit=limit)
     try:
         tuned = find(request, echo if not quiet else lambda line: None)
     except Interrupted:
@@ -148,11 +154,14 @@ def tune(
     sys.exit(0 if tuned.kept else 1)
 
 
-def runner(quiet: bool) -> "RunNodes":
-    """Make a function that runs a shot and reports what is measured; a warning of many models is reported once."""
+def runner(engine: options.Engine, *, quiet: bool) -> "RunNodes":
+    """Make a function that runs a shot and reports what is measured; a warning of many models is reported once.
+
+    engine  of runs that are not timed
+    """
     reported: set[str] = set()
 
-    def run(text: str, shot: "Shot", nodes: Sequence[str], frames: Sequence[int]) -> "Outcome":
+    def run(text: str, shot: "Shot", nodes: Sequence[str], frames: Sequence[int], *, timed: bool = True) -> "Outcome":
         def report(event: "Event") -> None:
             mark = event.message if event.kind == "warning" else text
             if event.kind not in ("started", "warning") or mark in reported or (quiet and event.kind == "started"):
@@ -160,6 +169,8 @@ def runner(quiet: bool) -> "RunNodes":
             reported.add(mark)
             echo(f"warning: {text}: {mark}" if event.kind == "warning" else f"measuring: {text}")
 
-        return shot.run(frames, to=nodes, jobs=1, progress=report).outcome
+        if timed:
+            return shot.run(frames, to=nodes, jobs=1, keep_going=True, progress=report).outcome
+        return shot.run(frames, to=nodes, keep_going=True, progress=report, **engine).outcome
 
     return run

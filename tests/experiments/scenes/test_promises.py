@@ -26,7 +26,7 @@ PERCENT = Tolerance(2.0, "%")
 SAMPLE = Sample(96, 4, 0, 1, 13, 24)
 
 
-def never(*_) -> Outcome:
+def never(*_, timed=True) -> Outcome:
     raise AssertionError("nothing is run")
 
 
@@ -144,7 +144,7 @@ def test_needs_of_scenes_have_a_row_for_every_tolerance(monkeypatch, tmp_path):
 def test_time_that_is_left_is_that_of_scenes_for_which_something_was_computed(tmp_path):
     time, reported = iter([0.0, 10.0, 70.0, 70.0, 72.0]), []
     outcomes = [Outcome(count, 0, 0, (), (), {}, {}, False) for count in (0, 5)]
-    pace = Pace(4, lambda: lambda *_: outcomes.pop(0), reported.append, lambda: next(time))
+    pace = Pace(4, lambda: lambda *_, timed: outcomes.pop(0), reported.append, lambda: next(time))
     shot = load(TEXT, cache=tmp_path / "cache")
     with pace.scene("known"):
         pace.run("", shot, [], [])
