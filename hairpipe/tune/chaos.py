@@ -127,16 +127,25 @@ def squares_of(pairs: Mapping[tuple[int, int], Table], unit: str) -> np.ndarray:
     return found
 
 
-def refusal(climate: Climate, chaos: Chaos, tolerance: Tolerance, limit: float) -> str:
-    """Return why a tolerance cannot be guaranteed for a model, independent of its errors; empty if it can.
+def differences(climate: Climate, limit: float = 1.0) -> list[str]:
+    """List statistics of a model that differ from those of the reference, the largest difference first, and the spread.
 
     limit  largest accepted difference in an observable, over that within the reference
     """
+    ratios = climate.significant if climate.p is not None and climate.p <= CHANCE else {}
+    names = sorted((name for name, ratio in ratios.items() if ratio > limit), key=lambda name: -ratios[name])
+    apart = [f"{name} ({ratios[name]:.2g} times chance)" for name in names]
+    if not SPREADS[0] <= climate.spread <= SPREADS[1]:
+        apart.append(f"spread ({climate.spread:.2g} times that of the reference)")
+    return apart
+
+
+def refusal(climate: Climate, chaos: Chaos, tolerance: Tolerance, looks: float | None) -> str:
+    """Return why a tolerance cannot be guaranteed for a model, independent of its errors; empty if it can.
+
+    looks  largest accepted difference in an observable, over that within the reference; None: all are accepted
+    """
     if chaos.floor > tolerance.value:
         return "the floor of chaos is above the tolerance"
-    name = max(climate.significant, key=lambda name: climate.significant[name], default="")
-    if name and climate.significant[name] > limit and climate.p is not None and climate.p <= CHANCE:
-        return f"significantly different in {name} ({climate.significant[name]:.2g} times chance)"
-    if not SPREADS[0] <= climate.spread <= SPREADS[1]:
-        return f"spreads {climate.spread:.2g} times as far as the reference"
-    return ""
+    apart = [] if looks is None else differences(climate, looks)
+    return f"significantly different in {', '.join(apart)}" if apart else ""

@@ -5,7 +5,7 @@ from typing import Any
 
 from hairpipe.measure.climate.distances import TESTED
 from hairpipe.measure.climate.ensemble import CONFIDENCE
-from hairpipe.tune.chaos import MODEL, REFERENCE, Chaos
+from hairpipe.tune.chaos import MODEL, REFERENCE, Chaos, differences
 from hairpipe.tune.choosing import Choice, Combination, Trial, names, saves
 from hairpipe.tune.measured import Measured
 from hairpipe.tune.quantity import Tolerance
@@ -164,13 +164,15 @@ def promise_lines(tuned: Tuned) -> list[str]:
         f"keeps {tuned.tolerance} with {100 * CONFIDENCE:.0f} % confidence up to frame {chaos.frame} "
         f"({chaos.seconds:.2f} s); chaos: from then on two references are {length(chaos.apart, tuned.tolerance)} apart"
     ]
-    means = f"afterwards the error of its mean is at most {length(climate.bound, tuned.tolerance)}"
+    lines.append(f"afterwards the error of its mean is at most {length(climate.bound, tuned.tolerance)}")
     if climate.score is None:
-        return [*lines, f"{means}; too few frames remain for statistics"]
-    alike = ", ".join(name for name in TESTED if name not in climate.significant) or "nothing"
-    lines.append(f"{means}, and statistics do not differ significantly from the reference in {alike}")
-    apart = ", ".join(f"{name} ({ratio:.2g} times chance)" for name, ratio in climate.significant.items())
-    return [*lines, f"allowed to differ in {apart}; p {climate.p:.2g}"] if apart else lines
+        lines.append("too few frames remain for statistics")
+    apart = differences(climate)
+    if apart:
+        lines.append(f"differs significantly from the reference in {', '.join(apart)}; --looks refuses such models")
+    elif climate.score is not None:
+        lines.append(f"does not differ significantly from the reference in {', '.join(TESTED)}, or spread")
+    return lines
 
 
 def affordable_line(budget: str, tolerance: Tolerance, found: Choice) -> str:

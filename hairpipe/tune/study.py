@@ -59,7 +59,7 @@ class Request:
     budget   processor time of a frame, to report its smallest error [s]; None without one
     check    whether the choice is also measured on other strands and frames
     strands  number of strands of the sample
-    limit    for chaotic hair: largest difference in an observable, over that within the reference
+    looks    for chaotic hair: largest difference in an observable, over that within the reference; None: any
     """
 
     shot: Shot
@@ -69,7 +69,7 @@ class Request:
     budget: float | None = None
     check: bool = False
     strands: int = STRANDS
-    limit: float = 1.0
+    looks: float | None = None
 
 
 @dataclass(frozen=True)
@@ -215,7 +215,7 @@ class Study:
         if any(np.any(table["lost"]) for table in pairs.values()):
             return failed("hair of a member is not finite")
         climate = climate_of(pairs, results.value(CLIMATE), tolerance, chaos)
-        refused = refusal(climate, chaos, tolerance, self.request.limit)
+        refused = refusal(climate, chaos, tolerance, self.request.looks)
         error, bound = max(found.error, climate.bias), max(found.bound, climate.bound)
         return replace(found, error=error, bound=bound, screened=False, climate=climate, refused=refused)
 

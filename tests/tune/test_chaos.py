@@ -9,7 +9,7 @@ from hairpipe.data.table import table_of_columns, table_of_rows
 from hairpipe.measure.climate.climate import LOOKS
 from hairpipe.measure.climate.distances import TESTED
 from hairpipe.measure.patches import COLUMNS
-from hairpipe.tune.chaos import MODEL, REFERENCE, chaos_of, climate_of, refusal
+from hairpipe.tune.chaos import MODEL, REFERENCE, chaos_of, climate_of, differences, refusal
 from hairpipe.tune.quantity import Tolerance
 
 FRAMES, PATCHES, SIZE, SPREAD, CALM, WILD = range(1, 13), 4, 400, 1e-2, 1e-4, 7
@@ -88,9 +88,12 @@ def test_significant_models_and_small_spreads_are_refused():
     assert refusal(apart, found, TOLERANCE, 2.0) == "significantly different in contacts (3.4 times chance)"
     assert refusal(apart, found, TOLERANCE, 4.0) == ""
     chance = climate_of(runs, look(p=0.2, score=1.2, contacts=1.2), TOLERANCE, found)
-    assert refusal(chance, found, TOLERANCE, 1.0) == ""
+    assert refusal(chance, found, TOLERANCE, 1.0) == "" and not differences(chance)
+    assert refusal(apart, found, TOLERANCE, None) == ""
+    assert differences(apart) == ["contacts (3.4 times chance)", "nearest strand (1.2 times chance)"]
     stiff = climate_of(tables([MODEL, REFERENCE], spread=0.5 * SPREAD), look(), TOLERANCE, found)
-    assert refusal(stiff, found, TOLERANCE, 1.0).startswith("spreads 0.5")
+    assert refusal(stiff, found, TOLERANCE, 1.0).startswith("significantly different in spread (0.5")
+    assert refusal(stiff, found, TOLERANCE, None) == ""
 
 
 def test_few_frames_have_no_observables_but_positions():

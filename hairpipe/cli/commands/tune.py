@@ -74,11 +74,13 @@ def read_output(ctx: click.Context, param: click.Parameter, path: Path | None) -
     help="Maximum processor time per frame; the smallest error within it is reported.",
 )
 @click.option(
-    "--limit",
+    "--looks",
+    is_flag=False,
+    flag_value=1.0,
     type=click.FloatRange(1.0),
-    default=1.0,
-    show_default=True,
-    help="Maximum ratio, for chaotic hair, of its distance from the reference to the spread of the reference.",
+    metavar="[RATIO]",
+    help="Maximum ratio (1 without a number) of differences in statistics of chaotic hair to those within the "
+    "reference; if absent, differences are reported, and no model is refused for them.",
 )
 @click.option("--check", is_flag=True, help="Measure the choice on other strands and frames, too.")
 @click.option(
@@ -94,7 +96,7 @@ def tune(
     node: str,
     tolerance: "Tolerance",
     budget: float | None,
-    limit: float,
+    looks: float | None,
     check: bool,
     output: Path | None,
     overrides: dict[str, str],
@@ -108,7 +110,8 @@ def tune(
     Errors are those of tips or of whole strands, the larger, root mean square, against the graph's own model at a
     quarter of its steps; seconds are those of the processor on one thread, scaled to all strands. Where hair acts on
     hair, the reference is four members at half the steps that differ by a fifth of the tolerance: once two of them
-    are half the tolerance apart, the means of members are compared, and what is seen of them. The
+    are half the tolerance apart, the means of members are compared. Other differences of what is seen of hair are
+    reported, and with --looks refused. The
     chosen combination was measured itself, not predicted from its parts. All results are cached: the same command,
     given again, computes nothing.
 
@@ -127,7 +130,7 @@ def tune(
     from hairpipe.tune.tuning import tune as find
 
     shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
-    request = Request(shot, node, tolerance, runner(engine, quiet=quiet), budget, check, limit=limit)
+    request = Request(shot, node, tolerance, runner(engine, quiet=quiet), budget, check, looks=looks)
     try:
         tuned = find(request, echo if not quiet else lambda line: None)
     except Interrupted:
