@@ -55,12 +55,20 @@ class Choice:
     trials: tuple[Trial, ...]
 
 
-def choose(full: Measured, singles: Mapping[Simplification, Measured], tolerance: float, measure: Measure) -> Choice:
+def choose(
+    full: Measured,
+    singles: Mapping[Simplification, Measured],
+    tolerance: float,
+    measure: Measure,
+    has_time: Callable[[], bool] = lambda: True,
+) -> Choice:
     """Choose the cheapest combination within a tolerance.
 
     Those predicted within the tolerance are measured, the cheapest first, until one is within it; combinations that
     omit at least as much as a failed one are skipped. The cheapest of all measured within the tolerance is chosen.
     None is chosen if the full model is not within it: a simplification that comes nearer does so by chance.
+
+    has_time  whether another combination is measured after the first
     """
     if not full.keeps(tolerance):
         return Choice(None, full, ())
@@ -72,6 +80,8 @@ def choose(full: Measured, singles: Mapping[Simplification, Measured], tolerance
         if len(trials) == MOST_TRIES:
             break
         if guess.parts not in known:
+            if trials and not has_time():
+                break
             if any(leaves_out_as_much(guess.parts, trial.guess.parts) for trial in trials):
                 continue
             known[guess.parts] = measure(guess.parts)

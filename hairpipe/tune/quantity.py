@@ -27,9 +27,9 @@ def read_tolerance(text: str) -> Tolerance:
     return Tolerance(number, "%") if unit == "%" else Tolerance(number * LENGTHS[unit], "m")
 
 
-def read_seconds(text: str) -> float:
+def read_seconds(text: str, where: str) -> float:
     """Read a time [s]; BadInput for another text, or a value not above 0."""
-    number, unit = take_apart(text, tuple(TIMES), "--budget", "5s, 300ms or 2min a frame")
+    number, unit = take_apart(text, tuple(TIMES), where, "5s, 300ms or 2min")
     return number * TIMES[unit]
 
 

@@ -3,6 +3,7 @@
 from dataclasses import asdict
 from typing import Any
 
+from hairpipe.api.formatting import duration
 from hairpipe.measure.climate.distances import TESTED
 from hairpipe.measure.climate.ensemble import CONFIDENCE
 from hairpipe.tune.chaos import MODEL, REFERENCE, Chaos, differences
@@ -149,6 +150,8 @@ def conclusion(tuned: Tuned) -> list[str]:
             f"{choice.measured.seconds:.3g} s a frame, not {full.seconds:.3g}: {saved}",
             *promise_lines(tuned),
         ]
+    if tuned.stopped is not None:
+        lines.append(f"stopped after {duration(tuned.stopped)} of processor time: the best so far; --time allows more")
     if tuned.affordable is not None:
         lines.append(affordable_line(f"{tuned.budget:g} s a frame", tolerance, tuned.affordable))
     return lines + check_lines(tuned)
@@ -236,6 +239,7 @@ def document(tuned: Tuned, fragment: str | None) -> dict[str, Any]:
         "simplifications": singles,
         "combinations": combinations,
         "chosen": None if chosen is None else {"left_out": names_of(chosen)} | plain(tuned.choice.measured),
+        "stopped": tuned.stopped,
         "budget": tuned.budget,
         "affordable": tuned.affordable and described_choice(tuned.affordable),
         "check": check

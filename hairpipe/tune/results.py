@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from hairpipe.api.reports import Task
-from hairpipe.api.shot import Shot
+from hairpipe.api.shot import Record, Shot
 
 
 class Results:
@@ -21,8 +21,18 @@ class Results:
         """Read the value for the shot of a node; BadInput where it has not been computed."""
         return self._shot.read(Task(name, None), self._records.get(name))
 
+    @property
+    def processor(self) -> dict[str, float]:
+        """Processor time of all results, by key [s]."""
+        return {record.key: time_of(record) for record in self._records.values()}
+
     def seconds(self, name: str, frames: Iterable[int]) -> list[float]:
         """List the processor time of a node at frames or for the shot, each result once [s]; KeyError without one."""
         targets = (f"{name}@{frame}" for frame in frames) if self._shot.nodes[name].per_frame else (name,)
         records = [self._records[target] for target in targets]
-        return list({r.key: r.seconds if r.processor is None else r.processor for r in records}.values())
+        return list({record.key: time_of(record) for record in records}.values())
+
+
+def time_of(record: Record) -> float:
+    """Return the processor time of a result, or its duration where that is not known [s]."""
+    return record.seconds if record.processor is None else record.processor

@@ -1,5 +1,6 @@
 """Measure models of a scene's hair on a sample, as ordinary runs of the graph with other settings."""
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, combinations
@@ -59,6 +60,8 @@ class Request:
     budget   processor time of a frame, to report its smallest error [s]; None without one
     check    whether the choice is also measured on other strands and frames
     strands  number of strands of the sample
+    time     processor time after which no other model is measured [s]; None: a tenth of that of the shot's own
+             simulation, ten minutes at least
     looks    for chaotic hair: largest difference in an observable, over that within the reference; None: any
     """
 
@@ -69,6 +72,7 @@ class Request:
     budget: float | None = None
     check: bool = False
     strands: int = STRANDS
+    time: float | None = None
     looks: float | None = None
 
 
@@ -103,6 +107,7 @@ class Study:
     scale   strands of the scene over those of the sample
     tip     initial difference of members of an ensemble [m]; None where hair is not chaotic
     chaos   chaos of the reference, once it was measured
+    limit   processor time after which no other model is to be measured [s], and whether it was reached
     """
 
     def __init__(self, request: Request, sample: Sample, total: int, tip: float | None = None) -> None:
@@ -110,9 +115,11 @@ class Study:
         self.sample, self.tip = sample, tip
         self.scale = total / sample.strands
         self.chaos: Chaos | None = None
+        self.limit, self.stopped = math.inf, False
         self._node = self.shot.graph.node(self.hair)
         self._reference = self.refined(FINEST if tip is None else FINE)
         self._faults: dict[str, str] = {}
+        self._processor: dict[str, float] = {}
         self._known: dict[Parts, Measured] = {}
         self._confirmed: dict[Parts, Measured] = {}
 
@@ -120,6 +127,11 @@ class Study:
     def steps(self) -> str:
         """The steps of the reference, in words."""
         return text_of(self._reference)
+
+    def has_time(self) -> bool:
+        """Whether the results that were compared, also those that were in the store, took less time than the limit."""
+        self.stopped = self.stopped or sum(self._processor.values()) >= self.limit
+        return not self.stopped
 
     def refined(self, factor: float) -> Parts:
         """Describe the scene's own model at finer steps; a model without steps is unchanged."""
@@ -139,7 +151,7 @@ class Study:
         fault = self._compute(f"reference: {self.steps}", compared, runs)
         if fault:
             return failed(fault)
-        pairs = compared.pairs(Results(compared.shot, self._frames))
+        pairs = compared.pairs(self._results(compared))
         self.chaos = chaos_of(pairs, self.request.tolerance, self.tip, self._frames, self.shot.fps)
         return self.chaos
 
@@ -194,7 +206,7 @@ class Study:
         fault = self._compute(text_of(parts), compared, runs)
         if fault:
             return failed(fault)
-        results = Results(compared.shot, self._frames)
+        results = self._results(compared)
         seconds = self._seconds(compared.shot, compared.names[0], results)
         found = measured_of(results.value(error_of((0, 1))), self.request.tolerance, seconds, self._measured)
         return replace(found, screened=self.chaos is not None and self.chaos.chaotic and not found.fault)
@@ -209,7 +221,7 @@ class Study:
         fault = self._compute(text_of(parts), compared, runs, [CLIMATE])
         if fault:
             return failed(fault)
-        results = Results(compared.shot, self._frames)
+        results = self._results(compared)
         tolerance = self.request.tolerance
         pairs = compared.pairs(results)
         if any(np.any(table["lost"]) for table in pairs.values()):
@@ -306,6 +318,12 @@ class Study:
                 raise BadInput(f"{text}: {failure}", where=self.shot.path)
             self._faults[failure.task.node] = str(failure.message)
         return next((str(failure.message) for failure in outcome.failures), "")
+
+    def _results(self, compared: Comparison) -> Results:
+        """Read the results of a comparison, and count their processor time."""
+        results = Results(compared.shot, self._frames)
+        self._processor |= results.processor
+        return results
 
     def _seconds(self, shot: Shot, names: Sequence[str], results: Results) -> float:
         """Read the times of the nodes of hair, scaled to all strands where they depend on the sample."""

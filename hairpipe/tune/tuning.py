@@ -1,6 +1,6 @@
 """Tune a scene: choose a sample, measure error and time of each simplification, and choose a combination."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -22,6 +22,10 @@ from hairpipe.tune.study import Interrupted, Request, Study
 from hairpipe.tune.variants import simplified, with_node
 
 ROOTS = "tune-roots"
+SHARE, LEAST_TIME = 0.1, 600.0
+"""Time after which no other model is measured: a share of that of the shot's own simulation, and a minimum [s]."""
+AT_ONCE = 4
+"""Number of models whose members are simulated between two looks at the time."""
 
 
 class Untunable(BadInput):
@@ -50,6 +54,7 @@ class Tuned:
     steps       steps of the reference, in words
     full        measurement of the unchanged graph
     singles     each simplification on its own
+    stopped     processor time after which nothing else was measured [s]; None: it was enough
     budget      requested processor time of a frame [s]
     affordable  choice within the budget, where the choice for the tolerance costs more
     """
@@ -65,6 +70,7 @@ class Tuned:
     budget: float | None = None
     affordable: Choice | None = None
     check: Check | None = None
+    stopped: float | None = None
 
     @property
     def kept(self) -> bool:
@@ -115,21 +121,36 @@ def measured_and_chosen(request: Request, echo: Callable[[str], None]) -> Tuned:
     fault = full.fault or (reference.fault if isinstance(reference, Measured) else "")
     if fault:
         raise Untunable(f"the unchanged graph fails on the sample: {fault}", where=request.shot.path)
-    singles = dict(zip(parts, study.measure_all([part] for part in parts), strict=True))
+    study.limit = request.time or max(SHARE * full.seconds * len(shot.frames), LEAST_TIME)
+    singles = measured_singles(study, parts)
     if full.screened:
         full, screened = study.confirm([]), full
         if full.keeps(request.tolerance.value):
             worthy = [part for part, found in singles.items() if is_worthy(request.tolerance, part, found, screened)]
-            singles |= zip(worthy, study.confirm_all([part] for part in worthy), strict=True)
-    choice = choose(full, singles, request.tolerance.value, study.confirm)
+            worthy.sort(key=lambda part: singles[part].seconds)
+            for some in (worthy[at : at + AT_ONCE] for at in range(0, len(worthy), AT_ONCE)):
+                if study.has_time():
+                    singles |= zip(some, study.confirm_all([part] for part in some), strict=True)
+    choice = choose(full, singles, request.tolerance.value, study.confirm, study.has_time)
+    stopped = study.limit if study.stopped else None
     affordable, check = None, None
     if request.budget is not None and (choice.parts is None or choice.measured.seconds > request.budget):
         affordable = choose_within(full, singles, request.budget, study.confirm, choice.trials)
     if request.check and choice.parts is not None:
         other = other_sample(sample, shot.frames, shot.fps, scene.motion, scene.strands)
         check = checked(request, other, scene, choice.parts, echo)
-    found = (study.steps, full, singles, choice, request.budget, affordable, check)
+    found = (study.steps, full, singles, choice, request.budget, affordable, check, stopped)
     return Tuned(scene.strands, sample, request.tolerance, reference, *found)
+
+
+def measured_singles(study: Study, parts: Sequence[Simplification]) -> dict[Simplification, Measured]:
+    """Measure simplifications on their own while there is time: the first of every axis side by side, then the next."""
+    found: dict[Simplification, Measured] = {}
+    for level in sorted({part.level for part in parts}):
+        some = [part for part in parts if part.level == level]
+        if study.has_time():
+            found |= zip(some, study.measure_all([part] for part in some), strict=True)
+    return {part: found[part] for part in parts if part in found}
 
 
 def is_worthy(tolerance: Tolerance, part: Simplification, found: Measured, full: Measured) -> bool:

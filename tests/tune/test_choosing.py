@@ -88,6 +88,16 @@ def test_nothing_is_tried_that_goes_as_far_as_what_failed():
     assert failed_before
 
 
+def test_without_time_one_combination_is_measured_and_the_best_so_far_is_chosen():
+    world = World(together=30.0)
+    choice = choose(FULL, world.singles(), 1.0, world.measure, lambda: False)
+    assert len(world.asked) == len(choice.trials) == 1
+    assert choice.measured == min(
+        (found for found in world.singles().values() if found.bound <= 1.0), key=lambda found: found.seconds
+    )
+    assert len(choose(FULL, world.singles(), 1.0, world.measure).trials) > 1
+
+
 def test_unmet_tolerance_is_reported_with_the_nearest_model():
     world = World()
     choice = choose(FULL, world.singles(), 0.05, world.measure)

@@ -17,7 +17,7 @@ def test_a_tolerance_is_a_length_or_a_share(text, value, unit):
 
 @pytest.mark.parametrize(("text", "value"), [("5s", 5.0), ("250 ms", 0.25), ("1.5min", 90.0)])
 def test_a_budget_is_a_time(text, value):
-    assert read_seconds(text) == pytest.approx(value, rel=1e-15)
+    assert read_seconds(text, "--time") == pytest.approx(value, rel=1e-15)
 
 
 @pytest.mark.parametrize("text", ["", "2", "mm", "-2mm", "0mm", "2 kg", "2mm3", "1,5mm", "nan m", "inf%", "5s"])
@@ -29,7 +29,7 @@ def test_invalid_tolerances_are_refused_in_one_message(text):
 @pytest.mark.parametrize("text", ["5", "5mm", "0s", "soon"])
 def test_invalid_times_are_refused(text):
     with pytest.raises(BadInput, match=r"^--budget: .*5s"):
-        read_seconds(text)
+        read_seconds(text, "--budget")
 
 
 @pytest.mark.parametrize("given", [Tolerance(2e-3, "m"), Tolerance(0.5, "%")])

@@ -71,6 +71,12 @@ def test_budget_reports_its_smallest_error():
     assert "1 s a frame buy an error of 7 mm (at most 8.4), for 0.9 s, with these left out: no stiction" in text
 
 
+def test_a_time_that_was_not_enough_is_reported():
+    text = "\n".join(report.conclusion(replace(TUNED, stopped=600.0)))
+    assert "stopped after 10:00 min of processor time" in text
+    assert "stopped" not in "\n".join(report.conclusion(TUNED)) and report.document(TUNED, None)["stopped"] is None
+
+
 @pytest.mark.parametrize(("error", "kept"), [(1.9, True), (2.1, False)])
 def test_a_check_can_break_the_promise(error, kept):
     check = Check(Sample(96, 4, 1, 1040, 1052, 1063), found(0.02, 30.0), FULL, found(error, 2.4))

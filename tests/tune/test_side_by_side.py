@@ -14,6 +14,7 @@ from hairpipe.tune.measured import Measured
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.sampling import Sample
 from hairpipe.tune.study import Interrupted, Request, Study
+from hairpipe.tune.tuning import measured_singles
 
 from ..graph.cluster import Cluster
 
@@ -124,6 +125,7 @@ class Scene:
         (folder / "nodes/sway_hair.py").write_text(MODEL)
         self.path.write_text(SCENE)
         self.most: int | None = None
+        self.evaluated, self.side = 0, []
 
     def run(self, engine):
         """Make what carries out runs."""
@@ -194,6 +196,20 @@ def test_models_are_timed_one_at_a_time_and_all_else_runs_side_by_side(scene):
     assert not reference.fault
     assert [one.fault for one in models[:4]] == ["", "", "ValueError: hair is torn", ""]
     assert "unknown" in models[4].fault and calls["failed 3"] == 1
+
+
+def test_levels_are_measured_until_the_time_is_spent(scene):
+    coarse = [
+        Simplification(axis, level, "", (("hair.growth", 1.5),)) for axis, level in (("a", 1), ("b", 2), ("c", 1))
+    ]
+    with load(scene.path, cache=scene.path.parent / "cache").keeping_workers() as shot:
+        study = Study(Request(shot, "hair", TOLERANCE, scene.run({"jobs": 1})), SAMPLE, 4)
+        study.measure([])
+        study.limit = 1e-6
+        assert study.has_time() is False and measured_singles(study, coarse) == {}
+        again = Study(study.request, SAMPLE, 4)
+        again.limit = 1e-6
+        assert list(measured_singles(again, coarse)) == [coarse[0], coarse[2]] and again.stopped
 
 
 @pytest.fixture(scope="module")

@@ -34,11 +34,11 @@ def read_tolerance(ctx: click.Context, param: click.Parameter, text: str) -> "To
     return read(text)
 
 
-def read_budget(ctx: click.Context, param: click.Parameter, text: str | None) -> float | None:
+def read_time(ctx: click.Context, param: click.Parameter, text: str | None) -> float | None:
     """Read a time [s]; None where none is given."""
     from hairpipe.tune.quantity import read_seconds
 
-    return None if text is None else read_seconds(text)
+    return None if text is None else read_seconds(text, param.opts[0])
 
 
 def read_output(ctx: click.Context, param: click.Parameter, path: Path | None) -> Path | None:
@@ -70,8 +70,15 @@ def read_output(ctx: click.Context, param: click.Parameter, path: Path | None) -
 @click.option(
     "--budget",
     metavar="5s",
-    callback=read_budget,
+    callback=read_time,
     help="Maximum processor time per frame; the smallest error within it is reported.",
+)
+@click.option(
+    "--time",
+    metavar="30min",
+    callback=read_time,
+    help="Processor time of all measurements after which the best model so far is chosen; by default a tenth of that "
+    "of the shot's own simulation, ten minutes at least.",
 )
 @click.option(
     "--looks",
@@ -96,6 +103,7 @@ def tune(
     node: str,
     tolerance: "Tolerance",
     budget: float | None,
+    time: float | None,
     looks: float | None,
     check: bool,
     output: Path | None,
@@ -130,7 +138,7 @@ def tune(
     from hairpipe.tune.tuning import tune as find
 
     shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
-    request = Request(shot, node, tolerance, runner(engine, quiet=quiet), budget, check, looks=looks)
+    request = Request(shot, node, tolerance, runner(engine, quiet=quiet), budget, check, looks=looks, time=time)
     try:
         tuned = find(request, echo if not quiet else lambda line: None)
     except Interrupted:
