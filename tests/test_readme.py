@@ -36,7 +36,7 @@ from .pages import (
 MOST_LINES = 140
 INCLUDE = re.compile(r"^:::\{include\} (\S+)$", re.MULTILINE)
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
-HEAD = re.compile(r"commit (?:[0-9a-f]{7}\b[^;]*; machine [^;]+|and machine as in each row); command .+")
+HEAD = re.compile(r"commit [0-9a-f]{7}\b[^;]*; machine [^;]+; command .+")
 MADE = re.compile(
     r"(?:hairpipe|nodes|graphs|tests|cache|\.ci)/[\w./*-]*|[\w.-]+(?:/[\w.*-]+)+\.(?:py|toml|md|bvh|webp)"
 )

@@ -1,8 +1,8 @@
 """Figures of a page by reference: `{TABLE; COLUMN; OTHER COLUMN=VALUE; REDUCTION; FORMAT}`, the last three as needed.
 
 TABLE may name the results file before a dot, `../volume/shell.table`; otherwise it is that of the marker. Reductions
-are those of REDUCTIONS, over all matching rows. FORMAT is that of Python, `.2g` or `,d`. `{state; RESULTS}` is the word
-for current results or those of older code.
+are those of REDUCTIONS, over all matching rows, and COUNT, the number of values that are not empty. FORMAT is that of
+Python, `.2g` or `,d`. `{state; RESULTS}` is the word for current results or those of older code.
 """
 
 import math
@@ -21,7 +21,7 @@ REDUCTIONS: dict[str, Callable[[Sequence[float]], float]] = {
     "sum": math.fsum,
 }
 """`largest` is the largest magnitude."""
-STATE = "state"
+STATE, COUNT = "state", "count"
 FORM = "{TABLE; COLUMN; OTHER COLUMN=VALUE; REDUCTION; FORMAT}"
 
 
@@ -60,7 +60,9 @@ class Figures:
         values: Sequence[Value] = values_of(found, column, wanted)
         spec = ""
         for part in rest:
-            if part in REDUCTIONS:
+            if part == COUNT:
+                values = [sum(value not in ("", None) for value in values)]
+            elif part in REDUCTIONS:
                 values = [reduced(part, values)]
             elif "=" not in part:
                 spec = part

@@ -95,3 +95,8 @@ def test_a_table_of_two_results_is_below_the_commands_of_both(recorded, hairpipe
     text = "<!-- results: circle\n| {table; sides; max; .0f} | {again.table; sides; max; .0f} |\n--><!-- end -->"
     made = written_page(recorded / "graphs/README.md", text, lambda path: path.name)
     assert "circle.toml --record`;\ncommit" in made and "--record again`\n\n| 12 | 12 |\n" in made
+
+
+def test_values_that_are_not_empty_are_counted(recorded):
+    text = "<!-- results: circle {table; sides; count} {table; area; count} --><!-- end -->"
+    assert "-->2 0<!--" in written_page(recorded / "graphs/README.md", text, lambda path: "")
