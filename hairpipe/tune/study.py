@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, combinations
+from itertools import combinations
 from typing import Protocol
 
 import numpy as np
@@ -20,7 +20,7 @@ from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.results import Results
 from hairpipe.tune.sampling import STRANDS, Sample
 from hairpipe.tune.simplifications import above, levelsets_of, scaled_steps
-from hairpipe.tune.variants import MEMBER, SAMPLE, merged_variants, sampled, shown_of, simplified, with_node
+from hairpipe.tune.variants import KEYS, MEMBER, SAMPLE, merged_variants, sampled, shown_of, simplified, with_node
 
 ERROR, CLIMATE = "tune-error", "tune-climate"
 """Names of the comparing nodes."""
@@ -256,7 +256,8 @@ class Study:
             for place, (parts, member) in enumerate(runs)
         }
         last = [self.hair, shown_of(self.hair)]
-        others = [name for one in tables.values() for name in one if name not in {*self.shot.tables, SAMPLE, MEMBER}]
+        known = {*self.shot.tables, SAMPLE, MEMBER}
+        others = [name for one in tables.values() for name in one if name not in known and not name.endswith(KEYS)]
         merged, found = merged_variants(tables, [*(name for name in dict.fromkeys(others) if name not in last), *last])
         whole = self.shot.edited(merged).nodes
         return merged, [[name for name in found[label] if whole[name].per_frame] for label in tables]
@@ -273,7 +274,7 @@ class Study:
     def _compute(self, text: str, compared: Comparison, runs: Sequence[Run], more: Sequence[str] = ()) -> str:
         """Run the inputs, the reference and the others, and compare them; returns the fault."""
         shot, names = compared.shot, compared.names
-        behind = (node.name for name in chain(*names) for node in above(shot.graph, name))
+        behind = (node.name for nodes in names for name in nodes for node in above(shot.graph, name))
         fault = next((self._faults[name] for name in behind if name in self._faults), "")
         reference = [
             name for nodes, (parts, _) in zip(names, runs, strict=True) if parts == self._reference for name in nodes
@@ -293,8 +294,8 @@ class Study:
         merged, names = self._lay_out(runs)
         compared = Comparison(self.shot.edited(merged), names)
         self._run_nodes(f"inputs of {text}", compared.shot, compared.inputs, self.sample.simulated)
-        nodes = [compared.shot.nodes[name] for name in chain(*names)]
-        wanted = [node.name for node in nodes if node.type.mode == "scan" or not settling]
+        found = [compared.shot.nodes[name] for nodes in names for name in nodes]
+        wanted = [node.name for node in found if node.type.mode == "scan" or not settling]
         frames = [self.sample.first - 1] if settling else self._frames
         self._run_nodes(text, compared.shot, wanted, frames, timed=False)
 

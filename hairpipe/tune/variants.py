@@ -14,7 +14,7 @@ from hairpipe.tune.simplifications import OUTPUT
 MARK = 8
 """Characters of the digest that distinguishes variants of a node."""
 KEYS = "-keys"
-"""Suffix of the name of a simulation in that of its thinned groom."""
+"""Suffix of the names of nodes of key strands: the thinned groom, and what depends on it."""
 SAMPLE = "tune-sample"
 """Name of the node that samples strands."""
 MEMBER = "tune-member"
@@ -48,9 +48,22 @@ def with_keys(tables: Tables, hair: str, every: int) -> Tables:
     table = {"type": "interpolate_hair", "in": {"hair": hair, "keys": keys, "groom": groom} | interpolated}
     for edge in (hair, f"{hair}.{OUTPUT}"):
         tables = with_node(tables, shown_of(hair), table, instead=edge)
-    tables[keys] = {"type": "thin_groom", "in": {"groom": groom}, "every": every}
-    tables[hair]["in"]["groom"] = keys
-    return tables
+    tables[hair]["in"] = map_edges(tables[hair]["in"], lambda edge: of_keys(tables, edge, groom, keys))
+    return tables | {keys: {"type": "thin_groom", "in": {"groom": groom}, "every": every}}
+
+
+def of_keys(tables: Tables, edge: str, groom: str, keys: str) -> str:
+    """Return the edge of key strands in place of one of all strands: nodes between are repeated, in place."""
+    if edge == groom:
+        return keys
+    source, dot, output = edge.partition(".")
+    table = tables[source]
+    edges = table.get("in", {})
+    changed = map_edges(edges, lambda other: of_keys(tables, other, groom, keys))
+    if changed == edges:
+        return edge
+    tables[f"{source}{KEYS}"] = {key: value for key, value in table.items() if key != "publish"} | {"in": changed}
+    return f"{source}{KEYS}{dot}{output}"
 
 
 def with_other_model(tables: Tables, hair: str, part: Simplification) -> Tables:

@@ -240,3 +240,14 @@ def test_bounds_of_steps_are_scaled_within_range(scene):
         "hair.steps.travel": 1e3,
         "hair.steps.courant": 8.0,
     }
+
+
+def test_ends_of_key_strands_are_those_of_the_thinned_groom(scene):
+    """A hand moves the roots: key strands get ends of their own, and the others are interpolated with those of all."""
+    hand = '[hand]\ntype = "drive_ends"\nin.groom = "groom"\nat = 1\n'
+    scene.write_text(SCENE.replace('surface = ["surface"] }', 'surface = ["surface"], ends = "hand" }') + hand)
+    tables = simplified(tomllib.loads(scene.read_text()), "hair", [parts_by_axis(scene)["keys"][0]])
+    inputs = {"groom": "hair-keys", "body": "body", "surface": ["surface"], "ends": "hand-keys"}
+    assert tables["hair"]["in"] == inputs
+    assert tables["hand-keys"] == {"type": "drive_ends", "in": {"groom": "hair-keys"}, "at": 1}
+    assert tables["hair-shown"]["in"]["ends"] == "hand" and tables["hand"]["in"] == {"groom": "groom"}
