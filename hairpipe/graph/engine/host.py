@@ -78,6 +78,7 @@ class Host:
             return reply | {"failure": {"kind": "mismatch", "message": str(error), "traceback": ""}}
         if not self.leases.acquire(job.key):
             return reply | {"leased": True}
+        self.store.refresh(job.key)
         record = self.store.find(job.key, without=job.spared)
         if record is not None and record.outputs.keys() == set(job.outputs):
             self.leases.release(job.key)

@@ -122,6 +122,8 @@ class Scheduler:
             if self.agenda:
                 continue
             if not self.at_work and (self.stopping or not self.elsewhere or self.has_waited):
+                if not self.stopping and (task := self.queue.first()):
+                    self.fail(Failure(task, "gone", "no machine offers a slot for this node: start one, and run again"))
                 return
             for reply in self.engine.replies(POLL if self.elsewhere else None):
                 self.agenda.extend(self.twins.pop(reply["key"], ()))
@@ -160,6 +162,7 @@ class Scheduler:
             record = self.resolver.find(task, self.keys[task])
             gone = set() if record else self.resolver.missing(task)
             if gone:  # perhaps since another process has evaluated this task meanwhile, and thinned the states before
+                self.store.refresh(self.keys[task])
                 record = self.resolver.find(task, self.keys[task])
             if record:
                 self.store.touch(record.key)
@@ -385,6 +388,10 @@ class Queue:
         """Add a task."""
         rank, frame = self._order(task)
         heapq.heappush(self._heaps[self._mode[task.node]], (frame, rank, task))
+
+    def first(self) -> Task | None:
+        """Return a ready task; None where there is none."""
+        return next((heap[0][2] for heap in self._heaps.values() if heap), None)
 
     def take(self, *, wide: bool, wide_is_free: bool) -> Iterator[Task]:
         """Take tasks for a slot, best first, as long as the caller asks for another."""

@@ -11,6 +11,7 @@ Files are written atomically; any number of processes and users may share a stor
 to repair. A store is data: nothing in it is executed, and compiled kernels are kept elsewhere (`machine_code`).
 """
 
+import errno
 import json
 import os
 import stat
@@ -139,6 +140,11 @@ class Store:
         """Keep a record; its objects are in the store already."""
         write_text(self.room(self.action_path(record.key)), write_record(record), self.temporary)
 
+    def refresh(self, key: str) -> None:
+        """Open the folder of a record: a client of a network file system then forgets that a record was missing."""
+        with suppress(OSError):
+            os.close(os.open(self.action_path(key).parent, os.O_RDONLY))
+
     def touch(self, key: str) -> None:
         """Mark a result as used now: cleaning goes by age."""
         with suppress(OSError):
@@ -185,13 +191,13 @@ class Store:
     def _text(self, path: Path) -> str | None:
         """Read a text; None where there is no file, empty where there is something else."""
         try:
-            if path.is_file():
-                return path.read_text(encoding="utf-8")
-        except FileNotFoundError:
-            return None
+            return path.read_text(encoding="utf-8") if stat.S_ISREG(path.stat().st_mode) else ""
         except UnicodeDecodeError:
             return ""
-        return "" if os.path.lexists(path) else None
+        except OSError as error:
+            if error.errno not in (errno.ENOENT, errno.ENOTDIR, errno.ELOOP):
+                raise
+        return "" if path.is_symlink() else None  # a file may be there by now, which is not to be taken for damaged
 
     def recall(self, name: str) -> str | None:
         """Return the text noted under a name; None where it is missing or damaged."""

@@ -1,6 +1,8 @@
 """A host refuses what its machine has not got, names it, and looks in the store before it evaluates."""
 
+import errno
 import json
+import os
 import shutil
 from collections import Counter
 from dataclasses import asdict, replace
@@ -163,6 +165,41 @@ def test_tasks_of_other_processes_are_not_evaluated(shot, sent):
     leases.release(job.key)
     assert "record" in evaluated(host, job)
     host.close()
+
+
+@pytest.fixture
+def remembering(monkeypatch):
+    """Be a client of NFS: a record that was missing stays missing until its folder is opened."""
+    stat, opened, missing = Path.stat, os.open, set()
+
+    def look(path, **words):
+        if path in missing:
+            raise FileNotFoundError(errno.ENOENT, "missing when last looked up", str(path))
+        try:
+            return stat(path, **words)
+        except FileNotFoundError:
+            missing.update([path] if path.parent.parent.name == "actions" else [])
+            raise
+
+    def refresh(path, *words, **named):
+        missing.difference_update([name for name in missing if str(name.parent) == str(path)])
+        return opened(path, *words, **named)
+
+    monkeypatch.setattr(Path, "stat", look)
+    monkeypatch.setattr(os, "open", refresh)
+
+
+def test_a_result_is_found_though_it_was_missing_a_moment_ago(shot, sent, remembering):
+    other = Store(shot.folder / "other")
+    shot.run(store=other, to=["seed"])
+    job = job_of(shot)
+    host = host_for(sent)
+    assert host.store.find(job.key) is None
+    shutil.copytree(other.root, shot.store.root, dirs_exist_ok=True)
+    assert host.store.find(job.key) is None, "remembered as missing"
+    assert evaluated(host, job)["found"]
+    host.close()
+    assert shot.tally() == {"make_seed": 1}
 
 
 class TwoMachines:

@@ -2,7 +2,9 @@
 
 import pytest
 
+from hairpipe.graph.engine.local_engine import LocalEngine
 from hairpipe.graph.engine.member import Member
+from hairpipe.graph.engine.protocol import Slots
 from hairpipe.graph.run.events import Options
 from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.fingerprint import stamp_of
@@ -80,6 +82,15 @@ def test_a_worker_that_is_evaluating_ends_with_the_run(shot, spare):
     (member,) = engine.host.members
     engine.close()
     assert not spare and member.process.poll() is not None
+
+
+def test_a_run_without_a_slot_for_a_scan_fails_and_names_it(shot, monkeypatch):
+    """All machines that simulate may be lost between two frames."""
+    monkeypatch.setattr(LocalEngine, "slots", lambda engine: Slots(0, 2 - len(engine.host.busy)))
+    outcome = shot.run(jobs=2)
+    (failure,) = outcome.failures
+    assert str(failure) == "sum@1: no machine offers a slot for this node: start one, and run again"
+    assert outcome.exit_code == 1 and shot.tally() == {"make_seed": 1, "move_seed": 10}
 
 
 def test_a_new_worker_replaces_an_old_one_unless_sources_were_edited(shot, spare):
