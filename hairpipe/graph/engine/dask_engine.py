@@ -5,6 +5,7 @@ its own. The engine itself chooses the machine of a job, so that a scan stays wh
 """
 
 import json
+import logging
 import queue
 import time
 from collections import Counter
@@ -48,6 +49,7 @@ class DaskEngine:
         self.warnings: list[str] = []
         self._make_offer = offer
         self._client: Client | None = None
+        self._is_silent = False
         self._resources: dict[str, dict[str, float]] = {}
         self._left_out: set[str] = set()
         self._seen: dict[str, tuple[Any, float]] = {}
@@ -132,6 +134,8 @@ class DaskEngine:
             from distributed import Client
         except ImportError:
             raise BadInput("Dask is not installed", right="pip install 'hairpipe[dask]'") from None
+        for name in ("distributed", "distributed.client"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)  # what is lost is reported here, in one line
         offer = self._make_offer()
         self._run, self._offer = offer.run, json.dumps(vars(offer))
         try:
@@ -166,10 +170,14 @@ class DaskEngine:
             raise BadInput("no Dask worker offers slots", where=self.address, right=right)
 
     def _workers(self) -> dict[str, Any]:
-        """Ask the scheduler for its workers; none where it is lost."""
+        """Ask the scheduler for its workers; none where it is lost, which one that does not answer stays."""
         assert self._client is not None
-        with suppress(OSError, TimeoutError):
-            return self._client.scheduler_info()["workers"] if self._client.status == "running" else {}
+        with suppress(OSError):
+            if self._client.status == "running" and not self._is_silent:
+                try:
+                    return self._client.sync(self._client.scheduler.identity, callback_timeout=SILENCE)["workers"]
+                except TimeoutError:
+                    self._is_silent = True
         return {}
 
     def _free(self, kind: str) -> dict[str, int]:

@@ -87,13 +87,16 @@ def test_a_scan_continues_elsewhere_when_its_machine_is_killed(shot, cluster):
     assert shot.results() == shot.results(store=other)
 
 
-def test_a_lost_scheduler_ends_the_run_with_one_line(shot, cluster):
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_lost_scheduler_ends_the_run_with_one_line(shot, cluster, monkeypatch, capfd, number):
+    """Killed, or stopped with its connections open; Dask itself writes nothing."""
+    monkeypatch.setattr(dask_engine, "SILENCE", 6.0)
     text = shot.path.read_text()
     shot.path.write_text(text + '[wrong]\ntype = "go_wrong"\nin.number = "move"\nhow = "slow"\n')
 
     def stop():
         wait_for(lambda: shot.has_called("go_wrong 3"))
-        cluster.processes["scheduler"].send_signal(signal.SIGKILL)
+        cluster.processes["scheduler"].send_signal(number)
 
     thread = Thread(target=stop, daemon=True)
     thread.start()
@@ -103,6 +106,7 @@ def test_a_lost_scheduler_ends_the_run_with_one_line(shot, cluster):
     assert {failure.message for failure in outcome.failures} == {
         f"the Dask scheduler {cluster.address} is lost: run again"
     }
+    assert capfd.readouterr().err == ""
 
 
 def test_other_code_on_the_cluster_is_refused_by_name(shot, cluster, monkeypatch):
