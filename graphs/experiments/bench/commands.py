@@ -11,6 +11,7 @@ from hairpipe.cli import options
 from hairpipe.cli.entry import Group
 from hairpipe.cli.measured import moving, print_report, record
 from hairpipe.cli.stderr import echo
+from hairpipe.graphs.experiments.bench.machines.machine_commands import machines, parity
 from hairpipe.graphs.experiments.bench.scene_commands import PROGRAM, needs, promises
 
 if TYPE_CHECKING:
@@ -26,6 +27,8 @@ def bench() -> None:
 
 bench.add_command(promises)
 bench.add_command(needs)
+bench.add_command(machines)
+bench.add_command(parity)
 
 
 @bench.command()

@@ -1,4 +1,7 @@
-"""A small shot to try the engine on: four toy nodes in a folder of their own, run by processes that may be killed."""
+"""A small shot to try the engine on: four toy nodes in a folder of their own, run by processes that may be killed.
+
+An evaluation may be held at a gate: it waits until the gate is opened, so that a fault strikes at a known moment.
+"""
 
 import json
 import os
@@ -43,6 +46,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hairpipe.errors import BadInput
+
 
 @dataclass(frozen=True)
 class Number:
@@ -60,9 +65,28 @@ class Added(NamedTuple):
 
 
 def tally(name, frame=None):
-    with Path(os.environ["HAIRPIPE_BENCH_TALLY"]).open("a") as file:
+    path = Path(os.environ.get("HAIRPIPE_BENCH_TALLY", ""))
+    if not path.name:
+        raise BadInput("HAIRPIPE_BENCH_TALLY is not set")
+    with path.open("a") as file:
         file.write(f"{name} {frame}\\n")
+    gate = path.with_suffix(".gate")
+    if gate.exists() and gate.read_text() == f"{name} {frame}":
+        hold(gate)
     time.sleep(0.01)
+
+
+def hold(gate):
+    '''Wait at a gate, which holds one evaluation; the file `held` names process, parent and group.'''
+    try:
+        gate.rename(gate.with_suffix(".taken"))
+    except FileNotFoundError:
+        return
+    gate.with_suffix(".new").write_text(f"{os.getpid()} {os.getppid()} {os.getpgid(0)}")
+    gate.with_suffix(".new").rename(gate.with_suffix(".held"))
+    end = time.monotonic() + 600.0
+    while not gate.with_suffix(".open").exists() and time.monotonic() < end:
+        time.sleep(0.02)
 """,
     "make_seed": '''from toy_value import Number, np, tally
 
@@ -153,6 +177,31 @@ class ToyShot:
         """What it has published, by path."""
         paths = (path for path in self.out.rglob("*") if path.is_file())
         return {str(path.relative_to(self.out)): path.read_bytes() for path in paths}
+
+    def close_gate(self, line: str) -> None:
+        """Hold the first evaluation of this line of the tally."""
+        self._gate.write_text(line)
+
+    def held(self) -> tuple[int, int, int] | None:
+        """Return the process that is held, its parent, and its group; None before there is one."""
+        path = self._gate.with_suffix(".held")
+        if not path.exists():
+            return None
+        child, parent, group = map(int, path.read_text().split())
+        return child, parent, group
+
+    def open_gate(self) -> None:
+        """Let the evaluation go on."""
+        self._gate.with_suffix(".open").touch()
+
+    @property
+    def _gate(self) -> Path:
+        return Path(self.variables[TALLY]).with_suffix(".gate")
+
+    def count(self) -> int:
+        """Count the evaluations since the last call of `tally`."""
+        path = Path(self.variables[TALLY])
+        return path.read_bytes().count(b"\n") if path.exists() else 0
 
     def tally(self) -> list[tuple[str, int | None]]:
         """List evaluations, by node and frame, since the last call."""

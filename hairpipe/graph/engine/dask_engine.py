@@ -171,11 +171,11 @@ class DaskEngine:
 
     def _workers(self) -> dict[str, Any]:
         """Ask the scheduler for its workers; none where it is lost, which one that does not answer stays."""
-        assert self._client is not None
+        client: Any = self._client  # whose types leave a scheduler, and a synchronous answer, open
         with suppress(OSError):
-            if self._client.status == "running" and not self._is_silent:
+            if client.status == "running" and not self._is_silent:
                 try:
-                    return self._client.sync(self._client.scheduler.identity, callback_timeout=SILENCE)["workers"]
+                    return client.sync(client.scheduler.identity, callback_timeout=SILENCE)["workers"]
                 except TimeoutError:
                     self._is_silent = True
         return {}
