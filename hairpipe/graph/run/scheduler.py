@@ -181,7 +181,7 @@ class Scheduler:
     def dispatch(self) -> None:
         """Give ready tasks to free slots."""
         for wide in (True, False):
-            while len(self.queue) and not self.agenda:
+            while self.queue.first() and not self.agenda:
                 slots = self.engine.slots()
                 free = slots.wide if wide else slots.narrow
                 task = next(self.queue.take(wide=wide, wide_is_free=slots.wide > 0), None) if free > 0 else None
@@ -379,10 +379,6 @@ class Queue:
         self._mode = {n.name: "scan" if n.name in judged else n.type.mode for n in graph.nodes.values()}
         self._order = order_of(graph)
         self._heaps: dict[str, list[tuple[int, int, Task]]] = {"scan": [], "once": [], "each": []}
-
-    def __len__(self) -> int:
-        """Count the ready tasks."""
-        return sum(len(heap) for heap in self._heaps.values())
 
     def push(self, task: Task) -> None:
         """Add a task."""

@@ -1,6 +1,5 @@
 """A Dask cluster of several machines on loopback: a scheduler, and workers with homes of their own."""
 
-import importlib.util
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -34,14 +33,12 @@ class Cluster:
         nanny: bool = False,
         words: Sequence[str] = (),
     ) -> None:
-        if importlib.util.find_spec("distributed") is None:
-            raise BadInput("Dask is not installed", right="pip install 'hairpipe[dask]'")
         file = folder / "scheduler.json"
         place = ["--port", "0", "--scheduler-file", str(file), *words, *LOOPBACK]
         self.scheduler = Started(BOOT.format("scheduler", place), folder / "scheduler", Machine(), {})
         self.workers: list[Started] = []
         try:
-            wait_for(lambda: address_in(file), "the Dask scheduler")
+            wait_for(lambda: self.is_running(self.scheduler) and address_in(file), "the Dask scheduler")
             self.address = address_in(file)
             for number, machine in enumerate(machines):
                 home = folder / f"worker-{number}"
@@ -54,12 +51,16 @@ class Cluster:
             self.close()
             raise
 
+    @staticmethod
+    def is_running(started: Started) -> bool:
+        """Whether a process runs; BadInput where it has ended."""
+        if started.process.poll() is not None:
+            raise BadInput(f"Dask does not start: {started.text[-300:]}", right="pip install 'hairpipe[dask]'")
+        return True
+
     def is_complete(self) -> bool:
         """Whether all workers are connected; BadInput where one has ended."""
-        for worker in self.workers:
-            if worker.process.poll() is not None:
-                raise BadInput(f"a Dask worker does not start: {worker.text[-300:]}")
-        return all("Registered to" in worker.text for worker in self.workers)
+        return all(self.is_running(worker) and "Registered to" in worker.text for worker in self.workers)
 
     def close(self) -> None:
         """Kill all processes."""

@@ -64,9 +64,9 @@ class Way:
     def call(self, words: list[str]) -> None:
         """Carry out a command, in which `hairpipe` is the program of this way; BadInput where it fails."""
         path = f"{self._program.parent}{os.pathsep}{os.environ['PATH']}"
-        told = {"PATH": path, "HAIRPIPE_BENCH_COUNTS": str(self.folder / "counts")}
+        added = {"PATH": path, "HAIRPIPE_BENCH_COUNTS": str(self.folder / "counts")}
         place = str(self._program) if words[0] == "hairpipe" else words[0]
-        done = subprocess.run([place, *words[1:]], capture_output=True, text=True, env=os.environ | told)
+        done = subprocess.run([place, *words[1:]], capture_output=True, text=True, env=os.environ | added)
         if done.returncode:
             raise BadInput(
                 f"exit code {done.returncode}: {(done.stderr or done.stdout)[-500:]}", where=shlex.join(words)

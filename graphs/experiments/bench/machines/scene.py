@@ -89,11 +89,13 @@ class Scene:
     def wait_for_gate(self) -> None:
         """Wait until an evaluation is held, and all others that do not need its result are complete."""
         wait_for(lambda: self.shot.held() or self.runs[0].process.poll() is not None, "the evaluation to hold")
-        lines, since = -1, time.monotonic()
+        count = -1
+        since = time.monotonic()
         while time.monotonic() - since < QUIET:
             time.sleep(0.1)
-            if (count := self.shot.count()) != lines:
-                lines, since = count, time.monotonic()
+            if self.shot.count() != count:
+                count = self.shot.count()
+                since = time.monotonic()
 
     def send(self, part: Part, number: signal.Signals) -> None:
         """Send a signal to a part."""
