@@ -6,7 +6,7 @@ from hairpipe.graph import Cuts, Frames, Time, node
 
 @node(frames="once")
 def measure_motion(hair: Frames[Strands], time: Time, cuts: Cuts) -> Table:
-    """Measure speed, maximum stretch, mean height and path length of all strands at every frame."""
+    """Measure speed, maximum stretch, mean height and displacement of all strands at every frame."""
     from hairpipe.measure.motion import measure_speeds
 
     return measure_speeds(hair, time.fps, cuts)

@@ -8,7 +8,15 @@ from hairpipe.data import Groom, Strands, Table
 from hairpipe.data.lengths import strand_lengths
 from hairpipe.data.table import table_of_rows
 
-COLUMNS = ("time [s]", "rms speed [mm/s]", "fastest [mm/s]", "longest stretch [%]", "mean height [mm]", "moved [mm]")
+COLUMNS = (
+    "time [s]",
+    "rms speed [mm/s]",
+    "fastest [mm/s]",
+    "longest stretch [%]",
+    "mean height [mm]",
+    "moved [mm]",
+    "moved farthest [mm]",
+)
 
 
 def measure_speeds(hair: Mapping[int, Strands], fps: float, cuts: Sequence[int] = ()) -> Table:
@@ -18,6 +26,7 @@ def measure_speeds(hair: Mapping[int, Strands], fps: float, cuts: Sequence[int] 
     longest stretch     largest stretch of a whole strand, over its length at the first frame
     mean height         along Y
     moved               rms displacement since the previous frame; 0 at a cut of the shot
+    moved farthest      largest displacement since the previous frame, likewise
     """
     frames = list(hair)
     first = previous = hair[frames[0]]
@@ -29,14 +38,15 @@ def measure_speeds(hair: Mapping[int, Strands], fps: float, cuts: Sequence[int] 
         previous = now if frame in cuts else previous
         points, before = (np.delete(strands.points.astype(float), roots, axis=0) for strands in (now, previous))
         moved = np.linalg.norm(points - before, axis=1)
-        rows.append(((frame - frames[0]) / fps, *row_of(now, lengths), 1e3 * np.sqrt(np.mean(moved**2))))
+        displacements = 1e3 * np.sqrt(np.mean(moved**2)), 1e3 * moved.max()
+        rows.append(((frame - frames[0]) / fps, *row_of(now, lengths), *displacements))
         previous = now
     return table_of_rows(COLUMNS, rows)
 
 
 def watch(hair: Strands, groom: Groom) -> Table:
     """Return the row of `measure_speeds` of one frame, with the stretch against the groom."""
-    return table_of_rows(COLUMNS[1:-1], [row_of(hair, strand_lengths(groom.points, groom.offsets))])
+    return table_of_rows(COLUMNS[1:-2], [row_of(hair, strand_lengths(groom.points, groom.offsets))])
 
 
 def row_of(hair: Strands, lengths: np.ndarray) -> tuple[float, ...]:

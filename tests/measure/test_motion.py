@@ -27,6 +27,7 @@ def test_motion_excludes_prescribed_roots():
     assert table["longest stretch [%]"].tolist() == pytest.approx([0.0, 25.0])
     assert table["mean height [mm]"].tolist() == pytest.approx([-5e3 / 3, -1.5e3])
     assert table["moved [mm]"].tolist() == pytest.approx([0.0, 1e3 * np.sqrt((0.25 + 1.0) / 3)])
+    assert table["moved farthest [mm]"].tolist() == pytest.approx([0.0, 1e3])
 
 
 def test_one_frame_is_watched_against_the_groom():
