@@ -64,7 +64,7 @@ SMALL = {
 def tune(*_): raise study.Interrupted
 tuning.tune = tune""",
     "experiments core": """from hairpipe.graphs.experiments.bench import core as it
-it.MODELS, it.measure_compilation = ("network",), lambda: 1.0
+it.MODELS = ("network",)
 it.measure_core.__defaults__ = 4, 9, 17, 1 << 12, 0.0""",
     "experiments volume": """from hairpipe.graphs.experiments.bench import volume as it
 it.measure_volume.__defaults__ = 200, 6, 2, 0.0""",

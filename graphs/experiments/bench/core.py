@@ -1,17 +1,12 @@
 """Cost of the strand core, compared with the limits of the machine."""
 
-import subprocess
-import tempfile
-import time
 from collections.abc import Callable
 from itertools import product
-from pathlib import Path
 from typing import get_args
 
 import numba
 
 from hairpipe.bench.report import Case, Echo, Report, make_report
-from hairpipe.child import command, environment
 from hairpipe.graphs.experiments.bench.arithmetic.assembly import count_arithmetic
 from hairpipe.graphs.experiments.bench.arithmetic.counting import Work
 from hairpipe.graphs.experiments.bench.repeat import Spread, repeat
@@ -40,8 +35,6 @@ PROTOTYPE = {
     ("memory", "float64", 2): 37.6,
 }
 """What a throw-away prototype took for a solve of the network on a Zen 4 core, per particle [ns]."""
-_RUN = ("run", "demo", "-q", "-j1", "--to", "hair", "--frames", "1001-1002", "--set", "groom.strands=8")
-_MAIN = "from hairpipe.cli import main; sys.argv[1:] = {!r}; main()"
 
 
 CACHED, STORED = 256, 9_712
@@ -59,8 +52,6 @@ def measure_core(
     seconds         that every measurement is repeated
     """
     threads = [count for count in THREADS if count <= numba.get_num_threads()]
-    echo("compiling every kernel with an empty cache")
-    compilation: list[Case] = [{"every kernel of a frame [s]": measure_compilation()}]
     echo("multiply-adds and the triad")
     roofs = measure_roofs(DTYPES, threads, triad, seconds)
     echo("reading machine code")
@@ -81,7 +72,7 @@ def measure_core(
                 case["prototype [ns a particle]"] = PROTOTYPE.get((place, dtype, count)) if model == "network" else None
             cases.append(case)
     solves = [solve_case(model, dtype, each) for (model, dtype), each in work.items()]
-    tables = {"kernels": cases, "solves": solves, "limits": roofs.cases, "compilation": compilation}
+    tables = {"kernels": cases, "solves": solves, "limits": roofs.cases}
     return make_report(__name__, tables, roofs.bandwidth)
 
 
@@ -90,22 +81,6 @@ def solve_case(model: ModelName, dtype: str, work: Work) -> Case:
     code = count_arithmetic(machine_code(dtype, model).splitlines())
     rates: Case = {"flop a particle": work.operations, "bytes a particle": work.bytes}
     return {"model": model, "numbers": dtype, **rates, **code._asdict()}
-
-
-def measure_compilation() -> float:
-    """Find the time to compile every kernel from groom to hair, body and level set too [s]: two frames of the demo.
-
-    A fresh process runs them with an empty cache for results, first without kernels and then with those it left.
-    """
-    with tempfile.TemporaryDirectory() as folder:
-        kernels = environment() | {"NUMBA_CACHE_DIR": str(Path(folder, "kernels"))}
-        times = []
-        for cache in ("first", "second"):
-            begun = time.perf_counter()
-            words = [*_RUN, "--cache", str(Path(folder, cache))]
-            subprocess.run(command(_MAIN.format(words)), env=kernels, check=True)
-            times.append(time.perf_counter() - begun)
-    return times[0] - times[1]
 
 
 def least_time(work: Work, dtype: str, place: str, threads: int, roofs: Roofs) -> float:

@@ -21,7 +21,6 @@ def test_the_least_time_is_that_of_the_tighter_roof():
 
 
 def test_every_case_is_measured_once(monkeypatch):
-    monkeypatch.setattr(core, "measure_compilation", lambda: 12.5)
     monkeypatch.setattr(core, "MODELS", ("network",))  # others would be compiled for nothing else
     reported = []
     before = numba.get_num_threads()
@@ -38,6 +37,6 @@ def test_every_case_is_measured_once(monkeypatch):
     single, double = report.tables["solves"]
     assert double["flop a particle"] == single["flop a particle"]
     assert double["bytes a particle"] == 2 * single["bytes a particle"]
-    assert report.tables["compilation"] == [{"every kernel of a frame [s]": 12.5}] and report.machine.cores >= 1
+    assert report.machine.cores >= 1
     assert report.bandwidth > 0 and len(report.tables["limits"]) == 2 + len(threads)
     assert "17 strands of the network in float32" in reported
