@@ -33,6 +33,7 @@ _HOUSE = Path(hairpipe.__file__).parent
 
 Function = tuple[str, int, str]
 Callers = dict[Function, tuple[int, int, float, float]]
+Weights = dict[tuple[Function, int], dict[str, float]]
 
 
 def part_of(path: Path) -> str:
@@ -61,22 +62,29 @@ def shares_of(
     whole = clock() - begun
     stats = pstats.Stats(profile).stats  # type: ignore[attr-defined]
     seconds = dict.fromkeys(parts, 0.0)
+    known: Weights = {}
     for function, (_, _, own, _, _) in stats.items():
-        for caller, part_of_it in _charged(function, own, stats, 0).items():
-            seconds[part_of(Path(caller))] += part_of_it
+        for caller, weight in _weights(function, stats, 0, known).items():
+            seconds[part_of(Path(caller))] += weight * own
     return whole, seconds
 
 
-def _charged(function: Function, seconds: float, stats: dict, depth: int) -> dict[str, float]:
-    """Share seconds of a function among the files of this package that called it, by the time of their calls."""
-    callers: Callers = stats[function][4] if function in stats else {}
-    ours = Path(function[0]).is_relative_to(_HOUSE)
-    if ours or not callers or depth == _DEEPEST:
-        return {function[0]: seconds}
-    total = sum(cumulative for _, _, _, cumulative in callers.values())
-    found: dict[str, float] = {}
-    for caller, (_, _, _, cumulative) in callers.items():
-        weight = cumulative / total if total > 0.0 else 1.0 / len(callers)
-        for file, some in _charged(caller, weight * seconds, stats, depth + 1).items():
-            found[file] = found.get(file, 0.0) + some
-    return found
+def _weights(function: Function, stats: dict, depth: int, known: Weights) -> dict[str, float]:
+    """Return the shares of a function's time by file of this package that called it, from the times of the calls.
+
+    Shares are computed once for a function and depth: a compiler has thousands of functions that call each other, and
+    the number of paths between them is exponential in the depth.
+    """
+    if (function, depth) not in known:
+        callers: Callers = stats[function][4] if function in stats else {}
+        found: dict[str, float] = {}
+        if Path(function[0]).is_relative_to(_HOUSE) or not callers or depth == _DEEPEST:
+            found[function[0]] = 1.0
+            callers = {}
+        total = sum(cumulative for _, _, _, cumulative in callers.values())
+        for caller, (_, _, _, cumulative) in callers.items():
+            weight = cumulative / total if total > 0.0 else 1.0 / len(callers)
+            for file, share in _weights(caller, stats, depth + 1, known).items():
+                found[file] = found.get(file, 0.0) + weight * share
+        known[function, depth] = found
+    return known[function, depth]

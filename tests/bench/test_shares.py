@@ -30,6 +30,18 @@ def test_files_outside_have_theirs():
     assert part_of(CONTACT.parents[1] / "levelset" / "collider.py") == "body"
 
 
+def test_shares_are_found_in_a_program_with_many_paths():
+    """A layer of forty functions calls all of the next: 40^8 paths, of which each function is visited once a depth."""
+    layers = [[(f"/library/{depth}.py", line, "call") for line in range(40)] for depth in range(9)]
+    ours = (str(shares._HOUSE / "sim" / "cuts.py"), 1, "advance")
+    stats = {function: (1, 1, 0.5, 1.0, {}) for function in (ours, *layers[0])}
+    for above, below in zip([[ours], *layers], layers, strict=False):
+        stats |= {function: (1, 1, 0.5, 1.0, {caller: (1, 1, 0.1, 1.0) for caller in above}) for function in below}
+    known = {}
+    assert shares._weights(layers[6][0], stats, 0, known) == pytest.approx({ours[0]: 1.0})
+    assert len(known) <= 7 * 40 + 1
+
+
 def test_time_in_numpy_counts_for_the_caller():
     segments = np.random.default_rng(0).integers(0, 10**6, (3_000_000, 2)).astype(np.int32)
     whole, parts = shares_of(lambda: key_of(segments))
