@@ -14,6 +14,7 @@ from hairpipe.api.selection import FrameSet, Names, Target, read_frames, read_na
 from hairpipe.api.source import Source
 from hairpipe.api.stopping import Stopping
 from hairpipe.errors import BadInput
+from hairpipe.graph.engine.kept_workers import kept_workers
 from hairpipe.graph.engine.member import Member
 from hairpipe.graph.engine.program import program_digest
 from hairpipe.graph.file.bounds import Bounds
@@ -40,6 +41,8 @@ class GraphShot:
 
     graph  graph of the engine
     """
+
+    _outlives = False
 
     def __init__(self, source: Source, store: Store, spare: list[Member] | None = None) -> None:
         self._source, self._store, self._spare = source, store, spare
@@ -179,6 +182,7 @@ class GraphShot:
             judge=stopping,
             spare=self._spare,
             scans=scans,
+            outlives=self._outlives,
         )
         self._make_cache()
         begun = time.monotonic()
@@ -204,11 +208,20 @@ class GraphShot:
             for member in spare:
                 member.end()
 
-    def with_workers(self, spare: list[Member]) -> Self:
-        """Return the shot with idle workers, which its runs take from this list and return to it."""
+    def with_workers(self, spare: list[Member], *, outlives: bool = False) -> Self:
+        """Return the shot with idle workers, which its runs take from this list and return to it.
+
+        outlives  whether they may outlive this process: what their nodes print is discarded then
+        """
         kept = copy(self)
-        kept._spare = spare
+        kept._spare, kept._outlives = spare, outlives
         return kept
+
+    @contextmanager
+    def sharing_workers(self) -> Iterator[Self]:
+        """Yield the shot with idle workers of earlier processes; those of its runs are kept for later ones."""
+        with kept_workers(self.graph.folder) as spare:
+            yield self.with_workers(spare, outlives=True)
 
     def get(self, target: str | Target, *, frames: FrameSet = None) -> Any:
         """Read a result from the cache; BadInput where it has not been computed.

@@ -5,6 +5,7 @@ Values never pass through here: workers read and write the store.
 
 import json
 import os
+import select
 import signal
 import socket
 import subprocess
@@ -20,7 +21,29 @@ from hairpipe.processor import class_settings
 
 NARROW_NICENESS = 10
 """Niceness of narrow workers: threads of the wide one wait for each other, so one delayed thread delays all."""
+OF_THE_SHELL = {"_", "OLDPWD", "PWD", "SHLVL"}
+"""Variables that change from command to command, without effect on a worker."""
 BOOT = "from hairpipe.graph.worker.worker import main; main({})"
+
+
+class Foreign:
+    """A worker process that another process has started, by its descriptor of Linux, which no later process gets."""
+
+    def __init__(self, descriptor: int) -> None:
+        self.descriptor = descriptor
+
+    def poll(self) -> int | None:
+        """Return None while the process runs; its exit code is not known."""
+        return None if not select.select([self.descriptor], [], [], 0.0)[0] else 0
+
+    def wait(self) -> None:
+        """Wait for the end of the process."""
+        select.select([self.descriptor], [], [])
+
+    def kill(self) -> None:
+        """Kill the process."""
+        with suppress(ProcessLookupError):
+            signal.pidfd_send_signal(self.descriptor, signal.SIGKILL)
 
 
 @dataclass(eq=False)
@@ -31,7 +54,7 @@ class Member:
     """
 
     wide: bool
-    process: "subprocess.Popen[bytes]"
+    process: "subprocess.Popen[bytes] | Foreign"
     connection: Connection
     hello: dict[str, Any]
     environment: dict[str, str]
@@ -56,6 +79,8 @@ class Member:
     def fate(self) -> str:
         """Say how the process ended."""
         code = self.process.wait()
+        if code is None:
+            return "the worker process ended"
         if code >= 0:
             return f"the worker process ended with exit code {code}"
         hint = ", possibly out of memory" if -code == signal.SIGKILL else ""
@@ -66,16 +91,20 @@ def start(wide: bool, environment: dict[str, str], hello: dict[str, Any]) -> Mem
     """Start a worker; its standard output is redirected to standard error, where it mixes with no result.
 
     hello  first message: store, codec, folder of node types and what is trusted in it, memory, class of the processor,
-           stamps of the sources behind the keys
+           stamps of the sources behind the keys; `outlives`: whether the worker may outlive this process, whose
+           standard error it must not hold open then
     """
+    output = subprocess.DEVNULL if hello["outlives"] else 2
     ours, theirs = socket.socketpair()
     with theirs, interrupts_blocked():
         process = subprocess.Popen(
             child.command(BOOT.format(theirs.fileno())),
             pass_fds=[theirs.fileno()],
             stdin=subprocess.DEVNULL,
-            stdout=2,
+            stdout=output,
+            stderr=output,
             env=environment,
+            start_new_session=hello["outlives"],
         )
     if not wide:
         with suppress(OSError):
@@ -108,4 +137,5 @@ def environment(threads: int, kernels: dict[str, str]) -> dict[str, str]:
     """
     single = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1")
     single |= {"NUMBA_NUM_THREADS": str(threads)}
-    return child.environment() | class_settings() | choose_layer().settings | single | kernels
+    own = {name: value for name, value in child.environment().items() if name not in OF_THE_SHELL}
+    return own | class_settings() | choose_layer().settings | single | kernels

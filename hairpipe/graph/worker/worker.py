@@ -10,7 +10,9 @@ import inspect
 import json
 import os
 import resource
+import select
 import sys
+import threading
 import time
 import traceback
 from collections.abc import Callable
@@ -185,6 +187,18 @@ def is_closed(connection: Connection) -> bool:
         return True
 
 
+def end_with(connection: Connection) -> None:
+    """End this process when the other end of a connection is closed, also during a job."""
+    poll = select.poll()
+    poll.register(connection.fileno(), select.POLLHUP)
+
+    def watch() -> None:
+        poll.poll()
+        os._exit(0)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
 def keep_freed() -> None:
     """Keep freed memory in this process for the next allocation, where its C library is glibc.
 
@@ -199,13 +213,14 @@ def keep_freed() -> None:
 
 def main(descriptor: int) -> None:
     """Serve a coordinator until it closes the connection."""
-    die_with_parent()
     keep_freed()
     gc.set_threshold(*COLLECTION)
     guard_kernels()
     connection = Connection(descriptor)
     try:
-        worker = Worker(json.loads(connection.recv_bytes()), lambda: is_closed(connection))
+        hello = json.loads(connection.recv_bytes())
+        end_with(connection) if hello["outlives"] else die_with_parent()
+        worker = Worker(hello, lambda: is_closed(connection))
         while True:
             job = json.loads(connection.recv_bytes())
             connection.send_bytes(json.dumps(worker.reply(job)).encode())
