@@ -22,7 +22,7 @@ from hairpipe.graph.node.messages import nearest, one_line
 COMMANDS = {
     **dict.fromkeys(("run", "plan", "watch", "view", "report", "explain", "graph", "nodes", "get"), "commands"),
     **dict.fromkeys(("tune", "wedge", "farm", "results"), "commands"),
-    **dict.fromkeys(("cache", "workers", "trust", "usd", "data", "bench", "version"), "housekeeping"),
+    **dict.fromkeys(("cache", "warm", "workers", "trust", "usd", "data", "bench", "version"), "housekeeping"),
 }
 """Folders of the modules, by name; each module defines the command of its name."""
 BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
