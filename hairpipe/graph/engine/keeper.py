@@ -161,8 +161,9 @@ def serve(server: socket.socket, idle: float) -> None:
                     return
                 continue
             end = time.monotonic() + idle
-            sent, workers = workers, request.get("workers", [])
-            held, descriptors = descriptors, passed
+            sent, held = workers, descriptors
+            workers = request.get("workers", [])
+            descriptors = passed
             try:
                 if request["verb"] == "take":
                     send(channel, {"workers": sent}, held)
