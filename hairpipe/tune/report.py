@@ -144,8 +144,9 @@ def conclusion(tuned: Tuned) -> list[str]:
             lines.append("shorter steps may; a smaller error of a simpler model is chance")
     else:
         saved = f"{full.seconds / choice.measured.seconds:.1f} times as fast"
+        nothing = "nothing, the scene needs the unchanged graph" if tuned.stopped is None else "nothing so far"
         lines = [
-            f"left out: {'; '.join(names_of(choice.parts)) or 'nothing, the scene needs the unchanged graph'}",
+            f"left out: {'; '.join(names_of(choice.parts)) or nothing}",
             f"error {shown(choice.measured, tolerance)}",
             f"{choice.measured.seconds:.3g} s a frame, not {full.seconds:.3g}: {saved}",
             *promise_lines(tuned),
