@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from hairpipe.api.shot import Shot, load
+from hairpipe.api.shot import Shot, Task, load
 from hairpipe.simplification import Simplification
 from hairpipe.tune.chaos import Chaos
 from hairpipe.tune.measured import Measured
@@ -116,7 +116,7 @@ class Scene:
     """A scene in a folder of its own.
 
     evaluated  number of evaluations of all runs, `most` of which are followed by an interruption
-    side       settings and frames of the simulations that were begun while another ran
+    side       settings and frames of the simulations that ran at the same time as another
     """
 
     def __init__(self, folder: Path) -> None:
@@ -131,7 +131,7 @@ class Scene:
         """Make what carries out runs."""
 
         def run(text, shot: Shot, nodes, frames, *, timed=True):
-            running = set()
+            running: dict[Task, tuple[float, float, int]] = {}
 
             def watch(event):
                 self.evaluated += event.kind == "finished"
@@ -139,9 +139,11 @@ class Scene:
                     raise KeyboardInterrupt
                 node = shot.nodes[event.task.node] if event.task else None
                 if node is not None and node.type.name == "sway_hair":
-                    if event.kind == "started" and running:
-                        self.side.append((node.settings["growth"], node.settings["steps"]["longest"], event.task.frame))
-                    running.add(event.task) if event.kind == "started" else running.discard(event.task)
+                    run = node.settings["growth"], node.settings["steps"]["longest"], event.task.frame
+                    running.pop(event.task, None)
+                    if event.kind == "started":
+                        running[event.task] = run
+                        self.side += running.values() if len(running) > 1 else ()
 
             options: dict[str, Any] = {"jobs": 1} if timed else engine
             return shot.run(frames, to=nodes, keep_going=True, progress=watch, **options).outcome
