@@ -12,7 +12,9 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from hairpipe.api.graph_shot import GraphShot
 from hairpipe.data import Mesh
+from hairpipe.graph.engine.member import Member
 from hairpipe.graph.file.data_folder import data_folder
 from hairpipe.graph.worker.kernel_cache import guard_kernels
 from hairpipe.graph.worker.machine_code import share_kernels
@@ -142,6 +144,17 @@ def openvdb() -> ModuleType:
     found = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(found)
     return found
+
+
+@pytest.fixture(scope="module")
+def kept_workers() -> Iterator[None]:
+    """Let all runs of a module keep their workers for each other, as `keeping_workers` does for those of one shot."""
+    spare: list[Member] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(GraphShot.__init__, "__defaults__", (spare,))
+        yield
+    for member in spare:
+        member.end()
 
 
 @pytest.fixture(autouse=True)

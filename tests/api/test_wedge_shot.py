@@ -11,6 +11,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.file import wedge as wedge_file
 from hairpipe.graph.file.variant_names import variant_name
 
+pytestmark = pytest.mark.usefixtures("kept_workers")
 WEIGHT = """
 [weight]
 type = "weigh"

@@ -1,12 +1,14 @@
 """Cost of the engine: what is counted and compared; no time is asserted."""
 
 import importlib.util
+import tomllib
+from contextlib import nullcontext
 
 import pytest
 
 from hairpipe.bench import dask_cluster, engine
 from hairpipe.bench.engine import Sizes, difference, measure_engine
-from hairpipe.bench.toy_shot import EACH, SCAN, ToyRun, toy_shot
+from hairpipe.bench.toy_shot import EACH, SCAN, ToyRun, ToyShot, toy_shot
 from hairpipe.errors import BadInput
 
 SIZES = Sizes(tasks=(2, 5), scan_frames=(2, 4), warm=3, repeats=1)
@@ -17,20 +19,28 @@ def values_of(cases, *columns):
     return [tuple(case[name] for name in columns) for case in cases]
 
 
-@pytest.mark.slow
-def test_report_counts_the_evaluations_of_each_engine():
-    """That of Dask is left out where Dask is not installed."""
-    with_dask = importlib.util.find_spec("distributed") is not None
+def test_report_counts_the_evaluations_of_each_engine(monkeypatch):
+    """The runs are not made: a shot has a value for all frames and one each; that of a re-run has both nodes."""
+    asked = []
+
+    def run(self, nodes, jobs, scheduler=None):
+        asked.append(scheduler)
+        first, last = tomllib.loads((self.folder / "shot.toml").read_text())["frames"]
+        evaluated = 1 + len(nodes) * (last - first + 1)
+        return ToyRun(evaluated, 0, 1.0, 2.0, 30.0) if len(nodes) == 1 else ToyRun(0, evaluated, 1.0, 2.0, 30.0)
+
+    monkeypatch.setattr(ToyShot, "run", run)
+    monkeypatch.setattr(engine, "dask_cluster", lambda jobs: nullcontext("tls://scheduler"))
     lines = []
-    report = measure_engine(lines.append, 2, with_dask=with_dask, sizes=SIZES)
-    engines = ["local", "dask"] if with_dask else ["local"]
+    report = measure_engine(lines.append, 2, with_dask=True, sizes=SIZES)
     assert values_of(report.tables["one more"], "engine", "one more", "from", "to") == [
-        row for name in engines for row in ((name, "task", 3, 6), (name, "scan frame", 3, 5))
+        row for name in ("local", "dask") for row in ((name, "task", 3, 6), (name, "scan frame", 3, 5))
     ]
     assert values_of(report.tables["coordinator"], "engine", "evaluated") == [
-        (name, count) for name in engines for count in (3, 6)
+        (name, count) for name in ("local", "dask") for count in (3, 6)
     ]
     assert values_of(report.tables["re-run"], "cached", "evaluated") == [(7, 0)]
+    assert asked == [None] * 4 + ["tls://scheduler"] * 4 + [None] * 2
     assert report.module == engine.__name__ and lines[-1] == "re-run"
 
 
@@ -40,10 +50,19 @@ def test_times_and_memory_are_those_of_the_coordinator():
     ballast = b"x" * 400_000_000
     with toy_shot(2) as shot:
         found = shot.run((EACH, SCAN), 1)
+        again = shot.run((EACH, SCAN), 1)
     del ballast
-    assert (found.evaluated, found.cached) == (5, 0)
+    assert (found.evaluated, found.cached) == (5, 0) and (again.evaluated, again.cached) == (0, 5)
     assert 0.0 < found.run < found.process
     assert found.memory is None or 10.0 < found.memory < 300.0
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="Dask is not installed")
+def test_evaluations_on_a_cluster_are_counted():
+    with dask_cluster.dask_cluster(1) as scheduler, toy_shot(2) as shot:
+        found = shot.run((EACH,), 1, scheduler)
+    assert (found.evaluated, found.cached) == (3, 0)
 
 
 def test_one_more_is_the_slope_between_two_sizes():

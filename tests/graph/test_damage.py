@@ -189,18 +189,36 @@ def test_invalid_names_are_not_paths(shot, stem):
 OTHERS = [None, 3, "text", [], {}, {"1": 5, "": ["x"], "2": "../../../shot"}, {"path": 1}, {"companions": []}]
 
 
-@pytest.mark.parametrize("other", OTHERS)
+JSON = ("actions/??/*.json", "latest/*/*.json", "notes/??/*", "objects/??/*.set")
+"""Files of a store with JSON."""
+
+
+@pytest.mark.parametrize("turn", [0, 4])
 @pytest.mark.slow
-def test_json_that_is_not_ours_is_noticed_and_mended(shot, listed, other):
-    """Wherever there is JSON."""
+def test_json_that_is_not_ours_is_noticed_and_mended(shot, listed, turn):
+    """Wherever there is JSON: files of a kind get the others in turn."""
     _, _, right = listed
-    for kind in ("actions/??/*.json", "latest/*/*.json", "notes/??/*", "objects/??/*.set"):
-        for path in shot.store.root.glob(kind):
-            rewrite(path, json.dumps(other).encode())
+    for kind in JSON:
+        for place, path in enumerate(sorted(shot.store.root.glob(kind)), turn):
+            rewrite(path, json.dumps(OTHERS[place % len(OTHERS)]).encode())
     shot.path.with_suffix(".json").write_text("{}")
     assert set(shot.plan(list__parts="true")) == set(shot.plan())
     assert shot.run(list__parts="true").exit_code == 0
     assert published(shot) == right and verify(shot.store, digest_file) == Found()
+
+
+def test_no_json_that_is_not_ours_is_believed(shot, listed):
+    path, record, _ = listed
+    (latest,) = shot.store.root.glob("latest/*/list.json")
+    note = next(shot.store.root.glob("notes/??/*"))
+    for other in OTHERS:
+        for damaged in (path, latest, note):
+            damaged.touch()
+            rewrite(damaged, json.dumps(other).encode())
+        with pytest.raises(LostObject):
+            files_of(shot.store, record.outputs[""], shot.folder / "elsewhere" / "list.txt")
+        assert shot.store.recall(note.name) is None
+        assert all(isinstance(key, str) for key in shot.store.latest(shot.load().name, "list").values())
 
 
 def test_a_record_of_another_shape_is_none(listed):
@@ -226,9 +244,7 @@ def test_a_record_of_another_shape_is_none(listed):
 
 PLACES = {
     "objects": "objects/??/*",
-    "records": "actions/??/*.json",
-    "latest": "latest/*/*",
-    "notes": "notes/??/*",
+    "records and notes": "[aln]*/*/*",
     "folders of objects": "objects/??",
     "folders of records": "actions/??",
     "folders": "*",

@@ -13,16 +13,23 @@ from hairpipe.graph.store.store import Store
 from .conftest import PATIENCE, wait_for
 
 
+@pytest.fixture(scope="module")
+def known():
+    """Results and published bytes of a run, once there was one: they are those of every test."""
+    return {}
+
+
 @pytest.fixture
-def undisturbed(shot):
+def undisturbed(shot, known):
     """Results and published bytes of a run that nobody disturbed."""
-    store = Store(shot.folder / "undisturbed")
-    assert shot.run(store=store).exit_code == 0
-    shot.tally()
-    published = shot.folder / "out" / "list.txt"
-    text = published.read_bytes()
-    published.unlink()
-    return shot.results(store), text
+    if not known:
+        store = Store(shot.folder / "undisturbed")
+        assert shot.run(store=store).exit_code == 0
+        shot.tally()
+        published = shot.folder / "out" / "list.txt"
+        known |= {"results": shot.results(store), "text": published.read_bytes()}
+        published.unlink()
+    return known["results"], known["text"]
 
 
 def resumed(shot):

@@ -18,6 +18,7 @@ from hairpipe.tune.simplifications import simplifications
 
 from ..pages import HOME
 
+pytestmark = pytest.mark.usefixtures("kept_workers")
 MODEL = '''"""Hair that lags: every point approaches the place to which its root would take it rigidly."""
 
 from dataclasses import dataclass
@@ -241,10 +242,10 @@ LEAP = (
 )
 
 
-def shown(scene: Path, roots: str, header: str = "") -> dict:
+def shown(scene: Path, roots: str, header: str = "", nodes: str = "") -> dict:
     """Run the shot, without the term that costs time, under other roots; return the strands of each frame."""
     text = re.sub("^roots = .*$", roots, SCENE, flags=re.MULTILINE).replace("[hair.wobble]", "")
-    scene.write_text(text.replace("schema = 1", f"schema = 1\n{header}") + SHOT)
+    scene.write_text(text.replace("schema = 1", f"schema = 1\n{header}") + nodes)
     shot = load(scene, cache=scene.parent / "cache")
     assert shot.run(jobs=1).ok
     return shot.get("hair")
@@ -252,7 +253,7 @@ def shown(scene: Path, roots: str, header: str = "") -> dict:
 
 @pytest.mark.slow
 def test_it_goes_over_cuts_with_its_roots_and_is_exported_and_drawn(scene):
-    steady, thrown, cut = shown(scene, STEADY), shown(scene, LEAP), shown(scene, LEAP, "cuts = [7]")
+    steady, thrown, cut = shown(scene, STEADY), shown(scene, LEAP), shown(scene, LEAP, "cuts = [7]", SHOT)
     np.testing.assert_allclose(cut[6].points, steady[6].points, atol=1e-8)
     for frame in (7, 12):
         np.testing.assert_allclose(cut[frame].points - [5.0, 0.0, 0.0], steady[frame].points, atol=1e-6)

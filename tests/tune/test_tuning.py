@@ -21,7 +21,7 @@ from hairpipe.tune.simplifications import simplifications
 from hairpipe.tune.study import Request, Study
 from hairpipe.tune.tuning import Scene, look_at, sample_of
 
-pytestmark = pytest.mark.kernels
+pytestmark = [pytest.mark.kernels, pytest.mark.usefixtures("kept_workers")]
 
 SCENE = """schema = 1
 frames = [1, 8]

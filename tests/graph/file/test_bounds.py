@@ -12,6 +12,8 @@ from hairpipe.graph.run import publish
 from hairpipe.graph.run.ledger import Ledger, ledger_path
 from hairpipe.graph.store import atomic
 
+pytestmark = pytest.mark.usefixtures("kept")
+
 MINE = "mine\n"
 
 

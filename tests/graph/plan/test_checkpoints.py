@@ -11,6 +11,8 @@ from hairpipe.graph.store.digest import action_key
 from hairpipe.graph.store.record import Output, Record
 from hairpipe.graph.store.store import Store
 
+pytestmark = pytest.mark.usefixtures("kept")
+
 
 def kept(shot) -> list[int]:
     results = shot.results()

@@ -9,6 +9,8 @@ from hairpipe.graph.plan import gc
 from hairpipe.graph.plan.gc import clean, items, live_keys, usage
 from hairpipe.graph.run import publish
 
+pytestmark = pytest.mark.usefixtures("kept")
+
 READER = """
 from pathlib import Path
 from numeral import Numeral

@@ -8,6 +8,8 @@ from hairpipe.graph.plan.planner import explain
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.processor import processor_class
 
+pytestmark = pytest.mark.usefixtures("kept")
+
 
 def snapshot(folder):
     return {path: path.stat().st_mtime_ns for path in folder.rglob("*") if "__pycache__" not in path.parts}

@@ -8,6 +8,8 @@ from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.results import read_result
 from hairpipe.graph.run.player import Player, played_nodes
 
+pytestmark = pytest.mark.usefixtures("kept")
+
 
 def stored(shot, graph, frame):
     return read_result(graph, shot.store, Task("sum", frame), "number").value

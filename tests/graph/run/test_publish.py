@@ -4,6 +4,8 @@ import pytest
 
 from hairpipe.errors import BadInput
 
+pytestmark = pytest.mark.usefixtures("kept")
+
 DRAW = '[draw]\ntype = "draw_number"\nin.number = "sum"\npublish = "pictures/p.####.txt"\n'
 SUM = repr(sum(sum(0.9 ** (f - g) * (3.0 + g) for g in range(1, f + 1)) for f in range(1, 11)))
 

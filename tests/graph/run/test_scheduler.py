@@ -3,7 +3,11 @@
 import os
 from collections import Counter
 
+import pytest
+
 from hairpipe.graph.store.store import Store
+
+pytestmark = pytest.mark.usefixtures("kept")
 
 ALL = Counter(make_seed=1, move_seed=10, add_up=10, write_list=1)
 
