@@ -76,11 +76,11 @@ def running_line(node: NodeProgress) -> str:
 
 
 def survey_notes(node: NodeSurvey) -> str:
-    """Describe the results of a node that do not exist: where they are computed, and how many wait or are lost."""
+    """Describe the results of a node that do not exist: where they are computed or failed, and how many wait."""
     hosts = ", ".join(f"{host} {count}" for host, count in sorted(node.hosts.items()))
     counts = {"missing": node.missing, "waiting for inputs": node.waiting, "lost, diverged": node.diverged}
-    parts = [f"computing: {hosts}"] * bool(hosts) + [f"{count} {state}" for state, count in counts.items() if count]
-    return "; ".join(parts)
+    parts = [f"computing: {hosts}"] * bool(hosts) + [f"{count} {note}" for note, count in node.failures.items()]
+    return "; ".join(parts + [f"{count} {state}" for state, count in counts.items() if count])
 
 
 def survey_line(survey: Survey) -> str:

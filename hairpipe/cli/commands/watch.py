@@ -45,8 +45,7 @@ def watch(
     Reports which results exist and which are computed now, until all exist; nothing is computed or written. The run
     may be of any process or machine that shares the cache: give this command the same graph and options. A result is
     "waiting" until its inputs exist, since its key is made of them, and "missing" if they exist and no process computes
-    it: its node failed, or no run is in progress. The cache records no failures, except divergences of simulations of
-    which the earlier frames are used.
+    it. A failure is reported, with its machine, until a run starts the same computation again.
 
     On a terminal a table is redrawn every two seconds, elsewhere changes are written line by line; with --json each
     state is one document on one line. Exit codes: 0 all results exist, 1 not all (with --once).
@@ -88,11 +87,13 @@ def document(survey: "Survey") -> dict[str, Any]:
         "complete": survey.complete,
         "seconds_left": survey.seconds_left,
         "computing": [task._asdict() | {"host": host} for task, host in survey.hosts.items()],
+        "failed": [task._asdict() | failure._asdict() for task, failure in survey.failures.items()],
         "nodes": {
             name: {
                 "computed": node.done,
                 "computing": len(node.running),
                 "missing": node.missing,
+                "failed": node.failures.total(),
                 "waiting": node.waiting,
                 "diverged": node.diverged,
                 "seconds_each": node.seconds_per_frame,

@@ -16,6 +16,7 @@ from hairpipe.graph.engine.member import Member, environment, start
 from hairpipe.graph.engine.offer import Offer, code_difference
 from hairpipe.graph.engine.protocol import Job, Reply
 from hairpipe.graph.key.code import CodeReader
+from hairpipe.graph.store.failure_note import forget_failure, note_failure
 from hairpipe.graph.store.fingerprint import fingerprint, is_changed, stamp_of
 from hairpipe.graph.store.lease import Leases
 from hairpipe.graph.store.store import Store
@@ -86,6 +87,7 @@ class Host:
         if record is not None and record.outputs.keys() == set(job.outputs):
             self.leases.release(job.key)
             return reply | {"record": json.loads(json.dumps(asdict(record))), "found": True}
+        forget_failure(self.store, job.key)
         idle = (m for m in self.members if m.wide == job.wide and m.key is None)
         member = next(idle, None) or self._engage(job.wide)
         member.key = job.key
@@ -103,6 +105,8 @@ class Host:
         except (EOFError, OSError):
             self.members.remove(member)
             reply = {"failure": {"kind": "crash", "message": member.fate, "traceback": ""}}
+        if "failure" in reply:
+            note_failure(self.store, key, reply["failure"]["message"])
         self.leases.release(key)
         return reply | {"key": key, "machine": self.machine}
 

@@ -11,6 +11,7 @@ from hairpipe.graph.plan.divergence import end_known_scan
 from hairpipe.graph.plan.resolve import Resolver
 from hairpipe.graph.plan.tasks import Task, sources
 from hairpipe.graph.store.digest import Parts, action_key
+from hairpipe.graph.store.failure_note import recall_failure
 from hairpipe.graph.store.record import Record
 from hairpipe.graph.store.store import Store
 
@@ -22,7 +23,7 @@ class Entry:
     """The planned evaluation of a task.
 
     status  cached: the result is in the store; run: it will be evaluated; depends: it depends on changes of inputs
-    reason  of `run`: the first difference to the latest result; of `depends`: the previous task
+    reason  of `run`: the failure, or the first difference to the latest result; of `depends`: the previous task
     key     None if inputs are unknown
     """
 
@@ -119,7 +120,9 @@ class Planner:
         if record is None and end_known_scan(self.resolver, task, key) is not None:
             return Entry(task, "run", "diverged; frames before were used", key)
         if record is None:
-            return Entry(task, "run", next(iter(self.reasons(task, parts)), "its key differs"), key)
+            failure = recall_failure(self.store, key)
+            reason = next(iter(self.reasons(task, parts)), "its key differs") if failure is None else str(failure)
+            return Entry(task, "run", reason, key)
         results[task] = record
         return Entry(task, "cached", "", key)
 

@@ -12,12 +12,14 @@ from hairpipe.graph.plan.resolve import Resolver
 from hairpipe.graph.plan.tasks import Task, is_beyond, sources
 from hairpipe.graph.run.events import Judge, NodeProgress
 from hairpipe.graph.store.digest import action_key
+from hairpipe.graph.store.failure_note import FailureNote, recall_failure
 from hairpipe.graph.store.lease import Leases
 from hairpipe.graph.store.store import Store
 
-State = Literal["computed", "computing", "missing", "waiting", "diverged"]
+State = Literal["computed", "computing", "missing", "failed", "waiting", "diverged"]
 """State of a task.
 
+failed    its latest evaluation failed, and no other one has started
 waiting   an input does not exist yet, so that the key is unknown
 diverged  the simulation diverged at this frame, or before
 """
@@ -29,18 +31,20 @@ class NodeSurvey(NodeProgress):
 
     total     number of results that can exist: without those after a divergence
     hosts     numbers of running tasks by machine
+    failures  numbers of failed tasks by machine and message
     waiting   number of tasks without a key yet
     diverged  number of tasks that have no result since a simulation diverged
     """
 
     hosts: Counter[str] = field(default_factory=Counter)
+    failures: Counter[FailureNote] = field(default_factory=Counter)
     waiting: int = 0
     diverged: int = 0
 
     @property
     def missing(self) -> int:
         """Number of tasks that could be computed now, and that no process computes."""
-        return self.total - self.done - len(self.running) - self.waiting
+        return self.total - self.done - len(self.running) - self.failures.total() - self.waiting
 
     @property
     def work(self) -> float | None:
@@ -59,8 +63,9 @@ class Survey:
 
     Nothing is computed or written. Results of stopped variants are left out. OSError where a store cannot be read.
 
-    states  of the tasks, each after those it needs
-    hosts   machines of the tasks that are computed now
+    states    of the tasks, each after those it needs
+    hosts     machines of the tasks that are computed now
+    failures  of the tasks that failed
     """
 
     def __init__(self, graph: Graph, store: Store, frames: Iterable[int] | None, judge: Judge) -> None:
@@ -73,11 +78,12 @@ class Survey:
         self._limits: Mapping[str, int] = {}
         self.states: dict[Task, State] = {}
         self.hosts: dict[Task, str] = {}
+        self.failures: dict[Task, FailureNote] = {}
         self.update()
 
     def update(self) -> None:
         """Read the store again, for tasks without a result; in place."""
-        self.hosts = {}
+        self.hosts, self.failures = {}, {}
         found: dict[Task, State] = {task: self._state_of(task) for task in self._resolver.tasks}
         kept = [task for task, state in found.items() if state == "computed" or not is_beyond(task, self._limits)]
         self.states = {task: found[task] for task in kept}
@@ -104,10 +110,14 @@ class Survey:
         if divergence is not None:
             self._lost |= divergence.lost
             return "diverged"
-        if lease is None:
+        if lease is not None:
+            self.hosts[task] = lease.host or "unknown"
+            return "computing"
+        failure = recall_failure(resolver.store, key)
+        if failure is None:
             return "missing"
-        self.hosts[task] = lease.host or "unknown"
-        return "computing"
+        self.failures[task] = failure
+        return "failed"
 
     @property
     def complete(self) -> bool:
@@ -141,6 +151,8 @@ class Survey:
             if state == "computing":
                 node.running.add(task)
                 node.hosts[self.hosts[task]] += 1
+            if state == "failed":
+                node.failures[self.failures[task]] += 1
         for task, record in sorted(self._resolver.results.items(), key=lambda found: found[1].created):
             nodes[origin(task.node)].recent.append(record.seconds)
         for node in nodes.values():

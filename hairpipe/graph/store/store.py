@@ -224,6 +224,11 @@ class Store:
             with suppress(OSError):  # a note only saves time, and a damaged one is ignored
                 write_text(self.room(path), json.dumps(whole), self.temporary, lasting=False)
 
+    def forget(self, name: str) -> None:
+        """Remove the text noted under a name."""
+        with suppress(OSError):
+            (self.root / "notes" / name[:2] / name).unlink(missing_ok=True)
+
     def latest(self, graph: str, node: str) -> dict[str, str]:
         """Keys of the latest results of a node, by frame as text ("" for the shot)."""
         try:

@@ -3,6 +3,7 @@
 import json
 import os
 import pty
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -19,6 +20,22 @@ ELSEWHERE = "0123456789ab-7-7-0123456789abcdef"
 """Name of a holder on another machine, whose processes cannot be looked up here."""
 KINDS = ("computed", "computing", "missing", "waiting")
 STORED = {"seed": 1, "move": 6, "sum": 6, "list": 1, "drawing": 6}
+FLAKY = '''"""A node that fails until a file is there."""
+
+from pathlib import Path
+
+from numeral import Numeral
+
+from hairpipe.graph import node
+
+
+@node(frames="once")
+def flaky(number: Numeral) -> Numeral:
+    """Fail where there is no file."""
+    if not Path("ready").exists():
+        raise ValueError("not\\nready")
+    return number
+'''
 WEDGE = '\n[wedge.turns]\naxes = { "move.turn" = [1000, 4] }\n'
 
 
@@ -92,6 +109,29 @@ def test_the_successor_of_a_lease_is_named(half, hairpipe):
     lease(half["move@5"], ELSEWHERE, "first")
     lease(f"{half['move@5']}.{ELSEWHERE}", ELSEWHERE.replace("-7-7-", "-8-8-"), "second")
     assert [task["host"] for task in state_of(hairpipe)["computing"]] == ["second"]
+
+
+def test_a_failure_is_reported_until_the_next_start(shot, hairpipe):
+    shot.write_text(f'{SHOT}[flaky]\ntype = "flaky"\nin.number = "seed"\n')
+    Path("nodes/flaky.py").write_text(FLAKY)
+    assert hairpipe("run shot.toml -j1 -q --to flaky").exit_code == 1
+    failed = f"failed on {socket.gethostname()}: ValueError: not\\nready"
+    state = state_of(hairpipe, "--to flaky")
+    assert state["failed"] == [
+        {"node": "flaky", "frame": None, "host": socket.gethostname(), "message": "ValueError: not\nready"}
+    ]
+    assert (state["nodes"]["flaky"]["failed"], state["nodes"]["flaky"]["missing"]) == (1, 0)
+    assert f"flaky: 0/1; 1 {failed}\n" in hairpipe("watch shot.toml --once").stdout
+    assert f"will run: {failed}\n" in hairpipe("plan shot.toml --missing").stdout
+    lease(next(e.key for e in load(shot, cache="cache").plan() if e.task.node == "flaky"), ELSEWHERE, "render-7")
+    assert state_of(hairpipe, "--to flaky")["failed"] == [] and len(state_of(hairpipe)["computing"]) == 1
+    for path in Path("cache/lease").iterdir():
+        path.unlink()
+    Path("ready").touch()
+    notes = sorted(Path("cache/notes").glob("??/*"))
+    assert hairpipe("run shot.toml -j1 -q --to flaky").exit_code == 0
+    assert state_of(hairpipe, "--to flaky", 0)["failed"] == []
+    assert len(notes) == 1 + len(list(Path("cache/notes").glob("??/*")))
 
 
 def test_lines_follow_a_run_until_all_is_there(half, hairpipe, monkeypatch):
