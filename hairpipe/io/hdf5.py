@@ -15,6 +15,7 @@ import errno
 import os
 import re
 import resource
+import tempfile
 import types
 from collections.abc import Iterator
 from functools import cache
@@ -153,24 +154,37 @@ def most_bytes(tree: Tree) -> int:
     return nbytes(tree) + BLOCK + sum(OVERHEAD + 8 * len(text) for text in texts)
 
 
-def write(tree: Tree, path: Path) -> None:
+def file_size(tree: Tree) -> int:
+    """Return the size of the file that `write` makes of a tree [bytes], from a file without the data of its arrays."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "hollow")
+        write(tree, path, hollow=True)
+        return path.stat().st_size
+
+
+def write(tree: Tree, path: Path, *, hollow: bool = False) -> None:
     """Write a tree to a new file; OSError beforehand where this process may not write as large a file.
 
     HDF5 does not survive a file that reaches the limit (`ulimit -f`) while it is written.
+
+    hollow  the file is sparse: room for each array, with one element of it
     """
     limit = resource.getrlimit(resource.RLIMIT_FSIZE)[0]
     if limit != resource.RLIM_INFINITY and limit < most_bytes(tree):
         raise OSError(errno.EFBIG, os.strerror(errno.EFBIG), str(path))
     with h5py.File(path, "w", libver=FORMAT, locking=False) as file:
-        write_entry(file, "value", tree)
+        write_entry(file, "value", tree, hollow=hollow)
 
 
-def write_entry(group: h5py.Group, name: str, tree: Tree) -> None:
+def write_entry(group: h5py.Group, name: str, tree: Tree, *, hollow: bool = False) -> None:
     """Write a tree under a name."""
     if isinstance(tree, dict):
         inner = group.create_group(escape(name))
         for key, item in tree.items():
-            write_entry(inner, key, item)
+            write_entry(inner, key, item, hollow=hollow)
+    elif isinstance(tree, np.ndarray) and tree.size and hollow:
+        dataset = group.create_dataset(escape(name), tree.shape, tree.dtype, track_times=False)
+        dataset[(0,) * tree.ndim] = 0  # HDF5 allocates an array when its first element is written
     elif isinstance(tree, np.ndarray):
         group.create_dataset(escape(name), data=tree, track_times=False)
     elif isinstance(tree, str | tuple):

@@ -69,8 +69,6 @@ class DaskEngine:
         assert self._client is not None
         kind = WIDE if job.wide else NARROW
         machine = self._best_machine(job, kind)
-        if job.wide:
-            self._homes[job.node] = machine
         self._count += 1
         future = self._client.submit(
             evaluate,
@@ -197,11 +195,14 @@ class DaskEngine:
 
     def _reply(self, key: str) -> Reply:
         """Take the reply to a job; a failure where its machine or the scheduler is lost."""
-        _, machine, future = self._jobs.pop(key)
+        job, machine, future = self._jobs.pop(key)
         assert self._client is not None
         with suppress(OSError, TimeoutError, CancelledError):
             if future.status == "finished":
-                return json.loads(future.result(timeout=CONNECT))
+                reply: Reply = json.loads(future.result(timeout=CONNECT))
+                if job.wide and "record" in reply:
+                    self._homes[job.node] = machine
+                return reply
         what = f"{machine} does not answer"
         if future.status == "error":
             what = f"{machine}: {future.exception()}"

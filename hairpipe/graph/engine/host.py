@@ -80,7 +80,10 @@ class Host:
             stamps = {path: self._stamp(path, digest) for path, digest in job.files.items()}
         except BadInput as error:
             return reply | {"failure": {"kind": "mismatch", "message": str(error), "traceback": ""}}
-        if not self.leases.acquire(job.key):
+        previous = job.parts["inputs"].get("previous")
+        idle = [member for member in self.members if member.wide == job.wide and member.key is None]
+        keeper = next((member for member in idle if previous in member.held), None)
+        if (keeper is None and self._is_held(previous)) or not self.leases.acquire(job.key):
             return reply | {"leased": True}
         self.store.refresh(job.key)
         record = self.store.find(job.key, without=job.spared)
@@ -88,8 +91,7 @@ class Host:
             self.leases.release(job.key)
             return reply | {"record": json.loads(json.dumps(asdict(record))), "found": True}
         forget_failure(self.store, job.key)
-        idle = (m for m in self.members if m.wide == job.wide and m.key is None)
-        member = next(idle, None) or self._engage(job.wide)
+        member = keeper or next(iter(idle), None) or self._engage(job.wide)
         member.key = job.key
         with suppress(OSError):  # a worker that is dead already is noticed by `reply_of`
             member.connection.send_bytes(json.dumps(vars(job) | {"files": stamps}).encode())
@@ -102,6 +104,7 @@ class Host:
         try:
             reply = json.loads(member.connection.recv_bytes())
             member.key = None
+            member.held = frozenset(reply["held"])
         except (EOFError, OSError):
             self.members.remove(member)
             reply = {"failure": {"kind": "crash", "message": member.fate, "traceback": ""}}
@@ -118,8 +121,10 @@ class Host:
             self.leases.release(member.key or "")
 
     def close(self) -> None:
-        """Give back all leases, and kill all workers but spare ones: stored results stay."""
+        """Give back all leases, and kill all workers but spare ones: stored results stay, with the states they need."""
         for member in self.members:
+            if member.key is None and member.held:
+                member.save()
             if self.spare is None or self._passing or member.key is not None:
                 member.end()
             else:
@@ -128,6 +133,10 @@ class Host:
         self.leases.close()
         if self._passing is not None:
             self._passing.cleanup()
+
+    def _is_held(self, state: str | None) -> bool:
+        """Whether the state that a job starts from is only in the memory of a process."""
+        return state is not None and not self.store.has(state) and self.leases.is_in_memory(state)
 
     def _check_code(self, job: Job) -> None:
         """Refuse a job whose key stands for other code than that of this machine."""

@@ -23,6 +23,8 @@ NARROW_NICENESS = 10
 """Niceness of narrow workers: threads of the wide one wait for each other, so one delayed thread delays all."""
 OF_THE_SHELL = {"_", "OLDPWD", "PWD", "SHLVL"}
 """Variables that change from command to command, without effect on a worker."""
+PATIENCE = 60.0
+"""Time within which an idle worker must have written what it holds [s]."""
 BOOT = "from hairpipe.graph.worker.worker import main; main({})"
 
 
@@ -50,6 +52,7 @@ class Foreign:
 class Member:
     """A worker process, its first message and environment, and the key of the job that it evaluates.
 
+    held  names of the states that are only in its memory
     wide  whether it uses all threads, for the critical path; a narrow one runs next to others
     """
 
@@ -59,6 +62,7 @@ class Member:
     hello: dict[str, Any]
     environment: dict[str, str]
     key: str | None = None
+    held: frozenset[str] = frozenset()
 
     def serves(self, hello: dict[str, Any], environment: dict[str, str]) -> bool:
         """Whether it is what a worker started now would be: it may have imported any source it was told of."""
@@ -68,6 +72,13 @@ class Member:
         sources = hello["sources"]
         alike = self.hello | {"sources": sources} == hello
         return alike and all(reported.get(path) == stamp for path, stamp in sources.items())
+
+    def save(self) -> None:
+        """Have an idle process write the states that are only in its memory."""
+        with suppress(EOFError, OSError):
+            self.connection.send_bytes(b"null")
+            if self.connection.poll(PATIENCE):
+                self.held = frozenset(json.loads(self.connection.recv_bytes())["held"])
 
     def end(self) -> None:
         """Kill the process."""

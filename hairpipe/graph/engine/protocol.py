@@ -7,10 +7,10 @@ from typing import Any, NamedTuple, Protocol
 from hairpipe.graph.store.digest import Parts
 
 Reply = dict[str, Any]
-"""Answer to a job, as plain values: its `key`, the `machine`, and one of
+"""Answer to a job, as plain values: its `key`, the `machine`, `held`, the objects that only its worker has, and one of
 
 record   fields of its record, which is in the store; with `found`, it was there before
-leased   another process evaluates it
+leased   another process evaluates it, or has the state that it starts from in memory
 lost     name of an object that is missing
 failure  kind, message and traceback, as in `Failure`
 """
@@ -28,6 +28,7 @@ class Job:
     spared   output that a stored result may lack: the state of a scan, which may have been thinned
     wide     whether it runs on all threads of a machine
     avoid    machines that have failed at it
+    fleeting output that may stay in memory, unwritten: the state of a scan that only its next frame takes
     """
 
     key: str
@@ -43,6 +44,7 @@ class Job:
     spared: str | None
     wide: bool
     avoid: tuple[str, ...] = ()
+    fleeting: str | None = None
 
 
 class Slots(NamedTuple):

@@ -1,8 +1,10 @@
 """Checkpoints of scans: only the states of every n-th frame are kept, from which a scan can restart.
 
-During a scan, the states of its last two frames are kept in addition, the last but one in case the last is damaged: all
-states of a shot may exceed the disk space. If another scan of the run can have the same first frames, as variants of a
-wedge do, a state is kept until that scan has reached it or differs: otherwise it would recompute the shared frames.
+The state of a running scan stays in the memory of a worker, which writes that of every n-th frame and, in between, one
+after every 30 s of evaluations. Of those in between the last two are kept, the last but one in case the last is
+damaged: all states of a shot may exceed the disk space. If another scan of the run can have the same first frames, as
+variants of a wedge do, a state is written, and kept until that scan has reached it or differs: otherwise it would
+recompute the shared frames.
 """
 
 from collections import Counter, defaultdict
@@ -16,7 +18,7 @@ from hairpipe.graph.store.record import Record
 
 
 class Thinner:
-    """Removes obsolete states of a run; an object that a record uses in another role is kept.
+    """Chooses states to write, and removes obsolete ones; an object that a record uses in another role is kept.
 
     Each state is checked once after its frame, and again only if its frame was evaluated again.
     """
@@ -28,6 +30,7 @@ class Thinner:
         self._next: dict[str, int] = {}
         self._reached: dict[str, int] = {}
         self._behind: dict[str, int] = {}
+        self._written: dict[str, int] = {}
         self._parted: set[tuple[str, str]] = set()
 
     def add(self, task: Task, record: Record, before: Record | None) -> None:
@@ -42,10 +45,22 @@ class Thinner:
             self._next[task.node] = min(self._next.get(task.node, task.frame), task.frame)
             self._reached[task.node] = max(self._reached.get(task.node, task.frame), task.frame)
 
+    def must_write(self, task: Task) -> bool:
+        """Whether the state of a scan is written at a task in any case."""
+        node = self.resolver.graph.nodes[task.node]
+        return (
+            task in self.resolver.demanded
+            or task.frame is None
+            or self.resolver.thinnable(node) is None
+            or is_checkpoint(node, task, self.resolver.graph.begin)
+            or self._is_awaited(task.node, task.frame)
+        )
+
     def thin_behind(self, task: Task) -> None:
-        """Remove states before the last two of the scan of a task, and states kept for this scan."""
+        """Remove states before the last two written ones of the scan of a task, and states kept for this scan."""
         if task.frame is not None:
-            self._behind[task.node] = task.frame - 1
+            self._behind[task.node] = min(self._written.get(task.node, task.frame - 1), task.frame)
+            self._written[task.node] = task.frame
             for name in (task.node, *self._twins.get(task.node, ())):
                 end = self._behind.get(name, self.resolver.graph.begin)
                 frames = range(self._next.get(name, end), end)
@@ -93,10 +108,15 @@ class Thinner:
         same = own not in results or other not in results or results[own].key == results[other].key
         if same and following in self.resolver.tasks:
             known = all(source.task in results for source in sources(self.resolver.tasks[following]))
-            same = not known or action_key(self.resolver.parts(following)) == results[Task(name, ahead + 1)].key
+            same = not known or action_key(self.resolver.parts(following)) == self._key_of(Task(name, ahead + 1))
         if not same:
             self._parted.add((name, twin))
         return same
+
+    def _key_of(self, task: Task) -> str:
+        """Key of a task that is established, or about to be evaluated."""
+        record = self.resolver.results.get(task)
+        return action_key(self.resolver.parts(task)) if record is None else record.key
 
     @cached_property
     def _twins(self) -> dict[str, tuple[str, ...]]:

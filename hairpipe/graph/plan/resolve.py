@@ -11,6 +11,7 @@ from hairpipe.graph.plan.arguments import Named, name_inputs
 from hairpipe.graph.plan.tasks import Inputs, Source, Task, sources, unroll
 from hairpipe.graph.store.digest import Parts, key_parts
 from hairpipe.graph.store.fingerprint import fingerprint
+from hairpipe.graph.store.lease import Leases
 from hairpipe.graph.store.record import Record
 from hairpipe.graph.store.store import Store
 
@@ -27,6 +28,7 @@ class Resolver:
     def __init__(self, graph: Graph, store: Store, frames: tuple[int, ...]) -> None:
         self.graph = graph
         self.store = store
+        self.leases = Leases(store)
         self.frames = frames
         self.tasks: dict[Task, Inputs] = unroll(graph, frames)
         self.results: dict[Task, Record] = {}
@@ -75,11 +77,12 @@ class Resolver:
         return None if state is None or Edge(node.name, state) in self.graph.taken else state
 
     def missing(self, task: Task) -> set[Task]:
-        """Return the tasks whose objects a task needs and which are missing in the store."""
+        """Return the tasks whose objects a task needs and which are missing in the store and in the memory of workers."""
         gone = set()
         for source in sources(self.tasks[task]):
             output = self.results[source.task].outputs[source.output]
-            if not all(self.store.has(name, size) for name, size in ((output.object, output.size), *output.parts)):
+            is_stored = all(self.store.has(*pair) for pair in ((output.object, output.size), *output.parts))
+            if not is_stored and not self.leases.is_in_memory(output.object):
                 gone.add(source.task)
         return gone
 

@@ -16,7 +16,7 @@ from hairpipe.graph.engine.protocol import Job, Reply
 from hairpipe.graph.file.graph import Graph
 from hairpipe.graph.file.merged import origin
 from hairpipe.graph.node.signature import File
-from hairpipe.graph.plan.checkpoints import Thinner
+from hairpipe.graph.plan.checkpoints import Thinner, state_objects
 from hairpipe.graph.plan.divergence import divergence_note, end_scan
 from hairpipe.graph.plan.portion import Portion
 from hairpipe.graph.plan.resolve import Resolver, state_of
@@ -216,6 +216,7 @@ class Scheduler:
             files=self.resolver.files[node.name],
             outputs=tuple(node.type.outputs),
             spared=None if task in self.resolver.demanded else state_of(node),
+            fleeting=None if self.ends(task) or self.thinner.must_write(task) else state_of(node),
             wide=wide,
             avoid=tuple(self.failed_at[task]),
         )
@@ -232,8 +233,10 @@ class Scheduler:
             self.establish(task, from_fields(reply["record"]), "cached")
         elif "record" in reply:
             self.worked = time.monotonic()
-            self.establish(task, from_fields(reply["record"]), "finished")
-            self.thinner.thin_behind(task)
+            record = from_fields(reply["record"])
+            self.establish(task, record, "finished")
+            if set(reply["held"]).isdisjoint(state_objects(record)):
+                self.thinner.thin_behind(task)
         elif "leased" in reply:
             self.elsewhere.append(task)
         elif "failure" in reply:
@@ -242,6 +245,11 @@ class Scheduler:
                 self.fail(failure)
         elif self.may_retry(task):
             self.agenda.append(task)
+
+    def ends(self, task: Task) -> bool:
+        """Whether a task is the last of its node that the run computes."""
+        following = Task(task.node, (task.frame or 0) + 1)
+        return following not in self.portion.asked or is_beyond(following, self.limits)
 
     def goes_elsewhere(self, failure: Failure, machine: str) -> bool:
         """Submit a task again where its machine is to blame: once for a crash, and while machines are left."""

@@ -118,6 +118,10 @@ class Leases:
                 closed.unlink(missing_ok=True)
         os.close(held.handle)
 
+    def is_in_memory(self, name: str) -> bool:
+        """Whether a process holds the lease of an object: it alone has the object, in memory."""
+        return self.holder(lease_of(name)) is not None
+
     def holder(self, key: str) -> Lease | None:
         """Find the lease of whoever evaluates a key; None where nobody is known to. Nothing is written."""
         lease = read_lease(self._folder / key)
@@ -157,6 +161,11 @@ class Leases:
     def _name_at(self, path: Path) -> str | None:
         found = read_lease(path)
         return None if found is None else found.name
+
+
+def lease_of(name: str) -> str:
+    """Return the key of the lease of an object: its digest."""
+    return name.partition(".")[0]
 
 
 def read_lease(path: Path) -> Lease | None:

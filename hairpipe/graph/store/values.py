@@ -20,6 +20,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.node.signature import File, Spent
 from hairpipe.graph.store.atomic import flush, open_made, replacing
 from hairpipe.graph.store.fingerprint import CHUNK, digest_file
+from hairpipe.graph.store.lease import Leases, lease_of
 from hairpipe.graph.store.listing import Listing, read_listing
 from hairpipe.graph.store.record import Output
 from hairpipe.graph.store.store import LostObject, Store
@@ -36,6 +37,7 @@ class Codec(Protocol):
     take_apart: Callable[[Any], Any]
     digest_tree: Callable[[Any], str]
     nbytes: Callable[[Any], int]
+    file_size: Callable[[Any], int]
     write: Callable[[Any, Path], None]
     read: Callable[[Path], Any]
     build: Callable[[Any, Any], Any]
@@ -49,13 +51,16 @@ def codec_named(name: str) -> Codec:
 class Values:
     """Reads and writes values of a store; the latest ones stay in memory.
 
-    limit  of the memory that values kept for later may take [bytes]
+    limit      of the memory that values kept for later may take, and that unwritten ones may [bytes]
+    unwritten  trees by name that the store does not have: the states of scans
     """
 
     def __init__(self, store: Store, codec: Codec, limit: int) -> None:
         self.store = store
         self.codec = codec
         self.limit = limit
+        self.unwritten: dict[str, Any] = {}
+        self._leases = Leases(store)
         self._trees: OrderedDict[str, Any] = OrderedDict()
         self._held = 0
         self._verified: set[str] = set()
@@ -84,11 +89,11 @@ class Values:
             return self._get_file(name)
         if kind is Spent:
             return self._get_spent(name)
-        tree = self._trees.get(name)
+        tree = self.unwritten.get(name, self._trees.get(name))
         if tree is None:
             tree = self._read(name)
             self._keep(name, tree)
-        else:
+        elif name in self._trees:
             self._trees.move_to_end(name)
         return self.codec.build(kind, copy.deepcopy(tree))
 
@@ -98,16 +103,41 @@ class Values:
             raise BadInput(f"the record of the result {key} is missing", where=self.store.root, right="run again")
         return Spent(record.seconds, record.seconds if record.processor is None else record.processor)
 
-    def put(self, value: Any, kind: type, workspace: Path | None) -> Output:
-        """Write a value under the name of its content; TypeError where it is not of the declared type."""
+    def put(self, value: Any, kind: type, workspace: Path | None, *, lasting: bool = True) -> Output:
+        """Write a value under the name of its content; TypeError where it is not of the declared type.
+
+        lasting  False: the value stays in memory, unwritten, unless the store has it
+        """
         if not isinstance(value, kind):
             raise TypeError(f"returned a {type(value).__name__}, declared {kind.__name__}")
         if isinstance(value, File):
             return self._put_file(value, workspace)
         tree = self.codec.take_apart(value)
         name = self.codec.digest_tree(tree) + ".h5"
+        own = copy.deepcopy(tree)  # the node's arrays may be views of larger ones, or still its own
+        if lasting or self.store.has(name):
+            return self._write_tree(name, own)
+        self.unwritten[name] = own
+        self._leases.acquire(lease_of(name))
+        while len(self.unwritten) > 1 and sum(map(self.codec.nbytes, self.unwritten.values())) > self.limit:
+            oldest = next(iter(self.unwritten))
+            self._write_tree(oldest, self.unwritten[oldest])
+        return Output(name, self.codec.file_size(own))
+
+    def write_out(self) -> None:
+        """Write all values that are not written yet."""
+        for name, tree in list(self.unwritten.items()):
+            self._write_tree(name, tree)
+
+    def forget(self, name: str) -> None:
+        """Forget a value that is not written, where there is one of this name."""
+        self.unwritten.pop(name, None)
+        self._leases.release(lease_of(name))
+
+    def _write_tree(self, name: str, tree: Any) -> Output:
         size = self._write(name, self.codec.nbytes(tree), lambda path: self.codec.write(tree, path))
-        self._keep(name, copy.deepcopy(tree))  # the node's arrays may be views of larger ones, or still its own
+        self.forget(name)
+        self._keep(name, tree)
         return Output(name, size)
 
     def _read(self, name: str) -> Any:

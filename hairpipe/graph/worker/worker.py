@@ -16,7 +16,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import asdict
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -45,6 +45,10 @@ from hairpipe.processor import processor_class
 _M_TRIM_THRESHOLD, _M_MMAP_MAX = -1, -4
 """Parameters of mallopt(3)."""
 
+SAVED_AFTER = 30.0
+"""Time of evaluations after which the states that are only in memory are written: a kill loses no more [s]."""
+IDLE = 5.0
+"""Time without a job after which they are written [s]."""
 COLLECTION = 100_000, 20, 100
 """Thresholds of Python's garbage collector, which searches the many small objects that a compiler keeps."""
 
@@ -64,6 +68,7 @@ class Worker:
         self.preparations = Preparations()
         self.is_orphan = is_orphan
         self.processor_class = hello["processor_class"]
+        self.unsaved = 0.0
         self._unchecked: dict[str, list[int]] = hello["sources"]
         self._checked: set[str] = set()
 
@@ -75,7 +80,17 @@ class Worker:
         except Exception as error:  # a node may raise anything; the run goes on and says which node it was
             lost = self.values.lost()
             reply = failure(error) if lost is None else {"lost": lost}
-        return reply | {"healed": len(removed())}
+        return reply | {"healed": len(removed())} | self.held()
+
+    def save(self) -> Reply:
+        """Write the states that are only in memory, as far as the disk has room."""
+        with suppress(OSError):
+            self.values.write_out()
+        return self.held()
+
+    def held(self) -> Reply:
+        """Name the states that are only in memory."""
+        return {"held": list(self.values.unwritten)}
 
     def evaluate(self, job: Job) -> Record:
         """Evaluate a job and add its record to the store; BadInput where the processor is of another class."""
@@ -106,7 +121,7 @@ class Worker:
             processor = processor_time() - worked
             del arguments
             check_files(job)
-            outputs = self._put(node_type, result, folder)
+            outputs = self._put(node_type, result, folder, job["fleeting"])
         record = Record(
             key=job["key"],
             node=job["node"],
@@ -125,7 +140,17 @@ class Worker:
         if self.is_orphan():
             raise SystemExit(1)
         self.store.add(record)
+        self._pass_on(inputs.get("previous"), record)
         return record
+
+    def _pass_on(self, previous: str | None, record: Record) -> None:
+        """Forget the state before a result, and write those that are only in memory where too much depends on them."""
+        if previous is not None and all(previous != output.object for output in record.outputs.values()):
+            self.values.forget(previous)
+        self.unsaved = self.unsaved + record.seconds if self.values.unwritten else 0.0
+        if self.unsaved > SAVED_AFTER:
+            self.values.write_out()
+            self.unsaved = 0.0
 
     def _check_code(self, node_type: NodeType) -> None:
         """Refuse the result where a module was edited before it was imported here: the key is of the code before.
@@ -143,10 +168,13 @@ class Worker:
             del self._unchecked[path]
         self._checked |= new
 
-    def _put(self, node_type: NodeType, result: Any, folder: Path | None) -> dict[str, Output]:
-        """Write the outputs of a node."""
+    def _put(self, node_type: NodeType, result: Any, folder: Path | None, fleeting: str | None) -> dict[str, Output]:
+        """Write the outputs of a node, but for a fleeting one."""
         results = node_type.by_output(result)
-        return {name: self.values.put(results[name], kind, folder) for name, kind in node_type.outputs.items()}
+        return {
+            name: self.values.put(results[name], kind, folder, lasting=name != fleeting)
+            for name, kind in node_type.outputs.items()
+        }
 
 
 def file_of(module: ModuleType | None) -> str:
@@ -222,7 +250,10 @@ def main(descriptor: int) -> None:
         end_with(connection) if hello["outlives"] else die_with_parent()
         worker = Worker(hello, lambda: is_closed(connection))
         while True:
+            if not connection.poll(IDLE if worker.values.unwritten else None):
+                worker.save()
+                continue
             job = json.loads(connection.recv_bytes())
-            connection.send_bytes(json.dumps(worker.reply(job)).encode())
+            connection.send_bytes(json.dumps(worker.reply(job) if job else worker.save()).encode())
     except (EOFError, OSError):
         os._exit(0)

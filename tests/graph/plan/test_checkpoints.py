@@ -1,4 +1,4 @@
-"""States of a scan: the last two and every n-th are there while it runs, every n-th and the last afterwards."""
+"""States of a scan: every n-th and the last two in between are there while it runs, every n-th and the last later."""
 
 from collections import Counter
 from types import SimpleNamespace
@@ -100,20 +100,36 @@ def test_state_that_is_needed_is_recomputed_from_the_nearest(shot):
     assert {name: after[name] for name in before if name != "list"} == {n: before[n] for n in before if n != "list"}
 
 
-def test_states_go_while_the_scan_continues(shot, tmp_path):
-    other = Store(tmp_path / "other")
-    shot.run(store=other)
-    names = shot.results(other)
+def states_after_each_frame(shot, **settings) -> list[list[int]]:
+    """Run a shot; frames whose states are in the store when each frame of the scan is noted."""
+    other = Store(shot.folder / "other")
+    shot.run(store=other, **settings)
+    names = shot.results(other, **settings)
     there = []
 
     def look(event):
         if event.kind == "finished" and event.task.node == "sum":
             there.append([frame for frame in range(1, 11) if shot.store.has(names[f"sum@{frame}"]["state"])])
 
-    shot.run(report=look)
+    shot.run(report=look, **settings)
+    return there
+
+
+def test_states_are_written_at_checkpoints_and_at_the_last_frame(shot):
+    assert states_after_each_frame(shot) == [[]] * 3 + [[4]] * 4 + [[4, 8]] * 2 + [[4, 8, 10]]
+
+
+def test_states_after_long_evaluations_are_written_and_go_while_the_scan_goes_on(shot):
+    shot.edit("tally.py", "IN_WORKER =", WRITE_ALL + "IN_WORKER =")
+    there = states_after_each_frame(shot)
     assert there[:4] == [[1], [1, 2], [1, 2, 3], [2, 3, 4]], "a state goes once the result after the next is noted"
     assert there[7:] == [[4, 6, 7, 8], [4, 7, 8, 9], [4, 8, 9, 10]]
     assert kept(shot) == [4, 8, 10]
+
+
+WRITE_ALL = """from hairpipe.graph.worker import worker
+worker.SAVED_AFTER = 0.0
+"""
 
 
 class Counted(dict):
@@ -249,6 +265,21 @@ def test_shared_state_is_removed_when_scans_differ():
     assert scans.states("a") == [4, 5] and scans.states("b") == [0, 1, 2, 4, 5]
     scans.thinner.thin_all()
     assert scans.states("a") == [5]
+
+
+def test_a_state_is_written_where_another_scan_may_need_it():
+    """The first frame that differs is known when the input of the other one is."""
+    scans = TwoScans(shared=3)
+    scans.resolver.demanded = set()
+    scans.feed("a", *range(6))
+    scans.feed("b", *range(4))
+    written = []
+    for frame in range(6):
+        written.append(scans.thinner.must_write(Task("a", frame)))
+        scans.evaluate("a", frame)
+        if frame < 4:
+            scans.evaluate("b", frame)
+    assert written == [True, True, True, False, False, False]
 
 
 def test_no_state_waits_for_a_scan_whose_first_frame_is_another():

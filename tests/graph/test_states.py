@@ -1,0 +1,195 @@
+"""States that are only in the memory of a worker: who waits for them, and what is lost with the worker."""
+
+import os
+import signal
+from collections import Counter
+
+import pytest
+
+from hairpipe.graph.engine.host import Host
+from hairpipe.graph.engine.local_engine import LocalEngine
+from hairpipe.graph.engine.offer import Offer
+from hairpipe.graph.key.code import CodeReader
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.run import scheduler
+from hairpipe.graph.run.events import CODEC
+from hairpipe.graph.store.store import Store
+
+from .conftest import wait_for
+
+AT_SEVEN = """
+
+def at_seven(frame):
+    path = Path(os.environ["TOY_TALLY"] + ".once")
+    if frame == 7 and not path.exists():
+        path.touch()
+        {act}
+
+
+def numeral(value)"""
+KILLED = {
+    "worker": "os.kill(os.getpid(), signal.SIGKILL)",
+    "coordinator": "os.kill(os.getppid(), signal.SIGKILL); __import__('time').sleep(60)",
+    "interrupted": "os.kill(os.getppid(), signal.SIGINT); __import__('time').sleep(60)",
+}
+WAITS = """while not Path(os.environ["TOY_TALLY"] + ".gate").exists():
+            __import__("time").sleep(0.02)"""
+
+
+def act_at_seven(shot, act: str) -> None:
+    """Have the scan do something in its first evaluation of frame 7; the checkpoint before is frame 4."""
+    shot.edit("tally.py", "\n\ndef numeral(value)", AT_SEVEN.format(act=act))
+    shot.edit("add_up.py", "import numeral, tally", "import at_seven, numeral, tally")
+    shot.edit("add_up.py", "    if time.frame == warn", "    at_seven(time.frame)\n    if time.frame == warn")
+
+
+def undisturbed(shot):
+    """Results of a run in another store that nobody disturbs."""
+    store = Store(shot.folder / "undisturbed")
+    (shot.folder / "tally.once").touch()
+    assert shot.run(store=store).exit_code == 0
+    (shot.folder / "tally.once").unlink()
+    shot.tally()
+    return shot.results(store)
+
+
+@pytest.mark.parametrize("who", KILLED)
+def test_a_killed_run_loses_what_it_computed_since_the_last_written_state(shot, who):
+    act_at_seven(shot, KILLED[who])
+    whole = undisturbed(shot)
+    process = shot.start(jobs=1)
+    process.communicate(timeout=60)
+    assert process.returncode == {"worker": 1, "coordinator": -signal.SIGKILL, "interrupted": 130}[who]
+    assert shot.tally()["add_up"] == 7
+    reasons = {name: entry.reason for name, entry in shot.plan().items() if entry.status == "run"}
+    assert reasons["sum@5"] == reasons["sum@6"] == "its full state, needed to continue, was not kept"
+    assert shot.run().exit_code == 0
+    assert shot.tally()["add_up"] == 6, "frames 5 and 6 again, then 7 to 10"
+    assert shot.results() == whole
+
+
+def test_a_run_waits_for_a_state_in_the_memory_of_another(shot):
+    """Nothing is computed twice; a plan calls the frames up to there cached."""
+    act_at_seven(shot, WAITS)
+    whole = undisturbed(shot)
+    first = shot.start(jobs=1)
+    wait_for(lambda: shot.has_called("add_up 7"))
+    assert [shot.plan()[f"sum@{frame}"].status for frame in (4, 5, 6)] == ["cached"] * 3
+    second = shot.start(jobs=1)
+    (shot.folder / "tally.gate").touch()
+    assert [shot.outcome(process)["failures"] for process in (first, second)] == [[], []]
+    assert shot.tally()["add_up"] == 10 and shot.results() == whole
+
+
+def test_a_run_goes_on_from_the_last_written_state_of_one_that_was_killed_meanwhile(shot):
+    act_at_seven(shot, WAITS)
+    whole = undisturbed(shot)
+    first = shot.start(jobs=1)
+    wait_for(lambda: shot.has_called("add_up 7"))
+    second = shot.start(jobs=1)
+    first.kill()
+    first.communicate()
+    assert shot.outcome(second)["failures"] == []
+    assert shot.tally()["add_up"] == 7 + 6 and shot.results() == whole
+
+
+def test_a_state_is_written_while_its_scan_waits_for_an_input(shot):
+    shot.edit("tally.py", "IN_WORKER =", "from hairpipe.graph.worker import worker\nworker.IDLE = 0.05\nIN_WORKER =")
+    whole = undisturbed(shot)
+    shot.edit("move_seed.py", "return numeral", "wait(time.frame)\n    return numeral")
+    gate = "def wait(frame):\n    while frame == 7 and not Path(os.environ['TOY_TALLY'] + '.gate').exists():\n"
+    shot.edit("move_seed.py", "@node", gate + "        clock.sleep(0.02)\n\n\n@node")
+    shot.edit("move_seed.py", "from typing", "import os\nimport time as clock\nfrom pathlib import Path\nfrom typing")
+    process = shot.start(jobs=1)
+    wait_for(lambda: shot.store.has(whole["sum@6"]["state"]))
+    (shot.folder / "tally.gate").touch()
+    assert shot.outcome(process)["failures"] == []
+    assert {name: found for name, found in shot.results().items() if name != "list"} == {
+        name: found for name, found in whole.items() if name != "list"
+    }
+
+
+def test_a_run_that_stops_after_a_failure_writes_the_state_that_it_has(shot):
+    """The branch fails when the scan has reached frame 6, whose state nobody would have written."""
+    text = shot.path.read_text() + '[wrong]\ntype = "go_wrong"\nin.number = "move"\nat = 1\n'
+    shot.path.write_text(text)
+    shot.edit("go_wrong.py", "    if time.frame == at:", AFTER_SIX + "    if time.frame == at:")
+    act_at_seven(shot, "__import__('time').sleep(1.0)")
+    assert [failure.kind for failure in shot.run(jobs=1).failures] == ["node"]
+    reached = shot.tally()["add_up"]
+    assert shot.run(keep_going=True).exit_code == 1
+    assert reached >= 6 and reached + shot.tally()["add_up"] == 10
+
+
+AFTER_SIX = """    while "add_up 6" not in Path(os.environ["TOY_TALLY"]).read_text():
+        clock.sleep(0.02)
+"""
+
+
+class Machines(LocalEngine):
+    """Hosts of which the next one in turn gets each job of a scan, as if the one before had no free slot."""
+
+    def __init__(self, resolver, options):
+        offer = Offer(str(resolver.store.root), CODEC, str(resolver.graph.folder), ())
+        readers = [CodeReader(resolver.store.remember, resolver.graph.folder) for _ in "ab"]
+        self.engines = [LocalEngine(Host(offer, name, 1, reader)) for name, reader in zip("ab", readers, strict=True)]
+        self.machines = {"a", "b"}
+        self.replied = Counter()
+        super().__init__(self.engines[0].host)
+
+    def submit(self, job):
+        self.engines = self.engines[::-1] if job.wide else self.engines
+        self.engines[0].submit(job)
+
+    def slots(self):
+        return type(found := self.engines[0].slots())(*map(min, zip(found, self.engines[1].slots(), strict=True)))
+
+    def replies(self, timeout):
+        while not (found := [reply for engine in self.engines for reply in engine.replies(0.02)]) and timeout is None:
+            pass
+        for reply in found:
+            self.replied[reply["machine"], "leased" in reply] += 1
+        yield from found
+
+    def cancel(self, keys):
+        for engine in self.engines:
+            engine.cancel(keys)
+
+    def close(self):
+        for engine in self.engines:
+            engine.close()
+
+
+@pytest.fixture
+def machines(monkeypatch):
+    """Run on two hosts; gives the engines of all runs."""
+    made = []
+    monkeypatch.setattr(
+        scheduler, "make_engine", lambda resolver, options: made.append(Machines(resolver, options)) or made[-1]
+    )
+    return made
+
+
+def test_a_host_without_the_state_waits_and_takes_over_where_it_is_written(shot, machines):
+    whole = undisturbed(shot)
+    assert shot.run().exit_code == 0
+    assert shot.tally()["add_up"] == 10 and shot.results() == whole
+    replied = machines[-1].replied
+    assert replied["a", True] and replied["b", True], "both were asked while the other had the state"
+    assert replied["a", False] > 1 and replied["b", False] > 1, "the scan has moved"
+
+
+def test_a_scan_whose_host_died_goes_on_elsewhere(shot, machines):
+    """Its worker is killed between two frames; the other host has no state and begins at the last written one."""
+    whole = undisturbed(shot)
+
+    def kill(event):
+        if event.kind == "finished" and event.task == Task("sum", 6):
+            for engine in machines[-1].engines:
+                for member in [member for member in engine.host.members if member.held]:
+                    os.kill(member.process.pid, signal.SIGKILL)
+                    member.process.wait()
+                    engine.host.members.remove(member)
+
+    assert shot.run(report=kill).exit_code == 0
+    assert shot.tally()["add_up"] == 12 and shot.results() == whole, "frames 5 and 6 again"
