@@ -117,6 +117,19 @@ def test_equal_values_are_equal_bytes(tmp_path):
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
 
 
+def test_the_size_of_a_file_is_known_before_it_is_written(tmp_path):
+    """Small and large arrays, and those without elements, in groups within groups."""
+    shapes = [(), (0,), (1,), (3, 5), (1000,), (70_000,), (4, 0, 2)]
+    arrays = {f"a{n}": np.ones(shape, kind) for n, shape in enumerate(shapes) for kind in ("f8", "f4", "i4", "?")}
+    texts = {"t": ("a", "bb"), "none": None, "long": "x" * 3000, "f": 1.5}
+    for tree in ({}, texts, arrays, {"in": {"more": arrays | texts, "empty": {}}, "state": np.zeros((300, 3))}):
+        path = tmp_path / "value.h5"
+        tree = hdf5.take_apart(tree)
+        hdf5.write(tree, path)
+        assert hdf5.file_size(tree) == path.stat().st_size
+        path.unlink()
+
+
 def test_layout_in_memory_does_not_show(tmp_path):
     points = value().points
     big_endian = points.astype(points.dtype.newbyteorder(">"))

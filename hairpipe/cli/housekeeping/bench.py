@@ -101,3 +101,23 @@ def engine(with_dask: bool, jobs: int, as_json: bool) -> None:
     from hairpipe.bench.engine import measure_engine
 
     print_report(measure_engine(echo, jobs, with_dask=with_dask), as_json)
+
+
+@bench.command()
+@click.argument("graphs", nargs=-1, metavar="[GRAPH]...")
+@options.overrides
+@options.as_json
+@record
+def traffic(graphs: tuple[str, ...], overrides: dict[str, str], as_json: bool) -> None:
+    """Measure the bytes that a simulation moves through the store, and how many of them a network link carries.
+
+    The node `hair` of each GRAPH (default: demo) is run up to its first checkpoint in a temporary store. A frame writes
+    its results, and its state where that is written; it reads its inputs. A link carries both directions at once:
+
+    simulations = bytes a second of the link * seconds a frame / bytes a frame, the larger of written and read
+    """
+    from hairpipe.api.source import find_graph
+    from hairpipe.bench.traffic import measure_traffic
+
+    found = {name: find_graph(name) for name in graphs or ("demo",)}
+    print_report(measure_traffic(echo, found, overrides), as_json, found.values())

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hairpipe.graph.store.lease import Leases
 from hairpipe.graph.store.store import Store
 from hairpipe.graph.store.values import Values
 from hairpipe.io import hdf5
@@ -42,3 +43,24 @@ def test_a_node_gets_a_copy_of_its_own(tmp_path):
     assert given.flags.c_contiguous and given.flags.writeable and given[1, 1] == 4.0
     given[:] = 0
     assert values.get(name, np.ndarray)[1, 1] == 4.0
+
+
+def test_a_value_that_is_not_written_is_leased_and_has_the_size_of_its_file(tmp_path):
+    values, others = Values(Store(tmp_path), hdf5, 5_000_000), Leases(Store(tmp_path))
+    found = values.put(np.arange(6.0), np.ndarray, None, lasting=False)
+    assert list(values.get(found.object, np.ndarray)) == [0, 1, 2, 3, 4, 5]
+    assert not values.store.has(found.object) and others.is_in_memory(found.object)
+    values.write_out()
+    assert values.store.size(found.object) == found.size and not others.is_in_memory(found.object)
+    forgotten = values.put(np.arange(7.0), np.ndarray, None, lasting=False)
+    values.forget(forgotten.object)
+    assert not values.store.has(forgotten.object) and not others.is_in_memory(forgotten.object)
+
+
+def test_values_that_are_not_written_stay_under_the_limit(tmp_path):
+    """The oldest is written, and the latest stays in memory whatever its size."""
+    values = Values(Store(tmp_path), hdf5, 1_500)
+    names = [values.put(np.full(100, float(i)), np.ndarray, None, lasting=False).object for i in range(3)]
+    assert [values.store.has(name) for name in names] == [True, True, False]
+    large = values.put(np.zeros(1000), np.ndarray, None, lasting=False).object
+    assert list(values.unwritten) == [large]
