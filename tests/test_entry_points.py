@@ -54,6 +54,7 @@ STARTED = {
     "experiments contact": "contact --segments 100 --between pairs",
     "bench paper": "bench paper medium_straight --set groom.strands=24",
     "bench engine": "bench engine -j1",
+    "bench traffic": "bench traffic shot.toml",
     "experiments promises": "promises --scenes 1",
     "experiments needs": "needs tune/short_slow --tolerance 3%",
 }
@@ -81,6 +82,8 @@ it.measure_scene = lambda *words: [(case, {"strands": 0.1})]""",
     "bench engine": """from hairpipe.bench import engine as it
 short, long = (it.ToyRun(count, 0, 1.0, 1.0, None) for count in (3, 5))
 it.cold_runs, it.warm_runs = lambda *_: (short, long), lambda *_: [short]""",
+    "bench traffic": """from hairpipe.bench import traffic as it
+it.measure_scan = lambda *_: {"written [MB]": 0.1}""",
     "experiments promises": f"from hairpipe.graphs.experiments.scenes import promises as it\n{UNTUNABLE}",
     "experiments needs": f"from hairpipe.graphs.experiments.scenes import needs as it\n{UNTUNABLE}",
     "experiments faults": """from hairpipe.graphs.experiments.bench import faults as it

@@ -7,6 +7,7 @@ from pathlib import Path
 from statistics import fmean, median
 from typing import Any
 
+from hairpipe.bench.machine import this_machine
 from hairpipe.bench.report import Case, Echo, Report, make_report
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.load import load_graph
@@ -35,7 +36,7 @@ def measure_traffic(echo: Echo, graphs: Mapping[str, Path], overrides: Mapping[s
 
 
 def measure_scan(path: Path, overrides: Mapping[str, str], node: str) -> Case:
-    """Measure the bytes of a frame of a scan, and its time: the median, since the first frames may compile."""
+    """Measure the bytes of a frame of a scan, and its processor seconds: the median, since the first frames may compile."""
     graph = load_graph(path, overrides).upto([node])
     scan = graph.nodes[node]
     if scan.type.state is None:
@@ -57,11 +58,14 @@ def measure_scan(path: Path, overrides: Mapping[str, str], node: str) -> Case:
         planner = Planner(graph, store, frames)
         planner.entries()
         records = [record for task, record in planner.resolver.results.items() if task.node == node]
-        return traffic_of(records, seen, {name: size or 0 for name in seen for size in [store.size(name)]})
+        sizes = {name: size or 0 for name in seen for size in [store.size(name)]}
+        return traffic_of(records, seen, sizes, this_machine().cores)
 
 
-def traffic_of(records: list[Record], seen: set[str], sizes: Mapping[str, int]) -> Case:
+def traffic_of(records: list[Record], seen: set[str], sizes: Mapping[str, int], cores: int) -> Case:
     """Return what the frames of a scan write and read on average, and the number of scans on a link; pure.
+
+    A frame takes at least its processor seconds divided by the cores; other load on the machine does not change these.
 
     seen   names of the objects that were written
     sizes  of the objects that are read [bytes]
@@ -70,11 +74,11 @@ def traffic_of(records: list[Record], seen: set[str], sizes: Mapping[str, int]) 
     written = fmean(sum(size for name, size in record.objects() if name in seen) for record in records)
     inputs = [set(inputs_of(record)) for record in records]
     read = fmean(sum(sizes.get(name, 0) for name in new - old) for old, new in pairwise(inputs))
-    seconds = median(record.seconds for record in records)
-    carried = GIGABIT * seconds / max(written, read)
+    processor = median(record.processor or record.seconds for record in records)
+    carried = GIGABIT * processor / cores / max(written, read)
     return {
         "frames": len(records),
-        "frame [s]": seconds,
+        "processor [s]": processor,
         "written with every state [MB]": 1e-6 * every,
         "written [MB]": 1e-6 * written,
         "read [MB]": 1e-6 * read,

@@ -23,12 +23,12 @@ def test_frames_write_their_results_and_the_state_at_the_checkpoint(shot):
 
 
 def test_a_link_carries_as_many_as_its_bytes_a_second_divided_by_theirs():
-    """A frame of 2 s writes 5 MB and reads 2.5 MB that are new: 2.5 MB/s, of 125 and 1,250."""
+    """A frame of 4 s on one of two cores writes 5 MB and reads 2.5 MB that are new: 2.5 MB/s, of 125 and 1,250."""
     names = [f"{number:040x}.h5" for number in range(4)]
     outputs = {"strands": Output(names[0], 5_000_000), "state": Output(names[3], 40_000_000)}
     inputs = [{"body": [names[1], names[2]], "groom": names[3], "previous": names[0]}]
     inputs.append({"body": [names[2], names[0]], "groom": names[3], "surface": None, "previous": names[1]})
-    records = [Record("", "hair", 1, {"inputs": found}, outputs, "state", 2.0, (), 0.0) for found in inputs]
-    case = traffic_of(records, set(names[:3]), dict.fromkeys(names, 2_500_000))
+    records = [Record("", "hair", 1, {"inputs": found}, outputs, "state", 9.0, (), 0.0, 4.0) for found in inputs]
+    case = traffic_of(records, set(names[:3]), dict.fromkeys(names, 2_500_000), cores=2)
     assert case["written [MB]"] == 5.0 and case["read [MB]"] == 2.5 and case["written with every state [MB]"] == 45.0
     assert (case["simulations on 1 Gbit/s"], case["simulations on 10 Gbit/s"]) == (50.0, 500.0)

@@ -115,6 +115,9 @@ def traffic(graphs: tuple[str, ...], overrides: dict[str, str], as_json: bool) -
     its results, and its state where that is written; it reads its inputs. A link carries both directions at once:
 
     simulations = bytes a second of the link * seconds a frame / bytes a frame, the larger of written and read
+
+    Seconds a frame are its processor seconds divided by the cores, the least that it can take: other load changes
+    neither them nor the bytes.
     """
     from hairpipe.api.source import find_graph
     from hairpipe.bench.traffic import measure_traffic
