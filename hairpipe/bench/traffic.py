@@ -36,7 +36,7 @@ def measure_traffic(echo: Echo, graphs: Mapping[str, Path], overrides: Mapping[s
 
 
 def measure_scan(path: Path, overrides: Mapping[str, str], node: str) -> Case:
-    """Measure the bytes of a frame of a scan, and its processor seconds: the median, since the first frames may compile."""
+    """Measure bytes and processor seconds of a frame of a scan, by the median: the first frames may compile."""
     graph = load_graph(path, overrides).upto([node])
     scan = graph.nodes[node]
     if scan.type.state is None:

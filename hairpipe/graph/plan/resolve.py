@@ -77,7 +77,7 @@ class Resolver:
         return None if state is None or Edge(node.name, state) in self.graph.taken else state
 
     def missing(self, task: Task) -> set[Task]:
-        """Return the tasks whose objects a task needs and which are missing in the store and in the memory of workers."""
+        """Return the tasks whose objects a task needs and which neither the store nor a worker has."""
         gone = set()
         for source in sources(self.tasks[task]):
             output = self.results[source.task].outputs[source.output]
