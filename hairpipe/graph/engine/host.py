@@ -82,8 +82,8 @@ class Host:
             return reply | {"failure": {"kind": "mismatch", "message": str(error), "traceback": ""}}
         previous = job.parts["inputs"].get("previous")
         idle = [member for member in self.members if member.wide == job.wide and member.key is None]
-        keeper = next((member for member in idle if previous in member.held), None)
-        if (keeper is None and self._is_held(previous)) or not self.leases.acquire(job.key):
+        holder = next((member for member in idle if previous in member.held), None)
+        if (holder is None and self._is_held(previous)) or not self.leases.acquire(job.key):
             return reply | {"leased": True}
         self.store.refresh(job.key)
         record = self.store.find(job.key, without=job.spared)
@@ -91,7 +91,7 @@ class Host:
             self.leases.release(job.key)
             return reply | {"record": json.loads(json.dumps(asdict(record))), "found": True}
         forget_failure(self.store, job.key)
-        member = keeper or next(iter(idle), None) or self._engage(job.wide)
+        member = holder or next(iter(idle), None) or self._engage(job.wide)
         member.key = job.key
         with suppress(OSError):  # a worker that is dead already is noticed by `reply_of`
             member.connection.send_bytes(json.dumps(vars(job) | {"files": stamps}).encode())
