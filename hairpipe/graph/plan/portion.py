@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
-from hairpipe.graph.plan.tasks import Inputs, Task, sources
+from hairpipe.graph.plan.tasks import Inputs, Task, is_beyond, sources
 
 
 class Portion:
@@ -35,6 +35,11 @@ class Portion:
     def publishes(self, task: Task) -> bool:
         """Whether the run publishes the file of a task."""
         return task.frame is None or task.frame in self.frames
+
+    def ends(self, task: Task, limits: Mapping[str, int]) -> bool:
+        """Whether a task is the last of its node that the run computes, also where the node is stopped at a frame."""
+        following = Task(task.node, (task.frame or 0) + 1)
+        return following not in self.asked or is_beyond(following, limits)
 
     def _needed(self, tasks: Mapping[Task, Inputs]) -> set[Task]:
         """Find the tasks at the frames and those for the shot, with their dependencies, without collectors."""

@@ -216,7 +216,7 @@ class Scheduler:
             files=self.resolver.files[node.name],
             outputs=tuple(node.type.outputs),
             spared=None if task in self.resolver.demanded else state_of(node),
-            fleeting=None if self.ends(task) or self.thinner.must_write(task) else state_of(node),
+            fleeting=None if self.portion.ends(task, self.limits) or self.thinner.must_write(task) else state_of(node),
             wide=wide,
             avoid=tuple(self.failed_at[task]),
         )
@@ -245,11 +245,6 @@ class Scheduler:
                 self.fail(failure)
         elif self.may_retry(task):
             self.agenda.append(task)
-
-    def ends(self, task: Task) -> bool:
-        """Whether a task is the last of its node that the run computes."""
-        following = Task(task.node, (task.frame or 0) + 1)
-        return following not in self.portion.asked or is_beyond(following, self.limits)
 
     def goes_elsewhere(self, failure: Failure, machine: str) -> bool:
         """Submit a task again where its machine is to blame: once for a crash, and while machines are left."""
