@@ -75,15 +75,15 @@ def traffic_of(records: list[Record], seen: set[str], sizes: Mapping[str, int], 
     inputs = [set(inputs_of(record)) for record in records]
     read = fmean(sum(sizes.get(name, 0) for name in new - old) for old, new in pairwise(inputs))
     processor = median(record.processor or record.seconds for record in records)
-    carried = GIGABIT * processor / cores / max(written, read)
+    simulations = GIGABIT * processor / cores / max(written, read)
     return {
         "frames": len(records),
         "processor [s]": processor,
         "written with every state [MB]": 1e-6 * every,
         "written [MB]": 1e-6 * written,
         "read [MB]": 1e-6 * read,
-        "simulations on 1 Gbit/s": carried,
-        "simulations on 10 Gbit/s": 10.0 * carried,
+        "simulations on 1 Gbit/s": simulations,
+        "simulations on 10 Gbit/s": 10.0 * simulations,
     }
 
 
