@@ -44,6 +44,8 @@ STARTED = {
     "wedge sheet": "wedge sheet shot.toml feel -o sheet.png",
     "wedge promote": "wedge promote copy.toml feel height=0.05",
     "tune": "tune shot.toml --node lag --tolerance 2mm",
+    "warm": "warm shot.toml -j1 -q",
+    "workers": "workers",
     "version": "version",
     "graph": "graph shot.toml",
     "experiments core": "core",
@@ -51,6 +53,8 @@ STARTED = {
     "experiments picture": "picture",
     "experiments particles": "particles",
     "experiments faults": "faults",
+    "experiments machines": "machines",
+    "experiments parity": "parity",
     "experiments contact": "contact --segments 100 --between pairs",
     "bench paper": "bench paper medium_straight --set groom.strands=24",
     "bench engine": "bench engine -j1",
@@ -74,6 +78,10 @@ it.measure_luminance = lambda *_: []
 it.measure_picture.__defaults__ = ((60, 6), (30, 9)), 2""",
     "experiments particles": """from hairpipe.graphs.experiments.bench import particles as it
 it.measure_particles.__defaults__ = (150,), (1, 2), 0, 1""",
+    "experiments machines": """from hairpipe.graphs.experiments.bench.machines import trials as it
+it.try_machines = lambda *_: it.make_report("machines", {"faults": [{"fault": "none", "violation": ""}]})""",
+    "experiments parity": """from hairpipe.graphs.experiments.bench.machines import parity as it
+it.compare_ways = lambda *_: it.make_report("parity", {"ways": [{"way": "a run", "violation": ""}]})""",
     "experiments contact": """from hairpipe.graphs.experiments.bench import contact as it
 it.measure_contact = lambda say, *words: it.make_report("contact", {"frames": [{"frame [s]": 0.1}]})""",
     "bench paper": """from hairpipe.bench import paper as it

@@ -256,5 +256,5 @@ def test_live_a_run_of_another_process_is_followed(opened, shot, folder):
         lease.unlink()
         run = [*START, "run", "shot.toml", "--set", "hair.strands=310", "--to", "hair", "-j1", "-q"]
         subprocess.run(run, cwd=folder, check=True)
-        driver.execute_async_script(until % "viewer.items.at(-1)?.places.length === 310 * 12 * 3")
+        driver.execute_async_script(until % "viewer?.items.at(-1)?.places.length === 310 * 12 * 3")
         assert driver.execute_script("return [app.cell('hair').state, document.body.dataset.errors]") == ["cached", "0"]

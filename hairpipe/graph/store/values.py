@@ -10,7 +10,7 @@ import errno
 import importlib
 import os
 import shutil
-from collections import OrderedDict
+from collections import Counter, OrderedDict
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -60,6 +60,7 @@ class Values:
         self.codec = codec
         self.limit = limit
         self.unwritten: dict[str, Any] = {}
+        self._continued: Counter[str] = Counter()
         self._leases = Leases(store)
         self._trees: OrderedDict[str, Any] = OrderedDict()
         self._held = 0
@@ -106,7 +107,7 @@ class Values:
     def put(self, value: Any, kind: type, workspace: Path | None, *, lasting: bool = True) -> Output:
         """Write a value under the name of its content; TypeError where it is not of the declared type.
 
-        lasting  False: the value stays in memory, unwritten, unless the store has it
+        lasting  False: the value stays in memory, unwritten, unless the store or another process has it
         """
         if not isinstance(value, kind):
             raise TypeError(f"returned a {type(value).__name__}, declared {kind.__name__}")
@@ -115,14 +116,20 @@ class Values:
         tree = self.codec.take_apart(value)
         name = self.codec.digest_tree(tree) + ".h5"
         own = copy.deepcopy(tree)  # the node's arrays may be views of larger ones, or still its own
-        if lasting or self.store.has(name):
+        if lasting or self.store.has(name) or not self._reserve(name):
             return self._write_tree(name, own)
         self.unwritten[name] = own
-        self._leases.acquire(lease_of(name))
         while len(self.unwritten) > 1 and sum(map(self.codec.nbytes, self.unwritten.values())) > self.limit:
             oldest = next(iter(self.unwritten))
             self._write_tree(oldest, self.unwritten[oldest])
         return Output(name, self.codec.file_size(own))
+
+    def _reserve(self, name: str) -> bool:
+        """Whether this process may be the only one that has a value; another one would forget it without asking."""
+        if name not in self.unwritten and not self._leases.acquire(lease_of(name)):
+            return False
+        self._continued[name] += 1
+        return True
 
     def write_out(self) -> None:
         """Write all values that are not written yet."""
@@ -130,13 +137,19 @@ class Values:
             self._write_tree(name, tree)
 
     def forget(self, name: str) -> None:
-        """Forget a value that is not written, where there is one of this name."""
+        """Forget a value that is not written, unless it was put more often: scans can have equal states."""
+        self._continued[name] -= 1
+        if self._continued[name] <= 0:
+            self._drop(name)
+
+    def _drop(self, name: str) -> None:
         self.unwritten.pop(name, None)
+        self._continued.pop(name, None)
         self._leases.release(lease_of(name))
 
     def _write_tree(self, name: str, tree: Any) -> Output:
         size = self._write(name, self.codec.nbytes(tree), lambda path: self.codec.write(tree, path))
-        self.forget(name)
+        self._drop(name)
         self._keep(name, tree)
         return Output(name, size)
 

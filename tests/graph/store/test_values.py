@@ -57,6 +57,26 @@ def test_a_value_that_is_not_written_is_leased_and_has_the_size_of_its_file(tmp_
     assert not values.store.has(forgotten.object) and not others.is_in_memory(forgotten.object)
 
 
+def test_a_value_that_two_scans_continue_from_is_forgotten_after_both(tmp_path):
+    values = Values(Store(tmp_path), hdf5, 5_000_000)
+    name, again = (values.put(np.arange(6.0), np.ndarray, None, lasting=False).object for _ in range(2))
+    assert name == again
+    values.forget(name)
+    assert list(values.get(name, np.ndarray)) == [0, 1, 2, 3, 4, 5]
+    values.forget(name)
+    assert not values.unwritten and not Leases(values.store).is_in_memory(name)
+
+
+def test_a_value_that_another_process_has_in_memory_is_written(tmp_path):
+    """The other process forgets it without asking."""
+    values, others = (Values(Store(tmp_path), hdf5, 5_000_000) for _ in range(2))
+    name = others.put(np.arange(6.0), np.ndarray, None, lasting=False).object
+    assert values.put(np.arange(6.0), np.ndarray, None, lasting=False).object == name
+    assert values.store.has(name) and not values.unwritten
+    others.forget(name)
+    assert list(values.get(name, np.ndarray)) == [0, 1, 2, 3, 4, 5]
+
+
 def test_values_that_are_not_written_stay_under_the_limit(tmp_path):
     """The oldest is written, and the latest stays in memory whatever its size."""
     values = Values(Store(tmp_path), hdf5, 1_500)
