@@ -129,11 +129,13 @@ class DaskEngine:
     def _connect(self) -> "Client":
         """Connect to the scheduler; BadInput where none answers, or no worker offers slots."""
         try:
-            from distributed import Client
+            from distributed import Client, Security
         except ImportError:
             raise BadInput("Dask is not installed", right="pip install 'hairpipe[dask]'") from None
         for name in ("distributed", "distributed.client"):
             logging.getLogger(name).setLevel(logging.CRITICAL)  # what is lost is reported here, in one line
+        if self.address.startswith("tls:") and Security().get_connection_args("client")["ssl_context"] is None:
+            raise BadInput("TLS needs a certificate", where=self.address, right="Dask's setting distributed.comm.tls")
         offer = self._make_offer()
         self._run, self._offer = offer.run, json.dumps(vars(offer))
         try:

@@ -141,6 +141,13 @@ def test_an_open_port_needs_a_word(shot):
         run(shot.load(), shot.store, None, Options(scheduler="tcp://127.0.0.1:1"))
 
 
+def test_a_run_without_a_certificate_for_tls_is_refused_before_it_connects(shot):
+    dask = pytest.importorskip("dask")
+    absent = {f"distributed.comm.tls.{name}": None for name in ("ca-file", "client.cert", "client.key")}
+    with dask.config.set(absent), pytest.raises(BadInput, match="needs a certificate"):
+        run(shot.load(), shot.store, None, Options(scheduler="tls://127.0.0.1:1"))
+
+
 def test_a_scheduler_that_does_not_answer_is_one_message(shot, monkeypatch):
     monkeypatch.setattr(dask_engine, "CONNECT", 1.0)
     with pytest.raises(BadInput, match="no Dask scheduler answers"):
