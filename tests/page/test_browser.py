@@ -213,6 +213,8 @@ def test_live_a_setting_is_edited_run_and_saved(opened, shot, folder):
             };
             look();"""
         do(driver, edit, "7e400")
+        shown = "const look = () => document.querySelector('.wrong') ? arguments[0]() : setTimeout(look, 50); look();"
+        driver.execute_async_script(shown)
         assert driver.find_element("css selector", ".wrong").text
         do(driver, "document.querySelector('.explain summary').click()")
         do(driver, edit, "0.875")

@@ -281,7 +281,7 @@ def test_two_scans_run_side_by_side_and_give_what_one_machine_gives(shot, two):
         widest = max(widest, sum(m.wide for e in made[-1].engines.values() for m in e.host.busy) if made else 0)
 
     assert shot.run(report=watch).exit_code == 0
-    assert widest == 2 and min(made[-1].given.values()) > 5
+    assert widest == 2 and len(made[-1].given) == 2
     assert shot.tally() == counts and shot.results() == shot.results(store=undisturbed)
 
 
