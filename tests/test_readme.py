@@ -147,6 +147,12 @@ def test_every_results_file_is_shown_on_a_page():
     assert {path.resolve() for path in find_results([HOME / "graphs", HOME / "hairpipe"])} == shown
 
 
+@pytest.mark.parametrize("path", find_results([HOME / "graphs", HOME / "docs"]), ids=lambda path: path.stem)
+def test_results_contain_no_path_of_a_machine(path):
+    """In commands, paths are relative."""
+    assert not re.findall(r"""(?:^|[\s'"=(])/\w[\w.-]*/[\w./-]+""", path.read_text(encoding="utf-8"))
+
+
 def test_the_readme_is_one_page():
     assert len((HOME / "README.md").read_text(encoding="utf-8").splitlines()) <= MOST_LINES
 

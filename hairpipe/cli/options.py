@@ -16,7 +16,7 @@ TARGET       explain get
 
 import os
 from collections.abc import Callable, Mapping
-from functools import wraps
+from functools import partial, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
@@ -158,26 +158,19 @@ cache = click.option(
     type=click.Path(path_type=Path),
     help="Folder of the cache of results.",
 )
-jobs = click.option(
+_jobs = partial(
+    click.option,
     "-j",
     "--jobs",
     type=click.IntRange(1, 1024),
     metavar="N",
     default=os.cpu_count,
     show_default="all cores",
-    help="Number of processes, and of threads per simulation; results do not depend on it.",
 )
+jobs = _jobs(help="Number of processes, and of threads per simulation; results do not depend on it.")
 as_json = click.option("--json", "as_json", is_flag=True, help="Print a JSON document instead of text.")
 as_markdown = click.option("--markdown", "as_markdown", is_flag=True, help="Print a Markdown table.")
-_simulations = click.option(
-    "-j",
-    "--jobs",
-    type=click.IntRange(1, 1024),
-    metavar="N",
-    default=os.cpu_count,
-    show_default="all cores",
-    help="Number of simulations side by side, each on one thread; no error depends on it.",
-)
+_simulations = _jobs(help="Number of simulations side by side, each on one thread; no error depends on it.")
 _engine = click.option(
     "--engine",
     type=click.Choice(["local", "dask"]),

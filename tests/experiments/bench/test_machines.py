@@ -8,7 +8,13 @@ from hairpipe.bench.machine import Machine
 from hairpipe.bench.report import Report
 from hairpipe.graphs.experiments.bench.machines import parity, trials
 from hairpipe.graphs.experiments.bench.machines.fault_list import FAULTS, Fault, do_nothing
-from hairpipe.graphs.experiments.bench.machines.trials import held, try_machines, verdict_of, violations_of
+from hairpipe.graphs.experiments.bench.machines.trials import (
+    held,
+    try_machines,
+    verdict_of,
+    violations_of,
+    without_places,
+)
 from hairpipe.io.hdf5 import digest_file
 
 MACHINE = Machine("A Processor", 2, {"numba": "1.2"})
@@ -35,6 +41,16 @@ def test_faults_are_of_all_kinds_and_have_different_names():
 def test_violations_are_named(codes, lines, extra, found):
     fault = Fault("child killed", "local", "add_up 4", do_nothing, lost=1, code=1, lines=2)
     assert violations_of(fault, codes, lines, extra) == found
+
+
+def test_messages_contain_no_port_and_no_folder_of_a_trial():
+    message = (
+        "move@1: tcp://127.0.0.1:4321 has another store, or none, at /a/hairpipe-machines-x1/1/store (mount)"
+    )
+    assert without_places(message) == "move@1: tcp://127.0.0.1 has another store, or none, at ... (mount)"
+    assert without_places("No space left on device: '/a/hairpipe-machines-x1/store/h.part'") == (
+        "No space left on device: '...'"
+    )
 
 
 @pytest.mark.slow

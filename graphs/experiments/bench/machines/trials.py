@@ -17,8 +17,9 @@ from hairpipe.graphs.experiments.bench.machines.scene import Scene
 
 AT_ONCE = 3
 """Number of trials that run at the same time: most of them wait."""
-NAMES = re.compile(r"(tcp://127\.0\.0\.1|/\S*hairpipe-machines-[^/]*)[:/][^\s:]*")
-"""What differs from trial to trial in a message."""
+PORT = re.compile(r"(?<=tcp://127\.0\.0\.1):\d+")
+FOLDER = re.compile(r"/[^\s':]*hairpipe-machines-[^\s':]*")
+"""What differs from trial to trial, and from machine to machine, in a message."""
 
 
 @dataclass(frozen=True)
@@ -103,10 +104,15 @@ def try_fault(fault: Fault, folder: Path, truth: Truth, check_value: CheckValue)
         "evaluated again": extra,
         "lost at most": fault.lost,
         "lines": len(lines),
-        "message": NAMES.sub(r"\1", lines[0]) if lines else "",
+        "message": without_places(lines[0]) if lines else "",
         "seconds [s]": round(seconds, 1),
         "violation": "; ".join(violations),
     }
+
+
+def without_places(message: str) -> str:
+    """Leave the port and the folder of a trial out of a message; pure."""
+    return FOLDER.sub("...", PORT.sub("", message))
 
 
 def violations_of(fault: Fault, codes: list[int | None], lines: list[str], extra: int) -> list[str]:
