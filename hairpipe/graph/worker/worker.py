@@ -145,7 +145,7 @@ class Worker:
 
     def _pass_on(self, previous: str | None, record: Record) -> None:
         """Forget the state before a result, and write those that are only in memory where too much depends on them."""
-        if previous is not None and all(previous != output.object for output in record.outputs.values()):
+        if previous is not None:
             self.values.forget(previous)
         self.unsaved = self.unsaved + record.seconds if self.values.unwritten else 0.0
         if self.unsaved > SAVED_AFTER:

@@ -44,9 +44,7 @@ def test_violations_are_named(codes, lines, extra, found):
 
 
 def test_messages_contain_no_port_and_no_folder_of_a_trial():
-    message = (
-        "move@1: tcp://127.0.0.1:4321 has another store, or none, at /a/hairpipe-machines-x1/1/store (mount)"
-    )
+    message = "move@1: tcp://127.0.0.1:4321 has another store, or none, at /a/hairpipe-machines-x1/1/store (mount)"
     assert without_places(message) == "move@1: tcp://127.0.0.1 has another store, or none, at ... (mount)"
     assert without_places("No space left on device: '/a/hairpipe-machines-x1/store/h.part'") == (
         "No space left on device: '...'"

@@ -67,6 +67,16 @@ def test_a_value_that_two_scans_continue_from_is_forgotten_after_both(tmp_path):
     assert not values.unwritten and not Leases(values.store).is_in_memory(name)
 
 
+def test_a_state_that_stays_equal_is_forgotten_once_it_changes(tmp_path):
+    """As of hair at rest: after each frame the state before is forgotten."""
+    values = Values(Store(tmp_path), hdf5, 5_000_000)
+    states = [values.put(np.full(6, 1.0), np.ndarray, None, lasting=False).object]
+    for value in (1.0, 1.0, 2.0):
+        states.append(values.put(np.full(6, value), np.ndarray, None, lasting=False).object)
+        values.forget(states[-2])
+        assert list(values.unwritten) == [states[-1]]
+
+
 def test_a_value_that_another_process_has_in_memory_is_written(tmp_path):
     """The other process forgets it without asking."""
     values, others = (Values(Store(tmp_path), hdf5, 5_000_000) for _ in range(2))
