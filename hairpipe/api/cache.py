@@ -69,8 +69,8 @@ class Cache:
     def hosts(self, plan: Iterable[Entry]) -> dict[Task, str]:
         """Find the machines on which processes compute results of a plan now; a lost one is listed for 60 s."""
         keys = {entry.task: entry.key for entry in plan if entry.status == "run" and entry.key is not None}
-        leases = {task: self._leases.holder(key) for task, key in keys.items()}
-        return {task: lease.host or "unknown" for task, lease in leases.items() if lease is not None}
+        leases = self._leases.holders(keys.values())
+        return {task: leases[key].host or "unknown" for task, key in keys.items() if key in leases}
 
     def verify(self) -> Found:
         """Read every result and every compiled kernel; remove what is damaged, which the next run computes again."""

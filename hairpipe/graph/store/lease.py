@@ -18,7 +18,7 @@ import json
 import os
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -128,6 +128,14 @@ class Leases:
         while lease is not None and (successor := read_lease(lease.successor)) is not None:
             lease = successor
         return None if lease is None or self._has_expired(lease) else lease
+
+    def holders(self, keys: Iterable[str]) -> dict[str, Lease]:
+        """Find the leases of whoever evaluates some keys, few of many: the folder is listed once."""
+        listed: set[str] = set()
+        with suppress(FileNotFoundError):
+            listed = {path.name[:KEY] for path in self._folder.iterdir()}
+        found = {key: self.holder(key) for key in sorted(listed.intersection(keys))}
+        return {key: lease for key, lease in found.items() if lease is not None}
 
     def close(self) -> None:
         """Give all leases back."""

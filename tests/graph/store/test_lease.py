@@ -75,6 +75,16 @@ def test_a_key_is_held_by_one_process_until_it_ends(store):
     assert held and files_of(store) == []
 
 
+def test_leases_of_some_keys_are_found_by_one_look_at_the_folder(store):
+    """As the lease of a key is found by itself; keys that nobody has leased have none."""
+    leases = Leases(store)
+    assert leases.holders([ONE]) == {}
+    assert leases.acquire(ONE)
+    other = "f" * len(ONE)
+    assert list(leases.holders([ONE, other])) == [ONE] and leases.holders([other]) == {}
+    assert leases.holders([ONE])[ONE] == leases.holder(ONE)
+
+
 def test_no_lock_of_the_file_system_is_used():
     """Many network file systems grant one to each machine. The sockets of kept workers are those of one machine."""
     apart = {"doctor.py", "keeper.py"}
