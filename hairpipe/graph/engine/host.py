@@ -55,6 +55,7 @@ class Host:
         self.machine, self.threads = machine, threads
         self.store = Store(Path(offer.store))
         self.leases = Leases(self.store)
+        self.leases.sweep()
         self.hello: dict[str, Any] = {"store": offer.store, "codec": offer.codec, "folder": offer.folder}
         self.hello |= {"trusted": offer.trusted, "memory": MEMORY, "processor_class": processor_class()}
         self.hello |= {"sources": reader.stamps, "outlives": outlives}

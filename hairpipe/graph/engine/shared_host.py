@@ -1,5 +1,6 @@
 """The hosts of a process that works for coordinators on other machines: text in, text out, any number of threads."""
 
+import atexit
 import json
 import threading
 import time
@@ -44,6 +45,13 @@ def evaluate(offer: str, job: str, machine: str, threads: int) -> str:
     with _lock:
         reply: Reply = host.reply_of(begun)
     return json.dumps(reply)
+
+
+@atexit.register
+def close() -> None:
+    """Close all hosts: idle workers write the states that are only in their memory."""
+    for host, _ in _hosts.values():
+        host.close()
 
 
 def kill(run: str, keys: list[str]) -> None:

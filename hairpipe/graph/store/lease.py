@@ -137,6 +137,14 @@ class Leases:
         found = {key: self.holder(key) for key in sorted(listed.intersection(keys))}
         return {key: lease for key, lease in found.items() if lease is not None}
 
+    def sweep(self) -> None:
+        """Give back the leases of processes of this machine that have ended; others are removed after a day."""
+        with suppress(OSError):  # no folder, or one that cannot be written to
+            for key in sorted({path.name[:KEY] for path in self._folder.iterdir()}):
+                lease = read_lease(self._folder / key)
+                if lease is not None and has_ended(lease.name) and self.acquire(key):
+                    self.release(key)
+
     def close(self) -> None:
         """Give all leases back."""
         for key in list(self._held):

@@ -80,9 +80,23 @@ def test_leases_of_some_keys_are_found_by_one_look_at_the_folder(store):
     leases = Leases(store)
     assert leases.holders([ONE]) == {}
     assert leases.acquire(ONE)
-    other = "f" * len(ONE)
-    assert list(leases.holders([ONE, other])) == [ONE] and leases.holders([other]) == {}
+    assert list(leases.holders([ONE, OTHER])) == [ONE] and leases.holders([OTHER]) == {}
     assert leases.holders([ONE])[ONE] == leases.holder(ONE)
+
+
+def test_leases_of_ended_processes_are_given_back_and_those_of_others_stay(store):
+    held = Leases(store)
+    assert held.acquire(ONE)
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(store.root), OTHER], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    assert process.stdout.readline() == b"True\n"
+    Leases(store).sweep()
+    assert {path.name for path in (store.root / "lease").iterdir()} == {ONE, OTHER}
+    process.kill()
+    process.communicate()
+    Leases(store).sweep()
+    assert [path.name for path in (store.root / "lease").iterdir()] == [ONE]
 
 
 def test_no_lock_of_the_file_system_is_used():

@@ -18,6 +18,10 @@ SOON = 4.0
 FIRST, FRAME, STEP, FILE = "make_seed None", "move_seed 3", "add_up 4", "write_list None"
 """Evaluations that are held: the value for the shot, a frame, a frame of a scan, the file of all frames."""
 MOMENTS = {FIRST: "first value", FRAME: "a frame", STEP: "frame of a scan", FILE: "file of all frames", "": "the run"}
+UNWRITTEN = {FIRST: 0, FRAME: 2, STEP: 0, FILE: 0}
+"""Number of frames of the scan that are lost with a process: their states are only in its memory before the first
+checkpoint, frame 3.
+"""
 
 
 class Fault(NamedTuple):
@@ -173,7 +177,7 @@ FAULTS = (
     *(Fault("child killed", "local", moment, partial(kill, "child"), 1, 1, 2) for moment in MOMENTS if moment),
     Fault("child stopped for 4 s", "local", STEP, partial(stop, "child")),
     *(
-        Fault("coordinator killed", "local", moment, partial(kill, "coordinator"), 1, -9)
+        Fault("coordinator killed", "local", moment, partial(kill, "coordinator"), 1 + UNWRITTEN[moment], -9)
         for moment in (FIRST, FRAME, STEP, FILE)
     ),
     Fault("machine killed", "local", STEP, partial(kill, "machine"), 1, -9),
@@ -197,7 +201,7 @@ FAULTS = (
     Fault("a local run next to it", "dask", STEP, partial(join, "local", ELSEWHERE)),
     Fault("a run by Dask next to it", "local", STEP, partial(join, "dask", ELSEWHERE), hosts=HOSTS),
     Fault("machine killed, a run by Dask goes on", "local", STEP, partial(kill_and_join, "dask"), 1, -9, hosts=HOSTS),
-    Fault("store full", "local", FRAME, fill_disk, 1, 1, 2, disk=True),
+    Fault("store full", "local", FRAME, fill_disk, 1 + UNWRITTEN[FRAME], 1, 2, disk=True),
     Fault("store full", "local", STEP, fill_disk, 1, 1, 2, disk=True),
     Fault("store full", "dask", STEP, fill_disk, 1, 1, 2, disk=True),
     one_other("other code", OTHER_CODE),
