@@ -109,6 +109,7 @@ class Host:
         except (EOFError, OSError):
             self.members.remove(member)
             reply = {"failure": {"kind": "crash", "message": member.fate, "traceback": ""}}
+            self.leases.sweep()
         if "failure" in reply:
             note_failure(self.store, key, reply["failure"]["message"])
         self.leases.release(key)
@@ -120,6 +121,7 @@ class Host:
             member.end()
             self.members.remove(member)
             self.leases.release(member.key or "")
+        self.leases.sweep()
 
     def close(self) -> None:
         """Give back all leases, and kill all workers but spare ones: stored results stay, with the states they need."""
@@ -132,6 +134,7 @@ class Host:
                 self.spare.append(member)
         self.members.clear()
         self.leases.close()
+        self.leases.sweep()
         if self._passing is not None:
             self._passing.cleanup()
 

@@ -23,8 +23,10 @@ Part = Literal["child", "host", "machine", "coordinator", "scheduler"]
 """Whom a signal is for: child: the process that evaluates; host: its parent, the coordinator or a Dask worker; machine:
 the host with all its children.
 """
-NAMED = NO_KERNELS + "\nfrom hairpipe.graph.store import holder\nholder.machine = lambda: '{:0>12}'"
+NAMED = "from hairpipe.graph.store import holder\nholder.machine = lambda: '{:0>12}'\n"
 """Prelude of a machine with a name of its own: it cannot look up the processes of others."""
+CHILDREN = "from hairpipe.graph.engine import member\nmember.BOOT = {!r} + member.BOOT"
+"""Gives the workers of a machine the same prelude."""
 SIZE = "96m"
 """Of the file system of a store [bytes]."""
 QUIET = 1.0
@@ -33,7 +35,8 @@ QUIET = 1.0
 
 def machine(name: str, prelude: str = "", **variables: str) -> Machine:
     """Make a machine with a name of hexadecimal digits; pure."""
-    return Machine("\n".join(filter(None, (prelude, NAMED.format(name)))), variables)
+    named = NAMED.format(name)
+    return Machine("\n".join(filter(None, (prelude, NO_KERNELS, named, CHILDREN.format(named)))), variables)
 
 
 HERE = machine("a")
