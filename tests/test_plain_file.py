@@ -14,7 +14,7 @@ from hairpipe.io.image import read_image
 from hairpipe.io.makehuman import read_weights
 from hairpipe.io.mocap.bvh import read_bvh
 from hairpipe.io.picture import read_picture
-from hairpipe.io.tfx import read_tfx
+from hairpipe.io.strands.tfx import read_tfx
 from hairpipe.io.usd.stage import open_stage
 from hairpipe.io.vdb.vdb_header import inspect
 

@@ -7,7 +7,8 @@ from hairpipe.data.value import value
 
 @value
 class Groom:
-    """Strands on the body at rest, root first, each cut into segments of equal length and bound to the body.
+    """Strands on the body at rest, root first, bound to the body; segments are of equal length
+    unless those of a file are kept (`load_groom`, points = "file").
 
     points            points of all strands in order, each from the skin to the tip [m], (p, 3) float64
     offsets           strand s owns points offsets[s]:offsets[s+1], (S+1,) int32
@@ -20,6 +21,10 @@ class Groom:
     tip_barycentrics  barycentric coordinates of the tip in it, (S, 3) float64
     tip_frames        rest frame of the tip, like `root_frames`, (S, 3, 4) float64
     widths            widths at all points as read from a file, for drawing [m], (p,) float64
+    groups            group of each strand in its file, (S,) int32
+    group_names       names of groups 0, 1, ...; empty if they have none
+    guides            strands that are guides in their file, (S,) bool
+    colours           colours at all points as in their file, (p, 3) float32
     """
 
     points: np.ndarray
@@ -33,6 +38,10 @@ class Groom:
     tip_barycentrics: np.ndarray | None = None
     tip_frames: np.ndarray | None = None
     widths: np.ndarray | None = None
+    groups: np.ndarray | None = None
+    group_names: tuple[str, ...] = ()
+    guides: np.ndarray | None = None
+    colours: np.ndarray | None = None
 
 
 @value

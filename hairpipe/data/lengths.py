@@ -19,6 +19,13 @@ def strand_lengths(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     return np.add.reduceat(ways, offsets[:-1])
 
 
+def unequal(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return the difference of the longest and the shortest segment of every strand [m], (S,) float64."""
+    lengths = segment_lengths(points, offsets)
+    starts = offsets[:-1] - np.arange(len(offsets) - 1)
+    return np.maximum.reduceat(lengths, starts) - np.minimum.reduceat(lengths, starts)
+
+
 def _ways(points: np.ndarray) -> np.ndarray:
     """Return the distances from each point to the next [m], those from tips to roots among them."""
     return np.linalg.norm(np.diff(points.astype(float), axis=0), axis=1)

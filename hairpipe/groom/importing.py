@@ -10,54 +10,87 @@ import numpy as np
 
 from hairpipe.data import Body, Groom
 from hairpipe.data.curves import Curves
-from hairpipe.data.lengths import strand_lengths
+from hairpipe.data.lengths import strand_lengths, unequal
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import bind_roots, bind_tips, name_strands, root_frames
 from hairpipe.groom.cutting import ROUNDING, Cut
 from hairpipe.groom.placing import placed
 from hairpipe.groom.resampling import equal_segments
-from hairpipe.groom.strand_arrays import offsets_of, take_strands
+from hairpipe.groom.rooting import Inside, freed, rooted, taken
+from hairpipe.groom.strand_arrays import offsets_of, points_of_strands, take_strands
 from hairpipe.spatial.triangles import Sites, site_uv
 
 Tips = Literal["file", "free", "held"]
+EQUAL = 1e-6
+"""Difference of segments that counts as rounding [m]: coordinates of files are in single precision."""
 KEPT = 0.9  # of the length of a strand, without a word: what four segments keep of a circle
 
 
-def adopt(body: Body, curves: Curves, *, cut: Cut, strands: int | None, reach: float, tips: Tips = "file") -> Groom:
+def adopt(
+    body: Body,
+    curves: Curves,
+    *,
+    cut: Cut | None,
+    strands: int | None,
+    reach: float,
+    tips: Tips = "file",
+    nearer_end: bool = False,
+    inside: Inside = "keep",
+) -> Groom:
     """Return strands of a file as a groom.
 
-    curves   curves on the body at rest, in the shape whose roots lie nearest to the skin
-    cut      division into segments; by default the number of segments in the file
-    strands  number of strands to keep, evenly spread over their order; None: all
-    reach    maximum distance of a root from the body [m]
-    tips     held by the body, free, or as in the file
+    curves      curves on the body at rest, in the shape whose roots lie nearest to the skin
+    cut         division into segments; by default the number of segments in the file. None: the points of the file
+    strands     number of strands to keep, evenly spread over their order; None: all
+    reach       maximum distance of a root from the body [m]
+    tips        held by the body, free, or as in the file
+    nearer_end  whether the end nearer to the body is the root; otherwise the first point is
+    inside      what becomes of points inside the body, see `freed`
     Raises BadInput naming strands whose roots are too far from the body, with the cause; warns of coincident roots, of
     strands with too few segments, of strands that are omitted (non-finite or too short), and of distant tips.
     """
-    chosen = choose_strands(len(curves.ids), strands)
-    known = curves.ids[chosen]
-    held = tips_held(tips, curves.held)[chosen]
-    shape = placed(body.mesh, taken(curves, chosen))
-    finite = drop_broken(shape.points, shape.offsets, known)
-    known = known[finite]
-    held = held[finite]
-    shape = taken(shape, finite)
-    points, offsets, widths = shape.points, shape.offsets, shape.widths
+    shape = placed(body.mesh, taken(curves, choose_strands(len(curves.ids), strands)))
+    shape = replace(shape, held=tips_held(tips, shape.held))
+    shape = taken(shape, drop_broken(shape.points, shape.offsets, shape.ids))
     with report_times(body, curves):
-        bound = bind_roots(body.mesh, points[offsets[:-1]], points[offsets[1:] - 1], reach, known)
-    long = drop_short(points, offsets, known, cut.shortest)
-    given = (points, offsets)
-    points, offsets = cut_up(*take_strands(points, offsets, long), known[long], cut)
-    kept = drop_short(points, offsets, known[long], cut.shortest)
+        shape = rooted(body.mesh, shape, reach) if nearer_end else shape
+        shape = shape if inside == "keep" else freed(body.mesh, shape, inside)
+        roots = shape.points[shape.offsets[:-1]]
+        ends = shape.points[shape.offsets[1:] - 1]
+        bound = bind_roots(body.mesh, roots, ends, reach, shape.ids)
+    shortest = ROUNDING if cut is None else cut.shortest
+    long = drop_short(shape.points, shape.offsets, shape.ids, shortest)
+    shape = taken(shape, long)
+    points, offsets = shape.points, shape.offsets
+    if cut is not None:
+        points, offsets = cut_up(points, offsets, shape.ids, cut)
+    kept = drop_short(points, offsets, shape.ids, shortest)
     points, offsets = take_strands(points, offsets, kept)
-    kept = long[kept]
+    sites = Sites(*(array[long[kept]] for array in bound))
     warn_of_shared_roots(points[offsets[:-1]])
-    sites = Sites(*(array[kept] for array in bound))
     frames = root_frames(body.mesh.points, body.mesh.triangles, *sites)
-    groom = Groom(points, offsets, known[kept], *sites, frames, site_uv(body.mesh, sites))
-    if widths is not None:
-        groom = replace(groom, widths=spread_along(widths, *given, kept, offsets))
-    return bind_tips(body.mesh, groom, held[kept], reach)
+    uv = site_uv(body.mesh, sites) if shape.root_uv is None else shape.root_uv[kept]
+    groom = Groom(points, offsets, shape.ids[kept], *sites, frames, uv, group_names=shape.group_names)
+    along = ((n, getattr(shape, n)) for n in ("widths", "colours"))
+    more = {n: spread_along(v, shape, kept, points, offsets) for n, v in along if v is not None}
+    marks = ((name, getattr(shape, name)) for name in ("groups", "guides"))
+    more |= {name: values[kept] for name, values in marks if values is not None}
+    return bind_tips(body.mesh, replace(groom, **more), shape.held[kept], reach)
+
+
+def selected(curves: Curves, select: Literal["all", "guides", "hair"]) -> Curves:
+    """Return all curves, the guides, or the others; pure.
+
+    Raises BadInput if there are none.
+    """
+    if select == "all":
+        return curves
+    guides = np.zeros(len(curves.ids), bool) if curves.guides is None else curves.guides
+    chosen = np.flatnonzero(guides == (select == "guides"))
+    if not len(chosen):
+        what = "no curve is a guide" if select == "guides" else "all curves are guides"
+        raise BadInput(what, right='purpose guide or groom_guide in the file, or select = "all"')
+    return taken(curves, chosen)
 
 
 def tips_held(tips: Tips, held: np.ndarray) -> np.ndarray:
@@ -65,31 +98,27 @@ def tips_held(tips: Tips, held: np.ndarray) -> np.ndarray:
     return held if tips == "file" else np.full(len(held), tips == "held")
 
 
-def taken(curves: Curves, strands: np.ndarray) -> Curves:
-    """Return some of the curves, in the order in which they are named; pure."""
-    points, offsets = take_strands(curves.points, curves.offsets, strands)
-    ids, held, spare = (array[strands] for array in (curves.ids, curves.held, curves.spare))
-    rest, widths = (
-        None if values is None else take_strands(values, curves.offsets, strands)[0]
-        for values in (curves.rest, curves.widths)
-    )
-    return Curves(points, offsets, ids, held, spare, rest, widths, curves.time)
-
-
 def spread_along(
-    values: np.ndarray, points: np.ndarray, offsets: np.ndarray, strands: np.ndarray, new_offsets: np.ndarray
+    values: np.ndarray, shape: Curves, strands: np.ndarray, points: np.ndarray, offsets: np.ndarray
 ) -> np.ndarray:
-    """Return values of points, (p,), at the points of resegmented strands, by their share of the length, (P,) float64.
+    """Return values at the points of a shape, (p, ...), at those of resegmented strands, (P, ...), by length; pure.
 
-    points, offsets  those of all strands
-    strands          resegmented strands, with offsets new_offsets
+    strands          resegmented strands of the shape
+    points, offsets  points [m], (P, 3), and offsets of these
     """
     along = []
-    for strand, count in zip(strands, np.diff(new_offsets), strict=True):
-        rows = slice(offsets[strand], offsets[strand + 1])
-        way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points[rows], axis=0), axis=1))])
-        along.append(np.interp(np.linspace(0.0, way[-1], count), way, values[rows]))
-    return np.concatenate(along)
+    for new, strand in enumerate(strands):
+        rows = slice(shape.offsets[strand], shape.offsets[strand + 1])
+        way = arc_lengths(shape.points[rows])
+        here = arc_lengths(points[offsets[new] : offsets[new + 1]])
+        columns = values[rows].reshape(len(way), -1).T
+        along.append(np.stack([np.interp(here * (way[-1] / here[-1]), way, column) for column in columns], axis=1))
+    return np.concatenate(along).reshape(-1, *values.shape[1:]).astype(values.dtype)
+
+
+def arc_lengths(points: np.ndarray) -> np.ndarray:
+    """Return the length of a polyline (n, 3) up to each point [m], (n,)."""
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
 
 
 def choose_strands(total: int, wanted: int | None) -> np.ndarray:
@@ -146,7 +175,8 @@ def drop_short(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray, shortes
 def cut_up(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray, cut: Cut) -> tuple[np.ndarray, np.ndarray]:
     """Return points and offsets of resegmented strands; only a single segment may be shorter than the minimum.
 
-    Chords cut through curls: the number of segments is reduced by the remaining length until none is too short.
+    Chords cut through curls: the number of segments is reduced by the remaining length until none is too short. Strands
+    whose segments are equal, up to the rounding of files, are unchanged.
     """
     lengths = strand_lengths(points, offsets)
     counts = wanted = cut.wanted(lengths, np.diff(offsets) - 1)
@@ -158,6 +188,9 @@ def cut_up(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray, cut: Cut) -
         most = np.maximum(cut.bearable(strand_lengths(made, new)), 1)
         if (counts <= most).all():
             break
+    same = counts == np.diff(offsets) - 1
+    same &= unequal(points, offsets) <= EQUAL
+    made[points_of_strands(np.flatnonzero(same), new)] = points[points_of_strands(np.flatnonzero(same), offsets)]
     warn_of_fewer(ids[counts < wanted], cut.shortest)
     warn_of_ironing(points, offsets, made, new)
     return made, new

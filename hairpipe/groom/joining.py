@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from hairpipe.data import Ends, Groom
+from hairpipe.data.curves import labels_of, numbered
 from hairpipe.groom.binding import FREE, TIPS
 from hairpipe.groom.strand_arrays import offsets_of
 
@@ -14,7 +15,7 @@ def joined_strands(grooms: tuple[Groom, ...]) -> Groom:
     """Return the strands of all grooms in turn, renumbered; pure.
 
     Roots keep their triangles, so all grooms have to be on the same body. Tips are free in grooms without tip data,
-    and widths are kept if all grooms have them.
+    and widths, colours and guides are kept if all grooms have them. Groups of equal names are one.
     """
     kept = {
         name: np.concatenate([getattr(groom, name) for groom in grooms])
@@ -23,11 +24,27 @@ def joined_strands(grooms: tuple[Groom, ...]) -> Groom:
     if any(groom.tip_triangles is not None for groom in grooms):
         tips = [free_tips(len(groom.ids)) if groom.tip_triangles is None else groom for groom in grooms]
         kept |= {name: np.concatenate([getattr(of, name) for of in tips]) for name in TIPS}
-    widths = [groom.widths for groom in grooms if groom.widths is not None]
-    if len(widths) == len(grooms):
-        kept["widths"] = np.concatenate(widths)
+    for name in ("widths", "colours", "guides"):
+        values = [value for groom in grooms if (value := getattr(groom, name)) is not None]
+        if len(values) == len(grooms):
+            kept[name] = np.concatenate(values)
+    names: tuple[str, ...] = ()
+    if any(groom.groups is not None for groom in grooms):
+        kept["groups"], names = joined_groups(grooms)
     counts = np.concatenate([np.diff(groom.offsets) for groom in grooms])
-    return Groom(offsets=offsets_of(counts), ids=np.arange(len(counts), dtype=np.int32), **kept)
+    return Groom(offsets=offsets_of(counts), ids=np.arange(len(counts), dtype=np.int32), group_names=names, **kept)
+
+
+def joined_groups(grooms: tuple[Groom, ...]) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return the group of each strand of all grooms in turn, (S,) int32, and the names of groups; pure.
+
+    A groom without groups is one of its own.
+    """
+    labels = [
+        np.full(len(groom.ids), f"groom{i}") if groom.groups is None else labels_of(groom.groups, groom.group_names)
+        for i, groom in enumerate(grooms)
+    ]
+    return numbered(np.concatenate(labels))
 
 
 def free_tips(count: int) -> SimpleNamespace:

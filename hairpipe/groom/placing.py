@@ -28,10 +28,10 @@ def placed(mesh: Mesh, curves: Curves) -> Curves:
     counts = last - first
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
     rows = np.arange(offsets[-1]) + np.repeat(first - offsets[:-1], counts)
-    widths = None if curves.widths is None else curves.widths[rows]
-    return replace(
-        curves, points=shape[rows], offsets=offsets, spare=np.zeros_like(curves.spare), rest=None, widths=widths
-    )
+    spare = np.zeros_like(curves.spare)
+    widths, colours = (None if values is None else values[rows] for values in (curves.widths, curves.colours))
+    more = {"rest": None, "widths": widths, "colours": colours}
+    return replace(curves, points=shape[rows], offsets=offsets, spare=spare, **more)
 
 
 def off(tree: Tree, points: np.ndarray, offsets: np.ndarray, spare: np.ndarray) -> float:

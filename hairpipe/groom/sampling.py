@@ -5,7 +5,7 @@ import numpy as np
 from hairpipe.data import Groom
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import TIPS
-from hairpipe.groom.strand_arrays import take_strands
+from hairpipe.groom.strand_arrays import points_of_strands, take_strands
 from hairpipe.spatial.morton import morton_order
 
 GOLDEN = 0.6180339887498949  # every further sample has its seeds where gaps are widest
@@ -59,8 +59,15 @@ def take(groom: Groom, strands: np.ndarray) -> Groom:
     points, offsets = take_strands(groom.points, groom.offsets, strands)
     names = ("ids", "root_triangles", "root_barycentrics", "root_frames", "root_uv")
     more = {name: getattr(groom, name)[strands] for name in TIPS if groom.tip_triangles is not None}
-    if groom.widths is not None:
-        more["widths"] = take_strands(groom.widths, groom.offsets, strands)[0]
+    along = {name: getattr(groom, name) for name in ("widths", "colours")}
+    rows = points_of_strands(strands, groom.offsets)
+    more |= {name: np.ascontiguousarray(values[rows]) for name, values in along.items() if values is not None}
+    marks = {name: getattr(groom, name) for name in ("groups", "guides")}
+    more |= {name: values[strands] for name, values in marks.items() if values is not None}
     return Groom(
-        points, offsets, **{name: np.ascontiguousarray(getattr(groom, name)[strands]) for name in names}, **more
+        points,
+        offsets,
+        group_names=groom.group_names,
+        **{name: np.ascontiguousarray(getattr(groom, name)[strands]) for name in names},
+        **more,
     )

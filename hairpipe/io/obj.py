@@ -28,6 +28,18 @@ def read_obj(path: Path, group: str | None = None) -> Mesh:
     return file.mesh(group)
 
 
+def read_lines(path: Path) -> tuple[np.ndarray, list[np.ndarray], list[str]]:
+    """Read the vertices, (n, 3) float64, the lines (l) as indices of vertices, and the group or object of each line.
+
+    Raises BadInput, with the line, where the file cannot be read or has no lines.
+    """
+    file = _Obj(path)
+    file.read()
+    if not file.lines:
+        raise BadInput("there are no lines", where=path, right="an OBJ file with v and l statements")
+    return np.array(file.points), *(list(column) for column in zip(*file.lines, strict=True))
+
+
 @dataclass
 class _Face:
     corners: list[int]
@@ -42,6 +54,7 @@ class _Obj:
     points: list[list[float]] = field(default_factory=list)
     coordinates: list[list[float]] = field(default_factory=list)
     faces: list[_Face] = field(default_factory=list)
+    lines: list[tuple[np.ndarray, str]] = field(default_factory=list)
     groups: tuple[str, ...] = ()
     object: tuple[str, ...] = ()
     line: int = 0
@@ -57,6 +70,8 @@ class _Obj:
                     self.coordinates.append([*self.numbers(words[1:], least=1, most=2), 0.0][:2])
                 case "f":
                     self.add_face(words[1:])
+                case "l":
+                    self.add_line(words[1:])
                 case "g":
                     self.groups = tuple(words[1:])
                 case "o":
@@ -78,6 +93,12 @@ class _Obj:
             raise self.fault(f"a face has {len(corners)} corners", "three or more")
         points, texture = zip(*corners, strict=True)
         self.faces.append(_Face(list(points), list(texture), self.groups + self.object, self.line))
+
+    def add_line(self, words: list[str]) -> None:
+        if len(words) < 2:
+            raise self.fault(f"a line has {len(words)} vertices", "two or more")
+        vertices = np.array([self.corner(word)[0] for word in words])
+        self.lines.append((vertices, " ".join(self.groups + self.object)))
 
     def corner(self, word: str) -> tuple[int, int | None]:
         """Indices from 0 of the vertex and of the texture coordinate: i, i/j, i//k or i/j/k."""
@@ -117,6 +138,7 @@ class _Obj:
 
     def warn_of_unread(self, faces: list[_Face]) -> None:
         """Warn of statements that are not read, and of texture coordinates that only some corners have."""
+        self.unread.update({"l": len(self.lines)} if self.lines else {})
         if self.unread:
             named = ", ".join(f"{count} {word[:20]}" for word, count in sorted(self.unread.items())[:NAMED])
             warnings.warn(f"{self.path}: statements that are not read: {named}", stacklevel=4)

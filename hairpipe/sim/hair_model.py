@@ -8,6 +8,7 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 
 from hairpipe.data import Groom
+from hairpipe.data.lengths import segment_lengths
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import name_strands
 from hairpipe.sim.layout import Layout, lay_out
@@ -101,8 +102,15 @@ def build_hair(
     return build_models(groom, material, model, construction).in_precision(precision)
 
 
+UNEQUAL = 1.5
+"""Longest segment over the shortest from which a strand is refused; strands deformed by hand keep well below."""
+
+
 def check_segments(groom: Groom) -> None:
-    """Refuse strands with a point that is not finite or on the one before it, by BadInput with their ids."""
+    """Refuse strands with a point that is not finite or on the one before it, or with unequal segments, by BadInput.
+
+    A model has one stiffness of a segment for a whole strand, calibrated for segments of one length.
+    """
     lengths = np.linalg.norm(np.diff(groom.points, axis=0), axis=1)
     inside = np.delete(np.arange(len(lengths)), groom.offsets[1:-1] - 1)
     wrong = inside[~(lengths[inside] > 0.0) | ~np.isfinite(lengths[inside])]
@@ -113,3 +121,11 @@ def check_segments(groom: Groom) -> None:
             where="groom",
             right="every point away from the one before it",
         )
+    lengths = segment_lengths(groom.points, groom.offsets)
+    starts = groom.offsets[:-1] - np.arange(len(groom.ids))
+    longest, shortest = (pick.reduceat(lengths, starts) for pick in (np.maximum, np.minimum))
+    if (longest > UNEQUAL * shortest).any():
+        s = int(np.argmax(longest / shortest))
+        what = f"segments of strand {groom.ids[s]} are {1e3 * shortest[s]:.2g} to {1e3 * longest[s]:.2g} mm long"
+        right = 'equal segments, as of load_groom with points = "equal"'
+        raise BadInput(what, where="groom", right=right)

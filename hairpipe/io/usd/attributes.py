@@ -1,4 +1,4 @@
-"""Attributes of the curves of a stage: ids, rest shape, widths."""
+"""Attributes of the curves of a stage: ids, rest shape, widths, colours, groups, guides, places of roots."""
 
 import warnings
 from pathlib import Path
@@ -12,14 +12,20 @@ IDS = ("hairId", "groom_id", "id")
 """Primvars of strand ids: ours, Unreal's, Houdini's."""
 REST = ("pref", "rest")
 """Primvars of the rest shape: of many renderers, Houdini's."""
-DRAWN = ("displayColor", "displayOpacity", "st", "skinprim", "skinprimuv", "groom_guide", "lockId")
-"""Primvars of other renderers, and of values that are computed here: places of roots, guides, locks."""
+ROOT_UV = ("groom_root_uv", "st")
+"""Primvars of texture coordinates of roots: Unreal's, of many renderers."""
+COLOURS = ("groom_color", "displayColor")
+"""Primvars of colours: Unreal's, of all renderers; a constant one is that of a preview, and not used."""
+MARKS = ("groom_guide", "groom_group_id", "groom_group_name")
+"""Primvars of guides and groups, Unreal's."""
+DRAWN = ("displayOpacity", "skinprim", "skinprimuv", "lockId", *ROOT_UV, *COLOURS, *MARKS)
+"""Primvars that are read where they have a value for each curve, and those computed here: places of roots, locks."""
 LARGEST = np.iinfo(np.int32).max
 NONE = np.iinfo(np.int64).min
 """Id of a curve without an id."""
 
 
-def rest_points(curves: UsdGeom.BasisCurves, count: int) -> np.ndarray | None:
+def rest_points(curves: UsdGeom.Curves, count: int) -> np.ndarray | None:
     """Return the rest shape of `count` points in the space of the curves, (count, 3) float64; None without a match."""
     for name in REST:
         values = _primvar(curves, name, 3)
@@ -30,7 +36,7 @@ def rest_points(curves: UsdGeom.BasisCurves, count: int) -> np.ndarray | None:
     return None
 
 
-def strand_ids(curves: UsdGeom.BasisCurves, count: int) -> np.ndarray:
+def strand_ids(curves: UsdGeom.Curves, count: int) -> np.ndarray:
     """Return the ids of `count` curves, (count,) int64; NONE for a curve without a valid one."""
     for name in IDS:
         values = _primvar(curves, name, 1)
@@ -42,7 +48,7 @@ def strand_ids(curves: UsdGeom.BasisCurves, count: int) -> np.ndarray:
     return np.full(count, NONE)
 
 
-def widths(curves: UsdGeom.BasisCurves, counts: np.ndarray) -> list[np.ndarray]:
+def widths(curves: UsdGeom.Curves, counts: np.ndarray) -> list[np.ndarray]:
     """Return the widths along each curve in units of the curves, (n,) float64; NaN if unknown.
 
     A curve has one width, as many as points, or as many as ends of spans (varying).
@@ -55,25 +61,82 @@ def widths(curves: UsdGeom.BasisCurves, counts: np.ndarray) -> list[np.ndarray]:
         values = shaped(attribute.Get(time_of(curves.GetPrim())), attribute)
     if values is None:
         return [np.full(1, np.nan)] * len(counts)
-    varying = span_ends(curves, counts)
-    layouts = {1: None, len(counts): np.ones(len(counts), int), counts.sum(): counts, varying.sum(): varying}
-    if len(values) not in layouts:
-        message = " or ".join(map(str, sorted(layouts)))
-        _warn(
-            curves, f"widths are {len(values)} values for {len(counts)} curves of {counts.sum()} points, not {message}"
-        )
-        return [np.full(1, np.nan)] * len(counts)
     bad = ~(np.isfinite(values) & (values >= 0.0))
     if bad.any():
         what = f"widths: {bad.sum()} of {len(values)} are negative or not finite"
         warnings.warn(f"{location(curves.GetPrim())}: {what}: replaced by those of neighbouring points", stacklevel=3)
-    values, layout = np.where(bad, np.nan, values), layouts[len(values)]
+    found = per_curve(curves, "widths", np.where(bad, np.nan, values), counts)
+    return [np.full(1, np.nan)] * len(counts) if found is None else found
+
+
+def per_curve(curves: UsdGeom.Curves, name: str, values: np.ndarray, counts: np.ndarray) -> list[np.ndarray] | None:
+    """Return the values of each curve: one, one a point, or one at each end of a span (varying).
+
+    values  of all curves, (n,) or (n, k); None, and a warning, where n fits no interpolation
+    counts  of the points of each curve, (S,)
+    """
+    varying = span_ends(curves, counts)
+    layouts = {1: None, len(counts): np.ones(len(counts), int), counts.sum(): counts, varying.sum(): varying}
+    if len(values) not in layouts:
+        fitting = " or ".join(map(str, sorted(layouts)))
+        size = f"{len(counts)} curves of {counts.sum()} points"
+        _warn(curves, f"{name} are {len(values)} values for {size}, not {fitting}")
+        return None
+    layout = layouts[len(values)]
     return [values] * len(counts) if layout is None else np.split(values, np.cumsum(layout)[:-1])
 
 
-def span_ends(curves: UsdGeom.BasisCurves, counts: np.ndarray) -> np.ndarray:
+def colours(curves: UsdGeom.Curves, counts: np.ndarray) -> list[np.ndarray] | None:
+    """Return the colours along each curve, (n, 3) float64, as of `widths`; None without, or with one for all curves."""
+    for name in COLOURS:
+        values = _primvar(curves, name, 3)
+        if values is not None and len(values) > 1:
+            return per_curve(curves, name, values, counts)
+    return None
+
+
+def root_uv(curves: UsdGeom.Curves, counts: np.ndarray) -> np.ndarray | None:
+    """Return the texture coordinates of the roots, (S, 2) float32; None without."""
+    for name in ROOT_UV:
+        values = _primvar(curves, name, 2)
+        found = None if values is None else per_curve(curves, name, values, counts)
+        if found is not None and len(counts):
+            return np.array([rows[0] for rows in found], np.float32)
+    return None
+
+
+def guides(curves: UsdGeom.Curves, count: int) -> np.ndarray | None:
+    """Return whether each of `count` curves is a guide, (count,) bool; None where the file does not state it."""
+    values = _uniform(curves, "groom_guide", count)
+    if values is not None:
+        return values != 0
+    return np.ones(count, bool) if curves.ComputePurpose() == UsdGeom.Tokens.guide else None
+
+
+def groups(curves: UsdGeom.Curves, count: int) -> np.ndarray | None:
+    """Return the group of each of `count` curves, (count,): its name, or else its id, as text; None without groups."""
+    primvar = UsdGeom.PrimvarsAPI(curves).GetPrimvar("groom_group_name")
+    names = np.array(primvar.ComputeFlattened(time_of(curves.GetPrim())) if primvar.HasValue() else [], str).ravel()
+    if len(names) in (1, count):
+        return np.broadcast_to(names, count)
+    if len(names):
+        _warn(curves, f"primvars:groom_group_name has {len(names)} values for {count} curves")
+    ids = _uniform(curves, "groom_group_id", count)
+    return None if ids is None else np.array([f"{value:g}" for value in ids], str)
+
+
+def _uniform(curves: UsdGeom.Curves, name: str, count: int) -> np.ndarray | None:
+    """Return a number for each of `count` curves, (count,) float64; None without, and a warning for another count."""
+    values = _primvar(curves, name, 1)
+    if values is None or len(values) in (1, count):
+        return None if values is None else np.broadcast_to(values, count)
+    _warn(curves, f"primvars:{name} has {len(values)} values for {count} curves")
+    return None
+
+
+def span_ends(curves: UsdGeom.Curves, counts: np.ndarray) -> np.ndarray:
     """Return the number of varying values of each curve, (S,): one at each end of a span."""
-    if curves.GetTypeAttr().Get() != UsdGeom.Tokens.cubic:
+    if not curves.GetPrim().IsA(UsdGeom.BasisCurves) or curves.GetTypeAttr().Get() != UsdGeom.Tokens.cubic:
         return counts
     if curves.GetBasisAttr().Get() == UsdGeom.Tokens.bezier:
         return np.maximum(counts - 1, 0) // 3 + 1
@@ -100,13 +163,13 @@ def own_ids(ids: np.ndarray, path: Path) -> np.ndarray:
     return found.astype(np.int32)
 
 
-def unused_primvars(curves: UsdGeom.BasisCurves) -> list[str]:
+def unused_primvars(curves: UsdGeom.Curves) -> list[str]:
     """List the primvars of curves that are not read."""
     given = [p.GetPrimvarName() for p in UsdGeom.PrimvarsAPI(curves).GetPrimvarsWithValues()]
     return sorted({name for name in given if name not in (*IDS, *REST, *DRAWN, "widths")})
 
 
-def _primvar(curves: UsdGeom.BasisCurves, name: str, columns: int) -> np.ndarray | None:
+def _primvar(curves: UsdGeom.Curves, name: str, columns: int) -> np.ndarray | None:
     """Return the flattened values of a primvar at the time of the stage; None where they are not numbers."""
     primvar = UsdGeom.PrimvarsAPI(curves).GetPrimvar(name)
     if not primvar.HasValue():
@@ -119,5 +182,5 @@ def _primvar(curves: UsdGeom.BasisCurves, name: str, columns: int) -> np.ndarray
     return None
 
 
-def _warn(curves: UsdGeom.BasisCurves, what: str) -> None:
+def _warn(curves: UsdGeom.Curves, what: str) -> None:
     warnings.warn(f"{location(curves.GetPrim())}: {what}: not used", stacklevel=3)

@@ -1,15 +1,27 @@
 """Curves of a stage as polylines in metres."""
 
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from pxr import UsdGeom
 
-from hairpipe.data.curves import Curves
+from hairpipe.data.curves import Curves, numbered
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.attributes import own_ids, rest_points, strand_ids, unused_primvars, widths
+from hairpipe.io.usd.attributes import (
+    colours,
+    groups,
+    guides,
+    own_ids,
+    rest_points,
+    root_uv,
+    strand_ids,
+    unused_primvars,
+    widths,
+)
+from hairpipe.io.usd.splines import Nurbs, polyline
 from hairpipe.io.usd.stage import (
     location,
     move,
@@ -23,19 +35,16 @@ from hairpipe.io.usd.stage import (
     usd_faults,
 )
 
-STEPS = 8  # chords per span of an approximating cubic: an error of 1/64 of its sagitta
 NAMED = 5  # number of curves in a message
-BEYOND = {UsdGeom.Tokens.catmullRom: 1, UsdGeom.Tokens.bspline: STEPS}
-"""Number of points at either end that a curve without pins does not reach."""
-BSPLINE = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6
-BEZIER = np.array([[1, 0, 0, 0], [-3, 3, 0, 0], [3, -6, 3, 0], [-1, 3, -3, 1.0]])
 
 
-def read(path: Path, prim: str | None, time: float | None = None) -> Curves:
+def read(path: Path, prim: str | None, time: float | None = None, guides: bool = False) -> Curves:
     """Read the visible curves at or under a prim; see `hairpipe.io.usd.read.read_curves`."""
     with usd_faults(path):
         stage = open_alone(path, time)
-        prims = [UsdGeom.BasisCurves(p) for p in shown(stage, UsdGeom.BasisCurves, prim, guides=True)]
+        kinds = (UsdGeom.BasisCurves, UsdGeom.NurbsCurves)
+        found = shown(stage, prim, *kinds, guides="also" if guides else "only")
+        prims = [(UsdGeom.NurbsCurves if p.IsA(UsdGeom.NurbsCurves) else UsdGeom.BasisCurves)(p) for p in found]
         parts = [_read_part(curves) for curves in prims]
         time = read_time([curves.GetPrim() for curves in prims], time)
         unused = sorted({name for curves in prims for name in unused_primvars(curves)})
@@ -55,25 +64,56 @@ def read(path: Path, prim: str | None, time: float | None = None) -> Curves:
         np.ascontiguousarray(columns[:, 3:6]) if any(part.rested for part in parts) else None,
         _known_widths(columns[:, 6], offsets, path),
         time,
+        _joined([part.uv for part in parts], parts, 0.0),
+        *_joined_groups(parts, [curves.GetPrim().GetName() for curves in prims]),
+        _joined([part.guides for part in parts], parts, False),
+        np.nan_to_num(columns[:, 7:]).astype(np.float32) if any(part.coloured for part in parts) else None,
     )
+
+
+def _joined(values: Sequence[np.ndarray | None], parts: list["_Part"], blank: object) -> np.ndarray | None:
+    """Return values of the strands of all parts, (S, ...), with a blank in parts without them; None without any."""
+    given = next((found for found in values if found is not None), None)
+    if given is None:
+        return None
+    pairs = zip(values, parts, strict=True)
+    shapes = ((found, (len(part.ids), *given.shape[1:])) for found, part in pairs)
+    return np.concatenate([np.full(shape, blank, given.dtype) if found is None else found for found, shape in shapes])
+
+
+def _joined_groups(parts: list["_Part"], names: list[str]) -> tuple[np.ndarray | None, tuple[str, ...]]:
+    """Return the group of each strand, (S,) int32, and their names; of several prims without groups each is one."""
+    labels = [part.groups for part in parts]
+    if all(groups is None for groups in labels) and len(parts) == 1:
+        return None, ()
+    pairs = zip(labels, parts, names, strict=True)
+    return numbered(np.concatenate([np.full(len(p.ids), n) if found is None else found for found, p, n in pairs]))
 
 
 class _Part(NamedTuple):
     """The curves of one prim.
 
-    lines   points of each with rest shape and width, (n, 7) float64; NaN without a width
-    spare   number of points beyond either end of each, (S,) int64
-    ids     ids of the prim, (S,) int64, or NONE
-    rested  whether the prim has a rest shape
+    lines     points of each with rest shape, width and colour, (n, 10) float64; NaN without a width or colour
+    spare     number of points beyond either end of each, (S,) int64
+    ids       ids of the prim, (S,) int64, or NONE
+    rested    whether the prim has a rest shape
+    coloured  whether it has colours
+    uv        texture coordinates of the roots, (S, 2)
+    groups    group of each strand as text, (S,)
+    guides    whether each strand is a guide, (S,)
     """
 
     lines: list[np.ndarray]
     spare: np.ndarray
     ids: np.ndarray
     rested: bool
+    coloured: bool
+    uv: np.ndarray | None
+    groups: np.ndarray | None
+    guides: np.ndarray | None
 
 
-def _read_part(curves: UsdGeom.BasisCurves) -> _Part:
+def _read_part(curves: UsdGeom.Curves) -> _Part:
     attribute = curves.GetPointsAttr()
     points = shaped(attribute.Get(time_of(curves.GetPrim())), attribute, 3)
     counts = numbers(curves.GetCurveVertexCountsAttr(), kind=np.int64)
@@ -86,27 +126,35 @@ def _read_part(curves: UsdGeom.BasisCurves) -> _Part:
     columns = np.column_stack([move(matrix, points), move(matrix, points if rest is None else rest)])
     strands = np.split(columns, np.cumsum(counts)[:-1]) if len(counts) else []
     scale = np.cbrt(abs(np.linalg.det(matrix[:3, :3])))
-    given = widths(curves, counts)
-    ids = strand_ids(curves, len(counts))
+    thick = widths(curves, counts)
+    tint = colours(curves, counts)
+    given = [[w[:, None] * scale, np.full((1, 3), np.nan) if tint is None else tint[i]] for i, w in enumerate(thick)]
+    nurbs = Nurbs(curves, counts, where) if isinstance(curves, UsdGeom.NurbsCurves) else None
     lines = list[np.ndarray]()
     spare = list[int]()
     faults = dict[int, BadInput]()
     for i, strand in enumerate(strands):
+        values = [_at_points(held, len(strand)) for held in given[i]]
+        place_of = f"{where} curve {i}"
         try:
-            line, beyond = _polyline(
-                curves, np.column_stack([strand, _at_points(given[i], len(strand))]), f"{where} curve {i}"
+            whole = np.column_stack([strand, *values])
+            line, beyond = (
+                polyline(curves, whole, place_of) if nurbs is None else (nurbs.polyline(i, whole, place_of), 0)
             )
         except BadInput as fault:
             faults[i] = fault
             continue
-        if len(given[i]) != len(strand):
-            line[:, 6] = _between(given[i], len(line), beyond)
-        line[:, 6] *= scale
+        for column, held in zip((slice(6, 7), slice(7, 10)), given[i], strict=True):
+            if len(held) != len(strand):
+                line[:, column] = _between(held, len(line), beyond)
         lines.append(line)
         spare.append(beyond)
     _report(faults, len(strands), where)
     kept = np.delete(np.arange(len(strands)), list(faults))
-    return _Part(lines, np.array(spare, np.int64), ids[kept], rest is not None)
+    marks = (root_uv(curves, counts), groups(curves, len(counts)), guides(curves, len(counts)))
+    marks = (None if mark is None else mark[kept] for mark in marks)
+    ids = strand_ids(curves, len(counts))[kept]
+    return _Part(lines, np.array(spare, np.int64), ids, rest is not None, tint is not None, *marks)
 
 
 def _report(faults: dict[int, BadInput], total: int, where: str) -> None:
@@ -120,23 +168,25 @@ def _report(faults: dict[int, BadInput], total: int, where: str) -> None:
 
 
 def _at_points(values: np.ndarray, count: int) -> np.ndarray:
-    """Return widths at `count` points, (count,); unknown ones are interpolated.
+    """Return values, (n, k), at `count` points, (count, k); unknown ones are interpolated.
 
     All are NaN where none is known, or where their number does not match.
     """
-    known = np.isfinite(values)
+    known = np.isfinite(values).all(axis=1)
     if len(values) != count or not known.any():
-        return np.full(count, np.nan)
-    return np.interp(np.arange(count), np.flatnonzero(known), values[known])
+        return np.full((count, values.shape[1]), np.nan)
+    places = np.flatnonzero(known)
+    return np.stack([np.interp(np.arange(count), places, column[known]) for column in values.T], axis=1)
 
 
 def _between(values: np.ndarray, rows: int, beyond: int) -> np.ndarray:
-    """Return widths at the points of a line, (rows,), from those at the ends of its spans, at equal steps.
+    """Return values at the points of a line, (rows, k), from those at the ends of its spans, (n, k), at equal steps.
 
     beyond  points of the line before the curve begins
     """
+    ends = np.linspace(beyond, rows - 1 - beyond, len(values))
     filled = _at_points(values, len(values))
-    return np.interp(np.arange(rows), np.linspace(beyond, rows - 1 - beyond, len(values)), filled)
+    return np.stack([np.interp(np.arange(rows), ends, column) for column in filled.T], axis=1)
 
 
 def _known_widths(widths: np.ndarray, offsets: np.ndarray, path: Path) -> np.ndarray | None:
@@ -149,55 +199,3 @@ def _known_widths(widths: np.ndarray, offsets: np.ndarray, path: Path) -> np.nda
         message = f"{bare} of {len(offsets) - 1} curves have no valid widths, and get the median of the others"
         warnings.warn(f"{path}: {message}", stacklevel=3)
     return np.where(known, widths, np.median(widths[known]))
-
-
-def _polyline(curves: UsdGeom.BasisCurves, points: np.ndarray, where: str) -> tuple[np.ndarray, int]:
-    """Return points on a curve pinned at both ends, (n, k) float64, and the number beyond either end of the curve.
-
-    The points of an interpolating curve are unchanged.
-    """
-    cubic = curves.GetTypeAttr().Get() == UsdGeom.Tokens.cubic
-    basis = curves.GetBasisAttr().Get()
-    wrap = curves.GetWrapAttr().Get()
-    if wrap == UsdGeom.Tokens.periodic:
-        raise BadInput("the curve is closed", where=where, right="wrap pinned or nonperiodic")
-    if len(points) < 2:
-        raise BadInput(f"the curve has {len(points)} points", where=where, right="2 or more")
-    if not cubic:
-        return points, 0
-    pinned = wrap == UsdGeom.Tokens.pinned
-    if basis in BEYOND and not pinned and len(points) < 4:
-        name = "Catmull-Rom curve" if basis == UsdGeom.Tokens.catmullRom else "B-spline"
-        raise BadInput(f"the {name} has {len(points)} points", where=where, right="4 or more, or wrap pinned")
-    if basis == UsdGeom.Tokens.catmullRom:
-        return points, 0 if pinned else BEYOND[basis]
-    if basis == UsdGeom.Tokens.bspline:
-        return _bspline(points), 0 if pinned else BEYOND[basis]
-    if basis == UsdGeom.Tokens.bezier:
-        return _bezier(points, where), 0
-    raise BadInput(f"the basis is {basis}", where=where, right="catmullRom, bspline or bezier")
-
-
-def _bspline(points: np.ndarray) -> np.ndarray:
-    """Return points on a uniform cubic B-spline that is pinned by mirroring its ends, p[-1] = 2 p[0] - p[1].
-
-    That of the same points without wrap pinned is the same curve without its first and its last span.
-    """
-    points = np.concatenate([[2 * points[0] - points[1]], points, [2 * points[-1] - points[-2]]])
-    return _sample(BSPLINE, np.arange(len(points) - 3), points)
-
-
-def _bezier(points: np.ndarray, where: str) -> np.ndarray:
-    if len(points) < 4 or len(points) % 3 != 1:
-        raise BadInput(f"the Bezier curve has {len(points)} points", where=where, right="4, 7, 10, ...")
-    return _sample(BEZIER, np.arange(0, len(points) - 1, 3), points)
-
-
-def _sample(basis: np.ndarray, spans: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return STEPS points a span and the end of the last; a span s is controlled by points[s:s+4].
-
-    p(t) = (1, t, t^2, t^3) basis (p[s], p[s+1], p[s+2], p[s+3])
-    """
-    powers = np.vander(np.linspace(0, 1, STEPS + 1), 4, increasing=True)
-    curve = np.einsum("tk,kp,spx->stx", powers, basis, points[spans[:, None] + np.arange(4)])
-    return np.concatenate([curve[:, :-1].reshape(-1, points.shape[1]), curve[-1, -1:]])

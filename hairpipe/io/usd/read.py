@@ -23,17 +23,18 @@ def read_body(path: Path, prim: str | None = None, time: float | None = None) ->
     return work_apart(skinned_meshes.read, path, prim, time)
 
 
-def read_curves(path: Path, prim: str | None = None, time: float | None = None) -> Curves:
-    """Read all BasisCurves of a stage at one time as strands, root first.
+def read_curves(path: Path, prim: str | None = None, time: float | None = None, guides: bool = False) -> Curves:
+    """Read all BasisCurves and cubic NurbsCurves of a stage at one time as strands, root first.
 
     Invisible curves and those of purpose proxy are omitted; those of purpose guide, too, where there are others.
-    Linear and Catmull-Rom curves interpolate their points, which are returned unchanged; B-spline and Bezier curves
-    are evaluated. Those without pins are returned with the ends of pinned ones, as spare points. The
+    Linear and Catmull-Rom curves interpolate their points, which are returned unchanged; B-splines, Bezier curves and
+    NURBS are evaluated. Those without pins are returned with the ends of pinned ones, as spare points. The
     rest shape is that of primvar `pref` or `rest`, ids are those of `hairId`, `groom_id` or `id`.
 
-    prim  path of curves or of a parent of curves; by default the whole stage
-    time  as of `read_body`
+    prim    path of curves or of a parent of curves; by default the whole stage
+    time    as of `read_body`
+    guides  whether curves of purpose guide are read in any case
 
     Raises BadInput if the file, or what it says, cannot be used; the message names the prim and the curve.
     """
-    return work_apart(curves.read, path, prim, time)
+    return work_apart(curves.read, path, prim, time, guides)

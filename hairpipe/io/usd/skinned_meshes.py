@@ -40,7 +40,7 @@ def read(path: Path, prim: str | None, time: float | None = None) -> Body:
     """Read the visible meshes at or under a prim as one body; see `hairpipe.io.usd.read.read_body`."""
     with usd_faults(path):
         stage = open_alone(path, time)
-        meshes = [UsdGeom.Mesh(p) for p in shown(stage, UsdGeom.Mesh, prim)]
+        meshes = [UsdGeom.Mesh(p) for p in shown(stage, prim, UsdGeom.Mesh)]
         bindings = find_bindings(stage)
         rigs = _read_rigs([bindings[mesh.GetPath()] for mesh in meshes if mesh.GetPath() in bindings])
         pieces = [_read_piece(mesh, bindings.get(mesh.GetPath()), rigs) for mesh in meshes]

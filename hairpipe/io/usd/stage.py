@@ -5,6 +5,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from pxr import Tf, Usd, UsdGeom
@@ -16,6 +17,7 @@ from hairpipe.plain_file import checked_size
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 NAMED = 5  # number of shapes in a message
 LINE = 160  # maximum length of a message of OpenUSD
+GUIDE = UsdGeom.Tokens.guide
 RENDERED = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)  # purposes
 Z_UP_TO_Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 
@@ -159,36 +161,45 @@ def move(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
     return points @ matrix[:3, :3].T + matrix[:3, 3]
 
 
-def shown(stage: Usd.Stage, schema: type, prim: str | None, *, guides: bool = False) -> list[Usd.Prim]:
-    """Return the visible prims of a schema with purpose default or render, in the order of the stage.
+def shown(
+    stage: Usd.Stage, prim: str | None, *schemas: type, guides: Literal["no", "only", "also"] = "no"
+) -> list[Usd.Prim]:
+    """Return the visible prims of some schemas with purpose default or render, in the order of the stage.
 
     prim    path; only prims at or under it
-    guides  whether prims of purpose guide are used where there are no others
+    guides  whether prims of purpose guide are used: only where there are no others, or also
 
-    Raises BadInput if there is no such prim, or none of the schema.
+    Raises BadInput if there is no such prim, or none of the schemas.
     """
     root = stage.GetPseudoRoot() if prim is None else _prim_at(stage, prim)
-    visible = [p for p in Usd.PrimRange(root, Usd.TraverseInstanceProxies()) if p.IsA(schema) and _is_visible(p)]
-    found = [p for p in visible if _purpose(p) in RENDERED]
-    if guides and not found:
-        found = [p for p in visible if _purpose(p) == UsdGeom.Tokens.guide]
+    visible = [p for p in Usd.PrimRange(root, Usd.TraverseInstanceProxies()) if _is_one(p, schemas) and _is_visible(p)]
+    found = [p for p in visible if _purpose(p) in RENDERED or (guides == "also" and _purpose(p) == GUIDE)]
+    if guides == "only" and not found:
+        found = [p for p in visible if _purpose(p) == GUIDE]
     if not found:
         under = "" if prim is None else f" at or under {prim}"
-        right = f"a prim of the type {schema.__name__} and the purpose {' or '.join(RENDERED)}"
-        raise BadInput(f"no visible {schema.__name__}{under}{_instead(root)}", where=stage_path(stage), right=right)
+        named = " or ".join(schema.__name__ for schema in schemas)
+        right = f"a prim of the type {named} and the purpose {' or '.join(RENDERED)}"
+        raise BadInput(f"no visible {named}{under}{_instead(root, schemas)}", where=stage_path(stage), right=right)
     shapes = Usd.PrimRange(root, Usd.TraverseInstanceProxies())
-    if left := [p for p in shapes if _is_rival(p, schema) and p not in found]:
-        named = ", ".join(f"{p.GetPath()} ({_why_left(p, schema)})" for p in left[:NAMED])
+    if left := [p for p in shapes if _is_rival(p, schemas) and p not in found]:
+        named = ", ".join(f"{p.GetPath()} ({_why_left(p, schemas)})" for p in left[:NAMED])
         more = f" and {len(left) - NAMED} more" if len(left) > NAMED else ""
         warnings.warn(f"{stage_path(stage)}: shapes that are not read: {named}{more}", stacklevel=2)
     return found
 
 
-def _is_rival(prim: Usd.Prim, schema: type) -> bool:
-    """Return whether a prim is another shape of the kind of a schema: curves, or surfaces."""
+def _is_one(prim: Usd.Prim, schemas: Sequence[type]) -> bool:
+    return any(prim.IsA(schema) for schema in schemas)
+
+
+def _is_rival(prim: Usd.Prim, schemas: Sequence[type]) -> bool:
+    """Return whether a prim is another shape of the kind of the schemas: curves, or surfaces."""
     curves = prim.IsA(UsdGeom.Curves)
     return (
-        curves if issubclass(schema, UsdGeom.Curves) else prim.IsA(UsdGeom.Gprim) and not curves and not _is_cloud(prim)
+        curves
+        if issubclass(schemas[0], UsdGeom.Curves)
+        else prim.IsA(UsdGeom.Gprim) and not curves and not _is_cloud(prim)
     )
 
 
@@ -196,16 +207,16 @@ def _is_cloud(prim: Usd.Prim) -> bool:
     return prim.GetTypeName() in ("Points", "Volume")
 
 
-def _why_left(prim: Usd.Prim, schema: type) -> str:
-    if not prim.IsA(schema):
+def _why_left(prim: Usd.Prim, schemas: Sequence[type]) -> str:
+    if not _is_one(prim, schemas):
         return f"a {prim.GetTypeName()}"
     return f"purpose {_purpose(prim)}" if _is_visible(prim) else "invisible"
 
 
-def _instead(root: Usd.Prim) -> str:
+def _instead(root: Usd.Prim, schemas: Sequence[type]) -> str:
     """List curves of other types."""
-    types = {p.GetTypeName() for p in Usd.PrimRange(root, Usd.TraverseInstanceProxies()) if p.IsA(UsdGeom.Curves)}
-    others = sorted(types - {"BasisCurves"})
+    curves = (p for p in Usd.PrimRange(root, Usd.TraverseInstanceProxies()) if p.IsA(UsdGeom.Curves))
+    others = sorted({p.GetTypeName() for p in curves if not _is_one(p, schemas)})
     return f", but {' and '.join(others)}, which are not read" if others else ""
 
 

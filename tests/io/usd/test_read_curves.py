@@ -9,10 +9,10 @@ from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 from scipy.interpolate import BSpline
 
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.curves import STEPS
 from hairpipe.io.usd.curves import read as read_file
 from hairpipe.io.usd.read import read_curves
 from hairpipe.io.usd.skinned_meshes import read as read_body
+from hairpipe.io.usd.splines import STEPS
 
 TOKENS, NAN = UsdGeom.Tokens, float("nan")
 
@@ -244,18 +244,18 @@ def test_unread_primvars_are_named(new_stage, saved) -> None:
     prim = curves(stage, wild(4))
     primvar(prim, "clump", Sdf.ValueTypeNames.FloatArray, TOKENS.uniform, [0.5])
     curves(stage, wild(4), path="/groom/hidden").CreateVisibilityAttr("invisible")
-    UsdGeom.NurbsCurves.Define(stage, "/groom/nurbs")
+    UsdGeom.HermiteCurves.Define(stage, "/groom/hermite")
     with pytest.warns(UserWarning) as reported:
         read_file(saved(stage), None)
     messages = " ".join(str(warning.message) for warning in reported)
     assert "primvars that are not used: clump" in messages
-    assert "shapes that are not read: /groom/hidden (invisible), /groom/nurbs (a NurbsCurves)" in messages
+    assert "shapes that are not read: /groom/hidden (invisible), /groom/hermite (a HermiteCurves)" in messages
 
 
 def test_curves_of_another_type_are_named(new_stage, saved) -> None:
     stage = new_stage()
-    UsdGeom.NurbsCurves.Define(stage, "/groom/nurbs")
-    with pytest.raises(BadInput, match="no visible BasisCurves, but NurbsCurves, which are not read"):
+    UsdGeom.HermiteCurves.Define(stage, "/groom/hermite")
+    with pytest.raises(BadInput, match="no visible BasisCurves or NurbsCurves, but HermiteCurves, which are not read"):
         read_file(saved(stage), None)
 
 
@@ -296,12 +296,12 @@ def test_takes_guides_only_where_there_is_nothing_else(new_stage, saved) -> None
     curves(stage, [hair], path="/groom/hair").CreatePurposeAttr(TOKENS.render)
     np.testing.assert_allclose(read(saved(stage), None)[0], hair, atol=1e-7)
     np.testing.assert_allclose(read(saved(stage), "/groom/guides")[0], guide, atol=1e-7)
-    with pytest.raises(BadInput, match="no visible BasisCurves at or under /groom/proxy"):
+    with pytest.raises(BadInput, match="no visible BasisCurves or NurbsCurves at or under /groom/proxy"):
         read(saved(stage), "/groom/proxy")
 
 
 BROKEN: dict[str, tuple[Callable[[Usd.Stage], object], str]] = {
-    "none": (lambda s: UsdGeom.Xform.Define(s, "/groom"), "no visible BasisCurves"),
+    "none": (lambda s: UsdGeom.Xform.Define(s, "/groom"), "no visible BasisCurves or NurbsCurves"),
     "empty": (lambda s: curves(s, []), "the curves have no points"),
     "no counts": (lambda s: UsdGeom.BasisCurves.Define(s, "/groom/hair"), "the curves have no points"),
     "counts": (lambda s: curves(s, wild(4)).CreateCurveVertexCountsAttr([5]), "curveVertexCounts sum to 5"),
@@ -322,3 +322,33 @@ def test_invalid_prims_are_refused_with_their_path(new_stage, saved, plant: Call
     with pytest.raises(BadInput) as caught:
         read(saved(stage), None)
     assert message in str(caught.value) and "given.usda" in str(caught.value)
+
+
+def test_groups_guides_colours_and_root_uv_are_read(new_stage, saved) -> None:
+    stage, types = new_stage(), Sdf.ValueTypeNames
+    prim = curves(stage, wild(4, 2))
+    primvar(prim, "groom_group_name", types.StringArray, TOKENS.uniform, ["tail", "fringe"])
+    primvar(prim, "groom_group_id", types.IntArray, TOKENS.uniform, [7, 3])
+    primvar(prim, "groom_guide", types.IntArray, TOKENS.uniform, [0, 1])
+    primvar(prim, "groom_root_uv", types.Float2Array, TOKENS.uniform, [Gf.Vec2f(0.1, 0.2), Gf.Vec2f(0.3, 0.4)])
+    primvar(prim, "groom_color", types.Float3Array, TOKENS.vertex, [Gf.Vec3f(k, 0, 1) for k in range(6)])
+    found = read_curves(saved(stage))
+    assert found.groups.tolist() == [1, 0] and found.group_names == ("fringe", "tail")
+    assert found.guides.tolist() == [False, True]
+    np.testing.assert_allclose(found.root_uv, [[0.1, 0.2], [0.3, 0.4]], rtol=1e-6)
+    np.testing.assert_array_equal(found.colours, [[k, 0, 1] for k in range(6)])
+    prim.GetPrim().RemoveProperty("primvars:groom_group_name")
+    again = read_curves(saved(stage))
+    assert again.groups.tolist() == [7, 3] and again.group_names == ()
+
+
+def test_several_prims_are_groups_and_guides_are_read_on_request(new_stage, saved) -> None:
+    stage, (one, two, guide) = new_stage(), wild(4, 7, 3)
+    curves(stage, [one], path="/groom/beard")
+    curves(stage, [two, one], path="/groom/fringe")
+    curves(stage, [guide], path="/groom/guides").CreatePurposeAttr(TOKENS.guide)
+    path = saved(stage)
+    with pytest.warns(UserWarning, match="purpose guide"):
+        found = read_curves(path)
+    assert found.groups.tolist() == [0, 1, 1] and found.group_names == ("beard", "fringe") and found.guides is None
+    assert read_curves(path, guides=True).guides.tolist() == [False, False, False, True]

@@ -1,0 +1,31 @@
+"""Strands of files that state neither unit nor axis, in metres with Y up."""
+
+from typing import Any, Literal
+
+import numpy as np
+
+from hairpipe.data.curves import Curves
+
+Up = Literal["y", "z"]
+
+
+def plain_curves(points: np.ndarray, counts: np.ndarray, unit: float, up: Up, **more: Any) -> Curves:
+    """Return strands with free tips, numbered by their order; pure.
+
+    points  in the unit and with the axis of the file, (p, 3)
+    counts  number of points of each strand, (S,)
+    unit    unit of the file [m]
+    more    other fields of `Curves`; widths are in the unit of the file
+    """
+    x, y, z = points.T.astype(np.float64) * unit
+    total = len(counts)
+    if more.get("widths") is not None:
+        more["widths"] = unit * np.asarray(more["widths"], np.float64)
+    return Curves(
+        np.stack((x, y, z) if up == "y" else (x, z, -y), axis=1),
+        np.concatenate(([0], np.cumsum(counts))).astype(np.int32),
+        np.arange(total, dtype=np.int32),
+        np.zeros(total, bool),
+        np.zeros(total, np.int64),
+        **more,
+    )
