@@ -105,7 +105,7 @@ def merged(base: Table, own: Table) -> Table:
     result = dict(base)
     for name, value in own.items():
         if isinstance(value, dict) and name in base:
-            group = base[name] if isinstance(base[name], dict) else {SHORTHAND: base[name]}
-            value = merged(group, value)
+            group = {} if base[name] is False else base[name]
+            value = merged(group if isinstance(group, dict) else {SHORTHAND: group}, value)
         result[name] = value
     return result

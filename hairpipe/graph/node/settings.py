@@ -91,12 +91,15 @@ def map_files(fields: Iterable[Field], plain: Plain, change: Callable[[str, str]
 def merge_defaults(fields: Iterable[Field], given: Plain) -> Plain:
     """Merge values into the default of their group, unless it is None.
 
-    A plain value in place of a group with a field `value` is the value of that field.
+    A plain value in place of a group with a field `value` is the value of that field; `false` in place of an optional
+    group leaves it out, whatever its default is.
     """
     merged = dict(given)
     for field in fields:
         has_default = dataclasses.is_dataclass(field.default)
         value = given.get(field.name, {} if has_default else None)
+        if field.group and field.optional and value is False:
+            merged[field.name] = value = None
         if field.shorthand and value is not None and not isinstance(value, dict):
             value = {field.shorthand.name: value}
         if field.group and isinstance(value, dict):

@@ -17,6 +17,10 @@ SAME = {
     "group": ('[other]\nlike = "seed"\nbent.strength = 4', '[other]\ntype = "make_seed"\nvalue = 3\nbent.strength = 4'),
     "no group": ('[other]\nlike = "seed"\nwithout = ["bent"]', '[other]\ntype = "make_seed"\nvalue = 3'),
     "no setting": ('[other]\nlike = "seed"\nwithout = ["value"]', '[other]\ntype = "make_seed"\nbent.strength = 2'),
+    "group left out": (
+        '[base]\nlike = "seed"\nbent = false\n[other]\nlike = "base"\nbent.strength = 4',
+        '[base]\nlike = "seed"\n[other]\ntype = "make_seed"\nvalue = 3\nbent.strength = 4',
+    ),
     "in a group": (
         '[other]\nlike = "seed"\nwithout = ["bent.strength"]',
         '[other]\ntype = "make_seed"\nvalue = 3\nbent = {}',

@@ -41,6 +41,7 @@ def grow(
     sizes: tuple[Annotated[Metres, Gt(0)], ...] = (1,),
     curl: Curl | None = None,
     wave: Curl = Curl(radius=5),
+    usual: Curl | None = Curl(radius=7),
     name: str = "x",
 ) -> File:
     """Grow.
@@ -67,6 +68,14 @@ def test_defaults_are_filled_in_and_floats_are_floats():
 def test_part_of_a_group_is_laid_over_its_default():
     assert check(wave={"paint": "p.png"})["wave"] == {"radius": 5.0, "axis": [0.0, 0.0, 1.0], "paint": "p.png"}
     assert check(curl={"paint": "p.png"})["curl"]["radius"] == 1.0
+
+
+def test_false_leaves_an_optional_group_out_whatever_its_default_is():
+    assert check()["usual"]["radius"] == 7.0
+    assert check(usual=False, curl=False)["usual"] is None is check(curl=False)["curl"]
+    assert build_settings(TYPE, check(usual=False))["usual"] is None
+    with pytest.raises(BadInput, match="wave = false is not allowed"):
+        check(wave=False)
 
 
 def test_arguments_are_built_from_plain_values():
