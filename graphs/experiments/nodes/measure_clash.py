@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 from hairpipe.data import Table
 from hairpipe.graph import node
 from hairpipe.sim import settings as of
+from hairpipe.sim.strands.registry import ModelName
 from hairpipe.units import Gt, Interval, MetresPerSecond, Seconds
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ Speeds = tuple[Annotated[MetresPerSecond, Gt(0.0)], ...]
 def measure_clash(
     truth: Table | None = None,
     *,
+    model: ModelName = "network",
     contact: of.BodyContact | None = None,
     strain: of.StrainLimit | None = None,
     scheme: of.Scheme = of.Scheme(),
@@ -35,6 +37,7 @@ def measure_clash(
 
     Strands are flung if they are faster than twice the converged run plus 1 m/s; the run is a table of the same form.
 
+    model       strand model
     contact     contact of hair with the bar; if absent, there is none
     strain      strain limit of segments; if absent, the springs alone limit the strain
     scheme      time integration scheme of a step
@@ -53,7 +56,7 @@ def measure_clash(
     from hairpipe.sim.hair_model import build_hair
     from hairpipe.sim.material import Material
 
-    hair = build_hair(tuft(), Material())
+    hair = build_hair(tuft(), Material(), model)
     touch = contact or of.BodyContact()
     among = {"stiction": stiction, "collisions": collisions, "volume": volume, "locks": locks}
     scene = of.Scene(contact=touch, strain=strain, scheme=scheme, **among)
