@@ -137,11 +137,12 @@ def _energy(hair: HairModel, state: HairState, driver: Driver) -> float:
     Hair that is carried in a lock counts as if it stood up. What other hair holds that sticks to it, is pressed against
     it or is denser than it may be is not counted: a contact comes into being as it is pressed.
     """
-    assert isinstance(hair.model, Network)
     layout = hair.layout
     clamped = hair.model.shape.clamped
     state = with_particles(hair, state, driver)
     motion = State.begin(state, state.positions)
-    own = energies(hair, motion, GRAVITY) + altitude_energies(hair.model, layout, motion.x)
+    own = energies(hair, motion, GRAVITY)
+    if isinstance(hair.model, Network):
+        own = own + altitude_energies(hair.model, layout, motion.x)
     masses = hair.model.mass.reshape(layout.blocks, -1, layout.width)[:, clamped:].sum(axis=1)
     return float((own / masses)[~layout.idle].mean())
