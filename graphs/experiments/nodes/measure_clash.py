@@ -37,7 +37,7 @@ def measure_clash(
 
     Strands are flung if they are faster than twice the converged run plus 1 m/s; the run is a table of the same form.
 
-    model       strand model
+    model       strand model: network, rod or chain
     contact     contact of hair with the bar; if absent, there is none
     strain      strain limit of segments; if absent, the springs alone limit the strain
     scheme      time integration scheme of a step
