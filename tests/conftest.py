@@ -4,20 +4,24 @@ import gc
 import importlib.util
 import os
 import signal
+import subprocess
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
 
 from hairpipe.api.graph_shot import GraphShot
 from hairpipe.data import Mesh
+from hairpipe.graph.engine import member
 from hairpipe.graph.engine.member import Member
 from hairpipe.graph.file.data_folder import data_folder
 from hairpipe.graph.worker.kernel_cache import guard_kernels
 from hairpipe.graph.worker.machine_code import share_kernels
+
+from . import forked_workers as forked
 
 # Where tests use more threads than there are cores left, one that waits must not hold a core.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
@@ -153,8 +157,15 @@ def kept_workers() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(GraphShot.__init__, "__defaults__", (spare,))
         yield
-    for member in spare:
-        member.end()
+    for one in spare:
+        one.end()
+
+
+@pytest.fixture(autouse=True)
+def forked_workers(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fork the workers that a test starts, except where workers are what is tested."""
+    if not {"engine", "worker"} & set(request.path.relative_to(Path(__file__).parent).parts):
+        monkeypatch.setattr(member, "subprocess", SimpleNamespace(Popen=forked.start, DEVNULL=subprocess.DEVNULL))
 
 
 @pytest.fixture(autouse=True)

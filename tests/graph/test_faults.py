@@ -8,7 +8,7 @@ import pytest
 
 from hairpipe.graph.store.values import is_full
 
-from .conftest import NO_JOB, local_engine, wait_for
+from .conftest import wait_for
 
 WRONG = """
 [wrong]
@@ -148,12 +148,3 @@ def test_ctrl_c_stops_at_once_and_keeps_results(wrong):
     wrong.edit("go_wrong.py", '"slow":', '"never":')
     wrong.run()
     assert wrong.tally() == Counter(go_wrong=5, soften=1), "the first four frames stand"
-
-
-def test_ctrl_c_while_a_worker_starts_does_not_reach_it(shot):
-    engine = local_engine(shot)
-    engine.submit(NO_JOB)
-    engine.host.members[0].process.send_signal(signal.SIGINT)
-    (reply,) = engine.replies(None)
-    engine.close()
-    assert reply["failure"]["message"].startswith("no node type")

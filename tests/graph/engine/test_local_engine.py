@@ -1,5 +1,7 @@
 """Workers that stay between runs: the same processes, as long as they are what new ones would be."""
 
+import signal
+
 import pytest
 
 from hairpipe.graph.engine.local_engine import LocalEngine
@@ -107,3 +109,12 @@ def test_a_new_worker_replaces_an_old_one_unless_sources_were_edited(shot, spare
     (member,) = spare
     assert one.keys() | other.keys() <= member.hello["sources"].keys()
     assert str(files[2]) not in member.hello["sources"]
+
+
+def test_ctrl_c_while_a_worker_starts_does_not_reach_it(shot):
+    engine = local_engine(shot)
+    engine.submit(NO_JOB)
+    engine.host.members[0].process.send_signal(signal.SIGINT)
+    (reply,) = engine.replies(None)
+    engine.close()
+    assert reply["failure"]["message"].startswith("no node type")
