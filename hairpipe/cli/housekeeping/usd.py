@@ -23,8 +23,14 @@ def usd() -> None:
 
 @usd.command()
 @click.argument("file", type=click.Path(path_type=Path))
+@click.option(
+    "--for",
+    "client",
+    type=click.Choice(["unreal", "houdini", "blender"]),
+    help="Program that reads the file, with rules of its own.",
+)
 @options.as_json
-def check(file: Path, as_json: bool) -> None:
+def check(file: Path, client: str | None, as_json: bool) -> None:
     """Check a shot and its OpenVDB files, more strictly than OpenUSD does.
 
     Each finding is a line: severity, rule, path @ time, fault. Exit code 0: no findings, 1: findings, 2: FILE cannot be
@@ -33,7 +39,7 @@ def check(file: Path, as_json: bool) -> None:
     from hairpipe.io.usd.apart import work_apart
 
     check_plain(file, "a USD file")
-    findings = work_apart(lint_file, file)
+    findings = work_apart(lint_file, file, client)
     if as_json:
         click.echo(json.dumps({"file": str(file), "findings": [asdict(finding) for finding in findings]}, indent=2))
     else:
@@ -42,9 +48,9 @@ def check(file: Path, as_json: bool) -> None:
     sys.exit(1 if findings else 0)
 
 
-def lint_file(file: Path) -> "list[Finding]":
+def lint_file(file: Path, client: str | None = None) -> "list[Finding]":
     """Check a file and its OpenVDB files."""
     from hairpipe.io.usd.check.lint import lint
     from hairpipe.io.vdb.vdb_header import inspect
 
-    return lint(file, inspect)
+    return lint(file, inspect, client)

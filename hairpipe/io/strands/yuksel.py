@@ -79,6 +79,6 @@ def read_hair(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
         warnings.warn(f"{path}: transparency is not read", stacklevel=2)
     widths = found.get(THICKNESS, np.full(count, head.thickness) if head.thickness > 0.0 else None)
     colours = (
-        found[COLOURS].reshape(-1, 3) if COLOURS in found else np.tile(np.array(head[6:9], np.float32), (count, 1))
+        found[COLOURS].reshape(-1, 3) if COLOURS in found else np.tile(np.array(head[7:10], np.float32), (count, 1))
     )
     return plain_curves(found[POINTS].reshape(-1, 3), counts, unit, up, widths=widths, colours=colours)

@@ -35,10 +35,7 @@ def author_hair(
     Raises BadInput if the groom does not have these strands.
     """
     counts = np.diff(strands.offsets)
-    prim.CreateTypeAttr(TOKENS.cubic)
-    prim.CreateBasisAttr(basis)
-    prim.CreateWrapAttr(TOKENS.pinned)
-    prim.CreateCurveVertexCountsAttr(integers(counts))
+    author_curves(prim, counts, basis)
     prim.CreateWidthsAttr(Vt.FloatArray(len(strands.points), strands.diameter))
     prim.SetWidthsInterpolation(TOKENS.vertex)
     if groom is None:
@@ -47,6 +44,14 @@ def author_hair(
         _author_groom(prim, strands, groom)
     if simulated is not None:
         _primvar(prim, "groom_guide", TYPES.IntArray, TOKENS.uniform, integers(simulated))
+
+
+def author_curves(prim: UsdGeom.BasisCurves, counts: np.ndarray, basis: str) -> None:
+    """Author pinned cubic curves of so many points each, (S,), with the material of hair."""
+    prim.CreateTypeAttr(TOKENS.cubic)
+    prim.CreateBasisAttr(basis)
+    prim.CreateWrapAttr(TOKENS.pinned)
+    prim.CreateCurveVertexCountsAttr(integers(counts))
     _bind(prim, "hair", HAIR_COLOUR, HAIR_ROUGHNESS, KERATIN)
 
 

@@ -8,8 +8,8 @@ from pxr import Gf, Usd, UsdGeom, Vt
 from scipy.interpolate import BSpline
 
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.curves import read
-from hairpipe.io.usd.splines import STEPS
+from hairpipe.io.usd.groom.curves import read
+from hairpipe.io.usd.groom.splines import STEPS
 
 TOKENS = UsdGeom.Tokens
 

@@ -9,7 +9,7 @@ from pxr import Tf, Usd, UsdGeom
 
 from hairpipe.io.usd.check.body_rules import body_drawn, body_rules, holes, skin
 from hairpipe.io.usd.check.finding import Finding, Rule
-from hairpipe.io.usd.check.hair_rules import curve_rules, drawn, shapes, size, strands
+from hairpipe.io.usd.check.hair_rules import clients, curve_rules, drawn, shapes, size, strands
 from hairpipe.io.usd.check.motion_rules import clips, motion, strand_motion, velocity, volume_motion
 from hairpipe.io.usd.check.scene import find_scene
 from hairpipe.io.usd.check.stage_rules import assets, layers, looks, prims, stage_metrics, transforms, validators
@@ -42,15 +42,16 @@ SCENE = (
 )
 
 
-def lint(path: Path, inspect: assets.Inspect | None = None) -> list[Finding]:
+def lint(path: Path, inspect: assets.Inspect | None = None, client: str | None = None) -> list[Finding]:
     """Return the faults of a stage; a stage of `hairpipe.io.usd.shot` has none.
 
     inspect  lists the grids of an OpenVDB file; without it only the existence of these files is checked
+    client   program whose own rules are applied, too: one of `clients.CLIENTS`
 
     Raises BadInput if the file cannot be read at all.
     """
     with usd_faults(path):
-        return summarise(_lint_stage(open_stage(path), inspect))
+        return summarise(_lint_stage(open_stage(path), inspect, client))
 
 
 def summarise(found: Iterable[Finding]) -> list[Finding]:
@@ -61,7 +62,7 @@ def summarise(found: Iterable[Finding]) -> list[Finding]:
     return [replace(group[0], count=len(group)) for group in groups.values()]
 
 
-def _lint_stage(opened: Usd.Stage, inspect: assets.Inspect | None) -> Iterator[Finding]:
+def _lint_stage(opened: Usd.Stage, inspect: assets.Inspect | None, client: str | None) -> Iterator[Finding]:
     yield from _readable(validators.validate(opened))
     yield from _apply(STAGE, opened)
     for asset in assets.find_assets(opened):
@@ -77,7 +78,7 @@ def _lint_stage(opened: Usd.Stage, inspect: assets.Inspect | None) -> Iterator[F
     for track in scene.hair:
         for hair in track:
             yield from _apply(FRAME, track, hair)
-    yield from _apply(SCENE, scene)
+    yield from _apply(SCENE if client is None else (*SCENE, *clients.rules_for(client)), scene)
 
 
 def _apply(rules: Iterable[Rule], *subject: Any) -> Iterator[Finding]:

@@ -129,7 +129,9 @@ def _marks(shape: Snapshot) -> np.ndarray:
     if not shape.curves:
         return places
     middles = (shape.roots + shape.tips + 1) // 2
-    return np.concatenate([places[shape.roots], places[middles], places[shape.tips]], axis=1)
+    marks = np.concatenate([places[shape.roots], places[middles], places[shape.tips]], axis=1)
+    guides = shape.array("primvars:groom_guide")  # a guide may lie on the hair of which it is a copy
+    return marks if guides is None or len(guides) != len(marks) or guides.all() else marks[guides == 0]
 
 
 def _share(these: np.ndarray, those: np.ndarray) -> float:

@@ -10,7 +10,7 @@ from pxr import UsdGeom
 
 from hairpipe.data.curves import Curves, numbered
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.attributes import (
+from hairpipe.io.usd.groom.attributes import (
     colours,
     groups,
     guides,
@@ -21,7 +21,7 @@ from hairpipe.io.usd.attributes import (
     unused_primvars,
     widths,
 )
-from hairpipe.io.usd.splines import Nurbs, polyline
+from hairpipe.io.usd.groom.splines import Nurbs, polyline
 from hairpipe.io.usd.stage import (
     location,
     move,

@@ -1,0 +1,1 @@
+"""Hair of a stage: reading of curves and their attributes, grooms for other programs."""

@@ -1,0 +1,179 @@
+"""Grooms for other programs: hair and guides with the names, types, units and axes that each of them reads.
+
+Unreal reads primvars named groom_*, of the types int, float, float2, float3 and string alone, on curves with GroomAPI
+(USDGroomConversion.cpp); it draws no guides, and takes points as they are. Houdini deforms hair by guides with the
+primvar `rest`. Blender imports curves of purpose guide only on request.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom, Vt
+
+from hairpipe import __version__
+from hairpipe.data import Body, Groom, Strands
+from hairpipe.data.curves import labels_of
+from hairpipe.errors import BadInput
+from hairpipe.io.usd.samples import extent, hold_body, integers, vectors
+from hairpipe.io.usd.stage import create_stage
+from hairpipe.io.usd.statics import author_body, author_curves
+from hairpipe.io.usd.still import DIAMETER
+
+TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens
+Name = Literal["unreal", "houdini", "blender"]
+Y_UP_TO_Z_UP = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+
+
+class Target(NamedTuple):
+    """What a program reads.
+
+    metres   unit of its lengths [m], and up: its vertical axis
+    schemas  API schemas of the curves
+    ids, uv, colours  primvars of ids, texture coordinates of roots, and colours
+    colour   type of colours
+    rest     primvars of the rest shape
+    apart    whether guides are curves of their own, of purpose guide
+    """
+
+    metres: float
+    up: str
+    schemas: tuple[str, ...]
+    ids: str
+    uv: str
+    colours: str
+    colour: Sdf.ValueTypeName
+    rest: tuple[str, ...]
+    apart: bool
+
+
+TARGETS: dict[str, Target] = {
+    "unreal": Target(
+        0.01, TOKENS.z, ("GroomAPI",), "groom_id", "groom_root_uv", "groom_color", TYPES.Float3Array, (), False
+    ),
+    "houdini": Target(1.0, TOKENS.y, (), "id", "st", "displayColor", TYPES.Color3fArray, ("rest", "pref"), True),
+    "blender": Target(1.0, TOKENS.y, (), "id", "st", "displayColor", TYPES.Color3fArray, ("pref",), True),
+}
+
+
+@dataclass(frozen=True)
+class GroomShot:
+    """Contents of a file.
+
+    groom    hair at rest, with guides marked in `guides`
+    hair     all strands of the groom at every frame; None: at rest
+    closest  ids of three guides of each strand, and their weights, (S, 3) each
+    scalp    body at rest
+    """
+
+    groom: Groom
+    hair: Mapping[int, Strands] | None
+    closest: tuple[np.ndarray, np.ndarray] | None
+    scalp: Body | None
+    fps: float
+
+
+def write_groom(path: Path, shot: GroomShot, name: Name) -> None:
+    """Write hair and guides for a program.
+
+    Raises BadInput where the hair does not have the strands of the groom, or points that are not finite.
+    """
+    target = TARGETS[name]
+    stage = create_stage(path, shot.fps)
+    UsdGeom.SetStageUpAxis(stage, target.up)
+    UsdGeom.SetStageMetersPerUnit(stage, target.metres)
+    root = UsdGeom.Xform.Define(stage, "/groom").GetPrim()
+    stage.SetDefaultPrim(root)
+    Usd.ModelAPI(root).SetKind("component")
+    stage.GetRootLayer().customLayerData = {"hairpipe": {"version": __version__, "target": name}}
+    pieces = list(pieces_of(stage, shot, target))
+    frames = [] if shot.hair is None else list(shot.hair)
+    for start, end in [(frames[0], frames[-1])] if frames else []:
+        stage.SetStartTimeCode(start)
+        stage.SetEndTimeCode(end)
+    for frame in frames:
+        strands = shot.hair[frame] if shot.hair is not None else None
+        for prim, rows in pieces:
+            sample(prim, rows, shot.groom, strands, frame, target)
+    if shot.scalp is not None:
+        mesh = replace(shot.scalp.mesh, points=turned(shot.scalp.mesh.points, target) / target.metres, velocities=None)
+        prim = UsdGeom.Mesh.Define(stage, "/groom/scalp")
+        author_body(prim, mesh)
+        hold_body(prim, mesh)
+        for rest in target.rest:
+            primvar(prim, rest, TYPES.Point3fArray, TOKENS.vertex, vectors(mesh.points))
+    stage.Save()
+
+
+def pieces_of(stage: Usd.Stage, shot: GroomShot, target: Target) -> Iterator[tuple[UsdGeom.BasisCurves, np.ndarray]]:
+    """Author the constant values of all curves; yield each prim and its strands, (n,)."""
+    guides = np.zeros(len(shot.groom.ids), bool) if shot.groom.guides is None else shot.groom.guides
+    parts = {"hair": ~guides, "guides": guides} if target.apart else {"hair": np.ones(len(guides), bool)}
+    for name, mask in parts.items():
+        if mask.any():
+            prim = UsdGeom.BasisCurves.Define(stage, f"/groom/{name}")
+            author(prim, shot, np.flatnonzero(mask), target)
+            if name == "guides":
+                prim.CreatePurposeAttr(TOKENS.guide)
+            yield prim, np.flatnonzero(mask)
+
+
+def author(prim: UsdGeom.BasisCurves, shot: GroomShot, strands: np.ndarray, target: Target) -> None:
+    """Author the constant values of some strands of the groom, (n,), and their points at rest."""
+    groom = shot.groom
+    rows = np.flatnonzero(np.repeat(np.isin(np.arange(len(groom.ids)), strands), np.diff(groom.offsets)))
+    author_curves(prim, np.diff(groom.offsets)[strands], TOKENS.catmullRom)
+    for schema in target.schemas:
+        prim.GetPrim().AddAppliedSchema(schema)
+    points = turned(groom.points[rows], target) / target.metres
+    widths = (np.full(len(rows), DIAMETER) if groom.widths is None else groom.widths[rows]) / target.metres
+    prim.CreatePointsAttr(vectors(points))
+    prim.CreateExtentAttr(extent(points, widths.max(initial=0.0) / 2))
+    prim.CreateWidthsAttr(Vt.FloatArray.FromNumpy(widths.astype(np.float32)))
+    prim.SetWidthsInterpolation(TOKENS.vertex)
+    for name in target.rest:
+        primvar(prim, name, TYPES.Point3fArray, TOKENS.vertex, vectors(points))
+    uniform = {target.ids: groom.ids, "groom_guide": groom.guides, "groom_group_id": groom.groups}
+    for name, values in uniform.items():
+        if values is not None:
+            primvar(prim, name, TYPES.IntArray, TOKENS.uniform, integers(values[strands]))
+    if groom.groups is not None and groom.group_names:
+        names = labels_of(groom.groups, groom.group_names)[strands].tolist()
+        primvar(prim, "groom_group_name", TYPES.StringArray, TOKENS.uniform, Vt.StringArray(names))
+    uv = Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(groom.root_uv[strands], np.float32))
+    primvar(prim, target.uv, TYPES.Float2Array if target.uv != "st" else TYPES.TexCoord2fArray, TOKENS.uniform, uv)
+    if groom.colours is not None:
+        primvar(prim, target.colours, target.colour, TOKENS.vertex, vectors(groom.colours[rows]))
+    if shot.closest is not None:
+        closest = zip(("groom_closest_guides", "groom_guide_weights"), shot.closest, strict=True)
+        for name, values in closest:
+            primvar(prim, name, TYPES.Float3Array, TOKENS.uniform, vectors(values[strands]))
+
+
+def sample(
+    prim: UsdGeom.BasisCurves, strands: np.ndarray, groom: Groom, hair: Strands | None, frame: int, target: Target
+) -> None:
+    """Author points, velocities and extent of some strands, (n,), at a frame."""
+    where = f"hair at frame {frame}"
+    if hair is None or not np.array_equal(hair.offsets, groom.offsets):
+        raise BadInput("the groom does not have the strands of the hair", where=where, right="what was simulated")
+    rows = np.flatnonzero(np.repeat(np.isin(np.arange(len(groom.ids)), strands), np.diff(groom.offsets)))
+    if not np.isfinite(hair.points[rows]).all():
+        raise BadInput("points are not all finite", where=where, right="finite numbers")
+    points = turned(hair.points[rows], target) / target.metres
+    prim.GetPointsAttr().Set(vectors(points), frame)
+    prim.GetVelocitiesAttr().Set(vectors(turned(hair.velocities[rows], target) / target.metres), frame)
+    widest = float(np.max(prim.GetWidthsAttr().Get()))
+    prim.GetExtentAttr().Set(extent(points, widest / 2), frame)
+
+
+def turned(vectors_: np.ndarray, target: Target) -> np.ndarray:
+    """Return vectors (n, 3) with the vertical axis of a program; pure."""
+    return vectors_ @ Y_UP_TO_Z_UP.T if target.up == TOKENS.z else vectors_.astype(np.float64)
+
+
+def primvar(prim: UsdGeom.Gprim, name: str, kind: Sdf.ValueTypeName, interpolation: str, value: object) -> None:
+    """Author a primvar."""
+    UsdGeom.PrimvarsAPI(prim).CreatePrimvar(name, kind, interpolation).Set(value)
