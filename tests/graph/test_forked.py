@@ -33,6 +33,7 @@ def description_of_worker(shot, value: int) -> list:
 
 def test_it_is_given_what_a_started_worker_is_given(shot, monkeypatch):
     shot.edit("make_seed.py", '    tally("make_seed")\n', f'    tally("make_seed")\n{DESCRIPTION}')
+    description_of_worker(shot, 0)  # since now, at the latest, there is a process to fork, in another folder
     monkeypatch.chdir(shot.folder)
     before = os.umask(0o27)
     forked = description_of_worker(shot, 1)
