@@ -43,6 +43,19 @@ def copy(out, x):
             store(out, (p, c), load(x, (p, c)))
 
 
+def zeros_like(x: np.ndarray) -> np.ndarray:
+    """Make zeros of the shape and dtype of x, (rows, components, W)."""
+    out = np.empty_like(x)
+    _fill_all(out, out.dtype.type(0.0))
+    return out
+
+
+@njit(cache=True, parallel=True)
+def _fill_all(out, value):
+    for n in prange((out.shape[0] + _CHUNK - 1) // _CHUNK):
+        fill(out[np.int64(n) * _CHUNK : (np.int64(n) + 1) * _CHUNK], value)
+
+
 def copied(x: np.ndarray) -> np.ndarray:
     """Copy x, (rows, components, W)."""
     out = np.empty_like(x)

@@ -11,6 +11,9 @@ from numba import njit, prange
 
 from hairpipe.sim.layout import Layout
 
+_NOWHERE = np.full(3, -0.0)
+"""An origin that changes no number: the positive zero would change the sign of the negative one."""
+
 
 class Axis(NamedTuple):
     """Rows and lanes of the groom's points among the particles.
@@ -31,20 +34,28 @@ class Axis(NamedTuple):
     stride: int
 
     def gather(
-        self, lanes: np.ndarray, out: np.ndarray | None = None, *, active: np.ndarray | None = None
+        self,
+        lanes: np.ndarray,
+        out: np.ndarray | None = None,
+        *,
+        active: np.ndarray | None = None,
+        origin: np.ndarray = _NOWHERE,
     ) -> np.ndarray:
         """Copy the values of active strands to the points of the groom, in place; return all of these.
 
         lanes   of particles, (rows, k, W), or of strands, (blocks, W), which all of their points get
-        out     (P, k) or (P,); of bool: whether a value is not 0; by default new, float64
+        out     (P, k), k at most 3, or (P,); of bool: whether a value is not 0; by default new, float64
         active  nonzero for the strands to copy, (blocks, W); all by default
+        origin  added to the values of particles, (3,)
         """
         if out is None:
             out = np.empty((self.offsets[-1], *lanes.shape[1:-1]))
         if active is None:
             active = np.ones(self.strands.shape, lanes.dtype)
-        copy = _gather if lanes.ndim == 3 else _gather_strands
-        copy(self, active, lanes, out)
+        if lanes.ndim == 3:
+            _gather(self, active, lanes, origin, out)
+        else:
+            _gather_strands(self, active, lanes, out)
         return out
 
     def scatter(self, points: np.ndarray, lanes: np.ndarray) -> None:
@@ -64,7 +75,7 @@ def axis_of(layout: Layout) -> Axis:
 
 
 @njit(cache=True, parallel=True)
-def _gather(axis: Axis, active: np.ndarray, lanes: np.ndarray, out: np.ndarray) -> None:
+def _gather(axis: Axis, active: np.ndarray, lanes: np.ndarray, origin: np.ndarray, out: np.ndarray) -> None:
     for block in prange(len(axis.first) - 1):
         for lane in range(axis.strands.shape[1]):
             # Threads write disjoint points: an idle lane repeats a strand of another lane.
@@ -74,7 +85,7 @@ def _gather(axis: Axis, active: np.ndarray, lanes: np.ndarray, out: np.ndarray) 
                     row = axis.first[block] + axis.root + axis.stride * n
                     point = axis.offsets[strand] + n
                     for c in range(out.shape[1]):
-                        out[point, c] = lanes[row, c, lane]
+                        out[point, c] = lanes[row, c, lane] + origin[c]
 
 
 @njit(cache=True, parallel=True)

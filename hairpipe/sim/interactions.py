@@ -103,12 +103,12 @@ class StepEnd:
     @property
     def points(self) -> np.ndarray:
         """Current positions of points in the world [m], (P, 3)."""
-        return self.axis.gather(self.x) + self.origin
+        return self.axis.gather(self.x, origin=self.origin)
 
     @property
     def points_before(self) -> np.ndarray:
         """Positions of points at the start of the step, in the world [m], (P, 3)."""
-        return self.axis.gather(self.before) + self.origin
+        return self.axis.gather(self.before, origin=self.origin)
 
     @property
     def velocities(self) -> np.ndarray:

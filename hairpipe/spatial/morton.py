@@ -7,6 +7,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
+from hairpipe.spatial.radix_sort import sorted_by_bits
 
 _MOST_BITS = 21
 """Bits of a cell's number along an axis: three such numbers fill 64 bits."""
@@ -46,14 +47,15 @@ def morton_order_in_cube(points: np.ndarray, centre: np.ndarray, extent: float) 
     extent  half its edge [m]; points outside belong to the cells at its faces
 
     The first axis varies slowest. Points in one cell keep their order. Cells are as fine as a key has bits left after
-    the index of the point, so that one sort of int64 is enough.
+    the index of the point.
     """
     shift = len(points).bit_length()
     bits = min((63 - shift) // 3, _MOST_BITS)
     keys = np.empty(len(points), np.int64)
     _find_keys(points, centre, 2.0 ** (bits - 1) / max(extent, 1e-300), bits, shift, keys)
-    keys.sort()
-    return keys & ((1 << shift) - 1)
+    keys = sorted_by_bits(keys, shift, shift + 3 * bits)
+    _leave_index(keys, (1 << shift) - 1)
+    return keys
 
 
 @njit(cache=True, parallel=True)
@@ -63,7 +65,13 @@ def _find_keys(points, centre, scale, bits, shift, keys):
         code = 0
         for axis in range(3):
             code = code << 1 | _spread(_cell(scale * (points[k, axis] - centre[axis]), bits))
-        keys[k] = code << shift | k  # The index makes all keys different: ties keep their order in any sort.
+        keys[k] = code << shift | k
+
+
+@njit(cache=True, parallel=True)
+def _leave_index(keys, mask):
+    for k in prange(len(keys)):
+        keys[k] &= mask
 
 
 @inlined

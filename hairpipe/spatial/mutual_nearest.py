@@ -25,7 +25,7 @@ def closest_pairs(
     """
     limits = np.full(len(points), most) if room is None else np.minimum(room, most)
     near = chosen(pairs, _have_room(pairs.segments, among, limits))
-    closest = np.full((len(points), most), -1, np.int32)
+    closest = np.empty((len(points), most), np.int32)
     _rank(points, near.segments, near.distances, limits, closest)
     mutual = np.empty(len(near.distances), np.bool_)
     _find_mutual(near.segments, closest, mutual)
@@ -50,6 +50,7 @@ def _rank(points, segments, distances, limits, closest):
     for part in prange(_PARTS):
         start = len(limits) * part // _PARTS
         end = len(limits) * (part + 1) // _PARTS
+        closest[start:end] = -1
         # Every part reads the pairs in order and enters those of its own segments: no two threads write one row.
         for pair in range(np.searchsorted(segments[:, 0], end)):
             for i in (segments[pair, 0], segments[pair, 1]):

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.kernels.compaction import places_of, rows_at, runs_of
 from hairpipe.kernels.compile import inlined
 from hairpipe.spatial.segment_distance import closest_of
 
@@ -29,40 +30,26 @@ def empty_pairs() -> Pairs:
 
 def chosen(pairs: Pairs, keep: np.ndarray) -> Pairs:
     """Return the pairs that are marked, (n,) bool."""
-    if keep.all():
-        return pairs
-    where = np.flatnonzero(keep)
-    out = Pairs(*(np.empty((len(where), *field.shape[1:]), field.dtype) for field in pairs))
-    _copy(pairs, where, *out)
-    return out
-
-
-@njit(cache=True, parallel=True)
-def _copy(pairs, where, segments, fractions, distances):
-    for k in prange(len(where)):
-        for j in range(2):
-            segments[k, j], fractions[k, j] = pairs.segments[where[k], j], pairs.fractions[where[k], j]
-        distances[k] = pairs.distances[where[k]]
+    places = places_of(keep)
+    return pairs if len(places) == len(keep) else Pairs(*(rows_at(field, places) for field in pairs))
 
 
 def picked(pairs: np.ndarray, keep: np.ndarray) -> np.ndarray:
     """Return the pairs of segments, (n, 2) int32, that are marked, (n,) bool."""
-    where = np.flatnonzero(keep)
-    out = np.empty((len(where), 2), np.int32)
-    _pick(pairs, where, out)
-    return out
-
-
-@njit(cache=True, parallel=True)
-def _pick(pairs, where, out):
-    for k in prange(len(where)):
-        out[k, 0], out[k, 1] = pairs[where[k], 0], pairs[where[k], 1]
+    return rows_at(pairs, places_of(keep))
 
 
 def key_of(segments: np.ndarray) -> np.ndarray:
     """Return one number per pair, in lexicographic order: first 2^32 + second, (n,) int64; pure."""
-    pairs = segments.astype(np.int64)
-    return (pairs[:, 0] << 32) | pairs[:, 1]
+    keys = np.empty(len(segments), np.int64)
+    _find_keys(np.ascontiguousarray(segments, np.int32), keys)
+    return keys
+
+
+@njit(cache=True, parallel=True)
+def _find_keys(segments, keys):
+    for k in prange(len(keys)):
+        keys[k] = np.int64(segments[k, 0]) << 32 | np.int64(segments[k, 1])
 
 
 def renumbered(keys: np.ndarray, numbers: np.ndarray) -> np.ndarray:
@@ -93,40 +80,29 @@ def _measure(points, segments, fractions, distances):
 class Known(NamedTuple):
     """Pairs that can be looked up.
 
-    starts   the partners of segment i are seconds[starts[i] : starts[i + 1]], (P + 1,) int64
-    seconds  the higher segment of each pair, (n,) int32
+    starts  pairs whose lower segment is i are keys[starts[i] : starts[i + 1]], (P + 1,) int32
+    keys    sorted, see `key_of`, (n,) int64
     """
 
     starts: np.ndarray
-    seconds: np.ndarray
+    keys: np.ndarray
 
 
 def known_pairs(keys: np.ndarray | None, points: int) -> Known:
     """Prepare sorted keys, (n,) int64, for look-up among the segments of so many points; pure."""
     keys = np.empty(0, np.int64) if keys is None else keys
-    return _known(keys[: np.searchsorted(keys, points << 32)], points)
-
-
-@njit(cache=True)
-def _known(keys, points):
-    starts = np.zeros(points + 1, np.int64)
-    seconds = np.empty(len(keys), np.int32)
-    for k in range(len(keys)):  # Keys are sorted by their first segment: its partners are already next to each other.
-        starts[(keys[k] >> 32) + 1] += 1
-        seconds[k] = keys[k] & 0xFFFFFFFF
-    for i in range(points):
-        starts[i + 1] += starts[i]
-    return Known(starts, seconds)
+    keys = keys[: np.searchsorted(keys, points << 32)]
+    return Known(runs_of(keys, points), keys)
 
 
 @inlined
 def is_known(known: Known, first: int, second: int) -> bool:
     """Whether a pair of segments, first < second, is among the known ones."""
     found = False
-    if len(known.seconds) == 0:
+    if len(known.keys) == 0:
         return found
     for k in range(known.starts[first], known.starts[first + 1]):
-        found |= known.seconds[k] == second
+        found |= known.keys[k] & 0xFFFFFFFF == second
     return found
 
 

@@ -34,7 +34,7 @@ def pairs_about(
     widths  of segments: two of widths a and b are near within (a + b) / 2 of the reach, (P,); None: 1
     """
     refuse_lost(points)
-    segments = all_segments(len(points), offsets)
+    segments = all_segments(offsets)
     tree = build_tree(points, None, segments, reach, find_frame(points, points, segments), widths)
     found = search(tree, tree, known_pairs(ignored, len(points)))
     return measure(points, in_order(found, len(points)))

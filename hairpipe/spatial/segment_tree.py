@@ -102,16 +102,12 @@ def build_tree(
     middles = np.empty((len(segments), 3))
     _find_middles(before, after, segments, middles)
     order = morton_order_in_cube(middles, frame.centre, frame.extent)
-    rows = np.zeros((counts[0], MOVING if moving else RESTING, LANES), SINGLE)
+    rows = np.empty((counts[0], MOVING if moving else RESTING, LANES), SINGLE)
     boxes = np.empty((firsts[-1], 2 * _SIDES if moving else _SIDES, LANES), SINGLE)
-    # Lanes past the last segment are boxes inside out, which overlap nothing.
-    boxes.reshape(-1, 2, 3, LANES)[:] = np.array([np.inf, -np.inf], SINGLE)[:, None, None]
-    children = np.full(firsts[-1], -1)
-    ends = np.arange(1, firsts[-1] + 1)
-    inside = np.zeros(counts[0] * LANES, np.int32)
-    inside[: len(order)] = segments[order]
+    children, ends = np.empty(firsts[-1], np.int64), np.empty(firsts[-1], np.int64)
+    inside = np.empty(counts[0] * LANES, np.int32)
     widths = np.ones(len(before)) if widths is None else widths
-    _fill_leaves(before, after, inside[: len(order)], frame, 0.5 * reach * widths, rows, boxes)
+    _fill_leaves(before, after, segments, order, frame, 0.5 * reach * widths, inside, rows, boxes)
     _enclose(boxes, firsts, children, ends)
     return Tree(inside, rows, boxes, children, ends, reach * widths.max(initial=0.0) / frame.unit)
 
@@ -125,10 +121,16 @@ def _find_middles(before, after, segments, middles):
 
 
 @njit(cache=True, parallel=True)
-def _fill_leaves(before, after, segments, frame, margins, rows, boxes):
+def _fill_leaves(before, after, segments, order, frame, margins, inside, rows, boxes):
     for leaf in prange(len(rows)):
-        for lane in range(min(LANES, len(segments) - leaf * LANES)):
-            i = segments[leaf * LANES + lane]
+        count = min(LANES, len(order) - np.int64(leaf) * LANES)
+        if count < LANES:  # Only the last leaf: lanes past the last segment are zeros, and boxes that overlap nothing.
+            inside[leaf * LANES : (leaf + 1) * LANES] = 0
+            rows[leaf] = 0.0
+            _turn_inside_out(boxes, leaf)
+        for lane in range(count):
+            i = segments[order[leaf * LANES + lane]]
+            inside[leaf * LANES + lane] = i
             p = _in_frame(before, i, frame)
             q = _in_frame(before, i + 1, frame)
             a = _in_frame(after, i, frame)
@@ -157,14 +159,30 @@ def _enter_box(boxes, group, side, lane, p, q, margin):
         boxes[group, side + 3 + x, lane] = high + 2.0 * ULP * abs(high)
 
 
-@njit(cache=True)
+@inlined
+def _turn_inside_out(boxes, group):
+    """Write boxes whose least is above the greatest to all lanes of a group."""
+    for side in range(boxes.shape[1]):
+        for lane in range(LANES):
+            boxes[group, side, lane] = np.inf if side % _SIDES < 3 else -np.inf
+
+
+@njit(cache=True, parallel=True)
 def _enclose(boxes, firsts, children, ends):
-    """Fill the groups above the leaves, level by level, with the boxes round those below; firsts of all levels."""
-    for level in range(1, len(firsts) - 1):  # Leaves first: a box is made of those below it.
-        for group in range(firsts[level], firsts[level + 1]):
-            start = firsts[level - 1] + (group - firsts[level]) * LANES
+    """Number the leaves, and fill the groups above, level by level, with the boxes round those below, in place.
+
+    firsts  first groups of all levels
+    """
+    for leaf in prange(firsts[1]):
+        children[leaf], ends[leaf] = -1, leaf + 1
+    for level in range(1, len(firsts) - 1):  # A box is made of those below it.
+        for n in prange(firsts[level + 1] - firsts[level]):
+            group = firsts[level] + np.int64(n)
+            start = firsts[level - 1] + np.int64(n) * LANES
             children[group] = start
             count = min(LANES, firsts[level] - start)
+            if count < LANES:
+                _turn_inside_out(boxes, group)
             for lane in range(count):
                 for side in range(boxes.shape[1]):
                     sides = boxes[start + lane, side]

@@ -10,6 +10,7 @@ relieved a strand (`length_jump.py`).
 """
 
 import numpy as np
+from numba import njit, prange
 
 from hairpipe.kernels.simd_arrays import combine_all
 from hairpipe.sim.integrators.integrator import rows_of
@@ -33,15 +34,26 @@ def restart_fresh(
     Returns the weights of all strands.
     """
     if state.fresh.any():
-        np.copyto(xh, state.x, where=rows_of(model, state.fresh))
-        np.copyto(vh, state.v, where=rows_of(model, state.fresh))
+        _copy_strands(model.first, state.fresh, state.x, xh)
+        _copy_strands(model.first, state.fresh, state.v, vh)
     return np.where(state.fresh, whole, weights).astype(weights.dtype)
+
+
+@njit(cache=True, parallel=True)
+def _copy_strands(first, marked, values, out):
+    """Set out, (rows, k, W), of marked strands, (blocks, W) bool, to values, in place."""
+    for block in prange(len(first) - 1):
+        for lane in range(marked.shape[1]):
+            if marked[block, lane]:
+                for row in range(first[block], first[block + 1]):
+                    for c in range(out.shape[1]):
+                        out[row, c, lane] = values[row, c, lane]
 
 
 def take_over(model: StrandModel, state: State, other: State, active: np.ndarray) -> None:
     """Set the state of active strands, (blocks, W), to another one, in place."""
     for mine, others in ((state.x, other.x), (state.v, other.v), (state.a, other.a), (state.T, other.T)):
-        np.copyto(mine, others, where=rows_of(model, active != 0.0))
+        _copy_strands(model.first, active != 0.0, others, mine)
 
 
 def take_over_change(model: StrandModel, out: ContactChange, other: ContactChange, active: np.ndarray) -> None:

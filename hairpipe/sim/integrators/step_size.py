@@ -5,7 +5,7 @@ from math import ceil, inf
 from typing import ClassVar, Protocol
 
 import numpy as np
-from numba import njit
+from numba import njit, prange
 
 from hairpipe.sim.boundary import ClampPath
 from hairpipe.sim.settings import StepControl
@@ -18,6 +18,8 @@ _SHORTEST = 0.25
 """Step that crossing hair may ask for, over the longest."""
 _SHORTER, _LONGER = 0.5, 1.25
 """Range of the ratio of consecutive steps."""
+_CHUNK = 1024
+"""Vectors of lanes that one thread compares at a time."""
 _COUNTED = 2**31
 """Maximum number of counted steps."""
 
@@ -261,13 +263,19 @@ def _strain_rate(first, inverse_lengths, shape, x, v):
     return fastest, where, which
 
 
-@njit(cache=True)
+@njit(cache=True, parallel=True)
 def _largest(vectors: np.ndarray) -> tuple[float, int, int]:
-    """Length of the longest finite vector of (n, 3, W), its row and lane."""
-    longest, where, which = 0.0, 0, 0
-    for n in range(vectors.shape[0]):
-        for lane in range(vectors.shape[2]):
-            size = vectors[n, 0, lane] ** 2 + vectors[n, 1, lane] ** 2 + vectors[n, 2, lane] ** 2
-            if longest < size < np.inf:  # The same: what is not finite bounds no step.
-                longest, where, which = size, n, lane
-    return np.sqrt(longest), where, which
+    """Length of the longest finite vector of (n, 3, W), its row and lane: the first of equal ones."""
+    chunks = max(1, -(-len(vectors) // _CHUNK))
+    longest, places = np.zeros(chunks), np.zeros(chunks, np.int64)
+    width = vectors.shape[2]
+    for chunk in prange(chunks):
+        for n in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(vectors))):
+            for lane in range(width):
+                size = vectors[n, 0, lane] ** 2 + vectors[n, 1, lane] ** 2 + vectors[n, 2, lane] ** 2
+                if longest[chunk] < size < np.inf:  # The same: what is not finite bounds no step.
+                    longest[chunk], places[chunk] = size, n * width + lane
+    best = 0
+    for chunk in range(1, chunks):
+        best = chunk if longest[chunk] > longest[best] else best
+    return np.sqrt(longest[best]), places[best] // width, places[best] % width

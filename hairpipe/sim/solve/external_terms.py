@@ -47,6 +47,24 @@ def clear(active: np.ndarray, push: np.ndarray, damping: np.ndarray) -> None:
 
 
 @njit(cache=True, parallel=True)
+def copy_active(active: np.ndarray, values: np.ndarray, out: np.ndarray) -> None:
+    """Set out, (P, 3), of active points, (P,) bool, to values, in place."""
+    for chunk in prange(-(-len(active) // _CHUNK)):
+        for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(active))):
+            if active[k]:
+                for c in range(3):
+                    out[k, c] = values[k, c]
+
+
+@njit(cache=True, parallel=True)
+def add_impulses(impulses: np.ndarray, out: np.ndarray) -> None:
+    """Add impulses [N s] to out, both (P, 3), in place."""
+    for k in prange(len(out)):
+        for c in range(3):
+            out[k, c] += impulses[k, c]
+
+
+@njit(cache=True, parallel=True)
 def set_contact_dv(active: np.ndarray, impulses: np.ndarray, masses: np.ndarray, out: np.ndarray) -> None:
     """Set out, (P, 3) [m/s], of active points, (P,) bool, to impulses [N s] over masses [kg], (P,), in place."""
     for chunk in prange(-(-len(active) // _CHUNK)):

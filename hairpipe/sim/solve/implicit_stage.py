@@ -256,18 +256,14 @@ def _fall_back(model, block, at, stage, h, bad, rule):
 def factor_stages(model, system, at, outer, active, stage, rule):
     """Solve every strand's own system, in place.
 
-    system  a System, out: factors and change of velocity
+    system  a System, out: factors and change of velocity of the blocks with strands to solve
     at      an Iterate, where the system is linearised; its T is set by the spring form
     outer   external forces, see above
-    active  1 for strands to solve, (blocks, W); the others have 0 in b
+    active  1 for strands to solve, (blocks, W); the others in their blocks have 0 in b
     """
-    b = system.b
     for block in prange(len(model.first) - 1):
         if active[block].any():
             _factor_block(model, np.int64(block), system, at, outer, active, stage, rule)
-        else:
-            # Strand systems that are not solved are read all the same, as a change of velocity of 0.
-            fill(b[model.first[block] : model.first[block + 1]], 0.0)
 
 
 @inlined

@@ -14,9 +14,18 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import DTypeLike
 
+from hairpipe.kernels.simd_arrays import zeros_like
 from hairpipe.sim.axis import Axis
 from hairpipe.sim.interactions import Interaction, Prediction
-from hairpipe.sim.solve.external_terms import ROWS, ROWS_WITH_NEXT, ExternalTerms, clear, lay_out, set_contact_dv
+from hairpipe.sim.solve.external_terms import (
+    ROWS,
+    ROWS_WITH_NEXT,
+    ExternalTerms,
+    add_impulses,
+    clear,
+    lay_out,
+    set_contact_dv,
+)
 from hairpipe.sim.solve.implicit_stage import factor_stages, guess_stages, run_stages, update_stages
 from hairpipe.sim.solve.stage import Iterate, Rule, Stage, System
 from hairpipe.sim.solve.strand_coupling import StrandCoupling
@@ -65,7 +74,9 @@ class StageDriver:
         everyone = np.ones(self.axis.strands.shape, at.x.dtype)
         again = active = everyone if active is None else active
         here = self._predict(at, stage, active)
-        contact_dv = np.zeros((len(self.masses), 3))
+        contact_dv = self._room("contact_dv", here.points)
+        if not together:  # Else all points are set.
+            contact_dv[:] = 0.0
         for interaction in self.interactions:
             interaction.predict(here)
         for left in reversed(range(rule.iterations + _PASSES)):
@@ -79,8 +90,7 @@ class StageDriver:
                 self.coupling.follow(change, here.active, received)
                 set_contact_dv(here.active, received, self.masses, contact_dv)
             update_stages(self.model, at, b, again, stage.h, rule)
-            self.axis.gather(at.x, here.points, active=again)
-            np.add(here.points, self.origin, out=here.points, where=here.active[:, None])
+            self.axis.gather(at.x, here.points, active=again, origin=self.origin)
             self.axis.gather(at.v, here.velocities, active=again)
             here = here._replace(lagged_velocity=here.velocities)  # Newer than where the stage began.
             wrong = self._judge(here, at.x.dtype) * active
@@ -91,8 +101,7 @@ class StageDriver:
 
     def _predict(self, at: Iterate, stage: Stage, active: np.ndarray) -> Prediction:
         """Return where strands are predicted to end a stage; active is 1 for strands that are solved, (blocks, W)."""
-        points, velocities = self.axis.gather(at.x), self.axis.gather(at.v)
-        points += self.origin
+        points, velocities = self.axis.gather(at.x, origin=self.origin), self.axis.gather(at.v)
         lagged = velocities if stage.began is at.v else self.axis.gather(stage.began)
         weights = self.axis.gather(stage.h)
         active_points = self.axis.gather(active, np.empty(len(self.masses), np.bool_))
@@ -136,7 +145,7 @@ class StageDriver:
         b = self._room("b", at.x, self.model.shape.unknowns)
         factor_stages(self.model, System(factors, b), at, outer, active, stage, rule)
         if coupled:
-            alone = np.ascontiguousarray(self.axis.gather(b)[:, :3])
+            alone = self.axis.gather(b, self._room("alone", self.masses))
 
             def ask(impulses: np.ndarray, change: np.ndarray) -> None:
                 respond(self.model, self.axis, System(factors, b[:0]), stage.held, active, impulses, change)
@@ -144,7 +153,7 @@ class StageDriver:
             exchanged = self.coupling.exchange(ask, alone, self.masses)
             unused = np.empty_like(exchanged)
             respond(self.model, self.axis, System(factors, b), stage.held, active, exchanged, unused)
-            self._room("received", alone)[:] += exchanged
+            add_impulses(exchanged, self._room("received", alone))
         return b
 
     def _judge(self, here: Prediction, dtype: DTypeLike) -> np.ndarray:
@@ -160,7 +169,7 @@ class StageDriver:
         """Spread what other strands did to points over particles."""
         if not self.coupling:
             return 0.0
-        lanes = np.zeros(x.shape, x.dtype)
+        lanes = zeros_like(x)
         self.axis.scatter(contact_dv, lanes)
         return lanes
 

@@ -20,6 +20,7 @@ from hairpipe.sim.contact.hair.coupling_operator import (
 from hairpipe.sim.contact.hair.couplings import NOWHERE, Incidence, Places, couplings_at, find_incidence, join, part_of
 from hairpipe.sim.interactions import Interaction, Prediction
 from hairpipe.sim.solve import pcg
+from hairpipe.sim.solve.external_terms import copy_active
 
 _TOLERANCE = 6e-2
 """Relative, of the change of velocity, see `pcg.solve`: step-to-step noise of contact exceeds the remaining error."""
@@ -66,7 +67,7 @@ class StrandCoupling:
     def impulses(self, active: np.ndarray, out: np.ndarray) -> None:
         """Set out, (P, 3) [N s], to what active points, (P,) bool, get where solves have left all of them, in place."""
         if self._change is None:
-            np.copyto(out, self._rows.push, where=active[:, None])
+            copy_active(active, self._rows.push, out)
         else:
             impulses_after(self._rows, self._change, active, out)
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.kernels.compaction import places_of
 from hairpipe.spatial.pair_search import search
 from hairpipe.spatial.pairs import known_pairs, picked
 from hairpipe.spatial.segment_tree import Frame, Tree, build_tree, find_frame
@@ -45,7 +46,7 @@ def neighbourhood(before: np.ndarray, after: np.ndarray, offsets: np.ndarray, re
     """
     refuse_lost(before)
     refuse_lost(after)
-    segments = all_segments(len(before), offsets)
+    segments = all_segments(offsets)
     frame = find_frame(before, after, segments)
     return Neighbourhood(build_tree(before, after, segments, reach, frame), frame, reach, len(before))
 
@@ -101,7 +102,7 @@ class Candidates:
     offsets        offsets of the strands, (strands+1,) int32
     reach          search distance [m]; a larger one lists more pairs, less often
     ignored        sorted keys of pairs allowed to cross; or None
-    pairs          pairs that may cross in the present motion, and some others, (n, 2) int32
+    pairs          pairs that may cross in the motion at which all were last listed, and some others, (n, 2) int32
     """
 
     before: np.ndarray
@@ -111,9 +112,10 @@ class Candidates:
     ignored: np.ndarray | None
     pairs: np.ndarray = field(init=False)
     _around: Neighbourhood = field(init=False)
-    _all: np.ndarray = field(init=False)
     _sorted: np.ndarray = field(init=False)
     _listed: np.ndarray = field(init=False)
+    _again: np.ndarray = field(init=False)
+    _fresh: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
         self._list_all(self.after)
@@ -124,31 +126,49 @@ class Candidates:
             return
         far = _apart(ends, self._sorted, 0.5 * self.reach)
         touched = touched_by(far, self.offsets)
-        segments = np.flatnonzero(touched).astype(np.int32)
+        segments = places_of(touched).astype(np.int32)
         if len(segments) > _MANY * len(ends):
             self._list_all(ends)
         else:
             # An end that is not far is where it was: else it might go on by half the reach, again and again.
-            self._listed = np.where(far[:, None], ends, self._sorted)
-            fresh = swept_pairs_of(self._around, segments, self.before, self._listed, self.ignored)
-            self.pairs = np.concatenate([picked(self._all, ~_among(self._all, touched)), fresh])
+            self._listed = np.empty_like(ends)
+            _select(far, ends, self._sorted, self._listed)
+            self._again = touched
+            self._fresh = swept_pairs_of(self._around, segments, self.before, self._listed, self.ignored)
 
     def of(self, points: np.ndarray) -> np.ndarray:
-        """Return the pairs with one of the marked points, (P,) bool."""
-        return picked(self.pairs, _among(self.pairs, touched_by(points, self.offsets)))
+        """Return the pairs that may cross in the present motion with one of the marked points, (P,) bool."""
+        touched = touched_by(points, self.offsets)
+        kept = picked(self.pairs, _among(self.pairs, touched, self._again))
+        return np.concatenate([kept, picked(self._fresh, _among(self._fresh, touched, np.zeros_like(touched)))])
 
     def _list_all(self, ends: np.ndarray) -> None:
         self._around = neighbourhood(self.before, ends, self.offsets, self.reach)
-        self._all = self.pairs = swept_pairs(self._around, self.ignored)
+        self.pairs = swept_pairs(self._around, self.ignored)
         self._sorted = self._listed = ends.copy()
+        self._again, self._fresh = np.zeros(len(ends), np.bool_), self.pairs[:0]
 
 
 def touched_by(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     """Mark the segments, by where they begin, of which an end is marked, (P,) bool; pure."""
-    touched = points.copy()
-    touched[:-1] |= points[1:]
-    touched[offsets[1:] - 1] = False
+    touched = np.zeros_like(points)
+    _touch(points, offsets, touched)
     return touched
+
+
+@njit(cache=True, parallel=True)
+def _touch(points, offsets, touched):
+    for strand in prange(len(offsets) - 1):
+        for k in range(offsets[strand], offsets[strand + 1] - 1):
+            touched[k] = points[k] or points[k + 1]
+
+
+@njit(cache=True, parallel=True)
+def _select(marked, x, y, out):
+    """Set out, (P, 3), to x where points are marked, and else to y, in place."""
+    for k in prange(len(out)):
+        for c in range(3):
+            out[k, c] = x[k, c] if marked[k] else y[k, c]
 
 
 @njit(cache=True, parallel=True)
@@ -162,9 +182,10 @@ def _apart(x, y, distance):
 
 
 @njit(cache=True, parallel=True)
-def _among(pairs, marked):
-    """Mark the pairs, (n, 2), of which one is marked, (n,) bool."""
+def _among(pairs, marked, excluded):
+    """Mark the pairs, (n, 2), of which one is marked, and none is excluded, (n,) bool."""
     among = np.empty(len(pairs), np.bool_)
     for k in prange(len(pairs)):
-        among[k] = marked[pairs[k, 0]] or marked[pairs[k, 1]]
+        i, j = pairs[k, 0], pairs[k, 1]
+        among[k] = (marked[i] or marked[j]) and not (excluded[i] or excluded[j])
     return among

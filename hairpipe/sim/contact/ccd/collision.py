@@ -65,14 +65,12 @@ def collide(
     met = crossings(before, after, candidates.pairs)
     found = len(met.times)
     together = met
-    change = np.zeros(after.shape)
+    change, previous = np.zeros(after.shape), np.zeros(after.shape)
+    ends, struck = np.empty_like(after), np.empty(len(after), np.bool_)
     for attempt in range(collisions.attempts):
         if not len(met.times):
             break
         together = _in_time(met) if attempt == 0 else _in_time(together, met)
-        previous = change.copy()
-        ends = np.empty_like(after)
-        struck = np.empty(len(after), np.bool_)
         passages = _passages(before, after, masses, together, collisions.thickness, dt)
         _solve(change, passages, masses, together.segments, together.fractions, collisions.friction)
         _end(after, previous, change, dt, ends, struck)
@@ -90,12 +88,13 @@ def _in_time(*known: Crossings) -> Crossings:
 
 @njit(cache=True, parallel=True)
 def _end(after, previous, change, dt, ends, struck):
-    """Find where points end, (P, 3), and mark those whose change of velocity was another before, (P,) bool."""
+    """Find where points end, (P, 3), mark those whose change of velocity was another before, (P,) bool, and note it."""
     for k in prange(len(after)):
         struck[k] = False
         for c in range(3):
             ends[k, c] = after[k, c] + dt * change[k, c]
             struck[k] |= change[k, c] != previous[k, c]  # Exactly: only pairs with a changed point are searched again.
+            previous[k, c] = change[k, c]
 
 
 @njit(cache=True, parallel=True, error_model="numpy")

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.kernels.compaction import places_of
 from hairpipe.kernels.simd import WIDTH, lowest
 from hairpipe.sim.contact.ccd.coplanarity import ROWS, coplanar_time, may_cross
 from hairpipe.sim.contact.ccd.moving_segments import crossing_normal, encounter, meet
@@ -37,9 +38,9 @@ def crossings(before: np.ndarray, after: np.ndarray, pairs: np.ndarray) -> Cross
     Bridson et al. 2002, edges alone: segments that meet at an end point are left out, unless an edge passes exactly
     through a joint.
     """
-    times = np.empty(len(pairs))
-    _find_times(before, after, pairs, times)
-    found = np.flatnonzero(times <= 1.0)
+    times, meet = np.empty(len(pairs)), np.empty(len(pairs), np.bool_)
+    _find_times(before, after, pairs, times, meet)
+    found = places_of(meet)
     found = found[np.argsort(key_of(pairs[found]), kind="stable")]
     times, segments = times[found], pairs[found]
     fractions, normals = np.empty((len(found), 2)), np.empty((len(found), 3))
@@ -48,17 +49,19 @@ def crossings(before: np.ndarray, after: np.ndarray, pairs: np.ndarray) -> Cross
 
 
 @njit(cache=True, parallel=True)
-def _find_times(before, after, pairs, times):
+def _find_times(before, after, pairs, times, meet):
+    """Mark the pairs that meet, and write when, in place."""
     for chunk in prange(-(-len(pairs) // _CHUNK)):
         room = np.empty((ROWS, WIDTH))
         for start in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(pairs)), WIDTH):
-            times[start : start + WIDTH] = np.inf
+            meet[start : start + WIDTH] = False
             # Signs of eight cubics at once; most pairs end here, and the rest are solved one by one.
             possible = may_cross(before, after, pairs, start, room)
             while possible != 0:
                 k = start + lowest(possible)
                 possible &= possible - 1
                 times[k] = coplanar_time(encounter(before, after, pairs[k, 0], pairs[k, 1]))
+                meet[k] = times[k] <= 1.0
 
 
 @njit(cache=True, parallel=True)

@@ -25,7 +25,10 @@ gathers from its own list, in the order of the couplings, so that no result depe
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numba import njit
+from numba import njit, prange
+
+from hairpipe.kernels.compaction import runs_of
+from hairpipe.spatial.radix_sort import sorted_by_bits
 
 PUSH, DIRECTION, ALONG, ACROSS = 0, 3, 6, 7
 """Place of the impulse of a coupling in its row."""
@@ -126,23 +129,27 @@ def matrices(couplings: Couplings) -> np.ndarray:
     return np.where(couplings.acts[:, None, None], M, 0.0)
 
 
-@njit(cache=True)
 def find_incidence(segments: np.ndarray, points: int) -> Incidence:
-    """Find the couplings of every segment, by a counting sort.
+    """Find the couplings of every segment, of so many points; segments  (n, 2) int32; pure."""
+    keys = np.empty(2 * len(segments), np.int64)
+    sides = np.empty(len(keys), np.int32)
+    _find_keys(segments, keys)
+    # Equal keys keep the order of the couplings: each point sums up its list in that order.
+    keys = sorted_by_bits(keys, 32, 32 + int(points).bit_length())
+    _find_sides(keys, sides)
+    return Incidence(runs_of(keys, points), sides)
 
-    segments  (n, 2) int32; points  their number
-    """
-    first = np.zeros(points + 1, np.int32)
-    for i in range(len(segments)):
+
+@njit(cache=True, parallel=True)
+def _find_keys(segments, keys):
+    """Write the segment of every side of a coupling, and the side."""
+    for i in prange(len(segments)):
         for j in range(2):
-            first[segments[i, j] + 1] += 1
-    for k in range(points):  # Counts become the starts of the lists.
-        first[k + 1] += first[k]
-    free = first[:-1].copy()
-    sides = np.empty(2 * len(segments), np.int32)
-    for i in range(len(segments)):  # In the order of couplings, so that each point sums up its list in that order.
-        for j in range(2):
-            k = segments[i, j]
-            sides[free[k]] = 2 * i + j
-            free[k] += 1
-    return Incidence(first, sides)
+            side = 2 * np.int64(i) + j
+            keys[side] = np.int64(segments[i, j]) << 32 | side
+
+
+@njit(cache=True, parallel=True)
+def _find_sides(keys, sides):
+    for k in prange(len(keys)):
+        sides[k] = keys[k] & 0xFFFFFFFF

@@ -25,6 +25,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.errors import BadInput
+from hairpipe.kernels.compaction import places_of, rows_at
 from hairpipe.kernels.vec3 import dot
 from hairpipe.sim.contact.contact_points import between, inverse_mass, normal_of
 from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
@@ -69,7 +70,8 @@ def release(
     """Return the connections that are not longer than a distance [m]; points  [m], (points, 3); widths  as below."""
     kept = np.empty(len(connections.segments), np.bool_)
     _hold_on(kept, connections, points, distance, _or_single(widths, len(points)))
-    return Connections(connections.segments[kept], connections.fractions[kept])
+    places = places_of(kept)
+    return connections if len(places) == len(kept) else Connections(*(rows_at(each, places) for each in connections))
 
 
 def room(connections: Connections, points: int, closest: int) -> np.ndarray:
@@ -79,9 +81,14 @@ def room(connections: Connections, points: int, closest: int) -> np.ndarray:
 
 def connect(connections: Connections, candidates: Pairs) -> Connections:
     """Add pairs that are not connected yet; that they find `room` is the business of `closest_pairs`."""
-    segments = np.concatenate([connections.segments, candidates.segments])
-    order = np.argsort(key_of(segments), kind="stable")
-    return Connections(segments[order], np.concatenate([connections.fractions, candidates.fractions])[order])
+    if not len(candidates.segments):
+        return connections
+    count = len(connections.segments) + len(candidates.segments)
+    out = Connections(np.empty((count, 2), np.int32), np.empty((count, 2)))
+    old, new = key_of(connections.segments), key_of(candidates.segments)
+    _insert(old, new, connections.segments, connections.fractions, *out)
+    _insert(new, old, candidates.segments, candidates.fractions, *out)
+    return out
 
 
 def ages_of(before: np.ndarray, places: np.ndarray, ages: np.ndarray, now: np.ndarray, here: np.ndarray) -> np.ndarray:
@@ -147,6 +154,15 @@ def _hold_on(kept, connections, points, distance, widths):
         span = between(points, connections.segments, connections.fractions, i)
         far = distance * mean_width(widths, connections.segments, i)
         kept[i] = dot(span, span) <= far * far  # NaN is not kept: a connection of a lost strand breaks.
+
+
+@njit(cache=True, parallel=True)
+def _insert(keys, others, segments, fractions, all_segments, all_fractions):
+    """Write connections to where they belong among others, none of which are the same, in place."""
+    for k in prange(len(keys)):
+        place = k + np.searchsorted(others, keys[k])
+        for j in range(2):
+            all_segments[place, j], all_fractions[place, j] = segments[k, j], fractions[k, j]
 
 
 @njit(cache=True, parallel=True, error_model="numpy")

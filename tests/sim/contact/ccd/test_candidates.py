@@ -31,7 +31,7 @@ def listed(monkeypatch):
 
 
 def assert_none_is_missed(candidates, before, ends, every):
-    found = key_of(candidates.pairs)
+    found = key_of(candidates.of(np.ones(len(before), bool)))
     assert len(np.unique(found)) == len(found)
     met = key_of(crossings(before, ends, every).segments)
     assert len(met) and np.isin(met, found).all()
@@ -62,7 +62,8 @@ def test_none_is_missed_while_ends_change(brute, part, far, ways, listed):
         marked = rng.random(len(before)) < 0.1
         touched = touched_by(marked, offsets)
         of = candidates.of(marked)
-        expected = candidates.pairs[touched[candidates.pairs].any(axis=1)]
+        every_pair = candidates.of(np.ones(len(before), bool))
+        expected = every_pair[touched[every_pair].any(axis=1)]
         np.testing.assert_array_equal(of, expected)
     assert (listed["all"] > 1) == ("all" in ways) and bool(listed["some"]) == ("some" in ways)
 
@@ -98,4 +99,4 @@ def test_an_end_that_continues_by_half_the_reach_is_not_lost():
         ends[0], ends[1], ends[2:4, 2] = [-5.6, 0.0, 0.0], [5.0, 0.0, here], there
         candidates.renew(ends)
     assert np.array_equal(crossings(before, ends, np.array([[0, 2]], np.int32)).segments, [[0, 2]])
-    assert [0, 2] in candidates.pairs.tolist()
+    assert [0, 2] in candidates.of(np.ones(len(before), bool)).tolist()
