@@ -56,7 +56,8 @@ class Surroundings:
         """Prepare interactions at the start of a step."""
         self._hold_tips(step.held)
         if self._driver.interactions:
-            points, velocities = self._axis.gather(state.x, origin=self.origin), self._axis.gather(state.v)
+            points = self._axis.gather(state.x, origin=self.origin)
+            velocities = self._axis.gather(state.v)
             start = Start(points, velocities, self._masses, step.time, self.seconds + step.time, step.dt)
             for interaction in self._driver.interactions:
                 interaction.begin(start)

@@ -107,7 +107,7 @@ def build_tree(
     children, ends = np.empty(firsts[-1], np.int64), np.empty(firsts[-1], np.int64)
     inside = np.empty(counts[0] * LANES, np.int32)
     widths = np.ones(len(before)) if widths is None else widths
-    _fill_leaves(before, after, segments, order, frame, 0.5 * reach * widths, inside, rows, boxes)
+    _fill_leaves((before, after), (segments, order), frame, 0.5 * reach * widths, inside, rows, boxes)
     _enclose(boxes, firsts, children, ends)
     return Tree(inside, rows, boxes, children, ends, reach * widths.max(initial=0.0) / frame.unit)
 
@@ -121,7 +121,9 @@ def _find_middles(before, after, segments, middles):
 
 
 @njit(cache=True, parallel=True)
-def _fill_leaves(before, after, segments, order, frame, margins, inside, rows, boxes):
+def _fill_leaves(motion, listed, frame, margins, inside, rows, boxes):
+    before, after = motion
+    segments, order = listed
     for leaf in prange(len(rows)):
         count = min(LANES, len(order) - np.int64(leaf) * LANES)
         if count < LANES:  # Only the last leaf: lanes past the last segment are zeros, and boxes that overlap nothing.

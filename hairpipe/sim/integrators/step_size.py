@@ -267,7 +267,8 @@ def _strain_rate(first, inverse_lengths, shape, x, v):
 def _largest(vectors: np.ndarray) -> tuple[float, int, int]:
     """Length of the longest finite vector of (n, 3, W), its row and lane: the first of equal ones."""
     chunks = max(1, -(-len(vectors) // _CHUNK))
-    longest, places = np.zeros(chunks), np.zeros(chunks, np.int64)
+    longest = np.zeros(chunks)
+    places = np.zeros(chunks, np.int64)
     width = vectors.shape[2]
     for chunk in prange(chunks):
         for n in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(vectors))):

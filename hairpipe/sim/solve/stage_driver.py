@@ -101,7 +101,8 @@ class StageDriver:
 
     def _predict(self, at: Iterate, stage: Stage, active: np.ndarray) -> Prediction:
         """Return where strands are predicted to end a stage; active is 1 for strands that are solved, (blocks, W)."""
-        points, velocities = self.axis.gather(at.x, origin=self.origin), self.axis.gather(at.v)
+        points = self.axis.gather(at.x, origin=self.origin)
+        velocities = self.axis.gather(at.v)
         lagged = velocities if stage.began is at.v else self.axis.gather(stage.began)
         weights = self.axis.gather(stage.h)
         active_points = self.axis.gather(active, np.empty(len(self.masses), np.bool_))

@@ -66,7 +66,8 @@ def collide(
     found = len(met.times)
     together = met
     change, previous = np.zeros(after.shape), np.zeros(after.shape)
-    ends, struck = np.empty_like(after), np.empty(len(after), np.bool_)
+    ends = np.empty_like(after)
+    struck = np.empty(len(after), np.bool_)
     for attempt in range(collisions.attempts):
         if not len(met.times):
             break

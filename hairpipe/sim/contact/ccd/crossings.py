@@ -38,7 +38,8 @@ def crossings(before: np.ndarray, after: np.ndarray, pairs: np.ndarray) -> Cross
     Bridson et al. 2002, edges alone: segments that meet at an end point are left out, unless an edge passes exactly
     through a joint.
     """
-    times, meet = np.empty(len(pairs)), np.empty(len(pairs), np.bool_)
+    times = np.empty(len(pairs))
+    meet = np.empty(len(pairs), np.bool_)
     _find_times(before, after, pairs, times, meet)
     found = places_of(meet)
     found = found[np.argsort(key_of(pairs[found]), kind="stable")]
