@@ -29,11 +29,13 @@ from hairpipe.levelset.sphere_tracing import (
     STILL,
     SpaceTimeRay,
     Span,
+    Trace,
     crossed_box,
-    first_below,
     is_clear,
+    is_open,
     point_on,
     time_on,
+    traced,
 )
 
 CHUNK = 512
@@ -208,8 +210,11 @@ def first_hit(body: Body, ray: SpaceTimeRay, thickness: float, known: float) -> 
     kept = min(thickness, begin, 0.5 * body.before.background)
     if begin <= 0.0 or (finish >= kept and begin + finish - 2.0 * kept > change * (last - first)):
         return np.inf
-    span = Span(first, last, begin - kept, change, 1.0 / body.before.per_metre)
-    return first_below(distance_on, body, ray, kept, span)
+    span = Span(last, change, 1.0 / body.before.per_metre)
+    trace = traced(Trace(first, np.inf, first), span, begin - kept)
+    while is_open(trace, span):
+        trace = traced(trace, span, distance_on(body, ray, trace.at) - kept)
+    return trace.near
 
 
 @njit(cache=True, parallel=True)

@@ -7,8 +7,7 @@ Source: J. C. Hart, Sphere tracing: a geometric method for the antialiased ray t
 differ from the paper: the body moves along the ray, and L is estimated at the ends of the ray (`MARGIN`).
 """
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,8 +19,9 @@ MARGIN = 1.25
 """Factor by which the distance may change faster between the ends of a ray than it is known to there."""
 STILL = 1e-12
 """A ray as short as this is a point [m]."""
-# Of the spacing of samples: the shortest step, and how exactly a hit is known.
-_LEAST, _SHARP = 1e-2, 1e-5
+# Of the spacing of samples: the shortest step, and how exactly a hit is known. A level set has no shape much finer than
+# its samples, and hair that slides along a body takes the shortest step all the way.
+_LEAST, _SHARP = 0.25, 1e-2
 
 
 class SpaceTimeRay(NamedTuple):
@@ -40,17 +40,14 @@ class SpaceTimeRay(NamedTuple):
 
 
 class Span(NamedTuple):
-    """The part of a ray on which a body may be hit, with bounds of the distance.
+    """The end of the part of a ray on which a body may be hit, with bounds of the distance.
 
-    first, last  fractions of the ray
-    gap          distance at the first, minus the threshold [m]
-    change       largest change of the distance over the whole ray [m]
-    voxel        spacing of the samples of the distance [m]
+    last    fraction of the ray
+    change  largest change of the distance over the whole ray [m]
+    voxel   spacing of the samples of the distance [m]
     """
 
-    first: float
     last: float
-    gap: float
     change: float
     voxel: float
 
@@ -96,27 +93,38 @@ def crossed_box(low: Vector, high: Vector, ray: SpaceTimeRay) -> tuple[float, fl
     return first, last
 
 
-@inlined
-def first_below(distance: Callable[..., float], body: Any, ray: SpaceTimeRay, kept: float, span: Span) -> float:
-    """Return the fraction of a ray at which the distance first is below `kept` [m], inf if it never is.
+class Trace(NamedTuple):
+    """A search for the first hit along a ray, by fractions of the ray.
 
-    distance  distance(body, ray, s) at a fraction of the ray [m], a compiled function
-
-    At the returned fraction the distance is not yet below `kept`, unless it is below at the start.
+    near  last fraction known to be clear; inf after a ray without a hit
+    far   first fraction known to be hit; inf: none yet
+    at    fraction whose distance is required next
     """
-    near, far, gap = span.first, span.first, span.gap
-    while gap >= 0.0:
-        if far == span.last:
-            return np.inf
-        near = far
+
+    near: float
+    far: float
+    at: float
+
+
+@inlined
+def traced(trace: Trace, span: Span, gap: float) -> Trace:
+    """Return a trace after the distance where it is at, minus the threshold [m]: a step further, or a bisection."""
+    near, far = trace.near, trace.far
+    if gap < 0.0:
+        far = trace.at
+    else:
+        near = trace.at
+    at = 0.5 * (near + far)
+    if far == np.inf:
         # A shortest step, or steps would vanish where the ray grazes the surface.
-        far = min(span.last, far + max(gap, _LEAST * span.voxel) / span.change)
-        gap = distance(body, ray, far) - kept
-    # The ray was above at near and is below at far: bisected until the distance is known, not the fraction.
-    while (far - near) * span.change > _SHARP * span.voxel:
-        middle = 0.5 * (near + far)
-        if distance(body, ray, middle) < kept:
-            far = middle
-        else:
-            near = middle
-    return near
+        at = min(span.last, near + max(_LEAST * span.voxel, gap) / span.change)
+        if near == span.last:
+            near = np.inf
+    return Trace(near, far, at)
+
+
+@inlined
+def is_open(trace: Trace, span: Span) -> bool:
+    """Return whether the first hit is not yet found: by its distance, not by its fraction."""
+    is_unclear = trace.far == np.inf or (trace.far - trace.near) * span.change > _SHARP * span.voxel
+    return is_unclear and trace.near < np.inf

@@ -13,9 +13,10 @@ from hairpipe.graphs.experiments.studies.interpolation.solids import ellipsoid
 from hairpipe.levelset.bake.parts import gathered
 from hairpipe.levelset.bake.whole import bake
 from hairpipe.levelset.collider import Collider, FirstHit, SdfSample, Walk
-from hairpipe.levelset.collider_field import build_collider_field
+from hairpipe.levelset.collider_field import build_collider_field, sweep_field
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.levelset.parts.collider_parts import build_collider_parts
+from hairpipe.levelset.parts.sweep import sweep_parts
 from hairpipe.levelset.sphere_tracing import MARGIN
 
 VOXEL, HALF_WIDTH = 0.05, 8.0
@@ -212,3 +213,13 @@ def test_nothing_jumps_at_a_frame(scheme):
         pair.probe(points, seconds, probe)
     assert np.isfinite(probes[0].distance).mean() > 0.9
     assert np.allclose(probes[0].distance, probes[1].distance, atol=1e-6)
+
+
+def test_kernels_of_sweeps_are_kept_for_the_next_process(travel):
+    points = np.zeros((1, 3))
+    for surface in travel.values():
+        surface.sweep(walk(points, points), 0.0, FRAME, FirstHit.blank(1))
+    # Numba keeps no kernel with an address of this process in it, such as that of a function passed to another.
+    assert not any(
+        code.library.has_dynamic_globals for kernel in (sweep_field, sweep_parts) for code in kernel.overloads.values()
+    )

@@ -17,11 +17,13 @@ from hairpipe.levelset.sphere_tracing import (
     STILL,
     SpaceTimeRay,
     Span,
+    Trace,
     crossed_box,
-    first_below,
     is_clear,
+    is_open,
     point_on,
     time_on,
+    traced,
 )
 
 CHUNK = 512
@@ -68,7 +70,11 @@ def first_hit(shape: Shape, ray: SpaceTimeRay, low: Vector, high: Vector, kept: 
     change = MARGIN * max(length(ray.way) + swelling_along(shape, ray, first, last), STILL)
     if finish >= 0.0 and gap + finish > change * (last - first):
         return np.inf
-    return first_below(distance_on, shape, ray, kept, Span(first, last, gap, change, 1.0 / shape.before.per_metre))
+    span = Span(last, change, 1.0 / shape.before.per_metre)
+    trace = traced(Trace(first, np.inf, first), span, gap)
+    while is_open(trace, span):
+        trace = traced(trace, span, distance_on(shape, ray, trace.at) - kept)
+    return trace.near
 
 
 @inlined
