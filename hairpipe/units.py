@@ -4,7 +4,9 @@ A setting is `voxel: Annotated[Metres, Gt(0)] = 0.005`: its unit and range stand
 by the engine for validation and by `hairpipe nodes` for documentation. Values are SI; nothing is converted.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
 from annotated_types import Ge, Gt, Interval, Le, Lt, MinLen
@@ -30,6 +32,7 @@ __all__ = [
     "Pascals",
     "PerSecond",
     "Pixels",
+    "Reads",
     "Seconds",
     "SecondsSquaredPerMetreSquared",
     "Suffixes",
@@ -50,6 +53,16 @@ class Suffixes:
     """The suffixes of files that a setting reads, or that a node writes, in lower case: they name the format."""
 
     names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Reads:
+    """The files that are read for a file of a setting, all of which key a result, where it is not that file alone.
+
+    files  returns their paths, by names that do not change when all of them move; BadInput where one is missing
+    """
+
+    files: Callable[[Path], dict[str, Path]]
 
 
 Metres = Annotated[float, Unit("m")]

@@ -26,10 +26,11 @@ WITHIN = {
         contact.hair.couplings interactions air hair_model cuts shot contact.contact_points contact.body contact.ccd
         contact.hair filters volume_target solve surroundings integrators build diagnostics statics
         precision locks simulate""",
-    "io": """text polygons mocap makehuman obj ply vdb.vdb_header vdb usd usd.check.finding usd.check.snapshot
+    "io": """text polygons mocap makehuman obj ply mesh_cache.stencil mesh_cache.moving vdb.vdb_header vdb
+        usd usd.check.finding usd.check.snapshot
         usd.check.track usd.check.scene
         usd.check.nearest usd.check.roots usd.check.stage_rules usd.check.motion_rules usd.check.hair_rules
-        usd.check.body_rules usd.check.lint body strands csv hdf5 npz image picture panels table value""",
+        usd.check.body_rules usd.check.lint mesh_cache body strands csv hdf5 npz image picture panels table value""",
     "experiments.studies": "theory accuracy integrators interpolation contact",
 }
 """The same within a room, for its folders and files: one imports from itself and from those before it."""
@@ -89,6 +90,7 @@ ROOMS = {
 """Which other rooms the files of a room may import."""
 PLACES = {
     "pxr": "hairpipe/io/usd/",
+    "alembic3d": "hairpipe/io/mesh_cache/alembic_meshes.py",
     "bpy": "hairpipe/render/cycles/",
     "h5py": "hairpipe/io/hdf5.py",
     "PIL": "hairpipe/io/",

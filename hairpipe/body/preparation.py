@@ -83,6 +83,41 @@ def drop_unused(body: Body) -> Body:
     )
 
 
+def follow(rest: Body | None, mesh: Mesh, owners: np.ndarray, *, unit: float, up: str) -> Mesh:
+    """Return an animated mesh in metres with Y up, with the vertices and triangles of the body at rest. Pure.
+
+    owners    polygon of every triangle, (m,)
+    unit, up  as of `prepare`
+
+    Raises BadInput where the mesh is not that of the body; it may have been cut into other triangles.
+    """
+    used = np.unique(mesh.triangles)
+    triangles = np.searchsorted(used, mesh.triangles).astype(np.int32)
+    matrix = unit * (Z_UP if up == "z" else np.eye(3))
+    points, velocities = mesh.points[used] @ matrix.T, mesh.rates[used] @ matrix.T
+    if rest is None:
+        return Mesh(points, triangles, velocities, mesh.uv)
+    own = rest.mesh
+    if len(used) != len(own.points) or len(triangles) != len(own.triangles):
+        what = f"the mesh has {len(used):,} vertices and {len(triangles):,} triangles"
+        right = f"those of the body at rest: {len(own.points):,} and {len(own.triangles):,}"
+        raise BadInput(what, where="file", right=right)
+    if not same_polygons(owners, triangles, own.triangles):
+        right = "polygons in the same order, of the same vertices"
+        raise BadInput("the polygons are not those of the body at rest", where="file", right=right)
+    return Mesh(points, own.triangles, velocities, own.uv)
+
+
+def same_polygons(owners: np.ndarray, first: np.ndarray, second: np.ndarray) -> bool:
+    """Return whether triangles (m, 3) are of the same polygons, though perhaps cut along other diagonals; pure.
+
+    owners  polygon of every triangle, (m,)
+    """
+    polygons = np.repeat(owners, 3)
+    a, b = (np.unique(np.stack([polygons, t.ravel()], axis=1), axis=0) for t in (first, second))
+    return np.array_equal(first, second) or np.array_equal(a, b)
+
+
 def transform(body: Body, matrix: np.ndarray) -> Body:
     """Return the body with positions multiplied by a matrix (3, 3): a rotation times a scale. Pure."""
     rest = body.skeleton.rest.copy()

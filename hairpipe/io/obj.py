@@ -23,6 +23,11 @@ def read_obj(path: Path, group: str | None = None) -> Mesh:
     Polygons are cut into triangles. Texture coordinates are kept if all of these faces have them.
     Raises BadInput, with the line, where the file cannot be read or is not a mesh.
     """
+    return read_polygons(path, group)[0]
+
+
+def read_polygons(path: Path, group: str | None) -> tuple[Mesh, np.ndarray]:
+    """Read a mesh as `read_obj` does, and the polygon of each of its m triangles, (m,) int64."""
     file = _Obj(path)
     file.read()
     return file.mesh(group)
@@ -118,7 +123,7 @@ class _Obj:
             raise self.fault(f"index {word[:20]} does not exist", f"1 to {count}, or -1 to -{count}")
         return number - 1 if number > 0 else count + number
 
-    def mesh(self, group: str | None) -> Mesh:
+    def mesh(self, group: str | None) -> tuple[Mesh, np.ndarray]:
         faces = [face for face in self.faces if group is None or group in face.groups]
         if not faces:
             raise self.missing(group)
@@ -134,7 +139,7 @@ class _Obj:
         self.warn_of_unread(faces)
         texture = [corner for face in faces for corner in face.texture if corner is not None]
         uv = None if len(texture) < len(corners) else np.array(self.coordinates, np.float32)[texture][chosen][real]
-        return Mesh(points, triangles[real], uv=uv)
+        return Mesh(points, triangles[real], uv=uv), np.repeat(np.arange(len(sizes)), sizes - 2)[real]
 
     def warn_of_unread(self, faces: list[_Face]) -> None:
         """Warn of statements that are not read, and of texture coordinates that only some corners have."""

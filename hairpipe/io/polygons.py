@@ -1,6 +1,10 @@
 """Triangulation of polygons: fans of convex ones, ear clipping of others."""
 
+from collections.abc import Sequence
+
 import numpy as np
+
+from hairpipe.data import Mesh
 
 
 def triangulate(corners: np.ndarray, sizes: np.ndarray) -> np.ndarray:
@@ -72,3 +76,14 @@ def _holds_any(flat: np.ndarray, left: list[int], ear: int) -> bool:
     a, b, c = (flat[left[(ear + step) % len(left)]] for step in (-1, 0, 1))
     others = [left[(ear + step) % len(left)] for step in range(2, len(left) - 1)]
     return any(all(_area(np.array([p, q, flat[o]])) >= 0.0 for p, q in ((a, b), (b, c), (c, a))) for o in others)
+
+
+def merge_meshes(meshes: Sequence[Mesh]) -> Mesh:
+    """Return meshes as one, with texture coordinates 0 on those without any."""
+    firsts = np.cumsum([0] + [len(mesh.points) for mesh in meshes])
+    triangles = [mesh.triangles + first for mesh, first in zip(meshes, firsts, strict=False)]
+    textured = any(mesh.uv is not None for mesh in meshes)
+    uv = [np.zeros((len(m.triangles), 3, 2), np.float32) if m.uv is None else m.uv for m in meshes]
+    points = np.concatenate([mesh.points for mesh in meshes])
+    merged = np.concatenate(triangles).astype(np.int32)
+    return Mesh(points, merged, uv=np.concatenate(uv).astype(np.float32) if textured else None)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.declare import NodeType
-from hairpipe.graph.node.fields import fields_of
+from hairpipe.graph.node.fields import field_at, fields_of
 from hairpipe.graph.node.messages import nearest
 from hairpipe.graph.node.settings import map_files
 from hairpipe.graph.node.signature import Cuts
@@ -108,10 +108,20 @@ class Graph:
         """The graph file and the inputs of its nodes: the role of each, by its resolved path."""
         files = {self.path.resolve(): "the graph file"}
         for node in self.nodes.values():
-            given: list[str] = []
-            map_files(fields_of(node.type), node.settings, lambda _, file, found=given: found.append(file))
-            files |= {self.file(file).resolve(): f"an input of '{node.name}'" for file in given}
+            given: list[tuple[str, str]] = []
+            map_files(fields_of(node.type), node.settings, lambda *file, found=given: found.append(file))
+            read = (path for file in given for path in self.read(node, *file).values())
+            files |= {path.resolve(): f"an input of '{node.name}'" for path in read}
         return files
+
+    def read(self, node: Node, setting: str, file: str) -> dict[str, Path]:
+        """Return the files that a node reads for the file of a setting by their names; one alone has none.
+
+        BadInput if one of them is missing.
+        """
+        field = field_at(node.type, setting.split("."))
+        path = self.file(file)
+        return field.reads(path) if field and field.reads else {"": path}
 
     def settings(self, node: Node) -> dict[str, Any]:
         """Return settings with absolute paths of files."""

@@ -5,7 +5,7 @@ import inspect
 import json
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import takewhile
@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 from annotated_types import Ge, GroupedMetadata, Gt, Le, Lt, MaxLen, MinLen
 
 from hairpipe.graph.node.declare import NodeType, text_of, without_none
-from hairpipe.units import Suffixes, Unit
+from hairpipe.units import Reads, Suffixes, Unit
 
 KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "a text", Path: "a file"}
 BOUNDS = {Gt: "> {gt:g}", Ge: ">= {ge:g}", Lt: "< {lt:g}", Le: "<= {le:g}"}
@@ -60,6 +60,11 @@ class Field:
     def suffixes(self) -> tuple[str, ...]:
         """Permitted suffixes of a file, in lower case; empty if all are."""
         return next((m.names for m in metadata(self.annotation) if isinstance(m, Suffixes)), ())
+
+    @property
+    def reads(self) -> Callable[[Path], dict[str, Path]] | None:
+        """Function that finds the files that are read for one of this setting; None if it is that file alone."""
+        return next((m.files for m in metadata(self.annotation) if isinstance(m, Reads)), None)
 
     @property
     def range(self) -> str:

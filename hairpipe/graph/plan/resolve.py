@@ -1,5 +1,6 @@
 """Keys and records of tasks, for plans and runs."""
 
+from pathlib import Path
 from typing import Any
 
 from hairpipe.errors import BadInput
@@ -96,12 +97,15 @@ class Resolver:
     def _key_settings(self, node: Node) -> dict[str, Any]:
         """Return settings as part of a key: files by their bytes, and by the suffix, which determines the format."""
 
-        def by_content(_: str, file: str) -> dict[str, str]:
-            path = self.graph.file(file)
+        def by_content(setting: str, file: str) -> dict[str, Any]:
+            contents = {name: content_of(path) for name, path in self.graph.read(node, setting, file).items()}
+            return contents.get("", contents)
+
+        def content_of(path: Path) -> dict[str, str]:
             try:
                 content = self.files[node.name][str(path)] = fingerprint(path, self.store)
             except OSError as error:
-                raise BadInput(f"{file} cannot be read: {error.strerror}", where=f"[{node.name}]") from None
+                raise BadInput(f"{path} cannot be read: {error.strerror}", where=f"[{node.name}]") from None
             return {"file": content, "suffix": path.suffix.lower()}
 
         return map_files(fields_of(node.type), node.settings, by_content)

@@ -20,11 +20,22 @@ class Layers:
     """Layers of a stage.
 
     open   layers; OpenUSD does not read them again while they are referred to
-    bytes  size of their files, and of those of value clips
+    sizes  of their files, and of those of value clips, by path [bytes]; 0 where one is missing
     """
 
     open: list[Sdf.Layer]
-    bytes: int
+    sizes: dict[str, int]
+
+    @property
+    def bytes(self) -> int:
+        """Size of all files."""
+        return sum(self.sizes.values())
+
+
+def list_files(path: Path) -> list[Path]:
+    """Return the existing files that a stage is composed of, that of the path first."""
+    sizes = find_layers(path).sizes
+    return [Path(file) for file in sizes if sizes[file] or Path(file).exists()]
 
 
 def find_layers(path: Path) -> Layers:
@@ -47,7 +58,7 @@ def find_layers(path: Path) -> Layers:
             found.append(layer)
             pending += _files(layer, layer.GetCompositionAssetDependencies())
             sizes |= {clip: _plain_size(clip, path) for clip in _files(layer, _clips_of(layer)) if clip not in sizes}
-    return Layers(found, sum(sizes.values()))
+    return Layers(found, sizes)
 
 
 def _clips_of(layer: Sdf.Layer) -> Iterator[str]:

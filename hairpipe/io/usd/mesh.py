@@ -51,6 +51,13 @@ def read_mesh(prim: UsdGeom.Mesh, points: np.ndarray, matrix: np.ndarray) -> Pai
     return Painted(mesh, maps)
 
 
+def polygon_owners(prim: UsdGeom.Mesh) -> np.ndarray:
+    """Return the polygon of each triangle that `read_mesh` gives, (m,) int64."""
+    counts = numbers(prim.GetFaceVertexCountsAttr(), kind=np.int64)
+    solid = np.flatnonzero(_solid_faces(prim, len(counts)))
+    return np.repeat(solid, counts[solid] - 2)
+
+
 def _warn_of_unused(prim: UsdGeom.Mesh, maps: dict[str, np.ndarray]) -> None:
     """Name the primvars that are neither maps, nor texture coordinates, skinning or colours."""
     names = [primvar.GetPrimvarName() for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithValues()]

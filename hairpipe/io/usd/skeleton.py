@@ -41,10 +41,12 @@ class Rig:
     matrix: np.ndarray
 
 
-def find_bindings(stage: Usd.Stage) -> dict[Sdf.Path, Binding]:
+def find_bindings(stage: Usd.Stage, shapes: bool = False) -> dict[Sdf.Path, Binding]:
     """Return the binding of every mesh that a skeleton moves.
 
     A skeleton is inherited by all prims under its root; a mesh without joints is not bound.
+
+    shapes  whether a mesh is bound by blend shapes, too
 
     Raises BadInput if the joints of a skeleton do not form a tree.
     """
@@ -56,7 +58,7 @@ def find_bindings(stage: Usd.Stage) -> dict[Sdf.Path, Binding]:
         if root and cache.Populate(root, predicate):
             for binding in cache.ComputeSkelBindings(root, predicate):
                 query = _query(cache, binding.GetSkeleton())
-                skins = [skin for skin in binding.GetSkinningTargets() if _names_joints(skin)]
+                skins = [s for s in binding.GetSkinningTargets() if _names_joints(s) or (shapes and s.HasBlendShapes())]
                 found |= {skin.GetPrim().GetPath(): Binding(query, skin) for skin in skins}
     return found
 

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, UsdGeom
 
-from hairpipe.data import Body, Mesh
+from hairpipe.data import Body
+from hairpipe.io.polygons import merge_meshes
 from hairpipe.io.usd.mesh import Painted, read_mesh
 from hairpipe.io.usd.skeleton import (
     Binding,
@@ -45,7 +46,7 @@ def read(path: Path, prim: str | None, time: float | None = None) -> Body:
         rigs = _read_rigs([bindings[mesh.GetPath()] for mesh in meshes if mesh.GetPath() in bindings])
         pieces = [_read_piece(mesh, bindings.get(mesh.GetPath()), rigs) for mesh in meshes]
         time = read_time([mesh.GetPrim() for mesh in meshes if mesh.GetPath() not in bindings], time)
-    mesh = _merge_meshes([piece.painted.mesh for piece in pieces])
+    mesh = merge_meshes([piece.painted.mesh for piece in pieces])
     joints, weights = _stack([piece.joints for piece in pieces]), _stack([piece.weights for piece in pieces])
     maps = _merge_maps([piece.painted for piece in pieces])
     return Body(mesh, join_rigs(list(rigs.values())), joints, weights, maps, time)
@@ -74,16 +75,6 @@ def _read_piece(mesh: UsdGeom.Mesh, binding: Binding | None, rigs: dict[Sdf.Path
     joints, weights = read_influences(rig, binding.skinning, len(points))
     painted = read_mesh(mesh, skin_at_rest(rig, binding.skinning, points, joints, weights), rig.matrix)
     return Piece(painted, joints, weights)
-
-
-def _merge_meshes(meshes: Sequence[Mesh]) -> Mesh:
-    firsts = np.cumsum([0] + [len(mesh.points) for mesh in meshes])
-    triangles = [mesh.triangles + first for mesh, first in zip(meshes, firsts, strict=False)]
-    textured = any(mesh.uv is not None for mesh in meshes)
-    uv = [np.zeros((len(m.triangles), 3, 2), np.float32) if m.uv is None else m.uv for m in meshes]
-    points = np.concatenate([mesh.points for mesh in meshes])
-    merged = np.concatenate(triangles).astype(np.int32)
-    return Mesh(points, merged, uv=np.concatenate(uv).astype(np.float32) if textured else None)
 
 
 def _merge_maps(pieces: Sequence[Painted]) -> dict[str, np.ndarray]:

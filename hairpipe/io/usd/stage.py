@@ -4,6 +4,7 @@ import re
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Literal
 
@@ -166,23 +167,24 @@ def shown(
 ) -> list[Usd.Prim]:
     """Return the visible prims of some schemas with purpose default or render, in the order of the stage.
 
-    prim    path; only prims at or under it
+    prim    path, or a pattern of paths such as */hair*; only prims at or under it
     guides  whether prims of purpose guide are used: only where there are no others, or also
 
     Raises BadInput if there is no such prim, or none of the schemas.
     """
-    root = stage.GetPseudoRoot() if prim is None else _prim_at(stage, prim)
-    visible = [p for p in Usd.PrimRange(root, Usd.TraverseInstanceProxies()) if _is_one(p, schemas) and _is_visible(p)]
+    pattern = prim if prim is not None and set(prim) & set("*?[") else None
+    root = stage.GetPseudoRoot() if prim in (None, pattern) else _prim_at(stage, prim)
+    under = [p for p in Usd.PrimRange(root, Usd.TraverseInstanceProxies()) if pattern is None or _fits(p, pattern)]
+    visible = [p for p in under if _is_one(p, schemas) and _is_visible(p)]
     found = [p for p in visible if _purpose(p) in RENDERED or (guides == "also" and _purpose(p) == GUIDE)]
     if guides == "only" and not found:
         found = [p for p in visible if _purpose(p) == GUIDE]
     if not found:
-        under = "" if prim is None else f" at or under {prim}"
+        place = "" if prim is None else f" at or under {prim}"
         named = " or ".join(schema.__name__ for schema in schemas)
         right = f"a prim of the type {named} and the purpose {' or '.join(RENDERED)}"
-        raise BadInput(f"no visible {named}{under}{_instead(root, schemas)}", where=stage_path(stage), right=right)
-    shapes = Usd.PrimRange(root, Usd.TraverseInstanceProxies())
-    if left := [p for p in shapes if _is_rival(p, schemas) and p not in found]:
+        raise BadInput(f"no visible {named}{place}{_instead(root, schemas)}", where=stage_path(stage), right=right)
+    if left := [p for p in under if _is_rival(p, schemas) and p not in found]:
         named = ", ".join(f"{p.GetPath()} ({_why_left(p, schemas)})" for p in left[:NAMED])
         more = f" and {len(left) - NAMED} more" if len(left) > NAMED else ""
         warnings.warn(f"{stage_path(stage)}: shapes that are not read: {named}{more}", stacklevel=2)
@@ -191,6 +193,11 @@ def shown(
 
 def _is_one(prim: Usd.Prim, schemas: Sequence[type]) -> bool:
     return any(prim.IsA(schema) for schema in schemas)
+
+
+def _fits(prim: Usd.Prim, pattern: str) -> bool:
+    """Return whether a pattern matches the path of a prim or of one above it."""
+    return any(fnmatchcase(str(path), pattern) for path in prim.GetPath().GetPrefixes())
 
 
 def _is_rival(prim: Usd.Prim, schemas: Sequence[type]) -> bool:

@@ -1,0 +1,78 @@
+"""Files of an animated mesh: a numbered sequence, or the layers and value clips of a stage."""
+
+import os
+import re
+from pathlib import Path
+
+from hairpipe.errors import BadInput
+
+USD = (".usd", ".usda", ".usdc", ".usdz")
+NUMBERED = (".obj",)
+ALEMBIC = ".abc"
+SUFFIXES = (*USD, ALEMBIC, *NUMBERED)
+MARK = re.compile(r"#+")
+Stamps = dict[str, tuple[int, ...]]
+
+_known: dict[Path, tuple[Stamps, dict[str, Path]]] = {}
+"""Files of stages, with the stamps of these and of their folders: as long as all are unchanged, so is the list."""
+
+
+def list_files(path: Path) -> dict[str, Path]:
+    """Return the files that are read for a path, by their names; one alone has none.
+
+    Those of a sequence such as `mesh.####.obj` are named by their numbers, those of a stage by relative paths.
+
+    Raises BadInput where there are none, or where a stage cannot be read.
+    """
+    if path.suffix.lower() in NUMBERED:
+        return {str(number): file for number, file in numbered(path).items()}
+    return list_layers(path) if path.suffix.lower() in USD and path.is_file() else {"": path}
+
+
+def numbered(path: Path) -> dict[int, Path]:
+    """Return the files of a sequence in the order of their numbers, which replace the only `####` of the name.
+
+    Numbers may be longer than the mark, and negative. Raises BadInput where there are none, or two of one number.
+    """
+    marks = list(MARK.finditer(path.name))
+    if len(marks) != 1:
+        right = f"one mark for the number, such as {path.stem}.####{path.suffix}"
+        raise BadInput(f"the name of a sequence has {len(marks)} marks", where=path, right=right)
+    mark = marks[0][0]
+    before, after = path.name.split(mark)
+    pattern = re.compile(rf"{re.escape(before)}(-?\d{{{len(mark)},}}){re.escape(after)}")
+    names = sorted(file.name for file in path.parent.iterdir()) if path.parent.is_dir() else []
+    found: dict[int, Path] = {}
+    for match in filter(None, map(pattern.fullmatch, names)):
+        number = int(match[1])
+        if number in found:
+            what = f"{match[0]} and {found[number].name} have the same number"
+            raise BadInput(what, where=path, right="one file for each number")
+        found[number] = path.parent / match[0]
+    if not found:
+        right = f"files such as {before}{1001:0{len(mark)}d}{after}"
+        raise BadInput("the sequence has no files", where=path, right=right)
+    return dict(sorted(found.items()))
+
+
+def list_layers(path: Path) -> dict[str, Path]:
+    """Return the files that a stage is composed of, and those of its value clips, by relative paths."""
+    known = _known.get(path)
+    if known is None or any(stamp_of(file) != stamp for file, stamp in known[0].items()):
+        from hairpipe.io.usd.apart import work_apart
+        from hairpipe.io.usd.layer_files import list_files as composed
+
+        found = work_apart(composed, path)
+        stamps = {str(place): stamp_of(str(place)) for file in found for place in (file, file.parent)}
+        names = {os.path.relpath(file, path.parent): file for file in found} if len(found) > 1 else {"": path}
+        _known[path] = known = stamps, names
+    return known[1]
+
+
+def stamp_of(file: str) -> tuple[int, ...]:
+    """Return inode, size, modification and status change of a file or folder [ns]; nothing where it is missing."""
+    try:
+        found = Path(file).stat()
+    except OSError:
+        return ()
+    return found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns

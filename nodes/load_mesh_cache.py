@@ -1,0 +1,56 @@
+"""An animated mesh of any origin."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from hairpipe.data import Body, Mesh
+from hairpipe.graph import Cuts, Time, node
+from hairpipe.io.mesh_cache.files import SUFFIXES, list_files
+from hairpipe.units import Gt, Interval, Metres, Reads, Suffixes
+
+
+@node(frames="each")
+def load_mesh_cache(
+    time: Time,
+    cuts: Cuts,
+    rest: Body | None = None,
+    *,
+    file: Annotated[Path, Suffixes(SUFFIXES), Reads(list_files)],
+    group: str | None = None,
+    unit: Annotated[Metres, Interval(ge=1e-6, le=1e6)] = 1.0,
+    up: Literal["y", "z"] = "y",
+    at: int = 1001,
+    start: float | None = None,
+    speed: Annotated[float, Gt(0)] = 1.0,
+    velocities: Literal["file", "samples"] = "file",
+) -> Mesh:
+    """Read an animated mesh with the velocity of every vertex, from USD, Alembic or a numbered sequence of OBJ files.
+
+    Meshes of USD may have time samples, value clips, moving parents, UsdSkel skeletons and blend shapes, which are
+    evaluated as OpenUSD bakes them. Sub-frame samples are used: points follow a cubic through the samples. Polygons
+    must be the same at all times. With a body at rest, the mesh is that body in motion; without one it is a collider.
+
+    file        path of the file, or of a sequence: mesh.####.obj
+    group       path of the prim or object to read, with all below, or a pattern such as */garment*; for OBJ a group
+    unit        metres per unit of an Alembic or OBJ file; a correction factor for USD, which states its unit
+    up          vertical axis of an Alembic or OBJ file
+    at          frame of the shot that shows the time code `start`
+    start       time code of a USD file, number of a file of a sequence, or time of an Alembic file in frames of the
+                shot; by default `at`
+    speed       playback speed: 0.5 is half the recorded speed
+    velocities  velocity of the vertices: file (that of the file, if there is one) or samples (slope of the points)
+    """
+    from hairpipe.body.preparation import follow
+    from hairpipe.io.mesh_cache.formats import read_moving
+    from hairpipe.io.mesh_cache.moving import Instant
+
+    def elapsed(frame: int) -> float:
+        return (frame - at) / time.fps * speed
+
+    sides = tuple((elapsed(cut - 1), elapsed(cut)) for cut in cuts)
+    reference = None if rest is None else rest.time
+    instant = Instant(
+        at if start is None else start, elapsed(time.frame), sides, velocities, reference, time.fps, speed
+    )
+    mesh, owners = read_moving(file, group, instant)
+    return follow(rest, mesh, owners, unit=unit, up=up)

@@ -1,0 +1,183 @@
+"""Alembic files that PyAlembic and Blender wrote, against analytic motion and against the points that Blender shows."""
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.io.mesh_cache.alembic_meshes import read
+from hairpipe.io.mesh_cache.moving import Instant
+
+alembic3d = pytest.importorskip("alembic3d")
+Abc = pytest.importorskip("alembic3d.Abc")
+AbcGeom = pytest.importorskip("alembic3d.AbcGeom")
+imath = pytest.importorskip("imath")
+core = pytest.importorskip("alembic3d.AbcCoreAbstract")
+SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+CLOCKWISE = [0, 3, 2, 1]
+AWAY = np.array([0.0, 0.1, 0.5, 1.0])[:, None] * (1.0, 2.0, -3.0)
+SAMPLES = 7
+
+
+def bent(sample: float) -> np.ndarray:
+    return SQUARE + AWAY * (sample / 24) ** 2
+
+
+def array(kind: Any, values: Any) -> Any:
+    made = kind(len(values))
+    np.asarray(made)[:] = values
+    return made
+
+
+def write(path: Path, author: Callable[[Any, int], None]) -> Path:
+    """Write an archive whose samples are frames from 1001 at 24 per second."""
+    archive = Abc.OArchive(str(path))
+    author(archive.getTop(), archive.addTimeSampling(core.TimeSampling(1 / 24, 1001 / 24)))
+    return path
+
+
+def add_mesh(
+    parent: Any, times: int, name: str, points: Callable[[int], np.ndarray], velocities=None, corners=None
+) -> None:
+    mesh = AbcGeom.OPolyMesh(parent, name, times)
+    for k in range(SAMPLES):
+        indices = array(imath.IntArray, CLOCKWISE if corners is None else corners(k))
+        sample = AbcGeom.OPolyMeshSchemaSample(array(imath.V3fArray, points(k)), indices, array(imath.IntArray, [4]))
+        if velocities:
+            sample.setVelocities(array(imath.V3fArray, velocities(k)))
+        mesh.getSchema().set(sample)
+
+
+def add_turn(parent: Any, times: int, name: str) -> Any:
+    """A transform by a fourteenth of a turn about Z in a frame, with a displacement and scale."""
+    space = AbcGeom.OXform(parent, name, times)
+    for k in range(SAMPLES):
+        sample = AbcGeom.XformSample()
+        sample.setTranslation(imath.V3d(k, 2, 0))
+        sample.setZRotation(360.0 / 14 * k)
+        sample.setScale(imath.V3d(2, 2, 2))
+        space.getSchema().set(sample)
+    return space
+
+
+def at(frame: float, **more: Any) -> Instant:
+    return Instant(1001, (frame - 1001) / 24, **more)
+
+
+@pytest.mark.parametrize("frame", [1001, 1004, 1004.4])
+def test_samples_give_points_and_velocities(tmp_path, frame):
+    file = write(tmp_path / "a.abc", lambda top, times: add_mesh(top, times, "bent", bent))
+    mesh, _ = read(file, None, at(frame))
+    np.testing.assert_allclose(mesh.points, bent(frame - 1001), atol=1e-6)
+    np.testing.assert_allclose(mesh.velocities, 2 * AWAY * (frame - 1001) / 24, atol=2e-5)
+    a, b, c = mesh.points[mesh.triangles[0]]
+    assert np.cross(b - a, c - a)[2] > 0.0  # counter-clockwise, though the file is clockwise
+
+
+def test_velocities_of_the_file_are_used(tmp_path):
+    def author(top: Any, times: int) -> None:
+        add_mesh(top, times, "bent", bent, lambda k: 1.2 * AWAY * 2 * k / 24)
+
+    file = write(tmp_path / "a.abc", author)
+    np.testing.assert_allclose(read(file, None, at(1004))[0].velocities, 1.2 * 2 * AWAY * 3 / 24, atol=1e-6)
+
+
+def test_moving_parents_move_the_points(tmp_path):
+    file = write(
+        tmp_path / "a.abc", lambda top, times: add_mesh(add_turn(top, times, "turn"), times, "square", lambda k: SQUARE)
+    )
+    angle = 2 * np.pi / 14 * 3
+    turned = SQUARE @ np.array([[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    mesh, _ = read(file, None, at(1004))
+    np.testing.assert_allclose(mesh.points, 2 * turned + (3, 2, 0), atol=1e-6)
+
+
+def test_meshes_are_joined_or_picked_by_a_pattern(tmp_path):
+    def author(top: Any, times: int) -> None:
+        add_mesh(top, times, "body", bent)
+        add_mesh(add_turn(top, times, "garment"), times, "sleeve", bent)
+
+    file = write(tmp_path / "a.abc", author)
+    counts = {group: len(read(file, group, at(1002))[0].points) for group in (None, "/body", "/garment", "*/sleeve")}
+    assert counts == {None: 8, "/body": 4, "/garment": 4, "*/sleeve": 4}
+    shape = read(file, None, at(1002))
+    assert shape.mesh.triangles.max() == 7 and shape.owners.tolist() == [0, 0, 1, 1]
+    with pytest.raises(BadInput, match=r"a.abc: no mesh at or under \*lash"):
+        read(file, "*lash", at(1002))
+
+
+def test_changed_polygons_are_refused_by_sample(tmp_path):
+    def author(top: Any, times: int) -> None:
+        add_mesh(top, times, "bent", bent, corners=lambda k: CLOCKWISE if k < 4 else CLOCKWISE[::-1])
+
+    file = write(tmp_path / "a.abc", author)
+    read(file, None, at(1003))
+    with pytest.raises(BadInput, match=r"a.abc /bent, sample 4: the polygons have changed"):
+        read(file, None, at(1004))
+
+
+def test_other_shapes_are_named(tmp_path):
+    def author(top: Any, times: int) -> None:
+        add_mesh(top, times, "bent", bent)
+        AbcGeom.OPoints(top, "dust", times)
+
+    with pytest.warns(UserWarning, match="/dust, which is not a mesh, is not read"):
+        read(write(tmp_path / "a.abc", author), None, at(1001))
+
+
+def test_a_file_that_is_damaged_is_refused(tmp_path):
+    (tmp_path / "a.abc").write_bytes(b"Ogawa" + bytes(range(200)))
+    with pytest.raises(BadInput, match=r"a.abc: not a readable Alembic file"):
+        read(tmp_path / "a.abc", None, at(1001))
+
+
+def test_a_missing_library_is_named(tmp_path, monkeypatch):
+    file = write(tmp_path / "a.abc", lambda top, times: add_mesh(top, times, "bent", bent))
+    monkeypatch.setitem(sys.modules, "alembic3d", None)
+    with pytest.raises(BadInput, match=r"hairpipe\[alembic\]"):
+        read(file, None, at(1001))
+
+
+BLENDER = """
+import sys, bpy, numpy as np
+bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.mesh.primitive_uv_sphere_add(segments=8, ring_count=5)
+ball = bpy.context.object
+ball.shape_key_add(name="rest")
+key = ball.shape_key_add(name="long")
+for point in key.data:
+    point.co.z *= 1.7
+scene = bpy.context.scene
+scene.frame_start, scene.frame_end, scene.render.fps = 1, 6, 24
+for frame in (1, 6):
+    key.value = (frame - 1) / 5
+    key.keyframe_insert("value", frame=frame)
+    ball.location.x = 0.3 * frame
+    ball.rotation_euler.y = 0.4 * frame
+    ball.keyframe_insert("location", frame=frame)
+    ball.keyframe_insert("rotation_euler", frame=frame)
+shown = []
+for frame in range(1, 7):
+    scene.frame_set(frame)
+    seen = ball.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    shown.append([seen.matrix_world @ vertex.co for vertex in seen.data.vertices])
+np.save(sys.argv[2], np.array(shown)[..., [0, 2, 1]] * (1, 1, -1))
+bpy.ops.wm.alembic_export(filepath=sys.argv[1], start=1, end=6)
+"""
+
+
+@pytest.mark.slow
+def test_a_file_of_blender_has_the_points_that_blender_shows(tmp_path):
+    pytest.importorskip("bpy")
+    file, truth = tmp_path / "ball.abc", tmp_path / "ball.npy"
+    subprocess.run([sys.executable, "-c", BLENDER, file, truth], check=True, capture_output=True)
+    for frame, shown in enumerate(np.load(truth), start=1):
+        mesh, _ = read(file, None, Instant(frame, 0.0))
+        np.testing.assert_allclose(mesh.points, shown, atol=2e-6)
+    outward = np.cross(*(mesh.points[mesh.triangles[:, k]] - mesh.points[mesh.triangles[:, 0]] for k in (1, 2)))
+    assert (np.einsum("ij,ij->i", outward, mesh.points[mesh.triangles[:, 0]] - mesh.points.mean(axis=0)) > 0).all()
