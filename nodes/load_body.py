@@ -6,13 +6,14 @@ from typing import Annotated, Literal
 from hairpipe.body.scalp import Scalp
 from hairpipe.data import Body
 from hairpipe.graph import node
-from hairpipe.units import Interval, Metres, Suffixes
+from hairpipe.io.gltf.document import list_files
+from hairpipe.units import Interval, Metres, Reads, Suffixes
 
 
 @node(frames="once")
 def load_body(
     *,
-    file: Annotated[Path, Suffixes((".obj", ".usd", ".usda", ".usdc", ".usdz"))],
+    file: Annotated[Path, Suffixes((".obj", ".usd", ".usda", ".usdc", ".usdz", ".gltf", ".glb")), Reads(list_files)],
     group: str | None = None,
     skeleton: Path | None = None,
     weights: Path | None = None,
@@ -22,10 +23,11 @@ def load_body(
     joint: str = "head",
     scalp: Scalp | None = None,
 ) -> Body:
-    """Read mesh, skeleton, weights and painted maps from OBJ or USD; in metres, Y up, facing +Z.
+    """Read mesh, skeleton, weights and painted maps from OBJ, USD or glTF; in metres, Y up, facing +Z.
 
-    file       path of the mesh; a USD file contains the skeleton, too
-    group      name of a group or object of an OBJ file, or path of a prim of a USD file, to read alone
+    file       path of the mesh; a USD or glTF file contains the skeleton, too
+    group      name of a group or object of an OBJ file, path or pattern (*/head*) of prims of a USD file, or name of a
+               node of a glTF file, to read alone
     skeleton   path of a MakeHuman rig (.mhskel) for an OBJ file
     weights    path of MakeHuman weights (.mhw) for the skeleton
     unit       metres per unit of an OBJ file; a correction factor for a USD file, which states its unit

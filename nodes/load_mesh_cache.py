@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from hairpipe.data import Body, Mesh
 from hairpipe.graph import Cuts, Time, node
-from hairpipe.io.mesh_cache.files import SUFFIXES, list_files
+from hairpipe.io.mesh_cache.files import GLTF, SUFFIXES, list_files
 from hairpipe.units import Gt, Interval, Metres, Reads, Suffixes
 
 
@@ -17,6 +17,7 @@ def load_mesh_cache(
     *,
     file: Annotated[Path, Suffixes(SUFFIXES), Reads(list_files)],
     group: str | None = None,
+    clip: str | None = None,
     unit: Annotated[Metres, Interval(ge=1e-6, le=1e6)] = 1.0,
     up: Literal["y", "z"] = "y",
     at: int = 1001,
@@ -24,19 +25,21 @@ def load_mesh_cache(
     speed: Annotated[float, Gt(0)] = 1.0,
     velocities: Literal["file", "samples"] = "file",
 ) -> Mesh:
-    """Read an animated mesh with the velocity of every vertex, from USD, Alembic or a numbered sequence of OBJ files.
+    """Read an animated mesh with the velocity of every vertex, from USD, Alembic, glTF or a sequence of OBJ files.
 
     Meshes of USD may have time samples, value clips, moving parents, UsdSkel skeletons and blend shapes, which are
-    evaluated as OpenUSD bakes them. Sub-frame samples are used: points follow a cubic through the samples. Polygons
-    must be the same at all times. With a body at rest, the mesh is that body in motion; without one it is a collider.
+    evaluated as OpenUSD bakes them; those of glTF skins and morph targets. Sub-frame samples are used: points follow a
+    cubic through the samples. Polygons must be the same at all times. With a body at rest, the mesh is that body in
+    motion; without one it is a collider.
 
     file        path of the file, or of a sequence: mesh.####.obj
     group       path of the prim or object to read, with all below, or a pattern such as */garment*; for OBJ a group
+    clip        name of an animation of a glTF file, or a pattern of names (*) to join some; by default the first
     unit        metres per unit of an Alembic or OBJ file; a correction factor for USD, which states its unit
     up          vertical axis of an Alembic or OBJ file
     at          frame of the shot that shows the time code `start`
-    start       time code of a USD file, number of a file of a sequence, or time of an Alembic file in frames of the
-                shot; by default `at`
+    start       time code of a USD file, number of a file of a sequence, or time of Alembic and glTF in frames of the
+                shot; by default `at`, for glTF 0
     speed       playback speed: 0.5 is half the recorded speed
     velocities  velocity of the vertices: file (that of the file, if there is one) or samples (slope of the points)
     """
@@ -49,8 +52,7 @@ def load_mesh_cache(
 
     sides = tuple((elapsed(cut - 1), elapsed(cut)) for cut in cuts)
     reference = None if rest is None else rest.time
-    instant = Instant(
-        at if start is None else start, elapsed(time.frame), sides, velocities, reference, time.fps, speed
-    )
-    mesh, owners = read_moving(file, group, instant)
+    first = start if start is not None else 0 if file.suffix.lower() in GLTF else at
+    instant = Instant(first, elapsed(time.frame), sides, velocities, reference, time.fps, speed)
+    mesh, owners = read_moving(file, group, clip, instant)
     return follow(rest, mesh, owners, unit=unit, up=up)

@@ -26,8 +26,8 @@ WITHIN = {
         contact.hair.couplings interactions air hair_model cuts shot contact.contact_points contact.body contact.ccd
         contact.hair filters volume_target solve surroundings integrators build diagnostics statics
         precision locks simulate""",
-    "io": """text polygons mocap makehuman obj ply mesh_cache.stencil mesh_cache.moving vdb.vdb_header vdb
-        usd usd.check.finding usd.check.snapshot
+    "io": """text polygons mocap makehuman obj ply rigging mesh_cache.stencil mesh_cache.moving gltf
+        vdb.vdb_header vdb usd usd.check.finding usd.check.snapshot
         usd.check.track usd.check.scene
         usd.check.nearest usd.check.roots usd.check.stage_rules usd.check.motion_rules usd.check.hair_rules
         usd.check.body_rules usd.check.lint mesh_cache body strands csv hdf5 npz image picture panels table value""",

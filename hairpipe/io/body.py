@@ -6,6 +6,8 @@ import numpy as np
 
 from hairpipe.data import Body, Skeleton
 from hairpipe.errors import BadInput
+from hairpipe.io.gltf.document import SUFFIXES as GLTF
+from hairpipe.io.gltf.joints_of_skins import read_body as read_gltf_body
 from hairpipe.io.makehuman import read_skeleton, read_weights
 from hairpipe.io.obj import read_obj
 
@@ -22,7 +24,8 @@ def read_body(
 ) -> Body:
     """Read mesh, skeleton, weights and painted maps; an OBJ file without a skeleton gives a body without joints.
 
-    group              to read: a group or object of an OBJ file, the path of a prim of a USD file; None for all
+    group              to read: a group or object of an OBJ file, path of a prim of a USD file, name of a node of a glTF
+                       file; None for all
     skeleton, weights  files of a MakeHuman rig, for an OBJ file whose vertices they count
     time               code at which a USD file is read, see `hairpipe.io.usd.read.read_body`
 
@@ -38,10 +41,15 @@ def read_body(
         from hairpipe.io.usd.read import read_body as read_usd_body
 
         return read_usd_body(path, group, time)
-    if path.suffix.lower() != ".obj":
-        raise BadInput(f"bodies are not read from {path.suffix or 'such'} files", where=path, right=".obj or USD")
     if time is not None:
-        raise BadInput("an OBJ file has no time", where="time_code", right="no time_code, or a USD file")
+        raise BadInput("the file has no time codes", where="time_code", right="no time_code, or a USD file")
+    if path.suffix.lower() in GLTF:
+        if skeleton is not None:
+            raise BadInput("glTF files contain their skeleton", where="skeleton", right="no skeleton and weights")
+        return read_gltf_body(path, group)
+    if path.suffix.lower() != ".obj":
+        right = ".obj, USD, .gltf or .glb"
+        raise BadInput(f"bodies are not read from {path.suffix or 'such'} files", where=path, right=right)
     mesh = read_obj(path, group)
     if skeleton is None or weights is None:
         nobody = Skeleton((), np.zeros(0, np.int32), np.zeros((0, 4, 4)), np.zeros((0, 3)))

@@ -1,15 +1,17 @@
-"""Files of an animated mesh: a numbered sequence, or the layers and value clips of a stage."""
+"""Files of an animated mesh: a numbered sequence, the layers and value clips of a stage, or buffers of glTF."""
 
-import os
 import re
 from pathlib import Path
 
 from hairpipe.errors import BadInput
+from hairpipe.io.gltf.document import SUFFIXES as GLTF
+from hairpipe.io.gltf.document import list_files as list_parts
+from hairpipe.io.gltf.document import named
 
 USD = (".usd", ".usda", ".usdc", ".usdz")
 NUMBERED = (".obj",)
 ALEMBIC = ".abc"
-SUFFIXES = (*USD, ALEMBIC, *NUMBERED)
+SUFFIXES = (*USD, ALEMBIC, *GLTF, *NUMBERED)
 MARK = re.compile(r"#+")
 Stamps = dict[str, tuple[int, ...]]
 
@@ -26,7 +28,7 @@ def list_files(path: Path) -> dict[str, Path]:
     """
     if path.suffix.lower() in NUMBERED:
         return {str(number): file for number, file in numbered(path).items()}
-    return list_layers(path) if path.suffix.lower() in USD and path.is_file() else {"": path}
+    return list_layers(path) if path.suffix.lower() in USD and path.is_file() else list_parts(path)
 
 
 def numbered(path: Path) -> dict[int, Path]:
@@ -64,8 +66,7 @@ def list_layers(path: Path) -> dict[str, Path]:
 
         found = work_apart(composed, path)
         stamps = {str(place): stamp_of(str(place)) for file in found for place in (file, file.parent)}
-        names = {os.path.relpath(file, path.parent): file for file in found} if len(found) > 1 else {"": path}
-        _known[path] = known = stamps, names
+        _known[path] = known = stamps, named(path, found)
     return known[1]
 
 

@@ -3,21 +3,28 @@
 from pathlib import Path
 
 from hairpipe.errors import BadInput
-from hairpipe.io.mesh_cache.files import ALEMBIC, NUMBERED, SUFFIXES, USD
+from hairpipe.io.mesh_cache.files import ALEMBIC, GLTF, NUMBERED, SUFFIXES, USD
 from hairpipe.io.mesh_cache.moving import Instant, Shape, read_at
 from hairpipe.io.usd.apart import work_apart
 
 
-def read_moving(path: Path, group: str | None, instant: Instant) -> Shape:
-    """Return the triangles of an animated mesh at an instant, with velocities; USD in metres with Y up.
+def read_moving(path: Path, group: str | None, clip: str | None, instant: Instant) -> Shape:
+    """Return the triangles of an animated mesh at an instant, with velocities; USD and glTF in metres with Y up.
 
-    group  path or pattern of prims or objects to read, group of an OBJ file; None for all
+    group  path or pattern of prims, objects or nodes to read, group of an OBJ file; None for all
+    clip   name or pattern of animations of a glTF file; None for the first
 
     Raises BadInput where a file cannot be read, or its polygons change.
     """
     suffix = path.suffix.lower()
+    if clip is not None and suffix not in GLTF:
+        raise BadInput("the format has no clips", where="clip", right="no clip, or a file .gltf or .glb")
+    if suffix in GLTF:
+        from hairpipe.io.gltf.skinned_pieces import read_moving as read_clip
+
+        return read_clip(path, group, clip, instant)
     if suffix in USD:
-        from hairpipe.io.usd import moving_meshes
+        from hairpipe.io.usd.meshes import moving_meshes
 
         return work_apart(moving_meshes.read, path, group, instant)
     if suffix == ALEMBIC:

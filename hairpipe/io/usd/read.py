@@ -4,9 +4,9 @@ from pathlib import Path
 
 from hairpipe.data import Body
 from hairpipe.data.curves import Curves
-from hairpipe.io.usd import skinned_meshes
 from hairpipe.io.usd.apart import work_apart
 from hairpipe.io.usd.groom import curves
+from hairpipe.io.usd.meshes import skinned_meshes
 
 
 def read_body(path: Path, prim: str | None = None, time: float | None = None) -> Body:

@@ -8,7 +8,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, UsdUtils, Vt
 
 from hairpipe.errors import BadInput
 from hairpipe.io.mesh_cache.moving import Instant
-from hairpipe.io.usd.moving_meshes import MovingMeshes, read
+from hairpipe.io.usd.meshes.moving_meshes import MovingMeshes, read
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
 OMEGA = 1.5
@@ -281,3 +281,14 @@ def test_no_more_than_four_samples_are_read_and_one_is_in_memory(bending):
         read_at(source, at(frame))
         assert count <= 4
     assert most == 1
+
+
+def test_two_keys_of_a_parent_turn_along_an_arc(tmp_path):
+    stage = start(tmp_path / "turn.usda")
+    turn = UsdGeom.Xform.Define(stage, "/turn").AddRotateZOp()
+    add_square(stage, "/turn/square")
+    turn.Set(0.0, 1001)
+    turn.Set(720.0, 1021)
+    stage.Save()
+    mesh, _ = read(tmp_path / "turn.usda", None, at(1006))
+    np.testing.assert_allclose(mesh.points, SQUARE * (-1, -1, 1), atol=1e-6)

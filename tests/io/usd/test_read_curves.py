@@ -11,8 +11,8 @@ from scipy.interpolate import BSpline
 from hairpipe.errors import BadInput
 from hairpipe.io.usd.groom.curves import read as read_file
 from hairpipe.io.usd.groom.splines import STEPS
+from hairpipe.io.usd.meshes.skinned_meshes import read as read_body
 from hairpipe.io.usd.read import read_curves
-from hairpipe.io.usd.skinned_meshes import read as read_body
 
 TOKENS, NAN = UsdGeom.Tokens, float("nan")
 

@@ -6,7 +6,7 @@ from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
 from hairpipe.data import Body
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.skinned_meshes import read
+from hairpipe.io.usd.meshes.skinned_meshes import read
 
 JOINTS = ["hips", "hips/spine", "hips/spine/head", "hips/spine/tail"]
 ORIGINS = [(0, 1, 0), (0, 2, 0), (0, 4, 0), (1, 2, 0)]

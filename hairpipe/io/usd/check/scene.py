@@ -9,7 +9,7 @@ from pxr import Sdf, Usd, UsdGeom, Vt
 
 from hairpipe.errors import BadInput
 from hairpipe.io.usd.check.track import Track
-from hairpipe.io.usd.skeleton import Binding, find_bindings
+from hairpipe.io.usd.meshes.skeleton import Binding, find_bindings
 from hairpipe.io.usd.stage import RENDERED, to_metres
 
 OURS = ("primvars:hairId", "primvars:pref", "primvars:skinprim", "velocities")

@@ -8,8 +8,8 @@ from pxr import Usd, UsdGeom, UsdSkel, Vt
 
 from hairpipe.errors import BadInput
 from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, join_shapes, read_at
-from hairpipe.io.usd.mesh import polygon_owners, read_mesh
-from hairpipe.io.usd.skeleton import Binding, find_bindings
+from hairpipe.io.usd.meshes.mesh import polygon_owners, read_mesh
+from hairpipe.io.usd.meshes.skeleton import Binding, find_bindings
 from hairpipe.io.usd.stage import columns, location, move, numbers, open_stage, place, shown, time_of, usd_faults
 
 
@@ -69,8 +69,12 @@ class MovingMeshes:
         return mesh.GetVelocitiesAttr().HasValue() and binding is None and not moves
 
     def _find_codes(self) -> np.ndarray:
-        """Return the time codes of all samples of points, of transforms above them, and of their skeletons."""
+        """Return the time codes of all samples of points, of transforms above them, and of their skeletons.
+
+        Between samples of transforms whole time codes are samples, too: a cubic would not follow a turn.
+        """
         codes = set[float]()
+        turns = set[float]()
         for mesh, binding in zip(self.meshes, self.bindings, strict=True):
             codes |= {*mesh.GetPointsAttr().GetTimeSamples(), *mesh.GetVelocitiesAttr().GetTimeSamples()}
             prims = [mesh.GetPrim()]
@@ -78,10 +82,13 @@ class MovingMeshes:
                 prims.append(binding.skeleton.GetPrim())
                 animation = binding.skeleton.GetAnimQuery()
                 if animation:
-                    codes |= {*animation.GetJointTransformTimeSamples(), *animation.GetBlendShapeWeightTimeSamples()}
+                    codes |= {*animation.GetBlendShapeWeightTimeSamples()}
+                    turns |= {*animation.GetJointTransformTimeSamples()}
             for space in (space for prim in prims for space in _spaces(prim)):
-                codes |= {*UsdGeom.Xformable(space).GetTimeSamples()}
-        return np.array(sorted(codes) or [0.0])
+                turns |= {*UsdGeom.Xformable(space).GetTimeSamples()}
+        if turns:
+            turns |= {*np.arange(np.ceil(min(turns)), np.floor(max(turns)) + 1.0)}
+        return np.array(sorted(codes | turns) or [0.0])
 
 
 def _polygons(mesh: UsdGeom.Mesh) -> tuple[np.ndarray, np.ndarray, int]:

@@ -8,6 +8,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from hairpipe.data import Skeleton
 from hairpipe.errors import BadInput
+from hairpipe.io.rigging import find_tips, rigid
 from hairpipe.io.usd.stage import columns, location, place
 
 REST = Usd.TimeCode.EarliestTime()
@@ -111,14 +112,11 @@ def _inverse(matrix: Gf.Matrix4d, where: str) -> Gf.Matrix4d:
 
 
 def _rigid(matrix: np.ndarray, joints: np.ndarray, where: str) -> np.ndarray:
-    """Return the nearest rotations and the origins of matrix @ joints; our joints have no scale."""
+    """Return the nearest rotations and the origins of matrix @ joints."""
     world = matrix @ joints
     if not np.isfinite(world).all():
         raise BadInput("a joint transform is not finite", where=where, right="finite numbers")
-    left, _, right = np.linalg.svd(world[:, :3, :3])
-    left[:, :, 2] *= np.linalg.det(left @ right)[:, None]
-    world[:, :3, :3] = left @ right
-    return world
+    return rigid(world)
 
 
 def skin_at_rest(
@@ -193,15 +191,3 @@ def join_rigs(rigs: Sequence[Rig]) -> Skeleton:
     parents = np.concatenate([np.empty(0, np.int32), *shifted]).astype(np.int32)
     rest = np.concatenate([np.empty((0, 4, 4)), *(rig.rest for rig in rigs)])
     return Skeleton(tuple(names), parents, rest, find_tips(parents, rest[:, :3, 3]))
-
-
-def find_tips(parents: np.ndarray, origins: np.ndarray) -> np.ndarray:
-    """Return the end of every bone, (J, 3): the mean of its children; a leaf continues the bone of its parent."""
-    tips = origins.copy()
-    for joint, parent in enumerate(parents):
-        children = np.flatnonzero(parents == joint)
-        if len(children):
-            tips[joint] = origins[children].mean(axis=0)
-        elif parent >= 0:
-            tips[joint] = 2 * origins[joint] - origins[parent]
-    return tips

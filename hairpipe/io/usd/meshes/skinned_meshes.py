@@ -10,8 +10,9 @@ from pxr import Sdf, UsdGeom
 
 from hairpipe.data import Body
 from hairpipe.io.polygons import merge_meshes
-from hairpipe.io.usd.mesh import Painted, read_mesh
-from hairpipe.io.usd.skeleton import (
+from hairpipe.io.rigging import merge_maps, stack_influences
+from hairpipe.io.usd.meshes.mesh import Painted, read_mesh
+from hairpipe.io.usd.meshes.skeleton import (
     Binding,
     Rig,
     find_bindings,
@@ -47,8 +48,10 @@ def read(path: Path, prim: str | None, time: float | None = None) -> Body:
         pieces = [_read_piece(mesh, bindings.get(mesh.GetPath()), rigs) for mesh in meshes]
         time = read_time([mesh.GetPrim() for mesh in meshes if mesh.GetPath() not in bindings], time)
     mesh = merge_meshes([piece.painted.mesh for piece in pieces])
-    joints, weights = _stack([piece.joints for piece in pieces]), _stack([piece.weights for piece in pieces])
-    maps = _merge_maps([piece.painted for piece in pieces])
+    joints = stack_influences([piece.joints for piece in pieces])
+    weights = stack_influences([piece.weights for piece in pieces])
+    painted = [piece.painted for piece in pieces]
+    maps = merge_maps([p.maps for p in painted], [len(p.mesh.points) for p in painted])
     return Body(mesh, join_rigs(list(rigs.values())), joints, weights, maps, time)
 
 
@@ -75,16 +78,3 @@ def _read_piece(mesh: UsdGeom.Mesh, binding: Binding | None, rigs: dict[Sdf.Path
     joints, weights = read_influences(rig, binding.skinning, len(points))
     painted = read_mesh(mesh, skin_at_rest(rig, binding.skinning, points, joints, weights), rig.matrix)
     return Piece(painted, joints, weights)
-
-
-def _merge_maps(pieces: Sequence[Painted]) -> dict[str, np.ndarray]:
-    """Return every map over all vertices, 0 on pieces without it."""
-    names = sorted({name for piece in pieces for name in piece.maps})
-    bare = [np.zeros(len(piece.mesh.points)) for piece in pieces]
-    return {name: np.concatenate([p.maps.get(name, b) for p, b in zip(pieces, bare, strict=True)]) for name in names}
-
-
-def _stack(rows: Sequence[np.ndarray]) -> np.ndarray:
-    """Stack arrays (n, k) of several widths k, padded with zeros."""
-    width = max(array.shape[1] for array in rows)
-    return np.concatenate([np.pad(array, ((0, 0), (0, width - array.shape[1]))) for array in rows])

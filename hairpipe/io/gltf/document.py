@@ -1,0 +1,150 @@
+"""Content of a glTF 2.0 file: its JSON and the numbers of its accessors, which are read from mapped files on demand.
+
+We read glTF ourselves: of the libraries that are kept up, `pygltflib` leaves accessors as bytes, and `trimesh` reads
+neither skins nor animations. Source: glTF 2.0 Specification, Khronos Group 2021.
+"""
+
+import base64
+import binascii
+import json
+import os
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+
+from hairpipe.errors import BadInput
+from hairpipe.plain_file import checked_size
+
+SUFFIXES = (".gltf", ".glb")
+RIGHT = "a glTF 2.0 file, .gltf or .glb"
+HEADER, JSON, BINARY = b"glTF", b"JSON", b"BIN\0"
+MOST_JSON = 256 << 20
+"""Largest size of the JSON [bytes]; the largest of characters is a few MB."""
+KINDS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+UNUSED = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_", "KHR_mesh_quantization")
+"""Extensions that a file may require: of looks, and of accessors of integers, which are read anyway."""
+
+
+def list_files(path: Path) -> dict[str, Path]:
+    """Return the files that a glTF file consists of by relative paths; one alone, and of another format, has none.
+
+    Raises BadInput where its JSON cannot be read.
+    """
+    is_gltf = path.suffix.lower() in SUFFIXES and path.is_file()
+    return named(path, Document(path).files()) if is_gltf else {"": path}
+
+
+def named(path: Path, files: list[Path]) -> dict[str, Path]:
+    """Return files by their paths relative to the first one; one alone has none."""
+    return {os.path.relpath(file, path.parent): file for file in files} if len(files) > 1 else {"": path}
+
+
+class Document:
+    """The JSON of a file, and its binary data.
+
+    Raises BadInput where the file is not glTF 2.0, or requires an extension that changes its meshes.
+    """
+
+    def __init__(self, path: Path) -> None:
+        size = checked_size(path, RIGHT)
+        self.path = path
+        self.binary = np.zeros(0, np.uint8)
+        data = np.memmap(path, np.uint8, "r")
+        if bytes(data[:4]) == HEADER:
+            data = self._chunk(data, 12, JSON)
+            rest = 20 + len(data)
+            if rest < size:
+                self.binary = self._chunk(np.memmap(path, np.uint8, "r"), rest, BINARY)
+        if len(data) > MOST_JSON:
+            raise BadInput(f"its JSON has {len(data):,} bytes", where=path, right=f"at most {MOST_JSON:,}")
+        try:
+            self.json = json.loads(bytes(data))
+        except (ValueError, RecursionError):
+            raise BadInput("its JSON cannot be read", where=path, right=RIGHT) from None
+        version = str(self.get("asset").get("version")) if isinstance(self.json, dict) else "unknown"
+        if not version.startswith("2."):
+            raise BadInput(f"the version of glTF is {version[:20]}", where=path, right="2.0")
+        others = [name for name in self.json.get("extensionsRequired", ()) if not str(name).startswith(UNUSED)]
+        if others:
+            right = "a file without it: no compression"
+            raise BadInput(f"the file requires the extension {others[0]}, which is not read", where=path, right=right)
+        self.buffers: dict[int, np.ndarray] = {}
+
+    def _chunk(self, data: np.ndarray, begin: int, kind: bytes) -> np.ndarray:
+        length = int.from_bytes(bytes(data[begin : begin + 4]), "little")
+        if bytes(data[begin + 4 : begin + 8]) != kind or begin + 8 + length > len(data):
+            raise BadInput(
+                f"there is no chunk {kind.decode().strip(chr(0))} at byte {begin}", where=self.path, right=RIGHT
+            )
+        return data[begin + 8 : begin + 8 + length]
+
+    def get(self, name: str) -> Any:
+        """Return an object or a list of the JSON, empty where there is none."""
+        return self.json.get(name) or ({} if name == "asset" else [])
+
+    def files(self) -> list[Path]:
+        """Return the file and those of its buffers."""
+        texts = [buffer.get("uri", "data:") for buffer in self.get("buffers")]
+        return [self.path, *(self.path.parent / unquote(text) for text in texts if not text.startswith("data:"))]
+
+    def buffer(self, index: int) -> np.ndarray:
+        """Return the bytes of a buffer, mapped from its file."""
+        if index not in self.buffers:
+            text = self.get("buffers")[index].get("uri")
+            if text is None:
+                self.buffers[index] = self.binary
+            elif text.startswith("data:"):
+                try:
+                    self.buffers[index] = np.frombuffer(base64.b64decode(text.partition(",")[2]), np.uint8)
+                except binascii.Error:
+                    raise BadInput(f"buffer {index} is not in base 64", where=self.path, right=RIGHT) from None
+            else:
+                file = self.path.parent / unquote(text)
+                checked_size(file, f"a buffer of {self.path.name}")
+                self.buffers[index] = np.memmap(file, np.uint8, "r")
+        return self.buffers[index]
+
+    def numbers(self, index: int, columns: int) -> np.ndarray:
+        """Return the elements of an accessor, (n,) or (n, columns), float64 where they are fractions, else integers.
+
+        Raises BadInput where it is of another type, or beyond its buffer.
+        """
+        where = f"{self.path}, accessor {index}"
+        try:
+            accessor = self.get("accessors")[index]
+            kind = np.dtype(KINDS[accessor["componentType"]])
+            if COLUMNS.get(accessor["type"]) != columns:
+                raise BadInput(f"is a {accessor['type']}", where=where, right=f"{columns} numbers each")
+            shape = (accessor["count"], columns)
+            values = np.zeros(shape, kind)
+            if "bufferView" in accessor:
+                values = self._view(accessor["bufferView"], accessor.get("byteOffset", 0), kind, shape)
+            if "sparse" in accessor:
+                sparse = accessor["sparse"]
+                chosen, given = sparse["indices"], sparse["values"]
+                integers = np.dtype(KINDS[chosen["componentType"]])
+                rows = self._view(chosen["bufferView"], chosen.get("byteOffset", 0), integers, (sparse["count"], 1))
+                values = values.copy()
+                shape = (sparse["count"], columns)
+                values[rows[:, 0]] = self._view(given["bufferView"], given.get("byteOffset", 0), kind, shape)
+        except (KeyError, IndexError, TypeError, ValueError) as error:
+            raise BadInput(f"is invalid ({error})", where=where, right="an accessor within its buffer") from None
+        if accessor.get("normalized") and kind.kind in "iu":
+            values = np.maximum(values / np.iinfo(kind).max, -1.0)
+        values = values.astype(np.float64) if values.dtype.kind == "f" else values.astype(np.int64)
+        if not np.isfinite(values).all():
+            raise BadInput("has numbers that are not finite", where=where, right="finite numbers")
+        return values[:, 0] if columns == 1 else values
+
+    def _view(self, index: int, offset: int, kind: np.dtype, shape: tuple[int, int]) -> np.ndarray:
+        """Return elements of a view of a buffer; ValueError where they are not within it."""
+        view = self.get("bufferViews")[index]
+        begin = view.get("byteOffset", 0) + offset
+        stride = view.get("byteStride") or kind.itemsize * shape[1]
+        data = self.buffer(view["buffer"])
+        if min(begin, stride, shape[0]) < 0 or begin + stride * (shape[0] - 1) + kind.itemsize * shape[1] > len(data):
+            raise ValueError("beyond its buffer")
+        return np.ndarray(shape, kind, np.ascontiguousarray(data), begin, (stride, kind.itemsize))

@@ -1,0 +1,1 @@
+"""Meshes of a stage: triangles, skeletons, bodies at rest, and animated meshes."""

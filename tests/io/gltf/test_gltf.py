@@ -1,0 +1,247 @@
+"""glTF files that Blender wrote, against the points that Blender shows; and files made by hand, against theory."""
+
+import base64
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from hairpipe.body.skinning import skin
+from hairpipe.errors import BadInput
+from hairpipe.graph import Time
+from hairpipe.io.gltf.document import Document, list_files
+from hairpipe.nodes.load_body import load_body
+from hairpipe.nodes.load_mesh_cache import load_mesh_cache
+from hairpipe.nodes.load_motion import load_motion
+
+TRIANGLE = np.array([[0.0, 0, 0], [1, 0, 0], [0, 2, 0]], np.float32)
+
+
+class Writer:
+    """A glTF file, made accessor by accessor."""
+
+    def __init__(self) -> None:
+        self.data = b""
+        self.views: list[dict] = []
+        self.accessors: list[dict] = []
+
+    def add(self, values: np.ndarray, kind: str, **more: object) -> int:
+        code = {"f": 5126, "u": {1: 5121, 2: 5123, 4: 5125}.get(values.itemsize), "i": 5122}[values.dtype.kind]
+        self.views.append({"buffer": 0, "byteOffset": len(self.data), "byteLength": values.nbytes})
+        self.data += values.tobytes() + bytes(-values.nbytes % 4)
+        accessor = {"bufferView": len(self.views) - 1, "componentType": code, "count": len(values), "type": kind}
+        self.accessors.append(accessor | more)
+        return len(self.accessors) - 1
+
+    def json(self, **content: object) -> dict:
+        text = "data:application/octet-stream;base64," + base64.b64encode(self.data).decode()
+        buffers = [{"byteLength": len(self.data), "uri": text}]
+        parts = {"bufferViews": self.views, "accessors": self.accessors, "buffers": buffers}
+        return {"asset": {"version": "2.0"}, **parts, **content}
+
+
+def turning(kind: str, keys: np.ndarray, values: np.ndarray, path: str = "rotation") -> dict:
+    """A triangle whose node is animated by keys."""
+    writer = Writer()
+    mesh = {"primitives": [{"attributes": {"POSITION": writer.add(TRIANGLE, "VEC3")}}]}
+    shape = {"rotation": "VEC4", "translation": "VEC3"}[path]
+    sampler = {
+        "input": writer.add(keys.astype(np.float32), "SCALAR"),
+        "output": writer.add(values.astype(np.float32), shape),
+        "interpolation": kind,
+    }
+    channel = {"sampler": 0, "target": {"node": 0, "path": path}}
+    animations = [{"name": "turn", "samplers": [sampler], "channels": [channel]}]
+    return writer.json(meshes=[mesh], nodes=[{"mesh": 0, "name": "leaf"}], animations=animations)
+
+
+def write(path: Path, content: dict) -> Path:
+    path.write_text(json.dumps(content))
+    return path
+
+
+def points_at(file: Path, frame: int, **settings) -> np.ndarray:
+    return load_mesh_cache(Time(frame, 24.0), (), file=file, at=0, **settings).points
+
+
+def test_two_keys_of_a_rotation_turn_along_an_arc(tmp_path):
+    keys = np.array([0.0, 2.0])
+    ends = Rotation.from_euler("z", [[0.0], [170.0]], degrees=True).as_quat()
+    file = write(tmp_path / "turn.gltf", turning("LINEAR", keys, ends))
+    for frame in (0, 7, 24, 48):
+        mesh = load_mesh_cache(Time(frame, 24.0), (), file=file, at=0)
+        angle = 170.0 * frame / 48
+        np.testing.assert_allclose(
+            mesh.points, Rotation.from_euler("z", angle, degrees=True).apply(TRIANGLE), atol=1e-6
+        )
+        rate = np.radians(85.0)
+        np.testing.assert_allclose(mesh.velocities, np.cross([0, 0, rate], mesh.points), atol=6e-3)
+
+
+def test_cubic_and_step_keys_follow_their_definition(tmp_path):
+    keys = np.array([0.0, 1.0])
+    cubic = np.array([[0, 0, 0], [0, 0, 0], [3, 0, 0], [-3, 0, 0], [1, 0, 0], [0, 0, 0]], float)
+    file = write(tmp_path / "cubic.gltf", turning("CUBICSPLINE", keys, cubic, "translation"))
+    u = 0.25
+    moved = 3 * (u**3 - 2 * u**2 + u) + (3 * u**2 - 2 * u**3) - 3 * (u**3 - u**2)
+    np.testing.assert_allclose(points_at(file, 6) - TRIANGLE, np.tile([moved, 0, 0], (3, 1)), atol=1e-6)
+    step = np.array([[0, 0, 0], [1, 0, 0]], float)
+    file = write(tmp_path / "step.gltf", turning("STEP", keys, step, "translation"))
+    np.testing.assert_allclose(points_at(file, 23), TRIANGLE, atol=1e-6)
+
+
+def test_sparse_and_normalised_numbers_are_read(tmp_path):
+    writer = Writer()
+    small = writer.add(np.array([0, 128, 255], np.uint8), "SCALAR", normalized=True)
+    rows = writer.add(np.array([1], np.uint16), "SCALAR")
+    values = writer.add(np.array([[7.0, 8.0, 9.0]], np.float32), "VEC3")
+    views = [writer.accessors[k]["bufferView"] for k in (rows, values)]
+    sparse = {
+        "count": 1,
+        "indices": {"bufferView": views[0], "componentType": 5123},
+        "values": {"bufferView": views[1]},
+    }
+    writer.accessors.append({"componentType": 5126, "count": 3, "type": "VEC3", "sparse": sparse})
+    document = Document(write(tmp_path / "a.gltf", writer.json()))
+    np.testing.assert_allclose(document.numbers(small, 1), np.array([0, 128, 255]) / 255)
+    np.testing.assert_array_equal(document.numbers(3, 3), [[0, 0, 0], [7, 8, 9], [0, 0, 0]])
+
+
+def broken(change) -> dict:
+    content = turning("LINEAR", np.array([0.0, 1.0]), np.array([[0, 0, 0], [1, 0, 0]], float), "translation")
+    change(content)
+    return content
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda c: c.update(asset={"version": "1.0"}), r"a.gltf: the version of glTF is 1.0 \(2.0\)"),
+        (lambda c: c.update(extensionsRequired=["KHR_draco_mesh_compression"]), "KHR_draco_mesh_compression, which is"),
+        (lambda c: c["accessors"][0].update(count=1000), r"a.gltf, accessor 0: is invalid \(beyond its buffer\)"),
+        (lambda c: c["accessors"][1].update(bufferView=99), "accessor 1: is invalid"),
+        (lambda c: c["nodes"][0].pop("mesh"), r"no mesh \(a node with a mesh"),
+        (lambda c: (c.update(scenes=[{"nodes": [0]}]), c["nodes"][0].update(children=[0])), "not a tree"),
+        (lambda c: c["buffers"][0].update(uri="none.bin"), "none.bin"),
+    ],
+)
+def test_bad_files_are_refused(tmp_path, change, message):
+    with pytest.raises(BadInput, match=message):
+        points_at(write(tmp_path / "a.gltf", broken(change)), 1)
+    (tmp_path / "b.glb").write_bytes(b"glTF" + bytes(30))
+    with pytest.raises(BadInput, match=r"b.glb: there is no chunk JSON"):
+        points_at(tmp_path / "b.glb", 1)
+
+
+def test_an_unknown_clip_is_refused_with_the_known_ones(tmp_path):
+    file = write(tmp_path / "a.gltf", broken(lambda c: None))
+    with pytest.raises(BadInput, match=r"no animation 'walk' \(one of turn\)"):
+        points_at(file, 1, clip="walk")
+
+
+def test_buffers_are_files_of_a_key(tmp_path):
+    file = write(tmp_path / "a.gltf", broken(lambda c: c["buffers"][0].update(uri="b%20c.bin")))
+    assert list_files(file) == {"a.gltf": file, "b c.bin": tmp_path / "b c.bin"}
+
+
+BLENDER = """
+import sys, bpy, numpy as np, mathutils
+bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.mesh.primitive_cylinder_add(vertices=8, radius=0.2, depth=2, location=(0, 0, 1), end_fill_type="TRIFAN")
+tube = bpy.context.object
+bpy.ops.object.transform_apply(location=True)
+bpy.ops.object.mode_set(mode="EDIT")
+bpy.ops.mesh.subdivide(number_cuts=2)
+bpy.ops.object.mode_set(mode="OBJECT")
+tube.shape_key_add(name="rest")
+key = tube.shape_key_add(name="wide")
+for point in key.data:
+    point.co.x *= 1.5
+bpy.ops.object.armature_add()
+rig = bpy.context.object
+bpy.ops.object.mode_set(mode="EDIT")
+upper = rig.data.edit_bones[0]
+upper.name, upper.head, upper.tail = "upper", (0, 0, 0), (0, 0, 1)
+lower = rig.data.edit_bones.new("lower")
+lower.head, lower.tail, lower.parent = (0, 0, 1), (0, 0, 2), upper
+bpy.ops.object.mode_set(mode="OBJECT")
+for name in ("upper", "lower"):
+    tube.vertex_groups.new(name=name)
+for vertex in tube.data.vertices:
+    share = min(max(vertex.co.z - 0.5, 0.0), 1.0)
+    tube.vertex_groups["upper"].add([vertex.index], 1.0 - share, "REPLACE")
+    tube.vertex_groups["lower"].add([vertex.index], share, "REPLACE")
+tube.parent = rig
+tube.modifiers.new("skin", "ARMATURE").object = rig
+scene = bpy.context.scene
+scene.frame_start, scene.frame_end, scene.render.fps = 0, 12, 24
+for bone in rig.pose.bones:
+    bone.rotation_mode = "XYZ"
+MORPHS = sys.argv[3] == "morphs"
+for frame in (0, 12):
+    rig.pose.bones["lower"].rotation_euler.x = 0.09 * frame
+    rig.pose.bones["upper"].rotation_euler.y = 0.05 * frame
+    rig.pose.bones["upper"].location.x = 0.04 * frame
+    for bone in rig.pose.bones:
+        bone.keyframe_insert("rotation_euler", frame=frame)
+        bone.keyframe_insert("location", frame=frame)
+    key.value = frame / 12 if MORPHS else 0.0
+    key.keyframe_insert("value", frame=frame)
+shown = []
+for frame in range(13):
+    scene.frame_set(frame)
+    seen = tube.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    shown.append([seen.matrix_world @ vertex.co for vertex in seen.data.vertices])
+np.save(sys.argv[2], np.array(shown)[..., [0, 2, 1]] * (1, 1, -1))
+scene.frame_set(0)
+bpy.ops.export_scene.gltf(filepath=sys.argv[1], export_animation_mode="SCENE", export_force_sampling=True)
+"""
+
+
+@pytest.fixture(scope="module", params=["morphs", "bones"])
+def tube(request, tmp_path_factory) -> tuple[Path, np.ndarray, str]:
+    """A bent tube: its file, the points that Blender shows at 13 frames, and whether it has morph targets."""
+    pytest.importorskip("bpy")
+    folder = tmp_path_factory.mktemp("tube")
+    file, truth = folder / "tube.glb", folder / "tube.npy"
+    command = [sys.executable, "-c", BLENDER, file, truth, request.param]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-2000:]
+    return file, np.load(truth), request.param
+
+
+@pytest.mark.slow
+def test_skins_and_morph_targets_are_those_of_blender(tube):
+    file, truth, _ = tube
+    rest = load_body(file=file)
+    assert len(rest.mesh.points) == truth.shape[1]  # welded: the file has more
+    places = cKDTree(truth[0]).query(points_at(file, 0))[1]
+    for frame in range(13):
+        mesh = load_mesh_cache(Time(frame, 24.0), (), rest=rest, file=file, at=0, clip="*")
+        np.testing.assert_allclose(mesh.points, truth[frame][places], atol=2e-5)
+    speed = (truth[7] - truth[5])[places] * 12
+    np.testing.assert_allclose(
+        load_mesh_cache(Time(6, 24.0), (), file=file, at=0, clip="*").velocities, speed, atol=1e-3
+    )
+
+
+@pytest.mark.slow
+def test_poses_of_the_joints_move_the_skin_as_the_file_does(tube):
+    file, _, kind = tube
+    rest = load_body(file=file)
+    assert set(rest.skeleton.names) == {"upper", "lower"}
+    if kind == "morphs":
+        with pytest.warns(UserWarning, match="morph targets.*load_mesh_cache"):
+            load_motion(rest, Time(6, 24.0), (), file=file, at=0, clip="Arm*")
+        return
+    for frame in (0, 5, 12):
+        pose = load_motion(rest, Time(frame, 24.0), (), file=file, at=0, clip="*")
+        mesh = load_mesh_cache(Time(frame, 24.0), (), rest=rest, file=file, at=0, clip="*")
+        posed = skin(rest, pose)
+        np.testing.assert_allclose(posed.points, mesh.points, atol=1e-9)
+        np.testing.assert_allclose(posed.velocities, mesh.velocities, atol=1e-9)
