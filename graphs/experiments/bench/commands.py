@@ -11,6 +11,7 @@ from hairpipe.cli import options
 from hairpipe.cli.entry import Group
 from hairpipe.cli.measured import moving, print_report, record
 from hairpipe.cli.stderr import echo
+from hairpipe.graphs.experiments.bench.calls.call_commands import calls, schedules
 from hairpipe.graphs.experiments.bench.machines.machine_commands import machines, parity
 from hairpipe.graphs.experiments.bench.scene_commands import PROGRAM, needs, promises
 
@@ -29,6 +30,8 @@ bench.add_command(promises)
 bench.add_command(needs)
 bench.add_command(machines)
 bench.add_command(parity)
+bench.add_command(calls)
+bench.add_command(schedules)
 
 
 @bench.command()

@@ -17,8 +17,8 @@ from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
 
 FRAMES = 8
-GRAPH = f"""schema = 1
-frames = [1, {FRAMES}]
+GRAPH = """schema = 1
+frames = [1, {frames}]
 fps = 24
 [seed]
 type = "make_seed"
@@ -149,13 +149,13 @@ Results = dict[tuple[str, int | None], dict[str, str]]
 class ToyShot:
     """The shot in a folder: its graph file, its nodes, what it publishes."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, frames: int = FRAMES) -> None:
         self.folder = folder
         self.graph = folder / "shot.toml"
         self.out = folder / "out"
         nodes = folder / "nodes"
         nodes.mkdir(parents=True)
-        self.graph.write_text(GRAPH)
+        self.graph.write_text(GRAPH.format(frames=frames))
         for name, text in NODES.items():
             (nodes / f"{name}.py").write_text(text)
         self.variables = {TALLY: str(folder / "tally"), "HAIRPIPE_TRUST": str(nodes)}

@@ -140,9 +140,14 @@ class Leases:
     def sweep(self) -> None:
         """Give back the leases of processes of this machine that have ended; others are removed after a day."""
         with suppress(OSError):  # no folder, or one that cannot be written to
-            for key in sorted({path.name[:KEY] for path in self._folder.iterdir()}):
-                lease = read_lease(self._folder / key)
-                if lease is not None and has_ended(lease.name) and self.acquire(key):
+            for path in sorted(self._folder.iterdir()):
+                key = path.name[:KEY]
+                lease = read_lease(path)
+                if lease is None or not has_ended(lease.name):
+                    continue
+                if path.name != key and not (self._folder / key).exists():
+                    discard(path)  # its holder could not remove it after the lease itself
+                elif self.acquire(key):
                     self.release(key)
 
     def close(self) -> None:

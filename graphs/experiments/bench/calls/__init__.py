@@ -1,0 +1,1 @@
+"""Tests of the store at every call of the file system."""
