@@ -244,7 +244,7 @@ def try_call(scene: Scene, disturbance: Disturbance, at: int, truth: Truth, chec
 def violations_of(ending: Ending) -> Iterator[str]:
     """List what may not be in the ending of a disturbed run."""
     if ending.way == EXCEPTION:
-        yield f"an exception that is no message: {ending.message}"
+        yield f"an exception in place of a message: {ending.message}"
     if "\n" in ending.message:
         yield "a message of several lines"
 
