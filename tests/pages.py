@@ -17,6 +17,7 @@ ROOMS = ("", "cache", "graphs", "hairpipe", "nodes", "tests")
 DOCS = sorted((HOME / "docs").rglob("*.md"))
 PAGES = [
     HOME / "CONTRIBUTING.md",
+    HOME / "SECURITY.md",
     *sorted(page for room in ROOMS for page in (HOME / room).glob("**/README.md" if room else "README.md")),
     *DOCS,
 ]
