@@ -1,7 +1,8 @@
 """Formation of locks: lasting connections of stiction join their hairs, the pairs with most connections first.
 
-In steady motion connections are nearly permanent, so hairs with many common connections move together. One hair of
-each lock, its guide, is simulated; the others are interpolated (`carrying.py`).
+In steady motion connections are nearly permanent, so hairs with many common connections move together. At the start
+neighbours of one shape are joined in their place. One hair of each lock, its guide, is simulated; the others are
+interpolated (`carrying.py`).
 """
 
 import numpy as np
