@@ -33,7 +33,8 @@ def alike(points: np.ndarray, offsets: np.ndarray, locks: Locks) -> np.ndarray:
     near = KDTree(roots).query(roots, min(_NEIGHBOURS + 1, len(roots)), workers=get_num_threads())[1]
     pairs = np.stack([np.repeat(strands, near.size // len(strands)), near.reshape(-1)], axis=1)
     pairs = np.unique(np.sort(pairs, axis=1), axis=0)
-    segments, lengths = np.diff(offsets) - 1, strand_lengths(points, offsets)
+    segments = np.diff(offsets) - 1
+    lengths = strand_lengths(points, offsets)
     pairs = pairs[(pairs[:, 0] != pairs[:, 1]) & (segments[pairs[:, 0]] == segments[pairs[:, 1]])]
     arcs = _STATIONS * lengths[pairs].min(axis=1)[:, None]
     one, other = (_points_at(points, offsets[who], segments[who], arcs / lengths[who][:, None]) for who in pairs.T)

@@ -58,7 +58,8 @@ def test_locks_form_when_connections_have_lasted_and_lead_few(hair, states):
 
 
 def test_neighbours_of_one_shape_follow_from_the_first_frame_on(hair, states):
-    first, known = hair.layout.axis(states[0].positions), states[1].locks
+    first = hair.layout.axis(states[0].positions)
+    known = states[1].locks
     assert states[0].locks is None and len(followers(states[1])) > 0.5 * len(hair.groom.ids)
     assert np.bincount(known.leaders).max() <= 8
     same(shot(hair, SCENE, 1, states[0], 1)[-1], states[1])
