@@ -30,9 +30,9 @@ def grow_groom(
 
     strands         number of roots on the scalp
     segments        number of equal segments of every strand. By default one per 5 mm and 16 per turn of a curl, from 25
-                    to 200: errors against rod theory of 0.7 % of the length for the tip of a straight cantilever (1.8 %
-                    for 50 cm with 25), and of 3 % for the stiffness of a curl (12 to 21 % with 8 per turn). Time and
-                    memory grow in proportion
+                    to 200: errors of a network against rod theory of 0.7 % of the length for the tip of a straight
+                    cantilever (1.8 % for 50 cm with 25), and of 3 % for the stiffness of a curl (12 to 21 % with 8 per
+                    turn); of a rod less. Time and memory grow in proportion
     segment_length  length of the longest segment, in place of their number
     shortest        minimum length of a segment: short strands have fewer segments, and strands below it are removed
     density         painted density of roots; if absent, uniform

@@ -14,7 +14,7 @@ from hairpipe.units import Interval, MetresPerSecondSquared
 def settle_hair(
     groom: Groom,
     *,
-    model: ModelName = "network",
+    model: ModelName = "rod",
     material: Material = Material(),  # noqa: B008 (frozen)
     construction: Construction = Construction(),  # noqa: B008
     gravity: Annotated[MetresPerSecondSquared, Interval(ge=0.0, le=1000.0)] = 9.81,
@@ -24,7 +24,7 @@ def settle_hair(
     Springs rest in the shape of the groom, and bodies are ignored: the node does not suit hair that sinks into a body.
     A sag-free simulation with the same material and gravity keeps the shape of the settled groom.
 
-    model         strand model: network, chain or rod, as in simulate_hair
+    model         strand model: rod, network or chain, as in simulate_hair
     material      material of the fibre
     construction  parameters of the network
     gravity       gravitational acceleration along -Y

@@ -44,7 +44,7 @@ def simulate_hair(
     *,
     settings: HairSettings,
 ) -> Hair:
-    """Simulate strands as mass-spring networks after Selle, Lentine, Fedkiw 2008, or as rods.
+    """Simulate strands as elastic rods, or as mass-spring networks after Selle, Lentine, Fedkiw 2008.
 
     Another model of hair is a node of its own, with strands and a state as outputs.
     """

@@ -30,6 +30,23 @@ def warn_of_sweep(scene: Scene) -> None:
         warn(f'{message}, so that they do not come to rest (solver = "coupled" avoids this)', stacklevel=3)
 
 
+def warn_of_weight(hair: HairModel, scene: Scene) -> None:
+    """Warn of strands whose weight stretches them beyond the strain limit, which alone holds them: they fall on."""
+    if scene.strain is None:
+        return
+    masses = np.add.reduceat(hair.model.mass, hair.model.first[:-1])
+    strains = scene.gravity * masses / hair.model.constants[:, 0]
+    soft = (strains > scene.strain.tolerance) & ~hair.layout.idle
+    if soft.any():
+        names = name_strands(hair.groom.ids[np.sort(hair.layout.strands[soft])])
+        stretched = f"the weight of {np.count_nonzero(soft)} strands stretches them by up to {strains[soft].max():.2g}"
+        warn(
+            f"{stretched}, above strain.tolerance = {scene.strain.tolerance:g}, and they do not come to rest: {names} "
+            "(a larger tolerance, or a smaller material.softening)",
+            stacklevel=3,
+        )
+
+
 def warn_of_deep_roots(hair: HairModel, positions: np.ndarray, bodies: Sequence[Collider]) -> None:
     """Warn of the strands whose roots are so deep inside bodies at present that their first segments end inside.
 

@@ -85,7 +85,7 @@ class HairModels:
 
 
 def build_models(
-    groom: Groom, material: Material, model: ModelName = "network", construction: Construction = DEFAULT
+    groom: Groom, material: Material, model: ModelName, construction: Construction = DEFAULT
 ) -> HairModels:
     """Model the strands of a groom by a model of the house."""
     return HairModels(groom, material, strand_models()[model], construction)
@@ -94,7 +94,7 @@ def build_models(
 def build_hair(
     groom: Groom,
     material: Material,
-    model: ModelName = "network",
+    model: ModelName,
     construction: Construction = DEFAULT,
     precision: Precision = "double",
 ) -> HairModel:

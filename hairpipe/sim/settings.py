@@ -242,7 +242,7 @@ class Scene:
     gravity     gravitational acceleration along -Y
     air         drag of still air
     contact     contact with bodies, whole level sets and parts; if absent, hair passes through bodies
-    strain      strain limit of segments; if absent, the springs alone limit the strain
+    strain      strain limit of segments; if `false`, the springs alone limit the strain
     steps       limits that divide a frame into steps
     scheme      time integration scheme of a step
     sag_free    equilibrium of the groom at the start; if absent, hair sags from it
@@ -256,7 +256,7 @@ class Scene:
     gravity: Annotated[MetresPerSecondSquared, Interval(ge=0.0, le=1000.0)] = 9.81
     air: Air = Air()
     contact: BodyContact = BodyContact()
-    strain: StrainLimit | None = None
+    strain: StrainLimit | None = StrainLimit()
     steps: StepControl = StepControl()
     scheme: Scheme = Scheme()
     sag_free: SagFree | None = None
@@ -271,14 +271,14 @@ class Scene:
 class HairSettings(Scene):
     """All settings of a simulation of strands: the model of hair and its scene.
 
-    model         strand model: network (as published), rod (elastic rod with twist, equally accurate with half the
-                  segments), chain (straight hair without twist, with half the particles)
+    model         strand model: rod (elastic rod with twist), network (of springs, as published; less accurate at equal
+                  segments), chain (straight hair without twist)
     precision     floating-point precision of the solver: automatic uses single precision where that is safe
     material      material of the fibre, which determines the spring constants
     construction  parameters of the network, for experiments with its parts
     """
 
-    model: ModelName = "network"
+    model: ModelName = "rod"
     precision: Literal["automatic", "double", "single"] = "automatic"
     material: Material = Material()  # noqa: RUF009 (frozen)
     construction: Construction = Construction()  # noqa: RUF009

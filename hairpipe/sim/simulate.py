@@ -22,7 +22,14 @@ from hairpipe.sim.boundary import (
 )
 from hairpipe.sim.build import bodies_of, check_scheme, gravity_of, integrator_of, surroundings_of
 from hairpipe.sim.cuts import move_over_cut
-from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_held, warn_of_lost, warn_of_stretch, warn_of_sweep
+from hairpipe.sim.diagnostics import (
+    warn_of_deep_roots,
+    warn_of_held,
+    warn_of_lost,
+    warn_of_stretch,
+    warn_of_sweep,
+    warn_of_weight,
+)
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.integrators.restoration import converted, restored
 from hairpipe.sim.integrators.step_size import TooManySteps, crossing_limit, limits_of, next_step
@@ -51,11 +58,12 @@ class StrandSimulation:
         return self.hair.groom
 
     def start(self, frame: Frame) -> HairState:
-        """Return the groom where its roots are; warns of roots deep in a body and of a solver that adds energy."""
+        """Return the groom where its roots are; warns of deep roots, of energy from a solver and of soft strands."""
         scene = self._scene_at(frame)
         state = start(self.hair, frame.drivers[1], scene)
         warn_of_deep_roots(self.hair, state.positions, self._bodies_at(frame))
         warn_of_sweep(scene)
+        warn_of_weight(self.hair, scene)
         return state
 
     def advance(self, state: HairState, frame: Frame) -> HairState:

@@ -22,7 +22,7 @@ def hair_of(groom, points):
 
 
 def test_tension_is_the_weight_below_and_stretch_the_change_of_length():
-    state = start(build_hair(HANGING, Material()), None, Scene(sag_free=SagFree()))
+    state = start(build_hair(HANGING, Material(), "network"), None, Scene(sag_free=SagFree()))
     found = measure_points(hair_of(HANGING, 1.02 * HANGING.points), HANGING, state, ())
     assert found.names == ("stretch [%]", "tension [uN]")
     assert found.values[0] == pytest.approx(np.full(len(HANGING.points), 2.0), abs=1e-4)

@@ -19,7 +19,7 @@ HANGING = lay_strands(11, 0.2, 20, (0.0, -1.0, 0.0), (0.0, 0.0, 0.01), None, 0.0
 
 
 def test_it_is_the_weight_below():
-    hair = build_hair(HANGING, Material())
+    hair = build_hair(HANGING, Material(), "network")
     state = start(hair, None, Scene(sag_free=SagFree()))
     weight = Material().line_density * 9.81
     found = tensions(hair.layout, state)

@@ -91,7 +91,7 @@ def test_short_strands_are_simulated_once_they_are_loaded(floor: Body, tmp_path:
         "1 strands are cut into fewer segments",
     ]
     assert np.diff(groom.offsets).tolist() == [13, 6] and groom.ids.tolist() == [0, 2]
-    hair, scene = build_hair(groom, Material()), Scene()
+    hair, scene = build_hair(groom, Material(), "network"), Scene()
     still = (floor.mesh, floor.mesh)
     state = advance_frame(hair, start(hair, floor.mesh, scene), still, (), 1 / 24, scene)
     moved = strands_of(hair, state).points

@@ -30,16 +30,16 @@ def groom(scene, straight):
 def test_less_softened_short_strands_are_named_and_others_are_unchanged(groom):
     material = Material()
     with pytest.warns(UserWarning, match=r"softening = 100: 1 of 2 strands .* by 81.2 or more: strands 1$"):
-        models = build_models(groom(0.01, 0.00057), material)
+        models = build_models(groom(0.01, 0.00057), material, "network")
         hair = choose_precision("double", models, Scene(), bodies=True, first=True)
-    alone = build_hair(groom(0.01), material)
+    alone = build_hair(groom(0.01), material, "network")
     assert np.array_equal(hair.model.constants[0, :, 0], alone.model.constants[0, :, 0])
     assert hair.model.constants[0, 0, 1] == pytest.approx(100.0 / 81.2 * material.axial, rel=1e-3)
 
 
 def test_segments_shorter_than_hair_is_thick_are_refused_by_name(groom):
     with pytest.raises(BadInput, match=r"segments of 5e-05 m, hair of 8e-05 m: strands 1 \(segments longer"):
-        build_hair(groom(0.01, 0.00005), Material())
+        build_hair(groom(0.01, 0.00005), Material(), "network")
 
 
 def test_curls_are_named_where_springs_hold_them_and_not_where_rods_do(groom):
@@ -54,7 +54,7 @@ def test_curls_are_named_where_springs_hold_them_and_not_where_rods_do(groom):
     with pytest.warns(
         UserWarning, match=r"1 of 4 strands are curls: strands 2; .* error of up to 10 %, or they do not come to rest"
     ):
-        choose_precision("double", build_models(curly, Material()), Scene(), bodies=True, first=True)
+        choose_precision("double", build_models(curly, Material(), "network"), Scene(), bodies=True, first=True)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         choose_precision("double", build_models(curly, Material(), "rod"), Scene(), bodies=True, first=True)

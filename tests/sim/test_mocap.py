@@ -32,7 +32,7 @@ def bust():
 
 @pytest.fixture(scope="module")
 def hair(bust):
-    return build_hair(grow_groom(bust, strands=16, segments=20), Material())
+    return build_hair(grow_groom(bust, strands=16, segments=20), Material(), "network")
 
 
 @pytest.mark.filterwarnings("ignore")

@@ -33,7 +33,7 @@ def swing(scene, straight):
 
 
 def choose(asked, shot, *, bodies=False, first=False):
-    models = build_models(shot.hair.groom, Material())
+    models = build_models(shot.hair.groom, Material(), "network")
     return choose_precision(asked, models, shot.scene, bodies=bodies, first=first)
 
 
@@ -125,7 +125,9 @@ def test_the_limit_is_a_number_of_explicit_steps_whatever_hair_is_made_of(swing)
     coarse, fine = (highest_frequency(swing("double", n, 1 / 240).hair.model) for n in (10, 20))
     assert 1.8 < fine / coarse < 2.2
     groom = swing("double", 10, 1 / 240).hair.groom
-    light, heavy = (highest_frequency(build_hair(groom, Material(density=d)).model) for d in (1000.0, 4000.0))
+    light, heavy = (
+        highest_frequency(build_hair(groom, Material(density=d), "network").model) for d in (1000.0, 4000.0)
+    )
     np.testing.assert_allclose(light / heavy, 2.0, rtol=1e-9)
 
 

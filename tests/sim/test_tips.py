@@ -24,7 +24,7 @@ def test_a_tip_goes_where_the_body_goes_and_a_free_one_does_not(triangle, scene)
     body = triangle()
     one = scene([arc(), arc()]).hair.groom
     groom = bind_tips(body, one, np.array([True, False]), 1.0)
-    hair, rules = build_hair(groom, Material()), Scene(steps=StepControl(longest=1 / 96))
+    hair, rules = build_hair(groom, Material(), "network"), Scene(steps=StepControl(longest=1 / 96))
     state, frame, angle = start(hair, body, rules), 1 / 24, 0.6
     for number in range(1, 5):
         turn = angle * number / 24
@@ -42,7 +42,7 @@ def test_a_tip_goes_where_the_body_goes_and_a_free_one_does_not(triangle, scene)
 
 def test_without_a_body_a_held_tip_is_at_rest(triangle, scene):
     groom = bind_tips(triangle(), scene([arc()]).hair.groom, np.array([True]), 1.0)
-    hair, rules = build_hair(groom, Material()), Scene(steps=StepControl(longest=1 / 96))
+    hair, rules = build_hair(groom, Material(), "network"), Scene(steps=StepControl(longest=1 / 96))
     state = advance_frame(hair, start(hair, None, rules), (None, None), (), 1 / 24, rules)
     assert np.allclose(strands_of(hair, state).points[-1], groom.points[-1], atol=1e-6)
 
@@ -50,4 +50,4 @@ def test_without_a_body_a_held_tip_is_at_rest(triangle, scene):
 def test_hair_held_at_its_tips_is_not_settled_as_if_it_were_free(triangle, scene):
     groom = bind_tips(triangle(), scene([arc()]).hair.groom, np.array([True]), 1.0)
     with pytest.raises(BadInput, match="tips held by the body would be released"):
-        settle_groom(groom, Material(), Construction(), 9.81)
+        settle_groom(groom, Material(), Construction(), 9.81, "network")

@@ -17,7 +17,7 @@ from hairpipe.groom.grow.style import PaintedMetres, Style
 from hairpipe.levelset.bake.parts import bake_parts
 from hairpipe.sim.hair_model import HairModel, build_hair
 from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Collisions, Locks, Scene, StepControl, Stiction, StrainLimit, Volume
+from hairpipe.sim.settings import Collisions, Locks, Scene, StepControl, Stiction, Volume
 from hairpipe.sim.shot import Frame
 from hairpipe.sim.simulate import next_state, start
 
@@ -60,7 +60,7 @@ class Head:
 def scene_of(between: Between) -> Scene:
     """Return a scene with all that bodies do to hair, and what hair does to hair."""
     steps = StepControl(longest=1 / (FPS * STEPS), root=1.0, travel=1.0, crossings=1.0)
-    scene = Scene(strain=StrainLimit(), steps=steps)
+    scene = Scene(steps=steps)
     if between == "volume":
         return replace(scene, volume=Volume())
     if between == "nothing":
@@ -74,7 +74,7 @@ def grow_head(segments: int, between: Between) -> Head:
     bust = build_bust()
     style = Style(length=PaintedMetres(LENGTH))
     groom = grow(Canvas(bust, no_image, 0), style, None, max(segments // SEGMENTS, 1), Cut(SEGMENTS))
-    hair = build_hair(groom, Material())
+    hair = build_hair(groom, Material(), "network")
     scene = scene_of(between)
     return Head(bust, hair, start(hair, mesh_at(bust, 0.0), scene), scene)
 

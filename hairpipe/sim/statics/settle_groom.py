@@ -16,7 +16,7 @@ from hairpipe.sim.strands.registry import ModelName
 
 
 def settle_groom(
-    groom: Groom, material: Material, construction: Construction, gravity: float, model: ModelName = "network"
+    groom: Groom, material: Material, construction: Construction, gravity: float, model: ModelName
 ) -> Groom:
     """Return the groom with its strands at rest under gravity, with springs at rest as groomed.
 

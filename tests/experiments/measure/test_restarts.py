@@ -22,7 +22,7 @@ STEPS = StepControl(1 / 240)
 @pytest.fixture(scope="module")
 def shot():
     """A reference: its states and its strands."""
-    models = build_models(GROOM, Material())
+    models = build_models(GROOM, Material(), "network")
     found, previous = {}, None
     for frame in NUMBERS:
         hair = simulate_hair(
@@ -35,7 +35,7 @@ def shot():
 
 
 def restarted(shot, groom=GROOM, **settings):
-    settings = {"precision": "double", "steps": STEPS, "restarts": 3, **settings}
+    settings = {"model": "network", "precision": "double", "steps": STEPS, "restarts": 3, **settings}
     return restart_hair(groom, None, None, None, None, *shot, Time(1, FPS), (), **settings)
 
 

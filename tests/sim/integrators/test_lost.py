@@ -105,7 +105,7 @@ def test_a_strand_that_cannot_be_solved_is_held_and_named_and_spares_the_others(
 def test_a_frame_in_which_single_precision_loses_a_strand_is_computed_in_double(scene, straight, triangle):
     """A speed whose square 32 bits do not hold; in double, too, the strand is held, as hair is not so long."""
     groom = scene([straight(0.1, 10, [1, 0.2 * k, 0]) for k in range(3)]).hair.groom
-    models, body = build_models(groom, Material()), triangle()
+    models, body = build_models(groom, Material(), "network"), triangle()
     single, double = (models.in_precision(precision) for precision in ("single", "double"))
     shot = Scene(steps=StepControl(longest=1 / 240, travel=np.inf))
     (state, reported), (truth, alone) = (thrown(hair, body, shot, 1e20) for hair in (single, double))

@@ -29,7 +29,7 @@ def build_bundle():
     offsets = np.arange(0, count * (SEGMENTS + 1) + 1, SEGMENTS + 1, dtype=np.int32)
     ids = np.arange(count, dtype=np.int32)
     groom = Groom(points.reshape(-1, 3), offsets, ids, triangles, weights, frames, np.zeros((count, 2), np.float32))
-    return build_hair(groom, Material())
+    return build_hair(groom, Material(), "network")
 
 
 def body(time):

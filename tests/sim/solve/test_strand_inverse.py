@@ -36,7 +36,7 @@ def solve(hair, x, push, A, active, held):
 
 @pytest.mark.parametrize("tips_held", [False, True])
 def test_it_is_the_change_of_a_solve(tips_held):
-    hair = build_hair(tuft(), Material())
+    hair = build_hair(tuft(), Material(), "network")
     layout, rng = hair.layout, np.random.default_rng(5)
     everyone, count = np.ones(layout.strands.shape), layout.offsets[-1]
     active, held = everyone * (layout.strands % 3 != 0), everyone if tips_held else everyone[:0]

@@ -206,7 +206,7 @@ def test_equilibrium_is_at_the_first_frame(sag_free, straight, triangle):
     s = sag_free([straight(0.1, 25, DOWN)])
     turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
     body = triangle(triangle().points @ turn.T)
-    hair = build_hair(s.hair.groom, Material())
+    hair = build_hair(s.hair.groom, Material(), "network")
     state = before = start(hair, body, s.scene)
     for _ in range(24):
         state = advance_frame(hair, state, (body, body), (), 1 / 24, s.scene)

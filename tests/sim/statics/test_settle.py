@@ -67,9 +67,9 @@ def test_it_is_where_the_simulation_comes_to_rest(settled, scene, straight):
 
 def test_the_settled_groom_keeps_its_shape_when_it_is_simulated_sag_free(scene, straight):
     s = scene([straight(0.1, 50, [1, 0, 0]), straight(0.3, 50, [1, 0, 0]), curl()])
-    groom = settle_groom(s.hair.groom, Material(), Construction(), 9.81)
+    groom = settle_groom(s.hair.groom, Material(), Construction(), 9.81, "network")
     np.testing.assert_array_equal(groom.points[groom.offsets[:-1]], s.hair.groom.points[groom.offsets[:-1]])
-    hair, sag_free = build_hair(groom, Material()), replace(s.scene, sag_free=SagFree())
+    hair, sag_free = build_hair(groom, Material(), "network"), replace(s.scene, sag_free=SagFree())
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         state = start(hair, s.body, sag_free)

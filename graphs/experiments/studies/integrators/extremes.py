@@ -70,10 +70,10 @@ def _cases() -> Iterator[Case]:
 
 def _try(case: Case, rate: int, seconds: float) -> tuple[float | str, ...]:
     """Simulate a swinging strand; return its row."""
-    scene = Scene(case.gravity, Air(DRAG), steps=StepControl(1.0 / rate, np.inf, np.inf), scheme=Scheme())
+    scene = Scene(case.gravity, Air(DRAG), strain=None, steps=StepControl(1.0 / rate, np.inf, np.inf), scheme=Scheme())
     begun = (case.name, case.value, 1.0 / rate)
     try:
-        hair = build_hair(groom_of([Strand("swing", case.length)], case.segments), case.material)
+        hair = build_hair(groom_of([Strand("swing", case.length)], case.segments), case.material, "network")
     except BadInput as error:
         return *begun, np.nan, np.nan, np.nan, f"refused: {error}".splitlines()[0]
     state = start(hair, None, scene)

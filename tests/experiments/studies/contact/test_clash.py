@@ -18,7 +18,7 @@ LIMITED = Scene(strain=StrainLimit(0.02))
 
 
 def tabulate(truth, scene, bar, seconds):
-    hair = build_hair(tuft(), Material())
+    hair = build_hair(tuft(), Material(), "network")
 
     def run(speed, rate):
         return meet(hair, replace(scene, steps=fixed_steps(rate)), bar, speed, seconds)
@@ -63,7 +63,7 @@ def test_energy_won_after_the_bar_rests_grows_and_energy_lost_does_not():
 @pytest.mark.parametrize(("locks", "won"), [(None, 1e-3), (Locks(after=1), 0.1 * GROWN)])
 def test_hair_that_swings_out_wins_no_energy_and_next_to_none_where_it_is_carried(locks, won):
     scene = replace(LIMITED, steps=fixed_steps(240), stiction=Stiction(2.4e-3, 6e-3), locks=locks)
-    worst = meet(build_hair(tuft(), Material()), scene, False, 0.5, 0.75)
+    worst = meet(build_hair(tuft(), Material(), "network"), scene, False, 0.5, 0.75)
     assert len(worst.energies) == 7 and worst.grown < won
     assert (worst.simulated < 32) == (locks is not None)
 
@@ -78,8 +78,12 @@ def test_bar_and_roots_are_at_rest_after_a_period_where_they_began():
 
 def test_hair_that_a_bar_meets_slides_over_it():
     """At 1 m/s in steps of 1/240 s the bar goes 4 mm a step; with friction hair was stretched by 12 %, and flung."""
-    found = meet(build_hair(tuft(), Material()), replace(LIMITED, steps=StepControl(1 / 240)), True, 1.0, 0.25)
-    fine = meet(build_hair(tuft(), Material()), replace(LIMITED, steps=StepControl(1 / 960)), True, 1.0, 0.25)
+    found = meet(
+        build_hair(tuft(), Material(), "network"), replace(LIMITED, steps=StepControl(1 / 240)), True, 1.0, 0.25
+    )
+    fine = meet(
+        build_hair(tuft(), Material(), "network"), replace(LIMITED, steps=StepControl(1 / 960)), True, 1.0, 0.25
+    )
     assert found.finite and found.stretch < 0.02 and found.deepest == 0.0 and not found.through.any()
     assert found.fastest == pytest.approx(fine.fastest, rel=0.15)
 

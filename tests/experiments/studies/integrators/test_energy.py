@@ -23,7 +23,7 @@ def add_all(model, A, b, x, still):
 @pytest.mark.parametrize("seed", range(3))
 def test_force_of_a_network_is_minus_the_gradient_of_its_springs_and_altitudes(seed):
     """Bent at random, so far that no choice of an altitude changes hands on the way."""
-    hair = build_hair(tuft(), Material())
+    hair = build_hair(tuft(), Material(), "network")
     model, rng, count = hair.model, np.random.default_rng(seed), int(hair.model.first[1])
     place = hair.rest + 3e-4 * rng.normal(size=hair.rest.shape)
     still, way = np.zeros_like(place[:count]), np.zeros_like(place)

@@ -44,7 +44,7 @@ class Hull:
         frames = root_frames(self.mesh.points, unit.triangles, triangles, middles)
         offsets, ids = (np.arange(9) * (SEGMENTS + 1)).astype(np.int32), np.arange(8, dtype=np.int32)
         groom = Groom(points.reshape(-1, 3), offsets, ids, triangles, middles, frames, np.zeros((8, 2), np.float32))
-        self.hair = build_hair(groom, Material())
+        self.hair = build_hair(groom, Material(), "network")
 
     def run(self, scene, frames):
         """Give the state of every frame."""
