@@ -12,7 +12,7 @@ from hairpipe.sim.simulate import next_state
 
 SEGMENTS, SIDE, SPACING = 8, 5, 4e-4
 CORNERS = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, -0.1]])
-SCENE = Scene(stiction=Stiction(), collisions=Collisions(), locks=Locks(after=2, most=8, tolerance=1e-3))
+SCENE = Scene(strain=None, stiction=Stiction(), collisions=Collisions(), locks=Locks(after=2, most=8, tolerance=1e-3))
 
 
 def build_bundle():
