@@ -13,7 +13,9 @@ from hairpipe.units import Interval, Metres, Reads, Suffixes
 @node(frames="once")
 def load_body(
     *,
-    file: Annotated[Path, Suffixes((".obj", ".usd", ".usda", ".usdc", ".usdz", ".gltf", ".glb")), Reads(list_files)],
+    file: Annotated[
+        Path, Suffixes((".obj", ".usd", ".usda", ".usdc", ".usdz", ".gltf", ".glb", ".abc", ".ply")), Reads(list_files)
+    ],
     group: str | None = None,
     skeleton: Path | None = None,
     weights: Path | None = None,
@@ -23,15 +25,15 @@ def load_body(
     joint: str = "head",
     scalp: Scalp | None = None,
 ) -> Body:
-    """Read mesh, skeleton, weights and painted maps from OBJ, USD or glTF; in metres, Y up, facing +Z.
+    """Read mesh, skeleton, weights and painted maps from OBJ, PLY, USD, glTF or Alembic; in metres, Y up, facing +Z.
 
     file       path of the mesh; a USD or glTF file contains the skeleton, too
     group      name of a group or object of an OBJ file, path or pattern (*/head*) of prims of a USD file, or name of a
                node of a glTF file, to read alone
     skeleton   path of a MakeHuman rig (.mhskel) for an OBJ file
     weights    path of MakeHuman weights (.mhw) for the skeleton
-    unit       metres per unit of an OBJ file; a correction factor for a USD file, which states its unit
-    up         vertical axis of an OBJ file, or of a USD file that states a wrong one; Z-up bodies face -Y
+    unit       metres per unit of an OBJ, PLY or Alembic file; a correction factor for a USD file, which states its unit
+    up         vertical axis of such a file, or of a USD file that states a wrong one; Z-up bodies face -Y
     time_code  time code of a USD file; by default the first with samples of all meshes and curves
     joint      name of the only joint of a body without a skeleton, for the mapping to a clip
     scalp      hairline that defines the map "scalp"; if absent, the map of the file

@@ -25,18 +25,18 @@ def load_mesh_cache(
     speed: Annotated[float, Gt(0)] = 1.0,
     velocities: Literal["file", "samples"] = "file",
 ) -> Mesh:
-    """Read an animated mesh with the velocity of every vertex, from USD, Alembic, glTF or a sequence of OBJ files.
+    """Read an animated mesh with the velocity of every vertex, from USD, Alembic, glTF or a sequence of files.
 
     Meshes of USD may have time samples, value clips, moving parents, UsdSkel skeletons and blend shapes, which are
     evaluated as OpenUSD bakes them; those of glTF skins and morph targets. Sub-frame samples are used: points follow a
     cubic through the samples. Polygons must be the same at all times. With a body at rest, the mesh is that body in
     motion; without one it is a collider.
 
-    file        path of the file, or of a sequence: mesh.####.obj
+    file        path of the file, or of a sequence of OBJ or PLY files: mesh.####.obj
     group       path of the prim or object to read, with all below, or a pattern such as */garment*; for OBJ a group
     clip        name of an animation of a glTF file, or a pattern of names (*) to join some; by default the first
-    unit        metres per unit of an Alembic or OBJ file; a correction factor for USD, which states its unit
-    up          vertical axis of an Alembic or OBJ file
+    unit        metres per unit of an Alembic, OBJ or PLY file; a correction factor for USD, which states its unit
+    up          vertical axis of an Alembic, OBJ or PLY file
     at          frame of the shot that shows the time code `start`
     start       time code of a USD file, number of a file of a sequence, or time of Alembic and glTF in frames of the
                 shot; by default `at`, for glTF 0

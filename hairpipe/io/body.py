@@ -4,12 +4,14 @@ from pathlib import Path
 
 import numpy as np
 
-from hairpipe.data import Body, Skeleton
+from hairpipe.data import Body, Mesh, Skeleton
 from hairpipe.errors import BadInput
 from hairpipe.io.gltf.document import SUFFIXES as GLTF
 from hairpipe.io.gltf.joints_of_skins import read_body as read_gltf_body
 from hairpipe.io.makehuman import read_skeleton, read_weights
+from hairpipe.io.mesh_cache.ply_mesh import read_ply_mesh
 from hairpipe.io.obj import read_obj
+from hairpipe.io.usd.apart import work_apart
 
 USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
@@ -22,7 +24,9 @@ def read_body(
     weights: Path | None = None,
     time: float | None = None,
 ) -> Body:
-    """Read mesh, skeleton, weights and painted maps; an OBJ file without a skeleton gives a body without joints.
+    """Read mesh, skeleton, weights and painted maps; a file without a skeleton gives a body without joints.
+
+    An Alembic file is read at its first sample.
 
     group              to read: a group or object of an OBJ file, path of a prim of a USD file, name of a node of a glTF
                        file; None for all
@@ -47,12 +51,26 @@ def read_body(
         if skeleton is not None:
             raise BadInput("glTF files contain their skeleton", where="skeleton", right="no skeleton and weights")
         return read_gltf_body(path, group)
-    if path.suffix.lower() != ".obj":
-        right = ".obj, USD, .gltf or .glb"
+    if path.suffix.lower() not in (".obj", ".ply", ".abc"):
+        right = ".obj, .ply, .abc, USD, .gltf or .glb"
         raise BadInput(f"bodies are not read from {path.suffix or 'such'} files", where=path, right=right)
-    mesh = read_obj(path, group)
+    if skeleton is not None and path.suffix.lower() != ".obj":
+        right = "no skeleton and weights, or an OBJ file"
+        raise BadInput("a MakeHuman rig fits OBJ files", where="skeleton", right=right)
+    mesh = read_mesh(path, group)
     if skeleton is None or weights is None:
         nobody = Skeleton((), np.zeros(0, np.int32), np.zeros((0, 4, 4)), np.zeros((0, 3)))
         return Body(mesh, nobody, np.zeros((len(mesh.points), 0), np.int32), np.zeros((len(mesh.points), 0)))
     joints = read_skeleton(skeleton, mesh.points)
     return Body(mesh, joints, *read_weights(weights, joints.names, len(mesh.points)))
+
+
+def read_mesh(path: Path, group: str | None) -> Mesh:
+    """Read the triangles of an OBJ, PLY or Alembic file."""
+    if path.suffix.lower() == ".obj":
+        return read_obj(path, group)
+    if path.suffix.lower() == ".ply":
+        return read_ply_mesh(path, group).mesh
+    from hairpipe.io.mesh_cache.alembic_meshes import read_rest
+
+    return work_apart(read_rest, path, group).mesh

@@ -19,8 +19,8 @@ EXACT = 1e-6
 """Distance from a sample at which a time is the sample [s]."""
 
 
-def read(path: Path, group: str | None, instant: Instant) -> Shape:
-    """Read the visible meshes of a file at an instant.
+def read(path: Path, group: str | None, instant: Instant | None) -> Shape:
+    """Read the visible meshes of a file at an instant, or without velocities at the first sample for None.
 
     group  path of an object, or a pattern of paths, to read with all below; None for all
 
@@ -29,10 +29,17 @@ def read(path: Path, group: str | None, instant: Instant) -> Shape:
     checked_size(path, "an Alembic file")
     library = import_alembic(path)
     try:
+        if instant is None:
+            return AlembicMeshes(library, path, group, 1.0).shape(0)
         return read_at(AlembicMeshes(library, path, group, instant.fps), instant)
     except RuntimeError as error:
         what = f"not a readable Alembic file: {str(error).splitlines()[0][:160]}"
         raise BadInput(what, where=path, right="a file in the format Ogawa") from None
+
+
+def read_rest(path: Path, group: str | None) -> Shape:
+    """Read the visible meshes of a file at the first sample; see `read`."""
+    return read(path, group, None)
 
 
 def import_alembic(path: Path) -> Any:

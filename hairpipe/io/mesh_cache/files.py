@@ -9,7 +9,7 @@ from hairpipe.io.gltf.document import list_files as list_parts
 from hairpipe.io.gltf.document import named
 
 USD = (".usd", ".usda", ".usdc", ".usdz")
-NUMBERED = (".obj",)
+NUMBERED = (".obj", ".ply")
 ALEMBIC = ".abc"
 SUFFIXES = (*USD, ALEMBIC, *GLTF, *NUMBERED)
 MARK = re.compile(r"#+")

@@ -32,7 +32,7 @@ def read_moving(path: Path, group: str | None, clip: str | None, instant: Instan
 
         return work_apart(alembic_meshes.read, path, group, instant)
     if suffix in NUMBERED:
-        from hairpipe.io.mesh_cache.obj_sequence import ObjSequence
+        from hairpipe.io.mesh_cache.sequence import Sequence
 
-        return read_at(ObjSequence(path, group, instant.fps), instant)
+        return read_at(Sequence(path, group, instant.fps), instant)
     raise BadInput(f"meshes are not read from {suffix or 'such'} files", where=path, right=", ".join(SUFFIXES))

@@ -10,8 +10,11 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
+from hairpipe.graph import Time
 from hairpipe.io.mesh_cache.alembic_meshes import read
 from hairpipe.io.mesh_cache.moving import Instant
+from hairpipe.nodes.load_body import load_body
+from hairpipe.nodes.load_mesh_cache import load_mesh_cache
 
 alembic3d = pytest.importorskip("alembic3d")
 Abc = pytest.importorskip("alembic3d.Abc")
@@ -134,6 +137,14 @@ def test_a_file_that_is_damaged_is_refused(tmp_path):
     (tmp_path / "a.abc").write_bytes(b"Ogawa" + bytes(range(200)))
     with pytest.raises(BadInput, match=r"a.abc: not a readable Alembic file"):
         read(tmp_path / "a.abc", None, at(1001))
+
+
+def test_an_alembic_body_moves_by_its_file(tmp_path):
+    file = write(tmp_path / "a.abc", lambda top, times: add_mesh(top, times, "bent", bent))
+    rest = load_body(file=file, unit=0.5)
+    np.testing.assert_allclose(rest.mesh.points, 0.5 * SQUARE, atol=1e-7)
+    mesh = load_mesh_cache(Time(1003, 24.0), (), rest, file=file, unit=0.5)
+    np.testing.assert_allclose(mesh.points, 0.5 * bent(2), atol=1e-6)
 
 
 def test_a_missing_library_is_named(tmp_path, monkeypatch):

@@ -1,4 +1,4 @@
-"""Numbered sequences of OBJ files: faces of the first file, points of each."""
+"""Numbered sequences of OBJ or PLY files: polygons of the first file, points of each."""
 
 import hashlib
 import warnings
@@ -11,12 +11,13 @@ import numpy as np
 from hairpipe.errors import BadInput
 from hairpipe.io.mesh_cache.files import numbered, stamp_of
 from hairpipe.io.mesh_cache.moving import Points, Shape
+from hairpipe.io.mesh_cache.ply_mesh import read_ply_mesh, read_ply_points
 from hairpipe.io.obj import read_polygons
 from hairpipe.io.text import LARGEST, MOST_BYTES, parse_number
 from hairpipe.plain_file import content
 
 
-class ObjSequence:
+class Sequence:
     """Samples of a sequence, see `hairpipe.io.mesh_cache.moving.Source`; the number of a file is its time code.
 
     Raises BadInput for a sequence without files; warns of missing numbers.
@@ -28,8 +29,9 @@ class ObjSequence:
         files = numbered(path)
         self.group, self.rate = group, fps
         self.files = list(files.values())
+        self.read_shape, self.read_points = READERS[path.suffix.lower()]
         self.codes = np.array(list(files), np.float64)
-        self.first = _recall(self.files[0], group, stamp_of(str(self.files[0])))
+        self.first = recall_first(self.files[0], group, stamp_of(str(self.files[0])))
         gaps = np.diff(self.codes)
         if len(gaps) and gaps.max() > gaps.min():
             after = int(self.codes[np.argmax(gaps)])
@@ -38,13 +40,13 @@ class ObjSequence:
 
     def shape(self, sample: int) -> Shape:
         """Read the triangles at a sample, and all points there."""
-        return Shape(*read_polygons(self.files[sample], self.group)) if sample else self.first.shape
+        return self.read_shape(self.files[sample], self.group) if sample else self.first.shape
 
     def sample(self, sample: int) -> list[Points]:
         """Read the points of a file; BadInput where its faces are not those of the first one."""
         file = self.files[sample]
         first = self.files[0].name
-        points, faces = read_points(file)
+        points, faces = self.read_points(file)
         if len(points) != len(self.first.shape.mesh.points):
             right = f"{len(self.first.shape.mesh.points):,} as {first} has"
             raise BadInput(f"the file has {len(points):,} vertices", where=file, right=right)
@@ -53,20 +55,26 @@ class ObjSequence:
         return [(points, None)]
 
 
-class _First(NamedTuple):
-    """Triangles of the first file, and digest of its faces."""
+class First(NamedTuple):
+    """Triangles of the first file, and digest of its polygons."""
 
     shape: Shape
     faces: bytes
 
 
 @lru_cache(maxsize=1)
-def _recall(path: Path, group: str | None, stamp: tuple[int, ...]) -> _First:
+def recall_first(path: Path, group: str | None, stamp: tuple[int, ...]) -> First:
     """Read the first file once per process, as long as its stamp is the same."""
-    return _First(Shape(*read_polygons(path, group)), read_points(path)[1])
+    read_shape, read_points = READERS[path.suffix.lower()]
+    return First(read_shape(path, group), read_points(path)[1])
 
 
-def read_points(path: Path) -> tuple[np.ndarray, bytes]:
+def read_obj_shape(path: Path, group: str | None = None) -> Shape:
+    """Read the triangles of an OBJ file, or of a group of it."""
+    return Shape(*read_polygons(path, group))
+
+
+def read_obj_points(path: Path) -> tuple[np.ndarray, bytes]:
     """Return the vertices of an OBJ file, (n, 3) float64, and a digest of its faces.
 
     Raises BadInput, with the line, where one is not three numbers.
@@ -97,3 +105,7 @@ def _name_fault(path: Path, vertices: list[list[bytes]], lines: list[int]) -> No
         if len(texts) < 3 or None in map(parse_number, texts):
             what = f"{' '.join(texts)[:60]!r} are not three usable numbers"
             raise BadInput(what, where=f"{path}, line {line}", right="v x y z")
+
+
+READERS = {".obj": (read_obj_shape, read_obj_points), ".ply": (read_ply_mesh, read_ply_points)}
+"""Readers of triangles, and of points with a digest of the polygons, by suffix."""
