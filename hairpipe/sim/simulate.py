@@ -237,8 +237,8 @@ def advance_frame(
 def strands_of(hair: HairModel, state: HairState) -> Strands:
     """Collect what is shown: the axis of every strand; ArithmeticError naming strands that are not finite."""
     points, velocities = hair.layout.axis(state.positions), hair.layout.axis(state.velocities)
-    finite = np.isfinite(points).all(1) & np.isfinite(velocities).all(1)
-    if not finite.all():
+    if not (np.isfinite(points).all() and np.isfinite(velocities).all()):
+        finite = np.isfinite(points).all(1) & np.isfinite(velocities).all(1)
         raise _lost(hair, np.flatnonzero(~finite))
     return Strands(points, velocities.astype(np.float32), hair.layout.offsets, hair.diameter)
 

@@ -17,6 +17,7 @@ changes a strand that is not lost. Held strands are counted in `State.held` and 
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit, prange
 
 from hairpipe.kernels.simd_arrays import copied
 from hairpipe.sim.integrators.integrator import everywhere, rows_of
@@ -107,9 +108,19 @@ def find_broken(model: StrandModel, state: State, step: Step) -> np.ndarray | No
 
 
 def are_finite(model: StrandModel, x: np.ndarray) -> np.ndarray:
-    """Find the strands whose particles, (rows, ..., W), all are finite, (blocks, W) bool."""
-    finite = np.isfinite(x).reshape(len(x), -1, x.shape[-1]).all(axis=1)
-    return np.logical_and.reduceat(finite, model.first[:-1])
+    """Find the strands whose particles, (rows, k, W), all are finite, (blocks, W) bool."""
+    finite = np.ones((len(model.first) - 1, x.shape[-1]), np.bool_)
+    _find_finite(model.first, x, finite)
+    return finite
+
+
+@njit(cache=True, parallel=True)
+def _find_finite(first, x, finite):
+    for block in prange(len(first) - 1):
+        for row in range(first[block], first[block + 1]):
+            for c in range(x.shape[1]):
+                for lane in range(x.shape[2]):
+                    finite[block, lane] &= np.isfinite(x[row, c, lane])
 
 
 def hold_broken(model: StrandModel, state: State, began: Began, step: Step) -> None:
