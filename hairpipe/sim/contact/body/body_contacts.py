@@ -172,11 +172,26 @@ class BodyContacts(Interaction):
         dx, dv, touched, normals = project(motion, ended, met, parts / _PARTS, meeting, leaving.normal)
         # What is pressed on the body sinks in and is moved out in every step: with the forces found before it trembles.
         np.logical_or(self._state.discontinuous, touched, out=self._state.discontinuous)
-        drape(after, dx, normals, most, masses, lambda places, which: self._around(places, which, end.time + end.dt))
+        which = self._points_to_drape(touched)
+        draped, directions = dx[which], normals[which]
+
+        def look(places: np.ndarray, chosen: np.ndarray) -> tuple[SdfSample, np.ndarray]:
+            return self._around(places, which[chosen], end.time + end.dt)
+
+        if len(which):
+            drape(after[which], draped, directions, most[which], masses[which], look)
+        dx[which], normals[which] = draped, directions
         end.move(dx)
         end.push(dv)
         if self._is_left_to_corrections:
             self._hold_normals(touched, normals, masses, end.dt)
+
+    def _points_to_drape(self, touched: np.ndarray) -> np.ndarray:
+        """Find all points of strands with touched points, (P,) bool: their indices, (n,)."""
+        strands = np.searchsorted(self.offsets, np.flatnonzero(touched), side="right") - 1
+        chosen = np.zeros(len(self.offsets) - 1, np.bool_)
+        chosen[strands] = True
+        return np.flatnonzero(np.repeat(chosen, np.diff(self.offsets)))
 
     def _meeting(self, end: StepEnd, before: np.ndarray, after: np.ndarray, parts: np.ndarray) -> SdfSample:
         """Find the body where and when points that run into it have not yet: after so many parts of the step, (n,)."""

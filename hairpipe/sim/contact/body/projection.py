@@ -18,10 +18,12 @@ released; and where contact is held in the solve (`implicit.py`), only its remai
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+from numba import njit, prange
 
 from hairpipe.levelset.collider import SdfSample
 from hairpipe.sim.contact.body.implicit import DEEP, PUSH_OUT
+
+_CHUNK = 512
 
 
 class Motion(NamedTuple):
@@ -61,7 +63,7 @@ def farthest(start_distance: np.ndarray, dt: float) -> np.ndarray:
     return np.where(start_distance < -DEEP, -np.inf, start_distance + PUSH_OUT * dt)
 
 
-@njit(cache=True)
+@njit(cache=True, parallel=True)
 def project(
     motion: Motion,
     ended: SdfSample,
@@ -84,31 +86,32 @@ def project(
     dv = np.zeros((count, 3))
     touched = np.zeros(count, np.bool_)
     normals = np.zeros((count, 3))
-    next_met = 0
-    for i in range(count):
-        through = -1
-        if next_met < len(met) and met[next_met] == i:  # Both ascend: one walk over points finds what each has met.
-            through = next_met
-            next_met = next_met + 1
-        kept, phi = motion.thickness[i], ended.distance[i]
-        n = (ended.normal[i, 0], ended.normal[i, 1], ended.normal[i, 2])
-        out = n[0] * n[0] + n[1] * n[1] + n[2] * n[2] > 0.5
-        if through >= 0:
-            m = (meeting.normal[through, 0], meeting.normal[through, 1], meeting.normal[through, 2])
-            end = leaving[through]
-            same = m[0] * end[0] + m[1] * end[1] + m[2] * end[2]
-            # Opposite normals: it came out on the other side, and has to go on from where it met the body.
-            if same <= 0.0 and m[0] * m[0] + m[1] * m[1] + m[2] * m[2] > 0.5:
-                b = (meeting.velocity[through, 0], meeting.velocity[through, 1], meeting.velocity[through, 2])
-                _stop(motion, i, shares[through], m, b, dx, dv)
+    for chunk in prange((count + _CHUNK - 1) // _CHUNK):
+        next_met = np.searchsorted(met, chunk * _CHUNK)
+        for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, count)):
+            through = -1
+            if next_met < len(met) and met[next_met] == i:  # Both ascend: one walk over points finds what each has met.
+                through = next_met
+                next_met = next_met + 1
+            kept, phi = motion.thickness[i], ended.distance[i]
+            n = (ended.normal[i, 0], ended.normal[i, 1], ended.normal[i, 2])
+            out = n[0] * n[0] + n[1] * n[1] + n[2] * n[2] > 0.5
+            if through >= 0:
+                m = (meeting.normal[through, 0], meeting.normal[through, 1], meeting.normal[through, 2])
+                end = leaving[through]
+                same = m[0] * end[0] + m[1] * end[1] + m[2] * end[2]
+                # Opposite normals: it came out on the other side, and has to go on from where it met the body.
+                if same <= 0.0 and m[0] * m[0] + m[1] * m[1] + m[2] * m[2] > 0.5:
+                    b = (meeting.velocity[through, 0], meeting.velocity[through, 1], meeting.velocity[through, 2])
+                    _stop(motion, i, shares[through], m, b, dx, dv)
+                    touched[i] = True
+                    normals[i, 0], normals[i, 1], normals[i, 2] = m
+                    continue
+            if phi < kept and out and motion.mass[i] < np.inf and motion.most[i] > -np.inf:
+                b = (ended.velocity[i, 0], ended.velocity[i, 1], ended.velocity[i, 2])
+                _meet(motion, i, n, b, max(min(kept, motion.most[i]) - phi, 0.0), dx, dv)
                 touched[i] = True
-                normals[i, 0], normals[i, 1], normals[i, 2] = m
-                continue
-        if phi < kept and out and motion.mass[i] < np.inf and motion.most[i] > -np.inf:
-            b = (ended.velocity[i, 0], ended.velocity[i, 1], ended.velocity[i, 2])
-            _meet(motion, i, n, b, max(min(kept, motion.most[i]) - phi, 0.0), dx, dv)
-            touched[i] = True
-            normals[i, 0], normals[i, 1], normals[i, 2] = n
+                normals[i, 0], normals[i, 1], normals[i, 2] = n
     return dx, dv, touched, normals
 
 
