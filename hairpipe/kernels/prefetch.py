@@ -4,7 +4,7 @@ from llvmlite import ir
 from numba import types
 from numba.core.extending import intrinsic
 
-AHEAD = 24
+AHEAD = 48
 """Number of entries of a list by which prefetching is ahead of computation."""
 _NUMBER = ir.IntType(32)
 _READ, _ALL_CACHES, _DATA = _NUMBER(0), _NUMBER(3), _NUMBER(1)
