@@ -146,9 +146,9 @@ class Volume:
 class Locks:
     """One simulation for strands that move together.
 
-    Strands with lasting connections of stiction form a lock, and at the start, in still air, neighbours of one shape.
-    One of them is simulated, its guide, with contact distances for the number of its strands; the others, its
-    followers, are interpolated from neighbouring guides while these agree.
+    Strands with lasting connections of stiction form a lock. One of them is simulated, its guide, with contact
+    distances for the number of its strands; the others, its followers, are interpolated from neighbouring guides while
+    these agree.
 
     after      number of frames that a connection has to last before it counts
     part       minimum share of segments with lasting connections between two strands in one lock

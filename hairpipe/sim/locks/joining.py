@@ -1,54 +1,13 @@
 """Formation of locks: lasting connections of stiction join their hairs, the pairs with most connections first.
 
-In steady motion connections are nearly permanent, so hairs with many common connections move together. At the start
-neighbours of one shape are joined in their place. One hair of each lock, its guide, is simulated; the others are
-interpolated (`carrying.py`).
+In steady motion connections are nearly permanent, so hairs with many common connections move together. One hair of
+each lock, its guide, is simulated; the others are interpolated (`carrying.py`).
 """
 
 import numpy as np
-from numba import get_num_threads, njit
-from scipy.spatial import KDTree
+from numba import njit
 
-from hairpipe.data.lengths import strand_lengths
 from hairpipe.sim.settings import Locks
-
-_STATIONS = np.linspace(0.0, 1.0, 5)
-"""Fractions of the shorter of two strands at which they are compared before connections have lasted."""
-_NEIGHBOURS = 16
-"""Neighbours, by their roots, with which each strand is compared."""
-_APART = 1.5
-"""Largest distance of strands of one shape over the tolerance: the first frames then simulate as many as later ones."""
-
-
-def alike(points: np.ndarray, offsets: np.ndarray, locks: Locks) -> np.ndarray:
-    """Return the lock of every strand of a shot that begins, as `joined`; pure.
-
-    points  points of the strands [m], (P, 3); offsets  of the points of strands, (S+1,) int32
-
-    Hair of one shape moves together until contact parts it: neighbours with equal numbers of segments are joined if
-    their rms distance at equal lengths from their roots is at most `_APART` times the tolerance, the nearest first.
-    """
-    strands = np.arange(len(offsets) - 1, dtype=np.int32)
-    roots = points[offsets[:-1]]
-    near = KDTree(roots).query(roots, min(_NEIGHBOURS + 1, len(roots)), workers=get_num_threads())[1]
-    pairs = np.stack([np.repeat(strands, near.size // len(strands)), near.reshape(-1)], axis=1)
-    pairs = np.unique(np.sort(pairs, axis=1), axis=0)
-    segments = np.diff(offsets) - 1
-    lengths = strand_lengths(points, offsets)
-    pairs = pairs[(pairs[:, 0] != pairs[:, 1]) & (segments[pairs[:, 0]] == segments[pairs[:, 1]])]
-    arcs = _STATIONS * lengths[pairs].min(axis=1)[:, None]
-    one, other = (_points_at(points, offsets[who], segments[who], arcs / lengths[who][:, None]) for who in pairs.T)
-    apart = np.sqrt(((one - other) ** 2).sum(axis=2).mean(axis=1))
-    order = np.argsort(apart, kind="stable")[: np.count_nonzero(apart <= _APART * locks.tolerance)]
-    return _unite(pairs[order], strands, np.ones(len(strands), np.int64), locks.most)
-
-
-def _points_at(points: np.ndarray, begins: np.ndarray, segments: np.ndarray, fractions: np.ndarray) -> np.ndarray:
-    """Return points of strands at fractions of their length, (n, k): (n, k, 3)."""
-    along = fractions * segments[:, None]
-    inner = np.minimum(along.astype(int), segments[:, None] - 1)
-    at = begins[:, None] + inner
-    return points[at] + (along - inner)[:, :, None] * (points[at + 1] - points[at])
 
 
 def joined(

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from hairpipe.data.hair import HairState
-from hairpipe.data.locks import FOLLOWER, GUIDE, LockState, no_locks
+from hairpipe.data.locks import LockState, no_locks
 from hairpipe.errors import BadInput
 from hairpipe.kernels.simd_arrays import copied
 from hairpipe.sim.axis import axis_of
@@ -20,7 +20,6 @@ from hairpipe.sim.interactions import own_interactions
 from hairpipe.sim.locks.auditing import about_roots
 from hairpipe.sim.locks.following import follow
 from hairpipe.sim.locks.guides import take_guides
-from hairpipe.sim.locks.joining import alike, guides_of
 from hairpipe.sim.locks.places import renewed
 from hairpipe.sim.locks.regrouping import regrouped
 from hairpipe.sim.locks.standing import motion_along, stand_up
@@ -55,7 +54,7 @@ def advance_locked(hair: HairModel, previous: HairState, frame: Frame, scene: Sc
     offsets = hair.layout.offsets
     driver = frame.drivers[1]
     assert locks is not None and stiction is not None
-    known = previous.locks or _first_locks(hair, previous, frame.drivers[0], scene)
+    known = previous.locks or _first_locks(hair, previous, frame.drivers[0])
     guides = take_guides(hair, known.leaders)
     before = guides.state_of(previous)
     moved = simulate(guides.hair, before, guides.drivers_of(frame.drivers))
@@ -80,19 +79,11 @@ def advance_locked(hair: HairModel, previous: HairState, frame: Frame, scene: Sc
     return replace(state, stuck=stuck.segments, stuck_at=stuck.fractions, locks=replace(now, places=places))
 
 
-def _first_locks(hair: HairModel, state: HairState, driver: Driver, scene: Scene) -> LockState:
-    """Return the locks of hair that was in none before: in still air of neighbours of one shape."""
-    offsets = hair.layout.offsets
-    motion = motion_along(hair, hair.layout.axis(state.positions), hair.layout.axis(state.velocities), driver)
-    reference = about_roots(motion.points, offsets, motion_of_roots(driver, hair.groom)[0])
-    known = no_locks(len(hair.groom.ids), len(state.stuck), reference)
-    if scene.wind is not None or len(state.stuck):  # Wind moves outer hair first; connections will show what sticks.
-        return known
-    assert scene.locks is not None
-    guides = guides_of(alike(motion.points, offsets, scene.locks), known.guides, motion.points, offsets)
-    now = replace(known, guides=guides, roles=np.where(guides == known.guides, GUIDE, FOLLOWER))
-    places = renewed(now.places, np.empty(0, int), now.follows, now.follows, motion.points, offsets, motion.turns)
-    return replace(now, places=places, disagreement=np.zeros(np.count_nonzero(now.follows), np.float32))
+def _first_locks(hair: HairModel, state: HairState, driver: Driver) -> LockState:
+    """Return the locks of hair that was in none before."""
+    points = hair.layout.axis(state.positions)
+    reference = about_roots(points, hair.layout.offsets, motion_of_roots(driver, hair.groom)[0])
+    return no_locks(len(hair.groom.ids), len(state.stuck), reference)
 
 
 def with_particles(hair: HairModel, state: HairState, driver: Driver) -> HairState:

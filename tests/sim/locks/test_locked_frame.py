@@ -13,11 +13,9 @@ from hairpipe.errors import BadInput
 from hairpipe.io.hdf5 import digest
 from hairpipe.sim.boundary import motion_of_roots
 from hairpipe.sim.interactions import Interaction, with_interactions
-from hairpipe.sim.locks import locked_frame
 from hairpipe.sim.locks.guides import take_guides
-from hairpipe.sim.locks.joining import alike
 from hairpipe.sim.locks.locked_frame import check_locks
-from hairpipe.sim.settings import Collisions, Volume, Wind
+from hairpipe.sim.settings import Collisions, Volume
 
 from .bundle import SCENE, SEGMENTS, body, build_bundle, shot
 
@@ -36,17 +34,10 @@ def same(one, other):
 
 
 @pytest.fixture
-def unalike(monkeypatch):
-    """No neighbours of one shape: locks form by connections alone."""
-    monkeypatch.setattr(locked_frame, "alike", lambda points, offsets, locks: np.arange(len(offsets) - 1, dtype="i4"))
-
-
-@pytest.fixture
 def states(hair):
     return shot(hair, SCENE, 10)
 
 
-@pytest.mark.usefixtures("unalike")
 def test_locks_form_when_connections_have_lasted_and_lead_few(hair, states):
     assert states[0].locks is None and [len(followers(state)) for state in states[1:3]] == [0, 0]
     left = len(hair.groom.ids) - len(followers(states[-1]))
@@ -57,22 +48,6 @@ def test_locks_form_when_connections_have_lasted_and_lead_few(hair, states):
     np.testing.assert_array_equal(states[-1].locks.leaders[owners], owners)  # guides alone stick
 
 
-def test_neighbours_of_one_shape_follow_from_the_first_frame_on(hair, states):
-    first = hair.layout.axis(states[0].positions)
-    known = states[1].locks
-    assert states[0].locks is None and len(followers(states[1])) > 0.5 * len(hair.groom.ids)
-    assert np.bincount(known.leaders).max() <= 8
-    same(shot(hair, SCENE, 1, states[0], 1)[-1], states[1])
-    apart = 3.0 * SCENE.locks.tolerance * np.arange(len(hair.groom.ids))
-    alone = alike(first + np.repeat(apart, SEGMENTS + 1)[:, None], hair.layout.offsets, SCENE.locks)
-    np.testing.assert_array_equal(alone, np.arange(len(apart)))
-
-
-def test_hair_in_wind_is_in_no_lock_before_connections_last(hair):
-    assert not shot(hair, replace(SCENE, wind=Wind()), 2)[-1].locks.follows.any()
-
-
-@pytest.mark.usefixtures("unalike")
 def test_hair_is_where_it_is_without_locks(hair, states):
     every = shot(hair, replace(SCENE, locks=None), 10)
     apart = [hair.layout.axis(a.positions) - hair.layout.axis(b.positions) for a, b in zip(states, every, strict=True)]
@@ -103,7 +78,6 @@ def test_hairs_whose_guides_disagree_are_simulated_again(hair, states):
     assert np.isfinite(state.positions).all() and np.abs(speeds).max() < 5.0
 
 
-@pytest.mark.usefixtures("unalike")
 def test_locks_that_are_all_audited_all_the_time_change_nothing(hair):
     audited = replace(SCENE, locks=replace(SCENE.locks, after=1, audit=1.0, tolerance=5e-4))  # all move farther
     every, checked = shot(hair, replace(SCENE, locks=None), 7)[-1], shot(hair, audited, 7)
@@ -117,7 +91,6 @@ def test_locks_that_are_all_audited_all_the_time_change_nothing(hair):
     assert 0.0 < errors.max() < 0.1 * went.max()
 
 
-@pytest.mark.usefixtures("unalike")
 def test_audited_strands_rotate_and_are_not_guides(hair):
     audited = replace(SCENE, locks=replace(SCENE.locks, audit=0.3, tolerance=5e-4))  # all move farther
     states, turns = shot(hair, audited, 14), set()

@@ -37,7 +37,7 @@ def test_hair_in_locks_comes_to_rest(surfaces):
     """With audits of other locks after every second frame while hair moves; guides change until then."""
     hair = build_bundle()
     locks = replace(SCENE.locks, audit=0.3)
-    states = shot(hair, replace(SCENE, locks=locks), 60, driver=still, surfaces=surfaces)
+    states = shot(hair, replace(SCENE, locks=locks), 42, driver=still, surfaces=surfaces)
     assert any(state.locks.compared.any() for state in states[:20] if state.locks)
     points = np.array([hair.layout.axis(state.positions) for state in states[-6:]])
     velocities = np.array([hair.layout.axis(state.velocities) for state in states[-6:]])
