@@ -30,7 +30,8 @@ WITHIN = {
         vdb.vdb_header vdb usd usd.check.finding usd.check.snapshot
         usd.check.track usd.check.scene
         usd.check.nearest usd.check.roots usd.check.stage_rules usd.check.motion_rules usd.check.hair_rules
-        usd.check.body_rules usd.check.lint mesh_cache body strands csv hdf5 npz image picture panels table value""",
+        usd.check.body_rules usd.check.lint blender mesh_cache body strands
+        csv hdf5 npz image picture panels table value""",
     "experiments.studies": "theory accuracy integrators interpolation contact",
 }
 """The same within a room, for its folders and files: one imports from itself and from those before it."""
@@ -91,7 +92,7 @@ ROOMS = {
 PLACES = {
     "pxr": "hairpipe/io/usd/",
     "alembic3d": "hairpipe/io/mesh_cache/alembic_meshes.py",
-    "bpy": "hairpipe/render/cycles/",
+    "bpy": ("hairpipe/render/cycles/", "hairpipe/io/blender/"),
     "h5py": "hairpipe/io/hdf5.py",
     "PIL": "hairpipe/io/",
     "matplotlib": "graphs/experiments/chart/",

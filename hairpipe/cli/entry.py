@@ -20,7 +20,9 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import nearest, one_line
 
 COMMANDS = {
-    **dict.fromkeys(("run", "plan", "watch", "view", "report", "explain", "graph", "nodes", "get"), "commands"),
+    **dict.fromkeys(
+        ("run", "plan", "watch", "view", "report", "explain", "graph", "nodes", "get", "blender"), "commands"
+    ),
     **dict.fromkeys(("tune", "wedge", "farm", "results"), "commands"),
     **dict.fromkeys(("cache", "warm", "workers", "trust", "usd", "data", "bench", "version"), "housekeeping"),
 }

@@ -1,0 +1,36 @@
+"""`hairpipe blender`: a shot in Blender."""
+
+from pathlib import Path
+
+import click
+
+from hairpipe.plain_file import check_plain
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Blender file to save, .blend.")
+@click.option("--picture", type=click.Path(path_type=Path), help="Picture of the first frame to render, .png.")
+def blender(file: Path, output: Path | None, picture: Path | None) -> None:
+    """Import a USD shot into Blender: hair with a material, body, level sets, frame range.
+
+    With -o or --picture Blender runs in the background. Without, the script is printed, for Blender's text editor or
+
+        hairpipe blender SHOT.usd > shot.py && blender --python shot.py
+    """
+    from hairpipe.io.blender.blender_scene import make_scene, script_of
+
+    check_plain(file, "a USD file")
+    if output is None and picture is None:
+        click.echo(script_of(file), nl=False)
+        return
+    for path, suffix in ((output, ".blend"), (picture, ".png")):
+        if path is not None:
+            if path.suffix.lower() != suffix:
+                raise click.UsageError(f"{path}: a file that ends in {suffix} is needed")
+            check_plain(path, f"a {suffix} file")
+            path.parent.mkdir(parents=True, exist_ok=True)
+    make_scene(file, output, picture)
+    for path in (output, picture):
+        if path is not None:
+            click.echo(path)

@@ -1,0 +1,1 @@
+"""Import of a shot into Blender, which runs as a program of its own."""
