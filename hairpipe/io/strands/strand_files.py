@@ -8,9 +8,9 @@ from hairpipe.data.curves import Curves
 from hairpipe.errors import BadInput
 from hairpipe.io.body import USD_SUFFIXES
 
-PLAIN = (".hair", ".data", ".bin", ".ply", ".obj", ".tfx")
+PLAIN = (".abc", ".hair", ".data", ".bin", ".ply", ".obj", ".tfx")
 """Suffixes of files that state neither unit nor axis."""
-SUFFIXES = (*USD_SUFFIXES, ".abc", *PLAIN)
+SUFFIXES = (*USD_SUFFIXES, *PLAIN)
 Up = Literal["y", "z"]
 
 
@@ -39,6 +39,10 @@ def plain_reader(suffix: str) -> Callable[[Path, float, Up], Curves]:
         from hairpipe.io.strands.tfx import read_tfx
 
         return read_tfx
+    if suffix == ".abc":
+        from hairpipe.io.strands.alembic_curves import read_alembic
+
+        return read_alembic
     if suffix == ".hair":
         from hairpipe.io.strands.yuksel import read_hair
 
