@@ -15,8 +15,7 @@ def blender(file: Path, output: Path | None, picture: Path | None) -> None:
     """Import a USD shot into Blender: hair with a material, body, level sets, frame range.
 
     With -o or --picture Blender runs in the background. Without, the script is printed, for Blender's text editor or
-
-        hairpipe blender SHOT.usd > shot.py && blender --python shot.py
+    for `blender --python`.
     """
     from hairpipe.io.blender.blender_scene import make_scene, script_of
 
