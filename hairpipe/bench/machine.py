@@ -37,10 +37,17 @@ def this_machine() -> Machine:
 
 
 def _processor() -> str:
-    """Return the model of the processor, from a file of Linux."""
+    """Name the processor, from a file of Linux; family and model, since a virtual machine may hide the generation."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
         lines = []
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor() or platform.machine()
+    fields: dict[str, str] = {}
+    for line in reversed(lines):  # the first processor is the last that counts
+        key, _, value = line.partition(":")
+        fields[key.strip()] = value.strip()
+    if "model name" not in fields:
+        return platform.processor() or platform.machine()
+    generation = {"family": "cpu family", "model": "model"}
+    words = [f"{word} {fields[key]}" for word, key in generation.items() if key in fields]
+    return " ".join([fields["model name"], *words])

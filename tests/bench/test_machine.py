@@ -1,0 +1,33 @@
+"""The description of this machine."""
+
+import platform
+from pathlib import Path
+
+import pytest
+
+from hairpipe.bench.machine import this_machine
+
+CPUINFO = """processor	: 0
+vendor_id	: AuthenticAMD
+cpu family	: 25
+model		: 17
+model name	: AMD EPYC
+
+processor	: 1
+cpu family	: 26
+model		: 2
+model name	: another
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        (CPUINFO, "AMD EPYC family 25 model 17"),
+        ("model name	: Some Processor\n", "Some Processor"),
+        ("", platform.processor() or platform.machine()),
+    ],
+)
+def test_a_processor_is_named_with_its_generation(text, name, monkeypatch):
+    monkeypatch.setattr(Path, "read_text", lambda path, encoding: text)
+    assert this_machine().processor == name
