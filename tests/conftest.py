@@ -134,6 +134,13 @@ def measure_mesh() -> Callable[..., dict]:
 
 
 @pytest.fixture(scope="session")
+def blender() -> None:
+    """Skip where there is no Blender as a module. It is not imported: it changes the module path of its process."""
+    if importlib.util.find_spec("bpy") is None:
+        pytest.skip("no bpy in this environment")
+
+
+@pytest.fixture(scope="session")
 def openvdb() -> ModuleType:
     """Give OpenVDB's Python module: the installed one or the copy in Blender's wheel, without starting Blender."""
     if importlib.util.find_spec("openvdb"):

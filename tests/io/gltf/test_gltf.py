@@ -204,9 +204,8 @@ bpy.ops.export_scene.gltf(filepath=sys.argv[1], export_animation_mode="SCENE", e
 
 
 @pytest.fixture(scope="module", params=["morphs", "bones"])
-def tube(request, tmp_path_factory) -> tuple[Path, np.ndarray, str]:
+def tube(blender, request, tmp_path_factory) -> tuple[Path, np.ndarray, str]:
     """A bent tube: its file, the points that Blender shows at 13 frames, and whether it has morph targets."""
-    pytest.importorskip("bpy")
     folder = tmp_path_factory.mktemp("tube")
     file, truth = folder / "tube.glb", folder / "tube.npy"
     command = [sys.executable, "-c", BLENDER, file, truth, request.param]

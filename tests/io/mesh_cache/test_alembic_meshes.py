@@ -183,8 +183,7 @@ bpy.ops.wm.alembic_export(filepath=sys.argv[1], start=1, end=6)
 
 
 @pytest.mark.slow
-def test_a_file_of_blender_has_the_points_that_blender_shows(tmp_path):
-    pytest.importorskip("bpy")
+def test_a_file_of_blender_has_the_points_that_blender_shows(blender, tmp_path):
     file, truth = tmp_path / "ball.abc", tmp_path / "ball.npy"
     subprocess.run([sys.executable, "-c", BLENDER, file, truth], check=True, capture_output=True)
     for frame, shown in enumerate(np.load(truth), start=1):
