@@ -42,7 +42,7 @@ def read_lines(path: Path) -> tuple[np.ndarray, list[np.ndarray], list[str]]:
     file.read()
     if not file.lines:
         raise BadInput("there are no lines", where=path, right="an OBJ file with v and l statements")
-    return np.array(file.points), *(list(column) for column in zip(*file.lines, strict=True))
+    return np.array(file.points), [line for line, _ in file.lines], [group for _, group in file.lines]
 
 
 @dataclass

@@ -50,7 +50,7 @@ class Element(NamedTuple):
     """Name, number of rows and properties of an element."""
 
     name: str
-    count: int
+    rows: int
     properties: list[Property]
 
 
@@ -111,9 +111,9 @@ def read_element(element: Element, rows: "Rows") -> Columns:
         raise BadInput(f"two properties of {element.name} have one name", where=rows.path, right="different names")
     if not any(p.length for p in element.properties):
         return rows.table(element)
-    rows.check(element, element.count * len(names))
+    rows.check(element, element.rows * len(names))
     values: dict[str, list[np.ndarray]] = {name: [] for name in names}
-    for _ in range(element.count):
+    for _ in range(element.rows):
         for p in element.properties:
             count = int(rows.take(element, p.length, 1)[0]) if p.length else 1
             values[p.name].append(rows.take(element, p.kind, count))
@@ -151,7 +151,7 @@ class Rows:
         """Raise BadInput where an element needs more bytes, or words, than are left."""
         if not 0 <= needed <= self.left:
             what = (
-                f"{element.count} rows of {element.name} need {needed} values or bytes more, the file has {self.left}"
+                f"{element.rows} rows of {element.name} need {needed} values or bytes more, the file has {self.left}"
             )
             raise BadInput(what, where=self.path, right="a whole file")
 
@@ -177,8 +177,8 @@ class BinaryRows(Rows):
     def table(self, element: Element) -> Columns:
         """Return the properties of an element without lists."""
         kind = np.dtype([(p.name, self.order + p.kind) for p in element.properties])
-        self.check(element, element.count * kind.itemsize)
-        rows = np.frombuffer(self.data, kind, element.count, self.at)
+        self.check(element, element.rows * kind.itemsize)
+        rows = np.frombuffer(self.data, kind, element.rows, self.at)
         self.at += rows.nbytes
         return {p.name: rows[p.name] for p in element.properties}
 
@@ -209,9 +209,9 @@ class TextRows(Rows):
 
     def table(self, element: Element) -> Columns:
         """Return the properties of an element without lists."""
-        self.check(element, element.count * len(element.properties))
-        rows = self.take(element, "f8", element.count * len(element.properties))
-        columns = rows.reshape(element.count, len(element.properties)).T
+        self.check(element, element.rows * len(element.properties))
+        rows = self.take(element, "f8", element.rows * len(element.properties))
+        columns = rows.reshape(element.rows, len(element.properties)).T
         return {p.name: column for p, column in zip(element.properties, columns, strict=True)}
 
 
