@@ -42,12 +42,13 @@ def test_special_file_is_neither_graph_nor_setting(odd, name, shot):
 
 
 def test_files_of_a_format_that_is_not_read_are_refused_when_the_graph_is(shot):
-    (shot.folder / "body.glb").touch()
-    shot.path.write_text('schema = 1\nframes = [1, 1]\nfps = 24\n[head]\ntype = "load_body"\nfile = "body.glb"\n')
+    (shot.folder / "body.fbx").touch()
+    shot.path.write_text('schema = 1\nframes = [1, 1]\nfps = 24\n[head]\ntype = "load_body"\nfile = "body.fbx"\n')
     with pytest.raises(BadInput) as caught:
         load_graph(shot.path)
-    fault = "[head]: file = 'body.glb' is not a file that load_body reads (a file, .obj, .usd, .usda, .usdc or .usdz)"
+    formats = "a file, .obj, .usd, .usda, .usdc, .usdz, .gltf, .glb, .abc or .ply"
+    fault = f"[head]: file = 'body.fbx' is not a file that load_body reads ({formats})"
     assert str(caught.value) == f"{shot.path}:6: {fault}"
     (shot.folder / "body.OBJ").touch()
-    shot.path.write_text(shot.path.read_text().replace("body.glb", "body.OBJ"))
+    shot.path.write_text(shot.path.read_text().replace("body.fbx", "body.OBJ"))
     assert load_graph(shot.path).nodes["head"]

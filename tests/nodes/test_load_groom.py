@@ -156,7 +156,7 @@ def test_points_of_the_file_are_kept_on_request_and_not_simulated(floor: Body, t
         groom.points, np.array([(10, 0, 10), (10, 10, 10), (10, 30, 10), (20, 0, 50), (20, 8, 50)]) / 100
     )
     with pytest.raises(BadInput, match=r"segments of strand 0 are 1e\+02 to 2e\+02 mm long \(equal segments"):
-        build_hair(groom, Material())
+        build_hair(groom, Material(), "rod")
     with pytest.raises(BadInput, match=r'segments with points = "file"'):
         load_groom(floor, file=file, points="file", segments=3)
 

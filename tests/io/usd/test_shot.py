@@ -17,8 +17,8 @@ from hairpipe.data.locks import FOLLOWER, GUIDE, LockState, no_locks
 from hairpipe.errors import BadInput
 from hairpipe.groom.resampling import spline_knots
 from hairpipe.io.usd.check.lint import lint
-from hairpipe.io.usd.groom.curves import STEPS
 from hairpipe.io.usd.groom.curves import read as read_curves
+from hairpipe.io.usd.groom.splines import STEPS
 from hairpipe.io.usd.meshes.skinned_meshes import read as read_body
 from hairpipe.io.usd.shot import Shot, write_clips, write_shot
 from hairpipe.io.vdb.vdb_header import inspect
