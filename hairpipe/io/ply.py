@@ -150,9 +150,7 @@ class Rows:
     def check(self, element: Element, needed: int) -> None:
         """Raise BadInput where an element needs more bytes, or words, than are left."""
         if not 0 <= needed <= self.left:
-            what = (
-                f"{element.rows} rows of {element.name} need {needed} values or bytes more, the file has {self.left}"
-            )
+            what = f"{element.rows} rows of {element.name} need {needed} values or bytes more, the file has {self.left}"
             raise BadInput(what, where=self.path, right="a whole file")
 
 

@@ -1,11 +1,10 @@
 """The description of this machine."""
 
 import platform
-from pathlib import Path
 
 import pytest
 
-from hairpipe.bench.machine import this_machine
+from hairpipe.bench import machine
 
 CPUINFO = """processor	: 0
 vendor_id	: AuthenticAMD
@@ -28,6 +27,7 @@ model name	: another
         ("", platform.processor() or platform.machine()),
     ],
 )
-def test_a_processor_is_named_with_its_generation(text, name, monkeypatch):
-    monkeypatch.setattr(Path, "read_text", lambda path, encoding: text)
-    assert this_machine().processor == name
+def test_a_processor_is_named_with_its_generation(text, name, monkeypatch, tmp_path):
+    (tmp_path / "cpuinfo").write_text(text)
+    monkeypatch.setattr(machine, "Path", lambda path: tmp_path / "cpuinfo")
+    assert machine.this_machine().processor == name

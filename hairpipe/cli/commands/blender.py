@@ -12,10 +12,10 @@ from hairpipe.plain_file import check_plain
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Blender file to save, .blend.")
 @click.option("--picture", type=click.Path(path_type=Path), help="Picture of the first frame to render, .png.")
 def blender(file: Path, output: Path | None, picture: Path | None) -> None:
-    """Import a USD shot into Blender: hair with a material, body, level sets, frame range.
+    """Import a USD shot into Blender.
 
-    With -o or --picture Blender runs in the background. Without, the script is printed, for Blender's text editor or
-    for `blender --python`.
+    Hair gets a material; body, level sets and frame range are those of the shot. With -o or --picture Blender runs in
+    the background. Without, the script is printed, for Blender's text editor, or to start Blender with it.
     """
     from hairpipe.io.blender.blender_scene import make_scene, script_of
 
