@@ -12,10 +12,10 @@ from hairpipe.sim.simulate import next_state
 
 SEGMENTS, SIDE, SPACING = 8, 5, 4e-4
 CORNERS = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, -0.1]])
-SCENE = Scene(strain=None, stiction=Stiction(), collisions=Collisions(), locks=Locks(after=2, most=8, tolerance=1e-3))
+SCENE = Scene(stiction=Stiction(), collisions=Collisions(), locks=Locks(after=2, most=8, tolerance=1e-3))
 
 
-def build_bundle():
+def build_bundle(model="network"):
     """A bundle of straight hairs that stick out of a triangle, near enough to each other to stick."""
     places = SPACING * np.stack(np.meshgrid(*[np.arange(SIDE)] * 2), -1).reshape(-1, 2)
     roots = np.stack([0.03 + places[:, 0], np.zeros(len(places)), -0.03 - places[:, 1]], 1)
@@ -29,7 +29,7 @@ def build_bundle():
     offsets = np.arange(0, count * (SEGMENTS + 1) + 1, SEGMENTS + 1, dtype=np.int32)
     ids = np.arange(count, dtype=np.int32)
     groom = Groom(points.reshape(-1, 3), offsets, ids, triangles, weights, frames, np.zeros((count, 2), np.float32))
-    return build_hair(groom, Material(), "network")
+    return build_hair(groom, Material(), model)
 
 
 def body(time):
