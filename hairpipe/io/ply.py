@@ -9,6 +9,7 @@ property list uchar int vertex_indices
 end_header
 """
 
+from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import NamedTuple
 
@@ -126,26 +127,23 @@ def read_element(element: Element, rows: "Rows") -> Columns:
     }
 
 
-class Rows:
-    """Values of a file, read one after the other.
-
-    left  number of bytes, or words, that are not read yet
-    """
+class Rows(ABC):
+    """Values of a file, read one after the other."""
 
     path: Path
 
     @property
+    @abstractmethod
     def left(self) -> int:
         """Return the number of bytes, or words, that are not read yet."""
-        raise NotImplementedError
 
+    @abstractmethod
     def take(self, element: Element, kind: str, count: int) -> np.ndarray:
         """Return the next values of a type, (count,)."""
-        raise NotImplementedError
 
+    @abstractmethod
     def table(self, element: Element) -> Columns:
         """Return the properties of an element without lists."""
-        raise NotImplementedError
 
     def check(self, element: Element, needed: int) -> None:
         """Raise BadInput where an element needs more bytes, or words, than are left."""

@@ -2,7 +2,6 @@
 
 import os
 import random
-import threading
 
 import pytest
 
@@ -83,19 +82,11 @@ def drawn(seed):
     order = []
 
     def work(thread):
-        turns.wait(thread)
         for _ in range(20):
             order.append(thread)
-            turns.step(thread)
-        turns.leave(thread)
+            turns.step()
 
-    threads = [threading.Thread(target=work, args=(number,)) for number in range(3)]
-    for number, thread in enumerate(threads):
-        turns.join(number)
-        thread.start()
-    turns.start()
-    for thread in threads:
-        thread.join()
+    turns.run(work, 3)
     return order
 
 

@@ -38,36 +38,45 @@ REPORTED = 500
 class Turns:
     """Threads of which one runs at a time; which one is drawn.
 
-    chance  of a turn to end at a call
+    chance   of a turn to end at a step
+    current  number of the thread that runs
     """
 
     def __init__(self, draw: random.Random, chance: float) -> None:
         self._draw, self._chance = draw, chance
         self._waiting: dict[int, threading.Semaphore] = {}
+        self.current = 0
 
-    def join(self, thread: int) -> None:
-        """Add a thread that does not run yet."""
-        self._waiting[thread] = threading.Semaphore(0)
+    def run(self, work: Callable[[int], None], count: int) -> None:
+        """Call `work` with each number below a count, in a thread each, and wait for their ends."""
 
-    def start(self) -> None:
-        """Give the first turn."""
+        def take_turns(thread: int) -> None:
+            self._wait(thread)
+            try:
+                work(thread)
+            finally:
+                del self._waiting[thread]
+                if self._waiting:
+                    self._waiting[self._drawn()].release()
+
+        self._waiting = {thread: threading.Semaphore(0) for thread in range(count)}
+        threads = [threading.Thread(target=take_turns, args=(thread,)) for thread in range(count)]
+        for thread in threads:
+            thread.start()
         self._waiting[self._drawn()].release()
+        for thread in threads:
+            thread.join()
 
-    def wait(self, thread: int) -> None:
-        """Wait for a turn."""
-        self._waiting[thread].acquire()
-
-    def step(self, thread: int) -> None:
+    def step(self) -> None:
         """Perhaps let another thread run."""
+        thread = self.current
         if self._draw.random() < self._chance and (other := self._drawn()) != thread:
             self._waiting[other].release()
-            self.wait(thread)
+            self._wait(thread)
 
-    def leave(self, thread: int) -> None:
-        """End a thread."""
-        del self._waiting[thread]
-        if self._waiting:
-            self.start()
+    def _wait(self, thread: int) -> None:
+        self._waiting[thread].acquire()
+        self.current = thread
 
     def _drawn(self) -> int:
         return self._draw.choice(sorted(self._waiting))
@@ -120,35 +129,22 @@ def try_schedule(scene: Scene, seed: int, calls: int, truth: Truth, check_value:
 def run_two(scene: Scene, turns: Turns, killed_at: int | None) -> tuple[list[Ending], int]:
     """Run the shot in two processes; how they ended, and the number of turns. The first one may be killed at a call."""
     endings: dict[int, Ending] = {}
-    threads: dict[int, int] = {}
     order: list[int] = []
     made = Counter[int]()
 
     def before(call: Call) -> None:
         scene.processes.check()
-        thread = threads[threading.get_ident()]
-        order.append(thread)
-        made[thread] += 1
-        if thread == 0 and made[0] - 1 == killed_at:
+        order.append(turns.current)
+        made[turns.current] += 1
+        if turns.current == 0 and made[0] - 1 == killed_at:
             scene.processes.kill()
-        turns.step(thread)
+        turns.step()
 
     def work(thread: int) -> None:
-        threads[threading.get_ident()] = thread
-        turns.wait(thread)
-        try:
-            endings[thread] = scene.run_in_thread()
-        finally:
-            turns.leave(thread)
+        endings[thread] = scene.run_in_thread()
 
     with patch.dict(SOURCES, clear=True), FileLayer((scene.store, scene.shot.out), before):
-        workers = [threading.Thread(target=work, args=(thread,)) for thread in range(2)]
-        for thread, worker in enumerate(workers):
-            turns.join(thread)
-            worker.start()
-        turns.start()
-        for worker in workers:
-            worker.join()
+        turns.run(work, 2)
     return [endings[thread] for thread in sorted(endings)], sum(a != b for a, b in itertools.pairwise(order))
 
 
