@@ -8,6 +8,7 @@ import pytest
 
 from hairpipe.data import Body, Mesh, Skeleton
 from hairpipe.errors import BadInput
+from hairpipe.groom.importing import EQUAL
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_groom import load_groom
 from hairpipe.sim.hair_model import build_hair
@@ -55,7 +56,7 @@ def test_sintels_hair_grows_on_sintel(shared: Path) -> None:
     groom = load_groom(scalp, file=file)
     assert len(groom.ids) == 11_400 and np.array_equal(np.diff(groom.offsets), np.full(11_400, 16))
     lengths = np.linalg.norm(np.diff(groom.points.reshape(-1, 16, 3), axis=1), axis=2)
-    assert (np.ptp(lengths, axis=1) < 1.1e-6).all()
+    assert (np.ptp(lengths, axis=1) <= EQUAL).all()
     assert np.allclose(np.quantile(lengths.sum(axis=1), (0, 0.5, 1)), (0.025, 0.102, 0.248), atol=2e-3)
     off = np.linalg.norm(groom.points[groom.offsets[:-1]] - groom.root_frames[:, :, 3], axis=1)
     assert np.median(off) < 0.64e-3 and 6.0e-3 < off.max() < 6.3e-3

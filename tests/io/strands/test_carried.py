@@ -14,6 +14,7 @@ from hairpipe.groom.sampling import take
 from hairpipe.io.strands.strand_files import read_strands
 from hairpipe.nodes.export_groom import export_groom
 from hairpipe.nodes.export_usd import export_usd
+from tests.io.complete_groom import complete_groom
 
 PAGE = Path(__file__).parents[3] / "docs" / "reference" / "groom_files.md"
 CARRIED = {
@@ -26,21 +27,7 @@ OFFSETS = (POINTS * np.arange(STRANDS + 1)).astype(np.int32)
 
 @pytest.fixture(scope="module")
 def groom() -> Groom:
-    generator = np.random.default_rng(0)
-    roots = generator.random((STRANDS, 3)) * 0.1
-    points = (roots[:, None] + np.linspace(0, 0.05, POINTS)[None, :, None] * np.array([0.2, 1, 0])).reshape(-1, 3)
-    sites = np.zeros(STRANDS, np.int32), np.tile((1.0, 0, 0), (STRANDS, 1)), np.tile(np.eye(3, 4), (STRANDS, 1, 1))
-    return Groom(
-        points,
-        OFFSETS,
-        np.arange(STRANDS, dtype=np.int32) + 5,
-        *sites,
-        generator.random((STRANDS, 2)).astype(np.float32),
-        widths=np.linspace(1e-4, 2e-4, STRANDS * POINTS),
-        groups=(np.arange(STRANDS) // 4).astype(np.int32),
-        group_names=("beard", "fringe"),
-        colours=generator.random((STRANDS * POINTS, 3)).astype(np.float32),
-    )
+    return complete_groom(STRANDS, POINTS)
 
 
 def hair(groom: Groom) -> bytes:

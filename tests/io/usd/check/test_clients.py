@@ -13,6 +13,7 @@ from hairpipe.groom.sampling import take
 from hairpipe.io.usd.check.lint import lint
 from hairpipe.io.usd.read import read_curves
 from hairpipe.nodes.export_groom import export_groom
+from tests.io.complete_groom import complete_groom
 
 TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens
 STRANDS, POINTS = 30, 6
@@ -21,21 +22,7 @@ CLIENTS = ("unreal", "houdini", "blender")
 
 @pytest.fixture(scope="module")
 def groom() -> Groom:
-    generator = np.random.default_rng(0)
-    roots = generator.random((STRANDS, 3)) * 0.1
-    points = (roots[:, None] + np.linspace(0, 0.05, POINTS)[None, :, None] * np.array([0, 1, 0])).reshape(-1, 3)
-    sites = np.zeros(STRANDS, np.int32), np.tile((1.0, 0, 0), (STRANDS, 1)), np.tile(np.eye(3, 4), (STRANDS, 1, 1))
-    return Groom(
-        points,
-        (POINTS * np.arange(STRANDS + 1)).astype(np.int32),
-        np.arange(STRANDS, dtype=np.int32) + 5,
-        *sites,
-        generator.random((STRANDS, 2)).astype(np.float32),
-        widths=np.linspace(1e-4, 0, STRANDS * POINTS),
-        groups=(np.arange(STRANDS) % 2).astype(np.int32),
-        group_names=("beard", "fringe"),
-        colours=generator.random((STRANDS * POINTS, 3)).astype(np.float32),
-    )
+    return complete_groom(STRANDS, POINTS)
 
 
 def moving(groom: Groom) -> Frames[Strands]:
