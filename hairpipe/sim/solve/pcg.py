@@ -2,15 +2,14 @@
 
 The system is (P + O) x = b, with P one banded matrix per strand and O the couplings, which involve only points of
 their axes (`sim/contact/hair/couplings.py`). Preconditioned by P, and started from the uncoupled solution, x0 = P^-1
-b, and impulses, every residual lies on the axes too, as does P times every search direction:
+b, every residual lies on the axes too, as does P times every search direction:
 
-    x = x0 + P^-1 R^T s,   r = -s - O (u + R P^-1 R^T s),   u = R x0,   R: take the axis points
+    x = x0 + P^-1 R^T s,   r = -O (u + R P^-1 R^T s),   u = R x0,   R: take the axis points
 
-s being the impulses on points from other strands. They start as -O d for an expected motion d, or as 0: with the motion
-of the stage before, in proportion to time, they start nearer to the solution than without impulses. So all vectors are
-(points, 3), independently of particles off the axis; there is no product with P, as P p follows from P z = r by the
-recurrence of p itself. The caller provides z = R P^-1 R^T r, and receives s. Vectors are in single precision, since
-their cost is memory traffic. Sums run in an order that does not depend on threads.
+s being the impulses on points from other strands. So all vectors are (points, 3), independently of particles off the
+axis; there is no product with P, as P p follows from P z = r by the recurrence of p itself. The caller provides z = R
+P^-1 R^T r, and receives s. Vectors are in single precision, since their cost is memory traffic. Sums run in an order
+that does not depend on threads.
 
 The iterations end when sqrt(r . z), the motion of uncoupled strands by the residual, is a given fraction of the mass
 norm of R x. Bundles that move as one are less stiff than their strands one by one, so the error of x is larger, in
@@ -48,13 +47,11 @@ class Exchange(NamedTuple):
     """Result of the exchange between coupled strands.
 
     impulses    impulses on points [N s], (points, 3) float32
-    motion      motion of points with them, R x [m/s], (points, 3) float32
     iterations  number of iterations
     error       estimated relative error of the motion of points, see above, in the norm of the mass
     """
 
     impulses: np.ndarray
-    motion: np.ndarray
     iterations: int
     error: float
 
@@ -66,7 +63,6 @@ def solve(
     masses: np.ndarray,
     tolerance: float = 1e-3,
     most: int = MOST,
-    expected: np.ndarray | None = None,
 ) -> Exchange:
     """Find the impulses between strands.
 
@@ -76,22 +72,15 @@ def solve(
     masses     masses of the points, inf if held [kg], (points,)
     tolerance  largest estimated error
     most       maximum number of iterations
-    expected   motion d with which the iterations start [m/s], (points, 3) float32; None: no impulses
 
     A strand with a NaN here or in the result of respond is treated as held, so that the others are unaffected.
     """
     rows = -(-alone.size // _WIDTH)
-    vectors = np.zeros((6, rows, _WIDTH), _SINGLE)  # Filled up to whole vectors with zeros, which add nothing to sums.
-    x = np.zeros((rows, _WIDTH), _SINGLE)  # By itself, as it outlives the others.
-    s, r, z, p, q, w = vectors
-    points = [vector.reshape(-1)[: alone.size].reshape(-1, 3) for vector in (*vectors, x)]
+    vectors = np.zeros((7, rows, _WIDTH), _SINGLE)  # Filled up to whole vectors with zeros, which add nothing to sums.
+    s, r, z, p, q, w, x = vectors
+    points = [vector.reshape(-1)[: alone.size].reshape(-1, 3) for vector in vectors]
     _take_finite(alone, points[6])
-    if expected is not None:
-        multiply(expected, points[0], points[0])
-        np.negative(s, out=s)
-        respond(points[0], points[2])
-        _add_finite(points[2], points[0], points[6])
-    multiply(points[6], points[0], points[1])  # r = -s - O x, as x0 solves the systems of the strands.
+    multiply(points[6], points[0], points[1])  # r = -O x0, as x0 solves the systems of the strands; s is still 0.
     np.negative(r, out=r)
     size = _size(masses, points[6])
     before = np.inf  # Makes beta 0 in the first iteration, so that p starts as z.
@@ -110,7 +99,7 @@ def solve(
             break
         before = rz
         made = made + 1
-    return Exchange(points[0], points[6], made, float(np.sqrt(rz / size)) if rz > 0.0 else 0.0)
+    return Exchange(points[0], made, float(np.sqrt(rz / size)) if rz > 0.0 else 0.0)
 
 
 @njit(cache=True, parallel=True)
@@ -119,17 +108,6 @@ def _take_finite(x, out):
     for k in prange(len(x)):
         for c in range(3):
             out[k, c] = x[k, c] if abs(x[k, c]) < np.inf else 0.0
-
-
-@njit(cache=True, parallel=True)
-def _add_finite(z, s, x):
-    """Add the response z to impulses s to x, in place; where it is not finite, set s to 0 instead."""
-    for k in prange(len(x)):
-        for c in range(3):
-            if abs(z[k, c]) < np.inf:
-                x[k, c] += z[k, c]
-            else:
-                s[k, c] = 0.0
 
 
 @njit(cache=True, parallel=True)

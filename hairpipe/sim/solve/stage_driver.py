@@ -71,8 +71,6 @@ class StageDriver:
             run_stages(self.model, at, stage, rule)
             return 0.0
         guess_stages(self.model, at, stage, rule)
-        if together:
-            self.coupling.expect(stage.span)
         everyone = np.ones(self.axis.strands.shape, at.x.dtype)
         again = active = everyone if active is None else active
         here = self._predict(at, stage, active)

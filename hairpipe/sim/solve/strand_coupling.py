@@ -22,13 +22,13 @@ from hairpipe.sim.interactions import Interaction, Prediction
 from hairpipe.sim.solve import pcg
 from hairpipe.sim.solve.external_terms import copy_active
 
-_TOLERANCE = 8e-2
+_TOLERANCE = 6e-2
 """Relative, of the change of velocity, see `pcg.solve`: step-to-step noise of contact exceeds the remaining error."""
 
 
 @dataclass(eq=False)
 class StrandCoupling:
-    """The couplings of the steps of a frame: `begin`, then for every stage `expect` and `linearise`, then the others.
+    """The couplings of a step; `begin` is called first, and `linearise` before the other methods.
 
     interactions  that couple strands, in the order of their couplings
     """
@@ -39,9 +39,6 @@ class StrandCoupling:
     _incidence: Incidence = field(init=False)
     _rows: CouplingRows = field(init=False)
     _change: np.ndarray | None = field(default=None, init=False)
-    _expected: np.ndarray | None = field(default=None, init=False)
-    _motion: np.ndarray | None = field(default=None, init=False)
-    _span: float = field(default=0.0, init=False)
 
     def __bool__(self) -> bool:
         """Whether anything couples strands."""
@@ -53,15 +50,6 @@ class StrandCoupling:
         self._places = places[0] if len(places) == 1 else join(*places)
         self._bounds = np.cumsum([0, *(len(some.segments) for some in places)])
         self._incidence = find_incidence(self._places.segments, points)
-
-    def expect(self, span: float) -> None:
-        """Expect the motion of the stage before in a stage of a duration [s], in proportion to it.
-
-        The first stage of a frame has none to expect: one start of many is not worth a place in the state.
-        """
-        if self._motion is not None:
-            self._motion *= span / self._span
-        self._expected, self._motion, self._span = self._motion, None, span
 
     def linearise(self, at: Prediction) -> None:
         """Linearise all couplings at a prediction."""
@@ -91,10 +79,7 @@ class StrandCoupling:
         def multiply(v: np.ndarray, start: np.ndarray, out: np.ndarray) -> None:
             multiply_across(self._rows, v, start, out)
 
-        found = pcg.solve(respond, multiply, alone, masses, _TOLERANCE, expected=self._expected)
-        self._expected = None  # Other solves of the stage correct what this one has found.
-        self._motion = found.motion if self._motion is None else self._motion + found.motion
-        return found.impulses
+        return pcg.solve(respond, multiply, alone, masses, _TOLERANCE).impulses
 
     def follow(self, change: np.ndarray, active: np.ndarray, received: np.ndarray) -> None:
         """Update for a solve that changed velocities of active points, (P,) bool, by a change [m/s], (P, 3).
