@@ -45,13 +45,10 @@ def read_rest(path: Path, group: str | None) -> Shape:
 def import_alembic(path: Path) -> Any:
     """Import the library for a file; BadInput where it is missing."""
     try:
-        for part in ("Abc", "AbcGeom", "AbcCoreAbstract"):
-            library = importlib.import_module("alembic3d")
-            assert getattr(library, part)
+        return importlib.import_module("alembic3d")
     except ImportError:
         right = "pip install 'hairpipe[alembic]', which installs alembic3d"
         raise BadInput("Alembic files are read by a library that is not installed", where=path, right=right) from None
-    return library
 
 
 class AlembicMeshes:

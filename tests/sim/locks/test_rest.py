@@ -45,21 +45,14 @@ def motion_of(hair, states):
     return farthest, np.sqrt((velocities**2).sum(axis=2).mean())
 
 
-def test_hair_in_locks_comes_to_rest(surfaces):
+@pytest.mark.parametrize("model", ["network", "rod"])
+def test_hair_in_locks_comes_to_rest(model, surfaces):
     """Guides change until then."""
-    hair = build_bundle()
-    states = shot(hair, AUDITS, 42, driver=still, surfaces=surfaces)
+    hair = build_bundle(model)
+    states = shot(hair, AUDITS, 60, driver=still, surfaces=surfaces)
     assert any(state.locks.compared.any() for state in states[:20] if state.locks)
     farthest, speed = motion_of(hair, states)
-    assert farthest < 5e-5 and speed < 1e-3
+    assert farthest < 2e-5 and speed < 5e-4
     leaders = [state.locks.leaders for state in states[-6:]]
     assert (leaders[0] != np.arange(len(leaders[0]))).any()
     assert all(np.array_equal(now, leaders[0]) for now in leaders)
-
-
-def test_rods_in_locks_come_to_rest_as_every_rod_does():
-    """Reported velocities of rods that tremble are larger than their motion, in locks and without."""
-    hair = build_bundle("rod")
-    farthest, speed = motion_of(hair, shot(hair, AUDITS, 60, driver=still))
-    assert farthest < 1e-4
-    assert speed < 2.0 * motion_of(hair, shot(hair, replace(SCENE, locks=None), 60, driver=still))[1]
