@@ -17,6 +17,7 @@ __all__ = [
     "Fraction",
     "Ge",
     "Gt",
+    "Hertz",
     "Interval",
     "KilogramsPerCubicMetre",
     "Le",
@@ -69,6 +70,7 @@ Metres = Annotated[float, Unit("m")]
 Seconds = Annotated[float, Unit("s")]
 SecondsSquaredPerMetreSquared = Annotated[float, Unit("s^2/m^2")]
 PerSecond = Annotated[float, Unit("1/s")]
+Hertz = Annotated[float, Unit("Hz")]
 MetresPerSecond = Annotated[float, Unit("m/s")]
 MetresPerSecondSquared = Annotated[float, Unit("m/s^2")]
 MetresSquaredPerSecondSquared = Annotated[float, Unit("m^2/s^2")]

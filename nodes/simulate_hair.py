@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from hairpipe.data import BodyParts, Density, Ends, Groom, LevelSet, Mesh, Strands
+from hairpipe.data import BodyParts, Density, Ends, Groom, LevelSet, Mesh, Pins, Strands
 from hairpipe.data.hair import HairState
 from hairpipe.graph import Cuts, Pair, Time, flat_group, node
 from hairpipe.sim.material import Material
@@ -37,6 +37,7 @@ def simulate_hair(
     parts: tuple[Pair[BodyParts], ...] | None,
     ends: Pair[Ends] | None,
     target: Pair[Density] | None,
+    pins: tuple[Pair[Pins], ...] | None,
     previous: HairState | None,
     time: Time,
     cuts: Cuts,
@@ -58,6 +59,6 @@ def simulate_hair(
     hair = choose_precision(settings.precision, prepared, settings, bodies=solid, first=previous is None)
     began = (time.frame - 1) * time.dt
     cut = time.frame in cuts
-    frame = Frame(drivers, surface or (), parts or (), began, time.dt, cut, target)
+    frame = Frame(drivers, surface or (), parts or (), began, time.dt, cut, target, pins or ())
     state = next_state(hair, previous, frame, settings)
     return Hair(strands_of(hair, state), state)

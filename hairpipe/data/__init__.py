@@ -2,7 +2,7 @@
 
 from hairpipe.data.body import Body, Pose, Skeleton
 from hairpipe.data.density import Density
-from hairpipe.data.ends import Ends
+from hairpipe.data.ends import Ends, Pins
 from hairpipe.data.groom import Groom, Strands
 from hairpipe.data.levelset import LevelSet
 from hairpipe.data.mesh import Mesh
@@ -22,6 +22,7 @@ __all__ = [
     "Mesh",
     "Normals",
     "Particles",
+    "Pins",
     "PointValues",
     "Pose",
     "Skeleton",

@@ -1,4 +1,4 @@
-"""Prescribed ends of strands at one frame."""
+"""Prescribed ends of strands, and pinned points, at one frame."""
 
 import numpy as np
 
@@ -22,3 +22,21 @@ class Ends:
     roots_rate: np.ndarray
     tips: np.ndarray
     tips_rate: np.ndarray
+
+
+@value
+class Pins:
+    """Places of pinned points of a groom at one frame, and the strength of their pins.
+
+    points      index of every pinned point in the groom, ascending, (k,) int32
+    positions   place to which the point is pulled [m], (k, 3) float64
+    velocities  velocity of that place [m/s], (k, 3) float64
+    frequency   natural frequency of a point about its place [Hz]
+    damping     ratio of damping to critical damping
+    """
+
+    points: np.ndarray
+    positions: np.ndarray
+    velocities: np.ndarray
+    frequency: float
+    damping: float

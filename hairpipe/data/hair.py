@@ -21,6 +21,8 @@ class HairState:
     pace             longest next step that crossings allow [s]
     stretched        largest stretch of a segment that was reported; 1: none was
     locks            state of locks; None: every hair is simulated. Of followers only the axis is up to date
+    impulses         impulses of goals on strands in the last frame [N s], (strands, 3) float64, of followers 0; None:
+                     there are no goals
     """
 
     positions: np.ndarray
@@ -34,6 +36,7 @@ class HairState:
     pace: float
     stretched: float
     locks: LockState | None = None
+    impulses: np.ndarray | None = None
 
     def leaders(self, strands: int) -> np.ndarray:
         """Return the strand by whose simulation each of so many moves, itself if it is simulated, (strands,) int32."""

@@ -19,6 +19,20 @@ def strand_lengths(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     return np.add.reduceat(ways, offsets[:-1])
 
 
+def fractions_along(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return how far every point is along its strand, 0 at the root and 1 at the tip, (P,) float64; pure.
+
+    Arguments as in `segment_lengths`; no strand is without length.
+    """
+    ways = np.concatenate([[0.0], _ways(points)])
+    ways[offsets[:-1]] = 0.0
+    along = np.cumsum(ways)
+    counts = np.diff(offsets)
+    roots = along[offsets[:-1]]
+    lengths = along[offsets[1:] - 1] - roots
+    return (along - np.repeat(roots, counts)) / np.repeat(lengths, counts)
+
+
 def unequal(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     """Return the difference of the longest and the shortest segment of every strand [m], (S,) float64."""
     lengths = segment_lengths(points, offsets)

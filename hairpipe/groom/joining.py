@@ -7,16 +7,20 @@ import numpy as np
 
 from hairpipe.data import Ends, Groom
 from hairpipe.data.curves import labels_of, numbered
+from hairpipe.errors import BadInput
 from hairpipe.groom.binding import FREE, TIPS
 from hairpipe.groom.strand_arrays import offsets_of
 
 
-def joined_strands(grooms: tuple[Groom, ...]) -> Groom:
-    """Return the strands of all grooms in turn, renumbered; pure.
+def joined_strands(grooms: tuple[Groom, ...], groups: tuple[str, ...] = ()) -> Groom:
+    """Return the strands of all grooms in turn, renumbered, each groom as a group of this name; pure.
 
     Roots keep their triangles, so all grooms have to be on the same body. Tips are free in grooms without tip data,
     and widths, colours and guides are kept if all grooms have them. Groups of equal names are one.
+    Without names the groups of the grooms are kept. Raises BadInput for another number of names than of grooms.
     """
+    if groups and len(groups) != len(grooms):
+        raise BadInput(f"{len(groups)} names for {len(grooms)} grooms", where="groups", right="a name for each groom")
     kept = {
         name: np.concatenate([getattr(groom, name) for groom in grooms])
         for name in ("points", "root_triangles", "root_barycentrics", "root_frames", "root_uv")
@@ -29,7 +33,10 @@ def joined_strands(grooms: tuple[Groom, ...]) -> Groom:
         if len(values) == len(grooms):
             kept[name] = np.concatenate(values)
     names: tuple[str, ...] = ()
-    if any(groom.groups is not None for groom in grooms):
+    if groups:
+        counts = [len(groom.ids) for groom in grooms]
+        kept["groups"], names = numbered(np.repeat(groups, counts))
+    elif any(groom.groups is not None for groom in grooms):
         kept["groups"], names = joined_groups(grooms)
     counts = np.concatenate([np.diff(groom.offsets) for groom in grooms])
     return Groom(offsets=offsets_of(counts), ids=np.arange(len(counts), dtype=np.int32), group_names=names, **kept)

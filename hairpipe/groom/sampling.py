@@ -1,8 +1,9 @@
-"""Some strands of a groom: every n-th, or patches of neighbours, which hair that touches its neighbours needs."""
+"""Some strands of a groom: every n-th, groups, or patches of neighbours, which hair that touches them needs."""
 
 import numpy as np
 
 from hairpipe.data import Groom
+from hairpipe.data.curves import labels_of
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import TIPS
 from hairpipe.groom.strand_arrays import points_of_strands, take_strands
@@ -71,3 +72,16 @@ def take(groom: Groom, strands: np.ndarray) -> Groom:
         **{name: np.ascontiguousarray(getattr(groom, name)[strands]) for name in names},
         **more,
     )
+
+
+def members_of(groom: Groom, names: tuple[str, ...], where: str) -> np.ndarray:
+    """Return which strands are in any of these groups, (S,) bool; pure.
+
+    Raises BadInput at the place `where` for a name that no group of the groom has.
+    """
+    known = np.array([], str) if groom.groups is None else labels_of(groom.groups, groom.group_names)
+    for name in names:
+        if name not in known:
+            has = ", ".join(f"'{label}'" for label in np.unique(known)) or "none"
+            raise BadInput(f"the groom has no group '{name}'", where=where, right=f"its groups: {has}")
+    return np.isin(known, names)

@@ -110,10 +110,14 @@ def _from_rest(frames: np.ndarray, rest: np.ndarray) -> np.ndarray:
     return np.concatenate([turn, shift[:, :, None]], axis=2)
 
 
-def _motion_on(
+def motion_of_sites(
     mesh: Mesh | None, triangles: np.ndarray, barycentrics: np.ndarray, rest: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Rigid motions of ends that are bound to a body from their rest frames, and their rates; still without a body."""
+    """Return rigid motions of sites of a body from their rest frames, and their rates, (k, 3, 4) each; pure.
+
+    triangles, barycentrics  of the sites, (k,) and (k, 3)
+    rest                     their frames at rest, (k, 3, 4); without a body nothing moves
+    """
     if mesh is None:
         still = np.tile(np.eye(3, 4), (len(triangles), 1, 1))
         return still, np.zeros_like(still)
@@ -136,7 +140,7 @@ def motion_of_roots(driver: Driver, groom: Groom) -> tuple[np.ndarray, np.ndarra
     check_driver(driver, groom)
     if isinstance(driver, Ends):
         return driver.roots, driver.roots_rate
-    return _motion_on(driver, groom.root_triangles, groom.root_barycentrics, groom.root_frames)
+    return motion_of_sites(driver, groom.root_triangles, groom.root_barycentrics, groom.root_frames)
 
 
 def apply_rigid(motions: np.ndarray, points: np.ndarray, strands: np.ndarray) -> np.ndarray:
@@ -216,7 +220,7 @@ def _tips(driver: Driver, groom: Groom) -> tuple[np.ndarray | None, np.ndarray |
         return np.nan_to_num(driver.tips), np.nan_to_num(driver.tips_rate)
     if groom.tip_triangles is None or groom.tip_barycentrics is None or groom.tip_frames is None:
         return None, None
-    return _motion_on(driver, np.maximum(groom.tip_triangles, 0), groom.tip_barycentrics, groom.tip_frames)
+    return motion_of_sites(driver, np.maximum(groom.tip_triangles, 0), groom.tip_barycentrics, groom.tip_frames)
 
 
 def held_tips(driver: Driver, groom: Groom, layout: Layout) -> np.ndarray:

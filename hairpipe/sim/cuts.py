@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hairpipe.data import BodyParts, Ends, Groom, LevelSet, Mesh
+from hairpipe.data import BodyParts, Ends, Groom, LevelSet, Mesh, Pins
 from hairpipe.data.hair import HairState
 from hairpipe.sim.boundary import Driver, apply_rigid, follow, motion_of_roots
 from hairpipe.sim.hair_model import HairModel
@@ -42,6 +42,11 @@ def _surface_before(surface: LevelSet, dt: float) -> LevelSet:
 def parts_at_cut(pairs: Sequence[tuple[BodyParts, BodyParts]], dt: float) -> list[tuple[BodyParts, BodyParts]]:
     """Return pairs of bodies in parts whose first is the second, dt [s] earlier on a steady way; pure."""
     return [(_parts_before(after, dt), after) for _, after in pairs]
+
+
+def pins_at_cut(pairs: Sequence[tuple[Pins, Pins]], dt: float) -> list[tuple[Pins, Pins]]:
+    """Return pairs of pins whose first are the second, dt [s] earlier in uniform motion; pure."""
+    return [(replace(after, positions=after.positions - dt * after.velocities), after) for _, after in pairs]
 
 
 def _parts_before(body: BodyParts, dt: float) -> BodyParts:

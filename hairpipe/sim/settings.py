@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from hairpipe.sim.air.wind import Wind
+from hairpipe.sim.goal.strength import Goal
 from hairpipe.sim.material import Material
 from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.registry import ModelName
@@ -251,6 +252,7 @@ class Scene:
     volume      drag and pressure between strands, on a grid; if absent, there are none
     locks       one simulation for strands that move together; if absent, every strand is simulated
     wind        moving air, in place of `air`; if absent, air is still
+    goal        pull to the groom as carried by the skin; if absent, there is none
     """
 
     gravity: Annotated[MetresPerSecondSquared, Interval(ge=0.0, le=1000.0)] = 9.81
@@ -265,6 +267,7 @@ class Scene:
     volume: Volume | None = None
     locks: Locks | None = None
     wind: Wind | None = None
+    goal: Goal | None = None
 
 
 @dataclass(frozen=True)

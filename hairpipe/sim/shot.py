@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar
 
-from hairpipe.data import BodyParts, Density, Groom, LevelSet
+from hairpipe.data import BodyParts, Density, Groom, LevelSet, Pins
 from hairpipe.sim.boundary import Driver
-from hairpipe.sim.cuts import driver_before, parts_at_cut, surfaces_at_cut
+from hairpipe.sim.cuts import driver_before, parts_at_cut, pins_at_cut, surfaces_at_cut
 
 S = TypeVar("S")
 
@@ -25,6 +25,7 @@ class Frame:
     frame_dt  time between the two [s]
     cut       whether the shot is cut at this frame: hair is moved with its roots
     target    target densities, if `volume.target` is set
+    pins      pinned points of hair
     """
 
     drivers: tuple[Driver, Driver]
@@ -34,6 +35,7 @@ class Frame:
     frame_dt: float
     cut: bool = False
     target: tuple[Density, Density] | None = None
+    pins: Sequence[tuple[Pins, Pins]] = ()
 
     @property
     def number(self) -> int:
@@ -78,4 +80,6 @@ def after_cut(frame: Frame, before: Driver) -> Frame:
     surfaces = surfaces_at_cut(frame.surfaces, frame.frame_dt)
     parts = parts_at_cut(frame.parts, frame.frame_dt)
     target = None if frame.target is None else (frame.target[1], frame.target[1])
-    return replace(frame, drivers=(before, frame.drivers[1]), surfaces=surfaces, parts=parts, target=target, cut=False)
+    drivers = before, frame.drivers[1]
+    pins = pins_at_cut(frame.pins, frame.frame_dt)
+    return replace(frame, drivers=drivers, surfaces=surfaces, parts=parts, target=target, pins=pins, cut=False)

@@ -30,6 +30,7 @@ from hairpipe.sim.diagnostics import (
     warn_of_sweep,
     warn_of_weight,
 )
+from hairpipe.sim.goal.holding import goals_of
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.integrators.restoration import converted, restored
 from hairpipe.sim.integrators.step_size import TooManySteps, crossing_limit, limits_of, next_step
@@ -73,7 +74,9 @@ class StrandSimulation:
         bodies = self._bodies_at(frame)
 
         def simulate(strands: HairModel, before: HairState, drivers: tuple[Driver, Driver]) -> HairState:
-            return advance_frame(strands, before, drivers, bodies, frame.frame_dt, scene, frame.began)
+            goals = goals_of(strands, drivers, frame.pins, scene.goal, frame.frame_dt)
+            held = with_interactions(scene, *goals) if goals else scene
+            return advance_frame(strands, before, drivers, bodies, frame.frame_dt, held, frame.began)
 
         if scene.locks is None:
             moved = simulate(hair, state, frame.drivers)
@@ -230,6 +233,7 @@ def advance_frame(
         fresh=now.fresh,
         tensions=now.T,
         pace=crossings.step,
+        impulses=None,
     )
     return around.remember(moved)
 

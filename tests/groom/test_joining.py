@@ -1,7 +1,9 @@
 """Joined grooms keep their strands, and joined ends lead them."""
 
 import numpy as np
+import pytest
 
+from hairpipe.errors import BadInput
 from hairpipe.groom.joining import joined_ends, joined_strands
 from hairpipe.groom.strands import lay_strands
 from hairpipe.scripted_ends.ends import drive
@@ -23,3 +25,11 @@ def test_strands_and_ends_stay_together():
     ends = joined_ends(led)
     assert ends.roots.shape == (3, 3, 4) and ends.roots[2, :, 3].tolist() == [1.0, 2.0, 3.0]
     assert np.isnan(ends.tips[:2]).all() and np.isfinite(ends.tips[2]).all()
+
+
+def test_grooms_become_groups_by_name():
+    one, two, three = (lay_strands(n, 0.1, 5, (1.0, 0.0, 0.0), (0.0, 0.0, 0.01), None, 0.0) for n in (2, 1, 3))
+    both = joined_strands((one, two, three), ("fringe", "beard", "fringe"))
+    assert [both.group_names[group] for group in both.groups] == ["fringe"] * 2 + ["beard"] + ["fringe"] * 3
+    with pytest.raises(BadInput, match="2 names for 3 grooms"):
+        joined_strands((one, two, three), ("fringe", "beard"))

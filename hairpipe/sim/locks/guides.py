@@ -79,7 +79,12 @@ class Guides:
         rows = {name: _put(getattr(state, name), getattr(moved, name), *layouts, self.strands) for name in names}
         fresh = _put_of_blocks(state.fresh, moved.fresh, *layouts, self.strands)
         stuck = self.points[moved.stuck].astype(np.int32)
-        return replace(moved, **rows, fresh=fresh, inverse_lengths=state.inverse_lengths, stuck=stuck)
+        impulses = None
+        if moved.impulses is not None:
+            impulses = np.zeros((len(self.whole.groom.ids), 3))
+            impulses[self.strands] = moved.impulses
+        lengths = state.inverse_lengths
+        return replace(moved, **rows, fresh=fresh, inverse_lengths=lengths, stuck=stuck, impulses=impulses)
 
     def motion_of(self, moved: HairState, driver: Driver) -> GuideMotion:
         """Return the motion of these strands at a frame, at the points of all; pure."""

@@ -1,0 +1,1 @@
+"""Goals: forces that pull hair to places carried by the skin, or by another body."""
