@@ -23,7 +23,7 @@ COMMANDS = {
     **dict.fromkeys(
         ("run", "plan", "watch", "view", "report", "explain", "graph", "nodes", "get", "blender"), "commands"
     ),
-    **dict.fromkeys(("tune", "wedge", "farm", "results"), "commands"),
+    **dict.fromkeys(("tune", "validate", "wedge", "farm", "results"), "commands"),
     **dict.fromkeys(("cache", "warm", "workers", "trust", "usd", "data", "bench", "version"), "housekeeping"),
 }
 """Folders of the modules, by name; each module defines the command of its name."""

@@ -1,0 +1,1 @@
+"""Validation: errors against independent truths, compared with what is allowed."""

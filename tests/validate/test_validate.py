@@ -1,0 +1,128 @@
+"""`hairpipe validate`: polygons against their circle; a row is held, missed, or not promised."""
+
+import json
+import shutil
+import sys
+
+import pytest
+
+import hairpipe.validate.validation as validation
+from hairpipe.errors import BadInput
+from hairpipe.results.file import read_results
+
+from ..cli.conftest import hairpipe  # noqa: F401
+from ..results.conftest import edit, git, repository  # noqa: F401
+from ..sources import HOME
+
+CHECKS = HOME / "graphs/experiments/nodes/check_errors.py"
+VALIDATION = """schema = 1
+frames = [1, 1]
+fps = 24
+[hexagon]
+type = "measure_circle"
+sides = [6]
+[dodecagon]
+like = "hexagon"
+sides = [12]
+[length]
+type = "check_errors"
+in.tables = ["hexagon", "dodecagon"]
+cases = ["6 sides", "12 sides"]
+row = "length of a polygon"
+source = "circle & <closed> form"
+column = "error [%]"
+allowed = [5.0, 2.0]
+[strict]
+like = "length"
+row = "the same, strictly"
+allowed = [1.0, 2.0]
+unpromised = ["6 sides"]
+[rows]
+type = "write_table"
+in.tables = ["length", "strict"]
+publish = "../out/rows.csv"
+[quick]
+type = "write_table"
+in.tables = ["length"]
+publish = "../out/quick.csv"
+"""
+
+
+@pytest.fixture
+def polygons(repository):  # noqa: F811
+    """The file of a validation whose promised rows are held, in a repository; the current folder."""
+    path = repository / "graphs/polygons.toml"
+    path.write_text(VALIDATION)
+    shutil.copy(CHECKS, repository / "graphs/nodes")
+    git(repository, "add", ".")
+    git(repository, "commit", "-q", "-m", "a validation")
+    yield path
+    sys.modules.pop("check_errors", None)
+
+
+def rows_of(text):
+    """Read row, case, measured and verdict of a JSON document."""
+    found = json.loads(text)["rows"]
+    return [(row["row"], row["case"], round(row["measured"], 2), row["verdict"]) for row in found]
+
+
+def test_promised_rows_that_are_held_end_with_success(polygons, hairpipe):  # noqa: F811
+    done = hairpipe("validate graphs/polygons.toml -j1 -q --json")
+    assert rows_of(done.stdout) == [
+        ("length of a polygon", "6 sides", 4.51, "held"),
+        ("length of a polygon", "12 sides", 1.14, "held"),
+        ("the same, strictly", "6 sides", 4.51, "not promised"),
+        ("the same, strictly", "12 sides", 1.14, "held"),
+    ]
+    assert done.exit_code == 0
+    text = hairpipe("validate graphs/polygons.toml -j1 -q").stdout
+    assert "2 rows, 4 cases: 3 held, 0 missed, 1 not promised" in text
+
+
+def test_a_promised_row_that_is_missed_fails(polygons, hairpipe):  # noqa: F811
+    edit(polygons, "allowed = [5.0, 2.0]", "allowed = [5.0, 1.0]")
+    done = hairpipe("validate graphs/polygons.toml -j1 -q --json")
+    assert [verdict for *_, verdict in rows_of(done.stdout)] == ["held", "missed", "not promised", "held"]
+    assert done.exit_code == 1
+
+
+def test_a_row_that_fails_is_not_held(polygons, hairpipe):  # noqa: F811
+    edit(polygons, 'column = "error [%]"', 'column = "mistake [%]"')
+    done = hairpipe("validate graphs/polygons.toml -j1 -q --json")
+    assert rows_of(done.stdout) == [] and done.exit_code == 1
+    edit(polygons, 'column = "mistake [%]"', 'column = "area"')  # which is not a number
+    done = hairpipe("validate graphs/polygons.toml -j1 -q --json")
+    assert [row["measured"] for row in json.loads(done.stdout)["rows"]] == [None] * 4 and done.exit_code == 1
+
+
+def test_a_quick_run_computes_quick_rows_only(polygons, hairpipe):  # noqa: F811
+    done = hairpipe("validate graphs/polygons.toml --quick -j1 -q --json")
+    assert {row for row, *_ in rows_of(done.stdout)} == {"length of a polygon"} and done.exit_code == 0
+
+
+def test_rows_are_recorded(polygons, hairpipe):  # noqa: F811
+    assert hairpipe("validate graphs/polygons.toml -j1 -q --record").exit_code == 0
+    found = read_results(polygons.parent / "results/polygons.json")
+    assert [row[:2] for row in found.tables["rows"].rows][::2] == [
+        ["length of a polygon", "6 sides"],
+        ["the same, strictly", "6 sides"],
+    ]
+    assert found.command == "hairpipe run graphs/polygons.toml --to rows --record polygons"
+
+
+def test_the_page_has_rows_and_no_markup_of_a_text(polygons, hairpipe, tmp_path):  # noqa: F811
+    done = hairpipe("validate graphs/polygons.toml -j1 -q -o page.html")
+    text = (tmp_path / "page.html").read_text()
+    assert done.stdout.endswith("page: page.html\n")
+    assert text.count("<tbody>") == 2 and "circle &amp; &lt;closed&gt; form" in text and "4.5 %" in text
+
+
+def test_another_graph_is_refused(polygons, hairpipe):  # noqa: F811
+    done = hairpipe("validate graphs/circle.toml -q")
+    assert done.exit_code == 2 and "no node 'rows'" in done.stderr
+
+
+def test_a_wheel_has_no_validations(monkeypatch):
+    monkeypatch.setattr(validation, "shipped_graphs", dict)
+    with pytest.raises(BadInput, match="an installed wheel has no validations"):
+        validation.shipped_validations()
