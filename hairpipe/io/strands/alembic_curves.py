@@ -21,7 +21,7 @@ from hairpipe.io.strands.plain import Up, plain_curves
 from hairpipe.plain_file import checked_size
 
 NUMBERS = ("Int32", "Float", "Int16", "Char", "Uchar", "Double", "UInt32", "Int64", "Boolean")
-VECTORS = ("V2f", "V2d", "V3f", "C3f", "C4f", "V3d", "N3f", "P3f")
+VECTORS = ("V2f", "V2d", "V3f", "C3f", "C4f", "V3d", "N3f", "P3f", "V3i")
 KNOWN = {"id", "guide", "group_id", "group_name", "root_uv", "width", "color", "version_major", "version_minor"}
 THROUGH = ("kNoBasis", "kCatmullromBasis")
 """Bases of cubic curves whose points lie on the curve, or that have none."""

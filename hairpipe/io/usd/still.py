@@ -6,13 +6,11 @@ import numpy as np
 from pxr import UsdGeom
 
 from hairpipe.data import Groom, Mesh, Strands
+from hairpipe.io.groom_shot import DIAMETER
 from hairpipe.io.usd.samples import sample_body
 from hairpipe.io.usd.shot import Shot, write_shot
 from hairpipe.io.usd.stage import create_stage
 from hairpipe.io.usd.statics import author_body
-
-DIAMETER = 80e-6
-"""Diameter of a human hair [m], for grooms."""
 
 
 def write_still(path: Path, value: Mesh | Strands | Groom, frame: int, fps: float) -> None:

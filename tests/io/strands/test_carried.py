@@ -2,6 +2,7 @@
 
 import struct
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from hairpipe.data.curves import Curves
 from hairpipe.graph import Frames, Time, Workspace
 from hairpipe.groom.sampling import take
 from hairpipe.io.strands.strand_files import read_strands
+from hairpipe.nodes.export_alembic import export_alembic
 from hairpipe.nodes.export_groom import export_groom
 from hairpipe.nodes.export_usd import export_usd
 from tests.io.complete_groom import complete_groom
@@ -77,6 +79,7 @@ def row_of(name: str, direction: str, found: Curves) -> str:
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
+@pytest.mark.skipif(find_spec("alembic3d") is None, reason="needs alembic3d")
 def test_table_of_formats_is_what_comes_back(tmp_path, groom):
     rows = []
     for name, write in PLAIN.items():
@@ -98,6 +101,12 @@ def test_table_of_formats_is_what_comes_back(tmp_path, groom):
         points = found.points.reshape(-1, POINTS, 3)[~found.guides].reshape(-1, 3)
         assert np.abs(points - groom.points).max() < 1e-6
         rows.append(row_of(f'USD of `export_groom`, `target = "{target}"`', "in, out", found))
+    for target in ("unreal", "houdini", "blender"):
+        path = export_alembic(groom, frames, keys, None, time, Workspace(tmp_path / target), target=target).path
+        found = read_strands(path, 0.01 if target == "unreal" else 1.0, "y", None, guides=True)
+        points = found.points[:, [0, 2, 1]] if target == "unreal" else found.points  # its axes are left-handed
+        assert np.abs(points[: len(groom.points)] - groom.points).max() < 1e-6
+        rows.append(row_of(f'Alembic of `export_alembic`, `target = "{target}"`', "in, out", found))
     path = export_usd(frames, None, groom, None, keys, None, time, (), Workspace(tmp_path)).path
     found = read_strands(path, 1.0, "y", None)
     assert np.abs(found.points - groom.points).max() < 1e-6

@@ -5,8 +5,8 @@ Unreal reads primvars named groom_*, of the types int, float, float2, float3 and
 primvar `rest`. Blender imports curves of purpose guide only on request.
 """
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -14,13 +14,11 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, Vt
 
 from hairpipe import __version__
-from hairpipe.data import Body, Groom, Strands
 from hairpipe.data.curves import labels_of
-from hairpipe.errors import BadInput
+from hairpipe.io.groom_shot import GroomShot
 from hairpipe.io.usd.samples import extent, hold_body, integers, vectors
 from hairpipe.io.usd.stage import create_stage
 from hairpipe.io.usd.statics import author_body, author_curves
-from hairpipe.io.usd.still import DIAMETER
 
 TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens
 Name = Literal["unreal", "houdini", "blender"]
@@ -58,28 +56,8 @@ TARGETS: dict[str, Target] = {
 }
 
 
-@dataclass(frozen=True)
-class GroomShot:
-    """Contents of a file.
-
-    groom    hair at rest, with guides marked in `guides`
-    hair     all strands of the groom at every frame; None: at rest
-    closest  ids of three guides of each strand, and their weights, (S, 3) each
-    scalp    body at rest
-    """
-
-    groom: Groom
-    hair: Mapping[int, Strands] | None
-    closest: tuple[np.ndarray, np.ndarray] | None
-    scalp: Body | None
-    fps: float
-
-
 def write_groom(path: Path, shot: GroomShot, name: Name) -> None:
-    """Write hair and guides for a program.
-
-    Raises BadInput where the hair does not have the strands of the groom, or points that are not finite.
-    """
+    """Write hair and guides for a program; raises what `GroomShot.at` raises."""
     target = TARGETS[name]
     stage = create_stage(path, shot.fps)
     UsdGeom.SetStageUpAxis(stage, target.up)
@@ -94,9 +72,9 @@ def write_groom(path: Path, shot: GroomShot, name: Name) -> None:
         stage.SetStartTimeCode(start)
         stage.SetEndTimeCode(end)
     for frame in frames:
-        strands = shot.hair[frame] if shot.hair is not None else None
+        hair = shot.at(frame)
         for prim, rows in pieces:
-            sample(prim, rows, shot.groom, strands, frame, target)
+            sample(prim, hair.points[rows], hair.velocities[rows], frame, target)
     if shot.scalp is not None:
         mesh = replace(shot.scalp.mesh, points=turned(shot.scalp.mesh.points, target) / target.metres, velocities=None)
         prim = UsdGeom.Mesh.Define(stage, "/groom/scalp")
@@ -108,27 +86,24 @@ def write_groom(path: Path, shot: GroomShot, name: Name) -> None:
 
 
 def pieces_of(stage: Usd.Stage, shot: GroomShot, target: Target) -> Iterator[tuple[UsdGeom.BasisCurves, np.ndarray]]:
-    """Author the constant values of all curves; yield each prim and its strands, (n,)."""
-    guides = np.zeros(len(shot.groom.ids), bool) if shot.groom.guides is None else shot.groom.guides
-    parts = {"hair": ~guides, "guides": guides} if target.apart else {"hair": np.ones(len(guides), bool)}
-    for name, mask in parts.items():
-        if mask.any():
-            prim = UsdGeom.BasisCurves.Define(stage, f"/groom/{name}")
-            author(prim, shot, np.flatnonzero(mask), target)
-            if name == "guides":
-                prim.CreatePurposeAttr(TOKENS.guide)
-            yield prim, np.flatnonzero(mask)
+    """Author the constant values of all curves; yield each prim and its points, (p,)."""
+    for name, strands in shot.pieces(target.apart).items():
+        prim = UsdGeom.BasisCurves.Define(stage, f"/groom/{name}")
+        author(prim, shot, strands, target)
+        if name == "guides":
+            prim.CreatePurposeAttr(TOKENS.guide)
+        yield prim, shot.rows(strands)
 
 
 def author(prim: UsdGeom.BasisCurves, shot: GroomShot, strands: np.ndarray, target: Target) -> None:
     """Author the constant values of some strands of the groom, (n,), and their points at rest."""
     groom = shot.groom
-    rows = np.flatnonzero(np.repeat(np.isin(np.arange(len(groom.ids)), strands), np.diff(groom.offsets)))
+    rows = shot.rows(strands)
     author_curves(prim, np.diff(groom.offsets)[strands], TOKENS.catmullRom)
     for schema in target.schemas:
         prim.GetPrim().AddAppliedSchema(schema)
     points = turned(groom.points[rows], target) / target.metres
-    widths = (np.full(len(rows), DIAMETER) if groom.widths is None else groom.widths[rows]) / target.metres
+    widths = shot.widths(rows) / target.metres
     prim.CreatePointsAttr(vectors(points))
     prim.CreateExtentAttr(extent(points, widths.max(initial=0.0) / 2))
     prim.CreateWidthsAttr(Vt.FloatArray.FromNumpy(widths.astype(np.float32)))
@@ -152,21 +127,13 @@ def author(prim: UsdGeom.BasisCurves, shot: GroomShot, strands: np.ndarray, targ
             primvar(prim, name, TYPES.Float3Array, TOKENS.uniform, vectors(values[strands]))
 
 
-def sample(
-    prim: UsdGeom.BasisCurves, strands: np.ndarray, groom: Groom, hair: Strands | None, frame: int, target: Target
-) -> None:
-    """Author points, velocities and extent of some strands, (n,), at a frame."""
-    where = f"hair at frame {frame}"
-    if hair is None or not np.array_equal(hair.offsets, groom.offsets):
-        raise BadInput("the groom does not have the strands of the hair", where=where, right="what was simulated")
-    rows = np.flatnonzero(np.repeat(np.isin(np.arange(len(groom.ids)), strands), np.diff(groom.offsets)))
-    if not np.isfinite(hair.points[rows]).all():
-        raise BadInput("points are not all finite", where=where, right="finite numbers")
-    points = turned(hair.points[rows], target) / target.metres
-    prim.GetPointsAttr().Set(vectors(points), frame)
-    prim.GetVelocitiesAttr().Set(vectors(turned(hair.velocities[rows], target) / target.metres), frame)
+def sample(prim: UsdGeom.BasisCurves, points: np.ndarray, velocities: np.ndarray, frame: int, target: Target) -> None:
+    """Author points [m], velocities [m/s], (p, 3) each, and extent of curves at a frame."""
+    placed = turned(points, target) / target.metres
+    prim.GetPointsAttr().Set(vectors(placed), frame)
+    prim.GetVelocitiesAttr().Set(vectors(turned(velocities, target) / target.metres), frame)
     widest = float(np.max(prim.GetWidthsAttr().Get()))
-    prim.GetExtentAttr().Set(extent(points, widest / 2), frame)
+    prim.GetExtentAttr().Set(extent(placed, widest / 2), frame)
 
 
 def turned(vectors_: np.ndarray, target: Target) -> np.ndarray:

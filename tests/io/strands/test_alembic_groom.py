@@ -1,0 +1,159 @@
+"""Grooms written to Alembic, read by its own library and by ours, and opened in Blender."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hairpipe.data import Strands
+from hairpipe.errors import BadInput
+from hairpipe.io.groom_shot import GroomShot
+from hairpipe.io.strands.alembic_curves import read_alembic
+from hairpipe.io.strands.alembic_groom import TARGETS, size_of, write_alembic
+from tests.io.complete_groom import complete_groom
+
+library = pytest.importorskip("alembic3d")
+STRANDS, POINTS, FPS = 4, 5, 24.0
+SPEED = np.array([0.0, 0.24, -0.48], np.float32)
+
+
+def moving(frames: range) -> GroomShot:
+    """A groom at a constant velocity, whose last strand is a guide of the others."""
+    groom = replace(complete_groom(STRANDS, POINTS), guides=np.arange(STRANDS) == STRANDS - 1)
+    still = np.tile(SPEED, (len(groom.points), 1))
+    hair = {k: Strands(groom.points + still * (k - frames[0]) / FPS, still, groom.offsets, 1e-4) for k in frames}
+    closest = (np.full((STRANDS, 3), groom.ids[-1]), np.tile((1.0, 0.0, 0.0), (STRANDS, 1)))
+    return GroomShot(groom, hair or None, closest, None, FPS)
+
+
+def curves_of(path, name: str):
+    top = library.Abc.IArchive(str(path)).getTop().getChild("groom")
+    return top, library.AbcGeom.ICurves(top.getChild(name), name).getSchema()
+
+
+@pytest.mark.parametrize("frames", [range(1001, 1004), range(1001, 1010, 4)])
+@pytest.mark.parametrize("target", list(TARGETS))
+def test_samples_are_at_the_times_of_frames(tmp_path, target, frames):
+    shot, path = moving(frames), tmp_path / "a.abc"
+    write_alembic(path, shot, target)
+    _, schema = curves_of(path, "hair")
+    sampling = schema.getTimeSampling()
+    assert schema.getNumSamples() == len(frames)
+    rows = shot.rows(shot.pieces(TARGETS[target].apart)["hair"])
+    for sample, frame in enumerate(frames):
+        time = sampling.getSampleTime(sample)
+        assert time == pytest.approx(frame / FPS, abs=1e-9)
+        value = schema.getValue(library.Abc.ISampleSelector(float(time)))
+        assert np.allclose(
+            np.array(value.getPositions()), TARGETS[target].placed(shot.hair[frame].points[rows]), atol=1e-5
+        )
+        assert np.allclose(np.array(value.getVelocities())[0], TARGETS[target].placed(SPEED), rtol=1e-6)
+
+
+def test_frames_with_gaps_keep_their_times(tmp_path):
+    shot, path = moving(range(1001, 1011)), tmp_path / "a.abc"
+    write_alembic(path, replace(shot, hair={k: shot.hair[k] for k in (1001, 1002, 1010)}), "houdini")
+    sampling = curves_of(path, "hair")[1].getTimeSampling()
+    assert [round(sampling.getSampleTime(k) * FPS, 6) for k in range(3)] == [1001, 1002, 1010]
+
+
+def test_unreal_finds_its_attributes_with_types_and_scopes(tmp_path):
+    shot, path = moving(range(0)), tmp_path / "a.abc"
+    write_alembic(path, shot, "unreal")
+    top, schema = curves_of(path, "hair")
+    properties = library.AbcGeom.IXform(top.getParent(), "groom").getSchema().getUserProperties()
+    versions = [
+        library.Abc.IInt16Property(properties, f"groom_version_{part}").getValue() for part in ("major", "minor")
+    ]
+    assert versions == [1, 5]
+    parameters = schema.getArbGeomParams()
+    headers = [parameters.getPropertyHeader(k) for k in range(parameters.getNumProperties())]
+    types = {h.getName(): (str(h.getDataType()), h.getMetaData().get("geoScope")) for h in headers}
+    assert types == {
+        "groom_id": ("int32_t", "uni"),
+        "groom_guide": ("int32_t", "uni"),
+        "groom_group_id": ("int32_t", "uni"),
+        "groom_group_name": ("string", "uni"),
+        "groom_root_uv": ("float32_t[2]", "uni"),
+        "groom_closest_guides": ("int32_t[3]", "uni"),
+        "groom_guide_weights": ("float32_t[3]", "uni"),
+        "groom_color": ("float32_t[3]", "vtx"),
+    }
+    root = np.array(schema.getValue().getPositions())[0]
+    x, y, z = shot.groom.points[0]
+    assert np.allclose(root, [100 * x, 100 * z, 100 * y], atol=1e-4)  # left-handed, Z up
+    assert np.allclose(
+        np.array(schema.getWidthsParam().getExpandedValue().getVals()), 100 * shot.groom.widths, rtol=1e-6
+    )
+
+
+@pytest.mark.filterwarnings("ignore:.*not read")
+def test_guides_and_rest_shape_come_back(tmp_path):
+    shot, path = moving(range(0)), tmp_path / "a.abc"
+    write_alembic(path, shot, "houdini")
+    found = read_alembic(path)
+    assert found.guides.tolist() == shot.groom.guides.tolist() and found.ids.tolist() == shot.groom.ids.tolist()
+    assert np.abs(found.points - shot.groom.points).max() < 1e-6
+    rest = library.AbcGeom.IV3fGeomParam(curves_of(path, "guides")[1].getArbGeomParams(), "rest")
+    assert np.allclose(np.array(rest.getExpandedValue().getVals()), shot.groom.points[-POINTS:], atol=1e-6)
+
+
+def test_files_are_the_same_bytes_each_time_and_no_larger_than_announced(tmp_path):
+    shot = moving(range(1001, 1004))
+    for name in ("a.abc", "b.abc"):
+        write_alembic(tmp_path / name, shot, "unreal")
+    assert (tmp_path / "a.abc").read_bytes() == (tmp_path / "b.abc").read_bytes()
+    assert (tmp_path / "a.abc").stat().st_size < size_of(shot)
+
+
+def test_broken_hair_and_missing_folders_are_reported(tmp_path):
+    shot = moving(range(1001, 1002))
+    with pytest.raises(BadInput, match="the Alembic file was not written"):
+        write_alembic(tmp_path, shot, "unreal")
+    broken = replace(shot.hair[1001], points=np.full_like(shot.groom.points, np.nan))
+    with pytest.raises(BadInput, match="hair at frame 1001: points are not all finite"):
+        write_alembic(tmp_path / "a.abc", replace(shot, hair={1001: broken}), "unreal")
+
+
+def test_full_disk_is_reported_before_the_file_is_begun(tmp_path, monkeypatch):
+    monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=1000))
+    with pytest.raises(OSError, match="No space left on device"):
+        write_alembic(tmp_path / "a.abc", moving(range(1001, 1002)), "unreal")
+    assert not list(tmp_path.iterdir())
+
+
+SHOWN = """
+import json, sys, bpy, numpy
+bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.wm.alembic_import(filepath=sys.argv[1], as_background_job=False)
+bpy.context.scene.render.fps = 24
+bpy.context.scene.frame_set(1003)
+shown = {}
+for item in bpy.context.evaluated_depsgraph_get().objects:
+    if item.type == "CURVES":
+        points = numpy.empty(3 * len(item.data.points), numpy.float32)
+        item.data.attributes["position"].data.foreach_get("vector", points)
+        matrix = numpy.array(item.matrix_world)
+        placed = points.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
+        shown[item.name] = [len(item.data.curves), placed.tolist(), item.data.attributes["radius"].data[0].value]
+print("shown", json.dumps(shown))
+"""
+
+
+def test_blender_shows_hair_and_guides_where_they_are(tmp_path):
+    pytest.importorskip("bpy")
+    shot, path = moving(range(1001, 1004)), tmp_path / "a.abc"
+    write_alembic(path, shot, "blender")
+    done = subprocess.run([sys.executable, "-c", SHOWN, str(path)], capture_output=True, text=True, timeout=120)
+    line = next(line for line in done.stdout.splitlines() if line.startswith("shown"))
+    shown = json.loads(line.removeprefix("shown"))
+    points = shot.hair[1003].points
+    x, y, z = points[: (STRANDS - 1) * POINTS].T
+    assert set(shown) == {"hair", "guides"} and [shown[name][0] for name in ("hair", "guides")] == [STRANDS - 1, 1]
+    assert np.allclose(shown["hair"][1], np.stack([x, -z, y], axis=1), atol=1e-6)
+    assert len(shown["guides"][1]) == POINTS
+    assert 2 * shown["hair"][2] == pytest.approx(shot.groom.widths[0], rel=1e-5)
