@@ -20,7 +20,7 @@ ORDER = (
 )
 """Rooms from the bottom up: the files of one import from it and from those before it."""
 WITHIN = {
-    "graph": "node store file key plan worker engine run results",
+    "graph": "node store file edit key plan worker engine run results",
     "levelset": """grid_layout collider sample interpolation sphere_tracing collider_field parts bake""",
     "sim": """material layout axis strands.construction strands.forces strands boundary state air.wind goal.strength
         settings contact.hair.couplings interactions goal.impulse goal.pull air hair_model goal cuts shot
@@ -39,6 +39,7 @@ BASE = {"errors", "units", "simplification", "plain_file", "child", "processor",
 PURE = {
     "graph.node.messages",  # names what is wrong, on one line
     "graph.file.overrides",  # edits tables of a graph file
+    "graph.edit",  # edits its text
     "graph.store.digest",  # digests plain values
     "graph.store.atomic",  # writes files whole or not at all
     "graph.worker.threading_layer",  # chooses a setting of numba
@@ -100,7 +101,7 @@ PLACES = {
     "matplotlib": "graphs/experiments/chart/",
     "pydantic": "hairpipe/graph/node/settings.py",
     "click": ("hairpipe/cli/", "graphs/experiments/bench/"),
-    "tomlkit": "hairpipe/graph/file/saving.py",
+    "tomlkit": "hairpipe/graph/edit/values.py",
     "rich": "hairpipe/cli/",
     "distributed": ("hairpipe/graph/engine/dask_engine.py", "hairpipe/bench/dask_cluster.py"),
     "starlette": "hairpipe/page/server.py",

@@ -13,6 +13,7 @@ from hairpipe.graph.node.fields import Field, fields_of
 from hairpipe.graph.node.import_paths import EXPERIMENTS, folder_of
 
 __all__ = [
+    "FOLDER",
     "Field",
     "NodeType",
     "Registry",

@@ -79,7 +79,7 @@ class Shot(GraphShot):
 
         BadInput for a setting that the graph refuses, and for a shipped graph.
         """
-        from hairpipe.graph.file.saving import save_settings
+        from hairpipe.graph.edit.saving import save_settings
 
         self.changed(set)
         if self._source.shipped is not None or not self.path.is_file():

@@ -28,11 +28,13 @@ class Source:
     text     its tables, and their lines
     shipped  name of a graph that is installed with hairpipe; None for any other graph
     project  folder in which a shipped graph publishes, as if its file lay in `graphs` there
+    may_be_empty  whether a graph without nodes is accepted
     """
 
     text: GraphText
     shipped: str | None = None
     project: Path | None = None
+    may_be_empty: bool = False
 
     @property
     def given(self) -> str:
@@ -64,7 +66,7 @@ class Source:
 
     def graph(self) -> Graph:
         """Check the graph; BadInput for the first fault, with file and line."""
-        graph = make_graph(self.text)
+        graph = make_graph(self.text, empty=self.may_be_empty)
         if self.shipped is None or self.project is None:
             return graph
         folder = Path(self.project, HOLDS_GRAPHS, self.shipped).parent

@@ -2,17 +2,22 @@
 
 import platform
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from hairpipe import __version__
+from hairpipe.api.draft import Draft
 from hairpipe.api.graph_shot import GraphShot
+from hairpipe.api.node_types import FOLDER, Field, NodeType, Registry, fields_of, fields_within
 from hairpipe.api.node_types import document as type_document
 from hairpipe.api.reports import Plan, Run, Status, Task
 from hairpipe.api.selection import FrameSet, fold_frames
 from hairpipe.api.shot import Node, Record
 from hairpipe.api.wedge_shot import WedgeShot
+from hairpipe.errors import BadInput
 from hairpipe.page.values import kinds_of
 from hairpipe.wedge.comparison import compare
 from hairpipe.wedge.comparison import document as comparison_document
@@ -21,7 +26,7 @@ Suffix = Callable[[str], str | None]
 """Finds the suffix of a picture by the name of its object; None for any other file."""
 NAMED = 10
 """Number of shown letters of the name of an object."""
-RESERVED = ("type", "in", "publish", "checkpoint")
+RESERVED = ("type", "in", "publish", "checkpoint", "mute")
 """Keys in the table of a node that are not settings."""
 
 
@@ -52,6 +57,63 @@ def node_document(node: Node, table: Mapping[str, Any]) -> dict[str, Any]:
         "per_frame": node.per_frame,
         "kinds": {name: kinds_of(kind) for name, kind in node.type.outputs.items()},
     }
+
+
+def draft_document(draft: Draft) -> dict[str, Any]:
+    """Describe a graph that is being edited: also incomplete and muted nodes, and positions."""
+    document = graph_document(draft.shot)
+    others = [name for name in draft.tables if name not in draft.shot.graph.nodes]
+    nodes = [*document["nodes"], *(unchecked_document(name, draft.types[name], draft.tables[name]) for name in others)]
+    for node in nodes:
+        node |= {"muted": node["name"] in draft.muted, "fault": draft.faults.get(node["name"])}
+    types = {found.name: type_document(found) for found in draft.types.values()}
+    return document | {"nodes": nodes, "types": types, "layout": dict(draft.layout)}
+
+
+def unchecked_document(name: str, kind: NodeType, table: Mapping[str, Any]) -> dict[str, Any]:
+    """Describe a node that is not in the shot, by its table."""
+    edges = []
+    for socket, value in table.get("in", {}).items():
+        many = isinstance(value, list)
+        for place, source in enumerate(value if many else [value]):
+            node, _, output = str(source).partition(".")
+            edges.append({"plug": f"{socket}.{place}" if many else socket, "node": node, "output": output})
+    given = {key: value for key, value in table.items() if key not in RESERVED}
+    return {
+        "name": name,
+        "type": kind.name,
+        "doc": paragraphs(kind.function.__doc__ or ""),
+        "edges": edges,
+        "settings": unchecked_settings(fields_of(kind), given),
+        "given": given,
+        "publish": table.get("publish"),
+        "per_frame": kind.mode != "once",
+        "kinds": {output: kinds_of(found) for output, found in kind.outputs.items()},
+    }
+
+
+def unchecked_settings(fields: Iterable[Field], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the given settings with defaults, without a check."""
+    found: dict[str, Any] = {}
+    for field in fields:
+        value = given.get(field.name)
+        default = None if field.required or field.default is None else field.default
+        if field.group and (isinstance(value, dict) or (value is None and default is not None)):
+            found[field.name] = unchecked_settings(fields_within(field), value or {})
+        else:
+            plain = str(default) if isinstance(default, Path) else None if field.group else default
+            found[field.name] = plain if value is None or (value is False and field.group) else value
+    return found
+
+
+def catalogue_document(path: Path) -> dict[str, Any]:
+    """Describe all node types that a graph file can use; those that cannot be loaded are left out."""
+    registry = Registry(path.parent / FOLDER)
+    found = []
+    for name in registry.names():
+        with suppress(BadInput):
+            found.append(type_document(registry.find(name)))
+    return {"types": found}
 
 
 def paragraphs(text: str) -> str:

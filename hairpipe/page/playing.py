@@ -32,9 +32,9 @@ class Playing:
         """Whether the process has ended."""
         return self._process.poll() is not None
 
-    def take(self, settings: Mapping[str, Any]) -> None:
-        """Set the settings of the next frames."""
-        self._write(settings)
+    def take(self, text: str) -> None:
+        """Set the text of the graph of the next frames."""
+        self._write(text)
 
     def read(self) -> bytes:
         """Wait for more bytes of messages; empty after the end."""
@@ -46,7 +46,7 @@ class Playing:
         self._process.kill()
         self._process.wait()
 
-    def _write(self, document: Mapping[str, Any]) -> None:
+    def _write(self, document: Any) -> None:
         """Write a line, unless the process has ended."""
         with suppress(OSError):
             assert self._process.stdin is not None

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-import hairpipe
+from hairpipe.api.draft import load_draft
 from hairpipe.api.graph_shot import Member
 from hairpipe.errors import BadInput
 from hairpipe.page.documents import ending
@@ -15,14 +15,14 @@ from hairpipe.page.documents import ending
 
 @dataclass(frozen=True)
 class Job:
-    """Job of a run: a graph with settings, frames, and the cache of the page.
+    """Job of a run: a graph with its edited text, frames, and the cache of the page.
 
     to     requested nodes, with their dependencies; empty for all
     wedge  wedge whose variants are run; None for the graph itself
     """
 
     graph: str
-    settings: dict[str, Any]
+    edited: str
     frames: list[int] | None
     to: list[str]
     cache: str
@@ -47,7 +47,7 @@ def end_of(job: Job, spare: list[Member]) -> dict[str, Any]:
     """Run a job with spare workers, and describe its end."""
     ended = {"failures": list[str](), "computed": 0, "reused": 0, "took": 0.0, "interrupted": False}
     try:
-        shot = hairpipe.load(job.graph, job.settings, cache=job.cache)
+        shot = load_draft(job.graph, job.edited, cache=job.cache).shot
         run = (shot if job.wedge is None else shot.wedge(job.wedge)).with_workers(spare).run
         return ending(run(job.frames, to=job.to, progress=send_event, keep_going=True))
     except BadInput as fault:

@@ -25,6 +25,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from hairpipe.errors import BadInput
 from hairpipe.page.assets import asset, page_html
+from hairpipe.page.edits import EDITS
 from hairpipe.page.packing import script
 from hairpipe.page.playing import Playing
 from hairpipe.page.session import Session
@@ -258,7 +259,11 @@ class Handler:
     async def act(self, request: Request) -> Response:
         """Do an action; a fault is the answer."""
         deeds: dict[str, Callable[[dict[str, Any]], None]] = {
-            "edit": lambda given: self._session.edit(str(given["target"]), str(given["text"])),
+            **{verb: lambda given, verb=verb: self._session.change(verb, dict(given)) for verb in EDITS},
+            "undo": lambda given: self._session.undo(),
+            "redo": lambda given: self._session.undo(1),
+            "save_as": lambda given: self._session.save_as(str(given["name"])),
+            "resolve": lambda given: self._session.resolve(str(given["keep"])),
             "revert": lambda given: self._session.revert(),
             "save": lambda given: self._session.save(),
             "run": lambda given: self._session.run([str(name) for name in given.get("to", [])]),
@@ -267,7 +272,7 @@ class Handler:
         try:
             given = json.loads(await body_of(request))
             await run_in_threadpool(deeds[request.path_params["deed"]], given)
-        except (KeyError, TypeError, ValueError, RecursionError):
+        except (KeyError, TypeError, ValueError, AttributeError, RecursionError):
             return JSONResponse({"fault": "no such deed"}, 400)
         except BadInput as fault:
             return JSONResponse({"fault": str(fault)}, 409)

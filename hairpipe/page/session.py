@@ -13,12 +13,14 @@ from typing import Any
 
 from hairpipe import child
 from hairpipe.api.cache import Cache
+from hairpipe.api.draft import Draft, load_draft
 from hairpipe.api.reports import STATUSES, Entry, Plan, Status, Task
 from hairpipe.api.selection import FrameSet, read_frames
 from hairpipe.api.shot import Shot
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.overrides import parse_value
-from hairpipe.page.documents import RunOutput, graph_document, state_document, wedge_document
+from hairpipe.page.documents import RunOutput, catalogue_document, draft_document, state_document, wedge_document
+from hairpipe.page.edits import edited
+from hairpipe.page.history import Deed, History, Step
 from hairpipe.page.packing import Packed
 from hairpipe.page.playing import Playing
 from hairpipe.page.runner import Job
@@ -43,11 +45,13 @@ class Session:
     revision  number of changes of the page
     """
 
-    def __init__(self, shot: Shot, frames: FrameSet = None, wedge: str | None = None) -> None:
+    def __init__(self, given: Shot | Draft, frames: FrameSet = None, wedge: str | None = None) -> None:
+        draft = given if isinstance(given, Draft) else load_draft(given.given, cache=given.cache)
+        shot = draft.shot
         self._wedge = wedge
-        self._base = shot
+        self._history = History(draft.text, draft.read_file())
         self.frames = None if frames is None else list(shot.graph.select(read_frames(frames)))
-        self._edits: dict[str, str] = {}
+        self._draft = draft
         self._shot = shot
         self._lock = threading.RLock()
         self._changed = threading.Condition(self._lock)
@@ -65,7 +69,7 @@ class Session:
         self._hosts: Mapping[Task, str] = {}
         self.revision = 0
         self._shelf = Shelf(MOST_STRANDS)
-        self._take(shot, {})
+        self._take(draft)
         self._open = True
         threading.Thread(target=self._follow, daemon=True).start()
 
@@ -92,7 +96,9 @@ class Session:
         """Make a document by name; KeyError for an unknown one, BadInput for one removed from the cache."""
         with self._lock:
             if name == "graph":
-                return graph_document(self._shot) | self._live(), b""
+                return draft_document(self._draft) | self._live(), b""
+            if name == "catalogue":
+                return catalogue_document(self._shot.path), b""
             if name == "state":
                 return self._state(), b""
             if name == "wedge" and self._wedge is not None:
@@ -106,28 +112,81 @@ class Session:
 
     def edit(self, target: str, text: str) -> None:
         """Change a setting, as `--set`; BadInput, without a change, for a setting that the graph refuses."""
+        self.change("edit", {"target": target, "text": text})
+
+    def change(self, verb: str, given: dict[str, Any]) -> None:
+        """Edit the graph, see `edits.py`; BadInput, without a change, for an edit that the graph refuses."""
         with self._lock:
-            self._take(self._base, self._edits | {target: text})
+            text, label = edited(self._draft, verb, given)
+            if text != self._history.text:
+                self._take(self._draft.with_text(text))
+                self._history.push(Step(label, text, (verb, given)))
+                self._advance()
+
+    def undo(self, by: int = -1) -> None:
+        """Undo the last edit, or do it again for 1; BadInput if there is none."""
+        with self._lock:
+            self._take(self._draft.with_text(self._history.seek(by)))
+            self._history.move(by)
+            self._advance()
 
     def revert(self) -> None:
-        """Discard all edits."""
+        """Discard all edits, which can be undone."""
         with self._lock:
-            self._take(self._base, {})
+            self._push("revert", self._history.disk or self._history.text)
+            self._history.written(self._history.text)
 
     def save(self) -> None:
-        """Write the edits into the graph file; BadInput for a shipped graph, or a file that cannot be written."""
+        """Write the graph file; BadInput for a shipped graph, one that another program changed, or no permission."""
         with self._lock:
-            self._base.save({target: parse_value(text) for target, text in self._edits.items()})
-            self._edits = {}
+            if self._draft.read_file() != self._history.disk:
+                self._reload()
+                raise BadInput("another program has changed the file", where=self._shot.path, right="choose a version")
+            self._draft.save()
+            self._history.written(self._draft.text)
             self._reload()
+
+    def save_as(self, name: str) -> None:
+        """Write a new file within the project, which is the file of the page then; BadInput as `Draft.saved_as`."""
+        with self._lock:
+            self._take(self._draft.saved_as(name))
+            self._history.written(self._draft.text)
+            self._advance()
+
+    def resolve(self, keep: str) -> None:
+        """End a conflict: keep the text of the `page`, take that of the `file`, or repeat `both` edits."""
+        with self._lock:
+            theirs = self._history.theirs
+            if theirs is None or keep not in ("page", "file", "both"):
+                raise BadInput("no conflict", right="page, file or both")
+            if keep == "both":
+                self._push("edits of this page", self._history.repeated(self._repeat), base=theirs)
+            elif keep == "file":
+                self._push("changed by another program", theirs, base=theirs)
+            self._history.disk, self._history.theirs = theirs, None
+            self._advance()
+
+    def _repeat(self, text: str, deed: Deed) -> str:
+        return edited(self._draft.with_text(text), *deed)[0]
+
+    def _push(self, label: str, text: str, base: str | None = None) -> None:
+        """Show a text as a new step; BadInput, without a change, for a faulty one.
+
+        base  text of the file, if it is known to have changed
+        """
+        if text != self._history.text:
+            self._take(self._draft.with_text(text))
+            self._history.push(Step(label, text))
+        if base is not None and base == text:
+            self._history.written(text)
+        self._advance()
 
     def run(self, to: list[str]) -> None:
         """Begin a run of the graph with its edits; BadInput during another run."""
         with self._lock:
             if self._running:
-                raise BadInput("a run is in progress", where=self._base.path.name, right="wait for its end, or stop it")
-            settings = {target: parse_value(text) for target, text in self._edits.items()}
-            job = Job(self._base.given, settings, self.frames, to, str(self._base.cache), self._wedge)
+                raise BadInput("a run is in progress", where=self._shot.path.name, right="wait for its end, or stop it")
+            job = Job(self._shot.given, self._draft.text, self.frames, to, str(self._shot.cache), self._wedge)
             stdin = self._ready_runner().stdin
             assert stdin is not None
             with suppress(BrokenPipeError):  # `_listen` notices
@@ -154,8 +213,7 @@ class Session:
         BadInput without a safe folder for kernels.
         """
         with self._lock:
-            settings = {target: parse_value(text) for target, text in self._edits.items()}
-            show = Show(self._base.given, settings, str(self._base.cache), node, output, MOST_STRANDS)
+            show = Show(self._shot.given, self._draft.text, str(self._shot.cache), node, output, MOST_STRANDS)
             player = Playing(show, self._shot.playing_environment())
             self._players = [*(other for other in self._players if not other.ended), player]
             return player
@@ -169,12 +227,17 @@ class Session:
 
     def _live(self) -> dict[str, Any]:
         """Actions of the page besides display."""
-        return {"edits": dict(self._edits), "saved": self._can_save(), "playable": playable(self._shot)}
-
-    def _can_save(self) -> bool:
-        return self._base.given == str(self._base.path) and os.access(self._base.path, os.W_OK)
+        path = self._shot.path
+        can_save = not self._draft.shipped and os.access(path if path.exists() else path.parent, os.W_OK)
+        return self._history.document() | {"saved": can_save, "playable": playable(self._shot)}
 
     def _state(self) -> dict[str, Any]:
+        document = self._shown()
+        for name in self._draft.tables:
+            document["nodes"].setdefault(name, {"cells": []})
+        return document
+
+    def _shown(self) -> dict[str, Any]:
         if self._wedge is not None:  # runs are of the wedge
             output = RunOutput({}, {}, self._cache.hosts(self._plan))
             return state_document(self._shot, self._plan, self._shelf.suffix, output) | {"wedge": True}
@@ -226,18 +289,16 @@ class Session:
                     self._runner.stdin.close()
             self._runner = None
 
-    def _take(self, base: Shot, edits: Mapping[str, str]) -> None:
-        """Plan a shot with edits, and show it; without a change on BadInput."""
-        shot = base.changed({target: parse_value(text) for target, text in edits.items()})
-        plan = shot.plan(self.frames)
-        self._base = base
-        self._edits = dict(edits)
-        self._shot = shot
+    def _take(self, draft: Draft) -> None:
+        """Plan a draft, and show it; without a change on BadInput."""
+        plan = draft.shot.plan(self.frames)
+        self._draft = draft
+        self._shot = draft.shot
         self._plan = plan
         self._watched: Iterable[Entry] = plan
         for player in self._players:
-            player.take({target: parse_value(text) for target, text in edits.items()})
-        self._shelf.take(shot, plan)
+            player.take(draft.text)
+        self._shelf.take(draft.shot, plan)
         self._advance()
 
     def _advance(self) -> None:
@@ -246,21 +307,28 @@ class Session:
             self._changed.notify_all()
 
     def _reload(self) -> None:
-        """Read the graph file again; a fault is noted, and the page is unchanged."""
+        """Read the graph file again; a fault is noted, and a change in conflict with edits changes nothing else."""
+        history = self._history
         try:
-            self._take(self._base.reloaded(), self._edits)
+            text = self._draft.read_file()
+            if text in (history.disk, None):
+                self._take(self._draft.with_text(self._draft.text))
+            elif not history.unsaved or text == history.text:
+                self._push("changed by another program", text, base=text)
+            else:
+                history.theirs = text
             self._note = ""
         except BadInput as fault:
             self._note = str(fault)
-            self._advance()
+        self._advance()
 
     def _follow(self) -> None:
         """Poll the cache, its leases and the graph file, which other processes may change."""
         while self._open:
             begun = time.monotonic()
             seen = (
-                stamp(self._base.path),
-                *(stamp(path) for path in sorted((self._base.cache / "actions").glob("??"))),
+                stamp(self._shot.path),
+                *(stamp(path) for path in sorted((self._shot.cache / "actions").glob("??"))),
             )
             with self._lock:
                 if self._seen not in (None, seen):

@@ -1,4 +1,4 @@
-"""Child process that plays a graph for a page: it reads settings as lines, and writes frames as bytes.
+"""Child process that plays a graph for a page: it reads the text of the graph as lines, and writes frames as bytes.
 
 A frame is the length of its head, the head as JSON, and the places of its points in steps of a box; compression as in
 `packing.py` would take more time than it saves.
@@ -14,7 +14,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-import hairpipe
+from hairpipe.api.draft import load_draft
 from hairpipe.api.shot import Player, Shot, played_nodes
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput
@@ -27,14 +27,14 @@ SLOWEST_LOOK = 1.0
 
 @dataclass(frozen=True)
 class Show:
-    """A node of a graph with settings to play.
+    """A node of a graph to play, with the edited text of the graph.
 
     output  output of the node, hair
     most    maximum number of shown strands
     """
 
     graph: str
-    settings: dict[str, Any]
+    text: str
     cache: str
     node: str
     output: str
@@ -42,15 +42,15 @@ class Show:
 
 
 class Settings:
-    """Latest settings, which are read as lines while frames are made; the end of the input ends the process."""
+    """Latest text of the graph, which is read as lines while frames are made; the end of the input ends the process."""
 
-    def __init__(self, first: dict[str, Any]) -> None:
+    def __init__(self, first: str) -> None:
         self._latest = first
         self._new = False
         threading.Thread(target=self._listen, daemon=True).start()
 
-    def changed(self) -> dict[str, Any] | None:
-        """Return new settings since the last call, or None."""
+    def changed(self) -> str | None:
+        """Return a new text since the last call, or None."""
         found = self._latest if self._new else None
         self._new = False
         return found
@@ -65,25 +65,25 @@ class Settings:
 def main() -> None:
     """Read a `Show` from the input, and write frames until the input ends."""
     show = Show(**json.loads(sys.stdin.readline()))
-    settings = Settings(show.settings)
-    base = hairpipe.load(show.graph, cache=show.cache)
+    settings = Settings(show.text)
+    shot = load_draft(show.graph, show.text, cache=show.cache).shot
     player: Player | None = None
-    wanted = show.settings
+    wanted = show.text
     while True:
         begun = time.perf_counter()
         try:
             if player is None:
-                player = base.changed(wanted).player(show.node)
+                player = load_draft(show.graph, wanted, cache=show.cache).shot.player(show.node)
             elif (new := settings.changed()) is not None:
                 wanted = new
-                player.take(base.changed(wanted).graph)
+                player.take(load_draft(show.graph, wanted, cache=show.cache).shot.graph)
             send(sys.stdout.buffer, player, show)
         except Exception as fault:  # a node may raise any exception: the page shows it, and settings may correct it
             what = str(fault) if isinstance(fault, BadInput) else f"{type(fault).__name__}: {fault}"
             write(sys.stdout.buffer, {"fault": what}, b"")
             wanted = settings.changed() or wanted
             time.sleep(SLOWEST_LOOK)
-        time.sleep(max(0.0, begun + 1.0 / base.fps - time.perf_counter()))
+        time.sleep(max(0.0, begun + 1.0 / shot.fps - time.perf_counter()))
 
 
 def send(out: BinaryIO, player: Player, show: Show) -> None:

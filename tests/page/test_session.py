@@ -76,7 +76,7 @@ def test_a_run_computes_the_plan_and_saving_changes_one_value(session, folder):
     assert text == SHOT.replace("strands = 300 #", "strands = 301 #").replace("[reach]", "[reach]").replace(
         'type = "paint"\nin.hair = "hair"\n', 'type = "paint"\nin.hair = "hair"\nred = 0.625\n'
     )
-    assert session.document("graph")[0]["edits"] == {}
+    assert session.document("graph")[0]["edits"] == []
 
 
 def test_a_run_is_stopped(session):

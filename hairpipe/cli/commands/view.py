@@ -6,7 +6,6 @@ from pathlib import Path
 
 import click
 
-import hairpipe
 from hairpipe.cli import options
 
 
@@ -23,6 +22,7 @@ from hairpipe.cli import options
     help="Port of the server; by default any free port.",
 )
 @click.option("--no-browser", is_flag=True, help="Print the address without opening a browser.")
+@click.option("--new", is_flag=True, help="Begin an empty graph; the first save writes its file.")
 @options.cache
 def view(
     graph: str,
@@ -31,25 +31,28 @@ def view(
     wedge: str | None,
     port: int,
     no_browser: bool,
+    new: bool,
     cache: Path,
 ) -> None:
     """Show a graph and what it made in a browser.
 
-    Strands, meshes, level sets, pictures and tables at every frame. Settings are edited there, `plan` says what would
-    run, runs begin and end, and what is saved changes only these values of the graph file. Runs of other processes
-    and machines are followed, from the cache alone.
+    Strands, meshes, level sets, pictures and tables at every frame. The graph is edited there: nodes, wires, groups of
+    settings and their values, with undo and redo. `plan` says what would run, runs begin and end, and what is saved
+    changes only the edited lines of the graph file. Runs of other processes and machines are followed, from the cache
+    alone.
 
     With --wedge the variants are shown next to each other, and a run computes all of them.
 
     The page is served to this machine alone, at an address with a secret in it. Ctrl-C ends it.
     """
+    from hairpipe.api.draft import EMPTY, load_draft
     from hairpipe.cli.housekeeping.trust import asking
     from hairpipe.page.redirect import opened
     from hairpipe.page.server import Server
     from hairpipe.page.session import Session
 
-    shot = asking(lambda: hairpipe.load(graph, cache=cache))
-    session = Session(shot, frames, wedge)
+    draft = asking(lambda: load_draft(graph, EMPTY if new else None, cache=cache))
+    session = Session(draft, frames, wedge)
     for target, text in overrides.items():
         session.edit(target, text)
     server = Server(session, port)

@@ -47,6 +47,17 @@ def suggest_socket(name: str, sockets: Collection[Socket]) -> str:
     return (f"did you mean {hint}? " if hint else "") + (f"sockets: {listing}" if types else "there are none")
 
 
+class Incomplete(BadInput):
+    """A node has no value for a required input or setting.
+
+    node  name of the node
+    """
+
+    def __init__(self, node: str, what: str, where: object, right: str | None) -> None:
+        super().__init__(what, where=where, right=right)
+        self.node = node
+
+
 def connect(nodes: dict[str, Node], place: Callable[[str, Sequence[str]], str], registry: Registry) -> dict[str, Node]:
     """Check the types of all edges, and add the names of omitted outputs."""
     connected = {}
@@ -57,7 +68,7 @@ def connect(nodes: dict[str, Node], place: Callable[[str, Sequence[str]], str], 
                 what = f"socket '{socket.name}' is not connected, it takes {socket.type.__name__}"
                 where = f"{place(node.name, ['in'])} {node.type.name}"
                 right = suggest_source(socket, node, nodes, registry)
-                raise BadInput(what, where=where, right=f"in.{socket.name} = {right}")
+                raise Incomplete(node.name, what, where, f"in.{socket.name} = {right}")
         edges = {}
         for plug, edge in node.edges.items():
             where = f"{place(node.name, ['in', node.type.socket(plug).name])} {node.type.name}"

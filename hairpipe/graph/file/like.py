@@ -10,7 +10,7 @@ from hairpipe.graph.file.read import GraphText
 from hairpipe.graph.node.fields import SHORTHAND
 from hairpipe.graph.node.messages import brief, nearest
 
-OWN = frozenset({"like", "without", "publish", "checkpoint"})
+OWN = frozenset({"like", "without", "publish", "checkpoint", "mute"})
 """Keys without effect on results, which are never copied."""
 
 Table = dict[str, Any]

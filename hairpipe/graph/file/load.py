@@ -7,11 +7,12 @@ from typing import Any
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.data_folder import RIGHT, is_data, located
-from hairpipe.graph.file.edges import connect, read_edges
+from hairpipe.graph.file.edges import Incomplete, connect, read_edges
 from hairpipe.graph.file.frameset import MOST_FRAMES
 from hairpipe.graph.file.graph import FRAME_MARK, Graph, Node, project_of
 from hairpipe.graph.file.like import write_out
-from hairpipe.graph.file.overrides import nodes_of, parse_value, put
+from hairpipe.graph.file.muting import muted_nodes, passed_by
+from hairpipe.graph.file.overrides import LAYOUT, nodes_of, parse_value, put
 from hairpipe.graph.file.read import GraphText, read_graph_text
 from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.file.trust import Untrusted
@@ -19,7 +20,7 @@ from hairpipe.graph.file.wedge import read_wedges
 from hairpipe.graph.node.declare import RESERVED, NodeType
 from hairpipe.graph.node.fields import field_at, fields_of
 from hairpipe.graph.node.messages import brief, nearest
-from hairpipe.graph.node.settings import check_settings, map_files
+from hairpipe.graph.node.settings import Missing, check_settings, map_files
 from hairpipe.graph.node.signature import File
 from hairpipe.plain_file import special
 
@@ -47,19 +48,25 @@ def read_edited(path: Path, overrides: Mapping[str, str]) -> GraphText:
     return text
 
 
-def make_graph(text: GraphText) -> Graph:
-    """Check the tables of a graph file, which may have been edited after reading; BadInput as above."""
+def make_graph(text: GraphText, *, empty: bool = False) -> Graph:
+    """Check the tables of a graph file, which may have been edited after reading; BadInput as above.
+
+    empty  whether a graph without nodes is accepted
+
+    Incomplete, which is a BadInput, for a node without a required input or setting.
+    """
     path = text.path
     tables = nodes_of(text.tables)
     check_header(text)
+    check_layout(text)
     read_wedges(text)
     registry = Registry(path.parent / "nodes")
     written = write_out(text, tables)
     nodes = {name: read_node(text, name, table, registry) for name, table in written.items()}
     nodes = {name: nodes[name] for name in tables}
-    if not nodes:
+    if not nodes and not empty:
         raise BadInput("no nodes", where=path, right='a table such as [head] with type = "make_bust"')
-    nodes = connect(nodes, text.place, registry)
+    nodes = connect(passed_by(nodes, muted_nodes(text, written)), text.place, registry)
     frames = read_frames(text)
     taken = frozenset(edge for node in nodes.values() for edge in node.edges.values())
     ordered = {name: nodes[name] for name in sort_nodes(nodes, path)}
@@ -80,6 +87,17 @@ def check_header(text: GraphText) -> None:
         if key not in KEYS and not isinstance(value, dict):
             right = f"{nearest(key, KEYS)}; a node is a table [{key}]"
             raise BadInput(f"unknown key '{key}'", where=text.place(None, [key]), right=right)
+
+
+def check_layout(text: GraphText) -> None:
+    """Check the positions of nodes on the page, on which nothing depends."""
+    for name, position in text.tables.get(LAYOUT, {}).items():
+        plain = isinstance(position, list) and len(position) == 2 and all(type(c) in (int, float) for c in position)
+        if not plain:
+            where = text.place(LAYOUT, [name])
+            raise BadInput(
+                f"{LAYOUT}.{name} = {brief(position)}", where=where, right="[x, y]; no node is called layout"
+            )
 
 
 def read_frames(text: GraphText) -> tuple[int, int]:
@@ -149,7 +167,10 @@ def read_node(text: GraphText, name: str, table: dict[str, Any], registry: Regis
         raise BadInput(
             f"unknown setting '{key}'", where=place([key]), right=f"{key} above all tables, for the whole graph"
         )
-    settings = check_settings(node_type, given, place)
+    try:
+        settings = check_settings(node_type, given, place)
+    except Missing as fault:
+        raise Incomplete(name, fault.what, fault.where, fault.right) from None
     map_files(fields_of(node_type), settings, lambda dotted, file: check_file(text, name, node_type, dotted, file))
     edges = read_edges(table.get("in", {}), node_type, place)
     publish = read_publish(table.get("publish"), text.path.parent, node_type, place(["publish"]))

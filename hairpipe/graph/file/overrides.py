@@ -10,13 +10,13 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import listed, nearest
 
 Tables = dict[str, Any]
-WEDGE = "wedge"
-"""Table of the wedges, by name; all other tables are nodes."""
+WEDGE, LAYOUT = "wedge", "layout"
+"""Tables of the wedges, by name, and of positions on the page; all other tables are nodes."""
 
 
 def nodes_of(tables: Tables) -> Tables:
     """Return the tables that are nodes."""
-    return {name: table for name, table in tables.items() if isinstance(table, dict) and name != WEDGE}
+    return {name: table for name, table in tables.items() if isinstance(table, dict) and name not in (WEDGE, LAYOUT)}
 
 
 def put(tables: Tables, target: str, value: Any) -> None:

@@ -16,7 +16,7 @@ Mode = Literal["once", "each", "scan"]
 View = Literal["now", "pair", "frames", "reached"]
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-RESERVED = frozenset({"type", "in", "publish", "checkpoint", "like", "without"})
+RESERVED = frozenset({"type", "in", "publish", "checkpoint", "like", "without", "mute"})
 SINGLE = ""
 """Name of a single output."""
 VALUES = "a frozen dataclass of arrays, such as a Table, or a File"

@@ -21,6 +21,10 @@ Place = Callable[[Sequence[str]], str]
 """Returns the file and line of the setting with these names."""
 
 
+class Missing(BadInput):
+    """A required setting is absent."""
+
+
 def check_settings(node_type: NodeType, given: Plain, place: Place) -> Plain:
     """Check the settings of a graph file, add defaults, and convert whole numbers to declared floats.
 
@@ -143,7 +147,7 @@ def explain(error: "ErrorDetails", fields: tuple[Field, ...], place: Place) -> B
     if error["type"] == "extra_forbidden":
         return BadInput(f"unknown setting '{dotted}'", where=where, right=nearest(names[-1], [f.name for f in known]))
     if error["type"] == "missing" and len(names) == len(error["loc"]):
-        return BadInput(f"setting '{dotted}' is missing", where=where, right=field and field.allowed)
+        return Missing(f"setting '{dotted}' is missing", where=where, right=field and field.allowed)
     given = cut(json.dumps(error["input"], default=str))
     fault = "is not allowed" if finite(error["input"]) else "is not a finite number"
     right = field.allowed if field else error["msg"]

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.saving import save_settings, with_settings
+from hairpipe.graph.edit.saving import save_settings, with_settings
 
 GRAPHS = Path(__file__).resolve().parents[3] / "graphs"
 TEXT = """schema = 1 # of files

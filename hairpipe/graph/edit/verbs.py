@@ -1,0 +1,309 @@
+"""Edits of a graph as edits of its text: comments, order and everything else in it are kept.
+
+Every function takes the text of a file and returns another one, pure; BadInput where the text does not permit the edit.
+"""
+
+import tomllib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.edit.statements import Names, Statement, names_in, owners, read_statements, text_of
+from hairpipe.graph.edit.values import changed, literal_of, value_at, with_inner
+from hairpipe.graph.file.overrides import LAYOUT, WEDGE, nodes_of
+
+Tables = dict[str, Any]
+Edit = Callable[[list[Statement]], list[Statement]]
+
+
+def with_value(text: str, target: str, literal: str) -> str:
+    """Set a value by `node.setting` or `node.group.setting`; a new one is the last line of its table.
+
+    literal  value as TOML, written as given
+    """
+    path = names_in(target)
+    tables = tables_of(text)
+    known = len(path) > 1 and isinstance(tables.get(path[0], {} if path[0] == LAYOUT else None), dict)
+    if target.count(".") + 1 != len(path) or not known or (path[1:2] == ("in",) and len(path) != 3):
+        raise BadInput(f"cannot set '{target[:80]}'", right="node.setting")
+    wanted = changed(tables, path, literal)
+    return checked(text, wanted, lambda given: put(given, path, literal, newline_of(text)))
+
+
+def without_value(text: str, target: str) -> str:
+    """Remove a value or group; of a node that is `like` another, `without` leaves a copied group or edge out."""
+    path = names_in(target)
+    wanted = tables_of(text)
+    if holds(wanted, path):
+        wanted = changed(wanted, path, None)
+        above = path[:-1]
+        if above[1:] == ("in",) and not value_at(wanted, above):  # no empty table of edges
+            path, wanted = above, changed(wanted, above, None)
+        text = checked(text, wanted, lambda given: dropped(given, path))
+    node, *names = names_in(target)
+    table = wanted.get(node, {})
+    base = table.get("like")
+    if base in wanted and inherited(wanted, base, tuple(names)) and isinstance(names[0], str):
+        left = [*table.get("without", []), ".".join(names)]
+        return with_value(text, f"{node}.without", literal_of(left))
+    return text
+
+
+def with_node(text: str, name: str, node_type: str, edges: Mapping[str, str]) -> str:
+    """Add a node at the end of the nodes, with edges by socket."""
+    if name in tables_of(text):
+        raise BadInput(f"'{name[:60]}' exists", right="a name of its own")
+    table = {"type": node_type, **({"in": dict(edges)} if edges else {})}
+    lines = [f"type = {literal_of(node_type)}"]
+    if len(edges) == 1:
+        lines += [f"in.{socket} = {literal_of(source)}" for socket, source in edges.items()]
+    elif edges:
+        lines.append(f"in = {literal_of(dict(edges))}")
+    return with_block(text, name, lines, tables_of(text) | {name: table})
+
+
+def without_nodes(text: str, names: Sequence[str]) -> str:
+    """Remove nodes, the edges from them, and their positions; BadInput for the base of a remaining node."""
+    tables = tables_of(text)
+    nodes = nodes_of(tables)
+    for name in names:
+        if name not in nodes:
+            raise BadInput(f"no node '{name[:60]}'", right="a node of the graph")
+    for other, table in nodes.items():
+        if table.get("like") in names and other not in names:
+            right = f"remove '{other}' first"
+            raise BadInput(f"'{other}' is like '{table['like']}'", right=right)
+        for socket, source in table.get("in", {}).items() if other not in names else ():
+            sources = source if isinstance(source, list) else [source]
+            kept = [one for one in sources if str(one).partition(".")[0] not in names]
+            if kept and kept != sources:
+                text = with_value(text, f"{other}.in.{socket}", literal_of(kept))
+            elif not kept:
+                text = dropped_value(text, (other, "in", socket))
+    for name in names:
+        if name in tables.get(LAYOUT, {}):
+            text = dropped_value(text, (LAYOUT, name))
+    wanted = {key: value for key, value in tables_of(text).items() if key not in names}
+    return checked(text, wanted, lambda given: without_tables(given, names))
+
+
+def renamed(text: str, old: str, new: str) -> str:
+    """Rename a node, and all references to it: edges, `like`, its position, and names in wedges."""
+    tables = tables_of(text)
+    if old not in nodes_of(tables):
+        raise BadInput(f"no node '{old[:60]}'", right="a node of the graph")
+    if new in tables:
+        raise BadInput(f"'{new[:60]}' exists", right="a name of its own")
+    wanted = {new if key == old else key: value for key, value in tables.items()}
+    for name, table in nodes_of(wanted).items():
+        references = {key: renamed_texts(table[key], old, new) for key in ("in", "like") if key in table}
+        wanted[name] = table | references
+    for key in (LAYOUT, WEDGE):
+        if key in wanted:
+            wanted[key] = renamed_keys(renamed_texts(wanted[key], old, new), old, new, 0 if key == LAYOUT else 2)
+    return checked(text, wanted, lambda given: [renamed_in(statement, old, new) for statement in given])
+
+
+def duplicated(text: str, old: str, new: str, *, like: bool = False) -> str:
+    """Add a copy of a node below it, which publishes nothing; with `like`, a copy that states only differences."""
+    tables = tables_of(text)
+    if old not in nodes_of(tables) or new in tables:
+        raise BadInput(f"cannot copy '{old[:60]}' to '{new[:60]}'", right="a node, and a name of its own")
+    copy = {"like": old} if like else {key: value for key, value in tables[old].items() if key != "publish"}
+    if like:
+        return with_block(text, new, [f"like = {literal_of(old)}"], tables | {new: copy})
+
+    def copied(given: list[Statement]) -> list[Statement]:
+        own = [s for s in given if s.path[:1] == (old,) and s.path[:2] != (old, "publish")]
+        if own and own[0].kind == "value":
+            place = max(number for number, s in enumerate(given) if s.path[:1] == (old,))
+            renamed_own = [one.renamed(0, new) for one in own]
+            return [*given[: place + 1], *(dropped(renamed_own, (new, "publish"))), *given[place + 1 :]]
+        lines = [one.renamed(0, new) if one.kind in ("header", "value") else one for one in own]
+        return inserted(given, [s for s in lines if s.kind != "comment"], newline_of(text))
+
+    return checked(text, tables | {new: copy}, copied)
+
+
+def placed(text: str, positions: Mapping[str, Sequence[int] | None]) -> str:
+    """Set positions of nodes on the page, or remove them for None; nothing else depends on them."""
+    for name, position in positions.items():
+        path = (LAYOUT, name)
+        if position is not None:
+            text = with_value(text, f"{LAYOUT}.{name}", literal_of(list(position)))
+        elif holds(tables_of(text), path):
+            text = dropped_value(text, path)
+    wanted = tables_of(text)
+    if wanted.get(LAYOUT) == {}:
+        del wanted[LAYOUT]
+        text = checked(text, wanted, lambda given: without_tables(given, [LAYOUT]))
+    return text
+
+
+def tables_of(text: str) -> Tables:
+    """Read the tables of a text; BadInput for one that is not TOML."""
+    try:
+        return tomllib.loads(text.replace("\r\n", "\n"))
+    except (ValueError, RecursionError) as error:
+        raise BadInput(f"not valid TOML: {error}") from None
+
+
+def checked(text: str, wanted: Tables, edit: Edit) -> str:
+    """Edit the statements of a text; BadInput where the result is not what is wanted."""
+    try:
+        found = text_of(edit(read_statements(text)))
+        if tables_of(found) == wanted:
+            return found
+    except (ValueError, KeyError, AssertionError, StopIteration):
+        pass
+    raise BadInput("the edit cannot be written without a change of the layout", right="a line written by hand")
+
+
+def put(given: list[Statement], path: Names, literal: str, newline: str) -> list[Statement]:
+    """Set a value: in its statement, in the inline table around it, or in a new line."""
+    for place, one in enumerate(given):
+        if one.kind == "value" and path[: len(one.path)] == one.path:
+            return [*given[:place], with_inner(one, path[len(one.path) :], literal), *given[place + 1 :]]
+    given = dropped(given, path)
+    depth = max((shared(one.path, path) for one in given if one.kind in ("header", "value")), default=0)
+    if not depth:
+        header = Statement("header", f"[{path[0]}]{newline}", path[:1], path[:1])
+        line = Statement("value", f"{'.'.join(path[1:])} = {literal}{newline}", path, path[:1])
+        return inserted(given, [header, line], newline)
+    near = [
+        n
+        for n, s in enumerate(given)
+        if s.kind != "comment" and s.kind != "blank" and path[: len(s.header)] == s.header and shared(s.path, path)
+    ]
+    deepest = max(len(given[n].header) for n in near)
+    last = max(n for n in near if len(given[n].header) == deepest)
+    header = given[last].header
+    before = given[last]
+    if not before.text.endswith("\n"):
+        given = [*given[:last], before._replace(text=before.text + newline), *given[last + 1 :]]
+    line = Statement("value", f"{'.'.join(path[len(header) :])} = {literal}{newline}", path, header)
+    return [*given[: last + 1], line, *given[last + 1 :]]
+
+
+def dropped(given: Iterable[Statement], path: Names) -> list[Statement]:
+    """Remove the statements of a value or group, or its name from the inline table around it."""
+    kept = []
+    for one in given:
+        if one.kind == "value" and len(one.path) < len(path) and path[: len(one.path)] == one.path:
+            kept.append(with_inner(one, path[len(one.path) :], None))
+        elif one.kind in ("comment", "blank") or one.path[: len(path)] != path:
+            kept.append(one)
+    return kept
+
+
+def dropped_value(text: str, path: Names) -> str:
+    """Remove a value, and a table of edges that is empty then."""
+    wanted = changed(tables_of(text), path, None)
+    if path[1:2] == ("in",) and not wanted[path[0]]["in"]:
+        path = path[:2]
+        wanted = changed(tables_of(text), path, None)
+    return checked(text, wanted, lambda given: dropped(given, path))
+
+
+def without_tables(given: list[Statement], names: Sequence[str]) -> list[Statement]:
+    """Remove whole tables with their comments, and blank lines that are at the end then."""
+    kept = [one for one, owner in zip(given, owners(given), strict=True) if owner not in names]
+    while kept and kept[-1].kind == "blank" and kept != given:
+        kept.pop()
+    return kept
+
+
+def with_block(text: str, name: str, lines: Sequence[str], wanted: Tables) -> str:
+    """Add a table at the end of the nodes."""
+    newline = newline_of(text)
+    block = [Statement("header", f"[{name}]{newline}", (name,), (name,))]
+    block += [Statement("value", line + newline, (name, "type"), (name,)) for line in lines]
+    return checked(text, wanted, lambda given: inserted(given, block, newline))
+
+
+def inserted(given: list[Statement], block: list[Statement], newline: str) -> list[Statement]:
+    """Add a table at the end, but before those of wedges and of positions, with a blank line around it."""
+    block = list(block)
+    while block and block[-1].kind == "blank":
+        block.pop()
+    tail = [WEDGE, LAYOUT]
+    place = len(given)
+    owned = owners(given)
+    while place and block[0].path[0] not in tail and (owned[place - 1] in tail):
+        place -= 1
+    before, after = given[:place], given[place:]
+    blank = Statement("blank", newline, (), ())
+    if before and not before[-1].text.endswith("\n"):
+        before[-1] = before[-1]._replace(text=before[-1].text + newline)
+    space = [blank] if before and before[-1].kind != "blank" else []
+    return [*before, *space, *block, *([blank] if after else []), *after]
+
+
+def renamed_in(one: Statement, old: str, new: str) -> Statement:
+    """Rename a node in one statement: as the name of a table, in the key, and in references."""
+    if one.kind not in ("header", "value"):
+        return one
+    if one.path[0] == old:
+        one = one.renamed(0, new)
+    elif one.path[:2] == (LAYOUT, old):
+        one = one.renamed(1, new)
+    elif one.path[0] == WEDGE and one.path[2:4] == ("axes", old):
+        one = one.renamed(3, new)
+    if one.kind == "value" and (one.path[0] == WEDGE or len(one.path) == 1 or one.path[1] in ("in", "like")):
+        for mark in "\"'":
+            for end in (mark, "."):
+                one = one._replace(text=one.text.replace(f"{mark}{old}{end}", f"{mark}{new}{end}"))
+    return one
+
+
+def renamed_texts(value: Any, old: str, new: str) -> Any:
+    """Return a plain value in which each text `old` or `old.name` has the new name; pure."""
+    if isinstance(value, dict):
+        return {key: renamed_texts(inner, old, new) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [renamed_texts(inner, old, new) for inner in value]
+    first, dot, rest = value.partition(".") if isinstance(value, str) else ("", "", "")
+    return f"{new}{dot}{rest}" if first == old and isinstance(value, str) else value
+
+
+def renamed_keys(tables: Tables, old: str, new: str, depth: int) -> Tables:
+    """Return tables with the key of a node renamed at a depth, below `axes` of a wedge; pure."""
+    if depth:
+        return {
+            key: renamed_keys(inner, old, new, depth - 1)
+            if isinstance(inner, dict) and (depth == 2 or key == "axes")
+            else inner
+            for key, inner in tables.items()
+        }
+    return {new if key == old else key: value for key, value in tables.items()}
+
+
+def holds(tables: Tables, path: Names) -> bool:
+    """Whether there is a value at a path."""
+    table: Any = tables
+    for name in path:
+        if not isinstance(table, dict) or name not in table:
+            return False
+        table = table[name]
+    return True
+
+
+def inherited(tables: Tables, base: str, names: Names) -> bool:
+    """Whether a node, or one that it is like, has a value."""
+    seen = set[str]()
+    while isinstance(base, str) and base in tables and base not in seen:
+        seen.add(base)
+        if holds(tables[base], names):
+            return True
+        base = tables[base].get("like", "")
+    return False
+
+
+def shared(path: Names, other: Names) -> int:
+    """Count the equal names at the beginning of two paths."""
+    return next((n for n, (a, b) in enumerate(zip(path, other, strict=False)) if a != b), min(len(path), len(other)))
+
+
+def newline_of(text: str) -> str:
+    """Return the line ends of a text."""
+    return "\r\n" if "\r\n" in text else "\n"

@@ -1,0 +1,173 @@
+"""Edits that the page asks for, as edits of the text of its graph file."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from hairpipe.api.draft import Draft
+from hairpipe.errors import BadInput
+from hairpipe.graph.edit import verbs
+from hairpipe.graph.edit.values import literal_of, read_literal
+
+MOST_PLACE = 1_000_000
+"""Largest coordinate of a node on the page."""
+
+
+def edited(draft: Draft, verb: str, given: dict[str, Any]) -> tuple[str, str]:
+    """Return the text after an edit, and its description; KeyError for an unknown one, BadInput for a refused one."""
+    return EDITS[verb](draft, given)
+
+
+def set_value(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
+    """Set a setting to a text of TOML, or to another text as it is."""
+    target, text = str(given["target"]), str(given["text"]).strip()
+    try:
+        read_literal(text)
+    except (ValueError, RecursionError):
+        text = literal_of(text)
+    known_node(draft, target.partition(".")[0])
+    return verbs.with_value(draft.text, target, text), f"{target} = {text}"
+
+
+def unset_value(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
+    """Remove a setting or a group, which then has its default."""
+    target = str(given["target"])
+    return verbs.without_value(draft.text, target), f"{target} unset"
+
+
+def switch(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
+    """Switch a group of settings on, with its defaults, or off: `false` where it is on by default."""
+    target, on = str(given["target"]), bool(given["on"])
+    node, *names = target.split(".")
+    field = draft.field(node, names)
+    text = verbs.without_value(draft.text, target) if given_at(draft, node, names) is not None else draft.text
+    if on and field.default is None:
+        text = verbs.with_value(text, target, "{}")
+    elif not on and field.default is not None:
+        text = verbs.with_value(text, target, "false")
+    return text, f"{target} {'on' if on else 'off'}"
+
+
+def add(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
+    """Add a node of a type at a place; `edges` by socket, `feeds` is an input that takes its output."""
+    kind = str(given["type"])
+    name = free_name(draft.tables, kind.rpartition("_")[2])
+    edges = {str(socket): str(source) for socket, source in given.get("edges", {}).items()}
+    text = verbs.with_node(draft.text, name, kind, edges)
+    if "feeds" in given:
+        text = connected(text, str(given["feeds"]["node"]), str(given["feeds"]["socket"]), name, draft)
+    return placed(text, {name: given["at"]} if "at" in given else {}), f"add {name}"
+
+
+def remove(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
+    """Remove nodes."""
+    names = [str(name) for name in given["nodes"]]
+    return verbs.without_nodes(draft.text, names), f"delete {', '.join(names)}"
+
+
+def connect(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
+    """Connect an input to `node` or `node.output`; one of several is added to the others."""
+    node, socket, source = str(given["node"]), str(given["socket"]), str(given["source"])
+    text = connected(draft.text, node, socket, source, draft)
+    return text, f"{node}.in.{socket} = {source}"
+
+
+def disconnect(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
+    """Cut an edge by its plug, `socket` or `socket.0`."""
+    node, plug = str(given["node"]), str(given["plug"])
+    socket, _, number = plug.partition(".")
+    target = f"{node}.in.{socket}"
+    sources = given_at(draft, node, ["in", socket])
+    kept = (
+        [one for place, one in enumerate(sources) if place != int(number)]
+        if number and isinstance(sources, list)
+        else []
+    )
+    text = verbs.with_value(draft.text, target, literal_of(kept)) if kept else verbs.without_value(draft.text, target)
+    return text, f"{node}.in.{plug} cut"
+
+
+def rename(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
+    """Rename a node."""
+    old, new = str(given["node"]), str(given["name"])
+    return verbs.renamed(draft.text, old, new), f"rename {old} to {new}"
+
+
+def mute(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
+    """Pass nodes by, or do not."""
+    text, names, on = draft.text, [str(name) for name in given["nodes"]], bool(given["on"])
+    for name in names:
+        known_node(draft, name)
+        text = verbs.with_value(text, f"{name}.mute", "true") if on else verbs.without_value(text, f"{name}.mute")
+    return text, f"{'mute' if on else 'unmute'} {', '.join(names)}"
+
+
+def duplicate(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
+    """Copy nodes, at places by name; with `like`, copies state only what differs."""
+    text, names, places = draft.text, [str(name) for name in given["nodes"]], {}
+    for name in names:
+        copy = free_name([*draft.tables, *places], name.rstrip("0123456789").rstrip("_"))
+        text = verbs.duplicated(text, name, copy, like=bool(given.get("like")))
+        places[copy] = given.get("at", {}).get(name)
+    return placed(text, places), f"duplicate {', '.join(names)}"
+
+
+def move(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
+    """Place nodes on the page; None for the automatic layout."""
+    for name in given["positions"]:
+        known_node(draft, name)
+    text = draft.text
+    cleared = {name: None for name, place in given["positions"].items() if place is None}
+    return placed(verbs.placed(text, cleared), given["positions"]), f"move {', '.join(given['positions'])[:60]}"
+
+
+EDITS = {
+    "edit": set_value,
+    **{f.__name__: f for f in (switch, add, remove, connect, disconnect, rename, mute, duplicate, move)},
+    "unset": unset_value,
+}
+"""Edits by the name of their request."""
+
+
+def connected(text: str, node: str, socket: str, source: str, draft: Draft) -> str:
+    """Return a text with an input connected."""
+    known_node(draft, node)
+    found = draft.types[node].sockets.get(socket)
+    others = given_at(draft, node, ["in", socket])
+    if found is not None and found.many and others is not None:
+        return verbs.with_value(
+            text, f"{node}.in.{socket}", literal_of([*(others if isinstance(others, list) else [others]), source])
+        )
+    return verbs.with_value(text, f"{node}.in.{socket}", literal_of(source))
+
+
+def placed(text: str, places: dict[str, Any]) -> str:
+    """Return a text with positions of nodes; those that are None are not set."""
+    known = {name: [clipped(x) for x in place] for name, place in places.items() if place is not None}
+    return verbs.placed(text, known)
+
+
+def clipped(x: Any) -> int:
+    """Return a coordinate as a whole number; ValueError for one that no page has."""
+    if abs(x) > MOST_PLACE:
+        raise ValueError("too far")
+    return round(x)
+
+
+def given_at(draft: Draft, node: str, names: list[str]) -> Any:
+    """Return a value in the table of a node, with that of the node that it is like; None for an absent one."""
+    table: Any = draft.tables.get(node)
+    for name in names:
+        table = table.get(name) if isinstance(table, dict) else None
+    return table
+
+
+def known_node(draft: Draft, name: str) -> None:
+    """Refuse the name of a node that does not exist."""
+    if name not in draft.tables:
+        raise BadInput(f"no node '{name[:60]}'", right="a node of the graph")
+
+
+def free_name(taken: Iterable[str], name: str) -> str:
+    """Return the name, or the name with a number, that no node has."""
+    known = {*taken, "wedge", "layout"}
+    return name if name not in known else next(f for n in range(2, 10**6) if (f := f"{name}_{n}") not in known)

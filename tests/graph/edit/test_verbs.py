@@ -1,0 +1,170 @@
+"""Edits of the text of graph files: what is written is what a person would have written."""
+
+import random
+import tomllib
+
+import pytest
+
+from hairpipe.api.source import shipped_graphs
+from hairpipe.errors import BadInput
+from hairpipe.graph.edit import verbs
+from hairpipe.graph.file.overrides import nodes_of
+from hairpipe.page.history import History, Step
+
+GRAPHS = {name: path.read_bytes().decode() for name, path in shipped_graphs().items()}
+TEXT = """# The shot.
+schema = 1
+frames = [1, 5]
+fps = 24
+
+[head]
+type = "make_bust" # ours
+
+# What is simulated.
+[hair]
+type = "simulate_hair"
+in = { groom = "groom", body = "head" }
+# Each hair stands for many.
+stiction = { reach = 0.9e-3, force = 2e-6 }
+
+[groom]
+type = "grow_groom"
+in.scalp = "head"
+length = 0.27 # long
+
+[copy]
+like = "hair"
+
+[wedge.feel]
+axes.hair.stiction.force = [1, 2]
+show = ["hair"]
+"""
+
+
+def difference(before, after):
+    """Lines that went and lines that came, without order."""
+    old, new = before.splitlines(), after.splitlines()
+    gone = [line for line in old if old.count(line) > new.count(line)]
+    come = [line for line in new if new.count(line) > old.count(line)]
+    return sorted(set(gone)), sorted(set(come))
+
+
+def test_a_node_is_added_above_the_wedges():
+    text = verbs.with_node(TEXT, "usd", "export_usd", {"hair": "hair", "body": "head"})
+    block = '[usd]\ntype = "export_usd"\nin = { hair = "hair", body = "head" }\n\n'
+    assert text == TEXT.replace("[wedge.feel]", block + "[wedge.feel]")
+    assert verbs.without_nodes(text, ["usd"]) == TEXT
+
+
+def test_a_node_is_removed_with_its_comment_and_its_edges():
+    text = verbs.without_nodes(TEXT, ["groom"])
+    assert "[groom]" not in text and "# What is simulated.\n[hair]" in text
+    assert 'in = { body = "head" }' in text and tomllib.loads(text)["hair"]["in"] == {"body": "head"}
+    with pytest.raises(BadInput, match="'copy' is like 'hair'"):
+        verbs.without_nodes(TEXT, ["hair"])
+
+
+def test_a_name_is_changed_wherever_it_is_used():
+    text = verbs.renamed(TEXT, "hair", "curls")
+    assert difference(TEXT, text)[1] == [
+        "[curls]",
+        "axes.curls.stiction.force = [1, 2]",
+        'like = "curls"',
+        'show = ["curls"]',
+    ]
+    assert verbs.renamed(text, "curls", "hair") == TEXT
+    for new in ("groom", "hair"):
+        with pytest.raises(BadInput, match="exists"):
+            verbs.renamed(TEXT, "hair", new)
+
+
+def test_edges_are_connected_and_cut():
+    cut = verbs.without_value(TEXT, "groom.in.scalp")
+    assert difference(TEXT, cut) == (['in.scalp = "head"'], [])
+    again = verbs.with_value(cut, "groom.in.scalp", '"head"')
+    assert tomllib.loads(again) == tomllib.loads(TEXT)
+    left = verbs.without_value(TEXT, "copy.in.body")
+    assert difference(TEXT, left) == ([], ['without = ["in.body"]'])
+
+
+def test_a_copy_lies_below_and_publishes_nothing():
+    text = verbs.duplicated(TEXT.replace('"head"\nlength', '"head"\npublish = "x.usd"\nlength'), "groom", "groom_2")
+    assert tomllib.loads(text)["groom_2"] == {"type": "grow_groom", "in": {"scalp": "head"}, "length": 0.27}
+    assert tomllib.loads(verbs.duplicated(TEXT, "hair", "curls", like=True))["curls"] == {"like": "hair"}
+
+
+def test_a_plain_value_becomes_a_group_and_groups_come_and_go():
+    text = verbs.with_value(TEXT, "groom.length.variation", "0.1")
+    assert difference(TEXT, text)[1] == ["length = { value = 0.27, variation = 0.1 } # long"]
+    on = verbs.with_value(TEXT, "hair.wind", "{}")
+    assert difference(TEXT, on) == ([], ["wind = {}"]) and verbs.without_value(on, "hair.wind") == TEXT
+    off = verbs.without_value(TEXT, "hair.stiction")
+    assert "# Each hair stands for many." in off and "stiction =" not in off
+
+
+def test_positions_are_a_table_of_their_own_and_no_node():
+    text = verbs.placed(TEXT, {"hair": [120, 40], "head": [-10, 0]})
+    assert text == TEXT + "\n[layout]\nhair = [120, 40]\nhead = [-10, 0]\n"
+    assert "layout" not in nodes_of(tomllib.loads(text))
+    assert verbs.placed(text, {"hair": None, "head": None}) == TEXT
+    assert "curls = [120, 40]" in verbs.renamed(text, "hair", "curls")
+
+
+def random_edit(draw, text):
+    """An edit as a page makes it: a verb and what it is given."""
+    nodes = nodes_of(tomllib.loads(text))
+    node = draw.choice([*nodes]) if nodes else ""
+    table = nodes.get(node, {})
+    settings = [key for key, value in table.items() if key not in ("type", "in", "like", "without")]
+    new = f"new_{draw.randrange(10**6)}"
+    value = draw.choice(["0.25", '"text"', "[1, 2.5]", "true"])
+    edits = [
+        lambda: verbs.with_node(text, new, "make_bust", {"a": node, "b": node} if draw.random() < 0.5 else {}),
+        lambda: verbs.without_nodes(text, [node]),
+        lambda: verbs.renamed(text, node, new),
+        lambda: verbs.duplicated(text, node, new, like=draw.random() < 0.3),
+        lambda: verbs.with_value(text, f"{node}.mute", "true"),
+        lambda: verbs.without_value(text, f"{node}.mute"),
+        lambda: verbs.with_value(text, f"{node}.in.extra", f'"{draw.choice([*nodes])}"'),
+        lambda: verbs.without_value(text, f"{node}.in.{draw.choice([*table.get('in', {}), 'none'])}"),
+        lambda: verbs.with_value(text, f"{node}.{draw.choice([*settings, new])}", value),
+        lambda: verbs.with_value(text, f"{node}.{draw.choice([*settings, new])}.inner", value),
+        lambda: verbs.without_value(text, f"{node}.{draw.choice([*settings, new])}"),
+        lambda: verbs.placed(text, {node: [draw.randrange(900), 3]}),
+    ]
+    return draw.choice(edits)()
+
+
+@pytest.mark.parametrize("name", GRAPHS)
+def test_many_random_edits_of_a_shipped_graph_parse_and_most_are_made(name):
+    draw = random.Random(name)
+    text = GRAPHS[name]
+    history = History(text, text)
+    refused = []
+    number_of_edits = 20 if name.startswith("experiments/") else 100
+    for number in range(number_of_edits):
+        try:
+            text = random_edit(draw, text)
+            history.push(Step("", text))
+        except BadInput as fault:
+            refused.append(str(fault))
+        tables = tomllib.loads(text.replace("\r\n", "\n"))
+        assert tables["schema"] == 1, number
+    layout = [fault for fault in refused if "layout of the" in fault or "change of the layout" in fault]
+    assert len(layout) <= 2, layout
+    assert len(refused) < 0.3 * number_of_edits, refused
+    for _ in range(number_of_edits - len(refused)):
+        history.move(-1)
+    assert history.text == GRAPHS[name]
+
+
+@pytest.mark.parametrize("name", GRAPHS)
+def test_edits_that_undo_each_other_leave_the_bytes(name):
+    text = GRAPHS[name]
+    nodes = [*nodes_of(tomllib.loads(text))]
+    for node in random.Random(name).sample(nodes, 2):
+        assert verbs.renamed(verbs.renamed(text, node, "other_name"), "other_name", node) == text
+        assert verbs.without_value(verbs.with_value(text, f"{node}.mute", "true"), f"{node}.mute") == text
+        assert verbs.without_nodes(verbs.duplicated(text, node, "other_name"), ["other_name"]) == text
+        assert verbs.placed(verbs.placed(text, {node: [1, 2]}), {node: None}) == text
+    assert verbs.without_nodes(verbs.with_node(text, "other_name", "make_bust", {}), ["other_name"]) == text

@@ -1,0 +1,176 @@
+"""Edits of the live page: nodes, wires, undo, saving, and changes of the file by another program."""
+
+import random
+
+import pytest
+
+import hairpipe
+from hairpipe.api.draft import EMPTY, load_draft
+from hairpipe.api.source import shipped_graphs
+from hairpipe.errors import BadInput
+from hairpipe.page.edits import EDITS
+from hairpipe.page.session import Session
+
+from .conftest import SHOT
+from .test_session import until
+
+
+@pytest.fixture
+def session(shot):
+    session = Session(shot)
+    yield session
+    session.close()
+
+
+def graph(session):
+    return session.document("graph")[0]
+
+
+def node(session, name):
+    return next(one for one in graph(session)["nodes"] if one["name"] == name)
+
+
+def test_a_graph_is_built_from_nothing_and_saved(tmp_path, monkeypatch, folder):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "nodes").symlink_to(folder / "nodes")
+    session = Session(load_draft("new.toml", EMPTY, cache=tmp_path / "cache"))
+    try:
+        assert graph(session)["nodes"] == [] and graph(session)["edits"] == ["a new file"]
+        session.change("add", {"type": "make_plate", "at": [10, 20.4]})
+        session.change("add", {"type": "swing"})
+        assert "'plate' is not connected" in node(session, "swing")["fault"]
+        assert [one["name"] for one in graph(session)["nodes"]] == ["plate", "swing"]
+        with pytest.raises(BadInput, match="takes Mesh"):
+            session.change("connect", {"node": "swing", "socket": "plate", "source": "swing"})
+        session.change("connect", {"node": "swing", "socket": "plate", "source": "plate"})
+        with pytest.raises(BadInput, match="wave = false is not allowed"):
+            session.change("switch", {"target": "swing.wave", "on": False})
+        assert node(session, "swing")["fault"] is None
+        session.save()
+        assert (tmp_path / "new.toml").read_text() == (
+            EMPTY + '\n[plate]\ntype = "make_plate"\n\n[swing]\ntype = "swing"\nin.plate = "plate"\n'
+            "\n[layout]\nplate = [10, 20]\n"
+        )
+        assert hairpipe.load(tmp_path / "new.toml", cache=tmp_path / "cache").nodes.keys() == {"plate", "swing"}
+    finally:
+        session.close()
+
+
+def test_every_edit_is_undone_and_redone(session):
+    edits = [
+        ("rename", {"node": "hair", "name": "curls"}),
+        ("duplicate", {"nodes": ["picture"], "at": {"picture": [5, 6]}}),
+        ("mute", {"nodes": ["lag"], "on": True}),
+        ("remove", {"nodes": ["curls", "reach"]}),
+        ("disconnect", {"node": "picture", "plug": "hair"}),
+        ("move", {"positions": {"plate": [1, 2], "ball": [3, 4]}}),
+    ]
+    texts = [session._history.text]
+    for verb, given in edits:
+        session.change(verb, given)
+        if session._history.text != texts[-1]:  # an edge goes with its node
+            texts.append(session._history.text)
+    for text in reversed(texts[:-1]):
+        session.undo()
+        assert session._history.text == text
+    with pytest.raises(BadInput, match="nothing to undo"):
+        session.undo()
+    for text in texts[1:]:
+        session.undo(1)
+        assert session._history.text == text
+
+
+def test_a_muted_node_is_passed_by(session):
+    session.change("add", {"type": "paint", "edges": {"hair": "lag"}})
+    session.change("mute", {"nodes": ["lag"], "on": True})
+    assert node(session, "lag")["muted"]
+    assert session._shot.graph.nodes["paint"].edges["hair"] == ("hair", "")
+
+
+def test_a_change_by_another_program_is_a_conflict_until_a_version_is_chosen(session, folder):
+    theirs = SHOT.replace("strands = 300", "strands = 250")
+    session.edit("picture.red", "0.75")
+    (folder / "shot.toml").write_text(theirs)
+    with pytest.raises(BadInput, match="another program"):
+        session.save()
+    assert (folder / "shot.toml").read_text() == theirs
+    assert "+strands = 250 # three hundred" in graph(session)["conflict"]
+    session.resolve("both")
+    assert graph(session)["conflict"] is None
+    session.save()
+    assert (folder / "shot.toml").read_text() == theirs.replace(
+        '"paint"\nin.hair = "hair"\n', '"paint"\nin.hair = "hair"\nred = 0.75\n'
+    )
+    session.edit("picture.red", "0.5")
+    (folder / "shot.toml").write_text(SHOT)
+    until(lambda: graph(session)["conflict"])
+    session.resolve("file")
+    assert session._history.text == SHOT and graph(session)["edits"] == []
+
+
+@pytest.mark.parametrize("name", ["../out.toml", "nodes/x.toml", ".x.toml", "x.py", "shot.toml", "no/x.toml"])
+def test_a_copy_is_saved_within_the_project_only(session, name):
+    with pytest.raises(BadInput):
+        session.save_as(name)
+
+
+def test_a_copy_becomes_the_file_of_the_page(session, folder):
+    session.edit("picture.red", "0.75")
+    session.save_as("other.toml")
+    session.edit("picture.red", "0.25")
+    session.save()
+    assert "red = 0.25" in (folder / "other.toml").read_text() and (folder / "shot.toml").read_text() == SHOT
+    (folder / "other.toml").unlink()
+
+
+def test_no_edit_publishes_outside_of_the_project(session):
+    session.change("add", {"type": "paint", "edges": {"hair": "hair"}})
+    for place in ("../../x.####.png", "nodes/x.####.png"):
+        with pytest.raises(BadInput):
+            session.edit("paint.publish", f'"{place}"')
+
+
+def random_deed(draw, draft):
+    """An edit as the page asks for it; many are refused."""
+    nodes = [*draft.tables]
+    one, other = draw.choice(nodes), draw.choice(nodes)
+    fields = [*draft.types[one].settings] or ["none"]
+    target = f"{one}.{draw.choice(fields)}"
+    socket = draw.choice([*draft.types[one].sockets] or ["none"])
+    return draw.choice(
+        [
+            ("add", {"type": draw.choice(["make_bust", "simulate_hair", "grow_groom"]), "at": [draw.randrange(99), 2]}),
+            ("remove", {"nodes": [one]}),
+            ("rename", {"node": one, "name": f"n{draw.randrange(999)}"}),
+            ("duplicate", {"nodes": [one], "like": draw.random() < 0.5}),
+            ("mute", {"nodes": [one, other], "on": draw.random() < 0.5}),
+            ("connect", {"node": one, "socket": socket, "source": other}),
+            ("disconnect", {"node": one, "plug": socket}),
+            ("switch", {"target": target, "on": draw.random() < 0.5}),
+            ("edit", {"target": target, "text": draw.choice(["1", "0.5", "rod", "true"])}),
+            ("unset", {"target": target}),
+            ("move", {"positions": {one: draw.choice([[1, 2], None])}}),
+        ]
+    )
+
+
+@pytest.mark.parametrize("name", ["wedges/tuft"])
+def test_random_edits_are_undone_to_the_same_bytes(name, tmp_path):
+    session = Session(load_draft(name, cache=tmp_path))
+    try:
+        draw, made = random.Random(name), 0
+        for _ in range(40):
+            verb, given = random_deed(draw, session._draft)
+            before = session._history.text
+            try:
+                session.change(verb, given)
+            except BadInput:
+                assert session._history.text == before
+            made += session._history.text != before
+        assert made > 10
+        for _ in range(made):
+            session.undo()
+        assert session._history.text.encode() == shipped_graphs()[name].read_bytes()
+        assert {*EDITS} >= {verb for verb, _ in [random_deed(draw, session._draft) for _ in range(50)]}
+    finally:
+        session.close()
