@@ -101,7 +101,7 @@ PLACES = {
     "matplotlib": "graphs/experiments/chart/",
     "pydantic": "hairpipe/graph/node/settings.py",
     "click": ("hairpipe/cli/", "graphs/experiments/bench/"),
-    "tomlkit": "hairpipe/graph/edit/values.py",
+    "tomlkit": "hairpipe/graph/edit/inline_table.py",
     "rich": "hairpipe/cli/",
     "distributed": ("hairpipe/graph/engine/dask_engine.py", "hairpipe/bench/dask_cluster.py"),
     "starlette": "hairpipe/page/server.py",

@@ -6,7 +6,7 @@ from typing import Any
 from hairpipe.api.draft import Draft
 from hairpipe.errors import BadInput
 from hairpipe.graph.edit import verbs
-from hairpipe.graph.edit.values import literal_of, read_literal
+from hairpipe.graph.edit.inline_table import literal_of, read_literal
 
 MOST_PLACE = 1_000_000
 """Largest coordinate of a node on the page."""

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hairpipe.graph.edit.values import literal_of
+from hairpipe.graph.edit.inline_table import literal_of
 from hairpipe.graph.edit.verbs import with_value
 from hairpipe.graph.file.read import read_graph_text
 from hairpipe.graph.store.atomic import overwrite, write_text

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from hairpipe.errors import BadInput
+from hairpipe.graph.edit.inline_table import changed, literal_of, value_at, with_inner
 from hairpipe.graph.edit.statements import Names, Statement, names_in, owners, read_statements, text_of
-from hairpipe.graph.edit.values import changed, literal_of, value_at, with_inner
 from hairpipe.graph.file.overrides import LAYOUT, WEDGE, nodes_of
 
 Tables = dict[str, Any]
