@@ -19,7 +19,8 @@ def edited(draft: Draft, verb: str, given: dict[str, Any]) -> tuple[str, str]:
 
 def set_value(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
     """Set a setting to a text of TOML, or to another text as it is."""
-    target, text = str(given["target"]), str(given["text"]).strip()
+    target = str(given["target"])
+    text = str(given["text"]).strip()
     try:
         read_literal(text)
     except (ValueError, RecursionError):
@@ -36,7 +37,8 @@ def unset_value(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
 
 def switch(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
     """Switch a group of settings on, with its defaults, or off: `false` where it is on by default."""
-    target, on = str(given["target"]), bool(given["on"])
+    target = str(given["target"])
+    on = bool(given["on"])
     node, *names = target.split(".")
     field = draft.field(node, names)
     text = verbs.without_value(draft.text, target) if given_at(draft, node, names) is not None else draft.text
@@ -94,7 +96,9 @@ def rename(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
 
 def mute(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
     """Pass nodes by, or do not."""
-    text, names, on = draft.text, [str(name) for name in given["nodes"]], bool(given["on"])
+    text = draft.text
+    names = [str(name) for name in given["nodes"]]
+    on = bool(given["on"])
     for name in names:
         known_node(draft, name)
         text = verbs.with_value(text, f"{name}.mute", "true") if on else verbs.without_value(text, f"{name}.mute")
@@ -103,7 +107,9 @@ def mute(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
 
 def duplicate(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
     """Copy nodes, at places by name; with `like`, copies state only what differs."""
-    text, names, places = draft.text, [str(name) for name in given["nodes"]], {}
+    text = draft.text
+    names = [str(name) for name in given["nodes"]]
+    places = dict[str, Any]()
     for name in names:
         copy = free_name([*draft.tables, *places], name.rstrip("0123456789").rstrip("_"))
         text = verbs.duplicated(text, name, copy, like=bool(given.get("like")))

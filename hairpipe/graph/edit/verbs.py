@@ -38,7 +38,8 @@ def without_value(text: str, target: str) -> str:
         wanted = changed(wanted, path, None)
         above = path[:-1]
         if above[1:] == ("in",) and not value_at(wanted, above):  # no empty table of edges
-            path, wanted = above, changed(wanted, above, None)
+            path = above
+            wanted = changed(wanted, path, None)
         text = checked(text, wanted, lambda given: dropped(given, path))
     node, *names = names_in(target)
     table = wanted.get(node, {})
