@@ -62,5 +62,4 @@ def case_line(measured: Measured, cases: int) -> str:
 
 def figure(row: Row, value: float) -> str:
     """Write an error with its unit."""
-    number = f"{value:.2g}" if math.isfinite(value) else "none"
-    return f"{number} {row.unit}".rstrip()
+    return f"{value:.2g} {row.unit}".rstrip() if math.isfinite(value) else "none"
