@@ -9,12 +9,16 @@ from hairpipe.units import Fraction, Gt, Hertz, Interval, Metres
 if TYPE_CHECKING:
     from hairpipe.sim.goal.pinning import Pinned
 
+Place = tuple[Metres, Metres, Metres]
 
-def bind(groom: Groom, rest: Mesh | None, group: str | None, at: tuple[Fraction, ...], reach: float) -> "Pinned":
+
+def bind(
+    groom: Groom, rest: Mesh | None, group: str | None, at: tuple[Fraction, ...], place: Place | None, reach: float
+) -> "Pinned":
     """Bind the pinned points to the body at rest, for the whole shot."""
     from hairpipe.sim.goal.pinning import pin
 
-    return pin(groom, rest, group, at, reach)
+    return pin(groom, rest, group, at, place, reach)
 
 
 @node(frames="each", prepare=bind)
@@ -26,6 +30,7 @@ def pin_hair(
     *,
     group: str | None = None,
     at: tuple[Fraction, ...] = (),
+    place: Place | None = None,
     reach: Annotated[Metres, Gt(0.0)] = 0.05,
     frequency: Annotated[Hertz, Interval(gt=0.0, le=1e4)] = 200.0,
     damping: Annotated[float, Interval(ge=0.0, le=100.0)] = 1.0,
@@ -36,8 +41,9 @@ def pin_hair(
     may be any body. Without it the body is the skin, and pinned points move rigidly with the roots of their strands.
 
     group      name of the group of the groom that is pinned; by default all strands
-    at         positions of pins along a strand, as fractions of its length from the root: the nearest points; by
-               default the point that is nearest to `rest`
+    at         positions of pins along a strand, as fractions of its length from the root: the nearest points
+    place      place of a hair tie at rest, for pins at the nearest point of each strand; without `at` and `place` it is
+               the point nearest to `rest`
     reach      maximum distance of pinned points from `rest`
     frequency  natural frequency of a free point about its place: the higher, the harder the pin
     damping    ratio of damping to critical damping, for motion relative to the body

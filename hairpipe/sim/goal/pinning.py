@@ -21,11 +21,18 @@ class Pinned(NamedTuple):
     frames: np.ndarray
 
 
-def pin(groom: Groom, mesh: Mesh | None, group: str | None, at: tuple[float, ...], reach: float) -> Pinned:
+def pin(
+    groom: Groom,
+    mesh: Mesh | None,
+    group: str | None,
+    at: tuple[float, ...],
+    place: tuple[float, float, float] | None,
+    reach: float,
+) -> Pinned:
     """Bind points of a group of strands, or of all, to a mesh at rest, or without one to the roots of their strands.
 
-    at     fractions of the length, at each of which the nearest point of a strand is pinned; empty: the point that is
-           nearest to the mesh
+    at     fractions of the length, at each of which the nearest point of a strand is pinned
+    place  place whose nearest point of each strand is pinned [m]; without it or fractions, that nearest to the mesh
     reach  maximum distance of a pinned point from the mesh [m]
 
     Raises BadInput for an unknown group, where a strand is farther away, and if neither mesh nor fractions are given.
@@ -36,11 +43,13 @@ def pin(groom: Groom, mesh: Mesh | None, group: str | None, at: tuple[float, ...
     if at:
         along = fractions_along(groom.points, groom.offsets)
         ranks = [np.abs(along - fraction) for fraction in at]
+    elif place is not None:
+        ranks = [np.linalg.norm(groom.points - np.array(place), axis=1)]
     elif mesh is not None:
         ranks = [nearest_sites(mesh, groom.points)[1]]
     else:
         raise BadInput(
-            "nothing states which points are pinned", where="at", right="fractions of the length, or in.rest"
+            "nothing states which points are pinned", where="at", right="fractions of the length, a place, or in.rest"
         )
     points = np.unique([_lowest(rank, groom.offsets, strands) for rank in ranks]).astype(np.int32)
     owners = np.searchsorted(groom.offsets, points, side="right") - 1
