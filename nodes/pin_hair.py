@@ -42,8 +42,8 @@ def pin_hair(
 
     group      name of the group of the groom that is pinned; by default all strands
     at         positions of pins along a strand, as fractions of its length from the root: the nearest points
-    place      place of a hair tie at rest, for pins at the nearest point of each strand; without `at` and `place` it is
-               the point nearest to `rest`
+    place      position of a hair tie at rest, which pins the nearest point of each strand; without `at` and `place` it
+               is the point nearest to `rest`
     reach      maximum distance of pinned points from `rest`
     frequency  natural frequency of a free point about its place: the higher, the harder the pin
     damping    ratio of damping to critical damping, for motion relative to the body

@@ -3,7 +3,7 @@
 from hairpipe.api.node_types import NodeType
 
 PURPOSES = {
-    "groom": {"Groom", "Ends"},
+    "groom": {"Groom", "Ends", "Pins"},
     "body": {"Body", "Mesh", "Pose"},
     "level set": {"BodyParts", "Density", "LevelSet"},
     "simulate": {"Cloud", "Normals", "Particles", "Strands"},
