@@ -57,10 +57,15 @@ ROOMS = {
     "bench": {*ORDER, "render", "graph"},
     "nodes": {*ORDER, "render", "io", "graph"},
     "graphs": {*ORDER, "io", "assets"},
-    "experiments.bench": {*ORDER, "render", "graph", "io", "api", "bench", "cli", "tune", "experiments.scenes"},
+    "experiments.bench": {
+        *ORDER,
+        *("render", "graph", "io", "api", "bench", "cli", "tune"),
+        *("experiments.scenes", "experiments.peers", "experiments.studies"),
+    },
     "experiments.chart": BASE,
     "experiments.elastic": {*ORDER},
     "experiments.measure": {*ORDER, "experiments.elastic"},
+    "experiments.peers": {*ORDER},
     "experiments.table": {*BASE, "validate.row"},
     "experiments.scenes": {*ORDER, "graph", "api", "tune"},
     "experiments.studies": {*ORDER, "experiments.measure"},
@@ -108,6 +113,10 @@ PLACES = {
     "uvicorn": "hairpipe/page/server.py",
     "sphinx": "docs/",
     "docutils": "docs/",
+    "elastica": "graphs/experiments/peers/",
+    "pypbd": "graphs/experiments/peers/",
+    "newton": "graphs/experiments/peers/",
+    "warp": "graphs/experiments/peers/",
 }
 """Where alone a foreign library may be imported."""
 DATA_IMPORTS = {"numpy", "hairpipe", *sys.stdlib_module_names}

@@ -95,6 +95,25 @@ def volume(as_json: bool) -> None:
 
 
 @bench.command()
+@click.option("--peers", metavar="NAME,...", help="Solvers to compare, by default all that are installed.")
+@options.as_json
+@record
+def swing(peers: str | None, as_json: bool) -> None:
+    """Compare solvers of strands: hairpipe, PyElastica, pyPBD, NVIDIA Newton on the processor.
+
+    Hair of 30 cm swings for a second from 60 degrees, undamped and without contact: time per particle and frame of
+    1/60 s, error of the tip to converged runs of hairpipe (200 segments, 15,360 steps a second) and of PyElastica,
+    largest strain. Hair of 10 cm: the tip of a cantilever to the elastica, the lowest frequency to Euler and Bernoulli.
+    Solvers that are not installed are left out: `pip install "hairpipe[peers]"`.
+    """
+    share_kernels()
+    from hairpipe.graphs.experiments.bench.swing import measure_swing
+    from hairpipe.graphs.experiments.peers.registry import installed
+
+    print_report(measure_swing(echo, installed(peers.split(",") if peers else None, echo)), as_json)
+
+
+@bench.command()
 @click.argument("folder", type=click.Path(path_type=Path))
 @options.as_json
 def page(folder: Path, as_json: bool) -> None:
