@@ -10,6 +10,7 @@ from hairpipe.graph import File, Frames, Time, Workspace
 from hairpipe.io.panels import GAP, write_below, write_side_by_side
 from hairpipe.io.picture import write_png
 from hairpipe.nodes.contact_sheet import contact_sheet
+from hairpipe.nodes.join_pictures import join_pictures
 from hairpipe.nodes.preview_meshes import preview_meshes
 
 
@@ -73,3 +74,10 @@ def test_names_of_nothing_are_refused(tmp_path):
         preview_meshes((box,), Workspace(tmp_path), time, names=("one", "two"))
     with pytest.raises(BadInput, match="names: 2 for 1 to be named"):
         contact_sheet((film_of(tmp_path / "film", 40),), Workspace(tmp_path), time, names=("one", "two"))
+
+
+def test_pictures_of_a_frame_are_side_by_side(tmp_path):
+    left, right = (film_of(tmp_path / name, 40)[1] for name in ("left", "right"))
+    joined = join_pictures((left, right), Workspace(tmp_path), names=("left", "right"))
+    width, height = Image.open(left.path).size
+    assert Image.open(joined.path).size == (2 * width + GAP, height)
