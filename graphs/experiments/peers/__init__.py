@@ -1,1 +1,1 @@
-"""Solvers of others beside ours: each adapter lays the same strands in one solver; none is needed by anything else."""
+"""Solvers of others and ours: each adapter lays the same strands in one solver; nothing else needs them."""
