@@ -70,7 +70,8 @@ def follow(strands: Strands, scene: Hanging) -> Path:
     """Simulate a scene; return the motion of the first strand."""
     points = strands.points()
     rest = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    tips, stretch = [points[-1]], 0.0
+    tips = [points[-1]]
+    stretch = 0.0
     for _ in range(scene.frames):
         strands.advance()
         points = strands.points()
@@ -85,7 +86,8 @@ def costs(peer: Peer, scene: Hanging, frames: int) -> Case:
     strands.advance()
     walls, busy = list[float](), list[float]()
     for _ in range(frames):
-        wall, processor = time.perf_counter(), time.process_time()
+        wall = time.perf_counter()
+        processor = time.process_time()
         strands.advance()
         walls.append(time.perf_counter() - wall)
         busy.append(time.process_time() - processor)

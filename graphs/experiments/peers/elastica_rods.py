@@ -49,7 +49,8 @@ class Elastica:
     def _rod(self, scene: Hanging, segments: int, softening: float) -> Any:
         elastica, fibre = self._library, scene.material
         size = scene.centred(segments)
-        start, normal = -size / 2 * scene.direction, np.array([0.0, 0.0, 1.0])
+        start = -size / 2 * scene.direction
+        normal = np.array([0.0, 0.0, 1.0])
         shear = fibre.young / (2 * (1 + fibre.poisson))
         rod = elastica.CosseratRod.straight_rod(
             *(segments, start, scene.direction, normal, segments * size, fibre.diameter / 2, fibre.density),

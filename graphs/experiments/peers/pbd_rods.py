@@ -51,7 +51,9 @@ class Rods:
         self._bodies = [body for _ in range(strands) for body in self._strand(scene)]
 
     def _strand(self, scene: Hanging) -> list:
-        pbd, fibre, size = self._pbd, scene.material, 2 * self._half
+        pbd = self._pbd
+        fibre = scene.material
+        size = 2 * self._half
         first = len(self._model.getRigidBodies())
         with TemporaryDirectory() as folder:
             file = Path(folder) / "cube.obj"
