@@ -4,7 +4,7 @@ from typing import Annotated
 
 from hairpipe.data import Groom
 from hairpipe.graph import node
-from hairpipe.sim.material import Material
+from hairpipe.sim.material import VariedMaterial
 from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.registry import ModelName
 from hairpipe.units import Interval, MetresPerSecondSquared
@@ -15,7 +15,7 @@ def settle_hair(
     groom: Groom,
     *,
     model: ModelName = "rod",
-    material: Material = Material(),  # noqa: B008 (frozen)
+    material: VariedMaterial = VariedMaterial(),  # noqa: B008 (frozen)
     construction: Construction = Construction(),  # noqa: B008
     gravity: Annotated[MetresPerSecondSquared, Interval(ge=0.0, le=1000.0)] = 9.81,
 ) -> Groom:
@@ -29,6 +29,7 @@ def settle_hair(
     construction  parameters of the network
     gravity       gravitational acceleration along -Y
     """
+    from hairpipe.io.image import read_image
     from hairpipe.sim.statics.settle_groom import settle_groom
 
-    return settle_groom(groom, material, construction, gravity, model)
+    return settle_groom(groom, material, construction, gravity, model, read_image)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from hairpipe.data import BodyParts, Density, Ends, Groom, LevelSet, Mesh, Pins, Strands
 from hairpipe.data.hair import HairState
 from hairpipe.graph import Cuts, Pair, Time, flat_group, node
-from hairpipe.sim.material import Material
+from hairpipe.sim.material import VariedMaterial
 from hairpipe.sim.settings import HairSettings
 from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.registry import ModelName
@@ -21,11 +21,12 @@ class Hair(NamedTuple):
     state: HairState
 
 
-def model_strands(groom: Groom, material: Material, model: ModelName, construction: Construction) -> "HairModels":
+def model_strands(groom: Groom, material: VariedMaterial, model: ModelName, construction: Construction) -> "HairModels":
     """Model the strands of a groom, for the whole shot."""
+    from hairpipe.io.image import read_image
     from hairpipe.sim.hair_model import build_models
 
-    return build_models(groom, material, model, construction)
+    return build_models(groom, material, model, construction, read_image)
 
 
 @node(frames="scan", prepare=model_strands, tuning="hairpipe.sim.strands.tuning")

@@ -1,5 +1,7 @@
 """Strands as a file has them, before they are bound to a body."""
 
+from dataclasses import field
+
 import numpy as np
 
 from hairpipe.data.value import value
@@ -21,6 +23,7 @@ class Curves:
     groups   group of each strand, (S,) int32, and group_names: the names of groups 0, 1, ..., or none
     guides   whether a strand is a guide, (S,) bool
     colours  at all points, (p, 3) float32
+    maps     values of strands by name, of primvars that have no other meaning, (S,) float64 each
     """
 
     points: np.ndarray
@@ -36,6 +39,7 @@ class Curves:
     group_names: tuple[str, ...] = ()
     guides: np.ndarray | None = None
     colours: np.ndarray | None = None
+    maps: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 def labels_of(groups: np.ndarray, names: tuple[str, ...]) -> np.ndarray:

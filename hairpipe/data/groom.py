@@ -1,5 +1,7 @@
 """Hair at rest, and hair at one frame."""
 
+from dataclasses import field
+
 import numpy as np
 
 from hairpipe.data.value import value
@@ -25,6 +27,8 @@ class Groom:
     group_names       names of groups 0, 1, ...; empty if they have none
     guides            strands that are guides in their file, (S,) bool
     colours           colours at all points as in their file, (p, 3) float32
+    maps              values of strands by name: vertex maps of the scalp at their roots, primvars of their file, each
+                      (S,) float64
     """
 
     points: np.ndarray
@@ -42,6 +46,7 @@ class Groom:
     group_names: tuple[str, ...] = ()
     guides: np.ndarray | None = None
     colours: np.ndarray | None = None
+    maps: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 @value

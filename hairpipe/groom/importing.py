@@ -14,6 +14,7 @@ from hairpipe.data.lengths import strand_lengths, unequal
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import bind_roots, bind_tips, name_strands, root_frames
 from hairpipe.groom.cutting import ROUNDING, Cut
+from hairpipe.groom.grow.paint import maps_at
 from hairpipe.groom.placing import placed
 from hairpipe.groom.resampling import equal_segments
 from hairpipe.groom.rooting import Inside, freed, rooted, taken
@@ -70,7 +71,8 @@ def adopt(
     warn_of_shared_roots(points[offsets[:-1]])
     frames = root_frames(body.mesh.points, body.mesh.triangles, *sites)
     uv = site_uv(body.mesh, sites) if shape.root_uv is None else shape.root_uv[kept]
-    groom = Groom(points, offsets, shape.ids[kept], *sites, frames, uv, group_names=shape.group_names)
+    maps = maps_at(body, sites) | {name: values[kept] for name, values in shape.maps.items()}
+    groom = Groom(points, offsets, shape.ids[kept], *sites, frames, uv, group_names=shape.group_names, maps=maps)
     along = ((n, getattr(shape, n)) for n in ("widths", "colours"))
     more = {n: spread_along(v, shape, kept, points, offsets) for n, v in along if v is not None}
     marks = ((name, getattr(shape, name)) for name in ("groups", "guides"))

@@ -16,7 +16,7 @@ def joined_strands(grooms: tuple[Groom, ...], groups: tuple[str, ...] = ()) -> G
     """Return the strands of all grooms in turn, renumbered, each groom as a group of this name; pure.
 
     Roots keep their triangles, so all grooms have to be on the same body. Tips are free in grooms without tip data,
-    and widths, colours and guides are kept if all grooms have them. Groups of equal names are one.
+    and widths, colours, guides and maps are kept if all grooms have them. Groups of equal names are one.
     Without names the groups of the grooms are kept. Raises BadInput for another number of names than of grooms.
     """
     if groups and len(groups) != len(grooms):
@@ -38,8 +38,11 @@ def joined_strands(grooms: tuple[Groom, ...], groups: tuple[str, ...] = ()) -> G
         kept["groups"], names = numbered(np.repeat(groups, counts))
     elif any(groom.groups is not None for groom in grooms):
         kept["groups"], names = joined_groups(grooms)
+    shared = set.intersection(*(set(groom.maps) for groom in grooms))
+    maps = {name: np.concatenate([groom.maps[name] for groom in grooms]) for name in sorted(shared)}
     counts = np.concatenate([np.diff(groom.offsets) for groom in grooms])
-    return Groom(offsets=offsets_of(counts), ids=np.arange(len(counts), dtype=np.int32), group_names=names, **kept)
+    ids = np.arange(len(counts), dtype=np.int32)
+    return Groom(offsets=offsets_of(counts), ids=ids, group_names=names, maps=maps, **kept)
 
 
 def joined_groups(grooms: tuple[Groom, ...]) -> tuple[np.ndarray, tuple[str, ...]]:

@@ -38,7 +38,8 @@ def taken(
     per_strand = {name: strands for name in ("ids", "held", "spare", "root_uv", "groups", "guides")}
     found = {name: (getattr(curves, name), kept) for name, kept in (per_point | per_strand).items()}
     fields = {n: None if values is None else np.ascontiguousarray(values[kept]) for n, (values, kept) in found.items()}
-    return replace(curves, offsets=offsets_of(counts), **fields)
+    maps = {name: values[strands] for name, values in curves.maps.items()}
+    return replace(curves, offsets=offsets_of(counts), maps=maps, **fields)
 
 
 def rooted(mesh: Mesh, curves: Curves, reach: float) -> Curves:

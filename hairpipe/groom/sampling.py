@@ -69,6 +69,7 @@ def take(groom: Groom, strands: np.ndarray) -> Groom:
         points,
         offsets,
         group_names=groom.group_names,
+        maps={name: values[strands] for name, values in groom.maps.items()},
         **{name: np.ascontiguousarray(getattr(groom, name)[strands]) for name in names},
         **more,
     )

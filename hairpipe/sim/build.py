@@ -96,7 +96,7 @@ def _body_contacts(
     points, offsets = hair.groom.points, hair.layout.offsets
     turns = turns_of(points, offsets) if contact.folds is not None else None
     axial = np.empty(len(offsets) - 1)
-    axial[hair.layout.strands] = model.constants[:, 0]
+    axial[hair.layout.strands] = model.constants[model.first[:-1], 0]
     segments = np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1)
     return BodyContacts(list(bodies), contact, thicknesses(offsets, contact.thickness), offsets, segments, axial, turns)
 

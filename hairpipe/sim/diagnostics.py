@@ -34,8 +34,10 @@ def warn_of_weight(hair: HairModel, scene: Scene) -> None:
     """Warn of strands whose weight stretches them beyond the strain limit, which alone holds them: they fall on."""
     if scene.strain is None:
         return
-    masses = np.add.reduceat(hair.model.mass, hair.model.first[:-1])
-    strains = scene.gravity * masses / hair.model.constants[:, 0]
+    first = hair.model.first
+    beyond = np.cumsum(hair.model.mass[::-1].astype(float), axis=0)[::-1]  # of all strands up to the last
+    masses = beyond - np.repeat(np.append(beyond, np.zeros_like(beyond[:1]), axis=0)[first[1:]], np.diff(first), axis=0)
+    strains = np.maximum.reduceat(scene.gravity * masses / hair.model.constants[:, 0], first[:-1])
     soft = (strains > scene.strain.tolerance) & ~hair.layout.idle
     if soft.any():
         names = name_strands(hair.groom.ids[np.sort(hair.layout.strands[soft])])

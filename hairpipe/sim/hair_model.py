@@ -12,11 +12,12 @@ from hairpipe.data.lengths import segment_lengths
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import name_strands
 from hairpipe.sim.layout import Layout, lay_out
-from hairpipe.sim.material import Material
+from hairpipe.sim.material import Fibres, Material, VariedMaterial, fibres_of
 from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.frequency import highest_frequency
 from hairpipe.sim.strands.interface import ModelKind, StrandModel
 from hairpipe.sim.strands.registry import ModelName, strand_models
+from hairpipe.sim.variation import ReadImage
 
 T = TypeVar("T")
 Precision = Literal["double", "single"]
@@ -29,7 +30,7 @@ class HairModel:
     """The strand model of a groom.
 
     rest      particles of the groom in the world [m], (rows, 3, W) float64
-    diameter  diameter of a hair [m]
+    diameter  mean diameter of hairs [m]
     widths    square root of the number of hairs that a segment represents, (P,): contact distances are scaled by it,
               wind shielding by its square; None: 1
     part_of   the model of all strands of which these are a subset, and the index here of each of its points, -1:
@@ -59,7 +60,7 @@ class HairModels:
     """The strands of a groom in single precision and in double, each built when it is first asked for, and kept."""
 
     groom: Groom
-    material: Material
+    fibres: Fibres
     kind: ModelKind
     construction: Construction = DEFAULT
     _built: dict[Precision, HairModel] = field(default_factory=dict, init=False)
@@ -72,9 +73,9 @@ class HairModels:
         if precision not in self._built:
             check_segments(self.groom)
             layout = lay_out(self.groom.offsets, self.kind.shape, DTYPES[precision])
-            model, rest = self.kind.build(layout, self.groom, self.material, self.construction)
+            model, rest = self.kind.build(layout, self.groom, self.fibres, self.construction)
             finer = partial(self.in_precision, "double") if precision == "single" else None
-            built = HairModel(self.groom, layout, model, rest, self.material.diameter, in_double=finer)
+            built = HairModel(self.groom, layout, model, rest, self.fibres.diameter, in_double=finer)
             self._built[precision] = built
         return self._built[precision]
 
@@ -85,15 +86,19 @@ class HairModels:
 
 
 def build_models(
-    groom: Groom, material: Material, model: ModelName, construction: Construction = DEFAULT
+    groom: Groom,
+    material: Material | VariedMaterial,
+    model: ModelName,
+    construction: Construction = DEFAULT,
+    read_image: ReadImage | None = None,
 ) -> HairModels:
-    """Model the strands of a groom by a model of the house."""
-    return HairModels(groom, material, strand_models()[model], construction)
+    """Model the strands of a groom by a model of the house; BadInput as `fibres_of`."""
+    return HairModels(groom, fibres_of(groom, material, read_image), strand_models()[model], construction)
 
 
 def build_hair(
     groom: Groom,
-    material: Material,
+    material: Material | VariedMaterial,
     model: ModelName,
     construction: Construction = DEFAULT,
     precision: Precision = "double",

@@ -32,6 +32,10 @@ class Shape(NamedTuple):
         """Return the number of particles of a strand."""
         return self.stride * segments + self.clamped + self.after
 
+    def segments(self, segments: int) -> np.ndarray:
+        """Return the segment that each particle begins or lies in; those before the root count as in the first."""
+        return np.clip((np.arange(self.count(segments)) - self.clamped + 1) // self.stride, 0, segments - 1)
+
     @property
     def axis(self) -> slice:
         """Indices of the points of the groom among the particles."""

@@ -42,7 +42,7 @@ def choose_precision(
     `HairModels.in_precision`, and if single precision was requested but is impossible.
     """
     if first:
-        models.kind.warn(models.groom, models.material)
+        models.kind.warn(models.groom, models.fibres)
     if asked == "single" and scene.sag_free is not None:
         message = "a sag-free start is impossible in single precision"
         raise BadInput(message, where="precision", right='"automatic" or "double"')

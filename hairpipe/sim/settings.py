@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from hairpipe.sim.air.wind import Wind
 from hairpipe.sim.goal.strength import Goal
-from hairpipe.sim.material import Material
+from hairpipe.sim.material import VariedMaterial
 from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.registry import ModelName
 from hairpipe.units import (
@@ -283,5 +283,5 @@ class HairSettings(Scene):
 
     model: ModelName = "rod"
     precision: Literal["automatic", "double", "single"] = "automatic"
-    material: Material = Material()  # noqa: RUF009 (frozen)
+    material: VariedMaterial = VariedMaterial()  # noqa: RUF009 (frozen)
     construction: Construction = Construction()  # noqa: RUF009

@@ -13,7 +13,7 @@ from hairpipe.sim.boundary import Clamp, ClampPath
 from hairpipe.sim.integrators.integrator import everywhere
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
 from hairpipe.sim.layout import lay_out
-from hairpipe.sim.material import Material
+from hairpipe.sim.material import Material, fibres_of
 from hairpipe.sim.solve.implicit_stage import run_stage, run_stages
 from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Iterate, Rule, Stage
@@ -64,7 +64,7 @@ def hang(count: int, segments: int, dtype: DTypeLike, model: ModelName = "networ
     groom = unbound(np.tile(strand, (count, 1, 1)), np.tile(np.eye(3, 4), (count, 1, 1)))
     kind = strand_models()[model]
     layout = lay_out(groom.offsets, kind.shape, dtype)
-    built, rest = kind.build(layout, groom, Material(), Construction())
+    built, rest = kind.build(layout, groom, fibres_of(groom, Material()), Construction())
     rest = rest.astype(dtype)
     roots = rest.reshape(layout.blocks, -1, *rest.shape[1:])[:, : kind.shape.clamped]
     ends = np.concatenate([roots, np.zeros_like(roots)], axis=1)

@@ -12,7 +12,7 @@ from hairpipe.groom.binding import root_frames
 from hairpipe.groom.cutting import Cut, fitting
 from hairpipe.groom.grow.closing import closed
 from hairpipe.groom.grow.curling import wind
-from hairpipe.groom.grow.paint import Canvas, vertex_coat
+from hairpipe.groom.grow.paint import Canvas, maps_at, vertex_coat
 from hairpipe.groom.grow.rounding import Density
 from hairpipe.groom.grow.seeding import seed_roots
 from hairpipe.groom.grow.strand_axis import keep_out, lay, lift_off
@@ -57,7 +57,8 @@ def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, cut:
     offsets = offsets_of(count_segments(layout, cut, ids) + 1)
     onset = style.curl.onset if style.curl else np.inf
     points = grow_strands(*solid_of(closed(mesh)), layout, style.bend, onset, offsets)
-    return Groom(points, offsets, ids, *sites, frames[ids], site_uv(mesh, sites))
+    maps = maps_at(canvas.body, sites)
+    return Groom(points, offsets, ids, *sites, frames[ids], site_uv(mesh, sites), maps=maps)
 
 
 def count_segments(layout: Layout, cut: Cut, ids: np.ndarray) -> np.ndarray:

@@ -55,6 +55,11 @@ def vertex_coat(body: Body, map_name: str, where: str) -> Coat:
     return lambda sites: blend_corners(corners[sites.triangles], sites)
 
 
+def maps_at(body: Body, sites: Sites) -> dict[str, np.ndarray]:
+    """Return the vertex maps of a body at sites, by name, (k,) each; pure."""
+    return {name: vertex_coat(body, name, name)(sites) for name in body.maps}
+
+
 def image_coat(body: Body, picture: np.ndarray, where: str) -> Coat:
     """Return the paint of a picture laid over the texture coordinates of the body."""
     if body.mesh.uv is None:

@@ -6,13 +6,13 @@ import numpy as np
 
 from hairpipe.data import Groom, Pins
 from hairpipe.data.lengths import fractions_along
-from hairpipe.errors import BadInput
 from hairpipe.groom.sampling import members_of
 from hairpipe.sim.axis import axis_of, following_masses
 from hairpipe.sim.boundary import Driver, motion_of_roots
 from hairpipe.sim.goal.pull import GoalPull, Path, Springs
 from hairpipe.sim.goal.strength import Goal
 from hairpipe.sim.hair_model import HairModel
+from hairpipe.sim.variation import factors_along
 
 
 def goals_of(
@@ -55,12 +55,8 @@ def frequencies_of(goal: Goal, groom: Groom) -> np.ndarray:
 
     Raises BadInput for a profile whose fractions do not ascend, and for a group that the groom does not have.
     """
-    frequency = np.full(len(groom.points), goal.frequency)
-    if goal.profile:
-        fractions, factors = np.array(goal.profile).T
-        if (np.diff(fractions) <= 0.0).any():
-            raise BadInput("fractions that do not ascend", where="goal.profile", right="[[0.0, 1.0], [1.0, 0.2]]")
-        frequency *= np.interp(fractions_along(groom.points, groom.offsets), fractions, factors)
+    along = fractions_along(groom.points, groom.offsets)
+    frequency = goal.frequency * factors_along(goal.profile, along, "goal.profile")
     if goal.groups:
         pulled = members_of(groom, goal.groups, "goal.groups")
         frequency[np.repeat(~pulled, np.diff(groom.offsets))] = 0.0

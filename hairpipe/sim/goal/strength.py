@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from hairpipe.units import Fraction, Ge, Hertz, Interval
+from hairpipe.sim.variation import Profile
+from hairpipe.units import Hertz, Interval
 
 
 @dataclass(frozen=True)
@@ -19,5 +20,5 @@ class Goal:
 
     frequency: Annotated[Hertz, Interval(ge=0.0, le=1e4)] = 4.0
     damping: Annotated[float, Interval(ge=0.0, le=100.0)] = 1.0
-    profile: tuple[tuple[Fraction, Annotated[float, Ge(0.0)]], ...] = ()
+    profile: Profile = ()
     groups: tuple[str, ...] = ()

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.sim.material import Material
+from hairpipe.sim.material import Material, Section
 from hairpipe.sim.strands import lattice
 from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.tetrahedra import altitude_vectors, area_vectors
@@ -25,35 +25,42 @@ _ENOUGH = 1e-7  # misfit of the logarithm of a stiffness; rounding leaves 1e-8
 _STIFFEST = 1e-4  # of that compliance: stiffer edges change nothing and cost digits
 
 
-def spring_constants(material: Material, construction: Construction, length: np.ndarray) -> np.ndarray:
+def spring_constants(material: Material | Section, construction: Construction, length: np.ndarray) -> np.ndarray:
     """Fit the four spring constants of strands to their material, and remove the springs that the construction omits.
 
     A lattice without turn has modes of zero stiffness: its constants are those of the default lattice.
 
-    length   length of a segment [m], (s,)
-    returns  edge, bending, torsion and altitude constants: force per unit strain [N], (4, s)
+    material  of strands, or at the places of their springs, (s, n): one Poisson ratio for all
+    length    length of a segment [m], (s,) or (s, 1)
+    returns   edge, bending, torsion and altitude constants: force per unit strain [N], (4, s) or (4, s, n)
 
     The softening of short edges is limited, see `softenings`.
     """
     unit = material.bending / length**2
-    axial = material.axial * material.softening / softenings(material, length)
+    axial = edge_constants(material, length)
     slack = unit / axial
-    ratio = material.torsion / material.bending
+    ratio = float(np.ravel(material.torsion)[0] / np.ravel(material.bending)[0])
     # Fits lie on a fixed grid, not at the lengths at hand: a strand's constants must not depend on the other strands.
     below = np.floor(slack / _GRID).astype(int)
+    levels, places = np.unique(below, return_inverse=True)
     turn = np.deg2rad(construction.turn)
     turn = turn if works(turn) else lattice.TURN
-    fits = {n: _fit(n * _GRID, ratio, construction.altitude, turn) for n in {*below.tolist(), *(below + 1).tolist()}}
-    low, high = (np.array([fits[n + up] for n in below.tolist()]) for up in (0, 1))
-    bending, torsion = unit / (low + (slack / _GRID - below)[:, None] * (high - low)).T
+    fits = [[_fit(n * _GRID, ratio, construction.altitude, turn) for n in (levels + up).tolist()] for up in (0, 1)]
+    low, high = np.array(fits)[:, places.reshape(below.shape)]
+    bending, torsion = unit / np.moveaxis(low + (slack / _GRID - below)[..., None] * (high - low), -1, 0)
     bending, torsion = construction.bending * bending, construction.torsion * torsion
     return np.stack([axial, bending, torsion, construction.altitude * torsion])
 
 
-def softenings(material: Material, length: np.ndarray) -> np.ndarray:
-    """Return the divisors of the axial stiffness of strands, (s,): less where edges would be softer than bending.
+def edge_constants(material: Material | Section, length: np.ndarray) -> np.ndarray:
+    """Return the constants of edges [N], as `spring_constants`, softened as far as segments [m] allow."""
+    return material.axial * material.softening / softenings(material, length)
 
-    length  length of a segment [m], (s,)
+
+def softenings(material: Material | Section, length: np.ndarray) -> np.ndarray:
+    """Return the divisors of the axial stiffness of strands: less where edges would be softer than bending.
+
+    material, length  as in `spring_constants`; returns as many as these broadcast to
 
     A divisor below 1 is not physical: segments shorter than 0.8 of the diameter are not a rod.
     """

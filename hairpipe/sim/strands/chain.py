@@ -16,7 +16,7 @@ from hairpipe.errors import BadInput
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load
 from hairpipe.sim.layout import Layout, Shape
-from hairpipe.sim.material import Material
+from hairpipe.sim.material import Fibres
 from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.forces.assembly import add_spring
 from hairpipe.sim.strands.forces.bending import add_bending
@@ -34,7 +34,7 @@ class Chain(NamedTuple):
     first            rows of block b are first[b]:first[b+1], (blocks+1,) int64
     mass             [kg], (rows, W)
     inverse_lengths  1 / l0 of the edge to the next particle [1/m], 0 past the end, (rows, 1, W)
-    constants        edge constant EA [N] and bending stiffness EI / l^3 [N/m], (blocks, 2, W)
+    constants        EA of the edge to the next particle [N], and EI / l^3 of the joint there [N/m], (rows, 2, W)
     shape            of a strand
     """
 
@@ -45,9 +45,7 @@ class Chain(NamedTuple):
     shape = SHAPE
 
 
-def build_chain(
-    layout: Layout, groom: Groom, material: Material, construction: Construction
-) -> tuple[Chain, np.ndarray]:
+def build_chain(layout: Layout, groom: Groom, fibres: Fibres, construction: Construction) -> tuple[Chain, np.ndarray]:
     """Make the chains of a groom of straight strands; the construction does not affect a chain.
 
     returns  the chains, and their particles at rest [m], (rows, 3, W)
@@ -55,24 +53,30 @@ def build_chain(
     Raises BadInput if a strand is not straight.
     """
     rest = layout.empty(3, dtype=np.float64)
-    chain = Chain(layout.first, layout.empty(), layout.empty(1), layout.empty_blocks(2))
+    chain = Chain(layout.first, layout.empty(), layout.empty(1), layout.empty(2))
     for blocks in layout.classes():
-        axis = groom.points[layout.points(blocks)]
+        places = layout.points(blocks)
+        axis, fibre = groom.points[places], fibres.of(places)
         particles = np.concatenate([2 * axis[:, :1] - axis[:, 1:2], axis], axis=1)
         edges = np.diff(particles, axis=1)
         lengths = np.linalg.norm(edges, axis=2)
         _check_straight(edges / lengths[:, :, None])
         segment = lengths[:, 1:].mean(1)
-        mass = np.repeat(material.line_density * segment[:, None], particles.shape[1], axis=1)
+        after = SHAPE.segments(axis.shape[1] - 1)
+        dense = fibre.segments.line_density[:, after]
+        mass = dense * segment[:, None]
+        mass[:, 1:] = (dense[:, :-1] + dense[:, 1:]) / 2 * segment[:, None]
         mass[:, -1] /= 2
         inverse = np.zeros((*particles.shape[:2], 1))
         inverse[:, :-1, 0] = 1 / lengths
         layout.scatter(particles, blocks, rest)
         layout.scatter(mass, blocks, chain.mass)
         layout.scatter(inverse, blocks, chain.inverse_lengths)
-        bending = material.bending / segment**3
-        constants = np.stack([np.full_like(bending, material.axial), bending], axis=-1)
-        layout.scatter(constants[:, None], blocks, chain.constants)
+        constants = np.zeros((*particles.shape[:2], 2))
+        constants[:, :, 0] = fibre.segments.axial[:, after]
+        constants[:, :-1, 1] = fibre.points.bending / segment[:, None] ** 3
+        constants[:, 0, 1] *= 2.0  # Stands for half a segment of free hair, the rest is buried: twice as stiff.
+        layout.scatter(constants, blocks, chain.constants)
     return chain, rest
 
 
@@ -99,10 +103,9 @@ def _add_forces(model, system, at, p, block, terms):
     count = x.shape[0]
     row = model.first[block] + p
     if p + 2 < count:
-        joint = 2.0 if p == 0 else 1.0  # Stands for half a segment of free hair, the rest is buried: twice as stiff.
-        add_bending(A, b, x, p, joint * load(model.constants, (block, 1)), h, hh)
+        add_bending(A, b, x, p, load(model.constants, (row, 1)), h, hh)
     if p + 1 < count:
-        k, inverse_rest = load(model.constants, (block, 0)), load(model.inverse_lengths, (row, 0))
+        k, inverse_rest = load(model.constants, (row, 0)), load(model.inverse_lengths, (row, 0))
         mass = model.mass[model.first[block] : model.first[block + 1]]
         c = damping * critical_damping(k, inverse_rest, mass, p, p + 1) if damping > 0.0 else 0.0 * k
         add_spring(A, b, p, 1, linearise_spring(at, p, 1, (k, inverse_rest, c), h, hh))
@@ -110,7 +113,7 @@ def _add_forces(model, system, at, p, block, terms):
 
 @inlined
 def _constant(model, block, p, offset):
-    return load(model.constants, (block, 0))
+    return load(model.constants, (model.first[block] + p, 0))
 
 
 CHAIN = register_model(

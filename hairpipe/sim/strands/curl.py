@@ -24,7 +24,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.kernels.vec3 import cross, dot, minus, plus, row, scaled
-from hairpipe.sim.material import Material
+from hairpipe.sim.material import Material, Section, taken
 from hairpipe.sim.strands import lattice
 
 ROLLS = 6
@@ -52,28 +52,29 @@ class Fit(NamedTuple):
     factors: np.ndarray
 
 
-def fit_curls(axis: np.ndarray, normals: np.ndarray, turn: float, constants: np.ndarray, material: Material) -> Fit:
+def fit_curls(axis: np.ndarray, normals: np.ndarray, turn: float, constants: np.ndarray, section: Section) -> Fit:
     """Choose the lattice of every strand, and a factor on its springs; straight strands keep theirs, and get 1. Pure.
 
     axis       points of strands of n segments [m], (s, n+1, 3)
     normals    normals of the first segments, see `lattice.first_normals`, (s, 3)
     turn       turn of the lattice [rad]
-    constants  see `spring_constants`, (4, s)
+    constants  see `constants_by_particle` of the network [N], (s, p, 4)
+    section    of the fibre at the points, (s, n+1)
     """
     fit = Fit(normals.copy(), np.full((len(axis), 1), turn), np.ones(len(axis)))
     bends = _bends(axis)
     curled = np.flatnonzero(bends.sum(1) > STRAIGHTEST * max(bends.shape[1], 1))
     for some in np.split(curled, range(_AT_ONCE, len(curled), _AT_ONCE)):
         if len(some):
-            chosen = _fit_some(axis[some], normals[some], turn, constants[:, some], material)
+            chosen = _fit_some(axis[some], normals[some], turn, constants[some], taken(section, some))
             for whole, part in zip(fit, chosen, strict=True):
                 whole[some] = part
     return fit
 
 
-def _fit_some(axis: np.ndarray, normals: np.ndarray, turn: float, constants: np.ndarray, material: Material) -> Fit:
+def _fit_some(axis: np.ndarray, normals: np.ndarray, turn: float, constants: np.ndarray, section: Section) -> Fit:
     """Try lattice after lattice on strands that are curled; arguments as for `fit_curls`."""
-    soft = tip_of_rod(axis, constants[0], material)
+    soft = tip_of_rod(axis, constants[:, 2:-1:2, 0], section)
     edges = axis[:, 1] - axis[:, 0]
     aside = np.cross(edges / np.linalg.norm(edges, axis=1, keepdims=True), normals)
     best = Fit(normals.copy(), np.full((len(axis), 1), turn), np.ones(len(axis)))
@@ -106,10 +107,12 @@ def _inverse(matrices: np.ndarray) -> np.ndarray:
     return adjugate / np.sum(a * adjugate[:, 0], axis=1)[:, None, None]
 
 
-def tip_of_rod(axis: np.ndarray, axial: np.ndarray, material: Material) -> np.ndarray:
+def tip_of_rod(axis: np.ndarray, axial: np.ndarray, section: Section | Material) -> np.ndarray:
     """Return L of the compliance of the tip of rods, C^ = L L^T [m/N], (s, 3, 3).
 
-    axis  [m], (s, n+1, 3); axial  EA [N], (s,)
+    axis     [m], (s, n+1, 3)
+    axial    EA of the segments [N], (s, n)
+    section  of the fibre at the points
     """
     edges = np.diff(axis, axis=1)
     lengths = np.linalg.norm(edges, axis=2)
@@ -119,22 +122,25 @@ def tip_of_rod(axis: np.ndarray, axial: np.ndarray, material: Material) -> np.nd
     arc = lengths / np.sinc(np.concatenate([half[:, :1], 0.5 * (half[:, 1:] + half[:, :-1]), half[:, -1:]], 1) / np.pi)
     tangents = np.concatenate([along[:, :1], along[:, 1:] + along[:, :-1], along[:, -1:]], axis=1)
     tangents /= np.linalg.norm(tangents, axis=2, keepdims=True)
+    bending, torsion = (np.broadcast_to(of, axis.shape[:2]) for of in (section.bending, section.torsion))
+    axial = np.broadcast_to(axial, lengths.shape)
     total = np.zeros((len(axis), 3, 3))
     for k in range(edges.shape[1]):
         share = 0.5 * (arc[:, k] + (arc[:, k - 1] if k > 0 else 0.0))
         couples = np.cross((axis[:, -1] - axis[:, k])[:, None], np.eye(3))
         twists = np.einsum("sci,si->sc", couples, tangents[:, k])
-        bent = couples @ couples.transpose(0, 2, 1) / material.bending
-        twisted = (1.0 / material.torsion - 1.0 / material.bending) * twists[:, :, None] * twists[:, None, :]
+        bent = couples @ couples.transpose(0, 2, 1) / bending[:, k, None, None]
+        softer = (1.0 / torsion[:, k] - 1.0 / bending[:, k])[:, None, None]
+        twisted = softer * twists[:, :, None] * twists[:, None, :]
         total += share[:, None, None] * (bent + twisted)
-        total += (arc[:, k] / axial)[:, None, None] * along[:, k, :, None] * along[:, k, None, :]
+        total += (arc[:, k] / axial[:, k])[:, None, None] * along[:, k, :, None] * along[:, k, None, :]
     return np.linalg.cholesky(total)
 
 
 def tip_of_network(particles: np.ndarray, constants: np.ndarray) -> np.ndarray:
     """Return the stiffness of the tip of networks at rest, with all particles except the clamp free [N/m], (s, 3, 3).
 
-    particles  [m], (s, p, 3); constants  edge, bending, torsion, altitude [N], (4, s)
+    particles  [m], (s, p, 3); constants  see `fit_curls`
     """
     found = np.empty((len(particles), 3, 3))
     _tips(particles, np.ascontiguousarray(constants), found)
@@ -144,7 +150,7 @@ def tip_of_network(particles: np.ndarray, constants: np.ndarray) -> np.ndarray:
 @njit(cache=True, parallel=True)
 def _tips(particles, constants, out):
     for s in prange(len(particles)):
-        _tip(particles[s], constants[:, s], out[s])
+        _tip(particles[s], constants[s], out[s])
 
 
 @njit(cache=True)
@@ -153,17 +159,13 @@ def _tip(x, constants, out):
     count = len(x)
     A = np.zeros((3 * count, _BAND))
     for p in range(count - 1):
-        root = 2.0 if p < 2 else 1.0  # half of what stands across m_0 is buried
         for offset in range(1, min(4, count - p)):
-            k = root * constants[2] if offset == 3 else constants[0]
-            if offset == 2 and p % 2 == 1:
-                k = root * constants[1]
             d = minus(row(x, p + offset), row(x, p))
             length = np.sqrt(dot(d, d))
-            _add(A, p, offset, (-1.0, 1.0), scaled(1.0 / length, d), k / length)
+            _add(A, p, offset, (-1.0, 1.0), scaled(1.0 / length, d), constants[p, offset - 1] / length)
         if p + 3 < count:
             weights, along, height = _altitude(x, p)
-            _add(A, p, 1, weights, along, root * constants[3] / height)
+            _add(A, p, 1, weights, along, constants[p, 3] / height)
     last = 3 * count - 3
     for i in range(3 * lattice.CLAMPED, last):  # Schur complement: what is left at the tip is its stiffness.
         reach = min(_BAND, 3 * count - i)

@@ -18,7 +18,7 @@ from numba.core.extending import overload
 from hairpipe.data import Groom
 from hairpipe.kernels.compile import inlined
 from hairpipe.sim.layout import Layout, Shape
-from hairpipe.sim.material import Material
+from hairpipe.sim.material import Fibres
 from hairpipe.sim.strands.construction import Construction
 
 
@@ -50,7 +50,7 @@ class StrandModel(Protocol):
 
     @property
     def constants(self) -> np.ndarray:
-        """Of the springs of every strand, that of its edges first, EA [N], (blocks, kinds, W)."""
+        """Of the springs that begin at a particle, that of its edge first, EA [N], (rows, kinds, W); of all rows."""
         ...
 
     def _replace(self, **changes: Any) -> Self: ...
@@ -84,7 +84,7 @@ def _follow_nothing(model, block, at, dx, b, h):
     """Remember nothing of a solve but tensions."""
 
 
-Build = Callable[[Layout, Groom, Material, Construction], tuple[Any, np.ndarray]]
+Build = Callable[[Layout, Groom, Fibres, Construction], tuple[Any, np.ndarray]]
 FindEquilibrium = Callable[[Any, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
@@ -117,7 +117,7 @@ class ModelKind:
     predict: Any = _predict_nothing
     hold_tip: Any = _hold_nothing
     follow_solve: Any = _follow_nothing
-    warn: Callable[[Groom, Material], None] = lambda groom, material: None
+    warn: Callable[[Groom, Fibres], None] = lambda groom, fibres: None
     equilibrium: FindEquilibrium | None = None
     single_limit: float = 0.0
 

@@ -106,16 +106,20 @@ def transport(vectors: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.nda
     return transported / np.linalg.norm(transported, axis=1, keepdims=True)
 
 
-def masses(length: np.ndarray, segments: int, line_density: float, off_axis: float) -> np.ndarray:
+def masses(length: np.ndarray, line_density: np.ndarray, off_axis: float) -> np.ndarray:
     """Distribute the mass of a strand over its particles.
 
     length        of a segment [m], (s,)
-    line_density  [kg/m]; off_axis  the perturbed particles' share of the mass
+    line_density  of the segments at the particles [kg/m], (s, 2n+3); off_axis  perturbed particles' share of the mass
     returns       [kg], (s, 2n+3); clamped particles have the mass that their segment would have
     """
-    weights = np.tile([1 - off_axis, off_axis], segments + 2)[:-1]
+    weights = np.tile([1 - off_axis, off_axis], line_density.shape[1] // 2 + 1)[:-1]
     weights[-1] /= 2
-    return line_density * length[:, None] * weights
+    dense = line_density.copy()
+    dense[:, 2::2] = (
+        line_density[:, 1:-1:2] + line_density[:, 2::2]
+    ) / 2  # half of a point is of the segment before it
+    return dense * length[:, None] * weights
 
 
 def rest_lengths(particles: np.ndarray) -> np.ndarray:

@@ -14,9 +14,9 @@ from hairpipe.groom.curl_axis import curls_of
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load
 from hairpipe.sim.layout import Layout, Shape
-from hairpipe.sim.material import Material
+from hairpipe.sim.material import Fibre, Fibres
 from hairpipe.sim.strands import lattice
-from hairpipe.sim.strands.calibration import softenings, spring_constants, works
+from hairpipe.sim.strands.calibration import edge_constants, softenings, spring_constants, works
 from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.curl import Fit, fit_curls
 from hairpipe.sim.strands.forces.altitude import linearise_altitude
@@ -34,7 +34,7 @@ class Network(NamedTuple):
     mass             [kg], (rows, W)
     inverse_lengths  1 / l0 of the springs to the next three particles [1/m], 0 past the end, (rows, 3, W)
     inverse_heights  signed 1 / h0 of the seven altitude springs [1/m], (rows, 7, W)
-    constants        edge, bending, torsion and altitude constant [N], (blocks, 4, W)
+    constants        of the springs to the next three particles, and of the altitude [N], (rows, 4, W)
     shape            shape of a strand
     """
 
@@ -47,32 +47,31 @@ class Network(NamedTuple):
 
 
 def build_of_groom(
-    layout: Layout, groom: Groom, material: Material, construction: Construction
+    layout: Layout, groom: Groom, fibres: Fibres, construction: Construction
 ) -> tuple[Network, np.ndarray]:
     """Make the networks of a groom, see `build_network`.
 
     Raises BadInput naming strands whose segments are too short for the springs of the material.
     """
-    lengths = mean_segments(groom)
-    short = softenings(material, lengths) < 1.0
+    short = least_softenings(groom, fibres) < 1.0
     if short.any():
-        size = f"segments of {lengths[short].min():.2g} m, hair of {material.diameter:g} m"
+        size = f"segments of {mean_segments(groom)[short].min():.2g} m, hair of {fibres.diameter:g} m"
         raise BadInput(
             f"{size}: {name_strands(groom.ids[short])}",
             where="groom",
             right="segments longer than hair is thick: fewer of them, or those strands left out",
         )
-    return build_network(layout, groom.points, groom.root_frames, material, construction)
+    return build_network(layout, groom.points, groom.root_frames, fibres, construction)
 
 
-def warn_of_softening(groom: Groom, material: Material) -> None:
+def warn_of_softening(groom: Groom, fibres: Fibres) -> None:
     """Warn which strands are softened less than the material is, as their segments are too short for that."""
-    found = softenings(material, mean_segments(groom))
-    less = found < material.softening
+    found = least_softenings(groom, fibres)
+    less = found < fibres.softening
     if less.any():
         message = f"{np.count_nonzero(less)} of {len(less)} strands have segments too short for this softening"
         worst = f"they are softened by {found.min():.3g} or more: {name_strands(groom.ids[less])}"
-        warn(f"material.softening = {material.softening:g}: {message}, {worst}", stacklevel=3)
+        warn(f"material.softening = {fibres.softening:g}: {message}, {worst}", stacklevel=3)
 
 
 def warn_of_curls(groom: Groom) -> None:
@@ -87,9 +86,9 @@ def warn_of_curls(groom: Groom) -> None:
         warn(f'model = "network": {message}; {off} (model = "rod")', stacklevel=3)
 
 
-def warn_of_network(groom: Groom, material: Material) -> None:
+def warn_of_network(groom: Groom, fibres: Fibres) -> None:
     """Warn of what a network does not take over of a material, and of a shape."""
-    warn_of_softening(groom, material)
+    warn_of_softening(groom, fibres)
     warn_of_curls(groom)
 
 
@@ -98,8 +97,15 @@ def mean_segments(groom: Groom) -> np.ndarray:
     return strand_lengths(groom.points, groom.offsets) / (np.diff(groom.offsets) - 1)
 
 
+def least_softenings(groom: Groom, fibres: Fibres) -> np.ndarray:
+    """Return the smallest softening along every strand, (strands,); pure."""
+    lengths = np.repeat(mean_segments(groom), np.diff(groom.offsets))
+    found = softenings(fibres.of(np.arange(len(lengths))).points, lengths)
+    return np.minimum.reduceat(found, groom.offsets[:-1])
+
+
 def build_network(
-    layout: Layout, points: np.ndarray, frames: np.ndarray, material: Material, construction: Construction
+    layout: Layout, points: np.ndarray, frames: np.ndarray, fibres: Fibres, construction: Construction
 ) -> tuple[Network, np.ndarray]:
     """Make the network whose rest shape is the groom.
 
@@ -108,34 +114,53 @@ def build_network(
     returns  the network, and its particles at rest [m], (rows, 3, W)
     """
     rest = layout.empty(3, dtype=np.float64)
-    network = Network(layout.first, layout.empty(), layout.empty(3), layout.empty(7), layout.empty_blocks(4))
+    network = Network(layout.first, layout.empty(), layout.empty(3), layout.empty(7), layout.empty(4))
     for blocks in layout.classes():
-        axis = points[layout.points(blocks)]
+        places = layout.points(blocks)
+        axis, fibre = points[places], fibres.of(places)
         length = np.linalg.norm(np.diff(axis, axis=1), axis=2).mean(1)
         normals = lattice.first_normals(axis, frames[layout.strands[blocks].reshape(-1)])
-        fit = _fit(axis, normals, length, material, construction)
+        after = SHAPE.segments(axis.shape[1] - 1)
+        fit = _fit(axis, normals, length, fibre, construction)
         particles = lattice.perturb(axis, fit.normals, fit.turns)
-        constants = spring_constants(material, construction, length)
-        constants[1:] *= fit.factors
-        segments = axis.shape[1] - 1
-        masses = lattice.masses(length, segments, material.line_density, construction.off_axis_mass)
+        edges = edge_constants(fibre.segments, length[:, None])
+        joints = spring_constants(fibre.points, construction, length[:, None])[1:] * fit.factors[:, None]
+        masses = lattice.masses(length, fibre.segments.line_density[:, after], construction.off_axis_mass)
         layout.scatter(particles, blocks, rest)
         layout.scatter(masses, blocks, network.mass)
         layout.scatter(_inverse(lattice.rest_lengths(particles)), blocks, network.inverse_lengths)
         layout.scatter(_inverse(lattice.rest_heights(particles)), blocks, network.inverse_heights)
-        layout.scatter(constants.T[:, None], blocks, network.constants)
+        layout.scatter(constants_by_particle(edges, joints), blocks, network.constants)
     return network, rest
 
 
-def _fit(
-    axis: np.ndarray, normals: np.ndarray, length: np.ndarray, material: Material, construction: Construction
-) -> Fit:
+def constants_by_particle(edges: np.ndarray, joints: np.ndarray) -> np.ndarray:
+    """Return the constants of the springs to the next three particles, and of the altitude [N], (s, 2n+3, 4); pure.
+
+    edges   constants of edges, (s, n)
+    joints  bending, torsion and altitude constants at the points, (3, s, n+1): springs of both particles before a
+            point bend at it
+
+    Springs across m_0, half of whose joint is buried, are twice as stiff.
+    """
+    count = edges.shape[1]
+    rows = np.arange(SHAPE.count(count))
+    edge = edges[:, SHAPE.segments(count)]
+    bending, torsion, altitude = joints[:, :, np.minimum(rows // 2, count)]
+    found = np.stack([edge, np.where(rows % 2, bending, edge), torsion, altitude], axis=-1)
+    found[:, :2, 2:] *= 2.0
+    found[:, 1, 1] *= 2.0
+    return found
+
+
+def _fit(axis: np.ndarray, normals: np.ndarray, length: np.ndarray, fibre: Fibre, construction: Construction) -> Fit:
     """Fit the lattice to curls as if it had all that the construction leaves out."""
     turn = float(np.deg2rad(construction.turn))
     if not works(turn):
         return Fit(normals, np.full((len(axis), 1), turn), np.ones(len(axis)))
-    whole = spring_constants(material, replace(construction, bending=1.0, torsion=1.0), length)
-    return fit_curls(axis, normals, turn, whole, material)
+    edges = edge_constants(fibre.segments, length[:, None])
+    joints = spring_constants(fibre.points, replace(construction, bending=1.0, torsion=1.0), length[:, None])[1:]
+    return fit_curls(axis, normals, turn, constants_by_particle(edges, joints), fibre.points)
 
 
 def _inverse(values: np.ndarray) -> np.ndarray:
@@ -145,17 +170,7 @@ def _inverse(values: np.ndarray) -> np.ndarray:
 @inlined
 def _constant(model, block, p, offset):
     """Constant of the spring from particle p to p + offset: edge, bending or torsion, see the lattice."""
-    if offset == 3:
-        return _at_root(p) * load(model.constants, (block, 2))
-    if offset == 2 and p % 2:  # Odd rows are off the axis: two of them have a bending spring, two even ones an edge.
-        return _at_root(p) * load(model.constants, (block, 1))
-    return load(model.constants, (block, 0))
-
-
-@inlined
-def _at_root(p: int) -> float:
-    """Stiffness across m_0, half of whose joint is buried."""
-    return 2.0 if p < 2 else 1.0
+    return load(model.constants, (model.first[block] + p, offset - 1))
 
 
 @inlined
@@ -182,7 +197,8 @@ def _add_forces(model, system, at, p, block, terms):
     count = x.shape[0]
     if p + 3 < count:
         heights = model.inverse_heights[model.first[block] : model.first[block + 1]]
-        altitude = linearise_altitude(x, p, _at_root(p) * load(model.constants, (block, 3)), heights, terms.h, terms.hh)
+        k = load(model.constants, (model.first[block] + p, 3))
+        altitude = linearise_altitude(x, p, k, heights, terms.h, terms.hh)
         spring1 = _spring(model, at, p, block, 1, terms)
         spring2 = _spring(model, at, p, block, 2, terms)
         spring3 = _spring(model, at, p, block, 3, terms)

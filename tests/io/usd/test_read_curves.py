@@ -239,16 +239,17 @@ def test_a_curve_that_is_none_does_not_take_the_others_along(new_stage, saved, b
     assert found.ids.tolist() == [5, 7] and len(found.points) == 11
 
 
-def test_unread_primvars_are_named(new_stage, saved) -> None:
+def test_primvars_are_maps_and_those_that_cannot_be_are_named(new_stage, saved) -> None:
     stage = new_stage()
     prim = curves(stage, wild(4))
     primvar(prim, "clump", Sdf.ValueTypeNames.FloatArray, TOKENS.uniform, [0.5])
+    primvar(prim, "note", Sdf.ValueTypeNames.StringArray, TOKENS.uniform, ["a"])
     curves(stage, wild(4), path="/groom/hidden").CreateVisibilityAttr("invisible")
     UsdGeom.HermiteCurves.Define(stage, "/groom/hermite")
     with pytest.warns(UserWarning) as reported:
-        read_file(saved(stage), None)
+        found = read_file(saved(stage), None)
     messages = " ".join(str(warning.message) for warning in reported)
-    assert "primvars that are not used: clump" in messages
+    assert "primvars that are not used: note" in messages and found.maps["clump"] == [0.5]
     assert "shapes that are not read: /groom/hidden (invisible), /groom/hermite (a HermiteCurves)" in messages
 
 

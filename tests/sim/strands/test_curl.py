@@ -4,20 +4,24 @@ import numpy as np
 import pytest
 
 from hairpipe.groom.helix import Helix, wound
-from hairpipe.sim.material import Material
+from hairpipe.sim.material import Material, fibres_of
 from hairpipe.sim.strands import curl, lattice
 from hairpipe.sim.strands.calibration import spring_constants
 from hairpipe.sim.strands.construction import Construction
+from hairpipe.sim.strands.network import constants_by_particle
 
 
 def fitted(axis):
     """Give the fit of strands, and the compliances of their rods and of their networks at the tip."""
     frames = np.broadcast_to(np.eye(3), (len(axis), 3, 3))
     length = np.linalg.norm(np.diff(axis, axis=1), axis=2).mean(1)
-    constants = spring_constants(Material(), Construction(), length)
-    fit = curl.fit_curls(axis, lattice.first_normals(axis, frames), lattice.TURN, constants, Material())
-    constants[1:] *= fit.factors
-    rod = curl.tip_of_rod(axis, constants[0], Material())
+    edges, *joints = spring_constants(Material(), Construction(), length[:, None])
+    edges, joints = np.repeat(edges, axis.shape[1] - 1, axis=1), np.repeat(joints, axis.shape[1], axis=2)
+    section = fibres_of(None, Material()).of(np.zeros(axis.shape[:2], int)).points
+    constants = constants_by_particle(edges, joints)
+    fit = curl.fit_curls(axis, lattice.first_normals(axis, frames), lattice.TURN, constants, section)
+    constants = constants_by_particle(edges, joints * fit.factors[:, None])
+    rod = curl.tip_of_rod(axis, edges, section)
     network = curl.tip_of_network(lattice.perturb(axis, fit.normals, fit.turns), constants)
     return fit, rod @ rod.transpose(0, 2, 1), np.linalg.inv(network)
 

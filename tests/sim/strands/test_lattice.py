@@ -87,7 +87,7 @@ def test_volume_gradient_is_a_gradient():
 
 
 def test_mass_is_that_of_the_strand():
-    mass = lattice.masses(np.array([0.01]), 25, 6.6e-6, 0.05)[0]
+    mass = lattice.masses(np.array([0.01]), np.full((1, 53), 6.6e-6), 0.05)[0]
     free_length = 25 * 0.01
     buried_half = 0.005 * 0.95
     np.testing.assert_allclose(mass[2:].sum(), 6.6e-6 * (free_length + buried_half), rtol=1e-12)

@@ -9,7 +9,7 @@ from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load
 from hairpipe.sim.hair_model import HairModels
 from hairpipe.sim.layout import Shape
-from hairpipe.sim.material import Material
+from hairpipe.sim.material import Material, fibres_of
 from hairpipe.sim.settings import Air, Scene, Scheme
 from hairpipe.sim.simulate import advance_frame, start, strands_of
 from hairpipe.sim.strands.band import eliminate
@@ -31,8 +31,8 @@ class Beads(NamedTuple):
     shape = SHAPE
 
 
-def build_beads(layout, groom, material, construction):
-    beads, rest = Beads(layout.first, layout.empty(), layout.empty(1), layout.empty_blocks(1)), layout.empty(3)
+def build_beads(layout, groom, fibres, construction):
+    beads, rest = Beads(layout.first, layout.empty(), layout.empty(1), layout.empty(1)), layout.empty(3)
     beads.mass[:], beads.constants[:], beads.inverse_lengths[:] = MASS, STIFFNESS, 0.0
     for blocks in layout.classes():
         axis = groom.points[layout.points(blocks)]
@@ -49,21 +49,22 @@ def springs(p, count):
 
 @inlined
 def constant(model, block, p, offset):
-    return load(model.constants, (block, 0))
+    return load(model.constants, (model.first[block] + p, 0))
 
 
 @inlined
 def forces(model, system, at, p, block, terms):
     (A, b), (x, _, _) = system, at
     if p + 1 < x.shape[0]:
-        k, inverse_rest = load(model.constants, (block, 0)), load(model.inverse_lengths, (model.first[block] + p, 0))
+        row = model.first[block] + p
+        k, inverse_rest = load(model.constants, (row, 0)), load(model.inverse_lengths, (row, 0))
         add_spring(A, b, p, 1, linearise_spring(at, p, 1, (k, inverse_rest, 0.0 * k), terms.h, terms.hh))
 
 
 def test_a_model_that_is_registered_hangs_by_its_own_springs(scene, straight, triangle):
     kind = register_model(ModelKind("beads", Beads, SHAPE, build_beads, forces, springs, constant))
     groom = scene([straight(0.05, 5, [0, -1, 0]), straight(0.08, 5, [0, -1, 0])]).hair.groom
-    hair = HairModels(groom, Material(), kind).in_precision("double")
+    hair = HairModels(groom, fibres_of(groom, Material()), kind).in_precision("double")
     rules = Scene(G, Air(drag=30.0), scheme=Scheme("backward_euler"))
     state = start(hair, triangle(), rules)
     for _ in range(48):

@@ -20,6 +20,8 @@ from hairpipe.sim.material import Material
 from hairpipe.sim.solve.stage import Iterate
 from hairpipe.sim.statics.hessian import assemble, tangent
 from hairpipe.sim.strands.interface import StiffnessPart, StrandModel, follow_solve, hold_tip, may_be_lost
+from hairpipe.sim.strands.network import constants_by_particle
+from hairpipe.sim.strands.rod.rod import Rod
 
 STEP = 1e-3
 """Step of the finite differences, over the length of a segment: their truncation error is below rounding."""
@@ -74,7 +76,7 @@ class Specimen:
     @property
     def lever(self) -> float:
         """Length by which an angle is multiplied to be an unknown [m], where a model has angles."""
-        return float(1 / self.model.constants[0, 1, 0])
+        return float(1 / self.model.scale[0, 0, 0]) if isinstance(self.model, Rod) else 1.0
 
     def axis(self, pose: Pose) -> np.ndarray:
         """Take the points of the strand [m], (segments+1, 3)."""
@@ -117,7 +119,9 @@ def specimen_of(sample: Sample, points: np.ndarray) -> Specimen:
                 f"constants of a {sample.model} cannot be guessed", where="sample.constants", right='"calibrated"'
             )
         unit = sample.material.bending / np.linalg.norm(points[1] - points[0]) ** 2
-        hair.model.constants[:, 1:] = unit * np.array([1.0, 1.0, sample.construction.altitude])[:, None]
+        joints = np.multiply.outer([1.0, 1.0, sample.construction.altitude], np.full((1, len(points)), unit))
+        edges = hair.model.constants[2:-1:2, 0, 0][None]
+        hair.model.constants[:] = constants_by_particle(edges, joints)[0, :, :, None]
     T = np.zeros_like(hair.model.inverse_lengths[:, :, 0])
     return Specimen(hair.model, Pose(hair.rest[:, :, 0].copy(), T), sample.material)
 

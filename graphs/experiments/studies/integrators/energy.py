@@ -62,7 +62,7 @@ def altitude_energies(model: Network, layout: Layout, x: np.ndarray) -> np.ndarr
         size, rest = (np.take_along_axis(values, acts, axis=2)[:, :, 0] for values in (sizes, rest))
         heights = np.divide(volumes, size, out=np.zeros_like(size), where=size > 0.0)
         strain = np.where(rest != 0.0, heights * rest - 1.0, 0.0)
-        constants = np.outer(model.constants[block, 3], [2.0, 2.0, *np.ones(size.shape[1] - 2)])  # as at the root
+        constants = model.constants[rows, 3].T[:, : size.shape[1]]
         held = np.divide(constants * strain**2, np.abs(rest), out=np.zeros_like(size), where=rest != 0.0)
         found[block] = 0.5 * held.sum(axis=1)
     return found

@@ -1,6 +1,7 @@
 """Attributes of the curves of a stage: ids, rest shape, widths, colours, groups, guides, places of roots."""
 
 import warnings
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -163,10 +164,25 @@ def own_ids(ids: np.ndarray, path: Path) -> np.ndarray:
     return found.astype(np.int32)
 
 
-def unused_primvars(curves: UsdGeom.Curves) -> list[str]:
-    """List the primvars of curves that are not read."""
-    given = [p.GetPrimvarName() for p in UsdGeom.PrimvarsAPI(curves).GetPrimvarsWithValues()]
-    return sorted({name for name in given if name not in (*IDS, *REST, *DRAWN, "widths")})
+def maps(curves: UsdGeom.Curves, count: int) -> dict[str, np.ndarray]:
+    """Return the primvars without another meaning that are a finite number for each of `count` curves, (count,)."""
+    found = {}
+    for primvar in _other_primvars(curves):
+        values = np.array(primvar.ComputeFlattened(time_of(curves.GetPrim())))
+        if values.shape == (count,) and values.dtype.kind in "iuf" and np.isfinite(values).all():
+            found[str(primvar.GetPrimvarName())] = values.astype(np.float64)
+    return found
+
+
+def unused_primvars(curves: UsdGeom.Curves, used: Collection[str]) -> list[str]:
+    """List the primvars of curves that are not read, nor used as maps."""
+    return sorted({name for p in _other_primvars(curves) if (name := str(p.GetPrimvarName())) not in used})
+
+
+def _other_primvars(curves: UsdGeom.Curves) -> list[UsdGeom.Primvar]:
+    """List the primvars of curves that have no meaning of their own."""
+    known = {*IDS, *REST, *DRAWN, "widths"}
+    return [p for p in UsdGeom.PrimvarsAPI(curves).GetPrimvarsWithValues() if p.GetPrimvarName() not in known]
 
 
 def _primvar(curves: UsdGeom.Curves, name: str, columns: int) -> np.ndarray | None:

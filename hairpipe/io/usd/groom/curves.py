@@ -14,6 +14,7 @@ from hairpipe.io.usd.groom.attributes import (
     colours,
     groups,
     guides,
+    maps,
     own_ids,
     rest_points,
     root_uv,
@@ -47,7 +48,8 @@ def read(path: Path, prim: str | None, time: float | None = None, guides: bool =
         prims = [(UsdGeom.NurbsCurves if p.IsA(UsdGeom.NurbsCurves) else UsdGeom.BasisCurves)(p) for p in found]
         parts = [_read_part(curves) for curves in prims]
         time = read_time([curves.GetPrim() for curves in prims], time)
-        unused = sorted({name for curves in prims for name in unused_primvars(curves)})
+        pairs = zip(prims, parts, strict=True)
+        unused = sorted({name for curves, part in pairs for name in unused_primvars(curves, part.maps)})
     if unused:
         warnings.warn(f"{path}: primvars that are not used: {', '.join(unused)}", stacklevel=2)
     lines = [line for part in parts for line in part.lines]
@@ -68,6 +70,7 @@ def read(path: Path, prim: str | None, time: float | None = None, guides: bool =
         *_joined_groups(parts, [curves.GetPrim().GetName() for curves in prims]),
         _joined([part.guides for part in parts], parts, False),
         np.nan_to_num(columns[:, 7:]).astype(np.float32) if any(part.coloured for part in parts) else None,
+        _joined_maps(parts),
     )
 
 
@@ -79,6 +82,12 @@ def _joined(values: Sequence[np.ndarray | None], parts: list["_Part"], blank: ob
     pairs = zip(values, parts, strict=True)
     shapes = ((found, (len(part.ids), *given.shape[1:])) for found, part in pairs)
     return np.concatenate([np.full(shape, blank, given.dtype) if found is None else found for found, shape in shapes])
+
+
+def _joined_maps(parts: list["_Part"]) -> dict[str, np.ndarray]:
+    """Return the maps of the strands of all parts, (S,) each: 0 in parts without them."""
+    names = sorted({name for part in parts for name in part.maps})
+    return {n: np.concatenate([part.maps.get(n, np.zeros(len(part.ids))) for part in parts]) for n in names}
 
 
 def _joined_groups(parts: list["_Part"], names: list[str]) -> tuple[np.ndarray | None, tuple[str, ...]]:
@@ -101,6 +110,7 @@ class _Part(NamedTuple):
     uv        texture coordinates of the roots, (S, 2)
     groups    group of each strand as text, (S,)
     guides    whether each strand is a guide, (S,)
+    maps      values of each strand by the names of their primvars, (S,) each
     """
 
     lines: list[np.ndarray]
@@ -111,6 +121,7 @@ class _Part(NamedTuple):
     uv: np.ndarray | None
     groups: np.ndarray | None
     guides: np.ndarray | None
+    maps: dict[str, np.ndarray]
 
 
 def _read_part(curves: UsdGeom.Curves) -> _Part:
@@ -154,7 +165,8 @@ def _read_part(curves: UsdGeom.Curves) -> _Part:
     marks = (root_uv(curves, counts), groups(curves, len(counts)), guides(curves, len(counts)))
     marks = (None if mark is None else mark[kept] for mark in marks)
     ids = strand_ids(curves, len(counts))[kept]
-    return _Part(lines, np.array(spare, np.int64), ids, rest is not None, tint is not None, *marks)
+    painted = {name: values[kept] for name, values in maps(curves, len(counts)).items()}
+    return _Part(lines, np.array(spare, np.int64), ids, rest is not None, tint is not None, *marks, painted)
 
 
 def _report(faults: dict[int, BadInput], total: int, where: str) -> None:

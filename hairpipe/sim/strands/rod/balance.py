@@ -41,9 +41,9 @@ def balance(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> tuple[np.
                 len(blocks) * x.shape[2], -1, *values.shape[1:-1]
             )
 
-        axial = np.repeat(model.constants[blocks, 0].reshape(-1)[:, None], count, axis=1)
+        axial = by_strand(model.constants)[:, :, 0]
         weight = by_strand(model.mass)[:, :, None] * gravity
-        rest, tension = _solve(by_strand(x), weight, by_strand(model.inverse_lengths), axial[:, 0])
+        rest, tension = _solve(by_strand(x), weight, by_strand(model.inverse_lengths), axial)
         back = rest.reshape(len(blocks), x.shape[2], count, -1)
         natural[rows] = np.moveaxis(back, 1, -1).reshape(len(rows), -1, x.shape[2])
         pulls = np.moveaxis(tension.reshape(len(blocks), x.shape[2], count), 1, -1)
@@ -107,7 +107,7 @@ def _solve(x: np.ndarray, weight: np.ndarray, natural: np.ndarray, axial: np.nda
         force[:, row] += f - e + pull * tf
         force[:, row - 1] += e
         torque[:, row - 1] -= np.sum(by_a * q, axis=1)
-        rest[:, row, 0] = (1 + pull[:, 0] / axial) / lengths[:, i, 0]
+        rest[:, row, 0] = (1 + pull[:, 0] / axial[:, row]) / lengths[:, i, 0]
         rest[:, row, 1:3] = np.concatenate([k1, k2], axis=1) - q[:, :2] / natural[:, row, BENDING, None]
         rest[:, row, 3] = -q[:, 2] / natural[:, row, TWISTING]
         tension[:, row] = pull[:, 0]

@@ -36,7 +36,7 @@ from hairpipe.kernels.simd import load, maximum
 from hairpipe.kernels.simd_arrays import difference
 from hairpipe.kernels.vec3 import dot, scaled
 from hairpipe.sim.layout import Layout, Shape
-from hairpipe.sim.material import Material
+from hairpipe.sim.material import Fibre, Fibres
 from hairpipe.sim.strands import lattice
 from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.forces.spring import critical_damping
@@ -66,7 +66,8 @@ class Rod(NamedTuple):
     first            rows of block b are first[b]:first[b+1], (blocks+1,) int64
     mass             [kg], (rows, W); 0 for q and q'
     inverse_lengths  rest values of the strand, see above, (rows, 6, W)
-    constants        edge constant EA [N], and 1 / the length that scales angles [1/m], (blocks, 2, W)
+    constants        EA of the edge to the next row [N], (rows, 1, W)
+    scale            1 / the length that scales angles [1/m], (blocks, 1, W)
     shape            shape of a strand
     """
 
@@ -74,32 +75,34 @@ class Rod(NamedTuple):
     mass: np.ndarray
     inverse_lengths: np.ndarray
     constants: np.ndarray
+    scale: np.ndarray
     shape = SHAPE
 
 
-def build_rod(layout: Layout, groom: Groom, material: Material, construction: Construction) -> tuple[Rod, np.ndarray]:
+def build_rod(layout: Layout, groom: Groom, fibres: Fibres, construction: Construction) -> tuple[Rod, np.ndarray]:
     """Make the rods whose rest shape is a groom, of round section; the construction does not affect a rod.
 
     returns  the rods, and their rows at rest [m], (rows, 3, W)
     """
     rest = layout.empty(3, dtype=np.float64)
-    rod = Rod(layout.first, layout.empty(), layout.empty(RESTS), layout.empty_blocks(2))
+    rod = Rod(layout.first, layout.empty(), layout.empty(RESTS), layout.empty(1), layout.empty_blocks(1))
     for blocks in layout.classes():
-        axis = groom.points[layout.points(blocks)]
+        places = layout.points(blocks)
+        axis = groom.points[places]
         frames = groom.root_frames[layout.strands[blocks].reshape(-1)]
-        rows, mass, natural = shape_at_rest(axis, lattice.first_normals(axis, frames), material)
+        fibre = fibres.of(places)
+        rows, mass, natural = shape_at_rest(axis, lattice.first_normals(axis, frames), fibre)
         layout.scatter(rows, blocks, rest)
         layout.scatter(mass, blocks, rod.mass)
         layout.scatter(natural, blocks, rod.inverse_lengths)
+        axial = fibre.segments.axial[:, SHAPE.segments(axis.shape[1] - 1)]
+        layout.scatter(axial[:, :, None], blocks, rod.constants)
         mean = natural[:, SHAPE.clamped - 1 : -2, 0].mean(1)
-        constants = np.stack([np.full_like(mean, material.axial), mean], axis=-1)
-        layout.scatter(constants[:, None], blocks, rod.constants)
+        layout.scatter(mean[:, None, None], blocks, rod.scale)
     return rod, rest
 
 
-def shape_at_rest(
-    axis: np.ndarray, normals: np.ndarray, material: Material
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def shape_at_rest(axis: np.ndarray, normals: np.ndarray, fibre: Fibre) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Find the rows of strands [m], (s, n+4, 3), their masses [kg], (s, n+4), and rest values, (s, n+4, 6).
 
     axis     [m], (s, n+1, 3)
@@ -125,15 +128,16 @@ def shape_at_rest(
         flat = 1 / (1 + (k1**2 + k2**2) / 4)  # cos^2 of half the bend
         share = (lengths[:, i] + (lengths[:, i - 1] if i > 1 else 0.0)) / 2  # the clamp has nothing before it
         natural[:, i + 1, 1:3] = np.stack([k1, k2], axis=1)
-        natural[:, i + 1, BENDING] = material.bending * flat**2 / share
-        natural[:, i + 1, TWISTING] = material.torsion * flat / share
+        natural[:, i + 1, BENDING] = fibre.points.bending[:, i - 1] * flat**2 / share
+        natural[:, i + 1, TWISTING] = fibre.points.torsion[:, i - 1] * flat / share
         director = after
     last = nodes[:, -1] + lengths[:, -1:] * director
     mass = np.zeros((strands, count))
-    mass[:, 1:-2] += material.line_density * lengths / 2
-    mass[:, 2:-1] += material.line_density * lengths / 2
+    half = fibre.segments.line_density[:, SHAPE.segments(axis.shape[1] - 1)[1:-2]] * lengths / 2
+    mass[:, 1:-2] += half
+    mass[:, 2:-1] += half
     mass[:, GHOST] *= 2
-    mass[:, GHOST + 1] -= material.line_density * lengths[:, 0] / 2
+    mass[:, GHOST + 1] -= half[:, 0]
     return np.concatenate([first[:, None], nodes, last[:, None]], axis=1), mass, natural
 
 
@@ -144,7 +148,7 @@ def _springs(p: int, count: int) -> int:
 
 @inlined
 def _constant(model, block, p, offset):
-    return load(model.constants, (block, 0))
+    return load(model.constants, (model.first[block] + p, 0))
 
 
 @inlined
@@ -153,7 +157,7 @@ def _add_forces(model, system, at, p, block, terms):
     if not 0 < p < x.shape[0] - 3:  # A vertex needs three nodes from row p on, and q and q' are not nodes.
         return
     row = model.first[block] + p + 1
-    inverse = load(model.constants, (block, 1))
+    inverse = load(model.scale, (block, 0))
     bending, twisting = load(model.inverse_lengths, (row, BENDING)), load(model.inverse_lengths, (row, TWISTING))
     tangents, inverses, directors = frame_at(x, T, p)
     vertex = bend(*tangents, *inverses, *directors)
@@ -169,16 +173,16 @@ def _add_forces(model, system, at, p, block, terms):
     if part == _PROJECTED:
         # Angles have no inertia: with what is left of the stiffness alone, nothing might hold them.
         H = held_at_angles(semidefinite(H, x), hh * inverse * inverse * twisting)
-    pull, K = _edge(model, at, p + 1, row, block, (vertex.tf, vertex.jf), terms)
+    pull, K = _edge(model, at, p + 1, row, (vertex.tf, vertex.jf), terms)
     add_gradient(b, p, h, inverse, pulled_at_f(force_of(q, (g1, g2, g3)), pull))
     add_tangent(A, p, added_to_f(H, K))
 
 
 @inlined
-def _edge(model, at, p, row, block, along, terms):
+def _edge(model, at, p, row, along, terms):
     """Pull of the edge from row p [N], and hh K + h D of it; along  its unit tangent and 1 / length."""
     (x, v, T), (t, inverse), (h, hh, damping, part) = at, along, terms
-    k, inverse_rest = load(model.constants, (block, 0)), load(model.inverse_lengths, (row, 0))
+    k, inverse_rest = load(model.constants, (row, 0)), load(model.inverse_lengths, (row, 0))
     c = 0.0 * k
     if damping > 0.0:
         c = damping * critical_damping(k, inverse_rest, model.mass, row, row + 1)

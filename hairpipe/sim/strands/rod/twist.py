@@ -34,7 +34,7 @@ def follow_solve(model, block, at, dx, b, h):
     dpsi = kb/2 . (de/|e| + df/|f|) + dth_f - dth_e
     """
     x, T = at.x, at.T
-    s = h * load(model.constants, (block, 1))  # Unknowns are angles times a length.
+    s = h * load(model.scale, (block, 0))  # Unknowns are angles times a length.
     for p in range(GHOST, x.shape[0] - 3):
         te, ie = unit_of(difference(x, p, p + 1))
         tf, jf = unit_of(difference(x, p + 1, p + 2))

@@ -23,9 +23,9 @@ class Bent:
         self.T[2:-2, TWIST] = rng.normal(size=len(self.x) - 4)[:, None]
         model = self.hair.model
         model.inverse_lengths[2:-2, 1:4] = 0.3 * rng.normal(size=(len(self.x) - 4, 3))[:, :, None]
-        self.scale = 1 / model.constants[0, 1, 0]
+        self.scale = 1 / model.scale[0, 0, 0]
         lengths = np.linalg.norm(np.diff(self.x[1:-1], axis=0), axis=1)
-        self.T[1:-2, TENSION] = model.constants[0, 0] * (lengths * model.inverse_lengths[1:-2, 0] - 1)
+        self.T[1:-2, TENSION] = model.constants[1:-2, 0] * (lengths * model.inverse_lengths[1:-2, 0] - 1)
         self.A, self.b = assemble(model, 0, self.x, self.T, int(StiffnessPart.exact))
 
     def energy(self, nodes, angles):
@@ -46,7 +46,7 @@ class Bent:
         k1, k2 = np.sum(m2 * kb, axis=1) / 2, -np.sum((m1e + m1f) * kb, axis=1) / 2
         bend, twist = rest[1:-1, 4], rest[1:-1, 5]
         bent = bend * ((k1 - rest[1:-1, 1]) ** 2 + (k2 - rest[1:-1, 2]) ** 2) + twist * (psi - rest[1:-1, 3]) ** 2
-        stretched = self.hair.model.constants[0, 0, 0] * (lengths - 1 / rest[:-1, 0]) ** 2 * rest[:-1, 0]
+        stretched = self.hair.model.constants[1:-2, 0, 0] * (lengths - 1 / rest[:-1, 0]) ** 2 * rest[:-1, 0]
         return (np.sum(bent) + np.sum(stretched[1:])) / 2  # the buried edge has no energy
 
     def energy_at(self, u):
