@@ -94,7 +94,7 @@ class VariedWidth(Varied):
 
 
 def factors_along(profile: Profile, fractions: np.ndarray, where: str) -> np.ndarray:
-    """Return the factors of a profile at fractions of the length, of the same shape; BadInput if its own do not ascend."""
+    """Return the factors of a profile at fractions of the length; BadInput where those of the profile do not ascend."""
     if not profile:
         return np.ones_like(fractions)
     places, factors = np.array(profile).T

@@ -168,11 +168,13 @@ def kind_text(kind: Any) -> str:
     """Describe the permitted type of a value."""
     if get_origin(kind) is Annotated:
         unit = next((m.symbol for m in metadata(kind) if isinstance(m, Unit)), None)
-        return kind_text(get_args(kind)[0]) + (f" in {unit}" if unit else "")
+        return kind_text(get_args(kind)[0]) + (f" in {unit}" if unit not in (None, "1") else "")
     if get_origin(kind) is Literal:
         return "one of " + ", ".join(repr(choice) for choice in get_args(kind))
     if get_origin(kind) is tuple:
         items = get_args(kind)
+        if items[-1] is not Ellipsis and len(set(items)) > 1:
+            return f"a list: {', '.join(map(kind_text, items))}"
         count = "any number of" if items[-1] is Ellipsis else f"{len(items)} of"
         return f"a list, {count}: {kind_text(items[0])}"
     return KINDS[kind]

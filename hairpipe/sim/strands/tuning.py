@@ -102,7 +102,9 @@ def deformed_by_particles(name: str, table: dict[str, Any], whole: str, part: Si
     """
     particles = f"{name}-particles"
     cloud = f"{name}-cloud"
-    material = table.get("material", {})
+    given = table.get("material", {})
+    material = {key: of.get("value") if isinstance(of, dict) else of for key, of in given.items()}
+    material = {key: value for key, value in material.items() if value is not None}  # particles have one fibre
     around = {socket: edge for socket, edge in table["in"].items() if socket in AROUND}
     fibre = {"fibre": {key: material[key] for key in ("diameter", "density") if key in material}}
     moved = {"type": "simulate_particles", "in": {"particles": particles} | around} | fibre
