@@ -22,7 +22,7 @@ ORDER = (
 WITHIN = {
     "graph": "node store file edit key plan worker engine run results",
     "levelset": """grid_layout collider sample interpolation sphere_tracing collider_field parts bake""",
-    "sim": """variation material layout axis strands.construction strands.forces strands boundary state air.wind
+    "sim": """material layout axis strands.construction strands.fibres strands.forces strands boundary state air.wind
         goal.strength settings contact.hair.couplings interactions goal.impulse goal.pull air hair_model goal cuts shot
         contact.contact_points contact.body contact.ccd contact.hair filters volume_target solve surroundings
         integrators build diagnostics statics precision locks simulate""",

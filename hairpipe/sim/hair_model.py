@@ -11,13 +11,14 @@ from hairpipe.data import Groom
 from hairpipe.data.lengths import segment_lengths
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import name_strands
+from hairpipe.groom.grow.variation import ReadImage
 from hairpipe.sim.layout import Layout, lay_out
-from hairpipe.sim.material import Fibres, Material, VariedMaterial, fibres_of
+from hairpipe.sim.material import Material, VariedMaterial
 from hairpipe.sim.strands.construction import Construction
+from hairpipe.sim.strands.fibres import Fibres, fibres_of
 from hairpipe.sim.strands.frequency import highest_frequency
 from hairpipe.sim.strands.interface import ModelKind, StrandModel
 from hairpipe.sim.strands.registry import ModelName, strand_models
-from hairpipe.sim.variation import ReadImage
 
 T = TypeVar("T")
 Precision = Literal["double", "single"]

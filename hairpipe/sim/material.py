@@ -1,13 +1,10 @@
 """Material of hair, and its elastic rod."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from math import pi
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
-import numpy as np
-
-from hairpipe.data import Groom
-from hairpipe.sim.variation import ReadImage, Varied, VariedWidth, values_of
+from hairpipe.groom.grow.style import Varied, VariedWidth
 from hairpipe.units import Interval, KilogramsPerCubicMetre, Metres, Pascals
 
 DIAMETERS, MODULI, DENSITIES = Interval(ge=1e-5, le=2e-3), Interval(ge=1e6, le=1e12), Interval(ge=10.0, le=1e4)
@@ -94,56 +91,3 @@ class VariedMaterial:
     poisson: Poisson = Material.poisson
     density: MassDensity = MassDensity(Material.density)
     softening: Softening = Material.softening
-
-
-class Section(NamedTuple):
-    """Stiffness and mass of fibres, arrays of one shape, as of `RoundFibre`; softening of all."""
-
-    axial: np.ndarray
-    bending: np.ndarray
-    torsion: np.ndarray
-    line_density: np.ndarray
-    softening: float
-
-
-def taken(section: Section, some: np.ndarray) -> Section:
-    """Return the sections of some strands, the first axis of all arrays; pure."""
-    return Section(*(values[some] for values in section[:-1]), section.softening)
-
-
-class Fibre(NamedTuple):
-    """Fibres of strands of n segments: at their points, (s, n+1), and on their segments, (s, n)."""
-
-    points: Section
-    segments: Section
-
-
-class Fibres(NamedTuple):
-    """The fibres of a groom; of each quantity one number, or values at points and on the segments after them, (2, P).
-
-    diameter  mean diameter [m]
-    """
-
-    axial: Any
-    bending: Any
-    torsion: Any
-    line_density: Any
-    softening: float
-    diameter: float
-
-    def of(self, points: np.ndarray) -> Fibre:
-        """Return the fibres of strands whose points are in the groom at places, (s, n+1) int, or (P,)."""
-        given = (self.axial, self.bending, self.torsion, self.line_density)
-        over = [v[:, points] if isinstance(v, np.ndarray) else np.broadcast_to(v, (2, *points.shape)) for v in given]
-        on_segments = (values[1, ..., :-1] for values in over)
-        return Fibre(Section(*(v[0] for v in over), self.softening), Section(*on_segments, self.softening))
-
-
-def fibres_of(groom: Groom, material: Material | VariedMaterial, read_image: ReadImage | None = None) -> Fibres:
-    """Return the fibres of a groom; BadInput as `values_of`."""
-    fibre = RoundFibre()
-    for field in fields(material):
-        of = values_of(getattr(material, field.name), groom, f"material.{field.name}", read_image)
-        setattr(fibre, field.name, of)
-    mean = fibre.diameter if np.ndim(fibre.diameter) == 0 else float(np.mean(fibre.diameter[0]))
-    return Fibres(fibre.axial, fibre.bending, fibre.torsion, fibre.line_density, fibre.softening, mean)

@@ -13,12 +13,13 @@ from hairpipe.sim.boundary import Clamp, ClampPath
 from hairpipe.sim.integrators.integrator import everywhere
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
 from hairpipe.sim.layout import lay_out
-from hairpipe.sim.material import Material, fibres_of
+from hairpipe.sim.material import Material
 from hairpipe.sim.solve.implicit_stage import run_stage, run_stages
 from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Iterate, Rule, Stage
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.construction import Construction
+from hairpipe.sim.strands.fibres import fibres_of
 from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.strands.registry import ModelName, strand_models
 from hairpipe.sim.surroundings import Surroundings

@@ -1,4 +1,4 @@
-"""Settings of grow_groom, and their maps."""
+"""Settings of grow_groom, and settings that are painted on a body or vary along hair."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,6 +49,41 @@ class PaintedDegrees(Painted):
     __doc__ = Painted.__doc__
     value: Annotated[Degrees, Interval(ge=0.0, le=90.0)]
     low: Annotated[Degrees, Interval(ge=0.0, le=90.0)] = 0.0
+
+
+Factor = Annotated[float, Ge(0.0)]
+Profile = tuple[tuple[Fraction, Factor], ...]
+"""Fractions of the length of a strand from the root, ascending, each with its factor; linear between them."""
+
+
+@dataclass(frozen=True)
+class Varied(Painted):
+    """A number that varies from strand to strand and along strands, given as a plain number or as a table.
+
+    value      value at a map of 1, or everywhere without map
+    low        value at a map of 0
+    variation  relative variation: each strand has a random factor in [1 - variation, 1 + variation]
+    map        name of a map of the groom that scales the value: a vertex map of its scalp, a primvar of its file, or a
+               group, which is 1 on its strands and 0 on others
+    image      path of an image file, over the texture coordinates of roots, that scales the value: black is 0, white
+               is 1
+    profile    factors along a strand: fractions of the length from the root, ascending, each with its factor, linear
+               between them; by default 1
+    groups     factors of groups of the groom, each ["name", factor]; 1 for others
+    """
+
+    profile: Profile = ()
+    groups: tuple[tuple[str, Factor], ...] = ()
+
+
+@dataclass(frozen=True)
+class VariedWidth(Varied):
+    """A width of strands; the widths that the groom carries can take the place of its value.
+
+    widths  factor on the widths of the groom, which then take the place of `value`; by default they are not used
+    """
+
+    widths: Factor | None = None
 
 
 @dataclass(frozen=True)

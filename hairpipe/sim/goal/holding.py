@@ -6,13 +6,13 @@ import numpy as np
 
 from hairpipe.data import Groom, Pins
 from hairpipe.data.lengths import fractions_along
+from hairpipe.groom.grow.variation import factors_along
 from hairpipe.groom.sampling import members_of
 from hairpipe.sim.axis import axis_of, following_masses
 from hairpipe.sim.boundary import Driver, motion_of_roots
 from hairpipe.sim.goal.pull import GoalPull, Path, Springs
 from hairpipe.sim.goal.strength import Goal
 from hairpipe.sim.hair_model import HairModel
-from hairpipe.sim.variation import factors_along
 
 
 def goals_of(

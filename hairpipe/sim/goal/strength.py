@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from hairpipe.sim.variation import Profile
+from hairpipe.groom.grow.style import Profile
 from hairpipe.units import Hertz, Interval
 
 

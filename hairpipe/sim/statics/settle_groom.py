@@ -6,6 +6,7 @@ import numpy as np
 
 from hairpipe.data import Groom
 from hairpipe.errors import BadInput
+from hairpipe.groom.grow.variation import ReadImage
 from hairpipe.sim.build import gravity_of
 from hairpipe.sim.hair_model import build_models
 from hairpipe.sim.material import VariedMaterial
@@ -13,7 +14,6 @@ from hairpipe.sim.settings import Scene
 from hairpipe.sim.statics.settle import settle
 from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.registry import ModelName
-from hairpipe.sim.variation import ReadImage
 
 
 def settle_groom(

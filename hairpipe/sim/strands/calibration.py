@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.sim.material import Material, Section
+from hairpipe.sim.material import Material
 from hairpipe.sim.strands import lattice
 from hairpipe.sim.strands.construction import Construction
+from hairpipe.sim.strands.fibres import Section
 from hairpipe.sim.strands.tetrahedra import altitude_vectors, area_vectors
 
 _PROBED = 20  # segments the response is measured over: the lattice repeats twice, so directions average out

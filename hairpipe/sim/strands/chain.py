@@ -16,8 +16,8 @@ from hairpipe.errors import BadInput
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load
 from hairpipe.sim.layout import Layout, Shape
-from hairpipe.sim.material import Fibres
 from hairpipe.sim.strands.construction import Construction
+from hairpipe.sim.strands.fibres import Fibres
 from hairpipe.sim.strands.forces.assembly import add_spring
 from hairpipe.sim.strands.forces.bending import add_bending
 from hairpipe.sim.strands.forces.spring import critical_damping, linearise_spring

@@ -24,8 +24,9 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.kernels.vec3 import cross, dot, minus, plus, row, scaled
-from hairpipe.sim.material import Material, Section, taken
+from hairpipe.sim.material import Material
 from hairpipe.sim.strands import lattice
+from hairpipe.sim.strands.fibres import Section, taken
 
 ROLLS = 6
 """Number of tried angles over a whole turn."""

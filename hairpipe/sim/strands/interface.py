@@ -18,8 +18,8 @@ from numba.core.extending import overload
 from hairpipe.data import Groom
 from hairpipe.kernels.compile import inlined
 from hairpipe.sim.layout import Layout, Shape
-from hairpipe.sim.material import Fibres
 from hairpipe.sim.strands.construction import Construction
+from hairpipe.sim.strands.fibres import Fibres
 
 
 class StrandModel(Protocol):

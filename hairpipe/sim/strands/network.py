@@ -14,11 +14,11 @@ from hairpipe.groom.curl_axis import curls_of
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load
 from hairpipe.sim.layout import Layout, Shape
-from hairpipe.sim.material import Fibre, Fibres
 from hairpipe.sim.strands import lattice
 from hairpipe.sim.strands.calibration import edge_constants, softenings, spring_constants, works
 from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.curl import Fit, fit_curls
+from hairpipe.sim.strands.fibres import Fibre, Fibres
 from hairpipe.sim.strands.forces.altitude import linearise_altitude
 from hairpipe.sim.strands.forces.assembly import add_spring, add_tetrahedron
 from hairpipe.sim.strands.forces.spring import critical_damping, linearise_spring

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from hairpipe.groom.helix import Helix, wound
-from hairpipe.sim.material import Material, fibres_of
+from hairpipe.sim.material import Material
 from hairpipe.sim.strands import curl, lattice
 from hairpipe.sim.strands.calibration import spring_constants
 from hairpipe.sim.strands.construction import Construction
+from hairpipe.sim.strands.fibres import fibres_of
 from hairpipe.sim.strands.network import constants_by_particle
 
 

@@ -9,10 +9,11 @@ from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load
 from hairpipe.sim.hair_model import HairModels
 from hairpipe.sim.layout import Shape
-from hairpipe.sim.material import Material, fibres_of
+from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Air, Scene, Scheme
 from hairpipe.sim.simulate import advance_frame, start, strands_of
 from hairpipe.sim.strands.band import eliminate
+from hairpipe.sim.strands.fibres import fibres_of
 from hairpipe.sim.strands.forces.assembly import add_spring
 from hairpipe.sim.strands.forces.spring import linearise_spring
 from hairpipe.sim.strands.interface import ModelKind, kind_of, register_model

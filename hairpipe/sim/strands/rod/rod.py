@@ -36,9 +36,9 @@ from hairpipe.kernels.simd import load, maximum
 from hairpipe.kernels.simd_arrays import difference
 from hairpipe.kernels.vec3 import dot, scaled
 from hairpipe.sim.layout import Layout, Shape
-from hairpipe.sim.material import Fibre, Fibres
 from hairpipe.sim.strands import lattice
 from hairpipe.sim.strands.construction import Construction
+from hairpipe.sim.strands.fibres import Fibre, Fibres
 from hairpipe.sim.strands.forces.spring import critical_damping
 from hairpipe.sim.strands.interface import ModelKind, StiffnessPart, register_model
 from hairpipe.sim.strands.rod.balance import balance

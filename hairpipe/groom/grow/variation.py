@@ -1,9 +1,8 @@
 """Settings that vary from strand to strand and along strands."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import Any, get_type_hints
 
 import numpy as np
 
@@ -13,35 +12,11 @@ from hairpipe.data.lengths import fractions_along
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import name_strands
 from hairpipe.groom.grow.paint import sample_picture
-from hairpipe.groom.grow.style import Painted
+from hairpipe.groom.grow.style import Profile, Varied, VariedWidth
 from hairpipe.groom.random_streams import chances
-from hairpipe.units import Fraction, Ge
 
-Factor = Annotated[float, Ge(0.0)]
-Profile = tuple[tuple[Fraction, Factor], ...]
-"""Fractions of the length of a strand from the root, ascending, each with its factor; linear between them."""
 ReadImage = Callable[[Path], np.ndarray]
 """Returns the image in a file, see `groom/grow/paint.py`."""
-
-
-@dataclass(frozen=True)
-class Varied(Painted):
-    """A number that varies from strand to strand and along strands, given as a plain number or as a table.
-
-    value      value at a map of 1, or everywhere without map
-    low        value at a map of 0
-    variation  relative variation: each strand has a random factor in [1 - variation, 1 + variation]
-    map        name of a map of the groom that scales the value: a vertex map of its scalp, a primvar of its file, or a
-               group, which is 1 on its strands and 0 on others
-    image      path of an image file, over the texture coordinates of roots, that scales the value: black is 0, white
-               is 1
-    profile    factors along a strand: fractions of the length from the root, ascending, each with its factor, linear
-               between them; by default 1
-    groups     factors of groups of the groom, each ["name", factor]; 1 for others
-    """
-
-    profile: Profile = ()
-    groups: tuple[tuple[str, Factor], ...] = ()
 
 
 def values_of(setting: Varied | float, groom: Groom, name: str, read_image: ReadImage | None = None) -> Any:
@@ -61,7 +36,7 @@ def values_of(setting: Varied | float, groom: Groom, name: str, read_image: Read
     along = fractions_along(groom.points, groom.offsets)
     along = np.stack([along, _at_middles(along)])
     along[1, groom.offsets[1:] - 1] = 1.0
-    values = setting.nominal(groom, name) if isinstance(setting, VariedWidth) else setting.value
+    values = _nominal(setting, groom, name)
     paint = _paint(setting, groom, name, read_image)
     if paint is not None:
         values = setting.low + (values - setting.low) * paint[strands]
@@ -73,26 +48,6 @@ def values_of(setting: Varied | float, groom: Groom, name: str, read_image: Read
     return values
 
 
-@dataclass(frozen=True)
-class VariedWidth(Varied):
-    """A width of strands; the widths that the groom carries can take the place of its value.
-
-    widths  factor on the widths of the groom, which then take the place of `value`; by default they are not used
-    """
-
-    widths: Factor | None = None
-
-    def nominal(self, groom: Groom, name: str) -> Any:
-        """Return the value before map and factors: a number, or as `values_of`; BadInput for a groom without widths."""
-        if self.widths is None:
-            return self.value
-        if groom.widths is None:
-            raise BadInput(
-                "the groom carries no widths", where=name, right="a number, or a groom of a file with widths"
-            )
-        return self.widths * np.stack([groom.widths, _at_middles(groom.widths)])
-
-
 def factors_along(profile: Profile, fractions: np.ndarray, where: str) -> np.ndarray:
     """Return the factors of a profile at fractions of the length; BadInput where those of the profile do not ascend."""
     if not profile:
@@ -101,6 +56,15 @@ def factors_along(profile: Profile, fractions: np.ndarray, where: str) -> np.nda
     if (np.diff(places) <= 0.0).any():
         raise BadInput("fractions that do not ascend", where=where, right="[[0.0, 1.0], [1.0, 0.2]]")
     return np.interp(fractions, places, factors)
+
+
+def _nominal(setting: Varied, groom: Groom, name: str) -> Any:
+    """Return the value before map and factors: a number, or the widths of the groom as `values_of`."""
+    if not isinstance(setting, VariedWidth) or setting.widths is None:
+        return setting.value
+    if groom.widths is None:
+        raise BadInput("the groom carries no widths", where=name, right="a number, or a groom of a file with widths")
+    return setting.widths * np.stack([groom.widths, _at_middles(groom.widths)])
 
 
 def _at_middles(values: np.ndarray) -> np.ndarray:
