@@ -56,7 +56,8 @@ def build_chain(layout: Layout, groom: Groom, fibres: Fibres, construction: Cons
     chain = Chain(layout.first, layout.empty(), layout.empty(1), layout.empty(2))
     for blocks in layout.classes():
         places = layout.points(blocks)
-        axis, fibre = groom.points[places], fibres.of(places)
+        axis = groom.points[places]
+        fibre = fibres.of(places)
         particles = np.concatenate([2 * axis[:, :1] - axis[:, 1:2], axis], axis=1)
         edges = np.diff(particles, axis=1)
         lengths = np.linalg.norm(edges, axis=2)

@@ -117,7 +117,8 @@ def build_network(
     network = Network(layout.first, layout.empty(), layout.empty(3), layout.empty(7), layout.empty(4))
     for blocks in layout.classes():
         places = layout.points(blocks)
-        axis, fibre = points[places], fibres.of(places)
+        axis = points[places]
+        fibre = fibres.of(places)
         length = np.linalg.norm(np.diff(axis, axis=1), axis=2).mean(1)
         normals = lattice.first_normals(axis, frames[layout.strands[blocks].reshape(-1)])
         after = SHAPE.segments(axis.shape[1] - 1)
