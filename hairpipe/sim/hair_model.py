@@ -37,6 +37,7 @@ class HairModel:
     part_of   the model of all strands of which these are a subset, and the index here of each of its points, -1:
               absent, (P,)
     in_double builds the same strands in double precision; None if these are
+    read_image  reads the images of settings of a scene that vary; None: these have none
     """
 
     groom: Groom
@@ -47,6 +48,7 @@ class HairModel:
     widths: np.ndarray | None = None
     part_of: "tuple[HairModel, np.ndarray] | None" = None
     in_double: "Callable[[], HairModel] | None" = None
+    read_image: ReadImage | None = None
     _found: dict[Hashable, Any] = field(default_factory=dict, init=False)
 
     def once(self, key: Hashable, find: Callable[[], T]) -> T:
@@ -64,6 +66,7 @@ class HairModels:
     fibres: Fibres
     kind: ModelKind
     construction: Construction = DEFAULT
+    read_image: ReadImage | None = None
     _built: dict[Precision, HairModel] = field(default_factory=dict, init=False)
 
     def in_precision(self, precision: Precision) -> HairModel:
@@ -76,7 +79,9 @@ class HairModels:
             layout = lay_out(self.groom.offsets, self.kind.shape, DTYPES[precision])
             model, rest = self.kind.build(layout, self.groom, self.fibres, self.construction)
             finer = partial(self.in_precision, "double") if precision == "single" else None
-            built = HairModel(self.groom, layout, model, rest, self.fibres.diameter, in_double=finer)
+            built = HairModel(
+                self.groom, layout, model, rest, self.fibres.diameter, in_double=finer, read_image=self.read_image
+            )
             self._built[precision] = built
         return self._built[precision]
 
@@ -94,7 +99,7 @@ def build_models(
     read_image: ReadImage | None = None,
 ) -> HairModels:
     """Model the strands of a groom by a model of the house; BadInput as `fibres_of`."""
-    return HairModels(groom, fibres_of(groom, material, read_image), strand_models()[model], construction)
+    return HairModels(groom, fibres_of(groom, material, read_image), strand_models()[model], construction, read_image)
 
 
 def build_hair(

@@ -4,10 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hairpipe.data import Groom, Pins
-from hairpipe.data.lengths import fractions_along
-from hairpipe.groom.grow.variation import factors_along
-from hairpipe.groom.sampling import members_of
+from hairpipe.data import Pins
+from hairpipe.groom.grow.variation import values_of
 from hairpipe.sim.axis import axis_of, following_masses
 from hairpipe.sim.boundary import Driver, motion_of_roots
 from hairpipe.sim.goal.pull import GoalPull, Path, Springs
@@ -33,7 +31,7 @@ def goals_of(
     strands = np.repeat(np.arange(len(hair.groom.ids)), np.diff(hair.groom.offsets))
     found = []
     if goal is not None:
-        frequency = hair.once(goal, lambda: frequencies_of(goal, hair.groom))
+        frequency = hair.once(goal, lambda: frequencies_of(goal, hair))
         points = np.flatnonzero(frequency > 0.0)
         springs = _springs(points, masses, frequency[points], goal.damping)
         ends = (motion_of_roots(driver, hair.groom) for driver in drivers)
@@ -50,17 +48,13 @@ def goals_of(
     return found
 
 
-def frequencies_of(goal: Goal, groom: Groom) -> np.ndarray:
-    """Return the frequency of the goal at every point of a groom [Hz], (P,).
-
-    Raises BadInput for a profile whose fractions do not ascend, and for a group that the groom does not have.
-    """
-    along = fractions_along(groom.points, groom.offsets)
-    frequency = goal.frequency * factors_along(goal.profile, along, "goal.profile")
-    if goal.groups:
-        pulled = members_of(groom, goal.groups, "goal.groups")
-        frequency[np.repeat(~pulled, np.diff(groom.offsets))] = 0.0
-    return frequency
+def frequencies_of(goal: Goal, hair: HairModel) -> np.ndarray:
+    """Return the frequency of the goal at every point of hair [Hz], (P,); BadInput as `values_of`."""
+    if hair.part_of is not None:
+        whole, numbers = hair.part_of
+        return whole.once(goal, lambda: frequencies_of(goal, whole))[numbers >= 0]
+    values = values_of(goal.frequency, hair.groom, "goal.frequency", hair.read_image)
+    return np.broadcast_to(values, (2, len(hair.groom.points)))[0]
 
 
 def _springs(points: np.ndarray, masses: np.ndarray, frequency: np.ndarray, damping: float) -> Springs:

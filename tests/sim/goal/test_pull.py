@@ -10,7 +10,7 @@ from hairpipe.errors import BadInput
 from hairpipe.measure.goal import measure_impulses
 from hairpipe.sim.axis import axis_of
 from hairpipe.sim.goal.holding import frequencies_of, goals_of
-from hairpipe.sim.goal.strength import Goal
+from hairpipe.sim.goal.strength import Frequency, Goal
 from hairpipe.sim.interactions import with_interactions
 from hairpipe.sim.locks.guides import take_guides
 from hairpipe.sim.material import Material
@@ -56,7 +56,7 @@ def error_of_oscillator(scene, straight, scheme, step, damping=0.2):
     moved = shot.state.positions.copy()
     moved[shot.hair.layout.shape.clamped :] += away[:, None]
     shot.state = replace(shot.state, positions=moved, fresh=np.ones_like(shot.state.fresh))
-    advanced(shot, 6, Goal(3.0, damping))
+    advanced(shot, 6, Goal(Frequency(3.0), damping))
     rest = shot.hair.groom.points
     expected = rest[1:] + away * oscillation(6 * FRAME, 3.0, damping)[0]
     return np.abs(shot.axis[1:] - expected).max() / 3e-3
@@ -77,7 +77,9 @@ def test_a_stiff_goal_is_stable_at_long_steps(scene, straight, scheme):
     moved = shot.state.positions.copy()
     moved[shot.hair.layout.shape.clamped :, 1] += 3e-3
     shot.state = replace(shot.state, positions=moved, fresh=np.ones_like(shot.state.fresh))
-    away = [np.abs(advanced(shot, 1, Goal(60.0, 0.0)).axis - shot.hair.groom.points).max() for _ in range(24)]
+    away = [
+        np.abs(advanced(shot, 1, Goal(Frequency(60.0), 0.0)).axis - shot.hair.groom.points).max() for _ in range(24)
+    ]
     assert max(away) < 1.001 * 3e-3
 
 
@@ -101,7 +103,7 @@ def test_its_impulse_is_the_change_of_momentum(scene, straight, scheme, fresh):
     masses = shot.hair.model.mass[shot.hair.layout.shape.clamped :, :1]
     for n in range(4):
         before = shot.state.velocities[shot.hair.layout.shape.clamped :, :, 0]
-        advanced(shot, 1, Goal(5.0, 0.7), body=lambda k, n=n: turned(2.0 * FRAME * (n + k))[0])
+        advanced(shot, 1, Goal(Frequency(5.0), 0.7), body=lambda k, n=n: turned(2.0 * FRAME * (n + k))[0])
         after = shot.state.velocities[shot.hair.layout.shape.clamped :, :, 0]
         change = (masses * (after - before)).sum(axis=0)
         assert np.abs(change).max() > 1e-10
@@ -110,7 +112,7 @@ def test_its_impulse_is_the_change_of_momentum(scene, straight, scheme, fresh):
 
 def test_force_is_the_negative_gradient_of_its_energy(scene, straight):
     shot = loose(scene, straight)
-    (pull,) = goals_of(shot.hair, (shot.body, shot.body), (), Goal(7.0, 0.3), FRAME)
+    (pull,) = goals_of(shot.hair, (shot.body, shot.body), (), Goal(Frequency(7.0), 0.3), FRAME)
     rng = np.random.default_rng(4)
     x = shot.axis + 1e-3 * rng.standard_normal(shot.axis.shape)
 
@@ -146,7 +148,7 @@ def beam_on_foundation(length, bending, foundation, load, count=4000):
 def test_hair_sags_as_a_beam_on_an_elastic_foundation(scene, straight, model):
     """Weight against bending and goal; independent: E I w'''' + rho A (2 pi f)^2 w = rho A g."""
     shot = scene([straight(0.1, 25, [1, 0, 0])], model=model, step=1 / 96, drag=5.0)
-    advanced(shot, 36, Goal(6.0, 1.0))
+    advanced(shot, 36, Goal(Frequency(6.0), 1.0))
     material = Material()
     density, omega = material.line_density, 2 * np.pi * 6.0
     exact = beam_on_foundation(0.1, material.bending, density * omega**2, density * 9.81)
@@ -181,7 +183,9 @@ def test_a_goal_does_not_depend_on_the_direction_of_space(scene, straight):
             return plate(mesh.points @ turn.T, mesh.rates @ turn.T)
 
         shot.state = start(shot.hair, body(0), shot.scene)
-        tips.append(advanced(shot, 6, Goal(3.0, 0.5, ((0.0, 1.0), (1.0, 0.3))), body=body).axis @ turn)
+        tips.append(
+            advanced(shot, 6, Goal(Frequency(3.0, profile=((0.0, 1.0), (1.0, 0.3))), 0.5), body=body).axis @ turn
+        )
     np.testing.assert_allclose(*tips, atol=1e-9)
     assert np.abs(tips[0] - shot.hair.groom.points).max() > 0.01
 
@@ -189,13 +193,14 @@ def test_a_goal_does_not_depend_on_the_direction_of_space(scene, straight):
 def test_strength_follows_the_profile_and_the_groups(scene, straight):
     shot = scene([straight(0.1, 10, [1, 0, 0]), straight(0.1, 10, [1, 0, 0.3])])
     groom = replace(shot.hair.groom, groups=np.array([1, 0], np.int32), group_names=("beard", "fringe"))
-    goal = Goal(4.0, 1.0, ((0.0, 1.0), (0.5, 1.0), (1.0, 0.0)), ("fringe",))
+    hair = replace(shot.hair, groom=groom)
+    profile = ((0.0, 1.0), (0.5, 1.0), (1.0, 0.0))
+    goal = Goal(Frequency(4.0, profile=profile, map="fringe"))
     expected = [4.0] * 6 + [3.2, 2.4, 1.6, 0.8, 0.0] + [0.0] * 11
-    np.testing.assert_allclose(frequencies_of(goal, groom), expected, atol=1e-6)
-    with pytest.raises(BadInput, match="no group 'tail'"):
-        frequencies_of(replace(goal, groups=("tail",)), groom)
-    with pytest.raises(BadInput, match="do not ascend"):
-        frequencies_of(replace(goal, profile=((0.5, 1.0), (0.2, 1.0))), groom)
+    np.testing.assert_allclose(frequencies_of(goal, hair), expected, atol=1e-6)
+    with pytest.raises(BadInput, match="'tail'"):
+        frequencies_of(Goal(Frequency(4.0, groups=(("tail", 0.0),))), hair)
+    np.testing.assert_array_equal(frequencies_of(Goal(Frequency(4.0)), hair), 4.0)
 
 
 def test_guides_are_pulled_as_they_are_among_all_strands(scene, straight):
@@ -203,13 +208,13 @@ def test_guides_are_pulled_as_they_are_among_all_strands(scene, straight):
     strands = [straight(0.1, 6, [1, 0, z]) for z in (0.0, 0.1, 0.2)]
     whole = scene(strands, step=1 / 96)
     rest = whole.hair.groom.points
-    advanced(whole, 2, Goal(3.0), pins_at([3, 17], rest[[3, 17]]))
+    advanced(whole, 2, Goal(Frequency(3.0)), pins_at([3, 17], rest[[3, 17]]))
     part = take_guides(whole.hair, np.array([0, 0, 2], np.int32))
     lone = scene(strands, step=1 / 96)
     state = part.state_of(lone.state)
     for n in range(2):
         pins = pins_at([3, 17], rest[[3, 17]])
-        goals = goals_of(part.hair, (lone.body, lone.body), [(pins, pins)], Goal(3.0), FRAME)
+        goals = goals_of(part.hair, (lone.body, lone.body), [(pins, pins)], Goal(Frequency(3.0)), FRAME)
         held = with_interactions(whole.scene, *goals)
         state = advance_frame(part.hair, state, (lone.body, lone.body), (), FRAME, held, n * FRAME)
     back = part.put(lone.state, state)
@@ -223,7 +228,7 @@ def test_guides_are_pulled_as_they_are_among_all_strands(scene, straight):
 def test_its_impulses_are_tabulated_by_group(scene, straight):
     shot = scene([straight(0.1, 10, [1, 0, 0]), straight(0.1, 10, [1, 0, 0.3])], step=1 / 96)
     groom = replace(shot.hair.groom, groups=np.array([1, 0], np.int32), group_names=("beard", "fringe"))
-    states = {1001: shot.state, 1002: advanced(shot, 1, Goal(3.0)).state}
+    states = {1001: shot.state, 1002: advanced(shot, 1, Goal(Frequency(3.0))).state}
     everything, fringe = (measure_impulses(groom, states, group, 24.0) for group in (None, "fringe"))
     assert everything["impulse y [N s]"][0] == 0.0 and everything["impulse y [N s]"][1] > 0.0
     assert fringe["impulse y [N s]"][1] == pytest.approx(shot.state.impulses[0, 1])
