@@ -43,13 +43,13 @@ def test_a_graph_is_built_from_nothing_and_saved(tmp_path, monkeypatch, folder):
         with pytest.raises(BadInput, match="takes Mesh"):
             session.change("connect", {"node": "swing", "socket": "plate", "source": "swing"})
         session.change("connect", {"node": "swing", "socket": "plate", "source": "plate"})
-        with pytest.raises(BadInput, match="wave = false is not allowed"):
-            session.change("switch", {"target": "swing.wave", "on": False})
+        session.change("switch", {"target": "swing.wave", "on": False})
+        assert node(session, "swing")["settings"]["wave"] is None
         assert node(session, "swing")["fault"] is None
         session.save()
         assert (tmp_path / "new.toml").read_text() == (
             EMPTY + '\n[plate]\ntype = "make_plate"\n\n[swing]\ntype = "swing"\nin.plate = "plate"\n'
-            "\n[layout]\nplate = [10, 20]\n"
+            "wave = false\n\n[layout]\nplate = [10, 20]\n"
         )
         assert hairpipe.load(tmp_path / "new.toml", cache=tmp_path / "cache").nodes.keys() == {"plate", "swing"}
     finally:

@@ -4,14 +4,16 @@
 /** @typedef {{frame: number | null, state: string, reason: string, seconds?: number, processor?: number, bytes?: number,
  *   warnings?: string[], outputs?: Record<string, string>, pictures?: Record<string, string>, inputs?: Record<string, string>}} Cell */
 
-/** @typedef {{graph: any, state: any, live: boolean, node: string, output: string, frame: number, channel: string, pinned: string, base: any, wedge: any, variant: number, pareto: Record<string, string>,
+/** @typedef {{graph: any, state: any, live: boolean, compare: boolean, chosen: Set<string>, places: Record<string, number[]>, past: Map<string, Cell>, fresh: boolean, awaited: (() => string | undefined) | null, node: string, output: string, frame: number, channel: string, pinned: string, base: any, wedge: any, variant: number, pareto: Record<string, string>,
  *   views: Array<[string[], () => void]>, on: (parts: string[], view: () => void) => void, set: (changes: Record<string, any>) => void,
  *   nodeNamed: (name: string) => any, cell: (node: string, frame?: number) => Cell | undefined,
  *   document: (node: string, output: string, kind: string, frame?: number) => string | null}} App */
 
 /** @type {App} */
 const app = {
-  graph: null, state: null, live: false,
+  graph: null, state: null, live: false, compare: false,
+  /** Nodes that are chosen; places of all nodes in this page; results before an edit, by node@frame. */
+  chosen: new Set(), places: {}, past: new Map(), fresh: true, awaited: null,
   node: "", output: "", frame: 0, channel: "shaded", pinned: "",
   base: null, wedge: null, variant: -1, pareto: {},
   views: [],
@@ -57,12 +59,12 @@ const COLOURS = {
 };
 const STATES = {
   cached: "#3f7d4f", computed: "#63c07a", resumed: "#6fa8d0", running: "#f0c860", run: "#9a7a3a", depends: "#5f5640",
-  failed: "#d65a4a", blocked: "#7a4a44", queued: "#5a6a8a",
+  failed: "#d65a4a", blocked: "#7a4a44", queued: "#5a6a8a", incomplete: "#a05a8a", muted: "#6a6f75",
 };
 /** @type {Record<string, string>} */
 const WORDS = {
   cached: "cached", computed: "computed", resumed: "computed again for its state", running: "running", run: "will run",
-  depends: "depends on", failed: "failed", blocked: "blocked",
+  depends: "depends on", failed: "failed", blocked: "blocked", incomplete: "incomplete", muted: "muted",
 };
 const WORST = ["failed", "running", "run", "depends", "blocked", "resumed", "computed", "cached"];
 
@@ -73,6 +75,8 @@ const stateColour = (state) => /** @type {any} */ (STATES)[state] ?? "#555";
 
 /** The state that tells most about a node. @param {string} node */
 function worstState(node) {
-  const states = new Set(app.state.nodes[node].cells.map((/** @type {Cell} */ cell) => cell.state));
+  const { muted, fault } = app.nodeNamed(node) ?? {};
+  if (muted || fault) return muted ? "muted" : "incomplete";
+  const states = new Set((app.state.nodes[node]?.cells ?? []).map((/** @type {Cell} */ cell) => cell.state));
   return WORST.find((state) => states.has(state)) ?? "run";
 }

@@ -13,8 +13,11 @@ function stripScale() {
 
 /** @param {string} node @returns {number[]} */
 function framesOf(node) {
-  return app.state.nodes[node].cells.map((/** @type {Cell} */ cell) => cell.frame).filter((/** @type {any} */ f) => f !== null);
+  return (app.state.nodes[node]?.cells ?? []).map((/** @type {Cell} */ cell) => cell.frame).filter((/** @type {any} */ f) => f !== null);
 }
+
+/** A colour of the theme. @param {string} name */
+const themed = (name) => getComputedStyle(document.body).getPropertyValue(name);
 
 function drawStrip() {
   const { canvas, first, last, cell } = stripScale();
@@ -26,12 +29,12 @@ function drawStrip() {
   ink.scale(ratio, ratio);
   ink.font = "11px system-ui, sans-serif";
   const every = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find((n) => n * cell >= 42) ?? 2000;
-  ink.fillStyle = "#8a939c";
+  ink.fillStyle = themed("--soft");
   for (let frame = Math.ceil(first / every) * every; frame <= last; frame += every) ink.fillText(String(frame), STRIP.label + (frame - first) * cell, 10);
   rows.forEach((/** @type {any} */ node, /** @type {number} */ row) => {
-    const y = STRIP.top + row * STRIP.row, cells = app.state.nodes[node.name].cells;
+    const y = STRIP.top + row * STRIP.row, cells = app.state.nodes[node.name]?.cells ?? [];
     const slowest = Math.max(...cells.map((/** @type {Cell} */ c) => c.seconds ?? 0), 1e-9);
-    ink.fillStyle = node.name === app.node ? "#ffffff" : "#b6bec6";
+    ink.fillStyle = themed(node.name === app.node ? "--strong" : "--text");
     ink.fillText(node.name, 4, y + 11, STRIP.label - 10);
     for (const one of cells) {
       const x = STRIP.label + (one.frame === null ? 0 : (one.frame - first) * cell);
@@ -42,7 +45,7 @@ function drawStrip() {
     }
     ink.globalAlpha = 1;
   });
-  ink.fillStyle = "#ffffffcc";
+  ink.fillStyle = themed("--strong");
   ink.fillRect(STRIP.label + (app.frame - first + 0.5) * cell - 0.75, STRIP.top - 2, 1.5, STRIP.row * rows.length + 2);
 }
 
@@ -58,7 +61,9 @@ function cellAt(event) {
 /** @param {string} node @param {number} frame */
 function cellText(node, frame) {
   const cell = app.cell(node, frame);
-  if (!cell) return `${node}@${frame}: not asked for`;
+  const fault = app.nodeNamed(node)?.fault;
+  if (fault) return `${node}: incomplete, ${fault}`;
+  if (!cell) return `${node}@${frame}: ${app.nodeNamed(node)?.muted ? "muted" : "not asked for"}`;
   const name = cell.frame === null ? node : `${node}@${frame}`;
   const took = cell.seconds === undefined ? "" : `\n${timeText(cell.seconds)}, of the processor ${timeText(cell.processor ?? 0)}, ${sizeText(cell.bytes ?? 0)}`;
   return `${name}: ${WORDS[cell.state]}${cell.reason ? ` ${cell.state === "run" ? "because: " : ""}${cell.reason}` : ""}${took}${(cell.warnings ?? []).map((/** @type {string} */ w) => `\nwarning: ${w}`).join("")}`;

@@ -37,18 +37,30 @@ function sayControls(text) {
 }
 
 function drawControls() {
-  const { running, missing } = (app.wedge ?? app.base).verdict, edits = Object.entries(app.graph.edits ?? {});
+  const { running, missing } = (app.wedge ?? app.base).verdict, { edits, undo, redo, conflict, saved } = app.graph;
   const button = (/** @type {string} */ text, /** @type {boolean} */ can, /** @type {string} */ deed, /** @type {any} */ given = {}) => {
-    const made = element("button", { id: `do-${text.split(" ")[0]}`, onclick: async () => sayControls(await act(deed, given)) }, text);
+    const made = element("button", { id: `do-${text.split(" ")[0]}`, onclick: () => edit(deed, given) }, text);
     if (!can) made.setAttribute("disabled", "");
     return made;
   };
   document.getElementById("controls")?.replaceChildren(
     running ? button("stop", true, "stop") : button(`run ${missing ? `${missing} results` : ""}`, missing > 0, "run"),
-    " ", button(`save ${edits.length || ""}`, edits.length > 0 && app.graph.saved, "save"),
+    " ", button(`save ${edits.length || ""}`, edits.length > 0 && saved, "save"),
     " ", button("revert", edits.length > 0, "revert"),
-    element("span", { class: "said" }, edits.map(([target, text]) => `${target} = ${text}`).join(", ")),
+    " ", button("undo", undo !== null, "undo"), " ", button("redo", redo !== null, "redo"),
+    " ", element("button", { id: "do-save-as", title: "Ctrl-Shift-S", onclick: () => saveGraph(true) }, "save as"),
+    element("span", { class: "said" }),
+    ...(edits.length ? [element("details", { class: "edits" }, element("summary", {}, edits[edits.length - 1]), ...edits.map((/** @type {string} */ one) => element("p", {}, one)))] : []),
+    ...(conflict ? [conflictBox(conflict)] : []),
   );
+}
+
+/** The lines in which the page and the file differ, and what to do. @param {string[]} lines */
+function conflictBox(lines) {
+  const choice = (/** @type {string} */ keep, /** @type {string} */ text) => element("button", { "data-keep": keep, onclick: () => edit("resolve", { keep }) }, text);
+  const marked = lines.slice(2).map((line) => element("span", { class: line[0] === "-" ? "mine" : line[0] === "+" ? "theirs" : "" }, `${line}\n`));
+  return element("div", { id: "conflict" }, element("b", {}, "Another program has changed the file (+) since these edits (-)."), element("pre", {}, ...marked),
+    choice("page", "keep mine"), " ", choice("file", "take the file"), " ", choice("both", "repeat my edits in the file"));
 }
 
 /** @param {any} field @param {any} value @param {string[]} names @returns {HTMLElement} */
@@ -66,6 +78,6 @@ function editorOf(field, value, names) {
     editor.parentElement?.querySelector(".wrong")?.remove();
     if (fault) editor.parentElement?.append(element("span", { class: "wrong" }, fault));
   });
-  if (target in (app.graph.edits ?? {})) requestAnimationFrame(() => editor.parentElement?.classList.add("edited"));
+  if (app.graph.edits.some((/** @type {string} */ one) => one.startsWith(`${target} = `))) requestAnimationFrame(() => editor.parentElement?.classList.add("edited"));
   return editor;
 }

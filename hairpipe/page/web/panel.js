@@ -3,7 +3,11 @@
 
 function drawPanel() {
   const panel = /** @type {HTMLElement} */ (document.getElementById("panel")), node = app.nodeNamed(app.node);
-  if (!node || (document.activeElement instanceof HTMLInputElement && panel.contains(document.activeElement))) return;
+  if (!node) return void panel.replaceChildren(element("p", {}, app.live ? "Shift-A over the graph adds a node." : ""));
+  const settings = node.type.settings, absent = settings.filter((/** @type {any} */ field) => isAbsent(field, node.settings));
+  const folded = panel.querySelector("details.absent"), open = folded instanceof HTMLDetailsElement && folded.open;
+  const focus = document.activeElement;
+  if (focus instanceof HTMLInputElement && focus.type !== "checkbox" && panel.contains(focus)) return;
   const cell = app.cell(node.name);
   const parts = [
     element("h2", {}, node.name, element("small", {}, node.type.name)),
@@ -12,10 +16,26 @@ function drawPanel() {
     ...(app.live ? [explanation(node.name, cell, panel.querySelector(`.explain[data-node="${node.name}"]`))] : []),
     ...inputRows(node, cell),
     element("h3", {}, "settings"),
-    ...node.type.settings.flatMap((/** @type {any} */ field) => settingRows(field, node.settings, node.given, [])),
+    ...settings.filter((/** @type {any} */ field) => !absent.includes(field)).flatMap((/** @type {any} */ field) => settingRows(field, node.settings, node.given, [])),
+    ...(absent.length ? [element("details", { class: "absent", ...(open && { open: "" }) }, element("summary", {}, `${absent.length} groups are off`), ...absent.flatMap((/** @type {any} */ field) => settingRows(field, node.settings, node.given, [])))] : []),
   ];
   if (node.publish) parts.push(element("p", {}, `published as ${node.publish}`));
   panel.replaceChildren(...parts);
+}
+
+/** Whether a group of settings is left out. @param {any} field @param {any} values */
+const isAbsent = (field, values) => field.group.length && (values?.[field.name] === null || values?.[field.name] === undefined);
+
+/** Switch of an optional group, and the name of it. @param {any} field @param {string[]} names @param {boolean} on @returns {HTMLElement} */
+function groupName(field, names, on) {
+  if (!app.live || !field.optional) return element("b", {}, names.join("."));
+  const box = element("input", { type: "checkbox", ...(on && { checked: "" }), onchange: () => edit("switch", { target: `${app.node}.${names.join(".")}`, on: !on }) });
+  return element("label", {}, box, element("b", {}, names.join(".")));
+}
+
+/** Button that takes a given value away. @param {string[]} names @returns {HTMLElement} */
+function unsetButton(names) {
+  return element("button", { class: "unset", title: "back to the default", onclick: () => edit("unset", { target: `${app.node}.${names.join(".")}` }) }, "×");
 }
 
 /** All that a result was made of, and every difference to the latest one: fetched when it is opened. As the box before
@@ -45,14 +65,14 @@ function settingRows(field, values, given, above) {
   const value = values?.[field.name], names = [...above, field.name], isSet = given !== undefined && given !== null && typeof given === "object" && field.name in given;
   const limits = [field.unit && field.unit !== "1" ? field.unit : "", field.range, field.default === null || field.required ? "" : `default ${spoken(field.default)}`].filter(Boolean).join(", ");
   const title = `${field.help}\n${field.kind}${limits ? `, ${limits}` : ""}`;
-  if (field.group.length && (value === null || value === undefined)) {
-    return [element("div", { class: "row absent", title }, element("b", {}, names.join(".")), element("span", {}, "absent"))];
+  if (isAbsent(field, values)) {
+    return [element("div", { class: "row absent", title, "data-group": names.join(".") }, groupName(field, names, false), element("span", {}, field.help || "absent"))];
   }
   if (field.group.length) {
-    return [element("div", { class: "row group", title }, element("b", {}, names.join("."))),
+    return [element("div", { class: "row group", title, "data-group": names.join(".") }, groupName(field, names, true)),
       ...field.group.flatMap((/** @type {any} */ inner) => settingRows(inner, value, isSet ? given[field.name] : undefined, names))];
   }
-  return [element("div", { class: isSet ? "row given" : "row", title, "data-setting": names.join(".") }, element("b", {}, names.join(".")), valueOf(field, value, names), element("small", {}, limits.split(", default")[0]))];
+  return [element("div", { class: isSet ? "row given" : "row", title, "data-setting": names.join(".") }, element("b", {}, names.join(".")), valueOf(field, value, names), element("small", {}, limits.split(", default")[0]), ...(isSet && app.live && !field.required ? [unsetButton(names)] : []))];
 }
 
 /** The value of a setting; live it can be changed. @param {any} field @param {any} value @param {string[]} names @returns {HTMLElement} */

@@ -14,17 +14,25 @@ class Scene {
     this.gl = gl;
     this.programs = { hair: programOf(gl, HAIR_VERTEX, HAIR_FRAGMENT), mesh: programOf(gl, MESH_VERTEX, MESH_FRAGMENT),
       points: programOf(gl, POINT_VERTEX, POINT_FRAGMENT) };
+    this.faint = false;
     gl.enable(gl.DEPTH_TEST);
     gl.clearColor(0.11, 0.12, 0.135, 1);
   }
 
-  /** @param {Item[]} items @param {Camera} camera */
-  draw(items, camera) {
-    const { gl } = this, { width, height } = gl.canvas;
+  /** Draw items, and left of a place those of before an edit, which are faint where there are no others.
+   * @param {Item[]} items @param {Camera} camera @param {Item[]} [past] @param {number} [cut] share of the width */
+  draw(items, camera, past = [], cut = 0) {
+    const { gl } = this, { width, height } = gl.canvas, left = past.length ? Math.round(cut * width) : 0;
     gl.viewport(0, 0, width, height);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const view = camera.matrix(width / height), eye = camera.eye();
-    for (const item of items) item.draw(view, eye, [width, height]);
+    gl.enable(gl.SCISSOR_TEST);
+    for (const [some, from, to] of /** @type {Array<[Item[], number, number]>} */ ([[past, 0, left], [items, left, width]])) {
+      gl.scissor(from, 0, to - from, height);
+      this.faint = some === past && !items.length;
+      for (const item of some) item.draw(view, eye, [width, height]);
+    }
+    gl.disable(gl.SCISSOR_TEST);
   }
 
   /** @param {WebGLProgram} program @param {Record<string, any>} values */
@@ -75,7 +83,7 @@ class Scene {
     for (let k = 0; k < 2; k++) this.attribute(6 + k, 1, gl.UNSIGNED_BYTE, 1, k, 1);
     const width = Math.max(found.meta.diameter, 8e-5) * Math.min(12, Math.sqrt(250000 / Math.max(shown, 1)));
     const draw = (/** @type {Matrix} */ view, /** @type {number[]} */ eye, /** @type {number[]} */ size) => {
-      this.use(this.programs.hair, { view, eye, lamp: LIT, size, width, shaded: channel === "shaded" ? 1 : 0 });
+      this.use(this.programs.hair, { view, eye, lamp: LIT, size, width, shaded: channel === "shaded" ? 1 : 0, shown: this.faint ? 0.35 : 1 });
       gl.enable(gl.SAMPLE_ALPHA_TO_COVERAGE);
       gl.bindVertexArray(array);
       gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 2 * (HAIR_PIECES + 1), Math.max(0, count - 1));

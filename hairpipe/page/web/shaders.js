@@ -5,7 +5,7 @@ const HAIR_PIECES = 3;
 const HAIR_VERTEX = `#version 300 es
 layout(location=0) in vec3 before; layout(location=1) in vec3 here; layout(location=2) in vec3 there; layout(location=3) in vec3 after;
 layout(location=4) in vec4 colourHere; layout(location=5) in vec4 colourThere; layout(location=6) in uint endHere; layout(location=7) in uint endThere;
-uniform mat4 view; uniform vec3 eye; uniform vec3 lamp; uniform vec2 size; uniform float width; uniform float shaded;
+uniform mat4 view; uniform vec3 eye; uniform vec3 lamp; uniform vec2 size; uniform float width; uniform float shaded; uniform float shown;
 out vec4 tint;
 void main() {
   if ((endHere & 2u) != 0u) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }
@@ -23,7 +23,7 @@ void main() {
   float tl = dot(along, lamp), te = dot(along, back), sl = sqrt(1.0 - tl * tl), se = sqrt(max(0.0, 1.0 - te * te));
   float lit = colour.a, highlight = pow(max(0.0, sl * se - tl * te), 40.0);
   vec3 hair = colour.rgb * (0.16 + 0.95 * lit * sl) + 0.28 * lit * highlight * (0.4 + colour.rgb);
-  tint = vec4(mix(colour.rgb * (0.7 + 0.3 * lit), hair, shaded), min(1.0, wide / drawn + 0.25));
+  tint = vec4(mix(colour.rgb * (0.7 + 0.3 * lit), hair, shaded), shown * min(1.0, wide / drawn + 0.25));
 }`;
 const HAIR_FRAGMENT = `#version 300 es
 precision mediump float; in vec4 tint; out vec4 pixel; void main() { pixel = tint; }`;

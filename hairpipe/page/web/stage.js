@@ -10,14 +10,15 @@ const SOLID = ["strands", "mesh", "points", "surface"];
 async function showStage() {
   const stage = /** @type {HTMLElement} */ (document.getElementById("stage"));
   drawChoices();
+  if (!app.nodeNamed(app.node)) return;
   if (player.stop && player.node === app.node) return;
-  const three = layersOf(app.node, app.output);
-  [...stage.children].forEach((child) => child.id === "view" || child.id === "note" || child.id === "legend" || child.remove());
+  const now = layersOf(app.node, app.output), past = pastLayers(app.node, app.output), three = now.length ? now : past;
+  [...stage.children].forEach((child) => child.id === "view" || child.id === "note" || child.id === "legend" || child.id === "knife" || child.remove());
   stage.classList.toggle("solid", three.length > 0);
   try {
     if (three.length) {
       viewer ??= new Viewer(stage, () => stage.append(element("p", { class: "none" }, "no WebGL2 in this browser: strands and meshes cannot be drawn, pictures can")));
-      await viewer.show();
+      await viewer.show(now, app.compare || !now.length ? past : []);
       const slices = app.document(app.node, app.output, "slices");
       if (slices) await showSlices(stage, slices);
     } else if (!showPictures(stage)) {
@@ -44,7 +45,9 @@ function nothingText() {
 
 /** Buttons for the outputs of the node, and for the colour of strands. */
 function drawChoices() {
-  const node = app.nodeNamed(app.node), outputs = Object.entries(node.type.outputs);
+  const node = app.nodeNamed(app.node);
+  if (!node) return void document.getElementById("choices")?.replaceChildren();
+  const outputs = Object.entries(node.type.outputs);
   const button = (/** @type {string} */ text, /** @type {boolean} */ on, /** @type {Record<string, any>} */ changes) =>
     element("button", { class: on ? "on" : "", onclick: () => app.set(changes) }, text);
   const strands = node.kinds[app.output]?.includes("strands");
@@ -56,4 +59,19 @@ function drawChoices() {
   );
 }
 
-app.on(["node", "output", "frame", "channel", "pinned", "state"], () => app.node && void showStage());
+/** What was drawn for an output before the last edit that changed it. @param {string} node @param {string} output @returns {Layer[]} */
+function pastLayers(node, output) {
+  const own = app.past.get(`${node}@${app.frame}`) ?? app.past.get(`${node}@`);
+  if (!own) return [];
+  const state = app.state, nodes = { ...state.nodes };
+  for (const [key, cell] of app.past) {
+    const [name, frame] = key.split("@");
+    if (nodes[name] && (frame === "" || Number(frame) === app.frame)) nodes[name] = { cells: [cell] };
+  }
+  app.state = { ...state, nodes };
+  const layers = layersOf(node, output);
+  app.state = state;
+  return layers;
+}
+
+app.on(["node", "output", "frame", "channel", "pinned", "state", "compare"], () => app.node && void showStage());

@@ -17,6 +17,7 @@ function listenToTimeline() {
   play.addEventListener("click", toggle);
   document.addEventListener("keydown", (event) => {
     if (event.target instanceof HTMLInputElement && event.target.type !== "range") return;
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (event.key === "ArrowRight") step(1);
     else if (event.key === "ArrowLeft") step(-1);
     else if (event.key === " ") toggle();

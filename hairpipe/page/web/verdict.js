@@ -15,9 +15,9 @@ function drawVerdict() {
     sizeText(verdict.bytes), ...Object.entries(verdict.versions).map(([name, version]) => `${name} ${version}`)];
   const warnings = verdict.warnings.length ? [element("details", {}, element("summary", {}, `${verdict.warnings.length} warning${verdict.warnings.length > 1 ? "s" : ""}`), ...verdict.warnings.map((/** @type {string} */ w) => element("p", {}, w)))] : [];
   document.getElementById("verdict")?.replaceChildren(
-    element("h1", {}, graph.name), element("strong", { class: good ? "good" : "bad" }, word), element("span", {}, parts.join(" · ")), ...warnings,
+    element("h1", {}, graph.name), presetButtons(), element("strong", { class: good ? "good" : "bad" }, word), element("span", { id: "controls" }), element("span", { class: "facts", title: parts.join("\n") }, parts.join(" · ")), ...warnings,
     ...(verdict.note ? [element("span", { class: "said" }, verdict.note)] : []),
-    element("code", { title: "repeats it" }, verdict.command), element("span", { id: "controls" }),
+    element("code", { title: "repeats it" }, verdict.command),
     ...verdict.failures.map((/** @type {string} */ failure) => element("p", { class: "failure" }, failure)),
   );
 }

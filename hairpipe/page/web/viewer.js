@@ -13,28 +13,34 @@ class Viewer {
     this.turn = 0;
     const gl = this.canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
     this.scene = gl && new Scene(gl);
-    stage.append(this.canvas, this.note, this.legend);
+    this.knife = /** @type {HTMLInputElement} */ (element("input", { id: "knife", type: "range", min: 0, max: 1000, value: 500, hidden: "", title: "before the edit | after it", oninput: () => this.redraw() }));
+    /** Items of before the last edit. @type {Item[]} */ this.ghost = [];
+    stage.append(this.canvas, this.note, this.legend, this.knife);
     this.camera.listen(this.canvas, () => this.redraw(), (x, y) => this.pick(x, y));
     new ResizeObserver(() => this.redraw()).observe(this.canvas);
     if (!gl) failed();
   }
 
-  /** Show the documents of an output at the selected frame. */
-  async show() {
+  /** Show the documents of an output at the selected frame, and those of before an edit: alone as a ghost, or behind a slider.
+   * @param {Layer[]} layers @param {Layer[]} past */
+  async show(layers, past) {
     const turn = ++this.turn, scene = this.scene;
     if (!scene) return;
-    const layers = layersOf(app.node, app.output);
-    const made = await Promise.all(layers.map((layer) => this.load(layer)));
-    if (turn !== this.turn) return void made.forEach((item) => item.free());
-    this.items.forEach((item) => item.free());
-    this.items = made;
+    const loaded = await Promise.all([layers, past].map((some) => Promise.all(some.map((layer) => this.load(layer)))));
+    if (turn !== this.turn) return void loaded.flat().forEach((item) => item.free());
+    [...this.items, ...this.ghost].forEach((item) => item.free());
+    [this.items, this.ghost] = loaded;
+    const made = layers.length ? this.items : this.ghost;
+    this.knife.hidden = !(layers.length && past.length);
     const first = made[made.length - 1];
     if (first && this.framed !== app.node) {
       const box = made.find((item) => item.places) ?? first;
       this.camera.frame(box.low, box.high);
       this.framed = app.node;
     }
-    this.note.textContent = made.map((item) => item.note).filter(Boolean).join(", ");
+    const before = layers.length ? (past.length ? "left: before the edit" : "") : "before the edit; a run shows the new result";
+    this.note.textContent = [before, ...made.map((item) => item.note)].filter(Boolean).join(", ");
+    document.body.dataset.ghost = String(past.length && !layers.length ? 1 : past.length ? 2 : 0);
     this.redraw();
   }
 
@@ -43,8 +49,8 @@ class Viewer {
     const turn = ++this.turn, made = body ? [await this.load({ name: body, kind: "mesh", rest: null })] : [];
     made.push(/** @type {Scene} */ (this.scene).strands(found, app.channel, null));
     if (turn !== this.turn) return void made.forEach((item) => item.free());
-    this.items.forEach((item) => item.free());
-    this.items = made;
+    [...this.items, ...this.ghost].forEach((item) => item.free());
+    [this.items, this.ghost] = [made, []];
     this.redraw();
   }
 
@@ -69,7 +75,8 @@ class Viewer {
       this.pending = 0;
       const ratio = Math.min(2, window.devicePixelRatio || 1), { canvas } = this;
       [canvas.width, canvas.height] = [Math.max(1, canvas.clientWidth * ratio), Math.max(1, canvas.clientHeight * ratio)];
-      this.scene?.draw(this.items, this.camera);
+      const { items, ghost } = this;
+      this.scene?.draw(items, this.camera, ghost, ghost.length && items.length ? Number(this.knife.value) / 1000 : 1);
       document.body.dataset.drawn = String(Number(document.body.dataset.drawn ?? 0) + 1);
     });
   }

@@ -1,0 +1,57 @@
+"use strict";
+// Keys of the live page, as in Blender. None is taken from a field in which one types.
+
+/** Nodes that a key is for: those that are chosen, else the selected one. @returns {string[]} */
+function subjects() {
+  const chosen = [...app.chosen].filter((name) => app.nodeNamed(name));
+  return chosen.length ? chosen : app.node ? [app.node] : [];
+}
+
+/** @param {KeyboardEvent} event */
+async function keyOf(event) {
+  const typing = event.target instanceof HTMLElement && event.target.matches("input:not([type=range]), select, textarea");
+  const command = event.ctrlKey || event.metaKey, key = event.key.toLowerCase(), names = subjects();
+  const [x, y] = [pointer.x, pointer.y];
+  /** @type {Array<[boolean, () => unknown]>} */
+  const keys = [
+    [command && key === "s", () => saveGraph(event.shiftKey)],
+    [!typing && command && key === "z", () => edit(event.shiftKey ? "redo" : "undo")],
+    [!typing && command && key === "y", () => edit("redo")],
+    [!typing && !command && event.shiftKey && key === "a", () => openAdd({ x, y })],
+    [!typing && !command && event.shiftKey && key === "d" && names.length > 0, () => duplicateNodes(names)],
+    [!typing && !command && (key === "x" || key === "delete") && names.length > 0, () => edit("remove", { nodes: names })],
+    [!typing && !command && key === "m" && names.length > 0, () => edit("mute", { nodes: names, on: !names.every((name) => app.nodeNamed(name).muted) })],
+    [!typing && key === "f2" && Boolean(app.node), () => askName(app.node, x, y)],
+    [!typing && !command && !event.shiftKey && key === "a", () => ((app.chosen = app.chosen.size ? new Set() : new Set(app.graph.nodes.map((/** @type {any} */ n) => n.name))), paintGraph())],
+    [!typing && !command && key === "l", layOutAgain],
+    [!typing && key === "home", showAll],
+  ];
+  const found = keys.find(([holds]) => holds);
+  if (!found) return;
+  event.preventDefault();
+  await found[1]();
+}
+
+/** Copy nodes to the lower right. @param {string[]} names */
+async function duplicateNodes(names) {
+  const at = Object.fromEntries(names.map((name) => [name, [boxOfNode(name).x + 40, boxOfNode(name).y + boxOfNode(name).height + 20]]));
+  const before = new Set(app.graph.nodes.map((/** @type {any} */ node) => node.name));
+  app.awaited = () => app.graph.nodes.find((/** @type {any} */ node) => !before.has(node.name))?.name;
+  await edit("duplicate", { nodes: names, at });
+}
+
+/** Forget all positions, also those in the file, and lay the graph out. */
+async function layOutAgain() {
+  const placed = Object.keys(app.graph.layout ?? {});
+  app.places = {};
+  if (placed.length) await edit("move", { positions: Object.fromEntries(placed.map((name) => [name, null])) });
+  app.fresh = true;
+  drawGraph();
+  showAll();
+}
+
+/** Save, or ask for a name within the project. @param {boolean} as */
+async function saveGraph(as = false) {
+  if (app.graph.saved && !as) return edit("save");
+  openPopup({ x: innerWidth / 2 - 160, y: 80, text: "", hint: "name of a new file, such as fringe.toml", done: (name) => edit("save_as", { name }) });
+}

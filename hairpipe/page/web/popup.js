@@ -1,0 +1,42 @@
+"use strict";
+// A small window at a place of the page: a line to type in, with a list of what it finds, or alone.
+
+/** Ask for a line. @param {{x: number, y: number, text: string, hint: string, find?: (text: string) => Array<{value: string, note: string, colour?: string}>, done: (value: string) => unknown}} asked */
+function openPopup({ x, y, text, hint, find, done }) {
+  closePopup();
+  const line = /** @type {HTMLInputElement} */ (element("input", { placeholder: hint, spellcheck: "false", "aria-label": hint }));
+  const list = element("ul"), box = element("div", { id: "popup" }, line, list);
+  line.value = text;
+  let [chosen, found] = [0, find ? find(text) : []];
+  const end = (/** @type {string} */ value) => (closePopup(), done(value));
+  const draw = () => {
+    list.replaceChildren(...found.map(({ value, note, colour }, place) => element("li", {
+      class: place === chosen ? "on" : "", "data-value": value, onpointerdown: (/** @type {Event} */ event) => (event.preventDefault(), end(value)),
+    }, element("i", { style: `background:${colour ?? "none"}` }), element("b", {}, value), element("small", {}, note))));
+    list.querySelector(".on")?.scrollIntoView({ block: "nearest" });
+  };
+  line.addEventListener("input", () => find && ([chosen, found] = [0, find(line.value)], draw()));
+  line.addEventListener("keydown", (event) => {
+    event.stopPropagation();
+    if (event.key === "Escape") closePopup();
+    else if (event.key === "ArrowDown" || event.key === "ArrowUp") {
+      chosen = Math.max(0, Math.min(found.length - 1, chosen + (event.key === "ArrowDown" ? 1 : -1)));
+      draw();
+    } else if (event.key === "Enter" && (!find || found[chosen])) end(find ? found[chosen].value : line.value);
+    else return;
+    event.preventDefault();
+  });
+  line.addEventListener("blur", closePopup);
+  document.body.append(box);
+  draw();
+  box.style.left = `${Math.max(4, Math.min(x, innerWidth - box.offsetWidth - 8))}px`;
+  box.style.top = `${Math.max(4, Math.min(y, innerHeight - box.offsetHeight - 8))}px`;
+  line.focus();
+  line.select();
+}
+
+function closePopup() {
+  const box = document.getElementById("popup");
+  box?.removeAttribute("id"); // its line loses the focus as it goes, which asks for this again
+  box?.remove();
+}

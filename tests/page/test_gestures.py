@@ -1,0 +1,224 @@
+"""The gestures of the live page in a real browser: each changes the text of the graph file as a person would have."""
+
+import json
+import time
+import tomllib
+
+import pytest
+
+from hairpipe.api.draft import EMPTY, load_draft
+from hairpipe.page.session import Session
+
+from .conftest import SHOT
+from .test_browser import do, pixels, served
+
+pytestmark = pytest.mark.slow
+SOCKET = '.socket[data-owner="{}"][data-side="{}"]'
+
+
+class Page:
+    """A live page, driven as a person does."""
+
+    def __init__(self, driver, session):
+        from selenium.webdriver import ActionChains
+        from selenium.webdriver.common.keys import Keys
+
+        self.driver, self.session, self.Keys = driver, session, Keys
+        self.actions = lambda: ActionChains(driver, duration=30)
+
+    @property
+    def text(self):
+        return self.session._history.text
+
+    @property
+    def tables(self):
+        return tomllib.loads(self.text)
+
+    def find(self, selector):
+        return self.driver.find_element("css selector", selector)
+
+    def node(self, name):
+        return self.find(f'.node[data-node="{name}"] .box')
+
+    def until(self, true, most=20.0):
+        end = time.monotonic() + most
+        while not true():
+            assert time.monotonic() < end, (
+                self.driver.execute_script("return document.body.dataset.refused"),
+                self.text,
+            )
+            time.sleep(0.03)
+        self.settle()
+
+    def settle(self):
+        """Wait until the page has the present revision."""
+        script = """const [text, done] = arguments;
+            const there = () => JSON.stringify(app.graph.undo) === text;
+            const look = () => there() ? requestAnimationFrame(() => done(true)) : setTimeout(look, 20);
+            look();"""
+        self.driver.execute_async_script(script, json.dumps(self.session._history.document()["undo"]))
+
+    def press(self, keys, *modifiers):
+        actions = self.actions()
+        for modifier in modifiers:
+            actions.key_down(modifier)
+        actions.send_keys(keys)
+        for modifier in modifiers:
+            actions.key_up(modifier)
+        actions.perform()
+
+    def drag(self, begin, end=None, by=(0, 0)):
+        """Drag from an element to another one, or by pixels."""
+        actions = self.actions().move_to_element(begin).click_and_hold().move_by_offset(6, 6)
+        (actions.move_to_element(end) if end else actions.move_by_offset(by[0] - 6, by[1] - 6)).release().perform()
+
+    def choose(self, text):
+        """Type in the small window that opens."""
+        self.until(lambda: self.driver.find_elements("css selector", "#popup li, #popup input[placeholder^=name]"))
+        self.actions().send_keys(text + self.Keys.ENTER).perform()
+
+
+@pytest.fixture
+def live(opened, shot):
+    session = Session(shot)
+    with served(session) as address:
+        yield Page(opened(address), session)
+
+
+def test_an_empty_project_becomes_a_simulation_without_typing_toml(opened, folder, tmp_path, monkeypatch):
+    monkeypatch.chdir(folder)
+    session = Session(load_draft("fringe.toml", EMPTY.replace("24]", "2]"), cache=tmp_path / "cache"))
+    with served(session) as address:
+        page = Page(opened(address), session)
+        for name in ("make_plate", "swing"):
+            page.actions().move_to_element(page.find("#graph")).perform()
+            page.press("a", page.Keys.SHIFT)
+            page.choose(name)
+            page.until(lambda name=name: name.rpartition("_")[2] in page.tables)
+        page.driver.execute_script("layOutAgain()")
+        page.until(lambda: "layout" not in page.tables)
+        page.drag(page.find(SOCKET.format("swing", "out")), by=(120, 60))
+        page.until(lambda: page.driver.find_elements("css selector", "#popup li"))
+        assert page.find("#popup input").get_attribute("placeholder") == "node that takes Strands"
+        page.choose("trail")
+        page.until(lambda: page.tables.get("trail", {}).get("in") == {"hair": "swing"})
+        page.find("#do-run").click()
+        page.until(lambda: page.driver.execute_script("return viewer?.items.at(-1)?.lengths?.length") == 200, 60)
+        page.press("s", page.Keys.CONTROL)
+        page.until(lambda: (folder / "fringe.toml").exists())
+        assert page.driver.execute_script("return document.body.dataset.errors") == "0"
+    assert (folder / "fringe.toml").read_text().partition("[layout]")[0] == EMPTY.replace("24]", "2]") + (
+        '\n[plate]\ntype = "make_plate"\n\n[swing]\ntype = "swing"\nin.plate = "plate"\n\n'
+        '[trail]\ntype = "trail"\nin.hair = "swing"\n\n'
+    )
+    (folder / "fringe.toml").unlink()
+
+
+def test_wires_are_cut_connected_and_refused(live):
+    live.drag(live.find(SOCKET.format("picture", "in")), by=(-40, 70))
+    live.until(lambda: "in" not in live.tables["picture"])
+    live.drag(live.find(SOCKET.format("plate", "out")), live.find(SOCKET.format("picture", "in")))
+    assert live.driver.execute_script("return document.body.dataset.refused") == "picture.hair takes Strands, not Mesh"
+    live.drag(live.find(SOCKET.format("lag", "out")), live.find(SOCKET.format("picture", "in")))
+    live.until(lambda: live.tables["picture"].get("in") == {"hair": "lag"})
+
+
+def test_nodes_are_moved_muted_copied_renamed_and_deleted_and_all_of_it_undone(live):
+    live.drag(live.node("ball"), by=(30, 40))
+    live.until(lambda: "ball" in live.tables.get("layout", {}))
+    live.node("lag").click()
+    live.press("m")
+    live.until(lambda: live.tables["lag"].get("mute") is True)
+    live.press("d", live.Keys.SHIFT)
+    live.until(lambda: "lag_2" in live.tables)
+    live.press(live.Keys.F2)
+    live.choose("late")
+    live.until(lambda: "late" in live.tables)
+    live.press("x")
+    live.until(lambda: "late" not in live.tables)
+    after = live.text
+    for _ in range(5):
+        depth = live.session._history._at
+        live.press("z", live.Keys.CONTROL)
+        live.until(lambda depth=depth: live.session._history._at == depth - 1)
+    assert live.text == SHOT
+    for _ in range(5):
+        depth = live.session._history._at
+        live.press("z", live.Keys.CONTROL, live.Keys.SHIFT)
+        live.until(lambda depth=depth: live.session._history._at == depth + 1)
+    assert live.text == after
+
+
+def test_a_box_chooses_nodes_that_are_deleted_together(live):
+    graph = live.find("#graph")
+    corner = -graph.rect["width"] / 2 + 3, -graph.rect["height"] / 2 + 3
+    actions = live.actions().key_down(live.Keys.SHIFT).move_to_element_with_offset(graph, *map(int, corner))
+    actions.click_and_hold().move_to_element(graph).move_to_element_with_offset(graph, *(int(-c) for c in corner))
+    actions.release().key_up(live.Keys.SHIFT).perform()
+    assert len(live.driver.execute_script("return [...app.chosen]")) == 7
+    live.press(live.Keys.DELETE)
+    live.until(lambda: not {"hair", "ball"} & live.tables.keys())
+    assert "adds a node" in live.find("#panel").text
+
+
+def test_groups_are_switched_and_values_unset(live):
+    do(live.driver, "selectNode('hair')")
+    live.find('[data-group="wave"] input[type=checkbox]').click()
+    live.until(lambda: live.tables["hair"]["wave"] is False)
+    live.find("details.absent summary").click()
+    live.find('details.absent [data-group="wave"] input').click()
+    live.until(lambda: "wave" not in live.tables["hair"])
+    live.find('[data-setting="strands"] .unset').click()
+    live.until(lambda: "strands" not in live.tables["hair"])
+
+
+def test_old_hair_stays_until_there_is_new_hair_and_is_compared(live, folder):
+    do(live.driver, "selectNode('hair'); app.set({ frame: 2 })")
+    before = pixels(live.driver)
+    live.session.edit("hair.wave.height", "0.2")
+    live.until(lambda: live.driver.execute_script("return document.body.dataset.ghost") == "1")
+    do(live.driver, "")
+    faint = pixels(live.driver)
+    lit = [(image.max(axis=2) - image.min(axis=2) > 25).mean() for image in (before, faint)]
+    assert 0.002 < lit[1] < lit[0]
+    live.find("#do-run").click()
+    live.until(lambda: live.driver.execute_script("return document.body.dataset.ghost") == "0", 60)
+    live.driver.execute_script("choosePreset('compare')")
+    live.until(lambda: live.driver.execute_script("return document.body.dataset.ghost") == "2")
+    assert live.find("#knife").is_displayed()
+    live.driver.execute_script("choosePreset('edit')")
+
+
+def test_bars_change_the_panes_which_are_remembered(live):
+    width = live.find("#panel").rect["width"]
+    live.drag(live.find("#bar-side"), by=(-60, 0))
+    assert abs(live.find("#panel").rect["width"] - width - 60) < 8
+    live.driver.refresh()
+    live.until(lambda: live.driver.execute_script("return document.body.dataset.state") == "ready")
+    assert abs(live.find("#panel").rect["width"] - width - 60) < 8
+    live.driver.execute_script("choosePreset('edit')")
+
+
+@pytest.mark.parametrize("size", [(1440, 900), (1280, 720)])
+def test_hair_is_at_the_top_left_above_the_fold(live, size):
+    driver = live.driver
+    driver.execute_cdp_cmd(
+        "Emulation.setDeviceMetricsOverride",
+        {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False},
+    )
+    try:
+        do(driver, "selectNode('hair')")
+        stage, graph = live.find("#stage").rect, live.find("#graph").rect
+        assert stage["x"] == 0 and stage["y"] < 90 and stage["height"] > 0.33 * size[1]
+        assert graph["y"] + graph["height"] < size[1] and live.find("#strip").rect["y"] < size[1] - 40
+    finally:
+        driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_a_conflict_is_shown_and_ended(live, folder):
+    live.session.edit("picture.red", "0.75")
+    (folder / "shot.toml").write_text(SHOT.replace("strands = 300", "strands = 250"))
+    live.until(lambda: live.driver.find_elements("css selector", "#conflict .theirs"))
+    live.find('[data-keep="both"]').click()
+    live.until(lambda: not live.driver.find_elements("css selector", "#conflict"))
+    assert live.tables["hair"]["strands"] == 250 and live.tables["picture"]["red"] == 0.75
