@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+from numba import njit, prange
 
 from hairpipe.levelset.collider import Collider, FirstHit, SdfSample, Walk
 from hairpipe.sim.contact.body.depenetration import pushes, rise, within_reach
@@ -78,7 +79,8 @@ class BodyContacts(Interaction):
             self._target_gap = self.thickness.copy()
             add_heights(points, self.offsets, self.turns, probe.normal, self.contact.folds, self._target_gap)
         room = share_gap(points, time, self.surfaces, probe, self.thickness, self._target_gap)
-        self._kept = np.minimum(room, self._reach)
+        self._kept = np.empty_like(room)
+        _take_lower(room, self._reach, self._kept)
         return probe
 
     def begin(self, start: Start) -> None:
@@ -90,7 +92,7 @@ class BodyContacts(Interaction):
         probe = self.look(start.points, start.time, self._everyone)
         self._start_distance = self._cache.clearance.copy()
         self._reach = within_reach(self._start_distance, self.segments, self.offsets)
-        self._kept = np.minimum(self._kept, self._reach)
+        _take_lower(self._kept, self._reach, self._kept)
         self._state.discontinuous[:] = False
         rise(self._state, probe, self._kept, pushes(self.axial, masses, self.offsets), masses, start.dt)
         resume(self._state, probe, start.velocities, self._kept, masses)
@@ -215,3 +217,11 @@ class BodyContacts(Interaction):
             surface.probe(places, time, probe)
         room = share_gap(places, time, self.surfaces, probe, self.thickness[which], target_gap)
         return probe, np.minimum(room, self._reach[which])
+
+
+@njit(cache=True, parallel=True)
+def _take_lower(first, second, out):
+    """Set out to the lower of two numbers at every point, (P,), in place."""
+    for i in prange(len(out)):
+        is_first = first[i] < second[i] or np.isnan(first[i])  # What is not finite stays so, as in np.minimum.
+        out[i] = first[i] if is_first else second[i]

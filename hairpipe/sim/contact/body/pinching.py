@@ -12,7 +12,9 @@ which is the middle where kept = d. Bodies that overlap have b < -kept: the poin
 from collections.abc import Sequence
 
 import numpy as np
+from numba import njit, prange
 
+from hairpipe.kernels.compaction import places_of
 from hairpipe.levelset.collider import Collider, SdfSample
 
 _PUSHED = 1e-4  # [m]; points that are moved out by less are not looked at
@@ -34,8 +36,9 @@ def share_gap(
     thickness  desired distance on all sides [m], (P,)
     kept       contact distance from the nearest body, at least the thickness [m], (P,)
     """
-    pushed = np.flatnonzero(probe.distance < kept - _PUSHED)
-    pushed = pushed[probe.normal[pushed].any(axis=1)]
+    is_pushed = np.empty(len(points), np.bool_)
+    _mark_pushed(probe, kept, is_pushed)
+    pushed = places_of(is_pushed)
     if not len(pushed):
         return kept
     target_gap = kept[pushed]
@@ -49,3 +52,11 @@ def share_gap(
     share = target_gap / np.maximum(target_gap + thickness[pushed], _PUSHED)
     out[pushed[against]] = (share * room)[against]
     return out
+
+
+@njit(cache=True, parallel=True)
+def _mark_pushed(probe, kept, marked):
+    """Mark points that are moved out along a normal by more than `_PUSHED`, (P,) bool, in place."""
+    for i in prange(len(kept)):
+        n = probe.normal[i]
+        marked[i] = probe.distance[i] < kept[i] - _PUSHED and (n[0] != 0.0 or n[1] != 0.0 or n[2] != 0.0)
