@@ -49,7 +49,9 @@ STARTED = {
     "workers": "workers",
     "version": "version",
     "graph": "graph shot.toml",
+    "validate": "validate shot.toml -q -j1",
     "experiments core": "core",
+    "experiments swing": "swing --peers hairpipe",
     "experiments volume": "volume",
     "experiments picture": "picture",
     "experiments particles": "particles",
@@ -87,6 +89,8 @@ it.try_machines = lambda *_: it.make_report("machines", {"faults": [{"fault": "n
 it.compare_ways = lambda *_: it.make_report("parity", {"ways": [{"way": "a run", "violation": ""}]})""",
     "experiments contact": """from hairpipe.graphs.experiments.bench import contact as it
 it.measure_contact = lambda say, *words: it.make_report("contact", {"frames": [{"frame [s]": 0.1}]})""",
+    "experiments swing": """from hairpipe.graphs.experiments.bench import swing as it
+it.measure_swing = lambda *_: it.make_report("swing", {"peers": [{"name": "hairpipe"}], "converged": []})""",
     "bench paper": """from hairpipe.bench import paper as it
 case = {"first frame": 6, "threads": 1, "frame [s]": 0.1}
 it.measure_scene = lambda *words: [(case, {"strands": 0.1})]""",
@@ -105,8 +109,8 @@ SHARED = """from hairpipe.graph.worker.machine_code import share_kernels
 share_kernels()
 """
 """The same for all benches, before those lines import kernels: what the tests have compiled is not compiled again."""
-EXITS = {"tune": 130, "data check": 1}
-"""Exit codes: tuning is interrupted before it measures, and the data folder is empty."""
+EXITS = {"tune": 130, "data check": 1, "validate": 2}
+"""Exit codes: tuning is interrupted before it measures, the data folder is empty, and the graph has no rows."""
 
 
 def leaf_of(text: str) -> str | None:

@@ -94,7 +94,7 @@ def strands_by(groom: Groom, model: str = "network", bodies: str = "", **setting
 
     def step(body, box, state, time, cuts):
         parts, whole = ((pair,) if name == bodies else None for name, pair in zip(("parts", "whole"), box, strict=True))
-        return simulate_hair(groom, body, whole, parts, None, None, state, time, cuts, prepared, **settings)
+        return simulate_hair(groom, body, whole, parts, None, None, None, state, time, cuts, prepared, **settings)
 
     return step
 

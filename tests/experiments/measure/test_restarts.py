@@ -26,7 +26,19 @@ def shot():
     found, previous = {}, None
     for frame in NUMBERS:
         hair = simulate_hair(
-            GROOM, None, None, None, None, None, previous, Time(frame, FPS), (), models, precision="double", steps=STEPS
+            GROOM,
+            None,
+            None,
+            None,
+            None,
+            None,
+            None,
+            previous,
+            Time(frame, FPS),
+            (),
+            models,
+            precision="double",
+            steps=STEPS,
         )
         found[frame], previous = hair, hair.state
     return tuple(
