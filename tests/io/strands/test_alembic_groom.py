@@ -4,7 +4,6 @@ import json
 import subprocess
 import sys
 from dataclasses import replace
-from importlib.util import find_spec
 from types import SimpleNamespace
 
 import numpy as np
@@ -145,8 +144,7 @@ print("shown", json.dumps(shown))
 """
 
 
-@pytest.mark.skipif(find_spec("bpy") is None, reason="needs bpy, in a process of its own: it changes the environment")
-def test_blender_shows_hair_and_guides_where_they_are(tmp_path):
+def test_blender_shows_hair_and_guides_where_they_are(tmp_path, blender):
     shot, path = moving(range(1001, 1004)), tmp_path / "a.abc"
     write_alembic(path, shot, "blender")
     done = subprocess.run([sys.executable, "-c", SHOWN, str(path)], capture_output=True, text=True, timeout=120)
