@@ -4,11 +4,10 @@ from typing import Annotated
 
 from hairpipe.data import Table
 from hairpipe.graph import node
-from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
+from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Segments
 from hairpipe.units import Degrees, Ge, Gt, Interval
 
 Gammas = tuple[Annotated[float, Gt(0.0)], ...]
-Segments = tuple[Annotated[int, Interval(ge=2, le=400)], ...]
 Angles = tuple[Annotated[Degrees, Interval(ge=0.0, le=175.0)], ...]
 
 

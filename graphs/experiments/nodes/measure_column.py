@@ -1,13 +1,8 @@
 """Buckling of an upright strand under its weight compared with rod theory."""
 
-from typing import Annotated
-
 from hairpipe.data import Table
 from hairpipe.graph import node
-from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
-from hairpipe.units import Interval
-
-Segments = tuple[Annotated[int, Interval(ge=2, le=400)], ...]
+from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Segments
 
 
 @node(frames="once")
@@ -16,7 +11,7 @@ def measure_column(
     sample: Sample = Sample(),  # noqa: B008 (frozen)
     segments: Segments = (25, 50, 100),
 ) -> Table:
-    """Find the weight at which an upright strand gives way: one stiffness falls to zero.
+    """Find the weight at which an upright strand buckles: one stiffness falls to zero.
 
     sample    model, material and length of the strand
     segments  numbers of segments of each strand

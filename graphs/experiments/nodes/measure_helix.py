@@ -4,11 +4,10 @@ from typing import Annotated
 
 from hairpipe.data import Table
 from hairpipe.graph import node
-from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
+from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Segments
 from hairpipe.groom.helix import Helix
-from hairpipe.units import Ge, Gt, Interval, MetresPerSecondSquared
+from hairpipe.units import Ge, Gt, MetresPerSecondSquared
 
-Segments = tuple[Annotated[int, Interval(ge=2, le=400)], ...]
 Gravities = tuple[Annotated[MetresPerSecondSquared, Gt(0.0)], ...]
 
 

@@ -4,10 +4,9 @@ from typing import Annotated
 
 from hairpipe.data import Table
 from hairpipe.graph import node
-from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
-from hairpipe.units import Gt, Interval
+from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Segments
+from hairpipe.units import Gt
 
-Segments = tuple[Annotated[int, Interval(ge=2, le=400)], ...]
 Twists = tuple[Annotated[float, Gt(0.0)], ...]
 
 

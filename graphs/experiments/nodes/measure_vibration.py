@@ -4,10 +4,8 @@ from typing import Annotated
 
 from hairpipe.data import Table
 from hairpipe.graph import node
-from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
+from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Segments
 from hairpipe.units import Interval
-
-Segments = tuple[Annotated[int, Interval(ge=2, le=400)], ...]
 
 
 @node(frames="once")

@@ -1,13 +1,10 @@
 """Buckling twist of a strand compared with rod theory."""
 
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 from hairpipe.data import Table
 from hairpipe.graph import node
-from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
-from hairpipe.units import Interval
-
-Segments = tuple[Annotated[int, Interval(ge=2, le=400)], ...]
+from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Segments
 
 
 class Writhe(NamedTuple):

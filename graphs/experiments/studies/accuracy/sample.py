@@ -6,7 +6,10 @@ from typing import Annotated, Literal
 from hairpipe.sim.material import Material
 from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.registry import ModelName
-from hairpipe.units import Gt, Metres
+from hairpipe.units import Gt, Interval, Metres
+
+Segments = tuple[Annotated[int, Interval(ge=2, le=400)], ...]
+"""Numbers of segments of strands that are compared."""
 
 
 @dataclass(frozen=True)

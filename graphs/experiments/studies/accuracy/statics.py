@@ -69,6 +69,14 @@ def balance(specimen: Specimen, pose: Pose, load: np.ndarray, free: np.ndarray) 
     return Balance(pose, residual)
 
 
+def least_stiffness(specimen: Specimen, pose: Pose, free: np.ndarray) -> float:
+    """Smallest stiffness of a strand against its free motions [N/m], see `motions`: at its zero the strand buckles."""
+    from scipy.linalg import eigh
+
+    matrix = free.T @ stiffness(specimen, pose) @ free
+    return float(eigh(matrix, eigvals_only=True, subset_by_index=[0, 0])[0])
+
+
 def raised(matrix: np.ndarray) -> np.ndarray:
     """Cholesky factor of a matrix, to which as much of the identity is added as it needs to have one."""
     more = 0.0

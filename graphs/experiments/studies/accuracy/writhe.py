@@ -9,8 +9,8 @@ from hairpipe.data import Table
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
-from hairpipe.graphs.experiments.studies.accuracy.specimen import Pose, Specimen, stiffness, straight_specimen
-from hairpipe.graphs.experiments.studies.accuracy.statics import balance, motions
+from hairpipe.graphs.experiments.studies.accuracy.specimen import Pose, Specimen, straight_specimen
+from hairpipe.graphs.experiments.studies.accuracy.statics import balance, least_stiffness, motions
 from hairpipe.graphs.experiments.studies.accuracy.torsion import held_length, twisted_on
 from hairpipe.graphs.experiments.studies.theory.twist_buckling import buckling_twist
 
@@ -70,14 +70,11 @@ def stand(specimen: Specimen, theory: float) -> Iterator[State]:
 
 def standing(specimen: Specimen, before: State, twist: float) -> State | None:
     """Twist a strand on; None where it has no straight, stable equilibrium near the one before."""
-    from scipy.linalg import eigh
-
     free = motions(specimen, slides=True)
     guess = twisted_on(specimen, before.pose, twist, twist - before.twist)
     at = balance(specimen, guess, specimen.nothing(), free)
     aside = np.linalg.norm(specimen.axis(at.pose)[:, :2], axis=1).max() / (specimen.segment * specimen.segments)
     if not at.found or aside > _ASIDE:
         return None
-    matrix = free.T @ stiffness(specimen, at.pose) @ free
-    least = float(eigh(matrix, eigvals_only=True, subset_by_index=[0, 0])[0])
+    least = least_stiffness(specimen, at.pose, free)
     return State(twist, at.pose, least) if least > 0 else None

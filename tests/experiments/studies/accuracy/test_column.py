@@ -1,4 +1,4 @@
-"""A strand that stands upright gives way at the weight of Greenhill."""
+"""A strand that stands upright buckles at the weight of Greenhill."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ def test_the_theory_is_the_first_zero_of_a_bessel_function():
 
 
 @pytest.mark.kernels
-def test_a_rod_gives_way_at_it():
+def test_a_rod_buckles_at_it():
     specimen = straight_specimen(Sample(model="rod"), 25)
     assert is_stable(specimen, 0.99 * GREENHILL) and not is_stable(specimen, 1.01 * GREENHILL)
     (row,) = column_table(Sample(model="rod"), [25]).rows()
