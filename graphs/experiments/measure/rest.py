@@ -8,6 +8,7 @@ import numpy as np
 from hairpipe.data import Strands, Table
 from hairpipe.data.lengths import strand_lengths
 from hairpipe.data.table import table_of_rows
+from hairpipe.errors import BadInput
 
 COLUMNS = ("drift [mm]", "speed [mm/s]", "reported speed [mm/s]", "difference of speeds [mm/s]", "error [% of length]")
 
@@ -20,8 +21,14 @@ def rest_table(hair: Mapping[int, Strands], truth: Strands | None, fps: float, s
     reported speed        of the velocities that strands have
     difference of speeds  distance of the reported velocity from the displacement over the time
     error                 distance from the truth at the last frame, over the length of the shortest strand; NaN without
+
+    BadInput where the hair has fewer frames, or `seconds` are less than one.
     """
-    frames = list(hair)[-1 - round(seconds * fps) :]
+    count = round(seconds * fps)
+    if not 0 < count < len(hair):
+        what = f"{seconds:g} s are {count} frames of {len(hair)}"
+        raise BadInput(what, where="seconds", right="at least a frame, and at most the duration of the hair")
+    frames = list(hair)[-1 - count :]
     last = hair[frames[-1]]
     end = last.points.astype(float)
     drift, reported, speed, apart = 0.0, 0.0, 0.0, 0.0

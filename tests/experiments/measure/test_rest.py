@@ -28,6 +28,13 @@ def test_drift_and_speeds_are_those_of_the_motion():
     assert np.isnan(next(rest_table(moving, None, 24.0, 1.0).rows())[-1])
 
 
+@pytest.mark.parametrize("seconds", [0.01, 3.0])
+def test_a_duration_that_the_hair_does_not_have_is_refused(seconds):
+    moving = {frame: strands(LINE) for frame in range(1, 50)}
+    with pytest.raises(BadInput, match="frames of 49"):
+        rest_table(moving, None, 24.0, seconds)
+
+
 def test_a_mirrored_and_scaled_scene_is_the_same():
     truth = {frame: strands(LINE * frame) for frame in range(1, 10)}
     large = {frame: strands(4.0 * LINE * (1.0 + 0.5 * (frame - 1)) * [1.0, 1.0, -1.0]) for frame in range(1, 10)}
