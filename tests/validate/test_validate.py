@@ -100,6 +100,12 @@ def test_a_quick_run_computes_quick_rows_only(polygons, hairpipe):  # noqa: F811
     assert {row for row, *_ in rows_of(done.stdout)} == {"length of a polygon"} and done.exit_code == 0
 
 
+def test_a_quick_run_without_quick_rows_is_refused(polygons, hairpipe):  # noqa: F811
+    edit(polygons, "[quick]", "[others]")
+    done = hairpipe("validate graphs/polygons.toml --quick -j1 -q")
+    assert done.exit_code == 2 and "no node 'quick'" in done.stderr
+
+
 def test_rows_are_recorded(polygons, hairpipe):  # noqa: F811
     assert hairpipe("validate graphs/polygons.toml -j1 -q --record").exit_code == 0
     found = read_results(polygons.parent / "results/polygons.json")
@@ -120,6 +126,9 @@ def test_the_page_has_rows_and_no_markup_of_a_text(polygons, hairpipe, tmp_path)
 def test_another_graph_is_refused(polygons, hairpipe):  # noqa: F811
     done = hairpipe("validate graphs/circle.toml -q")
     assert done.exit_code == 2 and "no node 'rows'" in done.stderr
+    edit(polygons, 'in.tables = ["length", "strict"]', 'in.tables = ["length", "hexagon"]')
+    done = hairpipe("validate graphs/polygons.toml -j1 -q")
+    assert done.exit_code == 2 and "(tables of `check_errors`" in done.stderr
 
 
 def test_a_wheel_has_no_validations(monkeypatch):

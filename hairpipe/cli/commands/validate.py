@@ -13,6 +13,7 @@ import click
 import hairpipe
 from hairpipe.api.formatting import duration, plural, shown, table
 from hairpipe.cli import options
+from hairpipe.errors import BadInput
 
 if TYPE_CHECKING:
     from hairpipe.validate.validation import Measured
@@ -61,10 +62,10 @@ def validate(
 
     loaded = [hairpipe.load(graph, cache=cache) for graph in graphs or shipped_validations()]
     chosen = [(shot, node) for shot in loaded if (node := collecting_node(shot, quick=quick))]
-    names = [f"{shot.path.stem}{'_quick' if quick else ''}" for shot, _ in chosen]
-    recordings = [
-        Recording(shot, name, {}, None, [node]) for (shot, node), name in zip(chosen, names, strict=True) if record
-    ]
+    if not chosen:
+        raise BadInput("no node 'quick'", where=", ".join(graphs), right="[quick], of the rows of a short run")
+    suffix = "_quick" if quick else ""
+    recordings = [Recording(shot, shot.path.stem + suffix, {}, None, [node]) for shot, node in chosen if record]
     rows = list["Measured"]()
     pictures = dict[str, bytes]()
     failed = False
@@ -90,8 +91,7 @@ def validate(
     if output:
         write_text(output, written_page(rows, pictures, total))
         click.echo(f"page: {shown(output)}", err=as_json)
-    missed = any(measured.row.verdict == "missed" for measured in rows)
-    sys.exit(1 if missed or failed else 0)
+    sys.exit(1 if failed or any(measured.row.verdict == "missed" for measured in rows) else 0)
 
 
 def conclusion(rows: Sequence["Measured"]) -> str:
