@@ -1,6 +1,6 @@
 """Arguments and options of several commands.
 
-GRAPH        run plan watch explain graph get tune wedge farm; any number in cache, warm and bench; --graph in nodes
+GRAPH        run plan watch explain graph get tune wedge farm; any number in cache warm bench validate; --graph in nodes
 TARGET       explain get
 --set        run plan watch explain graph get tune wedge farm bench
 --frames     run plan watch explain get wedge farm
@@ -8,9 +8,9 @@ TARGET       explain get
 --to         run plan watch graph
 --wedge      run plan watch farm; WEDGE in wedge
 --publish-root  run plan
---cache      run plan watch explain get tune wedge farm cache bench
--j --engine --scheduler --insecure  run tune bench; -j alone in warm
---json       run plan watch explain nodes tune wedge cache workers bench results
+--cache      run plan watch explain get tune wedge farm cache bench validate
+-j --engine --scheduler --insecure  run tune bench validate; -j alone in warm
+--json       run plan watch explain nodes tune wedge cache workers bench results validate
 --markdown   wedge bench
 """
 
