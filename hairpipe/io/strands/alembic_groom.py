@@ -77,7 +77,7 @@ def write_alembic(path: Path, shot: GroomShot, name: str) -> None:
                 curves.add(hair.points, hair.velocities)
     except RuntimeError as error:
         what = f"the Alembic file was not written: {str(error).splitlines()[0][:160]}"
-        raise BadInput(what, where=path, right="space on the disk") from None
+        raise BadInput(what, where=path, right="a folder with space, where files can be made") from None
 
 
 def size_of(shot: GroomShot) -> int:
