@@ -53,7 +53,13 @@ class Elastica:
         normal = np.array([0.0, 0.0, 1.0])
         shear = fibre.young / (2 * (1 + fibre.poisson))
         rod = elastica.CosseratRod.straight_rod(
-            *(segments, start, scene.direction, normal, segments * size, fibre.diameter / 2, fibre.density),
+            segments,
+            start,
+            scene.direction,
+            normal,
+            segments * size,
+            fibre.diameter / 2,
+            fibre.density,
             youngs_modulus=fibre.young,
             shear_modulus=shear,
         )
