@@ -253,6 +253,18 @@ def test_primvars_are_maps_and_those_that_cannot_be_are_named(new_stage, saved) 
     assert "shapes that are not read: /groom/hidden (invisible), /groom/hermite (a HermiteCurves)" in messages
 
 
+def test_maps_of_several_prims_are_joined_and_follow_the_kept_curves(new_stage, saved) -> None:
+    stage, floats = new_stage(), Sdf.ValueTypeNames.FloatArray
+    first = curves(stage, wild(4, 1, 5))
+    primvar(first, "clump", floats, TOKENS.uniform, [1.0, 2.0, 3.0])
+    primvar(first, "broken", floats, TOKENS.uniform, [1.0, NAN, 3.0])
+    primvar(curves(stage, wild(4), path="/groom/other"), "frizz", floats, TOKENS.uniform, [0.5])
+    with pytest.warns(UserWarning) as reported:
+        found = read_file(saved(stage), None)
+    assert {name: values.tolist() for name, values in found.maps.items()} == {"clump": [1, 3, 0], "frizz": [0, 0, 0.5]}
+    assert any("primvars that are not used: broken" in str(warning.message) for warning in reported)
+
+
 def test_curves_of_another_type_are_named(new_stage, saved) -> None:
     stage = new_stage()
     UsdGeom.HermiteCurves.Define(stage, "/groom/hermite")
