@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.edit.inline_table import changed, literal_of, value_at, with_inner
+from hairpipe.graph.edit.inline_table import changed, literal_of, with_inner
 from hairpipe.graph.edit.statements import Names, Statement, names_in, owners, read_statements, text_of
 from hairpipe.graph.file.overrides import LAYOUT, WEDGE, nodes_of
 
@@ -21,30 +21,21 @@ def with_value(text: str, target: str, literal: str) -> str:
 
     literal  value as TOML, written as given
     """
-    path = names_in(target)
     tables = tables_of(text)
-    known = len(path) > 1 and isinstance(tables.get(path[0], {} if path[0] == LAYOUT else None), dict)
-    if target.count(".") + 1 != len(path) or not known or (path[1:2] == ("in",) and len(path) != 3):
-        raise BadInput(f"cannot set '{target[:80]}'", right="node.setting")
+    path = read_target(target, tables)
     wanted = changed(tables, path, literal)
-    return checked(text, wanted, lambda given: put(given, path, literal, newline_of(text)))
+    return checked(text, wanted, lambda given: assigned(given, path, literal, newline_of(text)))
 
 
 def without_value(text: str, target: str) -> str:
     """Remove a value or group; of a node that is `like` another, `without` leaves a copied group or edge out."""
-    path = names_in(target)
-    wanted = tables_of(text)
-    if holds(wanted, path):
-        wanted = changed(wanted, path, None)
-        above = path[:-1]
-        if above[1:] == ("in",) and not value_at(wanted, above):  # no empty table of edges
-            path = above
-            wanted = changed(wanted, path, None)
-        text = checked(text, wanted, lambda given: dropped(given, path))
-    node, *names = names_in(target)
-    table = wanted.get(node, {})
-    base = table.get("like")
-    if base in wanted and inherited(wanted, base, tuple(names)) and isinstance(names[0], str):
+    path = read_target(target, tables_of(text))
+    if holds(tables_of(text), path):
+        text = dropped_value(text, path)
+    tables = tables_of(text)
+    node, *names = path
+    table = tables.get(node, {})
+    if inherited(tables, table.get("like", ""), tuple(names)):
         left = [*table.get("without", []), ".".join(names)]
         return with_value(text, f"{node}.without", literal_of(left))
     return text
@@ -52,15 +43,15 @@ def without_value(text: str, target: str) -> str:
 
 def with_node(text: str, name: str, node_type: str, edges: Mapping[str, str]) -> str:
     """Add a node at the end of the nodes, with edges by socket."""
-    if name in tables_of(text):
-        raise BadInput(f"'{name[:60]}' exists", right="a name of its own")
+    tables = tables_of(text)
+    check_free(tables, name)
     table = {"type": node_type, **({"in": dict(edges)} if edges else {})}
     lines = [f"type = {literal_of(node_type)}"]
     if len(edges) == 1:
         lines += [f"in.{socket} = {literal_of(source)}" for socket, source in edges.items()]
     elif edges:
         lines.append(f"in = {literal_of(dict(edges))}")
-    return with_block(text, name, lines, tables_of(text) | {name: table})
+    return with_block(text, name, lines, tables | {name: table})
 
 
 def without_nodes(text: str, names: Sequence[str]) -> str:
@@ -68,8 +59,7 @@ def without_nodes(text: str, names: Sequence[str]) -> str:
     tables = tables_of(text)
     nodes = nodes_of(tables)
     for name in names:
-        if name not in nodes:
-            raise BadInput(f"no node '{name[:60]}'", right="a node of the graph")
+        check_node(nodes, name)
     for other, table in nodes.items():
         if table.get("like") in names and other not in names:
             right = f"remove '{other}' first"
@@ -81,9 +71,7 @@ def without_nodes(text: str, names: Sequence[str]) -> str:
                 text = with_value(text, f"{other}.in.{socket}", literal_of(kept))
             elif not kept:
                 text = dropped_value(text, (other, "in", socket))
-    for name in names:
-        if name in tables.get(LAYOUT, {}):
-            text = dropped_value(text, (LAYOUT, name))
+    text = placed(text, dict.fromkeys(names))
     wanted = {key: value for key, value in tables_of(text).items() if key not in names}
     return checked(text, wanted, lambda given: without_tables(given, names))
 
@@ -91,11 +79,9 @@ def without_nodes(text: str, names: Sequence[str]) -> str:
 def renamed(text: str, old: str, new: str) -> str:
     """Rename a node, and all references to it: edges, `like`, its position, and names in wedges."""
     tables = tables_of(text)
-    if old not in nodes_of(tables):
-        raise BadInput(f"no node '{old[:60]}'", right="a node of the graph")
-    if new in tables:
-        raise BadInput(f"'{new[:60]}' exists", right="a name of its own")
-    wanted = {new if key == old else key: value for key, value in tables.items()}
+    check_node(nodes_of(tables), old)
+    check_free(tables, new)
+    wanted = renamed_keys(tables, old, new, 0)
     for name, table in nodes_of(wanted).items():
         references = {key: renamed_texts(table[key], old, new) for key in ("in", "like") if key in table}
         wanted[name] = table | references
@@ -108,20 +94,19 @@ def renamed(text: str, old: str, new: str) -> str:
 def duplicated(text: str, old: str, new: str, *, like: bool = False) -> str:
     """Add a copy of a node below it, which publishes nothing; with `like`, a copy that states only differences."""
     tables = tables_of(text)
-    if old not in nodes_of(tables) or new in tables:
-        raise BadInput(f"cannot copy '{old[:60]}' to '{new[:60]}'", right="a node, and a name of its own")
-    copy = {"like": old} if like else {key: value for key, value in tables[old].items() if key != "publish"}
+    check_node(nodes_of(tables), old)
+    check_free(tables, new)
     if like:
-        return with_block(text, new, [f"like = {literal_of(old)}"], tables | {new: copy})
+        return with_block(text, new, [f"like = {literal_of(old)}"], tables | {new: {"like": old}})
+    copy = {key: value for key, value in tables[old].items() if key != "publish"}
 
     def copied(given: list[Statement]) -> list[Statement]:
-        own = [s for s in given if s.path[:1] == (old,) and s.path[:2] != (old, "publish")]
-        if own and own[0].kind == "value":
-            place = max(number for number, s in enumerate(given) if s.path[:1] == (old,))
-            renamed_own = [one.renamed(0, new) for one in own]
-            return [*given[: place + 1], *(dropped(renamed_own, (new, "publish"))), *given[place + 1 :]]
-        lines = [one.renamed(0, new) if one.kind in ("header", "value") else one for one in own]
-        return inserted(given, [s for s in lines if s.kind != "comment"], newline_of(text))
+        own = [one for one in given if one.path[:1] == (old,) and one.kind != "comment"]
+        lines = dropped([one if one.kind == "blank" else one.renamed(0, new) for one in own], (new, "publish"))
+        if own[0].kind == "header":
+            return inserted(given, lines, newline_of(text))
+        place = given.index(own[-1]) + 1
+        return [*given[:place], *lines, *given[place:]]
 
     return checked(text, tables | {new: copy}, copied)
 
@@ -139,6 +124,18 @@ def placed(text: str, positions: Mapping[str, Sequence[int] | None]) -> str:
         del wanted[LAYOUT]
         text = checked(text, wanted, lambda given: without_tables(given, [LAYOUT]))
     return text
+
+
+def check_node(nodes: Tables, name: str) -> None:
+    """Refuse the name of a node that does not exist."""
+    if name not in nodes:
+        raise BadInput(f"no node '{name[:60]}'", right="a node of the graph")
+
+
+def check_free(tables: Tables, name: str) -> None:
+    """Refuse the name of a table that exists."""
+    if name in tables:
+        raise BadInput(f"'{name[:60]}' exists", right="a name of its own")
 
 
 def tables_of(text: str) -> Tables:
@@ -160,7 +157,16 @@ def checked(text: str, wanted: Tables, edit: Edit) -> str:
     raise BadInput("the edit cannot be written without a change of the layout", right="a line written by hand")
 
 
-def put(given: list[Statement], path: Names, literal: str, newline: str) -> list[Statement]:
+def read_target(target: str, tables: Tables) -> Names:
+    """Read `node.setting`; BadInput for another text, an unknown node, and more or less than one input of it."""
+    path = names_in(target)
+    known = len(path) > 1 and isinstance(tables.get(path[0], {} if path[0] == LAYOUT else None), dict)
+    if target.count(".") + 1 != len(path) or not known or (path[1] == "in" and len(path) != 3):
+        raise BadInput(f"cannot set '{target[:80]}'", right="node.setting")
+    return path
+
+
+def assigned(given: list[Statement], path: Names, literal: str, newline: str) -> list[Statement]:
     """Set a value: in its statement, in the inline table around it, or in a new line."""
     for place, one in enumerate(given):
         if one.kind == "value" and path[: len(one.path)] == one.path:
@@ -172,18 +178,14 @@ def put(given: list[Statement], path: Names, literal: str, newline: str) -> list
         line = Statement("value", f"{'.'.join(path[1:])} = {literal}{newline}", path, path[:1])
         return inserted(given, [header, line], newline)
     near = [
-        n
-        for n, s in enumerate(given)
-        if s.kind != "comment" and s.kind != "blank" and path[: len(s.header)] == s.header and shared(s.path, path)
+        (len(one.header), place)
+        for place, one in enumerate(given)
+        if one.kind in ("header", "value") and path[: len(one.header)] == one.header and shared(one.path, path)
     ]
-    deepest = max(len(given[n].header) for n in near)
-    last = max(n for n in near if len(given[n].header) == deepest)
+    _, last = max(near)  # the last line of the innermost table
     header = given[last].header
-    before = given[last]
-    if not before.text.endswith("\n"):
-        given = [*given[:last], before._replace(text=before.text + newline), *given[last + 1 :]]
     line = Statement("value", f"{'.'.join(path[len(header) :])} = {literal}{newline}", path, header)
-    return [*given[: last + 1], line, *given[last + 1 :]]
+    return [*ended(given[: last + 1], newline), line, *given[last + 1 :]]
 
 
 def dropped(given: Iterable[Statement], path: Names) -> list[Statement]:
@@ -200,9 +202,8 @@ def dropped(given: Iterable[Statement], path: Names) -> list[Statement]:
 def dropped_value(text: str, path: Names) -> str:
     """Remove a value, and a table of edges that is empty then."""
     wanted = changed(tables_of(text), path, None)
-    if path[1:2] == ("in",) and not wanted[path[0]]["in"]:
-        path = path[:2]
-        wanted = changed(tables_of(text), path, None)
+    if path[1:-1] == ("in",) and not wanted[path[0]]["in"]:
+        return dropped_value(text, path[:2])
     return checked(text, wanted, lambda given: dropped(given, path))
 
 
@@ -224,20 +225,24 @@ def with_block(text: str, name: str, lines: Sequence[str], wanted: Tables) -> st
 
 def inserted(given: list[Statement], block: list[Statement], newline: str) -> list[Statement]:
     """Add a table at the end, but before those of wedges and of positions, with a blank line around it."""
-    block = list(block)
-    while block and block[-1].kind == "blank":
-        block.pop()
+    while block[-1].kind == "blank":
+        block = block[:-1]
     tail = [WEDGE, LAYOUT]
     place = len(given)
     owned = owners(given)
-    while place and block[0].path[0] not in tail and (owned[place - 1] in tail):
+    while place and block[0].path[0] not in tail and owned[place - 1] in tail:
         place -= 1
-    before, after = given[:place], given[place:]
+    before, after = ended(given[:place], newline), given[place:]
     blank = Statement("blank", newline, (), ())
-    if before and not before[-1].text.endswith("\n"):
-        before[-1] = before[-1]._replace(text=before[-1].text + newline)
     space = [blank] if before and before[-1].kind != "blank" else []
     return [*before, *space, *block, *([blank] if after else []), *after]
+
+
+def ended(given: list[Statement], newline: str) -> list[Statement]:
+    """Return statements of which the last one, too, ends its line."""
+    if not given or given[-1].text.endswith("\n"):
+        return given
+    return [*given[:-1], given[-1]._replace(text=given[-1].text + newline)]
 
 
 def renamed_in(one: Statement, old: str, new: str) -> Statement:
@@ -263,20 +268,20 @@ def renamed_texts(value: Any, old: str, new: str) -> Any:
         return {key: renamed_texts(inner, old, new) for key, inner in value.items()}
     if isinstance(value, list):
         return [renamed_texts(inner, old, new) for inner in value]
-    first, dot, rest = value.partition(".") if isinstance(value, str) else ("", "", "")
-    return f"{new}{dot}{rest}" if first == old and isinstance(value, str) else value
+    if not isinstance(value, str) or value.partition(".")[0] != old:
+        return value
+    return new + value.removeprefix(old)
 
 
 def renamed_keys(tables: Tables, old: str, new: str, depth: int) -> Tables:
     """Return tables with the key of a node renamed at a depth, below `axes` of a wedge; pure."""
-    if depth:
-        return {
-            key: renamed_keys(inner, old, new, depth - 1)
-            if isinstance(inner, dict) and (depth == 2 or key == "axes")
-            else inner
-            for key, inner in tables.items()
-        }
-    return {new if key == old else key: value for key, value in tables.items()}
+    if not depth:
+        return {new if key == old else key: value for key, value in tables.items()}
+    found = dict(tables)
+    for key, inner in tables.items():
+        if isinstance(inner, dict) and (depth == 2 or key == "axes"):
+            found[key] = renamed_keys(inner, old, new, depth - 1)
+    return found
 
 
 def holds(tables: Tables, path: Names) -> bool:
