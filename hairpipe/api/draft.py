@@ -11,7 +11,8 @@ from hairpipe.api.source import Source, read_source
 from hairpipe.errors import BadInput
 from hairpipe.graph.edit.saving import save_text
 from hairpipe.graph.file.bounds import Bounds
-from hairpipe.graph.file.edges import Incomplete
+from hairpipe.graph.file.edges import Incomplete, read_edges
+from hairpipe.graph.file.graph import Edge
 from hairpipe.graph.file.like import written_out
 from hairpipe.graph.file.load import make_graph
 from hairpipe.graph.file.muting import muted_nodes
@@ -65,9 +66,13 @@ class Draft:
 
         name  path relative to the folder of the graph, or to the current folder for a shipped graph
         """
-        path = ((Path.cwd() if self.shipped else self.shot.path.parent) / name).resolve()
+        try:
+            path = ((Path.cwd() if self.shipped else self.shot.path.parent) / name).resolve()
+            fits = path.suffix == ".toml" and not path.exists() and path.parent.is_dir()
+        except (OSError, ValueError):  # too long, or not a name
+            raise BadInput("not a path", where=name[:60], right="a name such as fringe.toml") from None
         Bounds(self.shot.graph, self.shot.cache).folder_of(path)
-        if path.suffix != ".toml" or path.exists() or not path.parent.is_dir():
+        if not fits:
             raise BadInput("not the path of a new graph", where=path, right="a name such as fringe.toml")
         draft = Draft(Source(GraphText(path, self.text)), self.shot.cache)
         draft.save()
@@ -77,6 +82,10 @@ class Draft:
     def shipped(self) -> bool:
         """Whether the graph is installed with hairpipe, and cannot be saved in its place."""
         return self._source.shipped is not None
+
+    def edges(self, node: str) -> dict[str, Edge]:
+        """Return the edges of a node, which may be incomplete, by plug."""
+        return read_edges(self.tables[node].get("in", {}), self.types[node], lambda names: node)
 
     def field(self, node: str, names: Sequence[str]) -> Field:
         """Return the group of settings of a name; BadInput for an unknown one."""
@@ -134,6 +143,6 @@ def incomplete(text: GraphText) -> dict[str, str]:
 
 def sources_of(table: Mapping[str, Any]) -> set[str]:
     """Return the names of the nodes at the other ends of the edges of a node."""
-    edges = table.get("in", {})
-    flat = [one for value in edges.values() for one in (value if isinstance(value, list) else [value])]
-    return {str(one).partition(".")[0] for one in flat} if isinstance(edges, dict) else set()
+    edges = table.get("in", {}).values()
+    flat = [one for value in edges for one in (value if isinstance(value, list) else [value])]
+    return {one.partition(".")[0] for one in flat}

@@ -8,12 +8,13 @@ from hairpipe.api.source import Source, find_graph
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.file.trust import Untrusted
-from hairpipe.graph.node.declare import NodeType, Socket
+from hairpipe.graph.node.declare import RESERVED, NodeType, Socket
 from hairpipe.graph.node.fields import Field, fields_of
 from hairpipe.graph.node.import_paths import EXPERIMENTS, folder_of
 
 __all__ = [
     "FOLDER",
+    "RESERVED",
     "Field",
     "NodeType",
     "Registry",

@@ -10,7 +10,7 @@ from hairpipe.api.graph_shot import GraphShot
 from hairpipe.api.source import Given, plain, read_source
 from hairpipe.api.wedge_shot import WedgeShot
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.graph import Graph, Node
+from hairpipe.graph.file.graph import Edge, Graph, Node
 from hairpipe.graph.file.wedge import Wedge
 from hairpipe.graph.node.signature import File
 from hairpipe.graph.plan.tasks import Task
@@ -18,6 +18,7 @@ from hairpipe.graph.run.player import Player, played_nodes
 from hairpipe.graph.store.record import Record
 
 __all__ = [
+    "Edge",
     "Explanation",
     "File",
     "Graph",

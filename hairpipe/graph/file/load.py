@@ -53,7 +53,7 @@ def make_graph(text: GraphText, *, empty: bool = False) -> Graph:
 
     empty  whether a graph without nodes is accepted
 
-    Incomplete, which is a BadInput, for a node without a required input or setting.
+    Incomplete, which is a BadInput, for a node without a required input or setting, if no table has another fault.
     """
     path = text.path
     tables = nodes_of(text.tables)
@@ -62,7 +62,15 @@ def make_graph(text: GraphText, *, empty: bool = False) -> Graph:
     read_wedges(text)
     registry = Registry(path.parent / "nodes")
     written = write_out(text, tables)
-    nodes = {name: read_node(text, name, table, registry) for name, table in written.items()}
+    nodes = dict[str, Node]()
+    missing = list[Incomplete]()
+    for name, table in written.items():
+        try:
+            nodes[name] = read_node(text, name, table, registry)
+        except Incomplete as fault:
+            missing.append(fault)
+    if missing:
+        raise missing[0]
     nodes = {name: nodes[name] for name in tables}
     if not nodes and not empty:
         raise BadInput("no nodes", where=path, right='a table such as [head] with type = "make_bust"')
@@ -161,6 +169,7 @@ def read_node(text: GraphText, name: str, table: dict[str, Any], registry: Regis
     def place(names: Sequence[str]) -> str:
         return f"{text.place(name, names)} {type_name}"
 
+    edges = read_edges(table.get("in", {}), node_type, place)
     given = {key: value for key, value in table.items() if key not in RESERVED}
     given = located(fields_of(node_type), given, place)
     for key in sorted(given.keys() & set(KEYS) - {field.name for field in fields_of(node_type)}):
@@ -172,7 +181,6 @@ def read_node(text: GraphText, name: str, table: dict[str, Any], registry: Regis
     except Missing as fault:
         raise Incomplete(name, fault.what, fault.where, fault.right) from None
     map_files(fields_of(node_type), settings, lambda dotted, file: check_file(text, name, node_type, dotted, file))
-    edges = read_edges(table.get("in", {}), node_type, place)
     publish = read_publish(table.get("publish"), text.path.parent, node_type, place(["publish"]))
     checkpoint = read_checkpoint(table, node_type, place(["checkpoint"]))
     return Node(name, node_type, edges, settings, publish, checkpoint)
