@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 from hairpipe import __version__
 from hairpipe.api.draft import Draft
 from hairpipe.api.graph_shot import GraphShot
-from hairpipe.api.node_types import FOLDER, Field, NodeType, Registry, fields_of, fields_within
+from hairpipe.api.node_types import FOLDER, RESERVED, Field, Registry, fields_of, fields_within
 from hairpipe.api.node_types import document as type_document
 from hairpipe.api.reports import Plan, Run, Status, Task
 from hairpipe.api.selection import FrameSet, fold_frames
-from hairpipe.api.shot import Node, Record
+from hairpipe.api.shot import Edge, Node, Record
 from hairpipe.api.wedge_shot import WedgeShot
 from hairpipe.errors import BadInput
 from hairpipe.page.values import kinds_of
@@ -26,8 +26,6 @@ Suffix = Callable[[str], str | None]
 """Finds the suffix of a picture by the name of its object; None for any other file."""
 NAMED = 10
 """Number of shown letters of the name of an object."""
-RESERVED = ("type", "in", "publish", "checkpoint", "mute")
-"""Keys in the table of a node that are not settings."""
 
 
 def graph_document(shot: GraphShot) -> dict[str, Any]:
@@ -50,7 +48,7 @@ def node_document(node: Node, table: Mapping[str, Any]) -> dict[str, Any]:
         "name": node.name,
         "type": node.type.name,
         "doc": paragraphs(node.type.function.__doc__ or ""),
-        "edges": [{"plug": plug, "node": edge.node, "output": edge.output} for plug, edge in node.edges.items()],
+        "edges": edges_document(node.edges),
         "settings": node.settings,
         "given": {name: value for name, value in table.items() if name not in RESERVED},
         "publish": None if node.publish is None else node.publish.name,
@@ -59,31 +57,31 @@ def node_document(node: Node, table: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
+def edges_document(edges: Mapping[str, Edge]) -> list[dict[str, str]]:
+    """Describe the edges of a node."""
+    return [{"plug": plug, "node": edge.node, "output": edge.output} for plug, edge in edges.items()]
+
+
 def draft_document(draft: Draft) -> dict[str, Any]:
     """Describe a graph that is being edited: also incomplete and muted nodes, and positions."""
     document = graph_document(draft.shot)
     others = [name for name in draft.tables if name not in draft.shot.graph.nodes]
-    nodes = [*document["nodes"], *(unchecked_document(name, draft.types[name], draft.tables[name]) for name in others)]
+    nodes = [*document["nodes"], *(unchecked_document(draft, name) for name in others)]
     for node in nodes:
         node |= {"muted": node["name"] in draft.muted, "fault": draft.faults.get(node["name"])}
     types = {found.name: type_document(found) for found in draft.types.values()}
     return document | {"nodes": nodes, "types": types, "layout": dict(draft.layout)}
 
 
-def unchecked_document(name: str, kind: NodeType, table: Mapping[str, Any]) -> dict[str, Any]:
+def unchecked_document(draft: Draft, name: str) -> dict[str, Any]:
     """Describe a node that is not in the shot, by its table."""
-    edges = []
-    for socket, value in table.get("in", {}).items():
-        many = isinstance(value, list)
-        for place, source in enumerate(value if many else [value]):
-            node, _, output = str(source).partition(".")
-            edges.append({"plug": f"{socket}.{place}" if many else socket, "node": node, "output": output})
+    kind, table = draft.types[name], draft.tables[name]
     given = {key: value for key, value in table.items() if key not in RESERVED}
     return {
         "name": name,
         "type": kind.name,
         "doc": paragraphs(kind.function.__doc__ or ""),
-        "edges": edges,
+        "edges": edges_document(draft.edges(name)),
         "settings": unchecked_settings(fields_of(kind), given),
         "given": given,
         "publish": table.get("publish"),

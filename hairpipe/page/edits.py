@@ -4,7 +4,6 @@ from collections.abc import Iterable
 from typing import Any
 
 from hairpipe.api.draft import Draft
-from hairpipe.errors import BadInput
 from hairpipe.graph.edit import verbs
 from hairpipe.graph.edit.inline_table import literal_of, read_literal
 
@@ -25,13 +24,14 @@ def set_value(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
         read_literal(text)
     except (ValueError, RecursionError):
         text = literal_of(text)
-    known_node(draft, target.partition(".")[0])
+    verbs.check_node(draft.tables, target.partition(".")[0])
     return verbs.with_value(draft.text, target, text), f"{target} = {text}"
 
 
 def unset_value(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
     """Remove a setting or a group, which then has its default."""
     target = str(given["target"])
+    verbs.check_node(draft.tables, target.partition(".")[0])
     return verbs.without_value(draft.text, target), f"{target} unset"
 
 
@@ -79,11 +79,9 @@ def disconnect(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
     socket, _, number = plug.partition(".")
     target = f"{node}.in.{socket}"
     sources = given_at(draft, node, ["in", socket])
-    kept = (
-        [one for place, one in enumerate(sources) if place != int(number)]
-        if number and isinstance(sources, list)
-        else []
-    )
+    kept = list[Any]()
+    if number and isinstance(sources, list):
+        kept = [one for place, one in enumerate(sources) if place != int(number)]
     text = verbs.with_value(draft.text, target, literal_of(kept)) if kept else verbs.without_value(draft.text, target)
     return text, f"{node}.in.{plug} cut"
 
@@ -100,7 +98,7 @@ def mute(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
     names = [str(name) for name in given["nodes"]]
     on = bool(given["on"])
     for name in names:
-        known_node(draft, name)
+        verbs.check_node(draft.tables, name)
         text = verbs.with_value(text, f"{name}.mute", "true") if on else verbs.without_value(text, f"{name}.mute")
     return text, f"{'mute' if on else 'unmute'} {', '.join(names)}"
 
@@ -120,10 +118,8 @@ def duplicate(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
 def move(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
     """Place nodes on the page; None for the automatic layout."""
     for name in given["positions"]:
-        known_node(draft, name)
-    text = draft.text
-    cleared = {name: None for name, place in given["positions"].items() if place is None}
-    return placed(verbs.placed(text, cleared), given["positions"]), f"move {', '.join(given['positions'])[:60]}"
+        verbs.check_node(draft.tables, name)
+    return placed(draft.text, given["positions"]), f"move {', '.join(given['positions'])[:60]}"
 
 
 EDITS = {
@@ -136,27 +132,20 @@ EDITS = {
 
 def connected(text: str, node: str, socket: str, source: str, draft: Draft) -> str:
     """Return a text with an input connected."""
-    known_node(draft, node)
+    verbs.check_node(draft.tables, node)
     found = draft.types[node].sockets.get(socket)
     others = given_at(draft, node, ["in", socket])
+    value: str | list[str] = source
     if found is not None and found.many and others is not None:
-        return verbs.with_value(
-            text, f"{node}.in.{socket}", literal_of([*(others if isinstance(others, list) else [others]), source])
-        )
-    return verbs.with_value(text, f"{node}.in.{socket}", literal_of(source))
+        value = [*(others if isinstance(others, list) else [others]), source]
+    return verbs.with_value(text, f"{node}.in.{socket}", literal_of(value))
 
 
 def placed(text: str, places: dict[str, Any]) -> str:
-    """Return a text with positions of nodes; those that are None are not set."""
-    known = {name: [clipped(x) for x in place] for name, place in places.items() if place is not None}
-    return verbs.placed(text, known)
-
-
-def clipped(x: Any) -> int:
-    """Return a coordinate as a whole number; ValueError for one that no page has."""
-    if abs(x) > MOST_PLACE:
+    """Return a text with positions of nodes, None for no position; ValueError for coordinates that no page has."""
+    if any(abs(x) > MOST_PLACE for place in places.values() if place for x in place):
         raise ValueError("too far")
-    return round(x)
+    return verbs.placed(text, {name: place and [round(x) for x in place] for name, place in places.items()})
 
 
 def given_at(draft: Draft, node: str, names: list[str]) -> Any:
@@ -165,12 +154,6 @@ def given_at(draft: Draft, node: str, names: list[str]) -> Any:
     for name in names:
         table = table.get(name) if isinstance(table, dict) else None
     return table
-
-
-def known_node(draft: Draft, name: str) -> None:
-    """Refuse the name of a node that does not exist."""
-    if name not in draft.tables:
-        raise BadInput(f"no node '{name[:60]}'", right="a node of the graph")
 
 
 def free_name(taken: Iterable[str], name: str) -> str:

@@ -44,6 +44,11 @@ class History:
         return self._steps[self._at].text
 
     @property
+    def first(self) -> str:
+        """The earliest text that is kept."""
+        return self._steps[0].text
+
+    @property
     def unsaved(self) -> bool:
         """Whether the present text differs from that of the file."""
         return self.text != self.disk
@@ -74,7 +79,7 @@ class History:
 
     def repeated(self, edit: Callable[[str, Deed], str]) -> str:
         """Return the text of the other program with the unsaved edits repeated in it; BadInput where one cannot be."""
-        text = self.theirs or self.text
+        text = self.text if self.theirs is None else self.theirs
         for step in self.deeds():
             text = edit(text, step.deed) if step.deed else text
         return text
@@ -84,12 +89,10 @@ class History:
         labels = {str(step.deed and step.deed[1].get("target", step)): step.label for step in self.deeds()}
         undone = [f"undone: {step.label}" for step in self._steps[self._at + 1 : self._saved + 1]]
         sides = self.text.splitlines(), (self.theirs or "").splitlines()
-        conflict = (
-            None if self.theirs is None else list(unified_diff(*sides, "this page", "the file", lineterm="", n=1))
-        )
+        difference = unified_diff(*sides, "this page", "the file", lineterm="", n=1)
         return {
             "edits": [*labels.values(), *undone] or (["a new file"] if self.disk is None else []),
             "undo": self._steps[self._at].label if self._at else None,
             "redo": self._steps[self._at + 1].label if self._at + 1 < len(self._steps) else None,
-            "conflict": conflict,
+            "conflict": None if self.theirs is None else list(difference),
         }

@@ -53,7 +53,7 @@ PATIENCE = 1
 class Server:
     """A served page.
 
-    address  of the page, token included; anybody with it may change settings and start runs
+    address  of the page, token included; anybody with it may edit and save the graph, and start runs
     """
 
     def __init__(self, session: Session, port: int) -> None:

@@ -131,10 +131,12 @@ class Session:
             self._advance()
 
     def revert(self) -> None:
-        """Discard all edits, which can be undone."""
+        """Discard all edits, which can be undone; a conflict ends with the text of the file."""
         with self._lock:
-            self._push("revert", self._history.disk or self._history.text)
-            self._history.written(self._history.text)
+            history = self._history
+            file = history.disk if history.theirs is None else history.theirs
+            self._push("revert", history.first if file is None else file, base=file)
+            self._advance()
 
     def save(self) -> None:
         """Write the graph file; BadInput for a shipped graph, one that another program changed, or no permission."""
@@ -144,7 +146,7 @@ class Session:
                 raise BadInput("another program has changed the file", where=self._shot.path, right="choose a version")
             self._draft.save()
             self._history.written(self._draft.text)
-            self._reload()
+            self._advance()
 
     def save_as(self, name: str) -> None:
         """Write a new file within the project, which is the file of the page then; BadInput as `Draft.saved_as`."""
@@ -179,7 +181,6 @@ class Session:
             self._history.push(Step(label, text))
         if base is not None and base == text:
             self._history.written(text)
-        self._advance()
 
     def run(self, to: list[str]) -> None:
         """Begin a run of the graph with its edits; BadInput during another run."""
@@ -232,17 +233,15 @@ class Session:
         return self._history.document() | {"saved": can_save, "playable": playable(self._shot)}
 
     def _state(self) -> dict[str, Any]:
-        document = self._shown()
+        wedge = self._wedge is not None  # runs are of the wedge
+        output = RunOutput({}, {}, self._cache.hosts(self._plan)) if wedge else self._output(self._plan)
+        document: dict[str, Any] = state_document(self._shot, self._plan, self._shelf.suffix, output)
+        document["wedge"] = wedge
+        if not wedge:
+            document["verdict"] |= self._run_state()
         for name in self._draft.tables:
             document["nodes"].setdefault(name, {"cells": []})
         return document
-
-    def _shown(self) -> dict[str, Any]:
-        if self._wedge is not None:  # runs are of the wedge
-            output = RunOutput({}, {}, self._cache.hosts(self._plan))
-            return state_document(self._shot, self._plan, self._shelf.suffix, output) | {"wedge": True}
-        document = state_document(self._shot, self._plan, self._shelf.suffix, self._output(self._plan))
-        return {"nodes": document["nodes"], "verdict": document["verdict"] | self._run_state(), "wedge": False}
 
     def _variants(self) -> dict[str, Any]:
         """Describe the wedge with the edits."""
@@ -299,7 +298,6 @@ class Session:
         for player in self._players:
             player.take(draft.text)
         self._shelf.take(draft.shot, plan)
-        self._advance()
 
     def _advance(self) -> None:
         with self._changed:

@@ -80,6 +80,54 @@ def test_every_edit_is_undone_and_redone(session):
         assert session._history.text == text
 
 
+def test_a_new_graph_is_reverted_to_its_beginning_and_saved(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    session = Session(load_draft("new.toml", EMPTY, cache=tmp_path / "cache"))
+    try:
+        session.change("add", {"type": "make_bust"})
+        session.revert()
+        assert session._history.text == EMPTY and not (tmp_path / "new.toml").exists()
+        session.undo()
+        session.save()
+        assert '[bust]\ntype = "make_bust"' in (tmp_path / "new.toml").read_text()
+    finally:
+        session.close()
+
+
+@pytest.mark.parametrize(
+    "tables", ['[a]\ntype = "load_groom"\n[b]\nin.x = "a"', '[a]\ntype = "load_groom"\nin = 3', "[a]\nmute = 1"]
+)
+def test_a_faulty_table_after_an_incomplete_node_is_refused(tables, tmp_path):
+    with pytest.raises(BadInput):
+        load_draft(str(tmp_path / "new.toml"), EMPTY + tables, cache=tmp_path / "cache")
+
+
+@pytest.mark.parametrize("target", ["hair", "wedge", "schema", "wedge.colour", "hair.in", "layout.hair", "nothing.red"])
+def test_only_values_of_nodes_are_unset(shot, folder, target):
+    text = SHOT + "\n[wedge.colour]\naxes.picture.red = [0.1, 0.2]\n\n[layout]\nhair = [1, 2]\n"
+    session = Session(load_draft(str(folder / "unset.toml"), text, cache=folder / "cache"))
+    try:
+        with pytest.raises(BadInput):
+            session.change("unset", {"target": target})
+        assert session._history.text == text
+    finally:
+        session.close()
+
+
+def test_a_request_renews_the_page_once(session, folder):
+    requests = [
+        lambda: session.edit("picture.red", "0.75"),
+        lambda: session.undo(),
+        lambda: session.undo(1),
+        lambda: session.revert(),
+    ]
+    for request in requests:
+        with session._lock:  # nothing polls meanwhile
+            revision = session.revision
+            request()
+            assert session.revision == revision + 1
+
+
 def test_a_muted_node_is_passed_by(session):
     session.change("add", {"type": "paint", "edges": {"hair": "lag"}})
     session.change("mute", {"nodes": ["lag"], "on": True})
@@ -101,14 +149,20 @@ def test_a_change_by_another_program_is_a_conflict_until_a_version_is_chosen(ses
     assert (folder / "shot.toml").read_text() == theirs.replace(
         '"paint"\nin.hair = "hair"\n', '"paint"\nin.hair = "hair"\nred = 0.75\n'
     )
-    session.edit("picture.red", "0.5")
-    (folder / "shot.toml").write_text(SHOT)
-    until(lambda: graph(session)["conflict"])
-    session.resolve("file")
+    for end in (lambda: session.resolve("file"), session.revert):
+        session.edit("picture.red", "0.5")
+        (folder / "shot.toml").write_text(SHOT.replace("300", "200"))
+        until(lambda: graph(session)["conflict"])
+        end()
+        assert "strands = 200" in session._history.text and graph(session)["edits"] == []
+        (folder / "shot.toml").write_text(SHOT)
+        until(lambda: session._history.text == SHOT)
     assert session._history.text == SHOT and graph(session)["edits"] == []
 
 
-@pytest.mark.parametrize("name", ["../out.toml", "nodes/x.toml", ".x.toml", "x.py", "shot.toml", "no/x.toml"])
+@pytest.mark.parametrize(
+    "name", ["../out.toml", "nodes/x.toml", ".x.toml", "x.py", "shot.toml", "no/x.toml", f"{300 * 'x'}.toml", "\0.toml"]
+)
 def test_a_copy_is_saved_within_the_project_only(session, name):
     with pytest.raises(BadInput):
         session.save_as(name)

@@ -1,7 +1,7 @@
 "use strict";
 // Nodes are added: a search over names, titles, and what the other end of a wire takes or gives.
 
-/** @typedef {{node: string, output: string, type: string}} Source */
+/** @typedef {{text: string, node: string, type: string}} Source */
 /** @typedef {{node: string, socket: string, type: string}} Feed */
 
 /** Open the search at a place of the page, for a wire that begins or ends nowhere yet.
@@ -45,15 +45,15 @@ async function addNode(type, at, { source, feeds }) {
     const givers = app.graph.nodes.filter((/** @type {any} */ node) => Object.values(node.type.outputs).includes(socket.type));
     if (givers.length === 1 && type.mode !== "once") edges[socket.name] = sourceText(givers[0], socket.type);
   }
-  if (source) edges[/** @type {string} */ (socketFor(type, { source }))] = source.output ? `${source.node}.${source.output}` : source.node;
+  if (source) edges[/** @type {string} */ (socketFor(type, { source }))] = source.text;
   const given = { type: type.name, at, edges, ...(feeds && { feeds: { node: feeds.node, socket: feeds.socket } }) };
   const before = new Set(app.graph.nodes.map((/** @type {any} */ node) => node.name));
   app.awaited = () => app.graph.nodes.find((/** @type {any} */ node) => !before.has(node.name))?.name;
   if (await edit("add", given)) await edit("add", { ...given, edges: {} });
 }
 
-/** Name of the output of a node in a graph file: the node alone if one output has the type. @param {any} node @param {string} type */
-function sourceText(node, type) {
-  const names = Object.entries(node.type.outputs).filter(([, kind]) => kind === type).map(([name]) => name);
-  return names.length === 1 ? node.name : `${node.name}.${names[0]}`;
+/** Text of an edge from an output: the node alone if one output has the type. @param {any} node @param {string} type @param {string} [output] */
+function sourceText(node, type, output) {
+  const names = Object.keys(node.type.outputs).filter((name) => node.type.outputs[name] === type);
+  return names.length === 1 ? node.name : `${node.name}.${output ?? names[0]}`;
 }

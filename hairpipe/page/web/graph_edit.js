@@ -64,12 +64,11 @@ function beginGesture(svg, event) {
 
 /** The loose end of a wire: from an output, or of the edge at an input, which is cut. @param {DOMStringMap} socket */
 function wireAt(socket) {
-  const node = app.nodeNamed(socket.owner ?? ""), name = socket.name ?? "";
-  if (socket.side === "out") return { source: { node: node.name, output: Object.keys(node.type.outputs).length > 1 ? name : "", type: socket.type } };
+  const node = app.nodeNamed(socket.owner ?? ""), name = socket.name ?? "", type = socket.type ?? "";
+  if (socket.side === "out") return { source: { text: sourceText(node, type, name), node: node.name, type } };
   const edge = node.edges.find((/** @type {any} */ one) => one.plug === name);
-  if (!edge) return { feeds: { node: node.name, socket: name.split(".")[0], type: socket.type } };
-  const giver = app.nodeNamed(edge.node);
-  return { source: { node: edge.node, output: Object.keys(giver.type.outputs).length > 1 ? edge.output : "", type: socket.type }, cut: { node: node.name, plug: name } };
+  if (!edge) return { feeds: { node: node.name, socket: name.split(".")[0], type } };
+  return { source: { text: sourceText(app.nodeNamed(edge.node), type, edge.output), node: edge.node, type }, cut: { node: node.name, plug: name } };
 }
 
 /** @param {PointerEvent} event */
@@ -123,11 +122,11 @@ async function endWire(wire, event) {
   if (!socket && !node) return void edit("disconnect", wire.cut);
   const reason = socket ? refusal(wire, socket) : `${node.name} takes no ${(wire.source ?? wire.feeds).type}`;
   if (reason) return void sayControls(document.body.dataset.refused = reason);
-  const [from, to] = wire.source ? [wire.source, { node: socket.owner, socket: socket.name.split(".")[0] }]
-    : [{ node: socket.owner, output: Object.keys(app.nodeNamed(socket.owner).type.outputs).length > 1 ? socket.name : "" }, wire.feeds];
+  const [source, to] = wire.source ? [wire.source.text, { node: socket.owner, socket: socket.name.split(".")[0] }]
+    : [sourceText(app.nodeNamed(socket.owner), socket.type, socket.name), wire.feeds];
   if (wire.cut && wire.cut.node === to.node && wire.cut.plug.split(".")[0] === to.socket) return;
   if (wire.cut) await edit("disconnect", wire.cut);
-  await edit("connect", { node: to.node, socket: to.socket, source: from.output ? `${from.node}.${from.output}` : from.node });
+  await edit("connect", { node: to.node, socket: to.socket, source });
 }
 
 /** @param {string} node @param {number} x @param {number} y */

@@ -47,7 +47,6 @@ async function layOutAgain() {
   if (placed.length) await edit("move", { positions: Object.fromEntries(placed.map((name) => [name, null])) });
   app.fresh = true;
   drawGraph();
-  showAll();
 }
 
 /** Save, or ask for a name within the project. @param {boolean} as */

@@ -4,9 +4,6 @@
 /** @type {Viewer | null} */
 let viewer = null;
 
-/** Kinds of the selected output that are shown in three dimensions. */
-const SOLID = ["strands", "mesh", "points", "surface"];
-
 async function showStage() {
   const stage = /** @type {HTMLElement} */ (document.getElementById("stage"));
   drawChoices();
