@@ -232,10 +232,10 @@ def inserted(given: list[Statement], block: list[Statement], newline: str) -> li
     owned = owners(given)
     while place and block[0].path[0] not in tail and owned[place - 1] in tail:
         place -= 1
-    before, after = ended(given[:place], newline), given[place:]
+    before = ended(given[:place], newline)
     blank = Statement("blank", newline, (), ())
     space = [blank] if before and before[-1].kind != "blank" else []
-    return [*before, *space, *block, *([blank] if after else []), *after]
+    return [*before, *space, *block, *([blank] if given[place:] else []), *given[place:]]
 
 
 def ended(given: list[Statement], newline: str) -> list[Statement]:
