@@ -56,4 +56,4 @@ def pin_hair(
     places, velocities = (
         (moves[:, :, :3] @ prepared.rest[:, :, None])[:, :, 0] + moves[:, :, 3] for moves in (motions, rates)
     )
-    return Pins(prepared.points, places, velocities, frequency, damping)
+    return Pins(prepared.points, places, velocities, frequency, damping, len(groom.points))

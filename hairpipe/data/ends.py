@@ -33,6 +33,7 @@ class Pins:
     velocities  velocity of that place [m/s], (k, 3) float64
     frequency   natural frequency of a point about its place [Hz]
     damping     ratio of damping to critical damping
+    among       number of points of the groom
     """
 
     points: np.ndarray
@@ -40,3 +41,4 @@ class Pins:
     velocities: np.ndarray
     frequency: float
     damping: float
+    among: int

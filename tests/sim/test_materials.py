@@ -216,7 +216,8 @@ def test_a_plain_number_stays_one(groom):
     ("setting", "message"),
     [
         (Diameter(80e-6, map="hard"), r"no map or group 'hard'.*'soft'"),
-        (Diameter(80e-6, groups=(("beard", 2.0),)), r"no map or group 'beard'"),
+        (Diameter(80e-6, groups=(("beard", 2.0),)), r"no group 'beard'"),
+        (Diameter(80e-6, groups=(("soft", 2.0),)), r"no group 'soft'"),
         (Diameter(80e-6, map="soft"), r"material.diameter is 0 m: strands 0 .*1e-05 to 0.002 m"),
         (Diameter(80e-6, profile=((0.0, 1.0), (1.0, 0.0))), r"material.diameter is .* m: strands 0, 1"),
         (Diameter(80e-6, profile=((0.5, 1.0), (0.2, 1.0))), r"fractions that do not ascend"),

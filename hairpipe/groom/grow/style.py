@@ -68,7 +68,7 @@ class Varied(Painted):
     image      path of an image file, over the texture coordinates of roots, that scales the value: black is 0, white
                is 1
     profile    factors along a strand: fractions of the length from the root, ascending, each with its factor, linear
-               between them; by default 1
+               between them, and equal beyond the first and last; by default 1
     groups     factors of groups of the groom, each ["name", factor]; 1 for others
     """
 

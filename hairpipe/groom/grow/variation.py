@@ -14,6 +14,7 @@ from hairpipe.groom.binding import name_strands
 from hairpipe.groom.grow.paint import sample_picture
 from hairpipe.groom.grow.style import Profile, Varied, VariedWidth
 from hairpipe.groom.random_streams import chances
+from hairpipe.groom.sampling import members_of
 
 ReadImage = Callable[[Path], np.ndarray]
 """Returns the image in a file, see `groom/grow/paint.py`."""
@@ -77,7 +78,7 @@ def map_of(groom: Groom, name: str, where: str) -> np.ndarray:
     labels = np.empty(0, str) if groom.groups is None else labels_of(groom.groups, groom.group_names)
     found = groom.maps.get(name)
     if found is None and name in labels:
-        return (labels == name).astype(float)
+        return members_of(groom, (name,), where).astype(float)
     if found is None:
         known = [*sorted(groom.maps), *np.unique(labels).tolist()]
         right = ", ".join(f"'{each}'" for each in known) or "a groom with maps or groups: this one has none"
@@ -105,7 +106,7 @@ def _group_factors(setting: Varied, groom: Groom, name: str) -> np.ndarray:
     """Return the factor of the group of each strand, (S,)."""
     factors = np.ones(len(groom.ids))
     for group, factor in setting.groups:
-        factors *= np.where(map_of(groom, group, f"{name}.groups") > 0.0, factor, 1.0)
+        factors *= np.where(members_of(groom, (group,), f"{name}.groups"), factor, 1.0)
     return factors
 
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hairpipe.data import Pins
+from hairpipe.errors import BadInput
 from hairpipe.groom.grow.variation import values_of
 from hairpipe.sim.axis import axis_of, following_masses
 from hairpipe.sim.boundary import Driver, motion_of_roots
@@ -24,6 +25,8 @@ def goals_of(
 
     drivers  drivers of the roots of these strands at both frames
     pins     pins at both frames, of all strands, also where these are some of them
+
+    Raises BadInput as `frequencies_of` and `check_pins`.
     """
     if goal is None and not pins:
         return []
@@ -38,6 +41,7 @@ def goals_of(
         path = Path(strands[points], hair.groom.points[points], *(m for end in ends for m in end), frame_dt)
         found.append(GoalPull(springs, path, strands))
     for before, after in pins:
+        check_pins(after, hair)
         points = after.points if hair.part_of is None else hair.part_of[1][after.points]
         kept = np.flatnonzero(points >= 0)
         points = points[kept]
@@ -46,6 +50,14 @@ def goals_of(
         path = Path(np.arange(len(points)), np.zeros((len(points), 3)), *moves, frame_dt)
         found.append(GoalPull(springs, path, strands))
     return found
+
+
+def check_pins(pins: Pins, hair: HairModel) -> None:
+    """Raise BadInput for pins of another groom."""
+    whole = hair if hair.part_of is None else hair.part_of[0]
+    if pins.among != len(whole.groom.points):
+        what = f"pins of a groom of {pins.among} points, for one of {len(whole.groom.points)}"
+        raise BadInput(what, where="in.pins", right="pin_hair of the groom that is simulated")
 
 
 def frequencies_of(goal: Goal, hair: HairModel) -> np.ndarray:

@@ -157,19 +157,26 @@ def test_hair_sags_as_a_beam_on_an_elastic_foundation(scene, straight, model):
     assert np.abs(shot.state.velocities).max() < 1e-4  # and it has come to rest
 
 
-def pins_at(points, positions, frequency=60.0):
-    positions = np.asarray(positions, float)
-    return Pins(np.array(points, np.int32), positions, np.zeros_like(positions), frequency, 1.0)
+def pins_at(points, rest, frequency=60.0):
+    """Pins that keep some points of a groom where they are at rest."""
+    positions = np.asarray(rest, float)[points]
+    return Pins(np.array(points, np.int32), positions, np.zeros_like(positions), frequency, 1.0, len(rest))
 
 
 @pytest.mark.parametrize("model", ["rod", "network"])
 def test_a_pinned_point_stays_while_the_rest_falls(scene, straight, model):
     shot = scene([straight(0.1, 10, [1, 0, 0]), straight(0.1, 10, [1, 0, 0.3])], model=model, step=1 / 96, drag=5.0)
     rest = shot.hair.groom.points
-    moved = advanced(shot, 12, None, pins_at([5], rest[[5]])).axis - rest
+    moved = advanced(shot, 12, None, pins_at([5], rest)).axis - rest
     assert np.linalg.norm(moved[5]) < 1e-3  # the weight that it carries over its stiffness
     assert moved[10, 1] < -0.01 and moved[16, 1] < -0.01
     assert shot.state.impulses[0, 1] > 0.0 and not shot.state.impulses[1].any()
+
+
+def test_pins_of_another_groom_are_refused(scene, straight):
+    shot = scene([straight(0.1, 10, [1, 0, 0])], step=1 / 96)
+    with pytest.raises(BadInput, match=r"pins of a groom of 12 points, for one of 11.*the groom that is simulated"):
+        advanced(shot, 1, None, pins_at([5], np.zeros((12, 3))))
 
 
 def test_a_goal_does_not_depend_on_the_direction_of_space(scene, straight):
@@ -208,12 +215,12 @@ def test_guides_are_pulled_as_they_are_among_all_strands(scene, straight):
     strands = [straight(0.1, 6, [1, 0, z]) for z in (0.0, 0.1, 0.2)]
     whole = scene(strands, step=1 / 96)
     rest = whole.hair.groom.points
-    advanced(whole, 2, Goal(Frequency(3.0)), pins_at([3, 17], rest[[3, 17]]))
+    advanced(whole, 2, Goal(Frequency(3.0)), pins_at([3, 17], rest))
     part = take_guides(whole.hair, np.array([0, 0, 2], np.int32))
     lone = scene(strands, step=1 / 96)
     state = part.state_of(lone.state)
     for n in range(2):
-        pins = pins_at([3, 17], rest[[3, 17]])
+        pins = pins_at([3, 17], rest)
         goals = goals_of(part.hair, (lone.body, lone.body), [(pins, pins)], Goal(Frequency(3.0)), FRAME)
         held = with_interactions(whole.scene, *goals)
         state = advance_frame(part.hair, state, (lone.body, lone.body), (), FRAME, held, n * FRAME)
