@@ -86,6 +86,7 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "measure_vibration": {"segments": [8], "modes": 2},
     "measure_writhe": {"segments": [5]},
     "measure_column": {"segments": [5]},
+    "measure_rest": {"seconds": 1 / 24},
     "measure_stack": {"layers": [2], "iterations": 5, "seconds": 0.01},
     "follow_trial": {"trial.seconds": 0.125, "rate": 240},
     "measure_interpolation": {"voxel": 0.2, "half_width": 2},
