@@ -168,10 +168,12 @@ class Counting:
 
 
 def chosen(shelf: Shelf) -> Iterator[str]:
-    """List the documents of a report: all, with surfaces of level sets at the first frame only."""
+    """List the documents of a report: all but contacts, with surfaces of level sets at the first frame only."""
     seen: set[str] = set()
     for name in shelf.names():
         node = shelf.node_of(name)
+        if name.endswith(".contacts"):
+            continue
         if name.endswith(".surface"):
             if node in seen:
                 continue

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from hairpipe.data import Cloud, Density, Groom, LevelSet, Mesh, Particles, PointValues, Strands
+from hairpipe.data.hair import HairState
 from hairpipe.graph.store.digest import digest_bytes
 from hairpipe.page.packing import Packed, pack, quantised, second_differences, zigzag
 from hairpipe.spatial.isosurface import extract_surface
@@ -25,6 +26,8 @@ def strands_document(hair: Strands | Groom, most: int) -> Packed:
     arrays = {"points": zigzag(second_differences(places, offsets)), "lengths": lengths.astype(np.uint16)}
     if len(shown) < count:
         arrays["strands"] = shown.astype(np.uint32)
+    if isinstance(hair, Groom) and hair.root_uv.any():
+        arrays["uv"] = hair.root_uv[shown].astype(np.float32).view(np.uint32)
     meta: dict[str, Any] = {"total": count, "diameter": getattr(hair, "diameter", 0.0), **box}
     if isinstance(hair, Strands):
         speeds = np.linalg.norm(hair.velocities[kept].astype(float), axis=1)
@@ -44,6 +47,11 @@ def thinned(offsets: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray, np.
     lengths = np.diff(offsets)[shown].astype(np.int64)
     starts = np.concatenate([[0], np.cumsum(lengths)[:-1]]) if count else np.zeros(0, np.int64)
     return shown, lengths, np.arange(lengths.sum()) + np.repeat(np.asarray(offsets)[shown] - starts, lengths)
+
+
+def contacts_document(state: HairState) -> Packed:
+    """Describe the pairs of segments of the groom that are connected; pure."""
+    return pack({"segments": state.stuck.astype(np.uint32)})
 
 
 def values_document(measured: PointValues, most: int) -> Packed:

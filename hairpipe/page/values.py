@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from hairpipe.data import Body, Cloud, Density, Groom, LevelSet, Mesh, Particles, PointValues, Strands, Table
+from hairpipe.data.hair import HairState
 from hairpipe.graph import File
 from hairpipe.page import shapes
 from hairpipe.page.packing import Packed
@@ -33,6 +34,7 @@ KINDS: dict[type, tuple[str, ...]] = {
     Particles: ("points",),
     Table: ("table",),
     PointValues: ("values",),
+    HairState: ("value", "contacts"),
 }
 """Documents of values by their type; other types have `value`, a summary."""
 
@@ -68,6 +70,7 @@ def document_of(kind: str, value: Any, most: int) -> Packed:
         "strands": lambda: shapes.strands_document(value, most),
         "points": lambda: shapes.points_document(value),
         "values": lambda: shapes.values_document(value, most),
+        "contacts": lambda: shapes.contacts_document(value),
         "slices": lambda: shapes.slices_document(value),
         "table": lambda: (table_document(value), b""),
         "value": lambda: ({"lines": list(summary_lines(value))}, b""),

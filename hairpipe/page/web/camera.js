@@ -3,13 +3,16 @@
 
 /** @typedef {Float32Array} Matrix */
 
+/** Vertical angle of view. */
+const VIEW_ANGLE = (30 * Math.PI) / 180;
+
 class Camera {
   constructor() {
     this.target = [0, 0, 0];
     this.distance = 1;
     this.yaw = 0.7;
     this.pitch = 0.25;
-    this.fov = (30 * Math.PI) / 180;
+    this.fov = VIEW_ANGLE;
   }
 
   /** Look at a box so that all of it is seen. @param {number[]} low @param {number[]} high */

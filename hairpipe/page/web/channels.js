@@ -36,20 +36,25 @@ function valueDocuments(node, output) {
 /** Bytes red, green, blue, light of each point. @param {Unpacked} found @param {string} channel @param {Float32Array} places
  * @param {Uint8Array} light @param {any} rest @param {Float32Array | null} measured */
 function coloursOf(found, channel, places, light, rest, measured) {
-  const { lengths, strands } = found.arrays, colours = new Uint8Array(4 * (places.length / 3 + 1));
+  const { lengths, strands } = found.arrays, colours = new Uint8ClampedArray(4 * (places.length / 3 + 1));
   const speeds = measured ?? (channel === "speed" ? runningSums(found.arrays.speeds ?? new Uint8Array(places.length / 3)) : null);
-  const stretch = channel === "stretch" ? stretchOf(places, lengths, rest) : null;
+  const values = speeds ?? (channel === "stretch" ? stretchOf(places, lengths, rest).map((value) => 0.5 + value / (2 * STRETCH)) : null);
   let point = 0;
   for (let s = 0; s < lengths.length; s++) {
-    const strand = strands ? strands[s] : s, noise = noiseOf(strand), hue = 6.2832 * noise;
-    const tone = channel === "shaded" ? [150, 103, 66].map((v) => v * (0.8 + 0.45 * noise))
-      : [0, 2.0944, 4.1888].map((shift) => 140 + 100 * Math.cos(hue + shift));
+    const tone = toneOf(channel, strands ? strands[s] : s);
     for (let i = 0; i < lengths[s]; i++, point++) {
-      const rgb = speeds ? rampColour(speeds[point]) : stretch ? rampColour(0.5 + stretch[point] / (2 * STRETCH)) : tone;
-      colours.set([...rgb, light[point]].map((v) => Math.min(255, v)), 4 * point);
+      const [red, green, blue] = values ? rampColour(values[point]) : tone, at = 4 * point;
+      colours[at] = red, colours[at + 1] = green, colours[at + 2] = blue, colours[at + 3] = light[point];
     }
   }
   return colours;
+}
+
+/** Colour of a strand of which no values are shown. @param {string} channel @param {number} strand @returns {number[]} */
+function toneOf(channel, strand) {
+  const noise = noiseOf(strand), hue = 6.2832 * noise;
+  if (channel === "marked") return [70, 205, 255];
+  return channel === "shaded" ? [150, 103, 66].map((v) => v * (0.8 + 0.45 * noise)) : [0, 2.0944, 4.1888].map((shift) => 140 + 100 * Math.cos(hue + shift));
 }
 
 const STRETCH = 0.05;

@@ -64,8 +64,8 @@ const hairpipe = {
       hairpipe.waiting.set(name, [hear]);
       const script = document.createElement("script");
       script.src = `data/${hairpipe.fileOf(name)}.js`;
-      script.onload = () => hairpipe.waiting.has(name) && hairpipe.fail(name, `${name} is not in its file`);
-      script.onerror = () => hairpipe.fail(name, `${script.src} cannot be read`);
+      script.onload = () => (script.remove(), hairpipe.waiting.has(name) && hairpipe.fail(name, `${name} is not in its file`));
+      script.onerror = () => (script.remove(), hairpipe.fail(name, `${script.src} cannot be read`));
       document.head.append(script);
     });
   },
@@ -128,6 +128,12 @@ function placesOf(found, lengths) {
   }
   return places;
 }
+
+/** Places of the points of strands, made once. @param {Unpacked} found @returns {Float32Array} */
+const placesIn = (found) => (found.places ??= placesOf(found, found.arrays.lengths));
+
+/** Numbers in single precision whose bits these are, or null for none. @param {Numbers | undefined} bits */
+const floatsOf = (bits) => (bits ? new Float32Array(bits.buffer, bits.byteOffset, bits.length) : null);
 
 /** @param {number} value */
 function numberText(value) {

@@ -1,8 +1,10 @@
 "use strict";
 // What is drawn in three dimensions: buffers on the graphics card made of documents, and the drawing of them.
 
-/** @typedef {{draw: (view: Matrix, eye: number[], size: number[]) => void, free: () => void, low: number[], high: number[],
- *   places?: Float32Array, lengths?: ArrayLike<number>, strands?: ArrayLike<number>, note?: string}} Item */
+/** What is drawn, with bytes on the graphics card; of strands and meshes also what a ray is compared with, and of strands the documents.
+ * @typedef {{draw: (view: Matrix, eye: number[], size: number[]) => void, free: () => void, low: number[], high: number[], bytes: number,
+ *   places?: Float32Array, lengths?: ArrayLike<number>, strands?: ArrayLike<number>, triangles?: Numbers, note?: string,
+ *   document?: string, rest?: string | null, total?: number, step?: number}} Item */
 
 const LIT = LAMP.map((v) => v / Math.hypot(...LAMP));
 /** @type {Record<string, number[]>} */
@@ -15,13 +17,18 @@ class Scene {
     this.programs = { hair: programOf(gl, HAIR_VERTEX, HAIR_FRAGMENT), mesh: programOf(gl, MESH_VERTEX, MESH_FRAGMENT),
       points: programOf(gl, POINT_VERTEX, POINT_FRAGMENT) };
     this.faint = false;
+    /** Triangles by document, which the frames of a mesh share. @type {Map<string, {rows: Numbers, buffer: WebGLBuffer | null}>} */
+    this.faces = new Map();
+    /** @type {Map<WebGLProgram, Map<string, WebGLUniformLocation | null>>} */ this.uniforms = new Map();
+    /** Work of the graphics card so far, for measurements. */
+    this.work = { bytes: 0, uploads: 0, calls: 0, vertices: 0 };
     gl.enable(gl.DEPTH_TEST);
     gl.clearColor(0.11, 0.12, 0.135, 1);
   }
 
   /** Draw items, and left of a place those of before an edit, which are faint where there are no others.
-   * @param {Item[]} items @param {Camera} camera @param {Item[]} [past] @param {number} [cut] share of the width */
-  draw(items, camera, past = [], cut = 0) {
+   * @param {Item[]} items @param {Camera} camera @param {Item[]} [past] @param {number} [cut] share of the width @param {Item | null} [mark] drawn over all */
+  draw(items, camera, past = [], cut = 0, mark = null) {
     const { gl } = this, { width, height } = gl.canvas, left = past.length ? Math.round(cut * width) : 0;
     gl.viewport(0, 0, width, height);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
@@ -33,14 +40,21 @@ class Scene {
       for (const item of some) item.draw(view, eye, [width, height]);
     }
     gl.disable(gl.SCISSOR_TEST);
+    this.faint = false;
+    gl.disable(gl.DEPTH_TEST);
+    mark?.draw(view, eye, [width, height]);
+    gl.enable(gl.DEPTH_TEST);
   }
 
   /** @param {WebGLProgram} program @param {Record<string, any>} values */
   use(program, values) {
     const { gl } = this;
     gl.useProgram(program);
+    const known = this.uniforms.get(program) ?? new Map();
+    this.uniforms.set(program, known);
     for (const [name, value] of Object.entries(values)) {
-      const place = gl.getUniformLocation(program, name);
+      if (!known.has(name)) known.set(name, gl.getUniformLocation(program, name));
+      const place = known.get(name);
       if (value.length === 16) gl.uniformMatrix4fv(place, false, value);
       else if (value.length === 3) gl.uniform3fv(place, value);
       else if (value.length === 2) gl.uniform2fv(place, value);
@@ -53,14 +67,16 @@ class Scene {
     const made = this.gl.createBuffer();
     this.gl.bindBuffer(target, made);
     this.gl.bufferData(target, /** @type {ArrayBufferView<ArrayBuffer>} */ (data), this.gl.STATIC_DRAW);
+    this.work.bytes += data.byteLength;
+    this.work.uploads++;
     return made;
   }
 
   /** Strands: each segment is an instance that sees its neighbours in the same buffer, one point on.
    * @param {Unpacked} found @param {string} channel @param {any} rest places at rest, or null
-   * @param {Float32Array | null} measured values of the points in 0..1 to colour by, or null @returns {Item} */
-  strands(found, channel, rest, measured = null) {
-    const { gl } = this, { lengths } = found.arrays, places = found.places ?? placesOf(found, lengths), count = places.length / 3;
+   * @param {Float32Array | null} measured values of the points in 0..1 to colour by, or null @param {number} [least] width [px] @returns {Item} */
+  strands(found, channel, rest, measured = null, least = 0.8) {
+    const { gl } = this, { lengths } = found.arrays, places = placesIn(found), count = places.length / 3, before = this.work.bytes;
     const shown = lengths.length, many = found.meta.total / Math.max(shown, 1);
     const padded = new Float32Array(3 * (count + 3));
     padded.set(places, 3);
@@ -82,42 +98,62 @@ class Scene {
     held.push(this.buffer(ends));
     for (let k = 0; k < 2; k++) this.attribute(6 + k, 1, gl.UNSIGNED_BYTE, 1, k, 1);
     const width = Math.max(found.meta.diameter, 8e-5) * Math.min(12, Math.sqrt(250000 / Math.max(shown, 1)));
+    const box = boxOf(places), span = meanSpan(places, lengths), bytes = this.work.bytes - before;
     const draw = (/** @type {Matrix} */ view, /** @type {number[]} */ eye, /** @type {number[]} */ size) => {
-      this.use(this.programs.hair, { view, eye, lamp: LIT, size, width, shaded: channel === "shaded" ? 1 : 0, shown: this.faint ? 0.35 : 1 });
+      const pieces = piecesOf(span, box, eye, size[1]);
+      this.use(this.programs.hair, { view, eye, lamp: LIT, size, width, least, pieces, shaded: channel === "shaded" ? 1 : 0, shown: this.faint ? 0.35 : 1 });
       gl.enable(gl.SAMPLE_ALPHA_TO_COVERAGE);
       gl.bindVertexArray(array);
-      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 2 * (HAIR_PIECES + 1), Math.max(0, count - 1));
+      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 2 * (pieces + 1), Math.max(0, count - 1));
+      this.count(2 * (pieces + 1) * Math.max(0, count - 1));
       gl.disable(gl.SAMPLE_ALPHA_TO_COVERAGE);
     };
     const note = shown < found.meta.total ? `${shown.toLocaleString("en")} of ${found.meta.total.toLocaleString("en")} strands shown` : "";
-    return { draw, ...boxOf(places), places, lengths, strands: found.arrays.strands, note, free: () => this.free(array, held) };
+    return { draw, ...box, bytes, places, lengths, strands: found.arrays.strands, note, total: found.meta.total, step: found.meta.step, free: () => this.free(array, held) };
   }
 
   /** @param {Unpacked} found @param {Unpacked} faces @param {string} kind @returns {Item} */
   mesh(found, faces, kind) {
-    const { gl } = this, count = found.arrays.points.length / 3;
-    const places = placesOf(found, [count]), triangles = rowsOf(faces.arrays.triangles, 3);
+    const { gl } = this, before = this.work.bytes, places = placesOf(found, [found.arrays.points.length / 3]);
+    const { rows: triangles, buffer } = this.facesOf(found.meta.faces, faces);
     const array = gl.createVertexArray();
     gl.bindVertexArray(array);
     const held = [this.buffer(places)];
     this.attribute(0, 3, gl.FLOAT, 12, 0, 0);
     held.push(this.buffer(normalsOf(places, triangles)));
     this.attribute(1, 3, gl.FLOAT, 12, 0, 0);
-    held.push(this.buffer(triangles, gl.ELEMENT_ARRAY_BUFFER));
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
     const draw = (/** @type {Matrix} */ view, /** @type {number[]} */ eye) => {
       this.use(this.programs.mesh, { view, eye, lamp: LIT, colour: MESH_COLOURS[kind] });
       gl.enable(gl.POLYGON_OFFSET_FILL);
       gl.polygonOffset(1, 4);
       gl.bindVertexArray(array);
       gl.drawElements(gl.TRIANGLES, triangles.length, gl.UNSIGNED_INT, 0);
+      this.count(triangles.length);
       gl.disable(gl.POLYGON_OFFSET_FILL);
     };
-    return { draw, ...boxOf(places), free: () => this.free(array, held) };
+    return { draw, ...boxOf(places), bytes: this.work.bytes - before, places, triangles, free: () => this.free(array, held) };
+  }
+
+  /** Triangles as rows, and on the graphics card. @param {string} name @param {Unpacked} faces */
+  facesOf(name, faces) {
+    const known = this.faces.get(name);
+    if (known) return known;
+    this.gl.bindVertexArray(null); // else the buffer would be that of another mesh
+    const rows = rowsOf(faces.arrays.triangles, 3), made = { rows, buffer: this.buffer(rows, this.gl.ELEMENT_ARRAY_BUFFER) };
+    this.faces.set(name, made);
+    return made;
+  }
+
+  /** Count a draw call. @param {number} vertices */
+  count(vertices) {
+    this.work.calls++;
+    this.work.vertices += vertices;
   }
 
   /** @param {Unpacked} found @returns {Item} */
   points(found) {
-    const { gl } = this, count = found.arrays.points.length / 3;
+    const { gl } = this, count = found.arrays.points.length / 3, before = this.work.bytes;
     const places = placesOf(found, new Uint8Array(count).fill(1)), box = boxOf(places);
     const array = gl.createVertexArray();
     gl.bindVertexArray(array);
@@ -130,8 +166,9 @@ class Scene {
       this.use(this.programs.points, { view, size, width });
       gl.bindVertexArray(array);
       gl.drawArrays(gl.POINTS, 0, count);
+      this.count(count);
     };
-    return { draw, ...box, free: () => this.free(array, held) };
+    return { draw, ...box, bytes: this.work.bytes - before, free: () => this.free(array, held) };
   }
 
   /** @param {number} place @param {number} parts @param {number} type @param {number} stride @param {number} offset @param {number} divisor @param {boolean} [normalised] */
@@ -159,12 +196,34 @@ function rowsOf(columns, parts) {
 
 /** @param {Float32Array} places */
 function boxOf(places) {
-  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  for (let i = 0; i < places.length; i++) {
-    low[i % 3] = Math.min(low[i % 3], places[i]);
-    high[i % 3] = Math.max(high[i % 3], places[i]);
+  const low = [0, 0, 0], high = [0, 0, 0];
+  for (let axis = 0; axis < 3 && places.length; axis++) {
+    let least = Infinity, most = -Infinity;
+    for (let i = axis; i < places.length; i += 3) {
+      if (places[i] < least) least = places[i];
+      if (places[i] > most) most = places[i];
+    }
+    [low[axis], high[axis]] = [least, most];
   }
-  return places.length ? { low, high } : { low: [0, 0, 0], high: [0, 0, 0] };
+  return { low, high };
+}
+
+/** Mean length of the segments of strands [m]. @param {Float32Array} places @param {ArrayLike<number> & Iterable<number>} lengths */
+function meanSpan(places, lengths) {
+  let whole = 0, at = 0;
+  for (const length of lengths) {
+    for (let i = at + 3; i < at + 3 * length; i += 3) whole += Math.hypot(places[i] - places[i - 3], places[i + 1] - places[i - 2], places[i + 2] - places[i - 1]);
+    at += 3 * length;
+  }
+  return whole / Math.max(1, places.length / 3 - lengths.length);
+}
+
+/** Into how many straight pieces a segment is divided, so that each is a few pixels long.
+ * @param {number} span of a segment [m] @param {{low: number[], high: number[]}} box @param {number[]} eye @param {number} height of the picture [px] */
+function piecesOf(span, { low, high }, eye, height) {
+  const away = Math.hypot(...eye.map((v, k) => Math.max(low[k] - v, 0, v - high[k])));
+  const pixels = (span * height) / (2 * Math.tan(VIEW_ANGLE / 2) * Math.max(away, 1e-6));
+  return Math.max(1, Math.min(HAIR_PIECES, Math.round(pixels / PIECE)));
 }
 
 /** @param {Float32Array} places @param {Numbers} triangles */

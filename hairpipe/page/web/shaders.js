@@ -1,21 +1,22 @@
 "use strict";
 // Hair as ribbons that face the eye, lit after Kajiya and Kay 1989; meshes; particles.
 
-const HAIR_PIECES = 3;
+/** Most pieces of a segment, and the length of one [px]: a shorter one looks as straight as it is. */
+const HAIR_PIECES = 3, PIECE = 5;
 const HAIR_VERTEX = `#version 300 es
 layout(location=0) in vec3 before; layout(location=1) in vec3 here; layout(location=2) in vec3 there; layout(location=3) in vec3 after;
 layout(location=4) in vec4 colourHere; layout(location=5) in vec4 colourThere; layout(location=6) in uint endHere; layout(location=7) in uint endThere;
-uniform mat4 view; uniform vec3 eye; uniform vec3 lamp; uniform vec2 size; uniform float width; uniform float shaded; uniform float shown;
+uniform mat4 view; uniform vec3 eye; uniform vec3 lamp; uniform vec2 size; uniform float width; uniform float least; uniform float pieces; uniform float shaded; uniform float shown;
 out vec4 tint;
 void main() {
   if ((endHere & 2u) != 0u) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }
   vec3 p0 = (endHere & 1u) != 0u ? 2.0 * here - there : before, p3 = (endThere & 2u) != 0u ? 2.0 * there - here : after;
-  float t = float(gl_VertexID >> 1) / ${HAIR_PIECES}.0, side = float(gl_VertexID & 1) * 2.0 - 1.0;
+  float t = float(gl_VertexID >> 1) / pieces, side = float(gl_VertexID & 1) * 2.0 - 1.0;
   vec3 m0 = 0.5 * (there - p0), m1 = 0.5 * (p3 - here), c = 3.0 * (there - here) - 2.0 * m0 - m1, d = 2.0 * (here - there) + m0 + m1;
   vec3 place = here + t * (m0 + t * (c + t * d)), along = normalize(m0 + t * (2.0 * c + 3.0 * t * d));
   vec4 at = view * vec4(place, 1.0), next = view * vec4(place + 0.001 * along, 1.0);
   vec2 way = normalize((next.xy / next.w - at.xy / at.w) * size + vec2(1e-9, 0.0));
-  float wide = width * size.y / at.w, drawn = max(wide, 0.8);
+  float wide = width * size.y / at.w, drawn = max(wide, least);
   at.xy += side * 0.5 * drawn * vec2(-way.y, way.x) / size * 2.0 * at.w;
   gl_Position = at;
   vec4 colour = mix(colourHere, colourThere, t);

@@ -3,6 +3,8 @@
 
 /** @type {Viewer | null} */
 let viewer = null;
+/** Elements of the viewport, which stay. */
+const LASTING = ["view", "note", "legend", "knife", "picked"];
 
 async function showStage() {
   const stage = /** @type {HTMLElement} */ (document.getElementById("stage"));
@@ -10,7 +12,7 @@ async function showStage() {
   if (!app.nodeNamed(app.node)) return;
   if (player.stop && player.node === app.node) return;
   const now = layersOf(app.node, app.output), past = pastLayers(app.node, app.output), three = now.length ? now : past;
-  [...stage.children].forEach((child) => child.id === "view" || child.id === "note" || child.id === "legend" || child.id === "knife" || child.remove());
+  [...stage.children].forEach((child) => LASTING.includes(child.id) || child.remove());
   stage.classList.toggle("solid", three.length > 0);
   try {
     if (three.length) {

@@ -1,6 +1,9 @@
 "use strict";
 // Strands, meshes and particles of the selected output, on the body that they follow.
 
+/** Largest size of what is kept on the graphics card to be shown again [bytes]. */
+const MOST_KEPT = 256e6;
+
 class Viewer {
   /** @param {HTMLElement} stage @param {() => void} failed */
   constructor(stage, failed) {
@@ -9,6 +12,8 @@ class Viewer {
     this.legend = element("div", { id: "legend" });
     this.camera = new Camera();
     /** @type {Item[]} */ this.items = [];
+    /** What was drawn, the latest last: frames that are shown again are not uploaded again. @type {Map<string, Item>} */ this.kept = new Map();
+    /** The picked strand. @type {Item | null} */ this.marked = null;
     this.framed = "";
     this.turn = 0;
     const gl = this.canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
@@ -16,7 +21,7 @@ class Viewer {
     this.knife = /** @type {HTMLInputElement} */ (element("input", { id: "knife", type: "range", min: 0, max: 1000, value: 500, hidden: "", title: "before the edit | after it", oninput: () => this.redraw() }));
     /** Items of before the last edit. @type {Item[]} */ this.ghost = [];
     stage.append(this.canvas, this.note, this.legend, this.knife);
-    this.camera.listen(this.canvas, () => this.redraw(), (x, y) => this.pick(x, y));
+    this.camera.listen(this.canvas, () => this.redraw(), (x, y) => app.set({ picked: this.pick(x, y) }));
     new ResizeObserver(() => this.redraw()).observe(this.canvas);
     if (!gl) failed();
   }
@@ -27,38 +32,73 @@ class Viewer {
     const turn = ++this.turn, scene = this.scene;
     if (!scene) return;
     const loaded = await Promise.all([layers, past].map((some) => Promise.all(some.map((layer) => this.load(layer)))));
-    if (turn !== this.turn) return void loaded.flat().forEach((item) => item.free());
-    [...this.items, ...this.ghost].forEach((item) => item.free());
-    [this.items, this.ghost] = loaded;
+    if (turn !== this.turn) return;
+    this.take(loaded[0], loaded[1]);
     const made = layers.length ? this.items : this.ghost;
     this.knife.hidden = !(layers.length && past.length);
     const first = made[made.length - 1];
     if (first && this.framed !== app.node) {
-      const box = made.find((item) => item.places) ?? first;
+      const box = made.find((item) => item.lengths) ?? first;
       this.camera.frame(box.low, box.high);
       this.framed = app.node;
     }
     const before = layers.length ? (past.length ? "left: before the edit" : "") : "before the edit; a run shows the new result";
     this.note.textContent = [before, ...made.map((item) => item.note)].filter(Boolean).join(", ");
     document.body.dataset.ghost = String(past.length && !layers.length ? 1 : past.length ? 2 : 0);
+    void drawPicked();
+    this.redraw();
+  }
+
+  /** Draw items in place of others, and free what was not drawn for long. @param {Item[]} items @param {Item[]} ghost */
+  take(items, ghost) {
+    const kept = new Set(this.kept.values()), drawn = new Set([...items, ...ghost]);
+    [...this.items, ...this.ghost].forEach((item) => kept.has(item) || drawn.has(item) || item.free());
+    [this.items, this.ghost] = [items, ghost];
+    let bytes = [...kept].reduce((all, item) => all + item.bytes, 0);
+    for (const [key, item] of this.kept) {
+      if (bytes <= MOST_KEPT) break;
+      if (drawn.has(item)) continue;
+      this.kept.delete(key);
+      bytes -= item.bytes;
+      item.free();
+    }
+  }
+
+  /** Highlight a strand, or none. @param {Float32Array | null} places */
+  mark(places) {
+    this.marked?.free();
+    const meta = { total: 1, diameter: 0, low: [0, 0, 0], step: 0 };
+    this.marked = places && this.scene ? this.scene.strands({ meta, arrays: { points: new Uint16Array(0), lengths: Uint16Array.of(places.length / 3) }, places }, "marked", null, null, 3) : null;
     this.redraw();
   }
 
   /** Show strands that were just made, on a body. @param {Unpacked} found @param {string | null} body */
   async showPlayed(found, body) {
     const turn = ++this.turn, made = body ? [await this.load({ name: body, kind: "mesh", rest: null })] : [];
-    made.push(/** @type {Scene} */ (this.scene).strands(found, app.channel, null));
-    if (turn !== this.turn) return void made.forEach((item) => item.free());
-    [...this.items, ...this.ghost].forEach((item) => item.free());
-    [this.items, this.ghost] = [made, []];
+    if (turn !== this.turn) return;
+    this.take([...made, /** @type {Scene} */ (this.scene).strands(found, app.channel, null)], []);
+    void drawPicked();
     this.redraw();
   }
 
-  /** @param {Layer} layer @returns {Promise<Item>} */
-  async load({ name, kind, rest }) {
-    const scene = /** @type {Scene} */ (this.scene), found = await hairpipe.get(name);
-    if (kind === "points") return scene.points(found);
-    if (kind !== "strands") return scene.mesh(found, await hairpipe.get(`${found.meta.faces}.faces`), kind);
+  /** Get what a layer shows, as it was kept, or made. @param {Layer} layer @returns {Promise<Item>} */
+  async load(layer) {
+    const { name, kind, rest } = layer, scene = /** @type {Scene} */ (this.scene), found = await hairpipe.get(name);
+    if (kind === "strands") return this.loadStrands(layer, found);
+    const faces = kind === "points" ? null : await hairpipe.get(`${found.meta.faces}.faces`);
+    return this.keep([name, kind].join(), () => (faces ? scene.mesh(found, faces, kind) : scene.points(found)));
+  }
+
+  /** @param {string} key @param {() => Item} make @returns {Item} */
+  keep(key, make) {
+    const found = this.kept.get(key) ?? make();
+    this.kept.delete(key);
+    this.kept.set(key, found);
+    return found;
+  }
+
+  /** @param {Layer} layer @param {Unpacked} found @returns {Promise<Item>} */
+  async loadStrands({ name, rest }, found) {
     const base = rest && app.channel === "stretch" ? await hairpipe.get(rest) : null;
     await Promise.all(valueDocuments(app.node, app.output).map((/** @type {string} */ one) => hairpipe.get(one)));
     const source = measuredOf(app.node, app.output).get(app.channel), values = source && await hairpipe.get(source.name);
@@ -66,7 +106,8 @@ class Viewer {
     drawChoices();
     this.legend.replaceChildren(...(legend ? [legend[0], element("i", {}), legend[1]] : []));
     const measured = values ? runningSums(values.arrays[`values${source.place}`]) : null;
-    return scene.strands(found, app.channel, base && placesOf(base, base.arrays.lengths), measured);
+    const key = [name, app.channel, base && rest, source?.name, source?.place].join();
+    return this.keep(key, () => ({ .../** @type {Scene} */ (this.scene).strands(found, app.channel, base && placesIn(base), measured), document: name, rest }));
   }
 
   redraw() {
@@ -74,31 +115,23 @@ class Viewer {
     this.pending = requestAnimationFrame(() => {
       this.pending = 0;
       const ratio = Math.min(2, window.devicePixelRatio || 1), { canvas } = this;
-      [canvas.width, canvas.height] = [Math.max(1, canvas.clientWidth * ratio), Math.max(1, canvas.clientHeight * ratio)];
+      const [wide, high] = [canvas.clientWidth, canvas.clientHeight].map((v) => Math.max(1, Math.floor(v * ratio)));
+      if (canvas.width !== wide || canvas.height !== high) [canvas.width, canvas.height] = [wide, high]; // makes the picture anew
       const { items, ghost } = this;
-      this.scene?.draw(items, this.camera, ghost, ghost.length && items.length ? Number(this.knife.value) / 1000 : 1);
+      this.scene?.draw(items, this.camera, ghost, ghost.length && items.length ? Number(this.knife.value) / 1000 : 1, this.marked);
       document.body.dataset.drawn = String(Number(document.body.dataset.drawn ?? 0) + 1);
     });
   }
 
-  /** Say which strand is nearest to a place in the picture. @param {number} x @param {number} y */
+  /** Find the strand that is seen at a place, in front of meshes; null for none. @param {number} x @param {number} y */
   pick(x, y) {
-    const item = this.items.find((one) => one.lengths);
-    if (!item?.places || !item.lengths) return;
-    const { clientWidth: width, clientHeight: height } = this.canvas, m = this.camera.matrix(width / height);
-    let [best, chosen, point] = [Infinity, -1, 0];
-    for (let s = 0; s < item.lengths.length; s++) {
-      for (let i = 0; i < item.lengths[s]; i++, point++) {
-        const [px, py, pz] = item.places.subarray(3 * point, 3 * point + 3);
-        const w = m[3] * px + m[7] * py + m[11] * pz + m[15];
-        const dx = ((m[0] * px + m[4] * py + m[8] * pz + m[12]) / w + 1) * 0.5 * width - x;
-        const dy = (1 - (m[1] * px + m[5] * py + m[9] * pz + m[13]) / w) * 0.5 * height - y;
-        const score = Math.hypot(dx, dy) < 6 ? w + 0.02 * Math.hypot(dx, dy) * w : Infinity;
-        if (score < best) [best, chosen] = [score, s];
-      }
-    }
-    const strand = item.strands ? item.strands[chosen] : chosen;
-    this.note.textContent = chosen < 0 ? "no strand there" : `strand ${strand}, ${item.lengths[chosen]} points`;
+    const hair = this.items.find((one) => one.lengths), { camera } = this;
+    if (!hair?.places || !hair.lengths) return null;
+    const { clientWidth: width, clientHeight: height } = this.canvas, ray = rayAt(camera, x, y, width, height), { back } = camera.axes();
+    const hits = this.items.map((one) => (one.triangles && one.places ? hitOf(ray, one.places, one.triangles)?.distance ?? Infinity : Infinity));
+    const deepest = Math.min(...hits) * -(ray.way[0] * back[0] + ray.way[1] * back[1] + ray.way[2] * back[2]);
+    const chosen = nearestStrand({ places: hair.places, lengths: hair.lengths }, camera.matrix(width / height), x, y, width, height, deepest);
+    return chosen < 0 ? null : { node: app.node, strand: hair.strands ? hair.strands[chosen] : chosen };
   }
 }
 

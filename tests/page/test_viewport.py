@@ -1,0 +1,89 @@
+"""The viewport of the page in a real browser: strands are picked, and what was drawn is not made again."""
+
+import numpy as np
+import pytest
+
+from hairpipe.page.packing import quantised
+from hairpipe.page.session import Session
+
+from .test_browser import do, pixels, served
+from .test_gestures import Page
+
+pytestmark = pytest.mark.slow
+PLACE = """const p = arguments[0], { clientWidth: width, clientHeight: height } = viewer.canvas;
+    const m = viewer.camera.matrix(width / height), w = m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15];
+    const at = [0, 1].map((k) => (m[k] * p[0] + m[4 + k] * p[1] + m[8 + k] * p[2] + m[12 + k]) / w);
+    return [(at[0] + 1) / 2 * width, (1 - at[1]) / 2 * height];"""
+"""Pixel of the viewport at a place."""
+
+
+@pytest.fixture
+def live(opened, shot):
+    session = Session(shot)
+    with served(session) as address:
+        yield Page(opened(address), session)
+
+
+def click(page, place):
+    """Click on a place of the scene."""
+    canvas = page.find("#view")
+    x, y = page.driver.execute_script(PLACE, list(map(float, place)))
+    offset = int(x - canvas.rect["width"] / 2), int(y - canvas.rect["height"] / 2)
+    page.actions().move_to_element_with_offset(canvas, *offset).click().perform()
+    do(page.driver, "")
+
+
+def facts(page):
+    """What is told about the picked strand, by name."""
+    names, values = (page.driver.find_elements("css selector", f"#picked {tag}") for tag in ("dt", "dd"))
+    return {name.text: value.text for name, value in zip(names, values, strict=True)}
+
+
+def test_a_strand_is_picked_described_and_let_go(live, shot):
+    driver = live.driver
+    do(driver, "selectNode('hair'); app.set({ frame: 2 })")
+    before = pixels(driver)
+    hair = shot.get("hair@2")
+    points = hair.points.reshape(300, 12, 3)
+    front = int(np.argmax(points[:, -1, 2]))
+    click(live, points[front, -1])
+    live.until(lambda: driver.find_elements("css selector", "#picked"))
+    told = facts(live)
+    assert told["strand"] == f"{front} of 300, 12 points"
+    step = quantised(hair.points)[1]["step"]
+    assert np.abs(np.array(told["root"].split()[:3], float) - points[front, 0]).max() <= step + 1e-4
+    length = np.linalg.norm(np.diff(points[front], axis=0), axis=1).sum()
+    assert float(told["length"].split()[0]) == pytest.approx(1e3 * length, abs=1e3 * 12 * step)
+    assert told["made by"].startswith("hair swing in shot.toml")
+    depths = shot.get("height@2")
+    own = depths.values[0][depths.offsets[front] : depths.offsets[front + 1]].max()
+    assert float(told[f"most {depths.names[0]}"]) == pytest.approx(own, rel=0.02)
+    marked = (np.abs(pixels(driver) - before).max(axis=2) > 60) & (pixels(driver)[..., 2] > 180)
+    assert 20 < marked.sum() < 0.05 * marked.size
+    do(driver, "app.set({ frame: 4 })")
+    live.until(lambda: facts(live)["root"] and facts(live)["strand"] == told["strand"])
+    live.press(live.Keys.ESCAPE)
+    assert not driver.find_elements("css selector", "#picked")
+    click(live, shot.get("hair@4").points.reshape(300, 12, 3)[front, -1])
+    live.until(lambda: driver.find_elements("css selector", "#picked"))
+    canvas = live.find("#view")
+    corner = 4 - int(canvas.rect["width"] / 2), 4 - int(canvas.rect["height"] / 2)
+    live.actions().move_to_element_with_offset(canvas, *corner).click().perform()
+    live.until(lambda: not driver.find_elements("css selector", "#picked"))
+
+
+def test_frames_that_were_drawn_are_not_uploaded_again(live):
+    driver = live.driver
+    do(driver, "selectNode('hair')")
+    for frame in (1, 2, 3):
+        do(driver, "app.set({ frame: arguments[0] })", frame)
+    live.until(lambda: driver.execute_script("return viewer.kept.size") >= 4)  # three of hair, and the plate
+    uploads = driver.execute_script("return viewer.scene.work.uploads")
+    faces = driver.execute_script("return viewer.scene.faces.size")
+    for frame in (1, 2, 3, 2):
+        do(driver, "app.set({ frame: arguments[0] })", frame)
+    do(driver, "viewer.camera.yaw += 0.3; viewer.redraw()")
+    assert driver.execute_script("return viewer.scene.work.uploads") == uploads and faces == 1
+    calls = driver.execute_script("return viewer.scene.work.calls")
+    do(driver, "viewer.redraw()")
+    assert driver.execute_script("return viewer.scene.work.calls") == calls + 2
