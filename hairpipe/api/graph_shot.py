@@ -1,8 +1,9 @@
 """A checked graph with the cache of its results: plan, run, read."""
 
 import os
+import statistics
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import copy
 from pathlib import Path
@@ -24,7 +25,7 @@ from hairpipe.graph.plan.planner import Planner
 from hairpipe.graph.plan.planner import explain as explain_task
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.results import read_result, read_value
-from hairpipe.graph.run.events import Event, Options
+from hairpipe.graph.run.events import RECENT, Event, Options
 from hairpipe.graph.run.player import Player, playing_environment
 from hairpipe.graph.run.scheduler import run as run_graph
 from hairpipe.graph.run.survey import Survey
@@ -128,6 +129,15 @@ class GraphShot:
         for task, record in known.items():
             stopping.limits(task, record)
         return Plan(tuple(e for e in entries if not stopping.gives_up(e.task)), known, stopping.stopped())
+
+    def costs(self, nodes: Iterable[str]) -> dict[str, float]:
+        """Return what the latest results of nodes took, a median, whatever their settings were; by node [s]."""
+        found = {}
+        for name in nodes:
+            keys = [*self._store.latest(self.graph.name, name).values()][-RECENT:]
+            seconds = [record.seconds for key in keys if (record := self._store.record(key))]
+            found |= {name: statistics.median(seconds)} if seconds else {}
+        return found
 
     def survey(self, frames: FrameSet = None, *, to: Names = ()) -> Survey:
         """Read which results exist and which are computed now, by any process that shares the cache; see `Survey`."""

@@ -1,6 +1,7 @@
 """Graph and state of its results, as documents for the browser."""
 
 import platform
+import shutil
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
@@ -250,6 +251,16 @@ def frames_of(shot: GraphShot, found: Plan) -> set[int]:
         if entry.task.frame is not None:
             frames.setdefault(entry.task.node, set()).add(entry.task.frame)
     return set(shot.graph.all_frames).intersection(*frames.values()) if frames else set()
+
+
+def machine_document(cache: Path) -> dict[str, int | None]:
+    """Describe free memory, None where unknown, and free space on the disk of a cache [bytes]."""
+    memory = None
+    with suppress(OSError, ValueError):
+        words = Path("/proc/meminfo").read_text().split()
+        memory = 1024 * int(words[words.index("MemAvailable:") + 1])
+    folder = next(folder for folder in (cache.absolute(), *cache.absolute().parents) if folder.exists())
+    return {"memory": memory, "disk": shutil.disk_usage(folder).free}
 
 
 def ending(run: Run) -> dict[str, Any]:

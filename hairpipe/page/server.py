@@ -268,6 +268,7 @@ class Handler:
             "save": lambda given: self._session.save(),
             "run": lambda given: self._session.run([str(name) for name in given.get("to", [])]),
             "stop": lambda given: self._session.stop(),
+            "drop": lambda given: self._session.drop(int(given["place"])),
         }
         try:
             given = json.loads(await body_of(request))

@@ -2,39 +2,39 @@
 
 import json
 import os
-import signal
-import subprocess
 import threading
 import time
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from hairpipe import child
 from hairpipe.api.cache import Cache
 from hairpipe.api.draft import Draft, load_draft
-from hairpipe.api.reports import STATUSES, Entry, Plan, Status, Task
+from hairpipe.api.reports import Entry, Plan, Task
 from hairpipe.api.selection import FrameSet, read_frames
 from hairpipe.api.shot import Shot
 from hairpipe.errors import BadInput
-from hairpipe.page.documents import RunOutput, catalogue_document, draft_document, state_document, wedge_document
+from hairpipe.page.documents import (
+    RunOutput,
+    catalogue_document,
+    draft_document,
+    machine_document,
+    state_document,
+    wedge_document,
+)
 from hairpipe.page.edits import edited
 from hairpipe.page.history import Deed, History, Step
 from hairpipe.page.packing import Packed
 from hairpipe.page.playing import Playing
 from hairpipe.page.runner import Job
+from hairpipe.page.runs import Request, Runs
 from hairpipe.page.shelf import Shelf
 from hairpipe.page.stream import Show, playable
 
 MOST_STRANDS = 4000
 """Maximum number of drawn strands of a groom."""
-IDLE = 600.0
-"""Time without a run after which the process of runs ends [s]."""
 PAUSE = 0.7
 """Interval of polling the cache and the graph file [s]; longer if polling is slow."""
-Message = dict[str, Any]
-"""A message of a run, see `runner.py`."""
 
 
 class Session:
@@ -55,13 +55,7 @@ class Session:
         self._shot = shot
         self._lock = threading.RLock()
         self._changed = threading.Condition(self._lock)
-        self._runner: subprocess.Popen[str] | None = None
-        self._program = ""
-        self._running = False
-        self._used = 0.0
-        self._statuses: dict[Task, Status] = {}
-        self._ended: Message = {}
-        self._stopped = False
+        self._runs = Runs(self._lock, self._advance, self._reload)
         self._players: list[Playing] = []
         self._note = ""
         self._seen: Any = None
@@ -76,8 +70,9 @@ class Session:
     def close(self) -> None:
         """Stop the run of this page, its process, and polling."""
         self._open = False
-        self.stop()
-        self._end_runner()
+        with self._lock:
+            self._runs.stop()
+            self._runs.close()
         for player in self._players:
             player.close()
         with self._changed:
@@ -183,30 +178,25 @@ class Session:
             self._history.written(text)
 
     def run(self, to: list[str]) -> None:
-        """Begin a run of the graph with its edits; BadInput during another run."""
+        """Begin a run of the graph with its edits, or let it wait for others; BadInput for one that waits already."""
         with self._lock:
-            if self._running:
-                raise BadInput("a run is in progress", where=self._shot.path.name, right="wait for its end, or stop it")
             job = Job(self._shot.given, self._draft.text, self.frames, to, str(self._shot.cache), self._wedge)
-            stdin = self._ready_runner().stdin
-            assert stdin is not None
-            with suppress(BrokenPipeError):  # `_listen` notices
-                stdin.write(job.text + "\n")
-                stdin.flush()
-            self._running = True
-            self._statuses = {}
-            self._ended = {}
+            edits = self._history.deeds()
+            self._runs.add(Request(job, edits[-1].label if edits else self._shot.path.name, self._shot.program))
             self._note = ""
-            self._stopped = False
             self._advance()
 
     def stop(self) -> None:
-        """Interrupt the active run; its results are kept."""
+        """Interrupt the active run, whose results are kept; those that wait are dropped."""
         with self._lock:
-            if self._running and self._runner is not None and self._runner.poll() is None:
-                self._stopped = True
-                # A run without a message has no workers, and may not handle interrupts yet.
-                self._runner.send_signal(signal.SIGINT if self._statuses else signal.SIGTERM)
+            self._runs.stop()
+            self._advance()
+
+    def drop(self, place: int) -> None:
+        """Remove a waiting run by its place in the queue; BadInput where there is none."""
+        with self._lock:
+            self._runs.drop(place)
+            self._advance()
 
     def play(self, node: str, output: str) -> Playing:
         """Begin to play a node with the edited settings, also with later edits; the reader closes the process.
@@ -255,38 +245,12 @@ class Session:
 
     def _output(self, plan: Plan) -> RunOutput:
         """Describe the active run, and what runs of other processes compute now."""
-        return RunOutput(self._statuses, {}, self._cache.hosts(plan))
+        return RunOutput(self._runs.statuses, {}, self._cache.hosts(plan))
 
     def _run_state(self) -> dict[str, Any]:
-        """Describe the active run, or the end of the last one."""
-        ended = {name: value for name, value in self._ended.items() if name != "kind"}
-        return ended | {"running": self._running, "note": self._note}
-
-    def _ready_runner(self) -> "subprocess.Popen[str]":
-        """Return the process of runs; a new one if there is none, or after a change of code."""
-        program = self._shot.program
-        if self._program != program:
-            self._end_runner()
-        if self._runner is None or self._runner.poll() is not None:
-            self._program = program
-            self._runner = subprocess.Popen(
-                child.command("from hairpipe.page.runner import main; main()"),
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                text=True,
-                env=child.environment(),
-            )
-            threading.Thread(target=self._listen, args=(self._runner,), daemon=True).start()
-        return self._runner
-
-    def _end_runner(self) -> None:
-        """Close the input of the process of runs, which then ends with its workers."""
-        with self._lock:
-            if self._runner is not None and self._runner.stdin is not None:
-                with suppress(BrokenPipeError):
-                    self._runner.stdin.close()
-            self._runner = None
+        """Describe the runs, what results of missing ones took before, and the resources of the machine."""
+        costs = {"costs": self._costs, "machine": machine_document(self._shot.cache), "note": self._note}
+        return self._runs.document() | costs
 
     def _take(self, draft: Draft) -> None:
         """Plan a draft, and show it; without a change on BadInput."""
@@ -294,6 +258,7 @@ class Session:
         self._draft = draft
         self._shot = draft.shot
         self._plan = plan
+        self._costs = draft.shot.costs({entry.task.node for entry in plan if entry.status != "cached"})
         self._watched: Iterable[Entry] = plan
         for player in self._players:
             player.take(draft.text)
@@ -336,34 +301,8 @@ class Session:
                 if hosts != self._hosts:
                     self._hosts = hosts
                     self._advance()
-                if not self._running and time.monotonic() - self._used > IDLE:
-                    self._end_runner()
+                self._runs.rest()
             time.sleep(max(PAUSE, 2.0 * (time.monotonic() - begun)))
-
-    def _listen(self, runner: "subprocess.Popen[str]") -> None:
-        """Read the messages of a process of runs until its end."""
-        assert runner.stdout is not None
-        for line in runner.stdout:
-            message = json.loads(line)
-            with self._lock:
-                if message["kind"] == "ended":
-                    self._end(message)
-                elif message["kind"] in STATUSES:
-                    self._statuses[Task(message["node"], message["frame"])] = STATUSES[message["kind"]]
-                    self._advance()
-        runner.wait()
-        with self._lock:
-            if self._running and runner is self._runner:
-                died = [] if self._stopped else [f"the run ended with exit code {runner.returncode}"]
-                self._end({"failures": died, "interrupted": self._stopped})
-
-    def _end(self, message: Message) -> None:
-        """Take the end of a run."""
-        self._ended = message
-        self._running = False
-        self._used = time.monotonic()
-        self._statuses = {task: status for task, status in self._statuses.items() if status != "running"}
-        self._reload()
 
 
 def stamp(path: Path) -> tuple[int, int]:

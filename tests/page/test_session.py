@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import hairpipe.page.session
+import hairpipe.page.runs
 from hairpipe.errors import BadInput
 from hairpipe.page.session import Session
 
@@ -93,7 +93,7 @@ def test_runs_share_their_processes_until_code_changes_or_they_idle(session, fol
         session.run([])
         until(lambda: not session.document("state")[0]["verdict"]["running"])
         assert session.document("state")[0]["verdict"]["computed"] == 5
-        runner = session._runner.pid
+        runner = session._runs.process.pid
         return [runner, *Path(f"/proc/{runner}/task/{runner}/children").read_text().split()]
 
     first = processes("0.1")
@@ -101,15 +101,15 @@ def test_runs_share_their_processes_until_code_changes_or_they_idle(session, fol
     with (folder / "nodes" / "paint.py").open("a") as file:
         file.write("# another version\n")
     assert not set(processes("0.3")) & set(first)
-    monkeypatch.setattr(hairpipe.page.session, "IDLE", 0.0)
-    runner = session._runner
+    monkeypatch.setattr(hairpipe.page.runs, "IDLE", 0.0)
+    runner = session._runs.process
     until(lambda: runner.poll() == 0)
 
 
 def test_a_run_is_possible_after_its_process_was_killed(session):
     session.edit("picture.red", "0.15")
     session.run([])
-    session._runner.kill()
+    session._runs.process.kill()
     until(lambda: not session.document("state")[0]["verdict"]["running"])
     assert session.document("state")[0]["verdict"]["failures"] == ["the run ended with exit code -9"]
     session.run([])
