@@ -47,12 +47,14 @@ class Draft:
         self.tables: dict[str, Any] = nodes_of(expanded.tables)
         self.layout: Mapping[str, Any] = expanded.tables.get(LAYOUT, {})
         self.muted = muted_nodes(source.text, self.tables)
-        self.faults = incomplete(expanded)
-        kept = expanded.tables
-        if self.faults:
-            kept = {name: table for name, table in kept.items() if name not in self.faults and name != WEDGE}
-        checked = replace(source, text=source.text.edited(kept), may_be_empty=True)
-        self.shot = Shot(source if not self.faults and self.tables else checked, open_store(cache))
+        self.faults: dict[str, str] = {}
+        checked = replace(source, may_be_empty=True)
+        try:
+            self.shot = Shot(checked, open_store(cache))
+        except Incomplete:
+            self.faults = incomplete(expanded)
+            left = {n: table for n, table in expanded.tables.items() if n not in self.faults and n != WEDGE}
+            self.shot = Shot(replace(checked, text=source.text.edited(left)), open_store(cache))
         registry = Registry(source.text.path.parent / "nodes")
         self.types: dict[str, NodeType] = {n: registry.find(table["type"]) for n, table in self.tables.items()}
 
