@@ -1,7 +1,8 @@
 """Server of a live page on this machine, only for clients with its address.
 
 The address contains a random token. Requests for other host names are refused, against DNS rebinding, and so are those
-of other pages. Only files of the page and results of the shot are read, by the names of objects in the cache.
+of other pages. Only files of the page, results of the shot by the names of objects in the cache, and images of its
+project are read.
 """
 
 import asyncio
@@ -28,6 +29,7 @@ from hairpipe.page.assets import asset, page_html
 from hairpipe.page.edits import EDITS
 from hairpipe.page.packing import script
 from hairpipe.page.playing import Playing
+from hairpipe.page.project_files import listed_folder, read_image
 from hairpipe.page.session import Session
 from hairpipe.page.values import TYPES
 
@@ -115,6 +117,8 @@ def application(session: Session, token: str, origin: str) -> Starlette:
         Route("/data/{name:path}.js", handler.document),
         Route("/pictures/{name}", handler.picture),
         Route("/wait", handler.wait),
+        Route("/files", handler.files),
+        Route("/image", handler.image),
         Route("/explain", handler.explain),
         Route("/play/{node}", handler.play),
         Route("/{deed}", handler.act, methods=["POST"]),
@@ -231,6 +235,21 @@ class Handler:
             data, suffix = self._session.picture(request.path_params["name"].rpartition(".")[0])
         except (KeyError, BadInput):
             return PlainTextResponse("no such picture", 404)
+        return Response(data, media_type=TYPES[suffix])
+
+    def files(self, request: Request) -> Response:
+        """A folder of the project."""
+        try:
+            return JSONResponse(listed_folder(self._session.graph, request.query_params.get("path", ".")))
+        except BadInput as fault:
+            return JSONResponse({"fault": str(fault)}, 404)
+
+    def image(self, request: Request) -> Response:
+        """An image of the project."""
+        try:
+            data, suffix = read_image(self._session.graph, request.query_params.get("path", ""))
+        except BadInput as fault:
+            return PlainTextResponse(str(fault), 404)
         return Response(data, media_type=TYPES[suffix])
 
     def wait(self, request: Request) -> Response:

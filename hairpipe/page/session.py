@@ -12,7 +12,7 @@ from hairpipe.api.cache import Cache
 from hairpipe.api.draft import Draft, load_draft
 from hairpipe.api.reports import Entry, Plan, Task
 from hairpipe.api.selection import FrameSet, read_frames
-from hairpipe.api.shot import Shot
+from hairpipe.api.shot import Graph, Shot
 from hairpipe.errors import BadInput
 from hairpipe.page.documents import (
     RunOutput,
@@ -104,6 +104,11 @@ class Session:
         """Read a picture and its suffix; KeyError for an unknown name."""
         with self._lock:
             return self._shelf.picture(name), self._shelf.suffix(name) or ""
+
+    @property
+    def graph(self) -> Graph:
+        """The graph with its edits."""
+        return self._shot.graph
 
     def edit(self, target: str, text: str) -> None:
         """Change a setting, as `--set`; BadInput, without a change, for a setting that the graph refuses."""

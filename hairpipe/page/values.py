@@ -25,9 +25,9 @@ MEDIA = {
 TYPES = {".png": "image/png", ".jpg": "image/jpeg", ".webp": "image/webp", ".svg": "image/svg+xml"}
 KINDS: dict[type, tuple[str, ...]] = {
     Strands: ("strands",),
-    Groom: ("strands",),
+    Groom: ("strands", "maps"),
     Mesh: ("mesh",),
-    Body: ("mesh",),
+    Body: ("mesh", "maps"),
     LevelSet: ("slices", "surface"),
     Density: ("slices",),
     Cloud: ("points",),
@@ -58,7 +58,9 @@ def mesh_of(kind: str, value: Any) -> Mesh | None:
     """Return the mesh that a document of a value describes; None for a document without triangles."""
     if kind == "surface":
         return shapes.surface_of(value)
-    return value.mesh if isinstance(value, Body) else value if isinstance(value, Mesh) else None
+    if kind != "mesh":
+        return None
+    return value.mesh if isinstance(value, Body) else value
 
 
 def document_of(kind: str, value: Any, most: int) -> Packed:
@@ -73,6 +75,7 @@ def document_of(kind: str, value: Any, most: int) -> Packed:
         "contacts": lambda: shapes.contacts_document(value),
         "slices": lambda: shapes.slices_document(value),
         "table": lambda: (table_document(value), b""),
+        "maps": lambda: ({"names": [*value.maps]}, b""),
         "value": lambda: ({"lines": list(summary_lines(value))}, b""),
     }
     return make[kind]()

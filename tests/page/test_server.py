@@ -1,6 +1,7 @@
 """The server answers who knows its address, from no other page, and reads nothing else."""
 
 import http.client
+import json
 import threading
 import time
 import webbrowser
@@ -99,6 +100,34 @@ def test_deeds_need_the_page_and_sense(served):
         assert ask(served, deed, "POST", body, **own)[0] == 400, (deed, body)
     status, text, _ = ask(served, "edit", "POST", '{"target": "hair.strands", "text": "0"}', **own)
     assert status == 409 and "strands = 0" in text and ">= 1" in text
+
+
+def test_files_of_the_project_alone_are_listed_and_shown(served, folder, tmp_path):
+    from PIL import Image
+
+    (folder / "paint").mkdir(exist_ok=True)
+    (tmp_path / "secret.png").write_bytes(b"\x89PNG")
+    if not (folder / "paint" / "out").is_symlink():
+        (folder / "paint" / "out").symlink_to(tmp_path)
+        (folder / ".hidden").mkdir()
+    Image.new("L", (2, 2)).save(folder / "paint" / "map.png")
+    Image.new("L", (2, 2)).save(folder / ".hidden" / "map.png")
+    listed = json.loads(ask(served, "files?path=paint")[1])
+    assert listed["folder"] == "paint" and [one["name"] for one in listed["entries"]] == ["..", "map.png"]
+    assert [one["path"] for one in listed["entries"]] == [".", "paint/map.png"]
+    names = [one["name"] for one in json.loads(ask(served, "files")[1])["entries"]]
+    assert "shot.toml" in names and ".." not in names and ".hidden" not in names
+    status, _, headers = ask(served, "image?path=paint/map.png")
+    assert status == 200 and headers["content-type"] == "image/png"
+    outside = [str(tmp_path), "..", "paint/out", "paint/out/secret.png", ".hidden/map.png", "%00", "paint/../../", "/"]
+    for path in [*outside, "shot.toml", "paint/none.png", "paint", 5000 * "x"]:
+        assert ask(served, f"image?path={path}")[0] == 404, path
+    for path in [*outside, "shot.toml", "none"]:
+        status, text, _ = ask(served, f"files?path={path}")
+        assert status == 404 and "entries" not in text, path
+    for headers in ({"Origin": "http://evil.example"}, {"Sec-Fetch-Site": "cross-site"}, {"Host": "evil.example"}):
+        assert ask(served, "files", **headers)[0] in (400, 403)
+        assert ask(served, "image?path=paint/map.png", **headers)[0] in (400, 403)
 
 
 def test_a_port_that_is_taken_is_a_message(served, shot):

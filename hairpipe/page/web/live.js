@@ -62,22 +62,3 @@ function conflictBox(lines) {
   return element("div", { id: "conflict" }, element("b", {}, "Another program has changed the file (+) since these edits (-)."), element("pre", {}, ...marked),
     choice("page", "keep mine"), " ", choice("file", "take the file"), " ", choice("both", "repeat my edits in the file"));
 }
-
-/** @param {any} field @param {any} value @param {string[]} names @returns {HTMLElement} */
-function editorOf(field, value, names) {
-  const target = `${app.node}.${names.join(".")}`, choices = [...field.kind.matchAll(/'([^']*)'/g)].map((match) => match[1]);
-  const options = field.kind.startsWith("one of") ? choices : field.kind === "true or false" ? ["true", "false"] : null;
-  const shown = value === null || value === undefined ? "" : typeof value === "string" ? value : JSON.stringify(value);
-  const editor = options
-    ? element("select", {}, ...options.map((option) => element("option", option === String(value) ? { selected: "" } : {}, option)))
-    : element("input", { value: shown, placeholder: "absent", spellcheck: "false" });
-  editor.addEventListener("change", async () => {
-    const text = /** @type {HTMLInputElement | HTMLSelectElement} */ (editor).value;
-    editor.blur();
-    const fault = await act("edit", { target, text });
-    editor.parentElement?.querySelector(".wrong")?.remove();
-    if (fault) editor.parentElement?.append(element("span", { class: "wrong" }, fault));
-  });
-  if (app.graph.edits.some((/** @type {string} */ one) => one.startsWith(`${target} = `))) requestAnimationFrame(() => editor.parentElement?.classList.add("edited"));
-  return editor;
-}

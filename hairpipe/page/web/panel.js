@@ -28,9 +28,10 @@ const isAbsent = (field, values) => field.group.length && (values?.[field.name] 
 
 /** Switch of an optional group, and the name of it. @param {any} field @param {string[]} names @param {boolean} on @returns {HTMLElement} */
 function groupName(field, names, on) {
-  if (!app.live || !field.optional) return element("b", {}, names.join("."));
+  const label = element("b", { style: `padding-left:${10 * (names.length - 1)}px` }, names[names.length - 1]);
+  if (!app.live || !field.optional) return label;
   const box = element("input", { type: "checkbox", ...(on && { checked: "" }), onchange: () => edit("switch", { target: `${app.node}.${names.join(".")}`, on: !on }) });
-  return element("label", {}, box, element("b", {}, names.join(".")));
+  return element("label", {}, box, label);
 }
 
 /** Button that takes a given value away. @param {string[]} names @returns {HTMLElement} */
@@ -63,21 +64,30 @@ function inputRows(node, cell) {
 /** @param {any} field @param {any} values @param {any} given @param {string[]} above @returns {HTMLElement[]} */
 function settingRows(field, values, given, above) {
   const value = values?.[field.name], names = [...above, field.name], isSet = given !== undefined && given !== null && typeof given === "object" && field.name in given;
-  const limits = [field.unit && field.unit !== "1" ? field.unit : "", field.range, field.default === null || field.required ? "" : `default ${spoken(field.default)}`].filter(Boolean).join(", ");
-  const title = `${field.help}\n${field.kind}${limits ? `, ${limits}` : ""}`;
+  const title = titleOf(field), inner = isSet ? given[field.name] : undefined;
   if (isAbsent(field, values)) {
     return [element("div", { class: "row absent", title, "data-group": names.join(".") }, groupName(field, names, false), element("span", {}, field.help || "absent"))];
   }
+  if (field.group.length && field.kind !== "a group" && !field.optional && app.live) return tableRows(field, value, inner, names);
   if (field.group.length) {
     return [element("div", { class: "row group", title, "data-group": names.join(".") }, groupName(field, names, true)),
-      ...field.group.flatMap((/** @type {any} */ inner) => settingRows(inner, value, isSet ? given[field.name] : undefined, names))];
+      ...field.group.flatMap((/** @type {any} */ one) => settingRows(one, value, inner, names))];
   }
-  return [element("div", { class: isSet ? "row given" : "row", title, "data-setting": names.join(".") }, element("b", {}, names.join(".")), valueOf(field, value, names), element("small", {}, limits.split(", default")[0]), ...(isSet && app.live && !field.required ? [unsetButton(names)] : []))];
+  return [rowOf(field, names, isSet, app.live ? editorOf(field, value, `${app.node}.${names.join(".")}`) : element("span", {}, spoken(value)))];
 }
 
-/** The value of a setting; live it can be changed. @param {any} field @param {any} value @param {string[]} names @returns {HTMLElement} */
-function valueOf(field, value, names) {
-  return app.live ? editorOf(field, value, names) : element("span", {}, spoken(value));
+/** What a setting is, with unit, range and default. @param {any} field */
+function titleOf(field) {
+  const unit = field.unit && field.unit !== "1" ? field.unit : "", standard = field.default === null || field.required ? "" : `default ${spoken(field.default)}`;
+  return [field.help, [field.kind, unit, field.range, standard].filter(Boolean).join(", ")].filter(Boolean).join("\n");
+}
+
+/** A setting with its field and unit. @param {any} field @param {string[]} names @param {boolean} isSet @param {HTMLElement} editor @returns {HTMLElement} */
+function rowOf(field, names, isSet, editor) {
+  const target = `${app.node}.${names.join(".")}`, edited = app.live && app.graph.edits.some((/** @type {string} */ one) => one.startsWith(`${target} = `) || one.startsWith(`${target}.value = `));
+  const unit = (field.unit ?? field.kind.match(/ in (\S+)/)?.[1] ?? "").replace(/^1$/, "");
+  return element("div", { class: `row${isSet ? " given" : ""}${edited ? " edited" : ""}`, title: titleOf(field), "data-setting": names.join(".") },
+    element("b", { style: `padding-left:${10 * (names.length - 1)}px` }, names[names.length - 1]), editor, element("small", {}, app.live ? unit : [unit, field.range].filter(Boolean).join(", ")), ...(isSet && app.live && !field.required ? [unsetButton(names)] : []));
 }
 
 /** @param {any} value @returns {string} */
