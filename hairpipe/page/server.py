@@ -26,10 +26,10 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from hairpipe.errors import BadInput
 from hairpipe.page.assets import asset, page_html
-from hairpipe.page.edits import EDITS
+from hairpipe.page.editing.edits import EDITS
+from hairpipe.page.editing.project_files import listed_folder, read_image
 from hairpipe.page.packing import script
 from hairpipe.page.playing import Playing
-from hairpipe.page.project_files import listed_folder, read_image
 from hairpipe.page.session import Session
 from hairpipe.page.values import TYPES
 

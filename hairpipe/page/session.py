@@ -22,8 +22,8 @@ from hairpipe.page.documents import (
     state_document,
     wedge_document,
 )
-from hairpipe.page.edits import edited
-from hairpipe.page.history import Deed, History, Step
+from hairpipe.page.editing.edits import edited
+from hairpipe.page.editing.history import Deed, History, Step
 from hairpipe.page.packing import Packed
 from hairpipe.page.playing import Playing
 from hairpipe.page.runner import Job

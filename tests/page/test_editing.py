@@ -8,7 +8,7 @@ import hairpipe
 from hairpipe.api.draft import EMPTY, load_draft
 from hairpipe.api.source import shipped_graphs
 from hairpipe.errors import BadInput
-from hairpipe.page.edits import EDITS
+from hairpipe.page.editing.edits import EDITS
 from hairpipe.page.session import Session
 
 from .conftest import SHOT

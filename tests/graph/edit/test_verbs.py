@@ -9,7 +9,7 @@ from hairpipe.api.source import shipped_graphs
 from hairpipe.errors import BadInput
 from hairpipe.graph.edit import verbs
 from hairpipe.graph.file.overrides import nodes_of
-from hairpipe.page.history import History, Step
+from hairpipe.page.editing.history import History, Step
 
 GRAPHS = {name: path.read_bytes().decode() for name, path in shipped_graphs().items()}
 TEXT = """# The shot.
