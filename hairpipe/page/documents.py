@@ -223,12 +223,11 @@ def short(found: Any) -> str:
 
 
 def verdict(shot: GraphShot, found: Plan, output: RunOutput, options: str = "") -> dict[str, Any]:
-    """Summarise: frames, results cached, to compute and computed now, seconds, bytes, failures, warnings, versions.
+    """Summarise: frames, results cached, to compute and computed now, seconds, bytes, failures, versions.
 
     options  of the command
     """
     records = found.records.values()
-    warnings = {(record.node, text) for record in records for text in (*record.warnings, *record.prepare_warnings)}
     return {
         "frames": fold_frames(frames_of(shot, found)),
         "cached": sum(entry.status == "cached" for entry in found),
@@ -237,7 +236,6 @@ def verdict(shot: GraphShot, found: Plan, output: RunOutput, options: str = "") 
         "seconds": sum(record.seconds for record in records),
         "processor": sum(record.processor or 0.0 for record in records),
         "bytes": sum(dict(pair for record in records for pair in record.objects()).values()),
-        "warnings": sorted(f"{node}: {text}" for node, text in warnings),
         "failures": [],
         "versions": {"hairpipe": __version__, "python": platform.python_version()},
         "command": f"hairpipe run {shot.path.name}{options}",

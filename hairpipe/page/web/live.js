@@ -44,7 +44,7 @@ function drawControls() {
     return made;
   };
   document.getElementById("controls")?.replaceChildren(
-    running ? button("stop", true, "stop") : button(`run ${missing ? `${missing} results` : ""}`, missing > 0, "run"),
+    ...(running ? [button("stop", true, "stop"), " "] : []), button(running ? "run next" : `run ${missing ? `${missing} results` : ""}`, missing > 0, "run"),
     " ", button(`save ${edits.length || ""}`, edits.length > 0 && saved, "save"),
     " ", button("revert", edits.length > 0, "revert"),
     " ", button("undo", undo !== null, "undo"), " ", button("redo", redo !== null, "redo"),

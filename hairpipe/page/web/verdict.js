@@ -13,12 +13,11 @@ function drawVerdict() {
   const hosts = Object.entries(verdict.hosts).map(([host, count]) => `${host} ${count}`);
   const parts = [`frames ${part ? `${verdict.frames} of ${all}` : all} at ${graph.fps} fps`, counted, ...(hosts.length ? [`computing: ${hosts.join(", ")}`] : []), `${timeText(verdict.seconds)} of work, ${timeText(verdict.processor)} of processor`,
     sizeText(verdict.bytes), ...Object.entries(verdict.versions).map(([name, version]) => `${name} ${version}`)];
-  const warnings = verdict.warnings.length ? [element("details", {}, element("summary", {}, `${verdict.warnings.length} warning${verdict.warnings.length > 1 ? "s" : ""}`), ...verdict.warnings.map((/** @type {string} */ w) => element("p", {}, w)))] : [];
   document.getElementById("verdict")?.replaceChildren(
-    element("h1", {}, graph.name), presetButtons(), element("strong", { class: good ? "good" : "bad" }, word), element("span", { id: "controls" }), element("span", { class: "facts", title: parts.join("\n") }, parts.join(" · ")), ...warnings,
+    element("h1", {}, graph.name), presetButtons(), element("strong", { class: good ? "good" : "bad" }, word), element("span", { id: "controls" }), element("span", { class: "facts", title: parts.join("\n") }, parts.join(" · ")), ...warningLog(),
     ...(verdict.note ? [element("span", { class: "said" }, verdict.note)] : []),
     element("code", { title: "repeats it" }, verdict.command),
-    ...verdict.failures.map((/** @type {string} */ failure) => element("p", { class: "failure" }, failure)),
+    ...verdict.failures.map(failureLine),
   );
 }
 

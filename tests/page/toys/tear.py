@@ -1,12 +1,16 @@
 """What fails."""
 
+import warnings
+
 from hairpipe.data import Strands, Table
 from hairpipe.graph import Time, node
 
 
 @node(frames="each")
 def tear(hair: Strands, time: Time) -> Table:
-    """Nothing, since it fails at frame 3."""
+    """Nothing, since it fails at frame 3, and warns at frame 4."""
+    if time.frame == 4:
+        warnings.warn("frayed", stacklevel=1)
     if time.frame == 3:
         raise ValueError(f"</script> at frame {time.frame}")
     return Table((), {}, {})

@@ -1,0 +1,99 @@
+"""Long work on the page in a real browser: the queue of runs, time left, notifications, warnings with their frames."""
+
+import pytest
+
+import hairpipe
+from hairpipe.page.session import Session
+
+from .conftest import SHOT
+from .test_browser import do, served
+from .test_gestures import Page
+
+pytestmark = pytest.mark.slow
+NOTIFICATION = """window.told = [];
+    window.Notification = class {
+        static permission = 'default';
+        static requestPermission() {
+            told.push('asked');
+            Notification.permission = 'granted';
+            return Promise.resolve('granted');
+        }
+        constructor(title, { body }) { told.push(title, body); }
+    };"""
+
+
+@pytest.fixture
+def live(opened, shot):
+    session = Session(shot)
+    with served(session) as address:
+        yield Page(opened(address), session)
+
+
+def text_of(page, selector):
+    return page.driver.execute_script("return document.querySelector(arguments[0])?.innerText ?? ''", selector)
+
+
+def test_runs_wait_in_a_queue_while_frames_are_looked_at(live):
+    driver = live.driver
+    do(driver, "selectNode('hair'); app.set({ frame: 1 })")
+    assert "disk" in text_of(live, "#work") and not driver.find_elements("css selector", "#work .task")
+    live.session.edit("hair.strands", "50000")
+    live.settle()
+    live.find("#do-run").click()
+    live.until(lambda: "hair.strands = 50000" in text_of(live, "#work b"))
+    live.session.edit("picture.red", "0.375")
+    live.settle()
+    live.find("#do-run").click()
+    live.until(lambda: "picture.red = 0.375" in text_of(live, "#work .waiting"))
+    live.find("#do-run").click()
+    live.until(lambda: "is in progress or waits" in driver.execute_script("return document.body.dataset.refused"))
+    assert "hair" in text_of(live, "#work .task") and "/5" in text_of(live, "#work .task")
+    live.until(lambda: driver.execute_script("return app.cell('hair', 1).state") in ("computed", "cached"), 60)
+    slider = live.find("#frame")
+    live.until(lambda: driver.execute_script("return viewer?.items.at(-1)?.total") == 50000)
+    drawn = driver.execute_script("return Number(document.body.dataset.drawn)")
+    do(driver, "arguments[0].value = 2; arguments[0].dispatchEvent(new Event('input'))", slider)
+    live.until(lambda: driver.execute_script("return Number(document.body.dataset.drawn)") > drawn)
+    assert driver.execute_script("return app.frame") == 2
+    if driver.find_elements("css selector", "#work .waiting button"):  # unless the first run has ended meanwhile
+        driver.execute_script("document.querySelector('#work .waiting button').click()")
+        live.until(lambda: not driver.find_elements("css selector", "#work .waiting"))
+    driver.execute_script("document.getElementById('do-stop')?.click()")
+    live.until(lambda: not driver.execute_script("return app.base.verdict.running"), 60)
+    assert driver.execute_script("return document.body.dataset.errors") == "0"
+
+
+def test_the_end_of_a_long_run_is_notified_after_a_question(live):
+    driver = live.driver
+    do(driver, NOTIFICATION)
+    ended = "return app.base.verdict.last.number"
+    live.session.edit("picture.red", "0.1875")
+    live.settle()
+    live.find("#do-run").click()
+    live.until(lambda: driver.execute_script(ended) == 1, 60)
+    assert driver.execute_script("return told") == []
+    driver.execute_script("runs.long = 0")
+    live.session.edit("picture.red", "0.3125")
+    live.settle()
+    live.find("#do-run").click()
+    live.until(lambda: driver.execute_script(ended) == 2, 60)
+    asked, title, body = driver.execute_script("return told")
+    assert (asked, title) == ("asked", "shot is computed")
+    assert body.startswith("picture.red = 0.3125: 5 results in ")
+
+
+def test_frames_of_failures_and_warnings_are_links(opened, folder):
+    torn = SHOT.replace("[picture]", '[torn]\ntype = "tear"\nin.hair = "hair"\n[picture]')
+    (folder / "torn.toml").write_text(torn)
+    session = Session(hairpipe.load(folder / "torn.toml", cache=folder / "cache"))
+    with served(session) as address:
+        page = Page(opened(address), session)
+        page.find("#do-run").click()
+        page.until(lambda: "torn@3" in text_of(page, ".failure a"), 60)
+        page.find(".failure a").click()
+        assert page.driver.execute_script("return [app.node, app.frame]") == ["torn", 3]
+        page.until(lambda: page.driver.find_elements("css selector", "#log summary"))
+        page.find("#log summary").click()
+        assert "frayed" in text_of(page, "#log p")
+        page.find("#log a[data-frame='4']").click()
+        assert page.driver.execute_script("return [app.node, app.frame]") == ["torn", 4]
