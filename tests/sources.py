@@ -1,7 +1,7 @@
 """Our sources: which files there are, and what each imports."""
 
 import ast
-from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 HOME = Path(__file__).resolve().parents[1]
@@ -10,7 +10,9 @@ TESTS = sorted((HOME / "tests").rglob("*.py"))
 PACKAGES = sorted(path.parent.relative_to(HOME) for path in SOURCES if path.name == "__init__.py")
 
 
+@cache
 def tree_of(path: Path) -> ast.Module:
+    """Parse a file, once for all laws."""
     return ast.parse(path.read_text(encoding="utf-8"), str(path))
 
 
@@ -18,16 +20,19 @@ def name_of(path: Path) -> str:
     return path.relative_to(HOME).as_posix()
 
 
-def imports_of(path: Path) -> Iterator[str]:
+@cache
+def imports_of(path: Path) -> list[str]:
     """Name the modules that a file imports, those in functions and those by `importlib` too."""
+    found = []
     for item in ast.walk(tree_of(path)):
         if isinstance(item, ast.Import):
-            yield from (alias.name for alias in item.names)
+            found += [alias.name for alias in item.names]
         elif isinstance(item, ast.ImportFrom):
             assert item.level == 0, f"{path}: relative import"
-            yield from (f"{item.module}.{alias.name}" for alias in item.names)
+            found += [f"{item.module}.{alias.name}" for alias in item.names]
         elif isinstance(item, ast.Call) and ast.unparse(item.func).endswith(("import_module", "find_spec")):
-            yield from (value.value for value in item.args if isinstance(value, ast.Constant) and value.value)
+            found += [value.value for value in item.args if isinstance(value, ast.Constant) and value.value]
+    return found
 
 
 def length_of(path: Path) -> int:

@@ -14,8 +14,8 @@ from hairpipe.cli.entry import commands
 from hairpipe.graph.node.fields import Field, fields_of
 from hairpipe.graphs.experiments.bench.commands import bench
 
-HOME = Path(__file__).resolve().parents[1]
-SOURCES = sorted(path for room in ("hairpipe", "nodes", "graphs", "docs") for path in (HOME / room).rglob("*.py"))
+from .sources import HOME, SOURCES, name_of, tree_of
+
 PAGES = [*HOME.glob("*.md"), *(page for room in ("hairpipe", "graphs", "docs") for page in (HOME / room).rglob("*.md"))]
 CATALOGUE = node_types(experiments=True)
 FEWEST_WORDS, MOST_LETTERS = 3, 80
@@ -152,10 +152,6 @@ def prose_of(page: Path) -> Iterator[tuple[int, str]]:
             yield number, re.sub(r"`[^`]*`", "", line)
 
 
-def name_of(path: Path) -> str:
-    return path.relative_to(HOME).as_posix()
-
-
 @pytest.mark.parametrize("name", CATALOGUE.names())
 def test_help_of_a_setting_is_read_without_its_name(name):
     found = settings_of(fields_of(CATALOGUE.find(name)), f"{name}.")
@@ -194,7 +190,7 @@ def test_messages_and_docstrings_have_no_idioms():
     wrong = [
         f"{name_of(path)}:{item.lineno + row}: {idioms}"
         for path in SOURCES
-        for item in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for item in ast.walk(tree_of(path))
         if isinstance(item, ast.Constant) and isinstance(item.value, str)
         for row, line in enumerate(item.value.splitlines())
         if (idioms := idioms_in(line))
@@ -244,7 +240,7 @@ def test_names_in_code_are_terms_of_the_field():
     wrong = [
         f"{name_of(path)}:{line}: {name}"
         for path in SOURCES
-        for line, name in names_in(ast.parse(path.read_text(encoding="utf-8")))
+        for line, name in names_in(tree_of(path))
         if name.strip("_").lower() in PRIVATE
     ]
     assert not wrong, "\n".join(wrong)
