@@ -84,10 +84,13 @@ class Studio:
     def run(self, before=lambda: None):
         """Run the kernels in a new process; returns values, and how many of each were read, not compiled.
 
+        It writes no bytecode: Python would take that for current after an edit of the same length in the same second.
+
         before  called between the digests and the process
         """
         reader = CodeReader(lambda name, make: make())
         variables = kernels_environment(claim_kernels(self.folder / "kernels"), reader, self.nodes)
+        variables["PYTHONDONTWRITEBYTECODE"] = "1"
         before()
         done = subprocess.run(child.command(RUN), env=os.environ | variables, check=True, stdout=subprocess.PIPE)
         return json.loads(done.stdout)
