@@ -71,13 +71,18 @@ class Source:
         command = [sys.executable, "-P", Path(__file__), str(theirs.fileno()), json.dumps(sys.path)]
         with theirs, interrupts_blocked():
             self._process = subprocess.Popen(command, pass_fds=[theirs.fileno()], env=environment, cwd="/")
-        self._channel, self._lock = ours, threading.Lock()
+        self._channel, self._lock, self._number = ours, threading.Lock(), 0
 
     def ask(self, request: dict, descriptors: list[int] | None = None) -> int | None:
-        """Send a request, and wait for the answer."""
+        """Send a request, and wait for its answer; one to a request whose sender was interrupted is passed over."""
         with self._lock:
-            socket.send_fds(self._channel, [json.dumps(request).encode()], descriptors or [])
-            return json.loads(self._channel.recv(LONGEST))
+            self._number += 1
+            message = json.dumps(request | {"number": self._number}).encode()
+            socket.send_fds(self._channel, [message], descriptors or [])
+            while True:
+                number, answer = json.loads(self._channel.recv(LONGEST))
+                if number == self._number:
+                    return answer
 
 
 def start(command: list[str], *, pass_fds: list[int], stdout: int, env: dict[str, str], **others):
@@ -89,8 +94,7 @@ def start(command: list[str], *, pass_fds: list[int], stdout: int, env: dict[str
     source = Source.first = Source.first or Source(env)
     if folder is None or source.environment != read_at_import(env):
         return subprocess.Popen(command, pass_fds=pass_fds, stdout=stdout, env=env, **others)
-    os.umask(mask := os.umask(0o77))
-    request = {"path": command[-1], "environment": env, "folder": folder, "mask": mask}
+    request = {"path": command[-1], "environment": env, "folder": folder, "mask": read_umask()}
     request |= {"descriptor": pass_fds[0], "session": others["start_new_session"]}
     with Path(os.devnull).open("r+b", buffering=0) as nothing:
         output = nothing.fileno() if stdout == subprocess.DEVNULL else stdout
@@ -102,24 +106,34 @@ def read_at_import(environment: dict[str, str]) -> dict[str, str]:
     return {name: value for name, value in environment.items() if name.startswith(READ_AT_IMPORT)}
 
 
+def read_umask() -> int:
+    """Read the mask of this process; to set it and set it back would change it for other threads."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return next(int(line.split()[1], 8) for line in lines if line.startswith("Umask:"))
+
+
 def serve(channel: socket.socket) -> None:
-    """Fork workers, and report their exit codes, until the channel is closed."""
+    """Fork workers, and report their exit codes, as often as they are asked for, until the channel is closed."""
+    codes: dict[int, int] = {}
     while True:
         message, descriptors, _, _ = socket.recv_fds(channel, LONGEST, 8)
         if not message:
             return
         request = json.loads(message)
         if "wait" in request:
-            ended, status = os.waitpid(request["wait"], os.WNOHANG)
-            answer = os.waitstatus_to_exitcode(status) if ended else None
+            ended, status = (0, 0) if request["wait"] in codes else os.waitpid(request["wait"], os.WNOHANG)
+            if ended:
+                codes[ended] = os.waitstatus_to_exitcode(status)
+            answer = codes.get(request["wait"])
         else:
             answer = os.fork()
+            codes.pop(answer, None)
             if answer == 0:
                 channel.close()
                 become(request, descriptors)
             for descriptor in descriptors:
                 os.close(descriptor)
-        channel.send(json.dumps(answer).encode())
+        channel.send(json.dumps([request["number"], answer]).encode())
 
 
 def become(request: dict, descriptors: list[int]) -> None:
