@@ -110,9 +110,9 @@ def test_positions_are_a_table_of_their_own_and_no_node():
     assert "curls = [120, 40]" in verbs.renamed(text, "hair", "curls")
 
 
-def random_edit(draw, text):
-    """An edit as a page makes it: a verb and what it is given."""
-    nodes = nodes_of(tomllib.loads(text))
+def random_edit(draw, text, tables):
+    """An edit of a text with these tables as a page makes it: a verb and what it is given."""
+    nodes = nodes_of(tables)
     node = draw.choice([*nodes]) if nodes else ""
     table = nodes.get(node, {})
     settings = [key for key, value in table.items() if key not in ("type", "in", "like", "without")]
@@ -141,17 +141,18 @@ def test_many_random_edits_of_a_shipped_graph_parse_and_most_are_made(name):
     text = GRAPHS[name]
     history = History(text, text)
     refused = []
-    number_of_edits = 20 if name.startswith("experiments/") else 100
+    number_of_edits = 10 if name.startswith("experiments/") else 40
+    tables = tomllib.loads(text)
     for number in range(number_of_edits):
         try:
-            text = random_edit(draw, text)
+            text = random_edit(draw, text, tables)
             history.push(Step("", text))
         except BadInput as fault:
             refused.append(str(fault))
         tables = tomllib.loads(text.replace("\r\n", "\n"))
         assert tables["schema"] == 1, number
     layout = [fault for fault in refused if "layout of the" in fault or "change of the layout" in fault]
-    assert len(layout) <= 2, layout
+    assert len(layout) <= 1, layout
     assert len(refused) < 0.3 * number_of_edits, refused
     for _ in range(number_of_edits - len(refused)):
         history.move(-1)
