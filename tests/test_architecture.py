@@ -24,8 +24,8 @@ WITHIN = {
     "levelset": """grid_layout collider sample interpolation sphere_tracing collider_field parts bake""",
     "sim": """material layout axis strands.construction strands.fibres strands.forces strands boundary state air.wind
         goal.strength settings contact.hair.couplings interactions goal.impulse goal.pull air hair_model goal cuts shot
-        contact.contact_points contact.body contact.ccd contact.hair filters volume_target solve surroundings
-        integrators build diagnostics statics precision locks simulate""",
+        contact.scale contact.contact_points contact.body contact.ccd contact.hair filters volume_target solve
+        surroundings integrators build diagnostics statics precision locks simulate""",
     "io": """text polygons groom_shot mocap makehuman obj ply rigging mesh_cache.stencil mesh_cache.moving gltf
         vdb.vdb_header vdb usd usd.check.finding usd.check.snapshot
         usd.check.track usd.check.scene

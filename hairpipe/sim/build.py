@@ -21,6 +21,7 @@ from hairpipe.sim.contact.body.fold_preservation import turns_of
 from hairpipe.sim.contact.hair.exclusions import REST
 from hairpipe.sim.contact.hair.hair_contacts import HairContacts
 from hairpipe.sim.contact.hair.stiction import Connections, same_hair_keys
+from hairpipe.sim.contact.scale import USUAL, Scale, scale_of
 from hairpipe.sim.filters.limit_strain import StrainFilter
 from hairpipe.sim.filters.volume_filter import VolumeFilter, rest_density
 from hairpipe.sim.hair_model import HairModel
@@ -72,33 +73,44 @@ def surroundings_of(
     then strain, then bodies.
     """
     offsets = hair.layout.offsets
+    scale = hair_scale(scene)
     acting = list[Interaction]()
     if scene.wind is not None:
         acting.append(Breeze(scene.wind, hair.diameter, offsets, hair.widths))
     if bodies:
-        acting.append(_body_contacts(hair, model, bodies, scene.contact))
+        acting.append(_body_contacts(hair, model, bodies, scene))
     if scene.strain is not None:
         acting.append(StrainFilter(model, scene.strain.tolerance))
     if scene.stiction is not None or scene.collisions is not None:
         stuck = Connections(state.stuck, state.stuck_at)
         at_rest = pairs_at_rest(hair, scene.stiction, scene.collisions)
         widths = np.ones(offsets[-1]) if hair.widths is None else hair.widths
-        acting.append(HairContacts(offsets, scene.stiction, scene.collisions, stuck, at_rest, widths))
+        acting.append(HairContacts(offsets, scene.stiction, scene.collisions, stuck, at_rest, widths, scale))
     if scene.volume is not None:
         acting.append(_volume_filter(hair, scene.volume))
-    return Surroundings(model, hair.layout, [*acting, *own_interactions(scene)], began, origin)
+    return Surroundings(model, hair.layout, [*acting, *own_interactions(scene)], began, origin, scale.speed)
 
 
-def _body_contacts(
-    hair: HairModel, model: StrandModel, bodies: Sequence[Collider], contact: BodyContact
-) -> BodyContacts:
+def _body_contacts(hair: HairModel, model: StrandModel, bodies: Sequence[Collider], scene: Scene) -> BodyContacts:
     """Make what holds hair out of bodies."""
+    contact = scene.contact
     points, offsets = hair.groom.points, hair.layout.offsets
     turns = turns_of(points, offsets) if contact.folds is not None else None
     axial = np.empty(len(offsets) - 1)
     axial[hair.layout.strands] = model.constants[model.first[:-1], 0]
     segments = np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1)
-    return BodyContacts(list(bodies), contact, thicknesses(offsets, contact.thickness), offsets, segments, axial, turns)
+    kept = thicknesses(offsets, contact.thickness)
+    scale = scale_of(max(contact.thickness, hair.diameter), BodyContact().thickness, scene.gravity)
+    return BodyContacts(list(bodies), contact, kept, offsets, segments, axial, turns, scale)
+
+
+def hair_scale(scene: Scene) -> Scale:
+    """Return the scale of contact between strands, by the distance at which they touch, or else stick."""
+    if scene.collisions is not None:
+        return scale_of(scene.collisions.thickness, Collisions().thickness, scene.gravity)
+    if scene.stiction is not None:
+        return scale_of(scene.stiction.reach, Stiction().reach, scene.gravity)
+    return USUAL
 
 
 def _volume_filter(hair: HairModel, volume: Volume) -> VolumeFilter:

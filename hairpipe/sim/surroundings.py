@@ -30,6 +30,7 @@ class Surroundings:
     interactions   in order, see above
     seconds        time of the shot at the previous frame [s]
     origin         origin of strand positions [m], (3,); interactions receive points in the world
+    speed          factor on the speed of what rests, where strands are coupled [1]
     """
 
     model: StrandModel
@@ -37,6 +38,7 @@ class Surroundings:
     interactions: Sequence[Interaction] = ()
     seconds: float = 0.0
     origin: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    speed: float = 1.0
     _axis: Axis = field(init=False)
     _masses: np.ndarray = field(init=False)
     _driver: StageDriver = field(init=False)
@@ -47,7 +49,7 @@ class Surroundings:
         self._masses = self._axis.gather(self.model.mass[:, None, :])[:, 0]
         self._masses[self.layout.offsets[:-1]] = np.inf
         acting = [interaction for interaction in self.interactions if interaction.in_solve]
-        coupling = StrandCoupling([interaction for interaction in acting if interaction.couples])
+        coupling = StrandCoupling([interaction for interaction in acting if interaction.couples], self.speed)
         frame = self.origin, self.seconds
         self._driver = StageDriver(self.model, self._axis, self._masses, acting, coupling, *frame)
         self._jumped = np.zeros(self.layout.strands.shape, self.layout.dtype)

@@ -15,6 +15,7 @@ from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import any_across, cross, dot, minus, scaled, unit
+from hairpipe.sim.contact.scale import USUAL, Scale
 from hairpipe.sim.settings import Collisions
 from hairpipe.spatial.pairs import Pairs, mean_width
 
@@ -24,7 +25,7 @@ REACH = 2.0
 With only those that touch at the start, hair that falls on a stack would be caught when already inside.
 """
 RELAXATION = 5e-3
-"""Time in which two hairs that overlap and carry nothing come apart [s]: the viscosity of a contact over its stiffness.
+"""Time in which two hairs that overlap and carry nothing come apart, at the usual scale [s]: viscosity over stiffness.
 
 Without it they separate within one step, at a speed inversely proportional to it, and stacks keep trembling.
 """
@@ -54,17 +55,19 @@ def find_contacts(
     velocities: np.ndarray,
     collisions: Collisions,
     widths: np.ndarray | None = None,
+    scale: Scale = USUAL,
 ) -> Contacts:
     """Make contacts of pairs at the beginning of a step; pure.
 
     points, velocities  [m], [m/s], (points, 3)
     widths              widths of segments in thicknesses of one hair, (points,); None: 1
+    scale               factors on the time of relaxation
 
     The stiff spring of a contact is implicit, so its force at the end of a step is its force in that step.
     """
     normals, loads, thickness = (np.empty((len(pairs.segments), *shape)) for shape in ((3,), (), ()))
     widths = np.ones(len(points)) if widths is None else widths
-    viscosity = collisions.stiffness * RELAXATION
+    viscosity = collisions.stiffness * RELAXATION * scale.time
     law = collisions.thickness, collisions.stiffness, viscosity
     _find(normals, loads, thickness, pairs, points, velocities, law, widths)
     return Contacts(pairs.segments, pairs.fractions, normals, loads, thickness)

@@ -24,9 +24,10 @@ from hairpipe.groom.resampling import put
 from hairpipe.kernels.vec3 import cross, dot, length, minus, plus, row, scaled
 from hairpipe.sim.locks.guides import GuideMotion
 from hairpipe.sim.locks.places import turn_at
+from hairpipe.sim.material import Material
 
 _CORE = 3e-4
-"""Nearer places [m] count alike: two hairs touch."""
+"""Nearer places count alike, for hair of the default diameter [m]: two hairs touch."""
 _ROOT = 0.25
 """Share of a hair's length over which it goes from where its root is to where its guides take it."""
 _PASSES = 2
@@ -42,25 +43,27 @@ def interpolated(
     offsets: np.ndarray,
     rest: np.ndarray,
     roots: tuple[np.ndarray, np.ndarray],
+    diameter: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return positions and velocities of followers, (F, 3), and the disagreement of their guides, (n,); pure.
 
     followers  strands, ascending, (n,); places  places of their points, (F, ...)
     offsets    offsets of all strands, (S+1,) int32; rest  points of the groom [m], (P, 3), which define segment lengths
     roots      rigid motions of all roots, x -> R x + t, and their time derivatives, (S, 3, 4)
+    diameter   of the hair [m]
     """
     points, velocities = np.empty((len(places.points), 3)), np.empty((len(places.points), 3))
     disagreement = np.empty(len(followers))
     begins = np.concatenate([[0], np.cumsum(np.diff(offsets)[followers])])
     owners = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets)).astype(np.int32)
-    about = offsets, rest, owners, begins
+    about = offsets, rest, owners, begins, _CORE * (diameter / Material().diameter)
     _interpolate(followers, places, guides, about, roots, points, velocities, disagreement)
     return points, velocities, disagreement
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def _interpolate(followers, places, guides, about, roots, points, velocities, disagreement):
-    offsets, rest, owners, begins = about
+    offsets, rest, owners, begins, core = about
     motions, rates = roots
     for f in prange(len(followers)):
         begin = begins[f]
@@ -70,7 +73,7 @@ def _interpolate(followers, places, guides, about, roots, points, velocities, di
         v = velocities[begin:end]
         total = 0.0
         for i in range(begin, end):
-            total += _follow(places, guides, owners, offsets, i, begin, x, v)
+            total += _follow(places, guides, owners, offsets, i, begin, core, x, v)
         disagreement[f] = np.sqrt(total / (end - begin))
         root, rate = moved(motions, followers[f], row(rest, first)), moved(rates, followers[f], row(rest, first))
         _lead_from_root(x, v, root, rate)
@@ -88,7 +91,7 @@ def _interpolate(followers, places, guides, about, roots, points, velocities, di
 
 
 @njit(cache=True, error_model="numpy")
-def _follow(places, guides, owners, offsets, i, begin, x, v):
+def _follow(places, guides, owners, offsets, i, begin, core, x, v):
     """Put point i where its places take it; return the mean square of what they disagree by [m^2]."""
     weights, square = 0.0, 0.0
     there = to = speed = (0.0, 0.0, 0.0)
@@ -105,7 +108,7 @@ def _follow(places, guides, owners, offsets, i, begin, x, v):
         dy = plus(row(guides.velocities, p), cross(row(guides.spins, k), way))
         if j == 0:  # Relative to the nearest: in squares of world coordinates the difference loses its digits.
             there = y
-        w = 1.0 / max(dot(offset, offset), _CORE * _CORE)
+        w = 1.0 / max(dot(offset, offset), core * core)
         off = minus(y, there)
         weights = weights + w
         square = square + w * dot(off, off)

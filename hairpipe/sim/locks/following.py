@@ -45,7 +45,7 @@ def follow(hair: HairModel, known: LockState, motion: GuideMotion, frame: Frame,
     points = motion.points.copy()
     velocities = motion.velocities.copy()
     points[rows], velocities[rows], disagreement[strands] = interpolated(
-        strands, known.places, motion, offsets, hair.groom.points, roots
+        strands, known.places, motion, offsets, hair.groom.points, roots, hair.diameter
     )
     surfaces = [after for _, after in frame.surfaces]
     parts = [after for _, after in frame.parts]

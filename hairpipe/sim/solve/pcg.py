@@ -36,7 +36,8 @@ from hairpipe.kernels.simd import load, store, width
 MOST = 200
 """Iterations."""
 STILL = 1e-3
-"""Change of velocity [m/s] below which the tolerance is not relative: what rests is not solved to the last bit."""
+"""Change of velocity below which the tolerance is not relative, at the usual scale [m/s]: what rests is not solved to
+the last bit."""
 _SINGLE = np.float32
 _WIDTH = width(_SINGLE)
 _CHUNK = 512
@@ -62,6 +63,7 @@ def solve(
     alone: np.ndarray,
     masses: np.ndarray,
     tolerance: float = 1e-3,
+    still: float = STILL,
     most: int = MOST,
 ) -> Exchange:
     """Find the impulses between strands.
@@ -71,6 +73,7 @@ def solve(
     alone      uncoupled motion u of the points [m/s], (points, 3)
     masses     masses of the points, inf if held [kg], (points,)
     tolerance  largest estimated error
+    still      change of velocity below which it is not relative [m/s]
     most       maximum number of iterations
 
     A strand with a NaN here or in the result of respond is treated as held, so that the others are unaffected.
@@ -82,7 +85,7 @@ def solve(
     _take_finite(alone, points[6])
     multiply(points[6], points[0], points[1])  # r = -O x0, as x0 solves the systems of the strands; s is still 0.
     np.negative(r, out=r)
-    size = _size(masses, points[6])
+    size = _size(masses, points[6], still)
     before = np.inf  # Makes beta 0 in the first iteration, so that p starts as z.
     rz = 0.0
     made = 0
@@ -91,7 +94,7 @@ def solve(
         rz = _turn(before, r, z, p, q)
         if rz <= tolerance * tolerance * size:
             # The norm of x costs a pass over memory: it is renewed only where the old one would end the iterations.
-            size = _size(masses, points[6])
+            size = _size(masses, points[6], still)
         if not tolerance * tolerance * size < rz < np.inf or made == most:  # In this order, a NaN ends the iterations.
             break
         multiply(points[3], points[4], points[5])
@@ -111,7 +114,7 @@ def _take_finite(x, out):
 
 
 @njit(cache=True, parallel=True)
-def _size(masses, x):
+def _size(masses, x, slow):
     """Square of the mass norm [J], in a fixed order."""
     chunks = -(-len(x) // _CHUNK)
     moving, still = np.zeros(chunks), np.zeros(chunks)
@@ -120,7 +123,7 @@ def _size(masses, x):
             if masses[k] < np.inf:
                 square = np.float64(x[k, 0]) ** 2 + np.float64(x[k, 1]) ** 2 + np.float64(x[k, 2]) ** 2
                 moving[chunk] += masses[k] * square
-                still[chunk] += masses[k] * STILL * STILL  # Of hair at the speed STILL: a floor for the tolerance.
+                still[chunk] += masses[k] * slow * slow  # Of slow hair: a floor for the tolerance.
     total, least = 0.0, 0.0
     for chunk in range(chunks):  # One after another: a sum over threads would depend on their number.
         total, least = total + moving[chunk], least + still[chunk]

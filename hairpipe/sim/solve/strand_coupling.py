@@ -31,9 +31,11 @@ class StrandCoupling:
     """The couplings of a step; `begin` is called first, and `linearise` before the other methods.
 
     interactions  that couple strands, in the order of their couplings
+    speed         factor on the speed of what rests [1], see `Scale`
     """
 
     interactions: Sequence[Interaction]
+    speed: float = 1.0
     _places: Places = field(init=False)
     _bounds: np.ndarray = field(init=False)
     _incidence: Incidence = field(init=False)
@@ -79,7 +81,7 @@ class StrandCoupling:
         def multiply(v: np.ndarray, start: np.ndarray, out: np.ndarray) -> None:
             multiply_across(self._rows, v, start, out)
 
-        return pcg.solve(respond, multiply, alone, masses, _TOLERANCE).impulses
+        return pcg.solve(respond, multiply, alone, masses, _TOLERANCE, pcg.STILL * self.speed).impulses
 
     def follow(self, change: np.ndarray, active: np.ndarray, received: np.ndarray) -> None:
         """Update for a solve that changed velocities of active points, (P,) bool, by a change [m/s], (P, 3).

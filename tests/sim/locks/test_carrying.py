@@ -45,7 +45,7 @@ def rigid(w, t):
 def follow(rest, now, roots):
     turns, mine = motion(rest, rest, np.zeros_like(rest), STILL).turns, points_of_strands(FOLLOWERS, OFFSETS)
     places = find_places(rest, OFFSETS, GUIDES, mine, turns)
-    return interpolated(FOLLOWERS, places, now, OFFSETS, rest, roots)
+    return interpolated(FOLLOWERS, places, now, OFFSETS, rest, roots, 80e-6)
 
 
 def test_hair_that_is_moved_rigidly_stays_rigid_and_so_do_its_velocities(rest):
@@ -112,7 +112,7 @@ def test_hair_whose_ways_have_nearly_vanished_is_not_flung():
     turns, spins = np.tile(np.eye(3), (len(rest), 1, 1)), np.zeros_like(rest)
     places = find_places(rest, OFFSETS, GUIDES, points_of_strands(FOLLOWERS, OFFSETS), turns)
     folded = GuideMotion(rest * [1.0, 1e-3, 1.0], speeds, turns, spins)
-    x, v, _ = interpolated(FOLLOWERS, places, folded, OFFSETS, rest, STILL)
+    x, v, _ = interpolated(FOLLOWERS, places, folded, OFFSETS, rest, STILL, 80e-6)
     assert np.linalg.norm(v, axis=1).max() < 2.0
     lengths = np.linalg.norm(np.diff(x.reshape(-1, SEGMENTS + 1, 3), axis=1), axis=2)
     np.testing.assert_allclose(lengths, 7e-3, rtol=1e-9)

@@ -23,6 +23,7 @@ from hairpipe.sim.contact.body.length_projection import drape
 from hairpipe.sim.contact.body.pinching import share_gap
 from hairpipe.sim.contact.body.probe_cache import ProbeCache
 from hairpipe.sim.contact.body.projection import Motion, farthest, project
+from hairpipe.sim.contact.scale import USUAL, Scale
 from hairpipe.sim.interactions import Interaction, Prediction, Start, StepEnd
 from hairpipe.sim.settings import BodyContact
 
@@ -41,6 +42,7 @@ class BodyContacts(Interaction):
     segments   lengths from the points to the previous points [m], (P,)
     axial      E A of the strands [N], (S,)
     turns      turns of curls that keep their shape; None: curls are pressed flat
+    scale      factors on lengths and speeds of the tolerances
     """
 
     surfaces: list[Collider]
@@ -50,6 +52,7 @@ class BodyContacts(Interaction):
     segments: np.ndarray
     axial: np.ndarray
     turns: Turns | None = None
+    scale: Scale = USUAL
     _state: ContactState = field(init=False)
     _cache: ProbeCache = field(init=False)
     _everyone: np.ndarray = field(init=False)
@@ -60,12 +63,13 @@ class BodyContacts(Interaction):
     _is_left_to_corrections: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
-        self._state = ContactState.none(len(self.thickness))
+        self._state = ContactState.none(len(self.thickness), self.scale)
         self._everyone = np.ones(len(self.thickness), np.bool_)
         highest = 2.0 * self.turns.radii.max(initial=0.0) if self.turns is not None else 0.0
         far = float(self.thickness.max(initial=0.0) + highest)
         self._reach = np.full(len(self.thickness), np.inf)
-        self._cache = ProbeCache(self.surfaces, len(self.thickness), far + _MARGIN, far + _NEAR)
+        margin, near = _MARGIN * self.scale.length, _NEAR * self.scale.length
+        self._cache = ProbeCache(self.surfaces, len(self.thickness), far + margin, far + near)
 
     def look(self, points: np.ndarray, time: float, active: np.ndarray) -> SdfSample:
         """Query the body at a time since the previous frame [s], and the contact distances of points there.
@@ -78,7 +82,8 @@ class BodyContacts(Interaction):
         if self.turns is not None and self.contact.folds is not None:
             self._target_gap = self.thickness.copy()
             add_heights(points, self.offsets, self.turns, probe.normal, self.contact.folds, self._target_gap)
-        room = share_gap(points, time, self.surfaces, probe, self.thickness, self._target_gap)
+        gaps = self.thickness, self._target_gap
+        room = share_gap(points, time, self.surfaces, probe, *gaps, self.scale.length)
         self._kept = np.empty_like(room)
         _take_lower(room, self._reach, self._kept)
         return probe
@@ -94,7 +99,8 @@ class BodyContacts(Interaction):
         self._reach = within_reach(self._start_distance, self.segments, self.offsets)
         _take_lower(self._kept, self._reach, self._kept)
         self._state.discontinuous[:] = False
-        rise(self._state, probe, self._kept, pushes(self.axial, masses, self.offsets), masses, start.dt)
+        push = pushes(self.axial, masses, self.offsets, self.scale)
+        rise(self._state, probe, self._kept, push, masses, start.dt)
         resume(self._state, probe, start.velocities, self._kept, masses)
 
     def leave_to_corrections(self) -> None:
@@ -169,7 +175,7 @@ class BodyContacts(Interaction):
         leaving = SdfSample.blank(len(met))
         for surface in self.surfaces:
             surface.probe(after[met], end.time + end.dt, leaving)
-        most = farthest(self._start_distance, end.dt)
+        most = farthest(self._start_distance, end.dt, self.scale)
         motion = Motion(before, after, velocities, most, self._kept, masses, end.dt, self.contact.friction)
         dx, dv, touched, normals = project(motion, ended, met, parts / _PARTS, meeting, leaving.normal)
         # What is pressed on the body sinks in and is moved out in every step: with the forces found before it trembles.
@@ -181,7 +187,7 @@ class BodyContacts(Interaction):
             return self._around(places, which[chosen], end.time + end.dt)
 
         if len(which):
-            drape(after[which], draped, directions, most[which], masses[which], look)
+            drape(after[which], draped, directions, most[which], masses[which], look, self.scale.length)
         dx[which], normals[which] = draped, directions
         end.move(dx)
         end.push(dv)
@@ -212,10 +218,10 @@ class BodyContacts(Interaction):
     def _around(self, places: np.ndarray, which: np.ndarray, time: float) -> tuple[SdfSample, np.ndarray]:
         """Find the body at places [m], (n, 3), of points (n,), and what these keep from it there [m], (n,)."""
         target_gap = self._target_gap[which]
-        probe = SdfSample.blank(len(places), float(target_gap.max(initial=0.0)) + _MARGIN)
+        probe = SdfSample.blank(len(places), float(target_gap.max(initial=0.0)) + _MARGIN * self.scale.length)
         for surface in self.surfaces:
             surface.probe(places, time, probe)
-        room = share_gap(places, time, self.surfaces, probe, self.thickness[which], target_gap)
+        room = share_gap(places, time, self.surfaces, probe, self.thickness[which], target_gap, self.scale.length)
         return probe, np.minimum(room, self._reach[which])
 
 

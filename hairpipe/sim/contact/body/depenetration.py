@@ -20,6 +20,7 @@ from numba import njit, prange
 from hairpipe.kernels.compile import inlined
 from hairpipe.levelset.collider import SdfSample
 from hairpipe.sim.contact.body.implicit import DEEP, FREE, INSIDE, PUSH_OUT, ContactState
+from hairpipe.sim.contact.scale import USUAL, Scale
 
 STRAIN = 5e-3
 """Largest stretch of a strand by the push on all its points."""
@@ -30,7 +31,7 @@ _REACH = 0.8
 _CHUNK = 512
 
 
-def pushes(axial: np.ndarray, masses: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+def pushes(axial: np.ndarray, masses: np.ndarray, offsets: np.ndarray, scale: Scale = USUAL) -> np.ndarray:
     """Return the acceleration that pushes points [m/s^2], (P,); pure.
 
     axial    E A of the strands [N], (S,)
@@ -39,7 +40,7 @@ def pushes(axial: np.ndarray, masses: np.ndarray, offsets: np.ndarray) -> np.nda
     """
     total = np.add.reduceat(np.where(np.isfinite(masses), masses, 0.0), offsets[:-1])
     push = np.divide(STRAIN * axial, total, out=np.zeros_like(axial), where=total > 0.0)
-    return np.repeat(np.maximum(push, LEAST), np.diff(offsets))
+    return np.repeat(np.maximum(push, LEAST * scale.speed / scale.time), np.diff(offsets))
 
 
 def within_reach(start_distance: np.ndarray, segments: np.ndarray, offsets: np.ndarray) -> np.ndarray:
@@ -64,10 +65,11 @@ def rise(
     kept   contact distance [m], (P,)
     push   [m/s^2], (P,); mass  [kg], (P,), inf: held by the root
     """
+    deep, speed = DEEP * contact.length, PUSH_OUT * contact.speed
     for chunk in prange((len(push) + _CHUNK - 1) // _CHUNK):
         for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(push))):
-            if probe.distance[i] < -DEEP and mass[i] < np.inf:
-                _rise(contact, probe, i, kept[i], push[i] / PUSH_OUT * mass[i], dt)
+            if probe.distance[i] < -deep and mass[i] < np.inf:
+                _rise(contact, probe, i, kept[i], push[i] / speed * mass[i], speed, dt)
             elif contact.state[i] == INSIDE:  # Out now: from here on an ordinary contact holds it.
                 _release(contact, i)
 
@@ -79,10 +81,10 @@ def _release(contact, i):
 
 
 @inlined
-def _rise(contact, probe, i, kept, damping, dt):
+def _rise(contact, probe, i, kept, damping, fastest, dt):
     nx, ny, nz = probe.normal[i, 0], probe.normal[i, 1], probe.normal[i, 2]
     vx, vy, vz = probe.velocity[i, 0], probe.velocity[i, 1], probe.velocity[i, 2]
-    speed = min(PUSH_OUT, max(kept - probe.distance[i], 0.0) / dt)
+    speed = min(fastest, max(kept - probe.distance[i], 0.0) / dt)
     contact.discontinuous[i] |= contact.state[i] != INSIDE
     contact.state[i] = INSIDE
     contact.c_t[i] = contact.c_n[i] = damping  # Isotropic, as in a thick fluid: no surface, and no friction.

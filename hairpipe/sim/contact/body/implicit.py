@@ -24,6 +24,8 @@ all passes and lose its friction.
 We differ from the paper, which moves positions first and holds the normals of the moved points in the velocity solve
 (equality, for a whole step): here pushing stretches no hair, and friction and tension are coupled, so that a hair
 around a post holds according to Euler and Eytelwein.
+
+Lengths and speeds below are those at the usual `Scale`.
 """
 
 from typing import NamedTuple
@@ -33,6 +35,7 @@ from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.levelset.collider import SdfSample
+from hairpipe.sim.contact.scale import USUAL, Scale
 from hairpipe.sim.interactions import Prediction
 
 FREE, TOUCHES, NEW, INSIDE = 0, 1, 2, 3
@@ -59,6 +62,7 @@ class ContactState(NamedTuple):
     c_n            normal damping [kg/s], (P,)
     target         w [m/s], (P, 3)
     body           speed of the body along the normal [m/s], (P,)
+    length, speed  factors of the scale [1]
     """
 
     state: np.ndarray
@@ -69,14 +73,17 @@ class ContactState(NamedTuple):
     c_n: np.ndarray
     target: np.ndarray
     body: np.ndarray
+    length: float
+    speed: float
 
     @classmethod
-    def none(cls, count: int) -> "ContactState":
+    def none(cls, count: int, scale: Scale = USUAL) -> "ContactState":
         """Make points that touch nothing."""
         vectors = [np.zeros((count, 3)) for _ in range(2)]
         numbers = [np.zeros(count) for _ in range(3)]
+        factors = scale.length, scale.speed
         state, freed, discontinuous = np.zeros(count, np.int8), np.zeros(count, np.bool_), np.zeros(count, np.bool_)
-        return cls(state, numbers[0], freed, discontinuous, vectors[0], numbers[1], vectors[1], numbers[2])
+        return cls(state, numbers[0], freed, discontinuous, vectors[0], numbers[1], vectors[1], numbers[2], *factors)
 
 
 @njit(cache=True, parallel=True)
@@ -95,8 +102,8 @@ def resume(contact: ContactState, probe: SdfSample, v: np.ndarray, thickness: np
 @inlined
 def _resume(contact, probe, i, v, thickness):
     nx, ny, nz = probe.normal[i, 0], probe.normal[i, 1], probe.normal[i, 2]
-    if probe.distance[i] < thickness + _NEAR and nx * nx + ny * ny + nz * nz > 0.5:
-        sticks = _slip(probe, i, v) < _STILL
+    if probe.distance[i] < thickness + _NEAR * contact.length and nx * nx + ny * ny + nz * nz > 0.5:
+        sticks = _slip(probe, i, v) < _STILL * contact.speed
         contact.state[i] = TOUCHES if sticks else NEW
         # As strong as what holds the normal: `_aim` makes it the c_n of the stage.
         contact.c_t[i] = contact.c_n[i] = 1.0 if sticks else 0.0
@@ -131,7 +138,9 @@ def _aim(contact, probe, i, v, thickness, mass, h):
     """Decide whether point i touches, and where it is to go."""
     phi = probe.distance[i]
     # Hysteresis: a point that touches is held a little farther out than where a free one is caught.
-    near = _lead(probe, i, v, h) if contact.state[i] != FREE else (-_NEAR if contact.freed[i] else 0.0)
+    near = _lead(contact, probe, i, v, h)
+    if contact.state[i] == FREE:
+        near = -_NEAR * contact.length if contact.freed[i] else 0.0
     nx, ny, nz = probe.normal[i, 0], probe.normal[i, 1], probe.normal[i, 2]
     if not (phi < thickness + near and mass < np.inf and nx * nx + ny * ny + nz * nz > 0.5):
         contact.discontinuous[i] |= contact.state[i] != FREE
@@ -146,7 +155,8 @@ def _aim(contact, probe, i, v, thickness, mass, h):
     bx, by, bz = probe.velocity[i, 0], probe.velocity[i, 1], probe.velocity[i, 2]
     body = bx * nx + by * ny + bz * nz
     speed = v[i, 0] * nx + v[i, 1] * ny + v[i, 2] * nz + (thickness - phi) / h
-    extra = min(speed - body, PUSH_OUT)  # Bounded, so that hair which begins too near is moved out gently.
+    # Bounded, so that hair which begins too near is moved out gently.
+    extra = min(speed - body, PUSH_OUT * contact.speed)
     # What sticks, c_t = c_n, goes on sticking though c_n differs in this stage; what slides keeps its damper.
     contact.c_t[i] = c_n if contact.c_t[i] >= contact.c_n[i] > 0.0 else min(contact.c_t[i], c_n)
     contact.c_n[i] = c_n
@@ -156,9 +166,9 @@ def _aim(contact, probe, i, v, thickness, mass, h):
 
 
 @inlined
-def _lead(probe, i, v, h):
+def _lead(contact, probe, i, v, h):
     """Return how far outside point i is still held: a straight way leads it off a body that it slides around."""
-    return _NEAR + h * _slip(probe, i, v)
+    return _NEAR * contact.length + h * _slip(probe, i, v)
 
 
 @inlined
@@ -191,6 +201,7 @@ def update_active_set(
 
     probe  probe of the body at the present points; the others as for `hold`
     """
+    near = _NEAR * contact.length
     for chunk in prange((len(changed) + _CHUNK - 1) // _CHUNK):
         for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(changed))):
             changed[i] = False
@@ -198,7 +209,7 @@ def update_active_set(
                 if contact.state[i] == FREE:
                     phi = probe.distance[i]
                     moved = probe.normal[i, 0] != 0.0 or probe.normal[i, 1] != 0.0 or probe.normal[i, 2] != 0.0
-                    changed[i] = moved and phi < thickness[i] - (2 * _NEAR if contact.freed[i] else _NEAR)
+                    changed[i] = moved and phi < thickness[i] - (2 * near if contact.freed[i] else near)
                 elif contact.state[i] != INSIDE:
                     changed[i] = _update_touching(contact, i, at.velocities, friction)
 
@@ -244,7 +255,7 @@ def stop_normals(contact: ContactState, v, distance, change) -> None:
     for chunk in prange((len(v) + _CHUNK - 1) // _CHUNK):
         for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(v))):
             change[i] = 0.0
-            if contact.state[i] != FREE and not (contact.state[i] == INSIDE and distance[i] < -DEEP):
+            if contact.state[i] != FREE and not (contact.state[i] == INSIDE and distance[i] < -DEEP * contact.length):
                 n = contact.normal[i]
                 excess = v[i, 0] * n[0] + v[i, 1] * n[1] + v[i, 2] * n[2] - contact.body[i]
                 for a in range(3):

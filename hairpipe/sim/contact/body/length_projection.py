@@ -29,6 +29,7 @@ def drape(
     most: np.ndarray,
     masses: np.ndarray,
     look: Callable[[np.ndarray, np.ndarray], tuple[SdfSample, np.ndarray]],
+    scale: float = 1.0,
 ) -> None:
     """Change dx, (P, 3) [m], in place, until it neither stretches a segment nor leaves a point inside.
 
@@ -38,6 +39,7 @@ def drape(
     masses   [kg], (P,); inf if held, at roots
     look     finds the probe of the body at positions [m], (n, 3), of points (n,), and their contact distances [m],
              (n,)
+    scale    of lengths [1], see `Scale`
     """
     moved = after + dx
     strands = np.cumsum(np.isinf(masses))
@@ -49,7 +51,7 @@ def drape(
         probe, kept = look(moved[chosen], chosen)
         aim = np.minimum(kept, most[chosen])
         short = aim - probe.distance
-        bad = (short > np.maximum(_SHORT * np.abs(aim), _SHORTEST)) & probe.normal.any(axis=1)
+        bad = (short > np.maximum(_SHORT * np.abs(aim), scale * _SHORTEST)) & probe.normal.any(axis=1)
         if not bad.any():
             break
         out = chosen[bad]

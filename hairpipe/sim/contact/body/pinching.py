@@ -28,6 +28,7 @@ def share_gap(
     probe: SdfSample,
     thickness: np.ndarray,
     kept: np.ndarray,
+    scale: float = 1.0,
 ) -> np.ndarray:
     """Return the contact distances of points [m], (P,), reduced in narrow gaps between bodies; pure.
 
@@ -35,9 +36,10 @@ def share_gap(
     probe      probe of the bodies at the points
     thickness  desired distance on all sides [m], (P,)
     kept       contact distance from the nearest body, at least the thickness [m], (P,)
+    scale      of lengths [1], see `Scale`
     """
     is_pushed = np.empty(len(points), np.bool_)
-    _mark_pushed(probe, kept, is_pushed)
+    _mark_pushed(probe, kept, scale * _PUSHED, is_pushed)
     pushed = places_of(is_pushed)
     if not len(pushed):
         return kept
@@ -49,14 +51,14 @@ def share_gap(
     against = np.einsum("pc,pc->p", ahead.normal, normals) < _AGAINST
     room = target_gap + np.minimum(ahead.distance, thickness[pushed])
     out = kept.copy()
-    share = target_gap / np.maximum(target_gap + thickness[pushed], _PUSHED)
+    share = target_gap / np.maximum(target_gap + thickness[pushed], scale * _PUSHED)
     out[pushed[against]] = (share * room)[against]
     return out
 
 
 @njit(cache=True, parallel=True)
-def _mark_pushed(probe, kept, marked):
-    """Mark points that are moved out along a normal by more than `_PUSHED`, (P,) bool, in place."""
+def _mark_pushed(probe, kept, least, marked):
+    """Mark points that are moved out along a normal by more than the least [m], (P,) bool, in place."""
     for i in prange(len(kept)):
         n = probe.normal[i]
-        marked[i] = probe.distance[i] < kept[i] - _PUSHED and (n[0] != 0.0 or n[1] != 0.0 or n[2] != 0.0)
+        marked[i] = probe.distance[i] < kept[i] - least and (n[0] != 0.0 or n[1] != 0.0 or n[2] != 0.0)

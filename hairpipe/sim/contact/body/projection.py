@@ -22,6 +22,7 @@ from numba import njit, prange
 
 from hairpipe.levelset.collider import SdfSample
 from hairpipe.sim.contact.body.implicit import DEEP, PUSH_OUT
+from hairpipe.sim.contact.scale import USUAL, Scale
 
 _CHUNK = 512
 
@@ -58,9 +59,10 @@ def slide(u, n, push, friction):
     return normal * n[0] + keep * tx, normal * n[1] + keep * ty, normal * n[2] + keep * tz
 
 
-def farthest(start_distance: np.ndarray, dt: float) -> np.ndarray:
+def farthest(start_distance: np.ndarray, dt: float, scale: Scale = USUAL) -> np.ndarray:
     """Return the distances [m] up to which points that began a step of dt [s] at others are moved out, (P,); pure."""
-    return np.where(start_distance < -DEEP, -np.inf, start_distance + PUSH_OUT * dt)
+    deep, speed = DEEP * scale.length, PUSH_OUT * scale.speed
+    return np.where(start_distance < -deep, -np.inf, start_distance + speed * dt)
 
 
 @njit(cache=True, parallel=True)

@@ -15,6 +15,7 @@ from hairpipe.sim.contact.hair.impulses import sweep
 from hairpipe.sim.contact.hair.repulsion import linearise as linearise_contacts
 from hairpipe.sim.contact.hair.stiction import Connections, connect, no_connections, release, room, stiffest
 from hairpipe.sim.contact.hair.stiction import linearise as linearise_connections
+from hairpipe.sim.contact.scale import USUAL, Scale
 from hairpipe.sim.interactions import Interaction, Prediction, Start, StepEnd
 from hairpipe.sim.settings import Collisions, Stiction
 from hairpipe.spatial.mutual_nearest import closest_pairs
@@ -32,6 +33,7 @@ class HairContacts(Interaction):
     connections  present connections
     at_rest      keys of pairs close in the groom: those that do not stick, and those that do not collide
     widths       widths of segments: two of widths a and b have (a + b) / 2 times the distances of single hairs, (P,)
+    scale        factors on times and speeds of contact
     """
 
     couples: ClassVar[bool] = True
@@ -41,6 +43,7 @@ class HairContacts(Interaction):
     connections: Connections
     at_rest: tuple[np.ndarray, np.ndarray]
     widths: np.ndarray
+    scale: Scale = USUAL
     _crossed: float = field(default=0.0, init=False)
     _reach: float = field(init=False)
     _never: np.ndarray = field(init=False)
@@ -67,7 +70,7 @@ class HairContacts(Interaction):
         if self.collisions is not None:
             self._ignored = union(self.at_rest[1], key_of(self.connections.segments))
         if self._coupled is not None:
-            self._contacts = find_contacts(pairs, points, velocities, self._coupled, self.widths)
+            self._contacts = find_contacts(pairs, points, velocities, self._coupled, self.widths, self.scale)
         self._places = join(self.connections, *([] if self._contacts is None else [self._contacts]))
         if self._contacts is not None:
             # Not the same twice: it is what most memory goes into.
@@ -106,7 +109,7 @@ class HairContacts(Interaction):
             linearise_connections(self.connections, at, self.stiction, part_of(couplings, 0, stuck), self.widths)
         if self._contacts is not None and self._coupled is not None:
             rest = part_of(couplings, stuck, len(couplings.acts))
-            linearise_contacts(self._contacts, at, self._coupled, rest)
+            linearise_contacts(self._contacts, at, self._coupled, rest, self.scale)
 
     def finish_solves(self, end: StepEnd) -> None:
         """Free what only the solves of a step need."""

@@ -37,29 +37,32 @@ from numba import njit, prange
 from hairpipe.kernels.vec3 import dot, minus, scaled
 from hairpipe.sim.contact.contact_points import RELAXATION, Contacts, between, inverse_mass
 from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
+from hairpipe.sim.contact.scale import USUAL, Scale
 from hairpipe.sim.interactions import Prediction
 from hairpipe.sim.settings import Collisions
 
 CREEP = 1e-4
-"""Tangential speed at which a contact that sticks reaches the limit of friction [m/s]."""
+"""Tangential speed at which a contact that sticks reaches the limit of friction, at the usual scale [m/s]."""
 _FIRMEST = 1e2
 """Damper of friction over the mass that it stops: more stops nothing better, and is hard to solve for."""
 
 
-def linearise(contacts: Contacts, at: Prediction, collisions: Collisions, out: Couplings) -> None:
+def linearise(contacts: Contacts, at: Prediction, collisions: Collisions, out: Couplings, scale: Scale = USUAL) -> None:
     """Linearise contact forces at a prediction, in place: sets all of out except segments and fractions.
+
+    scale  factors on times and speeds
 
     Contacts of non-finite strands, or between two inactive strands, do not act.
     """
     stiffness = collisions.stiffness
-    viscosity = collisions.stiffness * RELAXATION
-    law = (stiffness, viscosity, collisions.friction)
+    viscosity = collisions.stiffness * RELAXATION * scale.time
+    law = (stiffness, viscosity, collisions.friction, CREEP * scale.speed)
     _linearise(out, contacts, at, law)
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def _linearise(out, contacts, at, law):
-    stiffness, viscosity, friction = law
+    stiffness, viscosity, friction, creep = law
     points, velocities, masses, weights, span = at.points, at.velocities, at.masses, at.weights, at.span
     segments, fractions = contacts.segments, contacts.fractions
     # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
@@ -83,7 +86,7 @@ def _linearise(out, contacts, at, law):
             along = span * (h * stiffness + viscosity)
             # The load of the last step holds a stack at rest; what stops the pair alone is the load of an impact.
             limit = friction * max(contacts.loads[i], load / (1.0 + along * w))
-            across = min(span * limit / max(np.sqrt(dot(slip, slip)) - limit * span * w, CREEP), _FIRMEST / w)
+            across = min(span * limit / max(np.sqrt(dot(slip, slip)) - limit * span * w, creep), _FIRMEST / w)
             acts[i] = True
             exerted[i, ALONG], exerted[i, ACROSS] = along, across
             for c in range(3):
