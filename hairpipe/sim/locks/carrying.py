@@ -73,7 +73,7 @@ def _interpolate(followers, places, guides, about, roots, points, velocities, di
         v = velocities[begin:end]
         total = 0.0
         for i in range(begin, end):
-            total += _follow(places, guides, owners, offsets, i, begin, core, x, v)
+            total += _follow(places, guides, (owners, offsets, core), i, begin, x, v)
         disagreement[f] = np.sqrt(total / (end - begin))
         root, rate = moved(motions, followers[f], row(rest, first)), moved(rates, followers[f], row(rest, first))
         _lead_from_root(x, v, root, rate)
@@ -91,8 +91,9 @@ def _interpolate(followers, places, guides, about, roots, points, velocities, di
 
 
 @njit(cache=True, error_model="numpy")
-def _follow(places, guides, owners, offsets, i, begin, core, x, v):
+def _follow(places, guides, about, i, begin, x, v):
     """Put point i where its places take it; return the mean square of what they disagree by [m^2]."""
+    owners, offsets, core = about
     weights, square = 0.0, 0.0
     there = to = speed = (0.0, 0.0, 0.0)
     for j in range(places.counts[i]):
