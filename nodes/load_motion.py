@@ -5,8 +5,7 @@ from typing import Annotated, Literal
 
 from hairpipe.data import Body, Pose
 from hairpipe.graph import Cuts, Time, node
-from hairpipe.io.gltf.document import SUFFIXES as GLTF
-from hairpipe.io.gltf.document import list_files
+from hairpipe.io.mesh_cache.files import GLTF, USD, list_files
 from hairpipe.units import Degrees, Ge, Gt, Metres, Reads, Seconds, Suffixes
 
 
@@ -16,8 +15,9 @@ def load_motion(
     time: Time,
     cuts: Cuts,
     *,
-    file: Annotated[Path, Suffixes((".bvh", *GLTF)), Reads(list_files)],
+    file: Annotated[Path, Suffixes((".bvh", *GLTF, *USD)), Reads(list_files)],
     clip: str | None = None,
+    group: str | None = None,
     at: int = 1001,
     start: Seconds = 0.0,
     settle: Annotated[Seconds, Ge(0.0)] = 0.0,
@@ -30,15 +30,17 @@ def load_motion(
     floor: Literal["clip", "feet"] | None = None,
     joints: tuple[tuple[str, str], ...] = (),
 ) -> Pose:
-    """Compute the pose of the body from a BVH clip of any skeleton, or from the glTF file of the body.
+    """Compute the pose of the body from a BVH clip, or from the joints of a glTF or UsdSkel file.
 
-    A BVH clip is resampled to the frame rate and retargeted; `unit`, `up`, `reference`, `yaw`, `skip`, `floor` and
-    `joints` are for BVH alone. The joints of a glTF file have the names of those of the body.
+    The pose of the body of a glTF or USD file is that of the file. A BVH clip is resampled to the frame rate and
+    retargeted, and so is a file whose joints at rest are not those of the body, or any with one of the settings `unit`,
+    `up`, `reference`, `yaw`, `skip`, `floor` and `joints`.
 
-    file       path of the BVH clip or glTF file
+    file       path of the BVH clip, glTF or USD file
     clip       name of an animation of a glTF file, or a pattern of names (*) to join some; by default the first
+    group      path of the meshes of a USD file whose skeletons are read, or a pattern, as of `load_body`
     at         frame of the shot at clip time `start`; the body is still outside the clip
-    start      time in the clip at the frame `at`
+    start      time in the clip at the frame `at`; a clip of USD begins at its first sample
     settle     duration before `at` in which the body moves from rest to its first pose; see `preroll` of a graph
     speed      playback speed: 0.5 is half the recorded speed
     unit       metres per unit of the clip; by default the ratio of leg lengths, or 1 without legs
@@ -54,26 +56,28 @@ def load_motion(
     from hairpipe.body.mocap.approach import approach
     from hairpipe.body.mocap.posing import Playback, pose_at
     from hairpipe.errors import BadInput
-    from hairpipe.io.gltf.joints_of_skins import read_pose
+    from hairpipe.io.mesh_cache.formats import recall_joints
+    from hairpipe.io.mesh_cache.joint_motion import clip_of, pose_of
     from hairpipe.io.mesh_cache.moving import Instant
     from hairpipe.io.mocap.bvh import recall_bvh
 
-    def instant(frame: int) -> float:
+    def elapsed(frame: int) -> float:
         since = (frame - at) / time.fps
-        return start + (max(since, 0.0) if settle > 0.0 else since) * speed
+        return (max(since, 0.0) if settle > 0.0 else since) * speed
 
     since = (time.frame - at) / time.fps
-    if file.suffix.lower() in GLTF:
-        given = {"unit": unit, "up": up, "reference": reference, "yaw": yaw or None, "skip": skip, "floor": floor}
-        if unused := [name for name, value in (given | {"joints": joints or None}).items() if value is not None]:
-            raise BadInput(f"{unused[0]} is a setting of BVH clips", where=file, right=f"no {unused[0]}")
-        played = tuple((instant(cut - 1) - start, instant(cut) - start) for cut in cuts)
-        moment = Instant(start * time.fps, instant(time.frame) - start, played, fps=time.fps, speed=speed)
-        pose = read_pose(file, rest.skeleton, clip, moment)
-        return approach(rest.skeleton, pose, -since, settle) if settle > 0.0 > since else pose
-    if clip is not None:
-        raise BadInput("a BVH file has one clip", where="clip", right="no clip")
-    sides = [(instant(cut - 1), instant(cut)) for cut in cuts]
+    is_bvh = file.suffix.lower() == ".bvh"
+    if is_bvh and (clip or group):
+        raise BadInput("a BVH file has one clip", where=file, right="no clip and no group")
+    sides = tuple((elapsed(cut - 1), elapsed(cut)) for cut in cuts)
     playback = Playback(up=up, reference=reference, unit=unit, skip=skip, joints=joints, floor=floor, yaw=yaw)
-    pose = pose_at(rest.skeleton, recall_bvh(file), instant(time.frame), speed, playback, sides)
+    motion = None if is_bvh else recall_joints(file, group, clip, time.fps)
+    pose = None
+    if motion and playback == Playback():
+        moment = Instant(start * time.fps, elapsed(time.frame), sides, fps=time.fps, speed=speed)
+        pose = pose_of(motion, rest.skeleton, moment)
+    if pose is None:
+        played = clip_of(motion) if motion else recall_bvh(file)
+        begun = [(start + before, start + after) for before, after in sides]
+        pose = pose_at(rest.skeleton, played, start + elapsed(time.frame), speed, playback, begun)
     return approach(rest.skeleton, pose, -since, settle) if settle > 0.0 > since else pose

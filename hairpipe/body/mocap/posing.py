@@ -23,11 +23,11 @@ JUMP = np.radians(20.0)  # smallest turn of a joint from one frame to the next t
 class Playback:
     """Settings of the reading of a clip, see node load_motion."""
 
-    up: str | None
-    reference: str | None
-    unit: float | None
-    skip: int | None
-    joints: tuple[tuple[str, str], ...]
+    up: str | None = None
+    reference: str | None = None
+    unit: float | None = None
+    skip: int | None = None
+    joints: tuple[tuple[str, str], ...] = ()
     floor: str | None = None
     yaw: float = 0.0
 

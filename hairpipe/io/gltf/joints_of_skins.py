@@ -5,30 +5,26 @@ from pathlib import Path
 
 import numpy as np
 
-from hairpipe.data import Body, Mesh, Pose, Skeleton
+from hairpipe.data import Body, Mesh, Skeleton
 from hairpipe.errors import BadInput
 from hairpipe.io.gltf.skinned_pieces import SkinnedPieces
-from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, read_at
+from hairpipe.io.mesh_cache.joint_motion import JointMotion
 from hairpipe.io.polygons import merge_meshes
 from hairpipe.io.rigging import find_tips, merge_maps, rigid, stack_influences
 
-ALIKE = 1e-6
-"""Largest difference of joints at rest [m]."""
-
 
 class Joints:
-    """Nodes that move the meshes of a file, as samples of the columns of their transforms from rest.
+    """Nodes that move the meshes of a file.
 
     nodes    a parent before its children, (J,)
     names    of the nodes, unique
     parents  index of the next joint above, -1 at a root, (J,) int32
-    rest     joint-to-world at rest, rotations and translations [m], (J, 4, 4)
-
-    See `hairpipe.io.mesh_cache.moving.Source`: column k of joint j is point 4 j + k.
+    world    joint-to-world at rest [m], (J, 4, 4)
+    rest     the same without scale
     """
 
     def __init__(self, pieces: SkinnedPieces) -> None:
-        self.pieces, self.codes, self.rate, self.own = pieces, pieces.codes, pieces.rate, [False]
+        self.pieces = pieces
         animation = pieces.animation
         used = {int(node) for piece in pieces.pieces for node in np.unique(piece.joints)}
         self.nodes = [node for node in animation.order if node in used]
@@ -54,17 +50,6 @@ class Joints:
         """Return the joints at rest."""
         return Skeleton(self.names, self.parents, self.rest, find_tips(self.parents, self.rest[:, :3, 3]))
 
-    def shape(self, sample: int) -> Shape:
-        """Return the columns at a sample as points without triangles."""
-        points, _ = self.sample(sample)[0]
-        return Shape(Mesh(points, np.zeros((0, 3), np.int32)), np.zeros(0, np.int64))
-
-    def sample(self, sample: int) -> list[Points]:
-        """Return the columns of the transforms at a sample: those that move the skin as the file does."""
-        world = self.pieces.animation.transforms(float(self.codes[sample] / self.rate))[self.nodes]
-        moved = world @ np.linalg.inv(self.world) @ self.rest
-        return [(moved[:, :3].swapaxes(1, 2).reshape(-1, 3), None)]
-
 
 def read_body(path: Path, group: str | None = None) -> Body:
     """Read the meshes of a file at rest as one body, with the joints of their skins; without skins it has no joints.
@@ -89,26 +74,12 @@ def read_body(path: Path, group: str | None = None) -> Body:
     return Body(mesh, joints.skeleton(), influences, weights, maps)
 
 
-def read_pose(path: Path, skeleton: Skeleton, clip: str | None, instant: Instant) -> Pose:
-    """Read the pose of a skeleton of the same file, or of another with joints of the same names, at an instant.
-
-    Raises BadInput where the file has no such joint, or another rest pose. Warns of morph targets.
-    """
-    pieces = SkinnedPieces(path, None, clip, instant.fps)
-    joints = Joints(pieces)
+def read_joints(path: Path, clip: str | None, fps: float) -> JointMotion:
+    """Read the joints of a clip, with a sample at each frame of the shot; warns of morph targets."""
+    pieces = SkinnedPieces(path, None, clip, fps)
     if any(len(piece.targets) for piece in pieces.pieces):
         warnings.warn(f"{path} has morph targets, which are not in a pose: load_mesh_cache reads them", stacklevel=2)
-    missing = [name for name in skeleton.names if name not in joints.names]
-    if missing:
-        right = f"the joints of the body, of {', '.join(joints.names[:8])}"
-        raise BadInput(f"there is no joint {missing[0]!r}", where=path, right=right)
-    found, _ = read_at(joints, instant)
-    order = [joints.names.index(name) for name in skeleton.names]
-    if np.abs(joints.rest[order] - skeleton.rest).max() > ALIKE:
-        right = "the body of this file, read without `unit` and `up`"
-        raise BadInput("the joints at rest are not those of the body", where=path, right=right)
-    transforms, rates = (np.zeros((len(order), 4, 4)) for _ in range(2))
-    transforms[:, 3, 3] = 1.0
-    for result, columns in ((transforms, found.points), (rates, found.rates)):
-        result[:, :3] = columns.reshape(-1, 4, 3)[order].swapaxes(1, 2)
-    return Pose(transforms, rates)
+    joints = Joints(pieces)
+    unbind = np.linalg.inv(joints.world) @ joints.rest
+    moved = [pieces.animation.transforms(float(code / fps))[joints.nodes] @ unbind for code in pieces.codes]
+    return JointMotion(joints.skeleton(), np.array(moved), pieces.codes, fps, 0.0)

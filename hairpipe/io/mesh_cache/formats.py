@@ -1,9 +1,11 @@
-"""An animated mesh at one instant, by the suffix of its file."""
+"""An animated mesh or skeleton at one instant, by the suffix of its file."""
 
+from functools import lru_cache
 from pathlib import Path
 
 from hairpipe.errors import BadInput
-from hairpipe.io.mesh_cache.files import ALEMBIC, GLTF, NUMBERED, SUFFIXES, USD
+from hairpipe.io.mesh_cache.files import ALEMBIC, GLTF, NUMBERED, SUFFIXES, USD, list_files, stamp_of
+from hairpipe.io.mesh_cache.joint_motion import JointMotion
 from hairpipe.io.mesh_cache.moving import Instant, Shape, read_at
 from hairpipe.io.usd.apart import work_apart
 
@@ -36,3 +38,22 @@ def read_moving(path: Path, group: str | None, clip: str | None, instant: Instan
 
         return read_at(Sequence(path, group, instant.fps), instant)
     raise BadInput(f"meshes are not read from {suffix or 'such'} files", where=path, right=", ".join(SUFFIXES))
+
+
+def recall_joints(path: Path, group: str | None, clip: str | None, fps: float) -> JointMotion:
+    """Return the motion of the joints of a glTF or USD file, read once per process while its files are unchanged.
+
+    group, clip  as of `read_moving`; fps  of the shot [1/s]
+    """
+    return _read_joints(path, group, clip, fps, tuple(stamp_of(str(file)) for file in list_files(path).values()))
+
+
+@lru_cache(maxsize=8)
+def _read_joints(path: Path, group: str | None, clip: str | None, fps: float, _: tuple[object, ...]) -> JointMotion:
+    if path.suffix.lower() in GLTF:
+        from hairpipe.io.gltf.joints_of_skins import read_joints
+
+        return read_joints(path, clip, fps)
+    from hairpipe.io.usd.meshes import joints_of_skeletons
+
+    return work_apart(joints_of_skeletons.read, path, group)

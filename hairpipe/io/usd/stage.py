@@ -90,8 +90,13 @@ def read_time(prims: Sequence[Usd.Prim], time: float | None) -> float | None:
 def _samples(prim: Usd.Prim) -> Iterator[list[float]]:
     """Yield the time codes of the points of a shape, and of each transform above it."""
     yield UsdGeom.PointBased(prim).GetPointsAttr().GetTimeSamples()
+    yield from (space.GetTimeSamples() for space in spaces_of(prim))
+
+
+def spaces_of(prim: Usd.Prim) -> Iterator[UsdGeom.Xformable]:
+    """Yield the prims whose transforms move a prim: it and its parents."""
     while prim.IsA(UsdGeom.Xformable):
-        yield UsdGeom.Xformable(prim).GetTimeSamples()
+        yield UsdGeom.Xformable(prim)
         prim = prim.GetParent()
 
 

@@ -244,3 +244,15 @@ def test_poses_of_the_joints_move_the_skin_as_the_file_does(tube):
         posed = skin(rest, pose)
         np.testing.assert_allclose(posed.points, mesh.points, atol=1e-9)
         np.testing.assert_allclose(posed.velocities, mesh.velocities, atol=1e-9)
+
+
+@pytest.mark.filterwarnings("ignore:.*has morph targets", "ignore:.*has the animations")
+def test_joints_of_a_file_move_another_body():
+    file = Path(__file__).parents[3] / "graphs" / "assets" / "nod.glb"
+    own, other = load_body(file=file), load_body(file=file, unit=1.2)
+    exact = load_motion(own, Time(1013, 24.0), (), file=file, clip="shake")
+    with pytest.warns(UserWarning, match="to which the motion is retargeted"):
+        found = load_motion(other, Time(1013, 24.0), (), file=file, clip="shake")
+    turns = [p.transforms[:, :3, :3] @ own.skeleton.rest[:, :3, :3].swapaxes(1, 2) for p in (exact, found)]
+    np.testing.assert_allclose(turns[1], turns[0], atol=1e-6)
+    assert np.abs(turns[0] - np.eye(3)).max() > 0.3

@@ -1,6 +1,6 @@
 """Animated meshes of a stage: samples of points, transforms, skeletons and blend shapes, as OpenUSD bakes them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +9,19 @@ from pxr import Usd, UsdGeom, UsdSkel, Vt
 from hairpipe.errors import BadInput
 from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, join_shapes, read_at
 from hairpipe.io.usd.meshes.mesh import polygon_owners, read_mesh
-from hairpipe.io.usd.meshes.skeleton import Binding, find_bindings
-from hairpipe.io.usd.stage import columns, location, move, numbers, open_stage, place, shown, time_of, usd_faults
+from hairpipe.io.usd.meshes.skeleton import Binding, filled, find_bindings, turn_codes
+from hairpipe.io.usd.stage import (
+    columns,
+    location,
+    move,
+    numbers,
+    open_stage,
+    place,
+    shown,
+    spaces_of,
+    time_of,
+    usd_faults,
+)
 
 
 def read(path: Path, prim: str | None, instant: Instant) -> Shape:
@@ -65,30 +76,21 @@ class MovingMeshes:
 
     def _has_velocities(self, mesh: UsdGeom.Mesh, binding: Binding | None) -> bool:
         """Return whether velocities are used: in a moving space or on a skeleton, they are not all of the motion."""
-        moves = any(UsdGeom.Xformable(prim).TransformMightBeTimeVarying() for prim in _spaces(mesh.GetPrim()))
+        moves = any(space.TransformMightBeTimeVarying() for space in spaces_of(mesh.GetPrim()))
         return mesh.GetVelocitiesAttr().HasValue() and binding is None and not moves
 
     def _find_codes(self) -> np.ndarray:
-        """Return the time codes of all samples of points, of transforms above them, and of their skeletons.
-
-        Between samples of transforms whole time codes are samples, too: a cubic would not follow a turn.
-        """
+        """Return the time codes of all samples of points, of transforms above them, and of their skeletons."""
         codes = set[float]()
         turns = set[float]()
         for mesh, binding in zip(self.meshes, self.bindings, strict=True):
             codes |= {*mesh.GetPointsAttr().GetTimeSamples(), *mesh.GetVelocitiesAttr().GetTimeSamples()}
-            prims = [mesh.GetPrim()]
+            turns |= {code for space in spaces_of(mesh.GetPrim()) for code in space.GetTimeSamples()}
             if binding is not None:
-                prims.append(binding.skeleton.GetPrim())
+                turns |= turn_codes(binding.skeleton)
                 animation = binding.skeleton.GetAnimQuery()
-                if animation:
-                    codes |= {*animation.GetBlendShapeWeightTimeSamples()}
-                    turns |= {*animation.GetJointTransformTimeSamples()}
-            for space in (space for prim in prims for space in _spaces(prim)):
-                turns |= {*UsdGeom.Xformable(space).GetTimeSamples()}
-        if turns:
-            turns |= {*np.arange(np.ceil(min(turns)), np.floor(max(turns)) + 1.0)}
-        return np.array(sorted(codes | turns) or [0.0])
+                codes |= {*animation.GetBlendShapeWeightTimeSamples()} if animation else set()
+        return np.array(sorted(codes | filled(turns)) or [0.0])
 
 
 def _polygons(mesh: UsdGeom.Mesh) -> tuple[np.ndarray, np.ndarray, int]:
@@ -132,13 +134,6 @@ def _blend(mesh: UsdGeom.Mesh, binding: Binding, points: Vt.Vec3fArray, time: Us
     if not found or not shapes.ComputeDeformedPoints(*found, shapes.ComputeBlendShapePointIndices(), offsets, points):
         right = "offsets and pointIndices that fit the points"
         raise BadInput("the blend shapes cannot be applied", where=location(mesh.GetPrim()), right=right)
-
-
-def _spaces(prim: Usd.Prim) -> Iterator[Usd.Prim]:
-    """Yield the prims whose transforms move a prim: it and its parents."""
-    while prim.IsA(UsdGeom.Xformable):
-        yield prim
-        prim = prim.GetParent()
 
 
 def _refuse_instancers(stage: Usd.Stage, meshes: Sequence[UsdGeom.Mesh], prim: str | None) -> None:

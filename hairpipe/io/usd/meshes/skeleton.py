@@ -1,5 +1,6 @@
 """UsdSkel skeletons of a stage, and the meshes they move."""
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,7 +10,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 from hairpipe.data import Skeleton
 from hairpipe.errors import BadInput
 from hairpipe.io.rigging import find_tips, rigid
-from hairpipe.io.usd.stage import columns, location, place
+from hairpipe.io.usd.stage import columns, location, place, spaces_of
 
 REST = Usd.TimeCode.EarliestTime()
 
@@ -29,7 +30,8 @@ class Rig:
     first    index of its first joint in the skeleton of the whole body
     joints   tokens such as "hips/spine/neck", J of them
     parents  index of the parent joint or -1, a parent before its children, (J,) int32
-    rest     joint-to-world at rest in metres, column vectors, (J, 4, 4) float64
+    world    joint-to-world at rest in metres, column vectors, (J, 4, 4) float64
+    rest     the same without scale
     skin     bind pose to rest pose in the skeleton's space, row vectors, J matrices
     matrix   the skeleton's space to metres, column vectors, (4, 4) float64
     """
@@ -37,6 +39,7 @@ class Rig:
     first: int
     joints: tuple[str, ...]
     parents: np.ndarray
+    world: np.ndarray
     rest: np.ndarray
     skin: Vt.Matrix4dArray
     matrix: np.ndarray
@@ -84,6 +87,18 @@ def _query(cache: UsdSkel.Cache, skeleton: UsdSkel.Skeleton) -> UsdSkel.Skeleton
     return query
 
 
+def turn_codes(query: UsdSkel.SkeletonQuery) -> set[float]:
+    """Return the time codes of all samples of the transforms of a skeleton, its joints and its parents."""
+    animation = query.GetAnimQuery()
+    codes = {code for space in spaces_of(query.GetPrim()) for code in space.GetTimeSamples()}
+    return codes | {*animation.GetJointTransformTimeSamples()} if animation else codes
+
+
+def filled(codes: set[float]) -> set[float]:
+    """Return time codes of transforms with all whole ones between them: a cubic would not follow a turn."""
+    return codes | {*np.arange(np.ceil(min(codes)), np.floor(max(codes)) + 1.0)} if codes else codes
+
+
 def read_rig(query: UsdSkel.SkeletonQuery, first: int) -> Rig:
     """Read a skeleton; its rest pose is restTransforms, or the bind pose where these are absent.
 
@@ -102,21 +117,16 @@ def read_rig(query: UsdSkel.SkeletonQuery, first: int) -> Rig:
         rest = bind
         skin = Vt.Matrix4dArray([Gf.Matrix4d(1)] * len(bind))
     parents = np.array(query.GetTopology().GetParentIndices(), np.int32)
-    return Rig(first, joints, parents, _rigid(matrix, np.array([columns(r) for r in rest]), where), skin, matrix)
+    world = matrix @ np.array([columns(r) for r in rest])
+    if not np.isfinite(world).all():
+        raise BadInput("a joint transform is not finite", where=where, right="finite numbers")
+    return Rig(first, joints, parents, world, rigid(world), skin, matrix)
 
 
 def _inverse(matrix: Gf.Matrix4d, where: str) -> Gf.Matrix4d:
     if not np.isfinite(np.array(matrix)).all() or abs(matrix.GetDeterminant()) < 1e-30:
         raise BadInput("a bind transform cannot be inverted", where=where, right="matrices of full rank")
     return matrix.GetInverse()
-
-
-def _rigid(matrix: np.ndarray, joints: np.ndarray, where: str) -> np.ndarray:
-    """Return the nearest rotations and the origins of matrix @ joints."""
-    world = matrix @ joints
-    if not np.isfinite(world).all():
-        raise BadInput("a joint transform is not finite", where=where, right="finite numbers")
-    return rigid(world)
 
 
 def skin_at_rest(
@@ -161,8 +171,8 @@ def read_influences(rig: Rig, skinning: UsdSkel.SkinningQuery, n: int) -> tuple[
     first = np.take_along_axis(joints, weights.argmax(axis=1)[:, None], axis=1)
     bends = ((joints != first) & (weights > 0.0)).any()
     if bends and skinning.GetSkinningMethod() == UsdSkel.Tokens.dualQuaternion:
-        right = "classicLinear, the only one that bodies here are moved by"
-        raise BadInput("skinned by dual quaternions (primvars:skel:skinningMethod)", where=where, right=right)
+        message = f"{where} is skinned by dual quaternions, as load_mesh_cache moves it; a pose blends it linearly"
+        warnings.warn(message, stacklevel=2)
     bare = weights.sum(axis=1) == 0
     weights[bare, 0] = 1.0
     joints = (rig.first + np.where(bare[:, None], 0, order[joints])).astype(np.int32)

@@ -1,0 +1,90 @@
+"""Motion of the joints of a file: poses of the body of that file, or a clip for other bodies."""
+
+import warnings
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import ClassVar
+
+import numpy as np
+
+from hairpipe.data import Mesh, Pose, Skeleton
+from hairpipe.data.clip import Clip
+from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, read_at
+from hairpipe.io.rigging import rigid
+
+ALIKE = 1e-6
+"""Largest difference of joints at rest [m]."""
+CHANNELS = ("Xposition", "Yposition", "Zposition", "Zrotation", "Yrotation", "Xrotation")
+
+
+@dataclass(frozen=True, eq=False)
+class JointMotion:
+    """Samples of J joints; a `hairpipe.io.mesh_cache.moving.Source` whose point 4 j + k is column k of joint j.
+
+    skeleton  joints at rest
+    world     joint-to-world matrices that move the skin at rest as the file does [m], (t, J, 4, 4)
+    codes     time codes of the samples, ascending, (t,)
+    rate      time codes per second [1/s]
+    start     time code at which the clip begins
+    """
+
+    skeleton: Skeleton
+    world: np.ndarray
+    codes: np.ndarray
+    rate: float
+    start: float
+    own: ClassVar = (False,)
+
+    def shape(self, sample: int) -> Shape:
+        """Return the columns at a sample as points without triangles."""
+        return Shape(Mesh(self.sample(sample)[0][0], np.zeros((0, 3), np.int32)), np.zeros(0, np.int64))
+
+    def sample(self, sample: int) -> list[Points]:
+        """Return the columns at a sample."""
+        return [(self.world[sample, :, :3].swapaxes(1, 2).reshape(-1, 3), None)]
+
+
+def pose_of(motion: JointMotion, skeleton: Skeleton, instant: Instant) -> Pose | None:
+    """Return the pose of a skeleton at an instant; None, with a warning, where the joints at rest are not its own.
+
+    instant  its start is a time of the clip, in frames of the shot
+    """
+    own = motion.skeleton
+    order = [own.names.index(name) for name in skeleton.names if name in own.names]
+    if len(order) < len(skeleton.names) or np.abs(own.rest[order] - skeleton.rest).max() > ALIKE:
+        message = "the joints at rest are not those of the body, to which the motion is retargeted"
+        warnings.warn(f"{message} (a setting of BVH clips, such as skip = 0, silences this warning)", stacklevel=2)
+        return None
+    start = motion.start + instant.start / instant.fps * motion.rate
+    found, _ = read_at(motion, replace(instant, start=start))
+    transforms, rates = (np.zeros((len(order), 4, 4)) for _ in range(2))
+    transforms[:, 3, 3] = 1.0
+    for result, columns in ((transforms, found.points), (rates, found.rates)):
+        result[:, :3] = columns.reshape(-1, 4, 3)[order].swapaxes(1, 2)
+    return Pose(transforms, rates)
+
+
+@lru_cache(maxsize=8)
+def clip_of(motion: JointMotion) -> Clip:
+    """Return the motion as a clip with a frame at each time code; all channels are zero at rest. Scale is left out."""
+    from scipy.spatial.transform import Rotation
+
+    own = motion.skeleton
+    codes = np.arange(motion.start, motion.codes[-1] + 1e-6)
+    place = np.interp(codes, motion.codes, np.arange(len(motion.codes)))
+    before = place.astype(np.int64)
+    share = (place - before)[:, None, None, None]
+    world = (1.0 - share) * motion.world[before] + share * motion.world[np.minimum(before + 1, len(motion.codes) - 1)]
+    turns = rigid((world @ np.linalg.inv(own.rest)).reshape(-1, 4, 4)).reshape(world.shape)[..., :3, :3]
+    offsets, origins = own.rest[:, :3, 3].copy(), world[..., :3, 3].copy()
+    for joint in np.flatnonzero(own.parents >= 0)[::-1]:
+        above = own.parents[joint]
+        offsets[joint] -= offsets[above]
+        origins[:, joint] = np.einsum("fij,fi->fj", turns[:, above], origins[:, joint] - origins[:, above])
+        turns[:, joint] = turns[:, above].swapaxes(1, 2) @ turns[:, joint]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # two of three angles are one where the second is a right angle
+        angles = Rotation.from_matrix(turns.reshape(-1, 3, 3)).as_euler("ZYX", degrees=True)
+    values = np.concatenate([origins, angles.reshape(origins.shape)], axis=2).reshape(len(codes), -1)
+    ends = np.full_like(offsets, np.nan)
+    return Clip(own.names, own.parents, offsets, ends, (CHANNELS,) * len(ends), values, 1.0 / motion.rate)

@@ -1,0 +1,121 @@
+"""Motion of UsdSkel joints: skin moved by their poses against OpenUSD's own baking, and retargeted to other bodies."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
+from scipy.spatial.transform import Rotation
+
+from hairpipe.body.mannequin.bust import build_skeleton
+from hairpipe.body.skinning import skin
+from hairpipe.data import Body, Mesh
+from hairpipe.errors import BadInput
+from hairpipe.graph import Time
+from hairpipe.nodes.load_body import load_body
+from hairpipe.nodes.load_mesh_cache import load_mesh_cache
+from hairpipe.nodes.load_motion import load_motion
+from tests.io.usd.test_skeleton import JOINTS, ORIGINS, character, locals_of
+from tests.io.usd.test_skeleton import at as placed
+
+FRAMES = range(1001, 1007)
+
+
+def animate(stage: Usd.Stage, joints: list[str], local: list[Gf.Matrix4d], turn: dict[str, float]) -> None:
+    """Turn joints about Y by so many degrees a frame; the skeleton moves, too."""
+    animation = UsdSkel.Animation.Define(stage, "/char/animation")
+    animation.CreateJointsAttr(joints)
+    skeleton = stage.GetPrimAtPath("/char/skeleton")
+    UsdSkel.BindingAPI.Apply(skeleton).CreateAnimationSourceRel().SetTargets([animation.GetPath()])
+    move = UsdGeom.Xformable(skeleton).AddTranslateOp()
+    for frame in FRAMES:
+        angles = [turn.get(joint, 0.0) * (frame - FRAMES[0]) for joint in joints]
+        turns = [Gf.Matrix4d(Gf.Rotation(Gf.Vec3d(0, 1, 0), angle), Gf.Vec3d(0)) for angle in angles]
+        translations, rotations, scales = UsdSkel.DecomposeTransforms(
+            Vt.Matrix4dArray([t * m for t, m in zip(turns, local, strict=True)])
+        )
+        animation.GetTranslationsAttr().Set(translations, frame)
+        animation.GetRotationsAttr().Set(rotations, frame)
+        animation.GetScalesAttr().Set(Vt.Vec3hArray([Gf.Vec3h(1, 1 + 0.25 * (frame % 2), 1)] * len(scales)), frame)
+        move.Set(Gf.Vec3d(0.1 * (frame - FRAMES[0]) ** 2, 0, 0), frame)
+
+
+@pytest.fixture
+def moving(new_stage, saved) -> Path:
+    """A character in units of 5 cm with Z up, whose joints turn and stretch."""
+    stage = new_stage("Z", 0.05)
+    stage.SetTimeCodesPerSecond(24.0)
+    character(stage)
+    local = locals_of([placed(*origin, turn=10 * n) for n, origin in enumerate(ORIGINS)])
+    animate(stage, JOINTS, local, {"hips": 5.0, "hips/spine": -20.0, "hips/spine/head": 35.0})
+    return saved(stage)
+
+
+def test_poses_move_the_skin_as_openusd_bakes_it(moving):
+    rest = load_body(file=moving)
+    posed = {frame: skin(rest, load_motion(rest, Time(frame, 24.0), (), file=moving)) for frame in FRAMES}
+    meshes = {frame: load_mesh_cache(Time(frame, 24.0), (), rest=rest, file=moving) for frame in FRAMES}
+    for frame in FRAMES:
+        np.testing.assert_allclose(posed[frame].points, meshes[frame].points, atol=1e-8)
+        np.testing.assert_allclose(posed[frame].velocities, meshes[frame].velocities, atol=1e-6)
+    stage = Usd.Stage.Open(str(moving))
+    assert UsdSkel.BakeSkinning(UsdSkel.Root.Get(stage, "/char"), Gf.Interval(FRAMES[0], FRAMES[-1]))
+    mesh = UsdGeom.Mesh.Get(stage, "/char/mesh")
+    for frame in FRAMES:
+        world = mesh.ComputeLocalToWorldTransform(frame)
+        baked = np.array([world.Transform(Gf.Vec3d(p)) for p in mesh.GetPointsAttr().Get(frame)])
+        np.testing.assert_allclose(posed[frame].points, 0.05 * baked[:, [0, 2, 1]] * (1, 1, -1), atol=1e-7)
+    assert np.abs(posed[1006].points - posed[1001].points).max() > 0.02
+
+
+def test_a_clip_begins_at_its_first_sample_and_has_a_speed(moving):
+    rest = load_body(file=moving)
+    now = load_motion(rest, Time(1004, 24.0), (), file=moving)
+    later = load_motion(rest, Time(1, 24.0), (), file=moving, at=1, start=3.0 / 24.0)
+    slow = load_motion(rest, Time(1007, 24.0), (), file=moving, speed=0.5)
+    np.testing.assert_allclose(later.transforms, now.transforms, atol=1e-12)
+    np.testing.assert_allclose(slow.transforms, now.transforms, atol=1e-12)
+    np.testing.assert_allclose(slow.rates, 0.5 * now.rates, atol=1e-9)
+
+
+def test_motion_is_retargeted_to_another_body(new_stage, saved):
+    own = build_skeleton()
+    bust = Body(Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32)), own, np.zeros((0, 1)), np.zeros((0, 1)))
+    paths = list(own.names)
+    for joint, parent in enumerate(own.parents):
+        paths[joint] = own.names[joint] if parent < 0 else f"{paths[parent]}/{own.names[joint]}"
+    stage = new_stage()
+    stage.SetTimeCodesPerSecond(24.0)
+    UsdSkel.Root.Define(stage, "/char")
+    skeleton = UsdSkel.Skeleton.Define(stage, "/char/skeleton")
+    world = [Gf.Matrix4d(m.T) for m in own.rest]
+    for matrix in world:
+        matrix.SetTranslateOnly(1.3 * matrix.ExtractTranslation())
+    local = [m if p < 0 else m * world[p].GetInverse() for m, p in zip(world, own.parents.tolist(), strict=True)]
+    skeleton.CreateJointsAttr(paths)
+    skeleton.CreateBindTransformsAttr(world)
+    skeleton.CreateRestTransformsAttr(local)
+    animate(stage, paths, local, {paths[own.names.index("head")]: 12.0})
+    file = saved(stage)
+    with pytest.warns(UserWarning, match="joints at rest are not those of the body, to which the motion is retargeted"):
+        load_motion(bust, Time(1004, 24.0), (), file=file)
+    head = own.names.index("head")
+    for frame in (1001, 1004):
+        pose = load_motion(bust, Time(frame, 24.0), (), file=file, skip=0, unit=1.0)
+        turn = Rotation.from_matrix(pose.transforms[head, :3, :3] @ own.rest[head, :3, :3].T)
+        axis = own.rest[head, :3, 1]
+        np.testing.assert_allclose(turn.as_rotvec(), np.radians(12.0 * (frame - 1001)) * axis, atol=1e-6)
+
+
+def test_what_does_not_move_is_refused(new_stage, saved):
+    stage = new_stage()
+    character(stage)
+    file = saved(stage)
+    rest = load_body(file=file)
+    with pytest.raises(BadInput, match=r"/char/skeleton: no animation moves the joints \(a Skeleton whose"):
+        load_motion(rest, Time(1001, 24.0), (), file=file)
+    stage = new_stage(name="box.usda")
+    mesh = UsdGeom.Mesh.Define(stage, "/box")
+    mesh.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (0, 1, 0)])
+    with pytest.raises(BadInput, match="no mesh is bound to a Skeleton"):
+        load_motion(rest, Time(1001, 24.0), (), file=saved(stage))
