@@ -4,23 +4,35 @@ from typing import Annotated, Literal
 
 from hairpipe.data import LevelSet, Mesh
 from hairpipe.graph import node
-from hairpipe.units import Interval, Metres, Voxels
+from hairpipe.units import Gt, Interval, Metres, Voxels
 
 
 @node(frames="each")
 def bake_levelset(
-    body: Mesh,
+    body: Mesh | None = None,
+    sheets: Mesh | None = None,
     *,
     voxel: Annotated[Metres, Interval(ge=2e-4, le=0.1)] = 0.005,
     half_width: Annotated[Voxels, Interval(ge=2.0, le=64.0)] = 8.0,
     holes: Literal["fill", "refuse"] = "fill",
+    thickness: Annotated[Metres, Gt(0)] | None = None,
 ) -> LevelSet:
     """Compute signed distance and velocity of the body, in a narrow band around its surface.
 
-    voxel       sample spacing of the grid; thinner parts do not stop hair
-    half_width  half width of the narrow band; hair outside it has no contact
-    holes       treatment of an open mesh: fill its holes, or refuse it with a message
-    """
-    from hairpipe.levelset.bake.whole import bake
+    The body is solid. Sheets are open surfaces, such as garments, that stop hair on either side, alone or with the body
+    as one collider; closed pieces of these are solid, too.
 
+    voxel       sample spacing of the grid; thinner parts of a body do not stop hair
+    half_width  half width of the narrow band; hair outside it has no contact
+    holes       treatment of an open body: fill its holes, or refuse it with a message
+    thickness   thickness of sheets, at least two voxels; by default two voxels
+    """
+    from hairpipe.errors import BadInput
+    from hairpipe.levelset.bake.whole import bake, bake_sheets
+
+    if sheets is not None:
+        return bake_sheets(body, sheets, voxel, half_width, holes, thickness)
+    if body is None or thickness is not None:
+        right = "in.body for what is solid, in.sheets for open surfaces"
+        raise BadInput(f"there are no {'sheets' if body else 'surfaces'}", where="bake_levelset", right=right)
     return bake(body, voxel, half_width, holes)

@@ -13,6 +13,7 @@ from hairpipe.errors import BadInput
 from hairpipe.levelset.bake.closed_surface import Surface
 from hairpipe.levelset.bake.split_parts import Cut, closed, cut_skin
 from hairpipe.levelset.bake.whole import bake_surface
+from hairpipe.levelset.grid_layout import lattice_around
 from hairpipe.spatial.triangle_tree import wide_triangles
 
 # Along the skin beyond the middle between two bones, in voxels: the caps lie inside the neighbour, where none touches.
@@ -96,7 +97,7 @@ def bake_once(points: bytes, triangles: bytes, rim: bytes, voxel: float, half_wi
     mesh = closed(*patch, np.frombuffer(rim, bool))
     surface = Surface(mesh.points[mesh.triangles], np.zeros((len(mesh.triangles), 3, 3)))
     wide_triangles(surface.corners)
-    found, lost = bake_surface(surface, voxel, half_width)
+    found, lost = bake_surface(surface, lattice_around(surface.corners, voxel, half_width), half_width)
     return replace(found, velocity=np.empty((0, *found.velocity.shape[1:]), np.float32)), lost
 
 

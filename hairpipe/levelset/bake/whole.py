@@ -2,14 +2,17 @@
 
 from warnings import warn
 
+import numpy as np
+
 from hairpipe.data import LevelSet, Mesh
 from hairpipe.errors import BadInput
-from hairpipe.levelset.bake.bricks import filled_bricks
-from hairpipe.levelset.bake.closed_surface import Surface, closed_surface
+from hairpipe.levelset.bake.bricks import SIDE, filled_bricks
+from hairpipe.levelset.bake.closed_surface import Surface, checked, closed_surface
 from hairpipe.levelset.bake.flood_fill import OUTSIDE, marked_samples
 from hairpipe.levelset.bake.inner_blocks import inner_corners
 from hairpipe.levelset.bake.outer_shell import outer_surface
-from hairpipe.levelset.grid_layout import lattice_around
+from hairpipe.levelset.bake.sheets import split_pieces, with_sheets
+from hairpipe.levelset.grid_layout import Lattice, lattice_around
 from hairpipe.spatial.triangle_tree import tree_over
 
 # Of the area, without a word: the tips of ears and noses fall between samples at any spacing.
@@ -32,16 +35,53 @@ def bake(mesh: Mesh, voxel: float, half_width: float, open_edges: str = "fill") 
 
     Raises BadInput for a mesh that is broken, empty, encloses no sample, or is too large for its voxel.
     """
-    found, lost = bake_surface(closed_surface(mesh, open_edges), voxel, half_width)
+    surface = closed_surface(mesh, open_edges)
+    return bake_solid(surface, lattice_around(surface.corners, voxel, half_width), half_width)
+
+
+def bake_sheets(
+    body: Mesh | None, sheets: Mesh, voxel: float, half_width: float, open_edges: str, thickness: float | None
+) -> LevelSet:
+    """Return the level set of a body, see `bake`, and of open surfaces with a thickness; pure.
+
+    sheets     closed pieces are solid
+    thickness  of the others [m]; None: two voxels
+
+    The middle of a sheet, half a thickness from its surface, is inside by any sample around it. Raises BadInput as
+    `bake` does, and for a sheet that is thinner than two voxels, or thicker than the band.
+    """
+    thick = 2.0 * voxel if thickness is None else thickness
+    if not 2.0 * voxel <= thick <= 2.0 * half_width * voxel:
+        right = f"{2.0 * voxel:g} to {2.0 * half_width * voxel:g}: two voxels to twice the half width"
+        raise BadInput(f"sheets are {thick:g} m thick", where="thickness", right=right)
+    closed, thin = split_pieces(checked(sheets))
+    solids = [closed_surface(mesh, open_edges) for mesh in (body, closed) if mesh is not None and len(mesh.triangles)]
+    layers = Surface(thin.points[thin.triangles], thin.rates[thin.triangles])
+    corners = np.concatenate([*(solid.corners for solid in solids), layers.corners])
+    lattice = lattice_around(corners, voxel, half_width + 0.5 * thick / voxel)
+    if solids:
+        velocities = np.concatenate([solid.velocities for solid in solids])
+        solid = bake_solid(Surface(corners[: len(velocities)], velocities), lattice, half_width)
+    else:
+        nothing = np.zeros((0, SIDE, SIDE, SIDE, 3), np.float32)
+        inner = np.zeros((*np.add(lattice.bricks, 1), 4), np.float32)
+        bricks = np.full(lattice.bricks, LevelSet.FAR_OUTSIDE, np.int32)
+        solid = LevelSet(bricks, nothing[..., 0], nothing, inner, lattice.first * voxel, voxel, half_width)
+    return with_sheets(solid, layers, lattice, thick) if len(thin.triangles) else solid
+
+
+def bake_solid(surface: Surface, lattice: Lattice, half_width: float) -> LevelSet:
+    """Return the level set of a closed surface, with a warning of parts that are too thin; pure."""
+    found, lost = bake_surface(surface, lattice, half_width)
     if lost > LOST:
         share = f"{lost:.0%} of the surface"
-        warn(f"body: {share} is too thin for voxel = {voxel:g} m, and does not stop hair", stacklevel=2)
+        warn(f"body: {share} is too thin for voxel = {lattice.voxel:g} m, and does not stop hair", stacklevel=3)
     return found
 
 
-def bake_surface(surface: Surface, voxel: float, half_width: float) -> tuple[LevelSet, float]:
+def bake_surface(surface: Surface, lattice: Lattice, half_width: float) -> tuple[LevelSet, float]:
     """Return the level set of a closed surface, see `bake`, and the share of its area that is too thin for it; pure."""
-    lattice = lattice_around(surface.corners, voxel, half_width)
+    voxel = lattice.voxel
     marks = marked_samples(surface.corners, lattice)
     if (marks & OUTSIDE).all():
         raise BadInput(f"the body encloses no sample at voxel = {voxel:g} m", where="body", right="a smaller voxel")
