@@ -1,9 +1,9 @@
 """Motion of the joints of a file: poses of the body of that file, or a clip for other bodies."""
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import ClassVar
 
 import numpy as np
 
@@ -17,7 +17,7 @@ ALIKE = 1e-6
 CHANNELS = ("Xposition", "Yposition", "Zposition", "Zrotation", "Yrotation", "Xrotation")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class JointMotion:
     """Samples of J joints; a `hairpipe.io.mesh_cache.moving.Source` whose point 4 j + k is column k of joint j.
 
@@ -33,7 +33,7 @@ class JointMotion:
     codes: np.ndarray
     rate: float
     start: float
-    own: ClassVar = (False,)
+    own: Sequence[bool] = (False,)
 
     def shape(self, sample: int) -> Shape:
         """Return the columns at a sample as points without triangles."""
