@@ -68,7 +68,7 @@ def test_poses_move_the_skin_as_openusd_bakes_it(moving):
     assert np.abs(posed[1006].points - posed[1001].points).max() > 0.02
 
 
-def test_a_clip_begins_at_its_first_sample_and_has_a_speed(moving):
+def test_a_usd_clip_begins_at_its_first_sample_and_has_a_speed(moving):
     rest = load_body(file=moving)
     now = load_motion(rest, Time(1004, 24.0), (), file=moving)
     later = load_motion(rest, Time(1, 24.0), (), file=moving, at=1, start=3.0 / 24.0)
@@ -107,7 +107,7 @@ def test_motion_is_retargeted_to_another_body(new_stage, saved):
         np.testing.assert_allclose(turn.as_rotvec(), np.radians(12.0 * (frame - 1001)) * axis, atol=1e-6)
 
 
-def test_what_does_not_move_is_refused(new_stage, saved):
+def test_skeletons_without_motion_are_refused(new_stage, saved):
     stage = new_stage()
     character(stage)
     file = saved(stage)
