@@ -76,7 +76,8 @@ def clip_of(motion: JointMotion) -> Clip:
     share = (place - before)[:, None, None, None]
     world = (1.0 - share) * motion.world[before] + share * motion.world[np.minimum(before + 1, len(motion.codes) - 1)]
     turns = rigid((world @ np.linalg.inv(own.rest)).reshape(-1, 4, 4)).reshape(world.shape)[..., :3, :3]
-    offsets, origins = own.rest[:, :3, 3].copy(), world[..., :3, 3].copy()
+    offsets = own.rest[:, :3, 3].copy()
+    origins = world[..., :3, 3].copy()
     for joint in np.flatnonzero(own.parents >= 0)[::-1]:
         above = own.parents[joint]
         offsets[joint] -= offsets[above]

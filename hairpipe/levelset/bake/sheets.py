@@ -1,5 +1,7 @@
 """Open surfaces, such as garments, as sheets of a thickness, alone or over a solid body."""
 
+from dataclasses import replace
+
 import numpy as np
 from numba import njit, prange
 
@@ -41,7 +43,8 @@ def with_sheets(solid: LevelSet, sheets: Surface, lattice: Lattice, thickness: f
     Where a sheet lies so near to the solid that nothing fits between them, the way out of both is across the sheet.
     """
     tree = tree_over(sheets.corners)
-    width, half = solid.half_width * solid.voxel, 0.5 * thickness
+    width = solid.half_width * solid.voxel
+    half = 0.5 * thickness
     near = np.zeros(lattice.bricks, bool)
     near[tuple(near_bricks(tree, lattice, width + half).T)] = True
     places = np.argwhere((solid.bricks >= 0) | (near & (solid.bricks == LevelSet.FAR_OUTSIDE)))
@@ -54,8 +57,7 @@ def with_sheets(solid: LevelSet, sheets: Surface, lattice: Lattice, thickness: f
     kept = (own >= 0) | (distance < np.float32(width)).any(axis=(1, 2, 3))
     bricks = solid.bricks.copy()
     bricks[tuple(places[kept].T)] = np.arange(kept.sum())
-    inner, origin = solid.inner, lattice.first * lattice.voxel
-    return LevelSet(bricks, distance[kept], velocity[kept], inner, origin, solid.voxel, solid.half_width)
+    return replace(solid, bricks=bricks, distance=distance[kept], velocity=velocity[kept])
 
 
 @njit(cache=True, parallel=True)
