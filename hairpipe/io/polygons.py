@@ -1,6 +1,7 @@
-"""Triangulation of polygons: fans of convex ones, ear clipping of others."""
+"""Polygon meshes: triangulation, by fans of convex polygons and ear clipping of others; several as one."""
 
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -87,3 +88,9 @@ def merge_meshes(meshes: Sequence[Mesh]) -> Mesh:
     points = np.concatenate([mesh.points for mesh in meshes])
     merged = np.concatenate(triangles).astype(np.int32)
     return Mesh(points, merged, uv=np.concatenate(uv).astype(np.float32) if textured else None)
+
+
+def warn_of_unused(where: object, names: Iterable[str]) -> None:
+    """Name the attributes of a mesh that are not used, if there are any."""
+    if unused := sorted(names):
+        warnings.warn(f"{where}: attributes that are not used: {', '.join(unused)}", stacklevel=3)

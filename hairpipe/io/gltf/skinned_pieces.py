@@ -13,7 +13,9 @@ from hairpipe.errors import BadInput
 from hairpipe.io.gltf.animation import Animation
 from hairpipe.io.gltf.document import Document
 from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, join_shapes, read_at
+from hairpipe.io.polygons import warn_of_unused
 
+KNOWN = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "COLOR_0")
 TRIANGLES = 4
 """Mode of primitives: others are strips, fans, lines and points."""
 
@@ -140,11 +142,10 @@ class SkinnedPieces:
         triangles = corners.reshape(-1, 3)
         uv = numbers(given["TEXCOORD_0"], 2)[triangles] * (1, -1) + (0, 1) if "TEXCOORD_0" in given else None
         scalars = self.document.get("accessors")
-        maps = {
-            name[1:].lower(): numbers(index, 1).astype(float).clip(0.0, 1.0)
-            for name, index in given.items()
-            if name.startswith("_") and scalars[index].get("type") == "SCALAR"
-        }
+        painted = [k for k, index in given.items() if k.startswith("_") and scalars[index].get("type") == "SCALAR"]
+        maps = {name[1:].lower(): numbers(given[name], 1).astype(float).clip(0.0, 1.0) for name in painted}
+        sets = [name for name in given if name.startswith(("JOINTS_", "WEIGHTS_"))]
+        warn_of_unused(where, given.keys() - {*KNOWN, *painted, *sets})
         stacked = np.array(targets, float).reshape(-1, n, 3)
         texture = None if uv is None else uv.astype(np.float32)
         return Piece(node, points, stacked, triangles, texture, skin, joints, weights, maps)

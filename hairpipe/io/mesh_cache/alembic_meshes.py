@@ -12,7 +12,7 @@ import numpy as np
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, join_shapes, read_at
-from hairpipe.io.polygons import triangulate
+from hairpipe.io.polygons import triangulate, warn_of_unused
 from hairpipe.plain_file import checked_size
 
 EXACT = 1e-6
@@ -120,6 +120,9 @@ class Piece:
             raise BadInput(
                 "a polygon names a point that does not exist", where=self.where, right=f"0 to {len(points) - 1}"
             )
+        others = self.schema.getArbGeomParams()
+        count = others.getNumProperties() if others.valid() else 0
+        warn_of_unused(self.where, [others.getPropertyHeader(index).getName() for index in range(count)])
         chosen = triangulate(points[corners], sizes)[:, ::-1]  # Alembic winds polygons clockwise
         uv = self._coordinates(len(points))
         mesh = Mesh(points, np.ascontiguousarray(corners[chosen], np.int32), uv=None if uv is None else uv[chosen])

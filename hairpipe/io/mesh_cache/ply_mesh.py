@@ -9,10 +9,11 @@ from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.io.mesh_cache.moving import Shape
 from hairpipe.io.ply import Columns, Lists, read_ply
-from hairpipe.io.polygons import triangulate
+from hairpipe.io.polygons import triangulate, warn_of_unused
 from hairpipe.io.text import LARGEST
 
 CORNERS = ("vertex_indices", "vertex_index")
+KNOWN = ("x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha")
 
 
 def read_ply_mesh(path: Path, group: str | None = None) -> Shape:
@@ -22,6 +23,7 @@ def read_ply_mesh(path: Path, group: str | None = None) -> Shape:
     elements = read_ply(path)
     points = vertices_of(elements, path)
     faces = polygons_of(elements, path)
+    warn_of_unused(path, {*elements["vertex"], *elements["face"]} - {*KNOWN, *CORNERS})
     corners = faces.values.astype(np.int64)
     if not len(faces.counts) or faces.counts.min() < 3 or not 0 <= corners.min() <= corners.max() < len(points):
         right = f"polygons of 3 corners or more, of the vertices 0 to {len(points) - 1}"

@@ -1,0 +1,196 @@
+"""The table of formats of bodies in the pages: a square with everything is written in each format and read."""
+
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
+
+from hairpipe.body.skinning import skin
+from hairpipe.graph import Time
+from hairpipe.nodes.load_body import load_body
+from hairpipe.nodes.load_mesh_cache import load_mesh_cache
+from hairpipe.nodes.load_motion import load_motion
+from tests.io.gltf.test_gltf import Writer, write
+
+alembic3d = pytest.importorskip("alembic3d")
+Abc = pytest.importorskip("alembic3d.Abc")
+AbcGeom = pytest.importorskip("alembic3d.AbcGeom")
+imath = pytest.importorskip("imath")
+core = pytest.importorskip("alembic3d.AbcCoreAbstract")
+
+PAGE = Path(__file__).parents[3] / "docs" / "howto" / "animated_characters.md"
+SQUARE = np.array([[0.0, 0, 0], [0.2, 0, 0], [0.2, 0.2, 0], [0, 0.2, 0]])
+SPEED = np.array([0.24, 0.0, 0.0])
+FRAMES = range(1001, 1005)
+
+
+def square(frame: int) -> np.ndarray:
+    return SQUARE + SPEED * (frame - 1001) / 24.0
+
+
+def obj(folder: Path) -> tuple[Path, Path]:
+    for frame in FRAMES:
+        points = [f"v {x:.9g} {y:.9g} {z:.9g}\nvt {5 * x:g} {5 * y:g}" for x, y, z in square(frame)]
+        (folder / f"a.{frame}.obj").write_text("\n".join([*points, "f 1/1 2/2 3/3 4/4\n"]))
+    return folder / "a.1001.obj", folder / "a.####.obj"
+
+
+def ply(folder: Path) -> tuple[Path, Path]:
+    names = ("x", "y", "z", "scalp")
+    head = "ply\nformat ascii 1.0\nelement vertex 4\n" + "".join(f"property float {name}\n" for name in names)
+    head += "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    for frame in FRAMES:
+        rows = [f"{x:.9g} {y:.9g} {z:.9g} 1" for x, y, z in square(frame)]
+        (folder / f"a.{frame}.ply").write_text(head + "\n".join([*rows, "4 0 1 2 3\n"]))
+    return folder / "a.1001.ply", folder / "a.####.ply"
+
+
+def array(kind: Any, values: Any) -> Any:
+    made = kind(len(values))
+    np.asarray(made)[:] = values
+    return made
+
+
+def alembic(folder: Path) -> tuple[Path, Path]:
+    archive = Abc.OArchive(str(folder / "a.abc"))
+    times = archive.getTop(), archive.addTimeSampling(core.TimeSampling(1 / 24, 1001 / 24))
+    mesh = AbcGeom.OPolyMesh(times[0], "square", times[1])
+    faces = AbcGeom.GeometryScope.kFacevaryingScope
+    corners, sizes = array(imath.IntArray, [0, 3, 2, 1]), array(imath.IntArray, [4])
+    coordinates = array(imath.V2fArray, (5 * SQUARE[[0, 3, 2, 1], :2]).astype(np.float32))
+    points = AbcGeom.GeometryScope.kVertexScope
+    scalp = AbcGeom.OFloatGeomParam(mesh.getSchema().getArbGeomParams(), "scalp", False, points, 1)
+    for frame in FRAMES:
+        sample = AbcGeom.OPolyMeshSchemaSample(array(imath.V3fArray, square(frame)), corners, sizes)
+        sample.setVelocities(array(imath.V3fArray, np.tile(1.1 * SPEED, (4, 1))))
+        sample.setUVs(AbcGeom.OV2fGeomParamSample(coordinates, faces))
+        mesh.getSchema().set(sample)
+        scalp.set(AbcGeom.OFloatGeomParamSample(array(imath.FloatArray, np.ones(4)), points))
+    return folder / "a.abc", folder / "a.abc"
+
+
+def stage_of(path: Path) -> tuple[Usd.Stage, UsdGeom.Mesh]:
+    stage = Usd.Stage.CreateNew(str(path))
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    stage.SetTimeCodesPerSecond(24.0)
+    root = UsdSkel.Root.Define(stage, "/a")
+    mesh = UsdGeom.Mesh.Define(stage, root.GetPath().AppendChild("mesh"))
+    mesh.CreateFaceVertexCountsAttr([4])
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2, 3])
+    given = UsdGeom.PrimvarsAPI(mesh)
+    coordinates = Vt.Vec2fArray.FromNumpy((5 * SQUARE[:, :2]).astype(np.float32))
+    given.CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, "vertex").Set(coordinates)
+    given.CreatePrimvar("scalp", Sdf.ValueTypeNames.FloatArray, "vertex").Set([1.0] * 4)
+    return stage, mesh
+
+
+def vectors(points: np.ndarray) -> Vt.Vec3fArray:
+    return Vt.Vec3fArray.FromNumpy(points.astype(np.float32))
+
+
+def usd(folder: Path) -> tuple[Path, Path]:
+    stage, mesh = stage_of(folder / "a.usda")
+    for frame in FRAMES:
+        mesh.CreatePointsAttr().Set(vectors(square(frame)), frame)
+        mesh.CreateVelocitiesAttr().Set(vectors(np.tile(1.1 * SPEED, (4, 1))), frame)
+    stage.Save()
+    return folder / "a.usda", folder / "a.usda"
+
+
+def usd_skel(folder: Path) -> tuple[Path, Path]:
+    stage, mesh = stage_of(folder / "a.usda")
+    mesh.CreatePointsAttr(vectors(SQUARE))
+    skeleton = UsdSkel.Skeleton.Define(stage, "/a/skeleton")
+    skeleton.CreateJointsAttr(["bone"])
+    skeleton.CreateBindTransformsAttr([Gf.Matrix4d(1)])
+    skeleton.CreateRestTransformsAttr([Gf.Matrix4d(1)])
+    animation = UsdSkel.Animation.Define(stage, "/a/animation")
+    animation.CreateJointsAttr(["bone"])
+    animation.CreateRotationsAttr([Gf.Quatf(1)])
+    animation.CreateScalesAttr([Gf.Vec3h(1)])
+    for frame in FRAMES:
+        animation.CreateTranslationsAttr().Set(vectors(SPEED[None] * (frame - 1001) / 24.0), frame)
+    UsdSkel.BindingAPI.Apply(skeleton.GetPrim()).CreateAnimationSourceRel().SetTargets([animation.GetPath()])
+    binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
+    binding.CreateSkeletonRel().SetTargets([skeleton.GetPath()])
+    binding.CreateJointIndicesPrimvar(False, 1).Set([0] * 4)
+    binding.CreateJointWeightsPrimvar(False, 1).Set([1.0] * 4)
+    stage.Save()
+    return folder / "a.usda", folder / "a.usda"
+
+
+def gltf(folder: Path) -> tuple[Path, Path]:
+    writer = Writer()
+    given = {
+        "POSITION": writer.add(SQUARE.astype(np.float32), "VEC3"),
+        "TEXCOORD_0": writer.add((5 * SQUARE[:, :2]).astype(np.float32), "VEC2"),
+        "JOINTS_0": writer.add(np.zeros((4, 4), np.uint8), "VEC4"),
+        "WEIGHTS_0": writer.add(np.tile(np.float32([1, 0, 0, 0]), (4, 1)), "VEC4"),
+        "_FLOW": writer.add(SQUARE.astype(np.float32), "VEC3"),
+        "_SCALP": writer.add(np.ones(4, np.float32), "SCALAR"),
+    }
+    corners = writer.add(np.array([0, 1, 2, 0, 2, 3], np.uint16), "SCALAR")
+    times = np.array([0.0, 0.125], np.float32)
+    sampler = {
+        "input": writer.add(times, "SCALAR"),
+        "output": writer.add((SPEED * times[:, None]).astype(np.float32), "VEC3"),
+    }
+    channel = {"sampler": 0, "target": {"node": 1, "path": "translation"}}
+    content = writer.json(
+        meshes=[{"primitives": [{"attributes": given, "indices": corners}]}],
+        nodes=[{"mesh": 0, "skin": 0}, {"name": "bone"}],
+        skins=[{"joints": [1]}],
+        animations=[{"samplers": [sampler], "channels": [channel]}],
+    )
+    return (write(folder / "a.gltf", content),) * 2
+
+
+WRITERS: dict[str, Callable[[Path], tuple[Path, Path]]] = {
+    "OBJ, a sequence": obj,
+    "PLY, a sequence": ply,
+    "Alembic": alembic,
+    "USD, points": usd,
+    "UsdSkel": usd_skel,
+    "glTF": gltf,
+}
+COLUMNS = ("texture coordinates", "maps", "mesh in motion", "velocities", "pose of joints")
+
+
+def row_of(name: str, still: Path, moving: Path) -> str:
+    """Write the row of a format, with what is read of it."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        rest = load_body(file=still)
+        mesh = load_mesh_cache(Time(1003, 24.0), (), rest=rest, file=moving)
+        has_pose = still.suffix in (".usda", ".gltf") and name != "USD, points"
+    named = any("attributes that are not used: scalp" in str(warning.message) for warning in caught)
+    assert (name == "glTF") == any("not used: _FLOW" in str(warning.message) for warning in caught)
+    assert bool(rest.maps) + named == (name != "OBJ, a sequence"), "a map is neither read nor named"
+    np.testing.assert_allclose(mesh.points, square(1003), atol=1e-6)
+    if has_pose:
+        posed = skin(rest, load_motion(rest, Time(1003, 24.0), (), file=moving))
+        np.testing.assert_allclose(posed.points, square(1003), atol=1e-6)
+    found = (
+        rest.mesh.uv is not None,
+        bool(rest.maps),
+        np.abs(mesh.points - rest.mesh.points).max() > 1e-3,
+        np.allclose(mesh.velocities, 1.1 * SPEED, atol=1e-5),
+        has_pose,
+    )
+    return f"| {name} | " + " | ".join("yes" if value else "" for value in found) + " |"
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_table_of_bodies_is_what_is_read(tmp_path):
+    rows = []
+    for number, (name, author) in enumerate(WRITERS.items()):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        rows.append(row_of(name, *author(folder)))
+    head = f"| format | {' | '.join(COLUMNS)} |\n|{' --- |' * (1 + len(COLUMNS))}\n"
+    table = head + "\n".join(rows)
+    assert table in PAGE.read_text(encoding="utf-8"), f"the table of {PAGE.name} is to be\n\n{table}\n"
