@@ -19,6 +19,7 @@ from hairpipe.api.selection import FrameSet, fold_frames
 from hairpipe.api.shot import Edge, Node, Record
 from hairpipe.api.wedge_shot import WedgeShot
 from hairpipe.errors import BadInput
+from hairpipe.graph.edit.verbs import sources_of
 from hairpipe.page.values import kinds_of
 from hairpipe.wedge.comparison import compare
 from hairpipe.wedge.comparison import document as comparison_document
@@ -68,10 +69,13 @@ def draft_document(draft: Draft) -> dict[str, Any]:
     document = graph_document(draft.shot)
     others = [name for name in draft.tables if name not in draft.shot.graph.nodes]
     nodes = [*document["nodes"], *(unchecked_document(draft, name) for name in others)]
+    texts = sources_of(draft.text)
     for node in nodes:
-        node |= {"muted": node["name"] in draft.muted, "fault": draft.faults.get(node["name"])}
+        name = node["name"]
+        node |= {"muted": name in draft.muted, "fault": draft.faults.get(name), "text": texts[name]}
     types = {found.name: type_document(found) for found in draft.types.values()}
-    return document | {"nodes": nodes, "types": types, "layout": dict(draft.layout)}
+    header = {"preroll": draft.shot.graph.preroll, "layout": dict(draft.layout)}
+    return document | {"nodes": nodes, "types": types} | header
 
 
 def unchecked_document(draft: Draft, name: str) -> dict[str, Any]:

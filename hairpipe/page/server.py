@@ -27,7 +27,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from hairpipe.errors import BadInput
 from hairpipe.page.assets import asset, page_html
 from hairpipe.page.editing.edits import EDITS
-from hairpipe.page.editing.project_files import listed_folder, read_image
+from hairpipe.page.editing.project_files import read_path
 from hairpipe.page.packing import script
 from hairpipe.page.playing import Playing
 from hairpipe.page.session import Session
@@ -118,7 +118,6 @@ def application(session: Session, token: str, origin: str) -> Starlette:
         Route("/pictures/{name}", handler.picture),
         Route("/wait", handler.wait),
         Route("/files", handler.files),
-        Route("/image", handler.image),
         Route("/explain", handler.explain),
         Route("/play/{node}", handler.play),
         Route("/{deed}", handler.act, methods=["POST"]),
@@ -238,19 +237,12 @@ class Handler:
         return Response(data, media_type=TYPES[suffix])
 
     def files(self, request: Request) -> Response:
-        """A folder of the project."""
+        """A folder of the project, or an image in it."""
         try:
-            return JSONResponse(listed_folder(self._session.graph, request.query_params.get("path", ".")))
+            found = read_path(self._session.graph, request.query_params.get("path", "."))
         except BadInput as fault:
             return JSONResponse({"fault": str(fault)}, 404)
-
-    def image(self, request: Request) -> Response:
-        """An image of the project."""
-        try:
-            data, suffix = read_image(self._session.graph, request.query_params.get("path", ""))
-        except BadInput as fault:
-            return PlainTextResponse(str(fault), 404)
-        return Response(data, media_type=TYPES[suffix])
+        return JSONResponse(found) if isinstance(found, dict) else Response(found[0], media_type=TYPES[found[1]])
 
     def wait(self, request: Request) -> Response:
         """The latest revision, once it is newer than that of the page."""

@@ -8,6 +8,7 @@ import hairpipe
 from hairpipe.api.draft import EMPTY, load_draft
 from hairpipe.api.source import shipped_graphs
 from hairpipe.errors import BadInput
+from hairpipe.graph.edit.verbs import sources_of
 from hairpipe.page.editing.edits import EDITS
 from hairpipe.page.session import Session
 
@@ -184,6 +185,46 @@ def test_no_edit_publishes_outside_of_the_project(session):
             session.edit("paint.publish", f'"{place}"')
 
 
+def test_nodes_are_pasted_at_their_places(session):
+    text = node(session, "picture")["text"] + node(session, "hair")["text"]
+    assert text.startswith('[picture]\ntype = "paint"') and "# What is shown.\n[hair]" in text
+    session.change("paste", {"text": text, "at": {"hair": [5, 6]}})
+    assert session._draft.tables["picture_2"]["in"] == {"hair": "hair_2"}
+    assert graph(session)["layout"] == {"hair_2": [5, 6]}
+    assert session._draft.faults.keys() == {"hair_2", "picture_2"}
+    with pytest.raises(BadInput, match="no node type 'rm'"):
+        session.change("paste", {"text": '[x]\ntype = "rm"'})
+    block = '[p]\ntype = "make_plate"\n[h]\ntype = "swing"\nin.plate = "p"\n[x]\ntype = "paint"\nin.hair = "h"\n'
+    with pytest.raises(BadInput, match="leaves"):
+        session.change("paste", {"text": f'{block}publish = "../../x.####.png"'})
+
+
+def test_frames_and_notes_change_no_key(session):
+    keys = [entry.key for entry in session._plan]
+    session.change("annotate", {"value": {"title": "All of it", "nodes": ["hair", "lag"]}})
+    session.change("annotate", {"value": {"text": "slow", "at": [1, 2]}})
+    assert graph(session)["layout"].keys() == {"frame", "note"}
+    session.change("annotate", {"name": "note", "value": {"text": "slower", "at": [1, 2]}})
+    assert [entry.key for entry in session._plan] == keys
+    for value in ({"text": "x"}, {"text": 3, "at": [1, 2]}, {"title": "x", "nodes": [3]}, {"nodes": 3, "title": "x"}):
+        with pytest.raises(BadInput):
+            session.change("annotate", {"value": value})
+    with pytest.raises(BadInput, match="is a node"):
+        session.change("annotate", {"name": "hair", "value": {"text": "x", "at": [1, 2]}})
+    session.change("annotate", {"name": "frame", "value": None})
+    session.change("annotate", {"name": "note", "value": None})
+    assert session._history.text == SHOT
+
+
+def test_frames_of_the_shot_are_set(session):
+    session.change("shot", {"name": "frames", "text": "[1, 7]"})
+    session.change("shot", {"name": "preroll", "text": "2"})
+    assert graph(session)["frames"] == [1, 7] and graph(session)["preroll"] == 2
+    for name, text in (("frames", "[7, 1]"), ("fps", "-1"), ("schema", "2"), ("fps", "24\nx = 1")):
+        with pytest.raises(BadInput):
+            session.change("shot", {"name": name, "text": text})
+
+
 def random_deed(draw, draft):
     """An edit as the page asks for it; many are refused."""
     nodes = [*draft.tables]
@@ -203,6 +244,10 @@ def random_deed(draw, draft):
             ("switch", {"target": target, "on": draw.random() < 0.5}),
             ("edit", {"target": target, "text": draw.choice(["1", "0.5", "rod", "true"])}),
             ("unset", {"target": target}),
+            ("paste", {"text": sources_of(draft.text)[one], "at": {one: [3, 4]}}),
+            ("annotate", {"value": {"title": other, "nodes": [one, other]}}),
+            ("annotate", {"name": "note", "value": draw.choice([{"text": one, "at": [3, 4]}, None])}),
+            ("shot", {"name": "fps", "text": str(draw.randrange(1, 99))}),
             ("move", {"positions": {one: draw.choice([[1, 2], None])}}),
         ]
     )

@@ -95,7 +95,7 @@ def test_an_empty_project_becomes_a_simulation_without_typing_toml(opened, folde
             page.press("a", page.Keys.SHIFT)
             page.choose(name)
             page.until(lambda name=name: name.rpartition("_")[2] in page.tables)
-        page.driver.execute_script("layOutAgain()")
+        page.press("l")
         page.until(lambda: "layout" not in page.tables)
         page.drag(page.find(SOCKET.format("swing", "out")), by=(120, 60))
         page.until(lambda: page.driver.find_elements("css selector", "#popup li"))
@@ -222,3 +222,43 @@ def test_a_conflict_is_shown_and_ended(live, folder):
     live.find('[data-keep="both"]').click()
     live.until(lambda: not live.driver.find_elements("css selector", "#conflict"))
     assert live.tables["hair"]["strands"] == 250 and live.tables["picture"]["red"] == 0.75
+
+
+def test_nodes_are_copied_and_pasted_as_toml(live):
+    live.node("hair").click()
+    live.actions().key_down(live.Keys.SHIFT).click(live.node("lag")).key_up(live.Keys.SHIFT).perform()
+    live.press("c", live.Keys.CONTROL)
+    live.actions().move_to_element(live.find("#graph")).perform()
+    live.press("v", live.Keys.CONTROL)
+    live.until(lambda: {"hair_2", "lag_2"} <= live.tables.keys())
+    assert live.tables["lag_2"]["in"] == {"hair": "hair_2"} and "in" not in live.tables["hair_2"]
+    assert live.text.count("# What is shown.\n[hair") == 2 and {"hair_2", "lag_2"} <= live.tables["layout"].keys()
+    paste = """const data = new DataTransfer();
+        data.setData("text/plain", arguments[0]);
+        document.dispatchEvent(new ClipboardEvent("paste", { clipboardData: data }));"""
+    text = live.text
+    do(live.driver, paste, "A sentence, from a letter.")
+    live.until(lambda: "TOML" in live.driver.execute_script("return document.body.dataset.refused"))
+    assert live.text == text
+
+
+def test_frames_and_notes_are_made_moved_and_removed(live):
+    live.node("hair").click()
+    live.press("f")
+    live.until(lambda: live.driver.find_elements("css selector", "#popup input"))
+    live.actions().send_keys("All of it" + live.Keys.ENTER).perform()
+    live.until(lambda: live.tables.get("layout", {}).get("frame") == {"title": "All of it", "nodes": ["hair"]})
+    live.drag(live.find(".frame .title"), by=(12, 30))
+    live.until(lambda: "hair" in live.tables["layout"])
+    graph = live.find("#graph")
+    live.actions().move_to_element_with_offset(graph, int(-graph.rect["width"] / 2) + 12, 0).perform()
+    live.press("n")
+    live.until(lambda: live.driver.find_elements("css selector", "#popup input"))
+    live.actions().send_keys("swings slowly" + live.Keys.ENTER).perform()
+    live.until(lambda: live.tables["layout"].get("note", {}).get("text") == "swings slowly")
+    place = live.tables["layout"]["note"]["at"]
+    live.drag(live.find(".note .back"), by=(20, 20))
+    live.until(lambda: live.tables["layout"]["note"]["at"] != place)
+    live.press("x")
+    live.until(lambda: "note" not in live.tables["layout"])
+    assert live.tables["hair"]["strands"] == 300

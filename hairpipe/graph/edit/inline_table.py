@@ -83,11 +83,14 @@ def edited(statement: Statement, names: Names, literal: str | None, wanted: Any)
 
 
 def tidied(statement: Statement, names: Names, literal: str | None, wanted: Any) -> str:
-    """Change the text in place, with the spaces within braces that it had."""
+    """Change the text in place, with the spaces within braces that it had; an empty table had them."""
     text = edited(statement, names, literal, wanted)
     if len(names) and "\n" not in statement.text.rstrip():
         text = re.sub(r"([{,]) {2,}", r"\1 ", text)
-        text = re.sub(r" *\}", " }" if "{ " in statement.text else "}", text)
+        if "{ " in statement.text or "{}" in statement.text:
+            text = re.sub(r"(?<=[^ {]) *\}", " }", re.sub(r"\{(?=[^ }])", "{ ", text))
+        else:
+            text = re.sub(r" *\}", "}", text)
     return text
 
 

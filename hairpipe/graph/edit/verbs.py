@@ -64,30 +64,82 @@ def without_nodes(text: str, names: Sequence[str]) -> str:
         if table.get("like") in names and other not in names:
             right = f"remove '{other}' first"
             raise BadInput(f"'{other}' is like '{table['like']}'", right=right)
-        for socket, source in table.get("in", {}).items() if other not in names else ():
-            sources = source if isinstance(source, list) else [source]
-            kept = [one for one in sources if str(one).partition(".")[0] not in names]
-            if kept and kept != sources:
-                text = with_value(text, f"{other}.in.{socket}", literal_of(kept))
-            elif not kept:
-                text = dropped_value(text, (other, "in", socket))
+        if other not in names:
+            text = without_edges(text, other, lambda source: source not in names)
+    for name in names:
+        text = reframed(text, name, None)
     text = placed(text, dict.fromkeys(names))
     wanted = {key: value for key, value in tables_of(text).items() if key not in names}
     return checked(text, wanted, lambda given: without_tables(given, names))
 
 
+def without_edges(text: str, node: str, kept: Callable[[str], bool]) -> str:
+    """Remove the edges of a node from nodes of which `kept` is false."""
+    for socket, source in tables_of(text)[node].get("in", {}).items():
+        sources = source if isinstance(source, list) else [source]
+        left = [one for one in sources if kept(str(one).partition(".")[0])]
+        if left and left != sources:
+            text = with_value(text, f"{node}.in.{socket}", literal_of(left))
+        elif not left:
+            text = dropped_value(text, (node, "in", socket))
+    return text
+
+
+def sources_of(text: str) -> dict[str, str]:
+    """Return the text of each table, with the comments above its header."""
+    found: dict[str, str] = {}
+    given = read_statements(text)
+    for one, owner in zip(given, owners(given), strict=True):
+        found[str(owner)] = found.get(str(owner), "") + one.text
+    return {name: own.strip("\r\n") + newline_of(text) for name, own in found.items()}
+
+
+def pasted(text: str, block: str) -> tuple[str, dict[str, str]]:
+    """Add the nodes of another text, without edges from elsewhere; return also their names by those in the text.
+
+    A node whose name is taken has a new name, and publishes nothing. BadInput for a text of anything but nodes.
+    """
+    tables = tables_of(block)
+    for name, table in tables.items() or [("", None)]:
+        if not isinstance(table, dict) or not isinstance(table.get("in", {}), dict) or name not in nodes_of(tables):
+            what = f"'{name[:60]}' is not a node" if name else "no nodes"
+            raise BadInput(what, where="the clipboard", right='tables such as [head] with type = "make_bust"')
+        if table.get("like", name) not in tables:
+            raise BadInput(f"'{name[:60]}' is like '{table['like']}'", where="the clipboard", right="both")
+        block = without_edges(block, name, tables.__contains__)
+    names = dict[str, str]()
+    for old in tables:
+        names[old] = free_name(tables_of(text), old)
+        if names[old] != old:
+            names[old] = free_name({**tables_of(text), **tables_of(block)}, old.rstrip("0123456789").rstrip("_"))
+            block = renamed(block, old, names[old])
+            block = without_value(block, f"{names[old]}.publish")
+    newline = newline_of(text)
+    lines = read_statements(newline.join(block.strip().splitlines()) + newline)
+    wanted = tables_of(text) | tables_of(block)
+    return checked(text, wanted, lambda given: inserted(given, lines, newline)), names
+
+
+def with_header(text: str, name: str, literal: str) -> str:
+    """Set a value of the shot, such as `frames`; a new one follows the others above the tables."""
+    wanted = changed(tables_of(text), (name,), literal)
+    return checked(text, wanted, lambda given: assigned(given, (name,), literal, newline_of(text)))
+
+
 def renamed(text: str, old: str, new: str) -> str:
-    """Rename a node, and all references to it: edges, `like`, its position, and names in wedges."""
+    """Rename a node, and all references to it: edges, `like`, its position, and names in frames and wedges."""
+    check_node(nodes_of(tables_of(text)), old)
+    check_free(tables_of(text), new)
+    text = reframed(text, old, new)
     tables = tables_of(text)
-    check_node(nodes_of(tables), old)
-    check_free(tables, new)
     wanted = renamed_keys(tables, old, new, 0)
     for name, table in nodes_of(wanted).items():
         references = {key: renamed_texts(table[key], old, new) for key in ("in", "like") if key in table}
         wanted[name] = table | references
-    for key in (LAYOUT, WEDGE):
-        if key in wanted:
-            wanted[key] = renamed_keys(renamed_texts(wanted[key], old, new), old, new, 0 if key == LAYOUT else 2)
+    if LAYOUT in wanted:
+        wanted[LAYOUT] = renamed_keys(wanted[LAYOUT], old, new, 0)
+    if WEDGE in wanted:
+        wanted[WEDGE] = renamed_keys(renamed_texts(wanted[WEDGE], old, new), old, new, 2)
     return checked(text, wanted, lambda given: [renamed_in(statement, old, new) for statement in given])
 
 
@@ -111,12 +163,12 @@ def duplicated(text: str, old: str, new: str, *, like: bool = False) -> str:
     return checked(text, tables | {new: copy}, copied)
 
 
-def placed(text: str, positions: Mapping[str, Sequence[int] | None]) -> str:
-    """Set positions of nodes on the page, or remove them for None; nothing else depends on them."""
+def placed(text: str, positions: Mapping[str, Any]) -> str:
+    """Set positions of nodes on the page, frames and notes, or remove them for None; nothing else depends on them."""
     for name, position in positions.items():
         path = (LAYOUT, name)
         if position is not None:
-            text = with_value(text, f"{LAYOUT}.{name}", literal_of(list(position)))
+            text = with_value(text, f"{LAYOUT}.{name}", literal_of(position))
         elif holds(tables_of(text), path):
             text = dropped_value(text, path)
     wanted = tables_of(text)
@@ -126,6 +178,21 @@ def placed(text: str, positions: Mapping[str, Sequence[int] | None]) -> str:
     return text
 
 
+def reframed(text: str, old: str, new: str | None) -> str:
+    """Rename a node in the frames of the page, or remove it for None; a frame without nodes is removed."""
+    for name, frame in tables_of(text).get(LAYOUT, {}).items():
+        if isinstance(frame, dict) and old in frame.get("nodes", ()):
+            nodes = [new if node == old else node for node in frame["nodes"] if new or node != old]
+            text = placed(text, {name: frame | {"nodes": nodes} if nodes else None})
+    return text
+
+
+def free_name(taken: Iterable[str], name: str) -> str:
+    """Return the name, or the name with a number, that no node has."""
+    known = {*taken, WEDGE, LAYOUT}
+    return name if name not in known else next(f for n in range(2, 10**6) if (f := f"{name}_{n}") not in known)
+
+
 def check_node(nodes: Tables, name: str) -> None:
     """Refuse the name of a node that does not exist."""
     if name not in nodes:
@@ -133,8 +200,8 @@ def check_node(nodes: Tables, name: str) -> None:
 
 
 def check_free(tables: Tables, name: str) -> None:
-    """Refuse the name of a table that exists."""
-    if name in tables:
+    """Refuse the name of a table that exists, or of a frame of the page."""
+    if name in tables or isinstance(tables.get(LAYOUT, {}).get(name), dict):
         raise BadInput(f"'{name[:60]}' exists", right="a name of its own")
 
 
@@ -173,14 +240,16 @@ def assigned(given: list[Statement], path: Names, literal: str, newline: str) ->
             return [*given[:place], with_inner(one, path[len(one.path) :], literal), *given[place + 1 :]]
     given = dropped(given, path)
     depth = max((shared(one.path, path) for one in given if one.kind in ("header", "value")), default=0)
-    if not depth:
+    if not depth and len(path) > 1:
         header = Statement("header", f"[{path[0]}]{newline}", path[:1], path[:1])
         line = Statement("value", f"{'.'.join(path[1:])} = {literal}{newline}", path, path[:1])
         return inserted(given, [header, line], newline)
     near = [
         (len(one.header), place)
         for place, one in enumerate(given)
-        if one.kind in ("header", "value") and path[: len(one.header)] == one.header and shared(one.path, path)
+        if one.kind in ("header", "value")
+        and path[: len(one.header)] == one.header
+        and (len(path) == 1 or shared(one.path, path))
     ]
     _, last = max(near)  # the last line of the innermost table
     header = given[last].header
@@ -230,7 +299,7 @@ def inserted(given: list[Statement], block: list[Statement], newline: str) -> li
     tail = [WEDGE, LAYOUT]
     place = len(given)
     owned = owners(given)
-    while place and block[0].path[0] not in tail and owned[place - 1] in tail:
+    while place and not {*tail} & {one.path[0] for one in block if one.path} and owned[place - 1] in tail:
         place -= 1
     before = ended(given[:place], newline)
     blank = Statement("blank", newline, (), ())

@@ -98,14 +98,24 @@ def check_header(text: GraphText) -> None:
 
 
 def check_layout(text: GraphText) -> None:
-    """Check the positions of nodes on the page, on which nothing depends."""
-    for name, position in text.tables.get(LAYOUT, {}).items():
-        plain = isinstance(position, list) and len(position) == 2 and all(type(c) in (int, float) for c in position)
-        if not plain:
-            where = text.place(LAYOUT, [name])
-            raise BadInput(
-                f"{LAYOUT}.{name} = {brief(position)}", where=where, right="[x, y]; no node is called layout"
-            )
+    """Check positions of nodes on the page, frames around nodes, and notes, on which nothing depends."""
+    for name, value in text.tables.get(LAYOUT, {}).items():
+        if not (is_position(value) or (isinstance(value, dict) and is_annotation(value))):
+            right = "[x, y], { title = TEXT, nodes = [...] } or { text = TEXT, at = [x, y] }; no node is called layout"
+            raise BadInput(f"{LAYOUT}.{name} = {brief(value)}", where=text.place(LAYOUT, [name]), right=right)
+
+
+def is_position(value: Any) -> bool:
+    """Whether a value is a position on the page."""
+    return isinstance(value, list) and len(value) == 2 and all(type(c) in (int, float) for c in value)
+
+
+def is_annotation(value: dict[str, Any]) -> bool:
+    """Whether a table is a frame around nodes, or a note."""
+    nodes = value.get("nodes", [])
+    texts = [value.get("title", ""), value.get("text", ""), *(nodes if isinstance(nodes, list) else [None])]
+    known = value.keys() == {"title", "nodes"} or (value.keys() == {"text", "at"} and is_position(value["at"]))
+    return known and all(isinstance(text, str) for text in texts)
 
 
 def read_frames(text: GraphText) -> tuple[int, int]:

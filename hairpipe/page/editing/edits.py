@@ -1,9 +1,9 @@
 """Edits that the page asks for, as edits of the text of its graph file."""
 
-from collections.abc import Iterable
 from typing import Any
 
 from hairpipe.api.draft import Draft
+from hairpipe.errors import BadInput
 from hairpipe.graph.edit import verbs
 from hairpipe.graph.edit.inline_table import literal_of, read_literal
 
@@ -19,11 +19,7 @@ def edited(draft: Draft, verb: str, given: dict[str, Any]) -> tuple[str, str]:
 def set_value(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
     """Set a setting to a text of TOML, or to another text as it is."""
     target = str(given["target"])
-    text = str(given["text"]).strip()
-    try:
-        read_literal(text)
-    except (ValueError, RecursionError):
-        text = literal_of(text)
+    text = toml_of(given["text"])
     verbs.check_node(draft.tables, target.partition(".")[0])
     return verbs.with_value(draft.text, target, text), f"{target} = {text}"
 
@@ -52,7 +48,7 @@ def switch(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
 def add(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
     """Add a node of a type at a place; `edges` by socket, `feeds` is an input that takes its output."""
     kind = str(given["type"])
-    name = free_name(draft.tables, kind.rpartition("_")[2])
+    name = verbs.free_name(draft.tables, kind.rpartition("_")[2])
     edges = {str(socket): str(source) for socket, source in given.get("edges", {}).items()}
     text = verbs.with_node(draft.text, name, kind, edges)
     if "feeds" in given:
@@ -109,10 +105,36 @@ def duplicate(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
     names = [str(name) for name in given["nodes"]]
     places = dict[str, Any]()
     for name in names:
-        copy = free_name([*draft.tables, *places], name.rstrip("0123456789").rstrip("_"))
+        copy = verbs.free_name([*draft.tables, *places], name.rstrip("0123456789").rstrip("_"))
         text = verbs.duplicated(text, name, copy, like=bool(given.get("like")))
         places[copy] = given.get("at", {}).get(name)
     return placed(text, places), f"duplicate {', '.join(names)}"
+
+
+def paste(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
+    """Add nodes from a text of TOML, at places by their names there."""
+    text, names = verbs.pasted(draft.text, str(given["text"]))
+    places = {names[name]: place for name, place in given.get("at", {}).items() if name in names}
+    return placed(text, places), f"paste {', '.join(names.values())}"
+
+
+def annotate(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
+    """Set a frame of the page, `title` and `nodes`, or a note, `text` and `at`; None removes one."""
+    value = given["value"]
+    kind = "frame" if value and "nodes" in value else "note"
+    name = str(given.get("name") or verbs.free_name([*draft.tables, *draft.layout], kind))
+    if name in draft.tables:
+        raise BadInput(f"'{name[:60]}' is a node", right="a name of its own")
+    return verbs.placed(draft.text, {name: value}), f"{name} {'set' if value else 'removed'}"
+
+
+def shot(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
+    """Set frames, frame rate or preroll of the shot to a text of TOML."""
+    name = str(given["name"])
+    literal = toml_of(given["text"])
+    if name not in ("frames", "fps", "preroll"):
+        raise BadInput(f"no setting '{name[:60]}' of the shot", right="frames, fps or preroll")
+    return verbs.with_header(draft.text, name, literal), f"{name} = {literal[:60]}"
 
 
 def move(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
@@ -125,9 +147,20 @@ def move(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
 EDITS = {
     "edit": set_value,
     **{f.__name__: f for f in (switch, add, remove, connect, disconnect, rename, mute, duplicate, move)},
+    **{f.__name__: f for f in (paste, annotate, shot)},
     "unset": unset_value,
 }
 """Edits by the name of their request."""
+
+
+def toml_of(given: Any) -> str:
+    """Return a text that is a value of TOML, or write another one as a text of TOML."""
+    text = str(given).strip()
+    try:
+        read_literal(text)
+    except (ValueError, RecursionError):
+        return literal_of(text)
+    return text
 
 
 def connected(text: str, node: str, socket: str, source: str, draft: Draft) -> str:
@@ -154,9 +187,3 @@ def given_at(draft: Draft, node: str, names: list[str]) -> Any:
     for name in names:
         table = table.get(name) if isinstance(table, dict) else None
     return table
-
-
-def free_name(taken: Iterable[str], name: str) -> str:
-    """Return the name, or the name with a number, that no node has."""
-    known = {*taken, "wedge", "layout"}
-    return name if name not in known else next(f for n in range(2, 10**6) if (f := f"{name}_{n}") not in known)

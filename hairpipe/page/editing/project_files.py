@@ -13,41 +13,33 @@ MOST_BYTES = 1 << 24
 """Largest number of listed files of a folder, and size of a shown image."""
 
 
-def within(graph: Graph, given: str) -> Path:
-    """Return the resolved path of a file or folder; BadInput for one that is hidden, or outside of the project.
+def read_path(graph: Graph, given: str) -> dict[str, Any] | tuple[bytes, str]:
+    """List a folder of the project, folders first, or read an image in it, with its suffix.
 
     given  path relative to the folder of the graph, as in its settings
+
+    BadInput for a hidden path, one outside of the project, and any other file.
     """
     project = graph.project.resolve()
     try:
         path = graph.file(given).resolve()
         if not any(name.startswith(".") for name in path.relative_to(project).parts):
-            return path
-    except (OSError, ValueError):  # outside, or not a path
+            if path.is_dir():
+                return listed(path, project, graph.path.parent.resolve())
+            suffix = suffix_of(path)
+            if suffix not in (None, ".svg") and path.stat().st_size <= MOST_BYTES:
+                return path.read_bytes(), str(suffix)
+    except (OSError, ValueError):  # outside, unreadable, or not a path
         pass
-    raise BadInput("not a file of the project", where=given[:80], right=f"a path below {project}")
+    raise BadInput("not a folder or image of the project", where=given[:80], right=f"a path below {project}")
 
 
-def listed_folder(graph: Graph, given: str) -> dict[str, Any]:
-    """List a folder of the project, folders first; BadInput as `within`, and for a folder that cannot be read."""
-    folder = within(graph, given)
-    home = graph.path.parent.resolve()
-    entries = []
-    try:
-        found = sorted(folder.iterdir(), key=lambda path: (not path.is_dir(), path.name.casefold()))[:MOST_ENTRIES]
-        for path in [*([folder / ".."] if folder != graph.project.resolve() else []), *found]:
-            if path.name == ".." or (not path.name.startswith(".") and path.resolve() == path):
-                entry = {"name": path.name, "path": os.path.relpath(path, home), "folder": path.is_dir()}
-                entries.append(entry | {"bytes": path.stat().st_size})
-    except OSError as error:
-        raise BadInput(f"cannot be read: {error.strerror}", where=given[:80]) from None
-    return {"folder": os.path.relpath(folder, graph.project.resolve()), "entries": entries}
-
-
-def read_image(graph: Graph, given: str) -> tuple[bytes, str]:
-    """Read an image of the project, and its suffix; BadInput as `within`, and for another or a large file."""
-    path = within(graph, given)
-    suffix = suffix_of(path)
-    if suffix in (None, ".svg") or not path.is_file() or path.stat().st_size > MOST_BYTES:
-        raise BadInput("not an image", where=given[:80])
-    return path.read_bytes(), str(suffix)
+def listed(folder: Path, project: Path, home: Path) -> dict[str, Any]:
+    """List a folder, and the one above it, by paths relative to `home`; links are left out."""
+    found = sorted(folder.iterdir(), key=lambda path: (not path.is_dir(), path.name.casefold()))
+    shown = [path for path in found if not path.name.startswith(".") and path.resolve() == path][:MOST_ENTRIES]
+    entries = [
+        {"name": path.name, "path": os.path.relpath(path, home), "folder": path.is_dir(), "bytes": path.stat().st_size}
+        for path in [*([folder / ".."] if folder != project else []), *shown]
+    ]
+    return {"folder": os.path.relpath(folder, project), "entries": entries}

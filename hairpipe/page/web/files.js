@@ -8,7 +8,7 @@ function fileField(field, value, target) {
   const done = (/** @type {string} */ path) => commit(holder, target, path && JSON.stringify(path));
   const button = element("button", { title: "files of the project", onclick: (/** @type {MouseEvent} */ event) => void browse(folderOf(value ?? ""), event, suffixesOf(field), done) }, "…");
   const holder = element("span", { class: "file" }, lineOf(value ?? "", "absent", done), button);
-  if (IMAGES.test(value ?? "")) holder.append(element("img", { src: `image?path=${encodeURIComponent(value)}`, alt: "", onerror: (/** @type {Event} */ event) => /** @type {HTMLElement} */ (event.target).remove() }));
+  if (IMAGES.test(value ?? "")) holder.append(element("img", { src: `files?path=${encodeURIComponent(value)}`, alt: "", onerror: (/** @type {Event} */ event) => /** @type {HTMLElement} */ (event.target).remove() }));
   return holder;
 }
 

@@ -23,7 +23,7 @@ function graphPlace(x, y) {
 function graphTarget(event) {
   const found = /** @type {Element | null} */ (document.elementFromPoint(event.clientX, event.clientY));
   const socket = /** @type {SVGElement | null} */ (found?.closest(".socket") ?? null), node = /** @type {SVGElement | null} */ (found?.closest(".node") ?? null);
-  return { socket: socket?.dataset, node: node?.dataset.node ?? null, wire: /** @type {SVGElement | null} */ (found?.closest(".wire") ?? null) };
+  return { socket: socket?.dataset, node: node?.dataset.node ?? null, annotation: annotationNamed(found?.closest(".annotation")?.getAttribute("data-annotation")), wire: /** @type {SVGElement | null} */ (found?.closest(".wire") ?? null) };
 }
 
 function listenToEdits() {
@@ -32,8 +32,9 @@ function listenToEdits() {
   svg.addEventListener("pointermove", (event) => held && moveGesture(event));
   svg.addEventListener("pointerup", (event) => held && void endGesture(event));
   svg.addEventListener("dblclick", (event) => {
-    const { node } = graphTarget(event);
+    const { node, annotation } = graphTarget(event);
     if (node) askName(node, event.clientX, event.clientY);
+    else if (annotation) askAnnotation(annotation, event.clientX, event.clientY);
   });
   svg.addEventListener("pointermove", (event) => (pointer = { x: event.clientX, y: event.clientY }));
   document.addEventListener("keydown", (event) => void keyOf(event));
@@ -46,13 +47,16 @@ let pointer = { x: 300, y: 300 };
 function beginGesture(svg, event) {
   if (event.button !== 0) return;
   svg.focus({ preventScroll: true });
-  const { socket, node, wire } = graphTarget(event);
+  const { socket, node, wire, annotation } = graphTarget(event);
   const start = { x: event.clientX, y: event.clientY, moved: false, names: /** @type {string[]} */ ([]), wire: /** @type {any} */ (null) };
   if (socket) held = { ...start, kind: "wire", wire: wireAt(socket) };
   else if (node) {
     if (event.shiftKey) app.chosen.has(node) ? app.chosen.delete(node) : app.chosen.add(node);
     else if (!app.chosen.has(node)) app.chosen = new Set([node]);
     held = { ...start, kind: "move", names: [...app.chosen] };
+  } else if (annotation && !wire && !event.shiftKey) {
+    app.chosen = new Set([annotation.name]);
+    held = { ...start, kind: "move", names: draggedWith(annotation) };
   } else if (event.shiftKey) held = { ...start, kind: "box" };
   else {
     if (!wire) app.chosen = new Set();
@@ -101,11 +105,15 @@ async function endGesture(event) {
   document.querySelector("#graph .draft, #graph .lasso")?.remove();
   document.querySelectorAll("#graph .fits").forEach((socket) => socket.classList.remove("fits"));
   const [fx, fy] = graphPlace(gesture.x, gesture.y);
-  if (gesture.kind === "move" && gesture.moved) {
+  const note = annotationNamed(gesture.names[0]);
+  if (gesture.kind === "move" && gesture.moved && note?.at) {
+    const { name, ...value } = note;
+    if (await edit("annotate", { name, value: { ...value, at: [note.at[0] + x - fx, note.at[1] + y - fy] } })) drawGraph();
+  } else if (gesture.kind === "move" && gesture.moved) {
     const moved = Object.fromEntries(gesture.names.map((name) => [name, [boxOfNode(name).x + x - fx, boxOfNode(name).y + y - fy]]));
     Object.assign(app.places, moved);
     if (await edit("move", { positions: moved })) drawGraph();
-  } else if (gesture.kind === "move" && gesture.names.length) selectNode(graphTarget(event).node ?? gesture.names[0]);
+  } else if (gesture.kind === "move" && graphTarget(event).node) selectNode(graphTarget(event).node ?? "");
   else if (gesture.kind === "box") {
     const inside = (/** @type {any} */ node) => { const box = boxOfNode(node.name); return box.x > Math.min(x, fx) && box.x < Math.max(x, fx) && box.y > Math.min(y, fy) && box.y < Math.max(y, fy); };
     app.chosen = new Set(app.graph.nodes.filter(inside).map((/** @type {any} */ node) => node.name));

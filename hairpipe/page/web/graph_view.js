@@ -18,21 +18,22 @@ function drawGraph(moved) {
   if (!moved) drawnBoxes = boxes;
   if (app.fresh || !app.live) showAll();
   const half = BOX.width / 2;
-  svg.replaceChildren(...wires.map(({ edge, node, through }) => {
+  svg.replaceChildren(...drawAnnotations(boxes, moved).filter((one) => one.matches(".frame")), ...wires.map(({ edge, node, through }) => {
     const source = /** @type {Box} */ (boxes.get(edge.node)), target = /** @type {Box} */ (boxes.get(node));
     const outputs = app.nodeNamed(edge.node).type.outputs, type = outputs[edge.output] ?? typeOfPlug(app.nodeNamed(node), edge.plug);
     const path = wirePath(through, [source.x + half, socketHeight(source, edge.output, true)],
       [target.x - half, socketHeight(target, edge.plug, false)]);
     return drawn("path", { class: "wire", d: path, stroke: typeColour(type), "data-from": edge.node, "data-to": node });
-  }), ...app.graph.nodes.map((/** @type {any} */ node) => drawNode(node, /** @type {Box} */ (boxes.get(node.name)))));
+  }), ...app.graph.nodes.map((/** @type {any} */ node) => drawNode(node, /** @type {Box} */ (boxes.get(node.name)))), ...drawAnnotations(boxes, moved).filter((one) => one.matches(".note")));
   paintGraph();
 }
 
 /** Show all of the graph. */
 function showAll() {
-  const all = [...drawnBoxes.values()], half = BOX.width / 2;
-  const [left, top] = [Math.min(0, ...all.map((box) => box.x - half - 16)), Math.min(0, ...all.map((box) => box.y - box.height / 2 - 16))];
-  const [right, low] = [Math.max(120, ...all.map((box) => box.x + half + 16)), Math.max(90, ...all.map((box) => box.y + box.height / 2 + 16))];
+  const half = BOX.width / 2, nodes = [...drawnBoxes.values()].map((box) => ({ x: box.x - half, y: box.y - box.height / 2, width: BOX.width, height: box.height }));
+  const all = [...nodes, ...annotations().flatMap((one) => annotationBox(one, drawnBoxes) ?? [])];
+  const [left, top] = [Math.min(0, ...all.map((box) => box.x - 16)), Math.min(0, ...all.map((box) => box.y - 16))];
+  const [right, low] = [Math.max(640, ...all.map((box) => box.x + box.width + 16)), Math.max(240, ...all.map((box) => box.y + box.height + 16))];
   document.getElementById("graph")?.setAttribute("viewBox", `${left} ${top} ${right - left} ${low - top}`);
   app.fresh = false;
 }
@@ -54,7 +55,7 @@ function listenToGraph() {
     const [x, y, width, height] = shown(), scale = scaleOf(width, height, svg.getBoundingClientRect());
     show([x - event.movementX * scale, y - event.movementY * scale, width, height]);
   });
-  svg.addEventListener("dblclick", (event) => graphTarget(event).node || showAll());
+  svg.addEventListener("dblclick", (event) => graphTarget(event).node || graphTarget(event).annotation || showAll());
 }
 
 /** @param {any} node @param {Box} box */
@@ -100,6 +101,7 @@ function selectNode(name) {
 
 /** Colour the nodes by their state, without another layout. */
 function paintGraph() {
+  for (const one of document.querySelectorAll("#graph .annotation")) one.classList.toggle("chosen", app.chosen.has(one.getAttribute("data-annotation") ?? ""));
   for (const group of document.querySelectorAll("#graph .node")) {
     const name = /** @type {HTMLElement} */ (/** @type {unknown} */ (group)).dataset.node ?? "", state = worstState(name);
     const cells = app.state.nodes[name]?.cells ?? [];

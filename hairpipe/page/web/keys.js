@@ -7,6 +7,9 @@ function subjects() {
   return chosen.length ? chosen : app.node ? [app.node] : [];
 }
 
+/** The frame or note that is chosen. */
+const chosenAnnotation = () => annotationNamed([...app.chosen][0]);
+
 /** @param {KeyboardEvent} event */
 async function keyOf(event) {
   const typing = event.target instanceof HTMLElement && event.target.matches("input:not([type=range]), select, textarea");
@@ -19,6 +22,9 @@ async function keyOf(event) {
     [!typing && command && key === "y", () => edit("redo")],
     [!typing && !command && event.shiftKey && key === "a", () => openAdd({ x, y })],
     [!typing && !command && event.shiftKey && key === "d" && names.length > 0, () => duplicateNodes(names)],
+    [!typing && !command && (key === "x" || key === "delete") && Boolean(chosenAnnotation()), () => edit("annotate", { name: chosenAnnotation()?.name, value: null })],
+    [!typing && !command && !event.shiftKey && key === "f" && names.length > 0, () => askFrame(names)],
+    [!typing && !command && !event.shiftKey && key === "n", askNote],
     [!typing && !command && (key === "x" || key === "delete") && names.length > 0, () => edit("remove", { nodes: names })],
     [!typing && !command && key === "m" && names.length > 0, () => edit("mute", { nodes: names, on: !names.every((name) => app.nodeNamed(name).muted) })],
     [!typing && key === "f2" && Boolean(app.node), () => askName(app.node, x, y)],
@@ -42,7 +48,7 @@ async function duplicateNodes(names) {
 
 /** Forget all positions, also those in the file, and lay the graph out. */
 async function layOutAgain() {
-  const placed = Object.keys(app.graph.layout ?? {});
+  const placed = Object.keys(app.graph.layout ?? {}).filter((name) => app.nodeNamed(name));
   app.places = {};
   if (placed.length) await edit("move", { positions: Object.fromEntries(placed.map((name) => [name, null])) });
   app.fresh = true;

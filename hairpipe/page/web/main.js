@@ -73,6 +73,7 @@ async function begin() {
   listenToStrip();
   listenToTimeline();
   if (app.live) listenToEdits();
+  if (app.live) listenToClipboard();
   if (app.live) follow();
   await showStage();
   document.body.dataset.state = "ready";

@@ -3,7 +3,8 @@
 
 function drawPanel() {
   const panel = /** @type {HTMLElement} */ (document.getElementById("panel")), node = app.nodeNamed(app.node);
-  if (!node) return void panel.replaceChildren(element("p", {}, app.live ? "Shift-A over the graph adds a node." : ""));
+  const shot = app.live ? [shotFields()] : [];
+  if (!node) return void panel.replaceChildren(element("p", {}, app.live ? "Shift-A over the graph adds a node." : ""), ...shot);
   const settings = node.type.settings, absent = settings.filter((/** @type {any} */ field) => isAbsent(field, node.settings));
   const folded = panel.querySelector("details.absent"), open = folded instanceof HTMLDetailsElement && folded.open;
   const focus = document.activeElement;
@@ -20,6 +21,7 @@ function drawPanel() {
     ...(absent.length ? [element("details", { class: "absent", ...(open && { open: "" }) }, element("summary", {}, `${absent.length} groups are off`), ...absent.flatMap((/** @type {any} */ field) => settingRows(field, node.settings, node.given, [])))] : []),
   ];
   if (node.publish) parts.push(element("p", {}, `published as ${node.publish}`));
+  parts.push(...shot);
   panel.replaceChildren(...parts);
 }
 

@@ -169,3 +169,68 @@ def test_edits_that_undo_each_other_leave_the_bytes(name):
         assert verbs.without_nodes(verbs.duplicated(text, node, "other_name"), ["other_name"]) == text
         assert verbs.placed(verbs.placed(text, {node: [1, 2]}), {node: None}) == text
     assert verbs.without_nodes(verbs.with_node(text, "other_name", "make_bust", {}), ["other_name"]) == text
+
+
+def test_nodes_are_pasted_with_their_comments_and_wires_between_them():
+    sources = verbs.sources_of(TEXT)
+    block = sources["hair"] + "\n" + sources["groom"]
+    assert sources["hair"].startswith("# What is simulated.\n[hair]")
+    text, names = verbs.pasted(TEXT, block)
+    assert names == {"hair": "hair_2", "groom": "groom_2"}
+    assert verbs.sources_of(text) == verbs.sources_of(TEXT) | {
+        "hair_2": sources["hair"]
+        .replace("[hair]", "[hair_2]")
+        .replace('groom = "groom", body = "head"', 'groom = "groom_2"'),
+        "groom_2": '[groom_2]\ntype = "grow_groom"\nlength = 0.27 # long\n',
+    }
+    other, names = verbs.pasted("schema = 1\nframes = [1, 5]\nfps = 24\n", block)
+    assert names == {"hair": "hair", "groom": "groom"}
+    assert other == "schema = 1\nframes = [1, 5]\nfps = 24\n\n" + block.replace(', body = "head"', "").replace(
+        'in.scalp = "head"\n', ""
+    )
+
+
+def test_only_a_pasted_node_of_a_new_name_publishes_nothing():
+    block = '[usd]\ntype = "export_usd"\npublish = "out/a.usd"\n'
+    first, _ = verbs.pasted(TEXT, block)
+    again, names = verbs.pasted(first, block)
+    assert tomllib.loads(first)["usd"] == {"type": "export_usd", "publish": "out/a.usd"}
+    assert tomllib.loads(again)["usd_2"] == {"type": "export_usd"} and names == {"usd": "usd_2"}
+
+
+@pytest.mark.parametrize(
+    ("block", "what"),
+    [
+        ("", "no nodes"),
+        ("A sentence, from a letter.", "not valid TOML"),
+        ("schema = 1\n[a]\ntype = 'preview'\n", "'schema' is not a node"),
+        ("[layout]\nhair = [1, 2]\n", "'layout' is not a node"),
+        ("[a]\nin = 3\n", "'a' is not a node"),
+        ("[b]\nlike = 'hair'\n", "'b' is like 'hair'"),
+        ("a.type = 'preview'\n", "cannot be written"),
+        ("[[a]]\ntype = 'preview'\n", "'a' is not a node"),
+    ],
+)
+def test_another_text_is_not_pasted(block, what):
+    with pytest.raises(BadInput, match=what):
+        verbs.pasted(TEXT, block)
+
+
+def test_frames_of_the_page_follow_their_nodes():
+    frame = {"title": "hair", "nodes": ["hair", "groom"]}
+    text = verbs.placed(TEXT, {"frame": frame, "note": {"text": 'the "hair" of x', "at": [1, 2]}, "hair": [3, 4]})
+    assert verbs.placed(text, {"frame": None, "note": None, "hair": None}) == TEXT
+    text = verbs.renamed(text, "hair", "fur")
+    layout = tomllib.loads(text)["layout"]
+    assert layout["frame"] == {"title": "hair", "nodes": ["fur", "groom"]} and layout["fur"] == [3, 4]
+    assert layout["note"]["text"] == 'the "hair" of x'
+    text = verbs.without_nodes(text, ["copy", "fur"])
+    assert tomllib.loads(text)["layout"]["frame"]["nodes"] == ["groom"]
+    assert "frame" not in tomllib.loads(verbs.without_nodes(text, ["groom"]))["layout"]
+    with pytest.raises(BadInput, match="exists"):
+        verbs.renamed(text, "groom", "note")
+
+
+def test_values_of_the_shot_are_set_above_the_tables():
+    assert verbs.with_header(TEXT, "frames", "[2, 9]") == TEXT.replace("[1, 5]", "[2, 9]")
+    assert verbs.with_header(TEXT, "preroll", "3") == TEXT.replace("fps = 24\n", "fps = 24\npreroll = 3\n")
