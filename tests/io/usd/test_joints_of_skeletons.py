@@ -68,6 +68,20 @@ def test_poses_move_the_skin_as_openusd_bakes_it(moving):
     assert np.abs(posed[1006].points - posed[1001].points).max() > 0.02
 
 
+def test_a_rest_pose_other_than_the_bind_pose_is_named(moving):
+    stage = Usd.Stage.Open(str(moving))
+    skeleton = UsdSkel.Skeleton.Get(stage, "/char/skeleton")
+    skeleton.GetRestTransformsAttr().Set(locals_of([placed(*o, turn=-20 * n) for n, o in enumerate(ORIGINS)]))
+    stage.Save()
+    rest = load_body(file=moving)
+    with pytest.warns(UserWarning, match="restTransforms are not bindTransforms.*load_mesh_cache"):
+        pose = load_motion(rest, Time(1004, 24.0), (), file=moving)
+    mesh = load_mesh_cache(Time(1004, 24.0), (), rest=rest, file=moving)
+    rigid = (rest.weights == 0.0).any(axis=1) | (rest.joints[:, 0] == rest.joints[:, 1])
+    np.testing.assert_allclose(skin(rest, pose).points[rigid], mesh.points[rigid], atol=1e-7)
+    assert rigid.sum() >= 3
+
+
 def test_a_usd_clip_begins_at_its_first_sample_and_has_a_speed(moving):
     rest = load_body(file=moving)
     now = load_motion(rest, Time(1004, 24.0), (), file=moving)

@@ -13,6 +13,9 @@ from hairpipe.io.mesh_cache.joint_motion import JointMotion
 from hairpipe.io.usd.meshes.skeleton import filled, find_bindings, has_blend_shapes, join_rigs, read_rig, turn_codes
 from hairpipe.io.usd.stage import columns, common_time, location, open_stage, place, shown, time_of, usd_faults
 
+BENT = 1e-4
+"""Largest difference of a bind pose from rest that rounding explains."""
+
 
 def read(path: Path, group: str | None) -> JointMotion:
     """Read the skeletons of the meshes at or under a prim, as `read_body` joins them; all of a stage without meshes.
@@ -25,6 +28,11 @@ def read(path: Path, group: str | None) -> JointMotion:
         session.startTimeCode = common_time(stage) or 0.0
         queries = _find_skeletons(stage, group)
         rigs = [read_rig(query, 0) for query in queries]
+        if any(np.abs(np.array(rig.skin) - np.eye(4)).max() > BENT for rig in rigs):
+            message = (
+                "restTransforms are not bindTransforms: where skin bends, poses move it only nearly as the file does"
+            )
+            warnings.warn(f"{path}: {message} (load_mesh_cache reads its points)", stacklevel=2)
         firsts = np.cumsum([0] + [len(rig.joints) for rig in rigs]).tolist()
         skeleton = join_rigs([replace(rig, first=first) for rig, first in zip(rigs, firsts, strict=False)])
         unbind = np.linalg.inv(np.concatenate([rig.world for rig in rigs])) @ skeleton.rest
