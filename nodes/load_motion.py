@@ -38,7 +38,7 @@ def load_motion(
 
     file       path of the BVH clip, glTF or USD file
     clip       name of an animation of a glTF file, or a pattern of names (*) to join some; by default the first
-    group      path of the meshes of a USD file whose skeletons are read, or a pattern, as of `load_body`
+    group      path of the meshes of a USD file, or name of a node of a glTF file, whose joints are read
     at         frame of the shot at clip time `start`; the body is still outside the clip
     start      time in the clip at the frame `at`; a clip of USD begins at its first sample
     settle     duration before `at` in which the body moves from rest to its first pose; see `preroll` of a graph

@@ -74,9 +74,9 @@ def read_body(path: Path, group: str | None = None) -> Body:
     return Body(mesh, joints.skeleton(), influences, weights, maps)
 
 
-def read_joints(path: Path, clip: str | None, fps: float) -> JointMotion:
+def read_joints(path: Path, group: str | None, clip: str | None, fps: float) -> JointMotion:
     """Read the joints of a clip, with a sample at each frame of the shot; warns of morph targets."""
-    pieces = SkinnedPieces(path, None, clip, fps)
+    pieces = SkinnedPieces(path, group, clip, fps)
     if any(len(piece.targets) for piece in pieces.pieces):
         warnings.warn(f"{path} has morph targets, which are not in a pose: load_mesh_cache reads them", stacklevel=2)
     joints = Joints(pieces)

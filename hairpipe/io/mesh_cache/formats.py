@@ -19,8 +19,7 @@ def read_moving(path: Path, group: str | None, clip: str | None, instant: Instan
     Raises BadInput where a file cannot be read, or its polygons change.
     """
     suffix = path.suffix.lower()
-    if clip is not None and suffix not in GLTF:
-        raise BadInput("the format has no clips", where="clip", right="no clip, or a file .gltf or .glb")
+    _check_clip(suffix, clip)
     if suffix in GLTF:
         from hairpipe.io.gltf.skinned_pieces import read_moving as read_clip
 
@@ -45,6 +44,7 @@ def recall_joints(path: Path, group: str | None, clip: str | None, fps: float) -
 
     group, clip  as of `read_moving`; fps  of the shot [1/s]
     """
+    _check_clip(path.suffix.lower(), clip)
     return _read_joints(path, group, clip, fps, tuple(stamp_of(str(file)) for file in list_files(path).values()))
 
 
@@ -53,7 +53,12 @@ def _read_joints(path: Path, group: str | None, clip: str | None, fps: float, _:
     if path.suffix.lower() in GLTF:
         from hairpipe.io.gltf.joints_of_skins import read_joints
 
-        return read_joints(path, clip, fps)
+        return read_joints(path, group, clip, fps)
     from hairpipe.io.usd.meshes import joints_of_skeletons
 
     return work_apart(joints_of_skeletons.read, path, group)
+
+
+def _check_clip(suffix: str, clip: str | None) -> None:
+    if clip is not None and suffix not in GLTF:
+        raise BadInput("the format has no clips", where="clip", right="no clip, or a file .gltf or .glb")

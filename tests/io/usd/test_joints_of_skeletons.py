@@ -128,6 +128,10 @@ def test_skeletons_without_motion_are_refused(new_stage, saved):
     rest = load_body(file=file)
     with pytest.raises(BadInput, match=r"/char/skeleton: no animation moves the joints \(a Skeleton whose"):
         load_motion(rest, Time(1001, 24.0), (), file=file)
+    with pytest.raises(BadInput, match=r"clip: the format has no clips"):
+        load_motion(rest, Time(1001, 24.0), (), file=file, clip="walk")
+    with pytest.raises(BadInput, match=r"a BVH file has one clip \(no clip and no group\)"):
+        load_motion(rest, Time(1001, 24.0), (), file=Path("a.bvh"), group="/char")
     stage = new_stage(name="box.usda")
     mesh = UsdGeom.Mesh.Define(stage, "/box")
     mesh.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (0, 1, 0)])
