@@ -5,7 +5,8 @@ from typing import Annotated
 from hairpipe.data import Body, Groom
 from hairpipe.graph import node
 from hairpipe.groom.cutting import SHORTEST
-from hairpipe.groom.grow.style import Comb, Curl, Paint, PaintedDegrees, PaintedMetres, Style
+from hairpipe.groom.grow.style import Comb, Curl, Style
+from hairpipe.groom.painting.painted import Paint, PaintedDegrees, PaintedMetres
 from hairpipe.units import Ge, Gt, Interval, Metres
 
 
@@ -46,7 +47,7 @@ def grow_groom(
     """
     from hairpipe.groom.cutting import Cut
     from hairpipe.groom.grow.growing import grow
-    from hairpipe.groom.grow.paint import Canvas
+    from hairpipe.groom.painting.paint import Canvas
     from hairpipe.io.image import read_image
 
     style = Style(length, lift, bend, volume, comb, curl)

@@ -6,8 +6,9 @@ from hairpipe.body.mannequin.bust import build_bust
 from hairpipe.data import Groom
 from hairpipe.groom.cutting import Cut
 from hairpipe.groom.grow.growing import grow
-from hairpipe.groom.grow.paint import Canvas
-from hairpipe.groom.grow.style import PaintedDegrees, PaintedMetres, Style
+from hairpipe.groom.grow.style import Style
+from hairpipe.groom.painting.paint import Canvas
+from hairpipe.groom.painting.painted import PaintedDegrees, PaintedMetres
 from hairpipe.io.image import read_image
 
 STRANDS, POINTS = 300, 12

@@ -11,8 +11,9 @@ from hairpipe.data import Body, Groom
 from hairpipe.groom.binding import nearest_sites
 from hairpipe.groom.cutting import Cut
 from hairpipe.groom.grow.growing import grow
-from hairpipe.groom.grow.paint import Canvas
-from hairpipe.groom.grow.style import Comb, Painted, PaintedDegrees, PaintedMetres, Style
+from hairpipe.groom.grow.style import Comb, Style
+from hairpipe.groom.painting.paint import Canvas
+from hairpipe.groom.painting.painted import Painted, PaintedDegrees, PaintedMetres
 from hairpipe.io.image import read_image
 from hairpipe.spatial.triangles import site_points, unit_normals
 

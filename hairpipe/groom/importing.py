@@ -14,7 +14,7 @@ from hairpipe.data.lengths import strand_lengths, unequal
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import bind_roots, bind_tips, name_strands, root_frames
 from hairpipe.groom.cutting import ROUNDING, Cut
-from hairpipe.groom.grow.paint import maps_at
+from hairpipe.groom.painting.paint import maps_at
 from hairpipe.groom.placing import placed
 from hairpipe.groom.resampling import equal_segments
 from hairpipe.groom.rooting import Inside, freed, rooted, taken

@@ -4,7 +4,7 @@ import numpy as np
 
 from hairpipe.data import Body
 from hairpipe.errors import BadInput
-from hairpipe.groom.grow.paint import vertex_coat
+from hairpipe.groom.painting.paint import vertex_coat
 from hairpipe.render.film import backdrop, develop
 from hairpipe.render.framing import Framing, Shot, place_camera
 from hairpipe.render.lights import studio

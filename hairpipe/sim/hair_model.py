@@ -11,7 +11,7 @@ from hairpipe.data import Groom
 from hairpipe.data.lengths import segment_lengths
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import name_strands
-from hairpipe.groom.grow.variation import ReadImage
+from hairpipe.groom.painting.variation import ReadImage
 from hairpipe.sim.layout import Layout, lay_out
 from hairpipe.sim.material import Material, VariedMaterial
 from hairpipe.sim.strands.construction import Construction

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import pi
 from typing import Annotated, Any
 
-from hairpipe.groom.grow.style import Varied, VariedWidth
+from hairpipe.groom.painting.painted import Varied, VariedWidth
 from hairpipe.units import Interval, KilogramsPerCubicMetre, Metres, Pascals
 
 DIAMETERS, MODULI, DENSITIES = Interval(ge=1e-5, le=2e-3), Interval(ge=1e6, le=1e12), Interval(ge=10.0, le=1e4)

@@ -7,8 +7,8 @@ from hairpipe.data import Groom
 from hairpipe.errors import BadInput
 from hairpipe.groom.cutting import Cut
 from hairpipe.groom.grow.growing import grow
-from hairpipe.groom.grow.paint import Canvas
 from hairpipe.groom.grow.style import Style
+from hairpipe.groom.painting.paint import Canvas
 from hairpipe.groom.sampling import choose_patches, sample_patches
 
 

@@ -14,7 +14,8 @@ from hairpipe.data import Body, Mesh
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.settings import build_settings, check_settings
 from hairpipe.groom.grow.closing import closed
-from hairpipe.groom.grow.style import Curl, Paint, PaintedMetres
+from hairpipe.groom.grow.style import Curl
+from hairpipe.groom.painting.painted import Paint, PaintedMetres
 from hairpipe.nodes.grow_groom import grow_groom
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.make_bust import make_bust

@@ -13,8 +13,8 @@ from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.graphs.experiments.studies.accuracy.specimen import specimen_of, stiffness, straight_specimen
 from hairpipe.graphs.experiments.studies.accuracy.statics import motions
 from hairpipe.graphs.experiments.studies.accuracy.vibration import frequencies
-from hairpipe.groom.grow.variation import values_of
 from hairpipe.groom.helix import Helix, wound
+from hairpipe.groom.painting.variation import values_of
 from hairpipe.groom.sampling import take
 from hairpipe.groom.strands import unbound
 from hairpipe.sim.hair_model import build_hair

@@ -12,8 +12,9 @@ from hairpipe.data import Body, BodyParts, Mesh, Pose
 from hairpipe.data.hair import HairState
 from hairpipe.groom.cutting import Cut
 from hairpipe.groom.grow.growing import grow
-from hairpipe.groom.grow.paint import Canvas
-from hairpipe.groom.grow.style import PaintedMetres, Style
+from hairpipe.groom.grow.style import Style
+from hairpipe.groom.painting.paint import Canvas
+from hairpipe.groom.painting.painted import PaintedMetres
 from hairpipe.levelset.bake.parts import bake_parts
 from hairpipe.sim.hair_model import HairModel, build_hair
 from hairpipe.sim.material import Material

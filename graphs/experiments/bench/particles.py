@@ -18,8 +18,9 @@ from hairpipe.data.particles import ParticleState
 from hairpipe.graphs.experiments.bench.head import FPS, HALF_WIDTH, LENGTH, VOXEL, mesh_at, no_image
 from hairpipe.groom.cutting import Cut
 from hairpipe.groom.grow.growing import grow
-from hairpipe.groom.grow.paint import Canvas
-from hairpipe.groom.grow.style import PaintedMetres, Style
+from hairpipe.groom.grow.style import Style
+from hairpipe.groom.painting.paint import Canvas
+from hairpipe.groom.painting.painted import PaintedMetres
 from hairpipe.kernels.vec3 import length, minus, row, scaled
 from hairpipe.levelset.bake.whole import bake
 from hairpipe.particles.contact import look

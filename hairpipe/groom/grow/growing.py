@@ -12,13 +12,14 @@ from hairpipe.groom.binding import root_frames
 from hairpipe.groom.cutting import Cut, fitting
 from hairpipe.groom.grow.closing import closed
 from hairpipe.groom.grow.curling import wind
-from hairpipe.groom.grow.paint import Canvas, maps_at, vertex_coat
 from hairpipe.groom.grow.rounding import Density
 from hairpipe.groom.grow.seeding import seed_roots
 from hairpipe.groom.grow.strand_axis import keep_out, lay, lift_off
 from hairpipe.groom.grow.strand_layout import GAP, Layout, lay_out
-from hairpipe.groom.grow.style import Paint, Style
+from hairpipe.groom.grow.style import Style
 from hairpipe.groom.importing import warn_of_fewer
+from hairpipe.groom.painting.paint import Canvas, maps_at, vertex_coat
+from hairpipe.groom.painting.painted import Paint
 from hairpipe.groom.random_streams import stream
 from hairpipe.groom.resampling import put, stride_on
 from hairpipe.groom.strand_arrays import offsets_of

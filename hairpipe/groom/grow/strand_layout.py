@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.groom.grow.paint import Canvas
 from hairpipe.groom.grow.style import Comb, Curl, Style
+from hairpipe.groom.painting.paint import Canvas
 from hairpipe.groom.random_streams import stream
 from hairpipe.spatial.triangles import Sites, normalized
 

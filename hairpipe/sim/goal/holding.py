@@ -6,7 +6,7 @@ import numpy as np
 
 from hairpipe.data import Pins
 from hairpipe.errors import BadInput
-from hairpipe.groom.grow.variation import values_of
+from hairpipe.groom.painting.variation import values_of
 from hairpipe.sim.axis import axis_of, following_masses
 from hairpipe.sim.boundary import Driver, motion_of_roots
 from hairpipe.sim.goal.pull import GoalPull, Path, Springs

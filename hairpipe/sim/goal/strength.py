@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from hairpipe.groom.grow.style import Varied
+from hairpipe.groom.painting.painted import Varied
 from hairpipe.units import Hertz, Interval
 
 FREQUENCIES = Interval(ge=0.0, le=1e4)

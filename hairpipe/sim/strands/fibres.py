@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hairpipe.data import Groom
-from hairpipe.groom.grow.variation import ReadImage, values_of
+from hairpipe.groom.painting.variation import ReadImage, values_of
 from hairpipe.sim.material import Material, RoundFibre, VariedMaterial
 
 

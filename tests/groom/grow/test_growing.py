@@ -10,10 +10,11 @@ from hairpipe.data import Body
 from hairpipe.errors import BadInput
 from hairpipe.groom.cutting import Cut
 from hairpipe.groom.grow.growing import grow
-from hairpipe.groom.grow.paint import Canvas
 from hairpipe.groom.grow.strand_axis import RISE
 from hairpipe.groom.grow.strand_layout import GAP
-from hairpipe.groom.grow.style import Comb, Curl, Paint, Painted, PaintedDegrees, PaintedMetres, Style
+from hairpipe.groom.grow.style import Comb, Curl, Style
+from hairpipe.groom.painting.paint import Canvas
+from hairpipe.groom.painting.painted import Paint, Painted, PaintedDegrees, PaintedMetres
 from hairpipe.spatial.closest import project
 from hairpipe.spatial.triangle_tree import tree_over
 from hairpipe.spatial.triangles import Sites, site_points

@@ -15,8 +15,9 @@ from hairpipe.graphs.experiments.bench.head import LENGTH, mesh_at, no_image
 from hairpipe.graphs.experiments.bench.pictures.luminance import measure_luminance
 from hairpipe.groom.cutting import Cut
 from hairpipe.groom.grow.growing import grow
-from hairpipe.groom.grow.paint import Canvas
-from hairpipe.groom.grow.style import PaintedMetres, Style
+from hairpipe.groom.grow.style import Style
+from hairpipe.groom.painting.paint import Canvas
+from hairpipe.groom.painting.painted import PaintedMetres
 from hairpipe.render.deep_shadow import DeepShadow
 from hairpipe.render.framing import Shot, frame_hair, place_camera
 from hairpipe.render.lights import studio

@@ -8,7 +8,7 @@ import numpy as np
 
 from hairpipe.data import Body
 from hairpipe.errors import BadInput
-from hairpipe.groom.grow.style import Paint, Painted
+from hairpipe.groom.painting.painted import Paint, Painted
 from hairpipe.groom.random_streams import stream
 from hairpipe.spatial.triangles import Sites, blend_corners, site_uv
 

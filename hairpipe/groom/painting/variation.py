@@ -11,13 +11,13 @@ from hairpipe.data.curves import labels_of
 from hairpipe.data.lengths import fractions_along
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import name_strands
-from hairpipe.groom.grow.paint import sample_picture
-from hairpipe.groom.grow.style import Profile, Varied, VariedWidth
+from hairpipe.groom.painting.paint import sample_picture
+from hairpipe.groom.painting.painted import Profile, Varied, VariedWidth
 from hairpipe.groom.random_streams import chances
 from hairpipe.groom.sampling import members_of
 
 ReadImage = Callable[[Path], np.ndarray]
-"""Returns the image in a file, see `groom/grow/paint.py`."""
+"""Returns the image in a file, see `groom/painting/paint.py`."""
 
 
 def values_of(setting: Varied | float, groom: Groom, name: str, read_image: ReadImage | None = None) -> Any:

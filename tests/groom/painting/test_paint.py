@@ -7,8 +7,8 @@ import pytest
 
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
-from hairpipe.groom.grow.paint import Canvas, sample_picture
-from hairpipe.groom.grow.style import Paint, Painted
+from hairpipe.groom.painting.paint import Canvas, sample_picture
+from hairpipe.groom.painting.painted import Paint, Painted
 from hairpipe.spatial.triangles import Sites, site_points
 
 
