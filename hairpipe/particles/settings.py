@@ -5,7 +5,6 @@ from math import pi
 from typing import Annotated, Literal
 
 from hairpipe.sim.air.wind import Wind
-from hairpipe.sim.settings import Air
 from hairpipe.units import (
     Ge,
     Gt,
@@ -16,6 +15,16 @@ from hairpipe.units import (
     MetresSquaredPerSecondSquared,
     PerSecond,
 )
+
+
+@dataclass(frozen=True)
+class Air:
+    """Still air.
+
+    drag  damping rate of the velocity
+    """
+
+    drag: Annotated[PerSecond, Interval(ge=0.0, le=1000.0)] = 3.0
 
 
 @dataclass(frozen=True)
@@ -99,7 +108,7 @@ class ParticleSettings:
     damping: Annotated[float, Ge(0.0)] = 0.2
     steps: Annotated[int, Interval(ge=1, le=100)] = 2
     gravity: Annotated[MetresPerSecondSquared, Gt(0.0), Interval(le=1000.0)] = 9.81
-    air: Air = Air(3.0)  # noqa: RUF009 (frozen)
+    air: Air = Air()
     fibre: Fibre = Fibre()
     contact: ParticleContact = ParticleContact()
     interaction: Interaction | None = None

@@ -13,8 +13,7 @@ from hairpipe.levelset.collider import Collider
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.levelset.parts.collider_parts import build_collider_parts
-from hairpipe.sim.air.breeze import Breeze
-from hairpipe.sim.axis import axis_of, following_masses
+from hairpipe.sim.air.breeze import Breeze, StillAir
 from hairpipe.sim.boundary import WORLD
 from hairpipe.sim.contact.body.body_contacts import BodyContacts
 from hairpipe.sim.contact.body.fold_preservation import turns_of
@@ -77,6 +76,8 @@ def surroundings_of(
     acting = list[Interaction]()
     if scene.wind is not None:
         acting.append(Breeze(scene.wind, hair.diameter, offsets, hair.widths))
+    elif not scene.air.drag.is_constant:
+        acting.append(StillAir(hair.masses * hair.values_of(scene.air.drag, "air.drag")[0]))
     if bodies:
         acting.append(_body_contacts(hair, model, bodies, scene))
     if scene.strain is not None:
@@ -118,13 +119,12 @@ def _volume_filter(hair: HairModel, volume: Volume) -> VolumeFilter:
     points = hair.groom.points
     offsets = hair.layout.offsets
     rest = 0.0
-    masses = hair.once("masses", lambda: following_masses(axis_of(hair.layout), hair.model.mass))
     reach = hair.once("reach", lambda: reach_of(points, offsets))
     if volume.pressure is not None:
         dense = volume.pressure.density
         cell = volume.cell
-        rest = dense or hair.once(("density", cell), lambda: rest_density(points, offsets, masses, cell))
-    return VolumeFilter(volume, offsets, masses, reach, rest)
+        rest = dense or hair.once(("density", cell), lambda: rest_density(points, offsets, hair.masses, cell))
+    return VolumeFilter(volume, offsets, hair.masses, reach, rest)
 
 
 def pairs_at_rest(
@@ -162,13 +162,14 @@ def check_scheme(model: StrandModel, scene: Scene) -> None:
 def integrator_of(scene: Scene) -> Integrator:
     """Build the integrator of a scene."""
     scheme = scene.scheme
+    in_interaction = scene.wind is not None or not scene.air.drag.is_constant
     rule = Rule(
         int(SpringForm[scheme.spring]),
         scheme.overdamping,
         scheme.guard,
         scheme.iterations,
         gravity_of(scene),
-        scene.air.drag if scene.wind is None else 0.0,  # the wind's own drag takes its place
+        0.0 if in_interaction else scene.air.drag.value,
     )
     kinds = _NINE_STEPS if scheme.value == "nine_steps" else _SCHEMES
     return kinds[scheme.velocity if scheme.value == "nine_steps" else scheme.value](rule)

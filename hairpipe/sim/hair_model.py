@@ -11,7 +11,9 @@ from hairpipe.data import Groom
 from hairpipe.data.lengths import segment_lengths
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import name_strands
-from hairpipe.groom.painting.variation import ReadImage
+from hairpipe.groom.painting.painted import Varied
+from hairpipe.groom.painting.variation import ReadImage, values_of
+from hairpipe.sim.axis import axis_of, following_masses
 from hairpipe.sim.layout import Layout, lay_out
 from hairpipe.sim.material import Material, VariedMaterial
 from hairpipe.sim.strands.construction import Construction
@@ -56,6 +58,19 @@ class HairModel:
         if key not in self._found:
             self._found[key] = find()
         return self._found[key]
+
+    @property
+    def masses(self) -> np.ndarray:
+        """Mass that moves with each point [kg], (P,)."""
+        return self.once("masses", lambda: following_masses(axis_of(self.layout), self.model.mass))
+
+    def values_of(self, setting: Varied, name: str) -> Any:
+        """Return a setting at points and on segments, as the function of this name; of a part, as the whole has it."""
+        if self.part_of is None:
+            return self.once((name, setting), lambda: values_of(setting, self.groom, name, self.read_image))
+        whole, numbers = self.part_of
+        values = whole.values_of(setting, name)
+        return values[:, numbers >= 0] if np.ndim(values) else values
 
 
 @dataclass(frozen=True, eq=False)

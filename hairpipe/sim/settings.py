@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
+from hairpipe.groom.painting.painted import Varied
 from hairpipe.sim.air.wind import Wind
 from hairpipe.sim.goal.strength import Goal
 from hairpipe.sim.material import VariedMaterial
@@ -23,6 +24,15 @@ from hairpipe.units import (
     SecondsSquaredPerMetreSquared,
 )
 
+RATES = Interval(ge=0.0, le=1000.0)
+
+
+@dataclass(frozen=True)
+class Drag(Varied):
+    __doc__ = Varied.__doc__
+    value: Annotated[PerSecond, RATES]
+    low: Annotated[PerSecond, RATES] = 0.0
+
 
 @dataclass(frozen=True)
 class Air:
@@ -31,7 +41,7 @@ class Air:
     drag  damping rate of the velocity; 15 to 20 for an isolated strand, less inside a groom, whose air moves with it
     """
 
-    drag: Annotated[PerSecond, Interval(ge=0.0, le=1000.0)] = 8.0
+    drag: Drag = Drag(8.0)
 
 
 @dataclass(frozen=True)

@@ -142,6 +142,7 @@ def start(hair: HairModel, driver: Driver, scene: Scene) -> HairState:
     `stand`, and if the model does not support the scheme.
     """
     check_scheme(hair.model, scene)
+    in_interaction = scene.wind is not None or not scene.air.drag.is_constant
     layout = hair.layout
     positions, velocities = place(driver, hair.groom, hair.rest, layout)
     gravity = gravity_of(scene).astype(layout.dtype)
@@ -160,8 +161,8 @@ def start(hair: HairModel, driver: Driver, scene: Scene) -> HairState:
     return HairState(
         positions,
         velocities,
-        pull - scene.air.drag * velocities,
-        np.full(layout.strands.shape, scene.wind is not None),  # nothing has felt the wind yet
+        pull - scene.air.drag.value * velocities,
+        np.full(layout.strands.shape, in_interaction),  # no acceleration contains it yet
         tensions,
         inverse_lengths,
         stuck=np.empty((0, 2), np.int32),

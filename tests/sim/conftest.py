@@ -7,7 +7,7 @@ from hairpipe.data import Groom, Mesh
 from hairpipe.groom.binding import root_frames
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Air, Scene, Scheme, StepControl, StrainLimit
+from hairpipe.sim.settings import Air, Drag, Scene, Scheme, StepControl, StrainLimit
 from hairpipe.sim.simulate import advance_frame, start, strands_of
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, -0.1]])
@@ -58,7 +58,9 @@ class Shot:
     ):
         self.hair = build_hair(groom_of(strands), material or Material(), model)
         self.body = plate()
-        self.scene = Scene(gravity, Air(drag), steps=StepControl(longest=step), strain=StrainLimit(), scheme=scheme)
+        self.scene = Scene(
+            gravity, Air(Drag(drag)), steps=StepControl(longest=step), strain=StrainLimit(), scheme=scheme
+        )
         self.state = start(self.hair, self.body, self.scene)
         self.frame = 1 / fps
 

@@ -11,7 +11,7 @@ from hairpipe.io.hdf5 import decode, encode
 from hairpipe.scripted_ends.ends import drive
 from hairpipe.scripted_ends.track import Track
 from hairpipe.sim.air.wind import Gusts, Shielding, Wind
-from hairpipe.sim.settings import Air, BodyContact, Collisions, Scene, Scheme, StepControl, Stiction, StrainLimit
+from hairpipe.sim.settings import Air, BodyContact, Collisions, Drag, Scene, Scheme, StepControl, Stiction, StrainLimit
 from hairpipe.sim.simulate import advance_frame, start
 
 
@@ -36,7 +36,7 @@ class Ball:
 
 
 EVERYTHING = Scene(
-    air=Air(2.0),
+    air=Air(Drag(2.0)),
     contact=BodyContact(folds=0.5),
     strain=StrainLimit(),
     steps=StepControl(longest=1 / 120),
@@ -96,7 +96,7 @@ def test_nothing_is_flung_about_by_any_scheme(tuft, value, solver):
 
 def test_absent_interactions_have_no_effect(tuft):
     """A body out of reach, and stiction and collisions of hair too far apart to meet."""
-    alone = tuft(2, Scene(air=Air(2.0), strain=StrainLimit(), steps=StepControl(longest=1 / 120)), bodies=())
+    alone = tuft(2, Scene(air=Air(Drag(2.0)), strain=StrainLimit(), steps=StepControl(longest=1 / 120)), bodies=())
     far = replace(EVERYTHING, stiction=Stiction(reach=1e-6, release=2e-6), collisions=Collisions(thickness=1.1e-6))
     met = tuft(2, replace(far, wind=None, contact=BodyContact(thickness=1e-6)), bodies=[Ball(0.0, 5.0)])
     for one, other in zip(met, alone, strict=True):

@@ -9,7 +9,7 @@ from hairpipe.graphs.experiments.peers.hanging import FRAME, Hanging, Peer, Stra
 from hairpipe.groom.strands import lay_strands, unbound
 from hairpipe.sim.hair_model import build_models
 from hairpipe.sim.precision import choose_precision
-from hairpipe.sim.settings import Air, HairSettings, StepControl
+from hairpipe.sim.settings import Air, Drag, HairSettings, StepControl
 from hairpipe.sim.shot import Frame
 from hairpipe.sim.simulate import next_state
 from hairpipe.sim.strands.registry import ModelName
@@ -50,7 +50,7 @@ class Ours:
         groom = unbound(np.stack([one.points] * strands), np.concatenate([one.root_frames] * strands))
         longest = StepControl(longest=FRAME / steps)
         self._settings = HairSettings(
-            model=model, material=scene.material, gravity=scene.gravity, air=Air(scene.drag), steps=longest
+            model=model, material=scene.material, gravity=scene.gravity, air=Air(Drag(scene.drag)), steps=longest
         )
         models = build_models(groom, scene.material, model, self._settings.construction)
         self._hair = choose_precision("automatic", models, self._settings, bodies=False)

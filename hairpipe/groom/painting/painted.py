@@ -75,6 +75,11 @@ class Varied(Painted):
     profile: Profile = ()
     groups: tuple[tuple[str, Factor], ...] = ()
 
+    @property
+    def is_constant(self) -> bool:
+        """Whether the setting is its value everywhere."""
+        return self == type(self)(self.value)
+
 
 @dataclass(frozen=True)
 class VariedWidth(Varied):

@@ -31,7 +31,7 @@ def values_of(setting: Varied | float, groom: Groom, name: str, read_image: Read
     """
     if not isinstance(setting, Varied):
         return setting
-    if setting == type(setting)(setting.value):
+    if setting.is_constant:
         return setting.value
     strands = np.repeat(np.arange(len(groom.ids)), np.diff(groom.offsets))
     along = fractions_along(groom.points, groom.offsets)

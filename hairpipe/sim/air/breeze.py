@@ -1,4 +1,4 @@
-"""Wind as an interaction: a force on every point of the hair, linear in its velocity."""
+"""Air as an interaction: a force on every point of the hair, linear in its velocity."""
 
 import numpy as np
 
@@ -54,3 +54,18 @@ class Breeze(Interaction):
         if shield is not None:
             weaken(shield, points, air)
         return air
+
+
+class StillAir(Interaction):
+    """Still air whose drag varies: its damping [kg/s] at every point, (P,), the rate times the mass that moves with it.
+
+    The stages themselves contain the drag of one rate everywhere, which costs nothing.
+    """
+
+    def __init__(self, damping: np.ndarray) -> None:
+        self.damping = damping
+
+    def linearise(self, at: Prediction, push: np.ndarray, damping: np.ndarray) -> None:
+        """Add the force -damping v, in place."""
+        for diagonal in (0, 3, 5):
+            damping[:, diagonal] += self.damping

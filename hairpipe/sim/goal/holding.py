@@ -6,8 +6,6 @@ import numpy as np
 
 from hairpipe.data import Pins
 from hairpipe.errors import BadInput
-from hairpipe.groom.painting.variation import values_of
-from hairpipe.sim.axis import axis_of, following_masses
 from hairpipe.sim.boundary import Driver, motion_of_roots
 from hairpipe.sim.goal.pull import GoalPull, Path, Springs
 from hairpipe.sim.goal.strength import Goal
@@ -30,13 +28,12 @@ def goals_of(
     """
     if goal is None and not pins:
         return []
-    masses = hair.once("masses", lambda: following_masses(axis_of(hair.layout), hair.model.mass))
     strands = np.repeat(np.arange(len(hair.groom.ids)), np.diff(hair.groom.offsets))
     found = []
     if goal is not None:
-        frequency = hair.once(goal, lambda: frequencies_of(goal, hair))
+        frequency = frequencies_of(goal, hair)
         points = np.flatnonzero(frequency > 0.0)
-        springs = _springs(points, masses, frequency[points], goal.damping)
+        springs = _springs(points, hair.masses, frequency[points], goal.damping)
         ends = (motion_of_roots(driver, hair.groom) for driver in drivers)
         path = Path(strands[points], hair.groom.points[points], *(m for end in ends for m in end), frame_dt)
         found.append(GoalPull(springs, path, strands))
@@ -45,7 +42,7 @@ def goals_of(
         points = after.points if hair.part_of is None else hair.part_of[1][after.points]
         kept = np.flatnonzero(points >= 0)
         points = points[kept]
-        springs = _springs(points, masses, np.full(len(points), after.frequency), after.damping)
+        springs = _springs(points, hair.masses, np.full(len(points), after.frequency), after.damping)
         moves = (_shift(values[kept]) for end in (before, after) for values in (end.positions, end.velocities))
         path = Path(np.arange(len(points)), np.zeros((len(points), 3)), *moves, frame_dt)
         found.append(GoalPull(springs, path, strands))
@@ -62,10 +59,7 @@ def check_pins(pins: Pins, hair: HairModel) -> None:
 
 def frequencies_of(goal: Goal, hair: HairModel) -> np.ndarray:
     """Return the frequency of the goal at every point of hair [Hz], (P,); BadInput as `values_of`."""
-    if hair.part_of is not None:
-        whole, numbers = hair.part_of
-        return whole.once(goal, lambda: frequencies_of(goal, whole))[numbers >= 0]
-    values = values_of(goal.frequency, hair.groom, "goal.frequency", hair.read_image)
+    values = hair.values_of(goal.frequency, "goal.frequency")
     return np.broadcast_to(values, (2, len(hair.groom.points)))[0]
 
 

@@ -25,7 +25,7 @@ PARTICLES = (2000, 500)
 """So many particles are simulated in place of at least as many strands."""
 PRESCRIBED = {"ends", "target"}
 """Sockets that strands have and particles do not."""
-SHARED = ("gravity", "air", "wind", "checkpoint")
+SHARED = ("gravity", "wind", "checkpoint")
 """Settings that a simulation of particles has in common with one of strands."""
 AROUND = ("body", "surface", "parts")
 """Sockets that both have."""
@@ -102,13 +102,12 @@ def deformed_by_particles(name: str, table: dict[str, Any], whole: str, part: Si
     """
     particles = f"{name}-particles"
     cloud = f"{name}-cloud"
-    given = table.get("material", {})
-    material = {key: of.get("value") if isinstance(of, dict) else of for key, of in given.items()}
-    material = {key: value for key, value in material.items() if value is not None}  # particles have one fibre
+    material = _numbers(table.get("material", {}))
     around = {socket: edge for socket, edge in table["in"].items() if socket in AROUND}
     fibre = {"fibre": {key: material[key] for key in ("diameter", "density") if key in material}}
     moved = {"type": "simulate_particles", "in": {"particles": particles} | around} | fibre
     moved |= {key: table[key] for key in SHARED if key in table}
+    moved |= {"air": _numbers(table["air"])} if "air" in table else {}
     moved |= {"sag_free": {}} if "sag_free" in table else {}
     moved |= {"interaction": {}} if any(group in table for group, _ in GROUPS) else {}
     friction = table.get("contact", {}).get("friction")
@@ -118,3 +117,9 @@ def deformed_by_particles(name: str, table: dict[str, Any], whole: str, part: Si
     deformed |= {"diameter": material["diameter"]} if "diameter" in material else {}
     sampled = {"type": "sample_particles", "in": {"groom": whole}, "particles": part.count} | fibre
     return {particles: sampled, cloud: moved, name: deformed}
+
+
+def _numbers(group: dict[str, Any]) -> dict[str, Any]:
+    """Return the settings of a group as numbers, without variation, which particles do not have; pure."""
+    numbers = {key: of.get("value") if isinstance(of, dict) else of for key, of in group.items()}
+    return {key: number for key, number in numbers.items() if number is not None}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Air, BodyContact, Scene, Scheme, StepControl
+from hairpipe.sim.settings import Air, BodyContact, Drag, Scene, Scheme, StepControl
 
 
 @dataclass
@@ -74,7 +74,7 @@ def test_hair_lies_on_a_slope_or_slides_however_often_there_is_a_frame(scene, st
     ways = []
     for fps in (24.0, 4.0):
         shot = scene([straight(0.1, 20, [1, 0, 0])], model="chain", fps=fps)
-        shot.scene = Scene(9.81, Air(8.0), BodyContact(0.5, 0.0), steps=StepControl(1 / 96))
+        shot.scene = Scene(9.81, Air(Drag(8.0)), BodyContact(0.5, 0.0), steps=StepControl(1 / 96))
         before = shot.axis
         shot.run(1.0, [Slope(before[0] - [0.0, 1e-6, 0.0], slope)])
         ways.append(np.linalg.norm(shot.axis[-1] - before[-1]))
@@ -86,7 +86,7 @@ def test_hair_lies_on_a_slope_or_slides_however_often_there_is_a_frame(scene, st
 
 def test_without_friction_hair_that_lies_still_slides_from_the_first_step_on(scene, straight):
     shot = scene([straight(0.1, 20, [1, 0, 0])], model="chain", fps=96.0)
-    shot.scene = Scene(9.81, Air(0.0), BodyContact(0.0, 0.0), steps=StepControl(1 / 96))
+    shot.scene = Scene(9.81, Air(Drag(0.0)), BodyContact(0.0, 0.0), steps=StepControl(1 / 96))
     shot.run(1 / 96, [Slope(shot.axis[0] - [0.0, 1e-6, 0.0], 0.6)])
     down = np.array([0.0, -0.6, 1.0]) / np.hypot(1.0, 0.6)
     tip = shot.hair.layout.axis(shot.state.velocities)[-1]
@@ -106,7 +106,7 @@ def test_without_friction_hair_that_lies_still_slides_from_the_first_step_on(sce
 def test_hair_and_what_it_lies_on_go_along_together(scene, straight, triangle, scheme):
     """At 1 m/s as at rest, whatever a frame begins with."""
     shot = scene([straight(0.1, 20, [1, 0, 0])], model="chain")
-    shot.scene = Scene(9.81, Air(0.0), BodyContact(0.5, 0.0), steps=StepControl(1 / 240), scheme=scheme)
+    shot.scene = Scene(9.81, Air(Drag(0.0)), BodyContact(0.5, 0.0), steps=StepControl(1 / 240), scheme=scheme)
     before, speed = shot.axis, np.array([1.0, 0.0, 0.0])
     shot.state.velocities[:] += speed[:, None]
     shot.body = triangle(velocities=np.tile(speed, (3, 1)))
@@ -118,7 +118,7 @@ def test_hair_and_what_it_lies_on_go_along_together(scene, straight, triangle, s
 
 def settled(shot, body, friction, seconds, thickness=1e-4):
     """Run hair on a body; give the tension of the edge at its root, the mean over the last tenth of the time [N]."""
-    shot.scene = Scene(9.81, Air(40.0), BodyContact(friction, thickness), steps=StepControl(1 / 480))
+    shot.scene = Scene(9.81, Air(Drag(40.0)), BodyContact(friction, thickness), steps=StepControl(1 / 480))
     tensions = []
     for _ in range(round(24 * seconds)):
         shot.run(1 / 24, [body])

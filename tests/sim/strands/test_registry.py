@@ -10,7 +10,7 @@ from hairpipe.kernels.simd import load
 from hairpipe.sim.hair_model import HairModels
 from hairpipe.sim.layout import Shape
 from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Air, Scene, Scheme
+from hairpipe.sim.settings import Air, Drag, Scene, Scheme
 from hairpipe.sim.simulate import advance_frame, start, strands_of
 from hairpipe.sim.strands.band import eliminate
 from hairpipe.sim.strands.fibres import fibres_of
@@ -66,7 +66,7 @@ def test_a_model_that_is_registered_hangs_by_its_own_springs(scene, straight, tr
     kind = register_model(ModelKind("beads", Beads, SHAPE, build_beads, forces, springs, constant))
     groom = scene([straight(0.05, 5, [0, -1, 0]), straight(0.08, 5, [0, -1, 0])]).hair.groom
     hair = HairModels(groom, fibres_of(groom, Material()), kind).in_precision("double")
-    rules = Scene(G, Air(drag=30.0), scheme=Scheme("backward_euler"))
+    rules = Scene(G, Air(Drag(30.0)), scheme=Scheme("backward_euler"))
     state = start(hair, triangle(), rules)
     for _ in range(48):
         state = advance_frame(hair, state, (triangle(), triangle()), (), 1 / 24, rules)

@@ -13,7 +13,7 @@ from hairpipe.graphs.experiments.studies.integrators.leading import groom_of
 from hairpipe.graphs.experiments.studies.integrators.trial import Strand
 from hairpipe.sim.hair_model import HairModel, build_hair
 from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Air, Scene, Scheme, StepControl
+from hairpipe.sim.settings import Air, Drag, Scene, Scheme, StepControl
 from hairpipe.sim.simulate import advance_frame, start
 
 FRAME = 1 / 24
@@ -70,7 +70,9 @@ def _cases() -> Iterator[Case]:
 
 def _try(case: Case, rate: int, seconds: float) -> tuple[float | str, ...]:
     """Simulate a swinging strand; return its row."""
-    scene = Scene(case.gravity, Air(DRAG), strain=None, steps=StepControl(1.0 / rate, np.inf, np.inf), scheme=Scheme())
+    scene = Scene(
+        case.gravity, Air(Drag(DRAG)), strain=None, steps=StepControl(1.0 / rate, np.inf, np.inf), scheme=Scheme()
+    )
     begun = (case.name, case.value, 1.0 / rate)
     try:
         hair = build_hair(groom_of([Strand("swing", case.length)], case.segments), case.material, "network")

@@ -12,7 +12,7 @@ from hairpipe.sim.boundary import ClampPath, clamp_at
 from hairpipe.sim.build import integrator_of
 from hairpipe.sim.filters.limit_strain import StrainFilter
 from hairpipe.sim.hair_model import HairModel, build_hair
-from hairpipe.sim.settings import Air, Scene, Scheme, StrainLimit
+from hairpipe.sim.settings import Air, Drag, Scene, Scheme, StrainLimit
 from hairpipe.sim.simulate import start
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.surroundings import Surroundings
@@ -46,7 +46,7 @@ def follow(trial: Trial, scheme: Scheme, strain: StrainLimit | None, step: float
     strands = trial.strands
     found: list[list[np.ndarray]] = []
     for drag, group in groupby(strands, lambda strand: MOTIONS[strand.motion].drag):
-        found.append(_follow(trial, list(group), Scene(air=Air(drag), strain=strain, scheme=scheme), step))
+        found.append(_follow(trial, list(group), Scene(air=Air(Drag(drag)), strain=strain, scheme=scheme), step))
     return Course(*(np.concatenate(parts, axis=1) for parts in zip(*found, strict=True)))
 
 

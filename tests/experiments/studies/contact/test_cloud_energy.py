@@ -12,10 +12,9 @@ from hairpipe.particles.interaction import exchange, find_pairs
 from hairpipe.particles.links import LinkRule, link
 from hairpipe.particles.model import Moving, inverse_masses
 from hairpipe.particles.sampling import sample
-from hairpipe.particles.settings import Interaction, ParticleSettings
+from hairpipe.particles.settings import Air, Interaction, ParticleSettings
 from hairpipe.particles.simulate import ParticleSimulation, prepare
 from hairpipe.particles.step import Forces, advance
-from hairpipe.sim.settings import Air
 from hairpipe.sim.shot import Frame, next_state
 
 SETTINGS = ParticleSettings(steps=1, interaction=Interaction())

@@ -14,7 +14,7 @@ from hairpipe.sim.contact.body.depenetration import PUSH_OUT, STRAIN, pushes, ri
 from hairpipe.sim.contact.body.implicit import DEEP, FREE, INSIDE, NEW, TOUCHES, ContactState
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Air, Scene, Scheme, StepControl, StrainLimit
+from hairpipe.sim.settings import Air, Drag, Scene, Scheme, StepControl, StrainLimit
 from hairpipe.sim.simulate import advance_frame, start
 
 RADII = np.array([0.72, 0.5, 0.4])
@@ -78,7 +78,7 @@ class Hull:
 def test_hair_with_roots_deep_in_a_still_body_comes_to_rest(sphere, scheme, scale, depth, seed):
     """Weightless, lest it fall: all that it has is what it was pushed with, and that is lost."""
     hull = Hull(sphere, scale, depth, seed, place=scale * np.array([0.3, -1.0, 2.0]))
-    scene = Scene(0.0, Air(8.0), steps=StepControl(longest=1 / 96), strain=StrainLimit(), scheme=Scheme(scheme))
+    scene = Scene(0.0, Air(Drag(8.0)), steps=StepControl(longest=1 / 96), strain=StrainLimit(), scheme=Scheme(scheme))
     speeds = [hull.speeds(state) for state in hull.run(scene, 24)]
     fastest, energies = [s.max() for s in speeds], [np.square(s).sum() for s in speeds]
     assert max(fastest) < 3.0 * PUSH_OUT

@@ -14,7 +14,7 @@ from hairpipe.groom.helix import Helix, wound
 from hairpipe.sim.cuts import move_over_cut
 from hairpipe.sim.hair_model import Precision, build_hair
 from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Air, Collisions, Scene, Scheme, StepControl, Stiction
+from hairpipe.sim.settings import Air, Collisions, Drag, Scene, Scheme, StepControl, Stiction
 from hairpipe.sim.shot import Frame
 from hairpipe.sim.simulate import advance_frame, next_state, start
 from hairpipe.sim.strands.rod.frames import TWIST
@@ -55,7 +55,7 @@ def test_one_solve_a_stage_is_as_good_as_many(rods, triangle):
     hair, ends = rods(curl(), curl(1.0), curl(2.0)), []
     for step, iterations in ((1 / 240, 1), (1 / 240, 4), (1 / 960, 4)):
         steps = replace(STEPS, longest=step)
-        scene = Scene(air=Air(0.1), steps=steps, scheme=Scheme(iterations=iterations))
+        scene = Scene(air=Air(Drag(0.1)), steps=steps, scheme=Scheme(iterations=iterations))
         state = run(hair, start(hair, triangle(), scene), triangle(), scene, 12)
         ends.append(hair.layout.axis(state.positions))
     assert np.abs(ends[0] - ends[1]).max() < 0.2 * np.abs(ends[1] - ends[2]).max()
@@ -145,7 +145,7 @@ def test_single_precision_follows_double(rods, triangle):
 def test_rods_lost_in_long_steps_are_solved_again_with_a_warning(rods, triangle, scheme, drag):
     steps = StepControl(longest=FRAME, travel=100.0, root=100.0)
     hair = rods(curl(), curl(1.0), curl(2.0), curl(3.0))
-    scene = Scene(air=Air(drag), steps=steps, scheme=Scheme(scheme))
+    scene = Scene(air=Air(Drag(drag)), steps=steps, scheme=Scheme(scheme))
     body, state, reported = triangle(), None, []
     for number in range(36):
         with warnings.catch_warnings(record=True) as caught:

@@ -1,0 +1,70 @@
+"""Drag of still air that differs from strand to strand and along strands, against theory and against plain numbers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hairpipe.sim.hair_model import build_hair
+from hairpipe.sim.material import Material
+from hairpipe.sim.settings import Air, Drag, Scheme
+from hairpipe.sim.simulate import start
+
+LIMP = Material(young=1e7, softening=1.0)
+SPEED = 0.5
+
+
+def dragged(shot, drag, factors, model):
+    """Give the strands of a shot a drag times a factor each, by a map."""
+    groom = replace(shot.hair.groom, maps={"air": np.array(factors)})
+    shot.hair = build_hair(groom, Material(), model)
+    shot.scene = replace(shot.scene, air=Air(Drag(drag, map="air")))
+    shot.state = start(shot.hair, shot.body, shot.scene)
+    return shot
+
+
+@pytest.mark.parametrize(
+    ("model", "scheme"),
+    [("rod", Scheme()), ("rod", Scheme("bdf2")), ("chain", Scheme("backward_euler")), ("network", Scheme("nine_steps"))],
+)
+def test_two_strands_of_different_drag_are_each_that_strand_alone(scene, straight, model, scheme):
+    line = straight(0.1, 10, [1, 0, 0])
+    both = dragged(scene([line, line], model=model, scheme=scheme), 30.0, (1.0, 0.1), model)
+    both = both.run(0.125).axis.reshape(2, -1, 3)
+    for found, rate in zip(both, (30.0, 3.0), strict=True):
+        alone = scene([line], drag=rate, model=model, scheme=scheme).run(0.125).axis
+        # A network has half of its mass between points, which this drag moves to them; other schemes begin otherwise.
+        most = {"rod": 5e-5, "chain": 1e-9, "network": 2e-4}[model]
+        np.testing.assert_allclose(found, alone, rtol=0, atol=most)
+    assert np.linalg.norm(both[0, -1] - both[1, -1]) > 5e-3
+
+
+def test_towed_hair_leans_by_the_drag_beyond_each_place(scene, straight, triangle):
+    """A limp hair behind a root at constant speed: its slope is V r / g, with the mean r of the rates beyond."""
+    shot = scene([straight(0.1, 20, [0, -1, 0])], LIMP, model="rod")
+    shot.scene = replace(shot.scene, air=Air(Drag(20.0, profile=((0.0, 0.0), (1.0, 1.0)))))
+    moved, still = [0.0], triangle().points
+
+    def on():
+        moved[0] += SPEED * shot.frame
+        return triangle(still + [moved[0], 0.0, 0.0], np.tile([SPEED, 0.0, 0.0], (3, 1)))
+
+    shot.body = triangle(still, np.tile([SPEED, 0.0, 0.0], (3, 1)))
+    shot.state = start(shot.hair, shot.body, shot.scene)
+    edges = np.diff(shot.run(4.0, body=on).axis, axis=0)
+    beyond = 0.5 * (1.0 + (np.arange(20) + 0.5) / 20)  # the mean of a rate that grows linearly to the tip
+    found = -edges[4:-1, 0] / -edges[4:-1, 1]
+    np.testing.assert_allclose(found, (SPEED * 20.0 * beyond / 9.81)[4:-1], rtol=0.02)
+
+
+def test_small_swings_decay_by_half_of_their_rates(scene, straight):
+    """Drag damps every mode of hair alike, by exp(-r t / 2): so much larger is the swing of a strand without drag."""
+    shot = dragged(scene([straight(0.1, 10, [0, -1, 0])] * 3, model="rod"), 2.0, (0.0, 0.5, 1.0), "rod")
+    rates, (rest,) = np.array([0.0, 1.0, 2.0]), np.unique(shot.axis[::11, 0])
+    velocities = shot.state.velocities.copy()
+    velocities[:, 0] += 0.02 * (shot.axis[0, 1] - shot.state.positions[:, 1]).clip(0.0) / 0.1
+    shot.state = replace(shot.state, velocities=velocities)
+    tips = np.array([shot.run(1 / 24).axis[10::11, 0] - rest for _ in range(36)])
+    grown = tips * np.exp(0.5 * rates * np.arange(1, 37)[:, None] / 24)
+    most = np.abs(tips[:, 0]).max()
+    assert np.abs(grown - grown[:, :1]).max() < 0.1 * most < 0.3 * np.abs(tips - tips[:, :1]).max()
