@@ -1,6 +1,8 @@
 """Objects of a scene: bodies, surroundings, the integrator."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -8,6 +10,7 @@ from hairpipe.data import LevelSet
 from hairpipe.data.hair import HairState
 from hairpipe.data.parts import BodyParts
 from hairpipe.errors import BadInput
+from hairpipe.groom.painting.painted import Varied
 from hairpipe.groom.strand_arrays import thicknesses
 from hairpipe.levelset.collider import Collider
 from hairpipe.levelset.collider_field import build_collider_field
@@ -39,6 +42,7 @@ from hairpipe.spatial.pairs import key_of, renumbered
 from hairpipe.spatial.proximity import near_pairs
 from hairpipe.volume.strand_samples import reach_of
 
+V = TypeVar("V", bound=Varied)
 _SCHEMES = {"tr_bdf2": TrBdf2, "bdf2": Bdf2, "backward_euler": BackwardEuler}
 _NINE_STEPS = {"trapezoid": Trapezoid, "full_step": FullStep}
 
@@ -83,10 +87,7 @@ def surroundings_of(
     if scene.strain is not None:
         acting.append(StrainFilter(model, scene.strain.tolerance))
     if scene.stiction is not None or scene.collisions is not None:
-        stuck = Connections(state.stuck, state.stuck_at)
-        at_rest = pairs_at_rest(hair, scene.stiction, scene.collisions)
-        widths = np.ones(offsets[-1]) if hair.widths is None else hair.widths
-        acting.append(HairContacts(offsets, scene.stiction, scene.collisions, stuck, at_rest, widths, scale))
+        acting.append(_hair_contacts(hair, state, scene.stiction, scene.collisions, scale))
     if scene.volume is not None:
         acting.append(_volume_filter(hair, scene.volume))
     return Surroundings(model, hair.layout, [*acting, *own_interactions(scene)], began, origin, scale.speed)
@@ -108,10 +109,37 @@ def _body_contacts(hair: HairModel, model: StrandModel, bodies: Sequence[Collide
 def hair_scale(scene: Scene) -> Scale:
     """Return the scale of contact between strands, by the distance at which they touch, or else stick."""
     if scene.collisions is not None:
-        return scale_of(scene.collisions.thickness, Collisions().thickness, scene.gravity)
+        return scale_of(scene.collisions.thickness.value, Collisions().thickness.value, scene.gravity)
     if scene.stiction is not None:
         return scale_of(scene.stiction.reach, Stiction().reach, scene.gravity)
     return USUAL
+
+
+def _hair_contacts(
+    hair: HairModel, state: HairState, stiction: Stiction | None, collisions: Collisions | None, scale: Scale
+) -> HairContacts:
+    """Make what hair does to hair pair by pair: of a setting that varies its largest value, and factors of segments."""
+    at_rest = pairs_at_rest(hair, stiction, collisions)
+    single = np.ones(hair.layout.offsets[-1])
+    grips = thick = single
+    if stiction is not None:
+        force, factors = _factored(stiction.force, hair, "stiction.force")
+        stiction, grips = replace(stiction, force=force), np.sqrt(factors)
+    if collisions is not None:
+        thickness, thick = _factored(collisions.thickness, hair, "collisions.thickness")
+        collisions = replace(collisions, thickness=thickness)
+    stuck = Connections(state.stuck, state.stuck_at)
+    widths = single if hair.widths is None else hair.widths
+    return HairContacts(hair.layout.offsets, stiction, collisions, stuck, at_rest, widths, grips, thick, scale)
+
+
+def _factored(setting: V, hair: HairModel, name: str) -> tuple[V, np.ndarray]:
+    """Return the largest value of a setting on segments, as a setting, and the factors of segments on it, (P,)."""
+    values = hair.values_of(setting, name)
+    if np.ndim(values) == 0:
+        return setting, np.ones(hair.layout.offsets[-1])
+    largest = float(values[1].max())
+    return type(setting)(largest), values[1] / (largest or 1.0)
 
 
 def _volume_filter(hair: HairModel, volume: Volume) -> VolumeFilter:
@@ -141,8 +169,9 @@ def pairs_at_rest(
         reach = stiction.reach
         sticking = hair.once(("stiction", reach), lambda: same_hair_keys(points, offsets, reach))
     if collisions is not None:
-        far = REST * collisions.thickness
-        colliding = hair.once(("collisions", far), lambda: key_of(near_pairs(points, offsets, far).segments))
+        thickness, thick = _factored(collisions.thickness, hair, "collisions.thickness")
+        near = points, offsets, REST * thickness.value, None, thick
+        colliding = hair.once(("at rest", collisions.thickness), lambda: key_of(near_pairs(*near).segments))
     return sticking, colliding
 
 

@@ -61,29 +61,46 @@ class BodyContact:
     folds: Fraction | None = None
 
 
+FORCES = Interval(ge=0.0, le=1.0)
+
+
+@dataclass(frozen=True)
+class Force(Varied):
+    __doc__ = Varied.__doc__
+    value: Annotated[Newtons, FORCES]
+    low: Annotated[Newtons, FORCES] = 0.0
+
+
 @dataclass(frozen=True)
 class Stiction:
     """Connections between close strands until they are pulled apart: Sec. 5.2, in physical terms.
 
     reach    distance at which segments connect, and rest length of the connection
     release  distance at which a connection breaks
-    force    force of a connection at release
+    force    force of a connection at release; of two segments of different forces their geometric mean
     closest  maximum number of connections of a segment
     damping  damping of a connection, as a fraction of critical damping
     """
 
     reach: Annotated[Metres, Interval(gt=1e-6, le=0.05)] = 5e-4
     release: Annotated[Metres, Interval(gt=1e-6, le=0.1)] = 1.5e-3
-    force: Annotated[Newtons, Interval(ge=0.0, le=1.0)] = 2e-5
+    force: Force = Force(2e-5)
     closest: Annotated[int, Interval(ge=1, le=16)] = 5
     damping: Annotated[float, Ge(0.0)] = 0.5
+
+
+@dataclass(frozen=True)
+class Thickness(Varied):
+    __doc__ = Varied.__doc__
+    value: Annotated[Metres, Interval(ge=1e-6, le=0.02)]
+    low: Annotated[Metres, Interval(ge=0.0, le=0.02)] = 0.0
 
 
 @dataclass(frozen=True)
 class Collisions:
     """Repulsion between strands, without penetration.
 
-    thickness  distance kept between the axes of two strands
+    thickness  distance kept between the axes of two strands; of two segments of different thickness their mean
     friction   Coulomb friction coefficient between strands
     stiffness  contact stiffness of two strands; a lower one is faster, but yields under tens of strands
     solver     contact solver: coupled (one system with the strands, needed for stacks), or sweep (published impulses
@@ -92,7 +109,7 @@ class Collisions:
     attempts   maximum number of passes per step to resolve crossings
     """
 
-    thickness: Annotated[Metres, Interval(gt=1e-6, le=0.02)] = 3e-4
+    thickness: Thickness = Thickness(3e-4)
     friction: Annotated[float, Ge(0.0)] = 0.3
     stiffness: Annotated[NewtonsPerMetre, Interval(gt=0.0, le=1e4)] = 0.1
     solver: Literal["coupled", "sweep"] = "coupled"

@@ -9,17 +9,25 @@ from hairpipe.spatial.segment_tree import build_tree, find_frame
 from hairpipe.spatial.segments import all_segments, refuse_lost
 
 
-def near_pairs(points: np.ndarray, offsets: np.ndarray, reach: float, ignored: np.ndarray | None = None) -> Pairs:
+def near_pairs(
+    points: np.ndarray,
+    offsets: np.ndarray,
+    reach: float,
+    ignored: np.ndarray | None = None,
+    widths: np.ndarray | None = None,
+) -> Pairs:
     """List every pair of segments, of one strand too, that share no point and are within reach [m]; pure.
 
     points   [m], (P, 3) float64
     offsets  strand s owns points offsets[s] : offsets[s + 1], (S + 1,) int32
     ignored  sorted keys of pairs to leave out, see `key_of`, (k,) int64
+    widths   of segments: two of widths a and b may be (a + b) / 2 of the reach apart, (P,); None: 1
 
     Raises LostPoints where a position is not finite.
     """
-    pairs = pairs_about(points, offsets, reach, ignored)
-    return chosen(pairs, pairs.distances <= reach)
+    pairs = pairs_about(points, offsets, reach, ignored, widths)
+    wide = 1.0 if widths is None else widths[pairs.segments].mean(axis=1)
+    return chosen(pairs, pairs.distances <= reach * wide)
 
 
 def pairs_about(

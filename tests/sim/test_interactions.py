@@ -11,7 +11,18 @@ from hairpipe.io.hdf5 import decode, encode
 from hairpipe.scripted_ends.ends import drive
 from hairpipe.scripted_ends.track import Track
 from hairpipe.sim.air.wind import Gusts, Shielding, Wind
-from hairpipe.sim.settings import Air, BodyContact, Collisions, Drag, Scene, Scheme, StepControl, Stiction, StrainLimit
+from hairpipe.sim.settings import (
+    Air,
+    BodyContact,
+    Collisions,
+    Drag,
+    Scene,
+    Scheme,
+    StepControl,
+    Stiction,
+    StrainLimit,
+    Thickness,
+)
 from hairpipe.sim.simulate import advance_frame, start
 
 
@@ -41,7 +52,7 @@ EVERYTHING = Scene(
     strain=StrainLimit(),
     steps=StepControl(longest=1 / 120),
     stiction=Stiction(reach=1e-3, release=3e-3),
-    collisions=Collisions(thickness=8e-4),
+    collisions=Collisions(Thickness(8e-4)),
     wind=Wind((-2.0, 0.0, 0.0), gusts=Gusts(), shielding=Shielding()),
 )
 
@@ -88,7 +99,7 @@ def test_a_run_that_is_resumed_gives_the_same_bytes(tuft, tmp_path):
 @pytest.mark.parametrize("value", ["tr_bdf2", "bdf2", "backward_euler", "nine_steps"])
 @pytest.mark.parametrize("solver", ["coupled", "sweep"])
 def test_nothing_is_flung_about_by_any_scheme(tuft, value, solver):
-    how = replace(EVERYTHING, scheme=Scheme(value=value), collisions=Collisions(thickness=8e-4, solver=solver))
+    how = replace(EVERYTHING, scheme=Scheme(value=value), collisions=Collisions(Thickness(8e-4), solver=solver))
     last = tuft(6, how)[-1]
     assert np.isfinite(last.positions).all() and np.isfinite(last.velocities).all()
     assert np.abs(last.velocities).max() < 20.0
@@ -97,7 +108,7 @@ def test_nothing_is_flung_about_by_any_scheme(tuft, value, solver):
 def test_absent_interactions_have_no_effect(tuft):
     """A body out of reach, and stiction and collisions of hair too far apart to meet."""
     alone = tuft(2, Scene(air=Air(Drag(2.0)), strain=StrainLimit(), steps=StepControl(longest=1 / 120)), bodies=())
-    far = replace(EVERYTHING, stiction=Stiction(reach=1e-6, release=2e-6), collisions=Collisions(thickness=1.1e-6))
+    far = replace(EVERYTHING, stiction=Stiction(reach=1e-6, release=2e-6), collisions=Collisions(Thickness(1.1e-6)))
     met = tuft(2, replace(far, wind=None, contact=BodyContact(thickness=1e-6)), bodies=[Ball(0.0, 5.0)])
     for one, other in zip(met, alone, strict=True):
         np.testing.assert_allclose(one.positions, other.positions, atol=1e-9)

@@ -37,7 +37,10 @@ def measure_stack(
     iterations  iterations in the first table: sweeps over all pairs, or steps of conjugate gradients
     seconds     duration of the run, for stacks to come to rest
     """
+    from hairpipe.errors import BadInput
     from hairpipe.graphs.experiments.studies.contact.stack import landing_table, standing_table
 
+    if not collisions.thickness.is_constant:
+        raise BadInput("all rods have one thickness", where="collisions.thickness", right="a number")
     landing = landing_table(collisions, step, layers, iterations)
     return Stack(landing, standing_table(collisions, step, layers, sweeps, seconds))

@@ -68,7 +68,7 @@ def find_contacts(
     normals, loads, thickness = (np.empty((len(pairs.segments), *shape)) for shape in ((3,), (), ()))
     widths = np.ones(len(points)) if widths is None else widths
     viscosity = collisions.stiffness * RELAXATION * scale.time
-    law = collisions.thickness, collisions.stiffness, viscosity
+    law = collisions.thickness.value, collisions.stiffness, viscosity
     _find(normals, loads, thickness, pairs, points, velocities, law, widths)
     return Contacts(pairs.segments, pairs.fractions, normals, loads, thickness)
 

@@ -25,7 +25,12 @@ def dragged(shot, drag, factors, model):
 
 @pytest.mark.parametrize(
     ("model", "scheme"),
-    [("rod", Scheme()), ("rod", Scheme("bdf2")), ("chain", Scheme("backward_euler")), ("network", Scheme("nine_steps"))],
+    [
+        ("rod", Scheme()),
+        ("rod", Scheme("bdf2")),
+        ("chain", Scheme("backward_euler")),
+        ("network", Scheme("nine_steps")),
+    ],
 )
 def test_two_strands_of_different_drag_are_each_that_strand_alone(scene, straight, model, scheme):
     line = straight(0.1, 10, [1, 0, 0])
@@ -47,7 +52,7 @@ def test_towed_hair_leans_by_the_drag_beyond_each_place(scene, straight, triangl
 
     def on():
         moved[0] += SPEED * shot.frame
-        return triangle(still + [moved[0], 0.0, 0.0], np.tile([SPEED, 0.0, 0.0], (3, 1)))
+        return triangle(still + np.array([moved[0], 0.0, 0.0]), np.tile([SPEED, 0.0, 0.0], (3, 1)))
 
     shot.body = triangle(still, np.tile([SPEED, 0.0, 0.0], (3, 1)))
     shot.state = start(shot.hair, shot.body, shot.scene)

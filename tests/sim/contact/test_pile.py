@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.sim.settings import Collisions
+from hairpipe.sim.settings import Collisions, Thickness
 from hairpipe.spatial.proximity import near_pairs
 
 LAW = Collisions()
@@ -49,7 +49,7 @@ def test_crossing_hairs_rest_with_the_coupled_solver_and_not_with_the_published_
     over, under = along * [0.045, 0.0, 0.0], [0.03, -2e-3, -0.02] + along * [0.0, 0.0, 0.03]
     for solver in ("coupled", "sweep"):
         shot = scene([over, under], step=1 / 48, drag=0.5)
-        shot.scene = replace(shot.scene, collisions=Collisions(thickness=1e-3, friction=0.0, solver=solver))
+        shot.scene = replace(shot.scene, collisions=Collisions(Thickness(1e-3), friction=0.0, solver=solver))
         end[solver] = np.abs(shot.run(2.0).state.velocities).max()
     assert end["coupled"] < 0.01 and end["sweep"] > 5.0 * end["coupled"]
 
@@ -62,6 +62,6 @@ def test_pile_comes_to_rest(pile, step):
         fastest.append(np.abs(shot.state.velocities).max())
     assert max(fastest) < 1.0 and max(fastest[-3:]) < 0.3
     heights = heights_over(shot)
-    assert len(heights) > 30 and (heights > 0.5 * LAW.thickness).all()
-    near = near_pairs(shot.axis, shot.hair.layout.offsets, LAW.thickness)
-    assert len(near.distances) > 5 and near.distances.min() > 0.5 * LAW.thickness
+    assert len(heights) > 30 and (heights > 0.5 * LAW.thickness.value).all()
+    near = near_pairs(shot.axis, shot.hair.layout.offsets, LAW.thickness.value)
+    assert len(near.distances) > 5 and near.distances.min() > 0.5 * LAW.thickness.value

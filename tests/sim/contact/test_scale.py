@@ -11,7 +11,7 @@ from hairpipe.sim.build import bodies_of
 from hairpipe.sim.contact.scale import USUAL, scale_of
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Air, BodyContact, Collisions, Scene, StepControl, Stiction
+from hairpipe.sim.settings import Air, BodyContact, Collisions, Drag, Force, Scene, StepControl, Stiction, Thickness
 from hairpipe.sim.simulate import advance_frame, start, strands_of
 
 from ..conftest import groom_of
@@ -32,11 +32,13 @@ def shoot(
     solid = build_box((0.03 * size, 0.02 * size, 0.05 * size), (0.05 * size, 0.0, 0.0))
     box = bake(solid, 0.004 * size, 4.0)
     scene = Scene(
-        air=Air(8.0 / time),
+        air=Air(Drag(8.0 / time)),
         contact=BodyContact(thickness=thickness * size),
         steps=StepControl(longest=time / 240, root=0.01 * size, travel=0.02 * size),
-        collisions=Collisions(thickness=0.4e-3 * size, stiffness=0.1 * size**2 * dense),
-        stiction=Stiction(reach=0.5e-3 * size, release=1.5e-3 * size, force=2e-5 * size**3 * dense) if stick else None,
+        collisions=Collisions(Thickness(0.4e-3 * size), stiffness=0.1 * size**2 * dense),
+        stiction=Stiction(reach=0.5e-3 * size, release=1.5e-3 * size, force=Force(2e-5 * size**3 * dense))
+        if stick
+        else None,
     )
     usual = Material()
     wide, stiff = usual.diameter * size, usual.young * size * dense

@@ -10,7 +10,7 @@ from hairpipe.data import Ends
 from hairpipe.sim.hair_model import build_hair, build_models
 from hairpipe.sim.integrators.lost import moved_rigidly
 from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Collisions, Scene, Scheme, StepControl, StrainLimit
+from hairpipe.sim.settings import Collisions, Scene, Scheme, StepControl, StrainLimit, Thickness
 from hairpipe.sim.shot import Frame
 from hairpipe.sim.simulate import next_state, start
 
@@ -61,7 +61,7 @@ def stretch_of(hair, state):
 def test_a_soft_heavy_rod_laid_over_another_folds_and_continues(scene, shape, step, stiffness, strain):
     """Its weight folds it over by nearly 180 degrees, where curvature has no bound."""
     hair = build_hair(scene(laid_over(*shape)).hair.groom, SOFT, "rod")
-    shot = Scene(steps=StepControl(step), collisions=Collisions(5e-3, stiffness=stiffness), strain=strain)
+    shot = Scene(steps=StepControl(step), collisions=Collisions(Thickness(5e-3), stiffness=stiffness), strain=strain)
     driver, state, reported = ends_of(hair.groom), None, []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.sim.settings import Collisions, Scheme, StepControl, Stiction
+from hairpipe.sim.settings import Collisions, Scheme, StepControl, Stiction, Thickness
 from hairpipe.sim.strands.lattice import CLAMPED
 
 
@@ -39,7 +39,7 @@ def test_lost_strands_move_with_their_head(scene, straight, triangle, touching, 
     for speed in (np.zeros(3), np.array([0.0, 0.0, 2.0])):
         s = scene(tuft, fps=96.0)
         limits = {"steps": StepControl(longest=1 / 96, travel=1.0, root=1.0), "strain": None}
-        hair = {"stiction": Stiction(1e-3, 3e-3), "collisions": Collisions(3e-4)} if touching else {}
+        hair = {"stiction": Stiction(1e-3, 3e-3), "collisions": Collisions(Thickness(3e-4))} if touching else {}
         s.scene = replace(s.scene, **limits, **hair)
         x, v = s.state.positions, s.state.velocities
         x[CLAMPED:, :, 1] = x[2, :, 1] + stretched * (x[CLAMPED:, :, 1] - x[2, :, 1])

@@ -39,7 +39,7 @@ class Pile:
 
     def contacts(self, law: Collisions) -> Contacts:
         """Find what touches or may touch in a step."""
-        pairs = near_pairs(self.points, self.offsets, REACH * law.thickness)
+        pairs = near_pairs(self.points, self.offsets, REACH * law.thickness.value)
         return find_contacts(pairs, self.points, self.velocities, law)
 
 
@@ -55,7 +55,7 @@ def pile_up(heights: np.ndarray) -> Pile:
 def resting(layers: int, law: Collisions) -> np.ndarray:
     """Heights [m] at which springs carry what lies above: every contact half a rod of each layer, (layers+1,)."""
     loads = MASS * GRAVITY * np.arange(layers, 0, -1)
-    return np.concatenate([[0.0], np.cumsum(law.thickness - loads / law.stiffness)])
+    return np.concatenate([[0.0], np.cumsum(law.thickness.value - loads / law.stiffness)])
 
 
 def opening(contacts: Contacts, velocities: np.ndarray) -> np.ndarray:
@@ -66,7 +66,7 @@ def opening(contacts: Contacts, velocities: np.ndarray) -> np.ndarray:
 
 def sweep_over(pile: Pile, law: Collisions, dt: float, *, elastic: bool) -> None:
     """Change velocities by `law.sweeps` over all pairs, in place."""
-    pairs = near_pairs(pile.points, pile.offsets, REACH * law.thickness)
+    pairs = near_pairs(pile.points, pile.offsets, REACH * law.thickness.value)
     sweep(pairs, pile.points, pile.velocities, pile.masses, law, dt, elastic=elastic)
 
 

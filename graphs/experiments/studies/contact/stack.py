@@ -56,7 +56,7 @@ def standing_table(law: Collisions, dt: float, layers: Sequence[int], sweeps: Se
     rows = []
     for count in layers:
         for name, rule in [(f"{n} sweeps", replace(law, sweeps=n)) for n in sweeps] + [("coupled", law)]:
-            pile = pile_up(np.arange(count + 1) * (law.thickness + DROP))
+            pile = pile_up(np.arange(count + 1) * (law.thickness.value + DROP))
             for _ in range(round(seconds / dt)):
                 (fall_coupled if name == "coupled" else fall_swept)(pile, rule, dt)
             height = max(pile.points[-4:, 1].mean(), 0.0)

@@ -24,6 +24,7 @@ from hairpipe.sim.contact.ccd.broad_phase import Candidates
 from hairpipe.sim.contact.ccd.crossings import Crossings, crossings
 from hairpipe.sim.contact.contact_points import apply, between, impulse, inverse_mass
 from hairpipe.sim.settings import Collisions
+from hairpipe.spatial.pairs import mean_width
 
 _SWEEPS = 8
 _LEAST = 0.01
@@ -52,6 +53,7 @@ def collide(
     dt: float,
     collisions: Collisions,
     ignored: np.ndarray | None = None,
+    widths: np.ndarray | None = None,
 ) -> Outcome:
     """Find the changes that prevent hair from crossing hair in a step; pure.
 
@@ -60,8 +62,11 @@ def collide(
     offsets        offsets of the strands, (strands+1,) int32
     dt             step [s]
     ignored        sorted keys of pairs allowed to cross
+    widths         of segments in thicknesses of the settings, (points,); None: 1
     """
-    candidates = Candidates(before, after, offsets, _LOOK * collisions.thickness, ignored)
+    thickness = collisions.thickness.value
+    widths = np.ones(len(before)) if widths is None else widths
+    candidates = Candidates(before, after, offsets, _LOOK * thickness, ignored)
     met = crossings(before, after, candidates.pairs)
     found = len(met.times)
     together = met
@@ -72,7 +77,7 @@ def collide(
         if not len(met.times):
             break
         together = _in_time(met) if attempt == 0 else _in_time(together, met)
-        passages = _passages(before, after, masses, together, collisions.thickness, dt)
+        passages = _passages(before, after, masses, together, thickness, widths, dt)
         _solve(change, passages, masses, together.segments, together.fractions, collisions.friction)
         _end(after, previous, change, dt, ends, struck)
         candidates.renew(ends)
@@ -99,7 +104,7 @@ def _end(after, previous, change, dt, ends, struck):
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _passages(before, after, masses, met, thickness, dt):
+def _passages(before, after, masses, met, thickness, widths, dt):
     """Return every crossing without impulses: n, u [m/s], target n.u [m/s], mass of the pair [kg] or 0, (n, 8)."""
     segments, fractions, normals = met.segments, met.fractions, met.normals
     passages = np.empty((len(segments), 8))
@@ -109,7 +114,8 @@ def _passages(before, after, masses, met, thickness, dt):
         begun, ended = between(before, segments, fractions, i), between(after, segments, fractions, i)
         gap = dot(n, begun)
         u = scaled(1.0 / dt, minus(ended, begun))
-        end = min(max(gap, _LEAST * thickness), thickness)
+        kept = thickness * mean_width(widths, segments, i)
+        end = min(max(gap, _LEAST * kept), kept)
         for c in range(3):
             passages[i, c], passages[i, 3 + c] = n[c], u[c]
         passages[i, 6] = (end - gap) / dt

@@ -33,6 +33,8 @@ class HairContacts(Interaction):
     connections  present connections
     at_rest      keys of pairs close in the groom: those that do not stick, and those that do not collide
     widths       widths of segments: two of widths a and b have (a + b) / 2 times the distances of single hairs, (P,)
+    grips        square roots of the forces of stiction of segments over that of the settings, (P,)
+    thick        thicknesses of segments over that of the settings, (P,); two segments collide at their mean
     scale        factors on times and speeds of contact
     """
 
@@ -43,23 +45,30 @@ class HairContacts(Interaction):
     connections: Connections
     at_rest: tuple[np.ndarray, np.ndarray]
     widths: np.ndarray
+    grips: np.ndarray
+    thick: np.ndarray
     scale: Scale = USUAL
     _crossed: float = field(default=0.0, init=False)
     _reach: float = field(init=False)
+    _near: np.ndarray = field(init=False)
+    _apart: np.ndarray = field(init=False)
     _never: np.ndarray = field(init=False)
     _ignored: np.ndarray = field(init=False)
     _contacts: Contacts | None = field(default=None, init=False)
     _places: Joined = field(init=False)
 
     def __post_init__(self) -> None:
-        sought: list[tuple[float, np.ndarray]] = []
+        self._apart = self.widths * self.thick
+        sought: list[tuple[float, np.ndarray, np.ndarray]] = []
         if self.stiction is not None:
-            sought.append((self.stiction.reach, self.at_rest[0]))
+            sought.append((self.stiction.reach, self.widths, self.at_rest[0]))
         if self._coupled is not None:
-            sought.append((REACH * self._coupled.thickness, self.at_rest[1]))
+            sought.append((REACH * self._coupled.thickness.value, self._apart, self.at_rest[1]))
         # One search finds both: what is within the longer reach, and not left out by either.
-        self._reach = max((reach for reach, _ in sought), default=0.0)
-        self._never = reduce(intersection, [keys for _, keys in sought]) if sought else np.empty(0, np.int64)
+        self._reach = max((reach for reach, *_ in sought), default=0.0)
+        near = [widths * (reach / self._reach) for reach, widths, _ in sought]
+        self._near = reduce(np.maximum, near, np.zeros_like(self.widths))
+        self._never = reduce(intersection, [keys for *_, keys in sought]) if sought else np.empty(0, np.int64)
 
     def begin(self, start: Start) -> None:
         """Update connections and find contacts at the start of a step."""
@@ -70,7 +79,7 @@ class HairContacts(Interaction):
         if self.collisions is not None:
             self._ignored = union(self.at_rest[1], key_of(self.connections.segments))
         if self._coupled is not None:
-            self._contacts = find_contacts(pairs, points, velocities, self._coupled, self.widths, self.scale)
+            self._contacts = find_contacts(pairs, points, velocities, self._coupled, self._apart, self.scale)
         self._places = join(self.connections, *([] if self._contacts is None else [self._contacts]))
         if self._contacts is not None:
             # Not the same twice: it is what most memory goes into.
@@ -86,16 +95,18 @@ class HairContacts(Interaction):
         stuck = key_of(self.connections.segments)
         known = union(self._never, stuck)
         fresh = empty_pairs()
-        near = pairs_about(points, self.offsets, self._reach, known, self.widths)
+        near = pairs_about(points, self.offsets, self._reach, known, self._near)
         if self.stiction is not None:
             may = within(near, count, self.stiction.reach, self.at_rest[0], self.widths)
+            if not self.grips.all():  # What does not stick takes no place among the closest.
+                may &= self.grips[near.segments].all(axis=1)
             most = self.stiction.closest
             fresh = closest_pairs(points, near, may, most, room(self.connections, count, most))
             self.connections = connect(self.connections, fresh)
         if self._coupled is None:
             return empty_pairs()
         aside = union(self.at_rest[1], key_of(fresh.segments))
-        return approaches(near, within(near, count, REACH * self._coupled.thickness, aside, self.widths))
+        return approaches(near, within(near, count, REACH * self._coupled.thickness.value, aside, self._apart))
 
     @property
     def places(self) -> Joined:
@@ -106,7 +117,8 @@ class HairContacts(Interaction):
         """Linearise what strands do to each other at a prediction, in place."""
         stuck = len(self.connections.segments)
         if self.stiction is not None:
-            linearise_connections(self.connections, at, self.stiction, part_of(couplings, 0, stuck), self.widths)
+            own = part_of(couplings, 0, stuck)
+            linearise_connections(self.connections, at, self.stiction, own, self.widths, self.grips)
         if self._contacts is not None and self._coupled is not None:
             rest = part_of(couplings, stuck, len(couplings.acts))
             linearise_contacts(self._contacts, at, self._coupled, rest, self.scale)
@@ -120,7 +132,8 @@ class HairContacts(Interaction):
         """Bring back hair that passed through hair in a step, in place."""
         if self.collisions is not None:
             before, after = end.points_before, end.points
-            outcome = collide(before, after, end.masses, self.offsets, end.dt, self.collisions, self._ignored)
+            rules = self.collisions, self._ignored, self.thick
+            outcome = collide(before, after, end.masses, self.offsets, end.dt, *rules)
             self._crossed = outcome.found / (len(before) - len(self.offsets) + 1)
             if outcome.found:
                 end.move(outcome.change, end.dt)
@@ -133,7 +146,7 @@ class HairContacts(Interaction):
 
     def stiffness_bound(self, masses: np.ndarray) -> float:
         """Bound what stiction adds to the square of the highest frequency [1/s^2]."""
-        return 0.0 if self.stiction is None else stiffest(self.connections, masses, self.stiction)
+        return 0.0 if self.stiction is None else stiffest(self.connections, masses, self.stiction, self.grips)
 
     def remember(self, state: HairState) -> HairState:
         """Return the state with the connections that there are; pure."""
@@ -154,6 +167,7 @@ class HairContacts(Interaction):
         if self.collisions is not None and self.sweeps:
             points, velocities = end.points, end.velocities
             slowed = velocities.copy()
-            pairs = near_pairs(points, self.offsets, REACH * self.collisions.thickness, self._ignored)
-            sweep(pairs, points, slowed, end.masses, self.collisions, end.dt, elastic=elastic)
+            reach = REACH * self.collisions.thickness.value
+            pairs = near_pairs(points, self.offsets, reach, self._ignored, self.thick)
+            sweep(pairs, points, slowed, end.masses, self.collisions, end.dt, self.thick, elastic=elastic)
             end.push(slowed - velocities)

@@ -37,6 +37,7 @@ def sweep(
     masses: np.ndarray,
     collisions: Collisions,
     dt: float,
+    widths: np.ndarray | None = None,
     *,
     elastic: bool,
 ) -> None:
@@ -45,18 +46,19 @@ def sweep(
     points      [m], velocities [m/s], (points, 3)
     masses      inf for held points [kg], (points,)
     dt          step [s]
+    widths      of segments in thicknesses of the settings, (points,); None: 1
     elastic     whether overlaps are also reduced
     """
-    normals = find_contacts(pairs, points, velocities, collisions).normals
-    rule = (collisions.thickness, collisions.friction, collisions.stiffness, dt)
-    _sweep(velocities, pairs, normals, masses, rule, collisions.sweeps, elastic)
+    contacts = find_contacts(pairs, points, velocities, collisions, widths)
+    rule = (collisions.friction, collisions.stiffness, dt)
+    _sweep(velocities, pairs, contacts, masses, rule, collisions.sweeps, elastic)
 
 
 @njit(cache=True, error_model="numpy")
-def _sweep(v, pairs, normals, masses, rule, sweeps, elastic):
+def _sweep(v, pairs, contacts, masses, rule, sweeps, elastic):
     """One pair after the other: each sees what those before it did."""
-    thickness, friction, stiffness, dt = rule
-    segments, fractions = pairs.segments, pairs.fractions
+    friction, stiffness, dt = rule
+    segments, fractions, normals = pairs.segments, pairs.fractions, contacts.normals
     for turn in range(sweeps + elastic):
         for i in range(len(segments)):  # In the order of the pairs, on one thread: the result depends on it.
             s, t = fractions[i]
@@ -64,7 +66,7 @@ def _sweep(v, pairs, normals, masses, rule, sweeps, elastic):
             if w == 0.0 or not (0.0 < s < 1.0 and 0.0 < t < 1.0):
                 continue
             n = (normals[i, 0], normals[i, 1], normals[i, 2])
-            room = pairs.distances[i] - thickness  # Those of the beginning: sweeps change velocities only.
+            room = pairs.distances[i] - contacts.thickness[i]  # Those of the beginning: sweeps change velocities only.
             u = between(v, segments, fractions, i)
             un = dot(n, u)
             if turn < sweeps:

@@ -15,6 +15,9 @@ step: its stiffness becomes that of a spring with the same work over the whole d
 reach)^2, and c is multiplied by (release - reach) / (l - reach). Otherwise its force would grow with the step,
 and stop the separation of hair.
 
+The force of a connection is the geometric mean of the forces of its two segments, as the adhesion of unlike surfaces
+is that of the adhesions of each to its like (Girifalco and Good 1957): hair without force sticks to nothing.
+
 We differ from the authors' code, which has a modulus without a unit, is explicit, and limits the connections of only
 one of the two segments.
 """
@@ -61,7 +64,7 @@ def stiffness_of(stiction: Stiction) -> float:
             where="stiction.release",
             right="more than stiction.reach",
         )
-    return stiction.force / (stiction.release - stiction.reach)
+    return stiction.force.value / (stiction.release - stiction.reach)
 
 
 def release(
@@ -107,21 +110,27 @@ def ages_of(before: np.ndarray, places: np.ndarray, ages: np.ndarray, now: np.nd
 
 
 def linearise(
-    connections: Connections, at: Prediction, stiction: Stiction, out: Couplings, widths: np.ndarray | None = None
+    connections: Connections,
+    at: Prediction,
+    stiction: Stiction,
+    out: Couplings,
+    widths: np.ndarray | None = None,
+    grips: np.ndarray | None = None,
 ) -> None:
     """Linearise the forces of connections at a prediction, in place: sets all of out except segments and fractions.
 
     widths  widths of segments, (points,): reach and release of two of widths a and b are (a + b) / 2 times those of
             single hairs; None: 1
+    grips   square roots of the forces of segments over that of the settings, (points,); None: 1
 
     Connections of non-finite strands, or between two inactive strands, do not act.
     """
     law = (stiffness_of(stiction), stiction.reach, stiction.release, stiction.damping)
-    _linearise(out, connections, at, law, _or_single(widths, len(at.points)))
+    _linearise(out, connections, at, law, *(_or_single(each, len(at.points)) for each in (widths, grips)))
 
 
-def _or_single(widths: np.ndarray | None, points: int) -> np.ndarray:
-    return np.ones(points) if widths is None else widths
+def _or_single(factors: np.ndarray | None, points: int) -> np.ndarray:
+    return np.ones(points) if factors is None else factors
 
 
 def same_hair_keys(points: np.ndarray, offsets: np.ndarray, reach: float) -> np.ndarray:
@@ -135,16 +144,19 @@ def same_hair_keys(points: np.ndarray, offsets: np.ndarray, reach: float) -> np.
     return key_of(segments[strands[:, 0] == strands[:, 1]])
 
 
-def stiffest(connections: Connections, masses: np.ndarray, stiction: Stiction) -> float:
+def stiffest(
+    connections: Connections, masses: np.ndarray, stiction: Stiction, grips: np.ndarray | None = None
+) -> float:
     """Bound the share of connections in the squared highest frequency: max_p sum_i 4 k |w_i| / m_p [1/s^2].
 
-    masses  masses of the points, inf if held [kg], (points,)
+    masses  masses of the points, inf if held [kg], (points,); grips  as of `linearise`
 
     The sum runs over the connections at a point, like that over springs in `step_size.py`, to which it is added.
     """
     segments, fractions = connections
-    weights = np.bincount(segments.ravel(), 1.0 - fractions.ravel(), len(masses))
-    weights += np.bincount(segments.ravel() + 1, fractions.ravel(), len(masses))
+    share = np.repeat(_or_single(grips, len(masses))[segments].prod(axis=1), 2)
+    weights = np.bincount(segments.ravel(), share * (1.0 - fractions.ravel()), len(masses))
+    weights += np.bincount(segments.ravel() + 1, share * fractions.ravel(), len(masses))
     return 4.0 * stiffness_of(stiction) * float((weights / masses).max(initial=0.0))
 
 
@@ -166,7 +178,7 @@ def _insert(keys, others, segments, fractions, all_segments, all_fractions):
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _linearise(out, connections, at, law, widths):
+def _linearise(out, connections, at, law, widths, grips):
     single, reach, far, fraction = law
     points, velocities, masses, weights, span = at.points, at.velocities, at.masses, at.weights, at.span
     segments, fractions = connections.segments, connections.fractions
@@ -183,7 +195,7 @@ def _linearise(out, connections, at, law, widths):
             wide = mean_width(widths, segments, i)
             longer = length - wide * reach
             slack = wide * (far - reach)
-            stiffness = single / wide
+            stiffness = single * (grips[segments[i, 0]] * grips[segments[i, 1]]) / wide
             # Beyond release it breaks within the step: a weaker spring that does the same work until then.
             present = min(slack / max(longer, slack), 1.0)
             k = stiffness * present * present

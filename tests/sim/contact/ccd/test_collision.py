@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from hairpipe.sim.contact.ccd.collision import collide
-from hairpipe.sim.settings import Collisions
+from hairpipe.sim.settings import Collisions, Thickness
 
-LAW = Collisions(thickness=3e-4, friction=0.3, attempts=10)
+LAW = Collisions(Thickness(3e-4), friction=0.3, attempts=10)
 DT = 1 / 30
 
 
@@ -75,7 +75,7 @@ def test_two_hairs_at_ten_metres_per_second_do_not_pass(cross):
     velocities = np.outer([1, 1, 0, 0], [0.0, -10.0, 0.0])
     after, speeds, outcome = collided(before, velocities)
     assert (outcome.found, outcome.left) == (1, 0) and outcome.change.any(axis=1).all()
-    assert after[0, 1] - after[2, 1] == pytest.approx(LAW.thickness)
+    assert after[0, 1] - after[2, 1] == pytest.approx(LAW.thickness.value)
     np.testing.assert_allclose(speeds - velocities, (after - before) / DT - velocities, atol=1e-12)
 
 
@@ -145,7 +145,7 @@ def test_hair_that_is_already_tangled_stays_in_bounds(rods):
     before, velocities = thrown(200, 0.01, 0.01, 1.0, 9)
     fastest = np.abs(velocities).max()
     for _ in range(5):
-        before, velocities, _ = collided(before, velocities, law=Collisions(thickness=3e-4))
+        before, velocities, _ = collided(before, velocities, law=Collisions(Thickness(3e-4)))
         assert np.isfinite(before).all() and np.abs(velocities).max() < 3 * fastest
 
 

@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hairpipe.sim.contact.hair.impulses import sweep
-from hairpipe.sim.settings import Collisions
+from hairpipe.sim.settings import Collisions, Thickness
 
-LAW = Collisions(thickness=3e-4, friction=0.3, stiffness=0.5, sweeps=3)
+LAW = Collisions(Thickness(3e-4), friction=0.3, stiffness=0.5, sweeps=3)
 DT = 1 / 240
 
 
@@ -17,7 +17,7 @@ def heap(rods):
     throw, segments, within = rods
     points, velocities = throw(80, 0.01, 0.008, 0.1, 5)
     masses = np.random.default_rng(1).uniform(1e-8, 9e-8, len(points))
-    return points, velocities, masses, within(points, segments(80), 1.1 * LAW.thickness)
+    return points, velocities, masses, within(points, segments(80), 1.1 * LAW.thickness.value)
 
 
 def swept(heap, law=LAW, elastic=True):
@@ -38,7 +38,7 @@ def test_momentum_is_kept(heap):
 def test_angular_momentum_is_kept_but_for_the_lever_of_friction(heap):
     """Normal impulses act along the line between the two points; friction does so from one to the other of them."""
     points, velocities, masses, _ = heap
-    after = swept(heap, Collisions(thickness=3e-4, friction=0.0))
+    after = swept(heap, Collisions(Thickness(3e-4), friction=0.0))
     change = masses[:, None] * (after - velocities)
     assert (
         np.linalg.norm(np.cross(points, change).sum(0)) < 1e-10 * np.linalg.norm(np.cross(points, change), axis=1).sum()
@@ -75,7 +75,7 @@ def test_the_spring_undoes_a_tenth_of_the_overlap_or_what_it_can(cross):
     points, pairs = cross(2e-4)
     still = np.zeros((4, 3))
     for stiffness in (1e-4, 10.0):
-        law = Collisions(thickness=3e-4, stiffness=stiffness)
+        law = Collisions(Thickness(3e-4), stiffness=stiffness)
         after = swept((points, still, np.full(4, 4e-8), pairs), law)
         apart = (after[0] + after[1] - after[2] - after[3])[1] / 2
         assert apart == pytest.approx(min(0.1e-4 / DT, DT * stiffness * 1e-4 / 4e-8))

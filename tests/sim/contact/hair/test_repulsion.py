@@ -9,9 +9,9 @@ from hairpipe.sim.contact.contact_points import find_contacts
 from hairpipe.sim.contact.hair.couplings import Couplings, matrices
 from hairpipe.sim.contact.hair.repulsion import linearise
 from hairpipe.sim.interactions import Prediction
-from hairpipe.sim.settings import Collisions
+from hairpipe.sim.settings import Collisions, Thickness
 
-LAW = Collisions(thickness=3e-4, friction=0.3, stiffness=0.5)
+LAW = Collisions(Thickness(3e-4), friction=0.3, stiffness=0.5)
 H = 1e-3
 MASS = 4e-8
 
@@ -37,7 +37,7 @@ def heap(rods):
     """Sixty rods that overlap, their pairs, and velocities."""
     throw, segments, within = rods
     points, velocities = throw(60, 0.01, 0.008, 0.05, 3)
-    return points, velocities, within(points, segments(60), 2 * LAW.thickness)
+    return points, velocities, within(points, segments(60), 2 * LAW.thickness.value)
 
 
 def test_force_is_minus_the_gradient_of_the_energy(heap, rods, jacobian_of):
@@ -45,8 +45,8 @@ def test_force_is_minus_the_gradient_of_the_energy(heap, rods, jacobian_of):
     _, segments, within = rods
 
     def energy(x):
-        gaps = within(x, segments(60), LAW.thickness).distances
-        return 0.5 * LAW.stiffness * ((LAW.thickness - gaps) ** 2).sum()
+        gaps = within(x, segments(60), LAW.thickness.value).distances
+        return 0.5 * LAW.stiffness * ((LAW.thickness.value - gaps) ** 2).sum()
 
     couplings = couplings_of(pairs, points, np.zeros_like(points))
     force = jacobian_of(pairs, len(points)).T @ couplings.push.ravel() / H
@@ -55,7 +55,7 @@ def test_force_is_minus_the_gradient_of_the_energy(heap, rods, jacobian_of):
         step = 1e-8 * rng.normal(size=points.shape)
         slope = energy(points + step) - energy(points - step)
         np.testing.assert_allclose(slope, -2 * (force @ step.ravel()), rtol=2e-3, atol=1e-16)
-    assert (pairs.distances < LAW.thickness).sum() > 20
+    assert (pairs.distances < LAW.thickness.value).sum() > 20
 
 
 def test_matrix_is_that_of_the_push(cross):
@@ -76,7 +76,7 @@ def test_nothing_acts_beyond_the_thickness_and_nothing_pulls(heap):
     couplings = couplings_of(pairs, points, 30 * velocities)
     contacts = find_contacts(pairs, points, velocities, LAW)
     acting = couplings.acts
-    assert (~acting[pairs.distances >= LAW.thickness]).all() and acting.sum() > 5
+    assert (~acting[pairs.distances >= LAW.thickness.value]).all() and acting.sum() > 5
     assert not couplings.push[~acting].any()
     assert ((couplings.push * contacts.normals).sum(1)[acting] > 0).all()
 

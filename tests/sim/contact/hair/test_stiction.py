@@ -26,7 +26,7 @@ from hairpipe.spatial.pairs import key_of
 from hairpipe.spatial.proximity import near_pairs
 
 STICTION = Stiction()
-STIFFNESS = STICTION.force / (STICTION.release - STICTION.reach)
+STIFFNESS = STICTION.force.value / (STICTION.release - STICTION.reach)
 
 
 def parallel_strands(gap, count=2, points=4):
@@ -160,7 +160,7 @@ def test_force_ends_at_the_release_distance():
         pulls.append(pushes[0, 0] if len(pushes) else 0.0)
     held = extensions < STICTION.release + 1e-9
     np.testing.assert_allclose(np.array(pulls)[held], STIFFNESS * (extensions[held] - STICTION.reach), rtol=1e-9)
-    np.testing.assert_allclose(pulls[np.flatnonzero(held)[-1]], STICTION.force)
+    np.testing.assert_allclose(pulls[np.flatnonzero(held)[-1]], STICTION.force.value)
     assert not np.array(pulls)[~held].any()
 
 
