@@ -124,7 +124,7 @@ def varied(shot, factors, material=None, **touching):
 def crossing(x, y=0.03, count=25):
     """A hair that falls across another one, from a place along x."""
     along = np.linspace(0.0, 1.0, count)[:, None]
-    return [[x, 0.0, 0.0] + along * [0.045, 0, 0], [x + y, -2.5e-3, -0.02] + along * [0, 0, 0.03]]
+    return [[x, 0.0, 0.0] + along * [0.045, 0, 0], [x + y, -2.0e-3, -0.02] + along * [0, 0, 0.03]]
 
 
 def lowest_gap(shot):
