@@ -56,10 +56,16 @@ class Strands:
     points      [m], (p, 3) float64: single precision has an error of 0.03 mm a kilometre from the origin
     velocities  [m/s], (p, 3) float32
     offsets     strand s owns points offsets[s]:offsets[s+1], (S+1,) int32
-    diameter    of every strand [m]
+    diameter    of strands, their mean where they vary [m]
+    widths      diameters at all points where they vary, (p,) float32 [m]
     """
 
     points: np.ndarray
     velocities: np.ndarray
     offsets: np.ndarray
     diameter: float
+    widths: np.ndarray | None = None
+
+    def widths_at_points(self) -> np.ndarray:
+        """Return the diameters at all points [m], (p,) float32."""
+        return np.full(len(self.points), self.diameter, np.float32) if self.widths is None else self.widths

@@ -35,7 +35,10 @@ class GroomShot:
         return {name: np.flatnonzero(mask) for name, mask in masks.items() if mask.any()}
 
     def widths(self, rows: np.ndarray) -> np.ndarray:
-        """Return the diameters of hair at some points, (p,) [m]."""
+        """Return diameters at some points, (p,) [m]: of the hair where they vary, else of the groom, if it has any."""
+        first = None if not self.hair else self.hair[next(iter(self.hair))]
+        if first is not None and (first.widths is not None or self.groom.widths is None):
+            return first.widths_at_points()[rows]
         return np.full(len(rows), DIAMETER) if self.groom.widths is None else self.groom.widths[rows]
 
     def rows(self, strands: np.ndarray) -> np.ndarray:

@@ -13,9 +13,12 @@ from hairpipe.spatial.isosurface import extract_surface
 MOST_SAMPLES = 4_000_000
 """Largest number of samples of a drawn level set; a larger one is drawn from every second sample, or third."""
 
+WIDTHS = 63
+"""Steps of the width of hair, up to its widest."""
+
 
 def strands_document(hair: Strands | Groom, most: int) -> Packed:
-    """Describe strands: places to half a quantisation step, speed to 1/255 of the fastest; pure.
+    """Describe strands: places to half a quantisation step, speed to 1/255 of the fastest, widths that vary; pure.
 
     most  maximum number of strands, chosen evenly from all; `total` is their number
     """
@@ -30,6 +33,9 @@ def strands_document(hair: Strands | Groom, most: int) -> Packed:
         arrays["uv"] = hair.root_uv[shown].astype(np.float32).view(np.uint32)
     meta: dict[str, Any] = {"total": count, "diameter": getattr(hair, "diameter", 0.0), **box}
     if isinstance(hair, Strands):
+        if hair.widths is not None:
+            meta["diameter"] = widest = float(hair.widths.max(initial=1e-9))
+            arrays["widths"] = np.rint(hair.widths[kept] * (WIDTHS / widest)).astype(np.uint8)
         speeds = np.linalg.norm(hair.velocities[kept].astype(float), axis=1)
         meta["fastest"] = fastest = float(speeds.max(initial=0.0))
         steps = np.rint(speeds * (255.0 / fastest if fastest else 0.0)).astype(np.int64)

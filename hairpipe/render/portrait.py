@@ -78,6 +78,7 @@ def expose_portrait(
     framing = frame_hair(points, hair.offsets)
     camera = place_camera(shot, framing)
     width = thickness * drawn_width(hair, framing, camera, shot.grain)
+    widths = width * relative_widths(hair)
     shadows = cast_shadows(hair, body, framing, studio(camera.axes), width, shadow)
     film = np.zeros((camera.height, camera.width, 3), np.float32)
     fine = len(points) <= FINE
@@ -92,7 +93,7 @@ def expose_portrait(
         layer[surface.rows, surface.columns] = shade_skin(surface, skin, camera.eye, shadows)
         outline = outlines(surface.depth, camera.focal)
         bare = layer[outline]
-        curves = lay_curves(camera.project(places), hair.offsets, width * camera.focal, surface.depth)
+        curves = lay_curves(camera.project(places), hair.offsets, widths * camera.focal, surface.depth)
         fresh = np.flatnonzero(lit_sites(curves, fine) & ~known)
         colours[fresh] = shade(points, hair.offsets, fresh, colour, camera.eye, shadows)
         known[fresh] = True
@@ -126,6 +127,11 @@ def drawn_width(hair: Strands, framing: Framing, camera: Camera, grain: int) -> 
     full = FULLNESS * framing.radius / (len(hair.offsets) - 1)
     pixel = grain * float(np.linalg.norm(camera.eye - framing.target)) / camera.focal
     return max(hair.diameter, min(full, WIDEST * pixel))
+
+
+def relative_widths(hair: Strands) -> np.ndarray | float:
+    """Return the widths of points over their mean, (p,), or 1 where they do not vary."""
+    return 1.0 if hair.widths is None else hair.widths / np.float64(hair.diameter)
 
 
 def casters(points: np.ndarray, offsets: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray, float]:

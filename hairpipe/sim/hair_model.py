@@ -34,6 +34,7 @@ class HairModel:
 
     rest      particles of the groom in the world [m], (rows, 3, W) float64
     diameter  mean diameter of hairs [m]
+    diameters  diameters at points where they vary, (P,) float32 [m]
     widths    square root of the number of hairs that a segment represents, (P,): contact distances are scaled by it,
               wind shielding by its square; None: 1
     part_of   the model of all strands of which these are a subset, and the index here of each of its points, -1:
@@ -51,6 +52,7 @@ class HairModel:
     part_of: "tuple[HairModel, np.ndarray] | None" = None
     in_double: "Callable[[], HairModel] | None" = None
     read_image: ReadImage | None = None
+    diameters: np.ndarray | None = None
     _found: dict[Hashable, Any] = field(default_factory=dict, init=False)
 
     def once(self, key: Hashable, find: Callable[[], T]) -> T:
@@ -94,10 +96,8 @@ class HairModels:
             layout = lay_out(self.groom.offsets, self.kind.shape, DTYPES[precision])
             model, rest = self.kind.build(layout, self.groom, self.fibres, self.construction)
             finer = partial(self.in_precision, "double") if precision == "single" else None
-            built = HairModel(
-                self.groom, layout, model, rest, self.fibres.diameter, in_double=finer, read_image=self.read_image
-            )
-            self._built[precision] = built
+            more = {"in_double": finer, "read_image": self.read_image, "diameters": self.fibres.widths}
+            self._built[precision] = HairModel(self.groom, layout, model, rest, self.fibres.diameter, **more)
         return self._built[precision]
 
     @cached_property

@@ -245,7 +245,7 @@ def strands_of(hair: HairModel, state: HairState) -> Strands:
     if not (np.isfinite(points).all() and np.isfinite(velocities).all()):
         finite = np.isfinite(points).all(1) & np.isfinite(velocities).all(1)
         raise _lost(hair, np.flatnonzero(~finite))
-    return Strands(points, velocities.astype(np.float32), hair.layout.offsets, hair.diameter)
+    return Strands(points, velocities.astype(np.float32), hair.layout.offsets, hair.diameter, hair.diameters)
 
 
 def _too_many(hair: HairModel, scene: Scene, many: TooManySteps) -> ArithmeticError:

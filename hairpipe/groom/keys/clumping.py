@@ -6,6 +6,8 @@ at a share a of the length, from the share b on, with x_g the nearest of the key
 Segments have the directions of those between the y, and their original lengths. Velocities are the exact derivative.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numba import njit, prange
 
@@ -25,7 +27,7 @@ def clumped(hair: Strands, keys: Strands, followed: KeyWeights, pull: float, beg
     points = hair.points.copy()
     velocities = hair.velocities.copy()
     _clump(followed, (keys.points, keys.velocities, keys.offsets), hair.offsets, (pull, begin), points, velocities)
-    return Strands(points, velocities, hair.offsets, hair.diameter)
+    return replace(hair, points=points, velocities=velocities)
 
 
 @njit(cache=True, parallel=True, error_model="numpy")

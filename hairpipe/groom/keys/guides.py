@@ -78,7 +78,10 @@ class Both(Mapping[int, Strands]):
         second = self.guides[frame] if self.guides is not None else some_of(first, self.strands)
         counts = np.concatenate([np.diff(first.offsets), np.diff(second.offsets)])
         arrays = (np.concatenate([getattr(s, name) for s in (first, second)]) for name in ("points", "velocities"))
-        return Strands(*arrays, offsets_of(counts), first.diameter)
+        widths = None
+        if first.widths is not None or second.widths is not None:
+            widths = np.concatenate([first.widths_at_points(), second.widths_at_points()])
+        return Strands(*arrays, offsets_of(counts), first.diameter, widths)
 
     def __iter__(self) -> Iterator[int]:
         """List the frames."""
@@ -93,4 +96,6 @@ def some_of(hair: Strands, strands: np.ndarray | None) -> Strands:
     """Return some strands, (K,), of hair; pure."""
     strands = np.arange(len(hair.offsets) - 1) if strands is None else strands
     rows = points_of_strands(strands, hair.offsets)
-    return Strands(hair.points[rows], hair.velocities[rows], offsets_of(np.diff(hair.offsets)[strands]), hair.diameter)
+    widths = None if hair.widths is None else hair.widths[rows]
+    counts = np.diff(hair.offsets)[strands]
+    return Strands(hair.points[rows], hair.velocities[rows], offsets_of(counts), hair.diameter, widths)

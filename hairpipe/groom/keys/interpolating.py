@@ -24,7 +24,7 @@ _TINY = 1e-12  # of a segment; a way that is shorter has no direction
 def interpolated(
     hair: Strands, keys: Groom, groom: Groom, followed: KeyWeights, roots: tuple[np.ndarray, np.ndarray]
 ) -> Strands:
-    """Return all hairs of a groom at a frame, with the keys unchanged; pure.
+    """Return all hairs of a groom at a frame, with the keys unchanged, and as wide as these; pure.
 
     hair   hair of the keys at the frame
     roots  rigid motions of the roots of the groom, x -> R x + t, and their time derivatives, (S, 3, 4) float64
@@ -33,9 +33,13 @@ def interpolated(
     turns = turns_since(keys.points, hair, motions[followed.homes], rates[followed.homes])
     points = np.empty_like(groom.points)
     velocities = np.empty((len(groom.points), 3), np.float32)
+    widths = None
+    if hair.widths is not None:
+        widths = np.empty(len(points), np.float32)
+        _mix_widths(followed, keys.offsets, hair.widths, groom.offsets, widths)
     now = hair.points, hair.velocities
     _interpolate(followed, turns, now, groom.points, groom.offsets, roots, points, velocities)
-    return Strands(points, velocities, groom.offsets, hair.diameter)
+    return Strands(points, velocities, groom.offsets, hair.diameter, widths)
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
@@ -68,6 +72,25 @@ def _interpolate(
             x, v = go_on(x, v, length(T), way, speed)
             put(points, begin + k + 1, x)
             put(velocities, begin + k + 1, v)
+
+
+@njit(cache=True, parallel=True)
+def _mix_widths(followed, firsts, theirs, offsets, widths) -> None:  # noqa: ANN001
+    """Write the mean of the widths of its keys, at equal shares of their points, to every point of all hairs."""
+    for s in prange(len(offsets) - 1):
+        own, segments = followed.own[s], max(offsets[s + 1] - offsets[s] - 1, 1)
+        for k in range(offsets[s + 1] - offsets[s]):
+            total, whole = 0.0, 0.0
+            for j in range(FOLLOWED):
+                g = own if own >= 0 else followed.keys[s, j]
+                weight = 1.0 if own >= 0 else followed.weights[s, j]
+                if weight > 0.0:
+                    count = firsts[g + 1] - firsts[g] - 1
+                    below = min(k * count // segments, count - 1)  # In whole numbers: equal counts meet point to point.
+                    a, rest = theirs[firsts[g] + below : firsts[g] + below + 2], k * count / segments - below
+                    total += weight * (a[0] + rest * (a[1] - a[0]))
+                    whole += weight
+            widths[offsets[s] + k] = total / whole
 
 
 @inlined

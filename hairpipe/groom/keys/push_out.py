@@ -10,6 +10,7 @@ unchanged.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numba import njit, prange
@@ -62,7 +63,7 @@ def pushed_out(
         counts = np.diff(hair.offsets)[strands]
         begins = np.cumsum(counts) - counts
         looked = np.arange(counts.sum()) + np.repeat(hair.offsets[strands] - begins, counts)
-    return Strands(points, velocities, hair.offsets, hair.diameter)
+    return replace(hair, points=points, velocities=velocities)
 
 
 def probed(bodies: Sequence[Collider], points: np.ndarray, reach: np.ndarray) -> SdfSample:

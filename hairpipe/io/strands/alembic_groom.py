@@ -141,6 +141,8 @@ class Curves:
         for name, values in numbers.items():
             if values is not None:
                 self._parameter("Int32", name, array("IntArray", values[strands]), uniform)
+        for name, values in groom.maps.items():
+            self._parameter("Float", name, array("FloatArray", values[strands]), uniform)
         if groom.groups is not None and groom.group_names:
             names = labels_of(groom.groups, groom.group_names)[strands]
             self._parameter("String", "groom_group_name", texts(names.tolist()), uniform)

@@ -146,8 +146,9 @@ def _first_frame(shot: Shot) -> Frame:
 
 def _load(shot: Shot, frame: int) -> Frame:
     hair = shot.hair[frame]
-    if shot.groom is not None and shot.groom.widths is not None:
-        hair = replace(hair, diameter=float(shot.groom.widths.max()))  # that extents have room for
+    widths = shot.groom.widths if hair.widths is None and shot.groom is not None else hair.widths
+    if widths is not None:
+        hair = replace(hair, widths=widths, diameter=float(widths.max()))  # that extents have room for
     locks = None if shot.states is None else locks_of(shot.states[frame], shot.groom, len(hair.offsets) - 1)
     return Frame(hair, None if shot.body is None else shot.body[frame], locks)
 

@@ -36,7 +36,7 @@ def author_hair(
     """
     counts = np.diff(strands.offsets)
     author_curves(prim, counts, basis)
-    prim.CreateWidthsAttr(Vt.FloatArray(len(strands.points), strands.diameter))
+    prim.CreateWidthsAttr(Vt.FloatArray.FromNumpy(np.ascontiguousarray(strands.widths_at_points(), np.float32)))
     prim.SetWidthsInterpolation(TOKENS.vertex)
     if groom is None:
         _primvar(prim, "hairId", TYPES.IntArray, TOKENS.uniform, integers(np.arange(len(counts))))
@@ -67,8 +67,6 @@ def _author_groom(prim: UsdGeom.BasisCurves, strands: Strands, groom: Groom) -> 
         _primvar(prim, coordinates, TYPES.TexCoord2fArray, TOKENS.uniform, pairs(np.float32(groom.root_uv)))
     _primvar(prim, "skinprim", TYPES.IntArray, TOKENS.uniform, integers(groom.root_triangles))
     _primvar(prim, "skinprimuv", TYPES.Float2Array, TOKENS.uniform, pairs(in_triangle))
-    if groom.widths is not None:
-        prim.GetWidthsAttr().Set(Vt.FloatArray.FromNumpy(np.ascontiguousarray(groom.widths, np.float32)))
 
 
 def author_body(prim: UsdGeom.Mesh, mesh: Mesh) -> None:

@@ -80,7 +80,7 @@ class Scene {
     const shown = lengths.length, many = found.meta.total / Math.max(shown, 1);
     const padded = new Float32Array(3 * (count + 3));
     padded.set(places, 3);
-    const ends = new Uint8Array(count + 2);
+    const ends = new Uint8Array(count + 2).map((_, k) => 4 * (found.arrays.widths?.[k] ?? 63)); // above the two marks
     let point = 0;
     for (const length of lengths) {
       ends[point] |= 1;

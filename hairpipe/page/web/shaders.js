@@ -16,7 +16,7 @@ void main() {
   vec3 place = here + t * (m0 + t * (c + t * d)), along = normalize(m0 + t * (2.0 * c + 3.0 * t * d));
   vec4 at = view * vec4(place, 1.0), next = view * vec4(place + 0.001 * along, 1.0);
   vec2 way = normalize((next.xy / next.w - at.xy / at.w) * size + vec2(1e-9, 0.0));
-  float wide = width * size.y / at.w, drawn = max(wide, least);
+  float wide = width * mix(float(endHere >> 2), float(endThere >> 2), t) / 63.0 * size.y / at.w, drawn = max(wide, least);
   at.xy += side * 0.5 * drawn * vec2(-way.y, way.x) / size * 2.0 * at.w;
   gl_Position = at;
   vec4 colour = mix(colourHere, colourThere, t);

@@ -13,7 +13,7 @@ from hairpipe.render.cycles.process import run_blender
 from hairpipe.render.film import EDGE, backdrop, develop
 from hairpipe.render.framing import Shot, frame_hair, place_camera
 from hairpipe.render.lights import Light, studio
-from hairpipe.render.portrait import NOBODY, SCALP, check, drawn_width
+from hairpipe.render.portrait import NOBODY, SCALP, check, drawn_width, relative_widths
 from hairpipe.render.raster.lines import TAPER
 from hairpipe.render.shading.fibre import INDEX, ROUGHNESS, absorption_of
 from hairpipe.render.shading.kajiya_kay import TILT, strand_colours
@@ -98,7 +98,7 @@ def trace_hair(
     wall = backdrop(camera.height, camera.width)
     arrays = {
         "hair_points": hair.points,
-        "hair_radii": 0.5 * width * tapers(hair.offsets),
+        "hair_radii": 0.5 * width * relative_widths(hair) * tapers(hair.offsets),
         "hair_moves": exposure.shutter * hair.velocities,
         "hair_offsets": hair.offsets,
         "hair_absorptions": absorptions(fibre.colour, hair.offsets),

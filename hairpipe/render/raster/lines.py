@@ -94,14 +94,17 @@ def draw_segment(
     for n in range(pieces + lead + 1):
         t = max(n - lead, 0) / pieces
         if lead and n == 1:
-            t = min(ROOT * curves.width / terms[2, 0] / max(math.hypot(terms[0, 1], terms[1, 1]), 1e-9), 0.5 / pieces)
+            t = min(
+                ROOT * curves.widths[i] / terms[2, 0] / max(math.hypot(terms[0, 1], terms[1, 1]), 1e-9), 0.5 / pieces
+            )
         for d in range(3):
             b[d] = terms[d, 0] + t * (terms[d, 1] + t * (terms[d, 2] + t * terms[d, 3]))
             outer = (1.0 - t) * colours[i, 0, d] + t * colours[i + 1, 0, d]
             middle = 0.5 * (colours[i, 0, d] + colours[i + 1, 0, d])
             b[4 + d] = outer + (1.0 - abs(2.0 * t - 1.0)) * (colours[i, 1, d] - middle)
         b[0], b[1] = b[0] - left, b[1] - top
-        b[3] = curves.width / max(b[2], NEAR) * math.sqrt(min(1.0, (last - i - t) / (last - first) / TAPER))
+        width = curves.widths[i] + t * (curves.widths[i + 1] - curves.widths[i])
+        b[3] = width / max(b[2], NEAR) * math.sqrt(min(1.0, (last - i - t) / (last - first) / TAPER))
         if n < lead:
             b[3] = 0.0
         if n > 0:

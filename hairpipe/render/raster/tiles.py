@@ -20,7 +20,7 @@ class Curves(NamedTuple):
     places   column [pixels], row [pixels] and depth [m] of the points, (p, 3) float64
     offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
     strand   of every point, (p,) int32
-    width    of a strand times the focal length [m pixels]
+    widths   of the points times the focal length [m pixels], (p,)
     starts   points at which segments begin, by their least depth, (n,) int64
     boxes    first and last blocks of rows and of columns that they may touch, (n, 4) int16
     nearest  their least depth [m], (n,) float32
@@ -29,18 +29,18 @@ class Curves(NamedTuple):
     places: np.ndarray
     offsets: np.ndarray
     strand: np.ndarray
-    width: float
+    widths: np.ndarray
     starts: np.ndarray
     boxes: np.ndarray
     nearest: np.ndarray
 
 
-def lay_curves(places: np.ndarray, offsets: np.ndarray, width: float, depth: np.ndarray) -> Curves:
+def lay_curves(places: np.ndarray, offsets: np.ndarray, width: float | np.ndarray, depth: np.ndarray) -> Curves:
     """Find the segments that are on the film and not behind the body, and order them; pure.
 
     places   column [pixels], row [pixels], depth [m] of the points, (p, 3) float64; depth <= NEAR is not seen
     offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
-    width    of a strand times the focal length [m pixels]
+    width    of strands, or of the points, (p,), times the focal length [m pixels]
     depth    of the body [m], (height, width)
 
     Steps of depth are equal in its logarithm, so that far outliers do not make them coarse.
@@ -48,13 +48,14 @@ def lay_curves(places: np.ndarray, offsets: np.ndarray, width: float, depth: np.
     strand = np.repeat(np.arange(len(offsets) - 1, dtype=np.int32), np.diff(offsets))
     boxes = np.empty((len(places), 4), np.int16)
     nearest = np.empty(len(places), np.float32)
-    bound(boxes, nearest, places, offsets, strand, width, farthest(depth + SKIN), (len(depth), depth.shape[1]))
+    widths = np.broadcast_to(np.asarray(width, float), len(places)).copy()
+    bound(boxes, nearest, places, offsets, strand, widths, farthest(depth + SKIN), (len(depth), depth.shape[1]))
     starts = np.flatnonzero(nearest < np.inf)
     logs = np.log(nearest[starts])
     least = logs.min(initial=np.inf)
     span = max(logs.max(initial=-np.inf) - least, 1e-6)
     starts = starts[np.argsort(((logs - least) * (LEVELS / span)).astype(np.uint16), kind="stable")]
-    return Curves(places, offsets, strand, width, starts, boxes[starts], nearest[starts])
+    return Curves(places, offsets, strand, widths, starts, boxes[starts], nearest[starts])
 
 
 @njit(cache=True, nogil=True)
@@ -64,7 +65,7 @@ def bound(
     places: np.ndarray,
     offsets: np.ndarray,
     strand: np.ndarray,
-    width: float,
+    widths: np.ndarray,
     far: np.ndarray,
     film: tuple[int, int],
 ) -> None:
@@ -93,7 +94,7 @@ def bound(
             b2 = p2 - (p3 - p1) / 6.0
             low[d], high[d] = min(min(p1, p2), min(b1, b2)), max(max(p1, p2), max(b1, b2))
         z = max(low[2], NEAR)
-        half = width / z + 1.0  # A pixel more than the width, for partly covered pixels.
+        half = max(widths[i], widths[i + 1]) / z + 1.0  # A pixel more than the width, for partly covered pixels.
         if high[0] + half <= 0.0 or high[1] + half <= 0.0 or low[0] - half >= film[1] or low[1] - half >= film[0]:
             continue
         boxes[i, 0] = int(max(low[1] - half, 0.0)) // BLOCK

@@ -36,6 +36,7 @@ class Fibres(NamedTuple):
     """The fibres of a groom; of each quantity one number, or values at points and on the segments after them, (2, P).
 
     diameter  mean diameter [m]
+    widths    diameters at points where they vary, (P,) float32 [m]
     """
 
     axial: Any
@@ -44,6 +45,7 @@ class Fibres(NamedTuple):
     line_density: Any
     softening: float
     diameter: float
+    widths: np.ndarray | None = None
 
     def of(self, points: np.ndarray) -> Fibre:
         """Return the fibres of strands whose points are in the groom at places, (s, n+1) int, or (P,)."""
@@ -59,5 +61,8 @@ def fibres_of(groom: Groom, material: Material | VariedMaterial, read_image: Rea
     for field in fields(material):
         of = values_of(getattr(material, field.name), groom, f"material.{field.name}", read_image)
         setattr(fibre, field.name, of)
-    mean = fibre.diameter if np.ndim(fibre.diameter) == 0 else float(np.mean(fibre.diameter[0]))
-    return Fibres(fibre.axial, fibre.bending, fibre.torsion, fibre.line_density, fibre.softening, mean)
+    found = Fibres(fibre.axial, fibre.bending, fibre.torsion, fibre.line_density, fibre.softening, fibre.diameter)
+    if np.ndim(fibre.diameter) == 0:
+        return found
+    widths = fibre.diameter[0]
+    return found._replace(diameter=float(np.mean(widths)), widths=widths.astype(np.float32))

@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom, Vt
+from pxr import Sdf, Tf, Usd, UsdGeom, Vt
 
 from hairpipe import __version__
 from hairpipe.data.curves import labels_of
+from hairpipe.errors import BadInput
 from hairpipe.io.groom_shot import GroomShot
 from hairpipe.io.usd.samples import extent, hold_body, integers, vectors
 from hairpipe.io.usd.stage import create_stage
@@ -96,7 +97,10 @@ def pieces_of(stage: Usd.Stage, shot: GroomShot, target: Target) -> Iterator[tup
 
 
 def author(prim: UsdGeom.BasisCurves, shot: GroomShot, strands: np.ndarray, target: Target) -> None:
-    """Author the constant values of some strands of the groom, (n,), and their points at rest."""
+    """Author the constant values of some strands of the groom, (n,), and their points at rest.
+
+    Maps of the groom become primvars; BadInput where one has the name of another primvar.
+    """
     groom = shot.groom
     rows = shot.rows(strands)
     author_curves(prim, np.diff(groom.offsets)[strands], TOKENS.catmullRom)
@@ -125,6 +129,13 @@ def author(prim: UsdGeom.BasisCurves, shot: GroomShot, strands: np.ndarray, targ
         closest = zip(("groom_closest_guides", "groom_guide_weights"), shot.closest, strict=True)
         for name, values in closest:
             primvar(prim, name, TYPES.Float3Array, TOKENS.uniform, vectors(values[strands]))
+    for name, values in groom.maps.items():
+        name = name if Sdf.Path.IsValidNamespacedIdentifier(name) else Tf.MakeValidIdentifier(name)
+        if UsdGeom.PrimvarsAPI(prim).HasPrimvar(name):
+            what = f"the map '{name}' of the groom has the name of another primvar"
+            raise BadInput(what, where="groom", right="another name")
+        own = Vt.FloatArray.FromNumpy(np.ascontiguousarray(values[strands], np.float32))
+        primvar(prim, name, TYPES.FloatArray, TOKENS.uniform, own)
 
 
 def sample(prim: UsdGeom.BasisCurves, points: np.ndarray, velocities: np.ndarray, frame: int, target: Target) -> None:
