@@ -56,7 +56,7 @@ def random_web():
     return x, Connections(pairs, rng.random(pairs.shape)), rng.uniform(0.1, 1.0, len(x))
 
 
-def test_the_force_of_unequal_segments_is_the_slope_of_their_energy_and_keeps_momentum():
+def test_force_of_unequal_segments_is_the_slope_of_their_energy():
     x, connections, grips = random_web()
     x[20:] += 2e-4
     stiffness = FORCE / (STICTION.release - STICTION.reach) * grips[connections.segments].prod(axis=1)
@@ -139,11 +139,11 @@ def fallen(scene, strands, factors, touching):
 
 
 def test_a_thick_hair_rests_on_a_thin_one_at_their_mean_thickness(scene):
-    """As two hairs of that thickness do, but for rounding of factors."""
+    """As two hairs of that thickness do, but for times of contact, which follow the value of the setting."""
     unequal = fallen(scene, crossing(0.0), (1.0, 0.2), {"collisions": Collisions(Thickness(1e-3, map="own"))})
     equal = fallen(scene, crossing(0.0), (1.0, 1.0), {"collisions": Collisions(Thickness(6e-4))})
     assert 0.9 * 6e-4 < lowest_gap(unequal) < 1.05 * 6e-4
-    np.testing.assert_allclose(unequal.axis, equal.axis, rtol=0, atol=2e-6)
+    np.testing.assert_allclose(unequal.axis, equal.axis, rtol=0, atol=4e-5)
 
 
 def test_pairs_of_two_thicknesses_in_one_groom_rest_as_each_alone(scene):
