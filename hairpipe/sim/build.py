@@ -124,7 +124,8 @@ def _hair_contacts(
     grips = thick = single
     if stiction is not None:
         force, factors = _factored(stiction.force, hair, "stiction.force")
-        stiction, grips = replace(stiction, force=force), np.sqrt(factors)
+        stiction = replace(stiction, force=force)
+        grips = np.sqrt(factors)
     if collisions is not None:
         thickness, thick = _factored(collisions.thickness, hair, "collisions.thickness")
         collisions = replace(collisions, thickness=thickness)

@@ -78,7 +78,8 @@ def _interpolate(
 def _mix_widths(followed, firsts, theirs, offsets, widths) -> None:  # noqa: ANN001
     """Write the mean of the widths of its keys, at equal shares of their points, to every point of all hairs."""
     for s in prange(len(offsets) - 1):
-        own, segments = followed.own[s], max(offsets[s + 1] - offsets[s] - 1, 1)
+        own = followed.own[s]
+        segments = max(offsets[s + 1] - offsets[s] - 1, 1)
         for k in range(offsets[s + 1] - offsets[s]):
             total, whole = 0.0, 0.0
             for j in range(FOLLOWED):
@@ -87,8 +88,9 @@ def _mix_widths(followed, firsts, theirs, offsets, widths) -> None:  # noqa: ANN
                 if weight > 0.0:
                     count = firsts[g + 1] - firsts[g] - 1
                     below = min(k * count // segments, count - 1)  # In whole numbers: equal counts meet point to point.
-                    a, rest = theirs[firsts[g] + below : firsts[g] + below + 2], k * count / segments - below
-                    total += weight * (a[0] + rest * (a[1] - a[0]))
+                    rest = k * count / segments - below
+                    a = firsts[g] + below
+                    total += weight * (theirs[a] + rest * (theirs[a + 1] - theirs[a]))
                     whole += weight
             widths[offsets[s] + k] = total / whole
 
