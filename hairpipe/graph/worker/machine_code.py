@@ -20,6 +20,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.key.code import CodeReader
 from hairpipe.graph.store.digest import digest
 from hairpipe.graph.store.ownership import fault_of, make_own, own_folder
+from hairpipe.graph.store.store import Store
 from hairpipe.graph.worker.kernel_cache import FOLDER_DIGITS, TABLE, Entry, guard_kernels, write_table
 from hairpipe.graph.worker.threading_layer import choose_layer
 
@@ -88,7 +89,8 @@ def share_kernels() -> None:
         folder = claim_kernels(kernels_parent())
     except OSError as error:
         raise BadInput(f"no folder for kernels: {error}", right="NUMBA_CACHE_DIR=FOLDER") from None
-    os.environ |= kernels_environment(folder, CodeReader(lambda name, make: make())) | choose_layer().settings
+    reader = CodeReader(Store(folder / "notes").remember)  # 500 modules, which take seconds to analyse
+    os.environ |= kernels_environment(folder, reader) | choose_layer().settings
     guard_kernels()
 
 
