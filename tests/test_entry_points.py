@@ -105,10 +105,11 @@ it.measure_scan = lambda *_: {"written [MB]": 0.1}""",
 it.try_faults.__defaults__ = it.Trials(kills=0, damages=1, cleanings=0, modules=()),""",
 }
 """Lines of Python that are carried out before, which make a command small: users have no option for it."""
-SHARED = """from hairpipe.graph.worker.machine_code import share_kernels
-share_kernels()
+SHARED = """from hairpipe.graph.worker import machine_code
+machine_code.share_kernels = machine_code.guard_kernels
+machine_code.guard_kernels()
 """
-"""The same for all benches, before those lines import kernels: what the tests have compiled is not compiled again."""
+"""The same for all benches, before those lines import kernels: they take the table of kernels of the tests."""
 EXITS = {"tune": 130, "data check": 1, "validate": 2}
 """Exit codes: tuning is interrupted before it measures, the data folder is empty, and the graph has no rows."""
 
