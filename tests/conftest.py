@@ -5,6 +5,7 @@ import importlib.util
 import os
 import signal
 import subprocess
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -38,6 +39,10 @@ os.environ.setdefault("NUMBA_OPT", "2")
 # A process of xdist has inherited what the one that started it was told.
 guard_kernels() if "PYTEST_XDIST_WORKER" in os.environ else share_kernels()
 
+# What pytest and Python make of the files that they collect is kept, also where Python writes no bytecode: each process
+# would make it again, for seconds. From the first test on nothing is kept: a test may edit a file twice in a second.
+sys.dont_write_bytecode = False
+
 # Compiling makes and keeps many small objects, which the collector would go through again and again.
 gc.set_threshold(100_000, 20, 100)
 
@@ -46,10 +51,14 @@ COMPILED_FIRST = ("sim", "experiments", "measure", "bench", "nodes", "tune", "te
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put tests that need many kernels first: xdist hands each process a stretch of tests that follow one another."""
+    """Put tests that need many kernels first: xdist hands each process a stretch of tests that follow one another.
+
+    Nothing is imported for collection any more.
+    """
     here = Path(__file__).parent
     places = {room: place for place, room in enumerate(COMPILED_FIRST)}
     items.sort(key=lambda item: places.get(item.path.relative_to(here).parts[0], len(places)))
+    sys.dont_write_bytecode = True
 
 
 @pytest.fixture(scope="session")
