@@ -6,7 +6,7 @@ INSTALL := $(RUN) pip install --quiet --disable-pip-version-check --no-compile -
 # neither all of Blender nor the tests of libraries.
 COMPILE := $(RUN) compileall -q -j 0 -x '/(bpy|tests)/' $(VENV)/lib hairpipe nodes graphs
 
-.PHONY: menu demo test quick cases check figures film docs clean
+.PHONY: menu demo test quick cases check figures film pictures docs clean
 
 menu:
 	@echo "make demo    simulate hair on our bust and draw it: results in out/demo; FRAMES=1001-1010 for its first pictures"
@@ -16,6 +16,7 @@ menu:
 	@echo "make check   lint, format and types"
 	@echo "make figures write recorded results into the pages; record with hairpipe run GRAPH --record"
 	@echo "make film    compute and record the films of the gallery, GRAPH=demo for one of them"
+	@echo "make pictures   make the pictures of the page in its tutorial, in a browser"
 	@echo "make docs    build the documentation: out/docs/index.html"
 	@echo "make clean   remove the environment and the results, not the cache"
 
@@ -43,6 +44,9 @@ figures: $(VENV)/installed
 
 film: $(VENV)/tested
 	$(VENV)/bin/python docs/film.py $(GRAPH)
+
+pictures: $(VENV)/tested
+	PAGE_PICTURES=$(CURDIR)/docs/tutorials/pictures $(RUN) pytest tests/page/test_fringe.py
 
 docs: $(VENV)/tested
 	$(RUN) sphinx -q -W --keep-going -E -j auto docs out/docs

@@ -21,7 +21,7 @@ from .test_gestures import SOCKET, Page
 
 pytestmark = [pytest.mark.slow, pytest.mark.kernels]
 PICTURES = os.environ.get("PAGE_PICTURES")
-STRANDS, SEGMENTS, LAST = ("1500", "12", "12") if PICTURES else ("40", "8", "3")
+STRANDS, SEGMENTS, LAST = ("800", "10", "8") if PICTURES else ("40", "8", "3")
 WIDTH, HEIGHT = 1280, 800
 FRINGE = """schema = 1
 frames = [1, {last}]

@@ -43,8 +43,8 @@ function numberField(field, value, target) {
   return holder;
 }
 
-/** A number in full where it is short, else with six digits. @param {number} value */
-const shortText = (value) => (String(value).length > 9 ? numberText(value) : String(value));
+/** A number in full where it is short, else with four digits. @param {number} value */
+const shortText = (value) => (String(value).length > 7 ? numberText(Number(value.toPrecision(4))) : String(value));
 
 /** Numbers with the names of their axes; of a colour also a field of it. @param {any} field @param {number} count @param {any} value @param {string} target @returns {HTMLElement} */
 function vectorField(field, count, value, target) {
