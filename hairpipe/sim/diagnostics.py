@@ -17,6 +17,8 @@ from hairpipe.sim.strands.interface import may_be_lost
 
 SHALLOW = 2e-3
 """A root that lies so little below the skin is an ordinary one [m], whatever its segments are."""
+FEW = 0.01
+"""Share of the strands that may repeat steps in a frame without a warning."""
 MORE = 1.1
 """Smallest ratio of a new stretch to the reported one."""
 _FREE = 0.1  # taken as the limit where a scene has none
@@ -95,15 +97,22 @@ def warn_of_stretch(hair: HairModel, positions: np.ndarray, scene: Scene, frame:
 
 
 def warn_of_lost(hair: HairModel, before: HairState, after: HairState, frame: int) -> None:
-    """Name the strands that did a step again in a frame and had done none before, see `integrators/lost.py`."""
+    """Name the strands that repeated a step in a frame, if some had repeated none; see `integrators/lost.py`.
+
+    Few of many strands cause no warning, since single steps of first order change the hair as a whole little.
+    """
     if not may_be_lost(hair.model):
         return
     rows = hair.model.first[:-1]
-    new = (after.tensions[rows, 1] > 0.0) & (before.tensions[rows, 1] == 0.0) & ~hair.layout.idle
-    if new.any():
-        steps = int(after.tensions[rows, 1][~hair.layout.idle].sum())
-        names = name_strands(hair.groom.ids[np.unique(hair.layout.strands[new])])
-        message = f"{np.count_nonzero(new)} strands were re-solved with backward Euler at frame {frame}: {names}"
+    used = ~hair.layout.idle
+    earlier = before.tensions[rows, 1]
+    repeats = after.tensions[rows, 1]
+    again = (repeats > earlier) & used
+    count = np.count_nonzero(again)
+    if (again & (earlier == 0.0)).any() and count > FEW * np.count_nonzero(used):
+        names = name_strands(hair.groom.ids[np.unique(hair.layout.strands[again])])
+        message = f"{count} strands were re-solved with backward Euler at frame {frame}: {names}"
+        steps = int(repeats[used].sum())
         warn(f"{message} ({steps} such steps of all strands so far; a shorter steps.longest avoids them)", stacklevel=3)
 
 

@@ -1,9 +1,8 @@
 """Recovery of strands that a step has lost: each of them still reaches a bounded state.
 
-A strand is lost if an edge is strained by more than 10 % after a step, or if the matrix of a rod was not positive
-definite: the result is then not a step of any scheme. (A rod in contact with others uses the positive semidefinite
-part within the stage: `solve/implicit_stage.py`.) Lost strands repeat the step, each by the first of these methods
-that succeeds:
+A strand is lost if an edge is strained by more than 10 % after a step. (A rod whose matrix is not positive definite
+takes the positive semidefinite part within the stage: `solve/implicit_stage.py`.) Lost strands repeat the step, each by
+the first of these methods that succeeds:
 
     1  by backward Euler, with the tension of the present stretch and the positive semidefinite part of a rod's
        stiffness
@@ -63,7 +62,7 @@ def find_lost(model: StrandModel, state: State, strain: float) -> np.ndarray | N
     strain  strain of an edge beyond which its strand is lost
     """
     lost = everywhere(model, state.x, 0.0)
-    return lost if lost_lanes(model, state.x, state.T, strain, lost) else None
+    return lost if lost_lanes(model, state.x, strain, lost) else None
 
 
 def recover(
@@ -99,8 +98,6 @@ def find_broken(model: StrandModel, state: State, step: Step) -> np.ndarray | No
 
     The stretch of a strand with a held tip is not checked: its scripted ends determine it.
     """
-    if may_be_lost(model):
-        state.T[model.first[:-1], 0] = 0.0  # what was solved by the positive semidefinite part is a step
     broken = find_lost(model, state, BROKEN)
     if broken is not None and len(step.held):
         broken[are_finite(model, state.x) & (step.held > 0.0)] = 0.0

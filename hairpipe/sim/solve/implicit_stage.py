@@ -22,7 +22,7 @@ from hairpipe.kernels.simd_arrays import copy, fill
 from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Iterate, Rule, Stage, System
 from hairpipe.sim.solve.stage_system import assemble
-from hairpipe.sim.solve.stretch import note_pivot, overstrained, set_tensions
+from hairpipe.sim.solve.stretch import overstrained, set_tensions
 from hairpipe.sim.strands.band import (
     row_size,
     substitute,
@@ -32,6 +32,7 @@ from hairpipe.sim.strands.interface import (
     StiffnessPart,
     follow_solve,
     hold_tip,
+    least_pivot,
     predict,
     shape_of,
     spring_constant,
@@ -143,7 +144,7 @@ def run_stage(model, block, at, stage, rule):
     for iteration in range(rule.iterations + int(any_lane(bad))):
         set_form(model, block, x, T, rule)
         hold_tip(model, block, x, T, stage.held)
-        note_pivot(model, T, assemble(model, block, System(A, b), at, nothing, stage, h, rule))
+        _assemble_definite(model, block, System(A, b), at, nothing, stage, h, rule)
         substitute(model, A, b, x.shape[0])
         _update(model, block, at, b, bad, iteration == rule.iterations, h, rule)
 
@@ -240,7 +241,7 @@ def _fall_back(model, block, at, stage, h, bad, rule):
     nothing = np.empty((0, 9, x.shape[2]), x.dtype)
     advanced = Iterate(moved, speeds, tensions)
     euler = Stage(before, stage.began, before, stage.began, ends, stage.held, stage.h, stage.time, stage.span)
-    note_pivot(model, tensions, assemble(model, block, System(A, b), advanced, nothing, euler, span, rule))
+    _assemble_definite(model, block, System(A, b), advanced, nothing, euler, span, rule)
     substitute(model, A, b, count)
     _update(model, block, advanced, b, bad, True, span, rule)
     for p in range(count):
@@ -264,6 +265,30 @@ def factor_stages(model, system, at, outer, active, stage, rule):
     for block in prange(len(model.first) - 1):
         if active[block].any():
             _factor_block(model, np.int64(block), system, at, outer, active, stage, rule)
+
+
+@njit(cache=True, error_model="numpy")
+def _assemble_definite(model, block, system, at, outer, stage, h, rule):
+    """Assemble a block; lanes whose matrix is not positive definite take the projected stiffness, in place.
+
+    The solution of an indefinite system is a saddle point of the energy, at any distance, and strands that touch would
+    follow it.
+    """
+    full = system
+    indefinite = h < 0.0  # Only for numba, which needs the types before the loop: as h > 0, no lane is marked.
+    lowest = h
+    for attempt in range(2 if shape_of(model).unknowns > 3 else 1):
+        if attempt == 1:
+            indefinite = lowest <= least_pivot(model, block, at.x.shape[0], h * h)
+            if not any_lane(indefinite):
+                break
+            full = System(system.A.copy(), system.b.copy())
+            rule = _with_part(rule, _PROJECTED)
+        lowest = assemble(model, block, system, at, outer, stage, h, rule)
+        if attempt == 1:
+            # The projected stiffness is for the lanes that need it; the others keep the exact one, to the bit.
+            _take_back(system.A, full.A, indefinite)
+            _take_back(system.b, full.b, indefinite)
 
 
 @inlined
@@ -292,25 +317,7 @@ def _factor_block(model, block, system, at, outer, active, stage, rule):
     set_form(model, block, xs, part.T, rule)
     hold_tip(model, block, xs, part.T, its_stage.held)
     axis = slice(rows.start // shape_of(model).stride, rows.stop // shape_of(model).stride)
-    coupled = A.shape[0] > 0
-    full = System(As, bs)
-    indefinite = h < 0.0  # Only for numba, which needs the types before the loop: as h > 0, no lane is marked.
-    lowest = h
-    # Strands that are coupled are one system, which must be positive definite: one that is not would spoil them all.
-    for attempt in range(2 if coupled and shape_of(model).unknowns > 3 else 1):
-        if attempt == 1:
-            indefinite = lowest <= 0.0
-            if not any_lane(indefinite):
-                break
-            full = System(As.copy(), bs.copy())
-            rule = _with_part(rule, _PROJECTED)
-        lowest = assemble(model, block, System(As, bs), part, outer[axis], its_stage, h, rule)
-        if attempt == 1:
-            # The projected stiffness is for the lanes that need it; the others keep the exact one, to the bit.
-            _take_back(As, full.A, indefinite)
-            _take_back(bs, full.b, indefinite)
-    if not coupled:  # A strand by itself does its step again instead (`may_be_lost`); coupled ones could not alone.
-        note_pivot(model, part.T, lowest)
+    _assemble_definite(model, block, System(As, bs), part, outer[axis], its_stage, h, rule)
     substitute(model, As, bs, xs.shape[0])
     for p in range(bs.shape[0]):
         for c in range(bs.shape[1]):

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.simd import both, either, load, select, sqrt, store
+from hairpipe.kernels.simd import both, load, select, sqrt, store
 from hairpipe.sim.strands.forces.spring import tension
 from hairpipe.sim.strands.interface import shape_of, spring_constant, springs_from
 
@@ -49,30 +49,16 @@ def set_all_tensions(model, x, T):
         set_tensions(model, np.int64(block), x[rows], T[rows])
 
 
-@inlined
-def note_pivot(model, T, lowest):
-    """Remember in what lanes the matrix of a model that may be lost was not positive definite, until `lost_lanes`."""
-    if shape_of(model).unknowns > 3:
-        store(T, (0, 0), select(lowest > 0.0, load(T, (0, 0)), 1.0))
-
-
 @njit(cache=True, parallel=True)
-def lost_lanes(model, x, T, limit, out):
-    """Set out, (blocks, W), to 1 for strands that a step has lost, in place; return whether there are any.
-
-    Lost: an edge is strained beyond +-limit, or a matrix since the last call was not positive definite.
-    """
+def lost_lanes(model, x, limit, out):
+    """Set out, (blocks, W), to 1 for strands with an edge strained beyond +-limit, in place; return whether any is."""
     for block in prange(len(model.first) - 1):
-        _mark_lost(model, np.int64(block), x, T, limit, out)
+        _mark_lost(model, np.int64(block), x, limit, out)
     return out.any()
 
 
 @njit(cache=True, error_model="numpy")
-def _mark_lost(model, block, x, T, limit, out):
+def _mark_lost(model, block, x, limit, out):
     rows = slice(model.first[block], model.first[block + 1])
     lanes = overstrained(model, x[rows], block, limit)
-    if shape_of(model).unknowns > 3:
-        first = model.first[block]
-        lanes = either(lanes, load(T, (first, 0)) > 0.0)  # The mark of `note_pivot`; such models have no tension there.
-        store(T, (first, 0), 0.0)
     store(out, (block,), select(lanes, 0.0 * load(out, (block,)) + 1.0, 0.0))

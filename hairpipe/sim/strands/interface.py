@@ -1,9 +1,9 @@
 """The interface of strand models to the solver, and their registration.
 
 A model is a NamedTuple of arrays (`StrandModel`) and a few kernels (`ModelKind`). Kernels of the solver call
-`add_forces`, `spring_constant`, `springs_from`, `predict`, `hold_tip`, `follow_solve` and `shape_of` below; numba
-looks up the functions registered for the type of the model, and inlines them. A kernel loaded from the cache needs no
-registration.
+`add_forces`, `spring_constant`, `springs_from`, `predict`, `hold_tip`, `follow_solve`, `least_pivot` and `shape_of`
+below; numba looks up the functions registered for the type of the model, and inlines them. A kernel loaded from the
+cache needs no registration.
 """
 
 from collections.abc import Callable
@@ -84,6 +84,12 @@ def _follow_nothing(model, block, at, dx, b, h):
     """Remember nothing of a solve but tensions."""
 
 
+@inlined
+def _least_zero(model, block, count, hh):
+    """Accept every positive pivot."""
+    return 0.0 * hh
+
+
 Build = Callable[[Layout, Groom, Fibres, Construction], tuple[Any, np.ndarray]]
 FindEquilibrium = Callable[[Any, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
@@ -117,6 +123,7 @@ class ModelKind:
     predict: Any = _predict_nothing
     hold_tip: Any = _hold_nothing
     follow_solve: Any = _follow_nothing
+    least_pivot: Any = _least_zero
     warn: Callable[[Groom, Fibres], None] = lambda groom, fibres: None
     equilibrium: FindEquilibrium | None = None
     single_limit: float = 0.0
@@ -199,6 +206,11 @@ def follow_solve(model: Any, block: Any, at: Any, dx: Any, b: Any, h: Any) -> An
 
 
 @by_model
+def least_pivot(model: Any, block: Any, count: Any, hh: Any) -> Any:
+    """Pivot up to which the matrix of a strand of so many rows counts as indefinite, in lanes; hh  h^2 [s^2]."""
+
+
+@by_model
 def shape_of(model: Any) -> Any:
     """Shape of the model, as constants of the machine code."""
 
@@ -249,6 +261,12 @@ def _hold_tip(kind: ModelKind) -> Callable:
 def _follow_solve(kind: ModelKind) -> Callable:
     kernel = kind.follow_solve
     return lambda model, block, at, dx, b, h: kernel(model, block, at, dx, b, h)
+
+
+@for_models(least_pivot)
+def _least_pivot(kind: ModelKind) -> Callable:
+    kernel = kind.least_pivot
+    return lambda model, block, count, hh: kernel(model, block, count, hh)
 
 
 @for_models(shape_of)

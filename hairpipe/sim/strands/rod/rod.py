@@ -17,8 +17,8 @@ and the state of a strand has its twists (`frames.py`). The results of a solve (
     0 tension of the edge to the next node [N], 1 twist of the vertex [rad], 2-4 director of the edge, 5 twist of the
     vertex at the start of the last stage [rad]
 
-and in the row of q, 0: whether the matrix was not positive definite, 1: repeated steps, 2: duration of the last stage
-[s], by which the next one predicts twists; 0: no prediction. At rest a row has
+and in the row of q, 1: repeated steps, 2: duration of the last stage [s], by which the next one predicts twists; 0: no
+prediction. At rest a row has
 
     0 1/l' [1/m], 1-2 k', 3 psi' [rad], 4 B c^4 / l, 5 C c^2 / l [N m]
 
@@ -195,6 +195,17 @@ def _edge(model, at, p, row, along, terms):
     return scaled(now + c * dot(t, difference(v, p, p + 1)), t), K
 
 
+@inlined
+def _least_pivot(model, block, count, hh):
+    """A quarter of that of a straight rod, whose tip is turned against the twist of all its vertices.
+
+    Below it a single linear solve turns the strand about its axis by whole revolutions.
+    """
+    inverse = load(model.scale, (block, 0))
+    torsion = load(model.inverse_lengths, (model.first[block] + GHOST + 2, TWISTING))
+    return 0.25 / count * hh * inverse * inverse * torsion
+
+
 ROD = register_model(
     ModelKind(
         "rod",
@@ -207,6 +218,7 @@ ROD = register_model(
         predict,
         hold_tip,
         follow_solve,
+        _least_pivot,
         equilibrium=balance,
         single_limit=700.0,
     )
