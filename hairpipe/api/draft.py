@@ -10,7 +10,7 @@ from hairpipe.api.shot import Shot
 from hairpipe.api.source import Source, read_source
 from hairpipe.errors import BadInput
 from hairpipe.graph.edit.saving import save_text
-from hairpipe.graph.file.bounds import Bounds
+from hairpipe.graph.file.bounds import Bounds, entered
 from hairpipe.graph.file.edges import Incomplete, read_edges
 from hairpipe.graph.file.graph import Edge
 from hairpipe.graph.file.like import written_out
@@ -79,6 +79,22 @@ class Draft:
         draft = Draft(Source(GraphText(path, self.text)), self.shot.cache)
         draft.save()
         return draft
+
+    def write_new(self, name: str, data: bytes) -> str:
+        """Write a new file within the project, and return its path as given; BadInput as `saved_as`, and if shipped.
+
+        name  path relative to the folder of the graph
+        """
+        if self.shipped:
+            raise BadInput("not a file of yours", where=self._source.shipped, right="save as")
+        path = (self.shot.path.parent / name).resolve()
+        root = Bounds(self.shot.graph, self.shot.cache).folder_of(path)
+        try:
+            with entered(root, path.parent) as folder, (folder / path.name).open("xb") as file:
+                file.write(data)
+        except OSError as error:
+            raise BadInput(f"cannot be written: {error.strerror}", where=path) from None
+        return name
 
     @property
     def shipped(self) -> bool:

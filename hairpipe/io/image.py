@@ -1,6 +1,7 @@
 """Images of painted values."""
 
 import warnings
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +36,13 @@ def read_image(path: Path) -> np.ndarray:
     if not (np.isfinite(values).all() and values.min() >= 0.0 and values.max() <= 1.0):
         raise BadInput("the image has values below black or above white", where=path, right="values 0..1")
     return values
+
+
+def encoded_image(values: np.ndarray) -> bytes:
+    """Return values (height, width) uint8 as a PNG file, the top row first; pure."""
+    stream = BytesIO()
+    Image.fromarray(values).save(stream, "PNG", optimize=True)
+    return stream.getvalue()
 
 
 def pixel_values(image: Image.Image) -> np.ndarray:

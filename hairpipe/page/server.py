@@ -279,6 +279,7 @@ class Handler:
             "save": lambda given: self._session.save(),
             "run": lambda given: self._session.run([str(name) for name in given.get("to", [])]),
             "stop": lambda given: self._session.stop(),
+            "stroke": lambda given: self._session.stroke(given),
             "drop": lambda given: self._session.drop(int(given["place"])),
         }
         try:

@@ -24,6 +24,7 @@ from hairpipe.page.documents import (
 )
 from hairpipe.page.editing.edits import edited
 from hairpipe.page.editing.history import Deed, History, Step
+from hairpipe.page.editing.painting import write_stroke
 from hairpipe.page.packing import Packed
 from hairpipe.page.playing import Playing
 from hairpipe.page.runner import Job
@@ -61,6 +62,7 @@ class Session:
         self._seen: Any = None
         self._cache = Cache(shot.cache)
         self._hosts: Mapping[Task, str] = {}
+        self._strokes: list[Path] = []
         self.revision = 0
         self._shelf = Shelf(MOST_STRANDS)
         self._take(draft)
@@ -73,6 +75,9 @@ class Session:
         with self._lock:
             self._runs.stop()
             self._runs.close()
+            for path in self._strokes:  # of a stroke that was undone, or never saved
+                if path.name not in (self._history.disk or ""):
+                    path.unlink(missing_ok=True)
         for player in self._players:
             player.close()
         with self._changed:
@@ -122,6 +127,13 @@ class Session:
                 self._take(self._draft.with_text(text))
                 self._history.push(Step(label, text, (verb, given)))
                 self._advance()
+
+    def stroke(self, given: dict[str, Any]) -> None:
+        """Write a painted picture next to the graph, for a setting to read it; BadInput as `write_stroke`."""
+        with self._lock:
+            file = write_stroke(self._draft, given)
+            self._strokes.append(self._shot.path.parent / file)
+            self.change("paint", {"target": given["target"], "file": file})
 
     def undo(self, by: int = -1) -> None:
         """Undo the last edit, or do it again for 1; BadInput if there is none."""

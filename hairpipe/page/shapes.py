@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from hairpipe.data import Cloud, Density, Groom, LevelSet, Mesh, Particles, PointValues, Strands
+from hairpipe.data import Body, Cloud, Density, Groom, LevelSet, Mesh, Particles, PointValues, Strands
 from hairpipe.data.hair import HairState
 from hairpipe.graph.store.digest import digest_bytes
 from hairpipe.page.packing import Packed, pack, quantised, second_differences, zigzag
@@ -86,12 +86,23 @@ def mesh_document(mesh: Mesh) -> Packed:
 
 def faces_name(mesh: Mesh) -> str:
     """Name the triangles of a mesh by their content, so that frames of a body share them."""
-    return digest_bytes("faces", np.ascontiguousarray(mesh.triangles).tobytes())
+    coordinates = b"" if mesh.uv is None else mesh.uv.tobytes()
+    return digest_bytes("faces", np.ascontiguousarray(mesh.triangles).tobytes() + coordinates)
 
 
 def faces_document(mesh: Mesh) -> Packed:
-    """Describe the triangles of a mesh; pure."""
-    return pack({"triangles": mesh.triangles.astype(np.uint32)})
+    """Describe the triangles of a mesh, and the texture coordinates of their corners if it has them; pure."""
+    arrays = {"triangles": mesh.triangles.astype(np.uint32)}
+    if mesh.uv is not None:
+        arrays["uv"] = mesh.uv.astype(np.float32).reshape(-1, 2).view(np.uint32)
+    return pack(arrays)
+
+
+def maps_document(painted: Body | Groom) -> Packed:
+    """Name the maps of a body or groom; those on the vertices of a body are described from 0 to 255. Pure."""
+    kept = painted.maps if isinstance(painted, Body) else {}
+    arrays = {name: np.rint(255.0 * values.clip(0.0, 1.0)).astype(np.uint8) for name, values in kept.items()}
+    return pack(arrays, names=[*painted.maps])
 
 
 def points_document(cloud: Cloud | Particles) -> Packed:

@@ -75,7 +75,7 @@ def document_of(kind: str, value: Any, most: int) -> Packed:
         "contacts": lambda: shapes.contacts_document(value),
         "slices": lambda: shapes.slices_document(value),
         "table": lambda: (table_document(value), b""),
-        "maps": lambda: ({"names": [*value.maps]}, b""),
+        "maps": lambda: shapes.maps_document(value),
         "value": lambda: ({"lines": list(summary_lines(value))}, b""),
     }
     return make[kind]()

@@ -144,10 +144,28 @@ def move(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
     return placed(draft.text, given["positions"]), f"move {', '.join(given['positions'])[:60]}"
 
 
+def paint(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
+    """Let a setting read a picture, in place of a map."""
+    target = str(given["target"])
+    text = draft.text
+    if "map" in painted_group(draft, target):
+        text = verbs.without_value(text, f"{target}.map")
+    return verbs.with_value(text, f"{target}.image", literal_of(str(given["file"]))), f"paint {target}"
+
+
+def painted_group(draft: Draft, target: str) -> dict[str, Any]:
+    """Return the given values of a setting that reads maps and pictures; BadInput for another one."""
+    node, *names = target.split(".")
+    if not {"map", "image"} <= {field.name for field in draft.field(node, names).group}:
+        raise BadInput("not painted", where=target[:80], right="a setting with a map and an image")
+    given = given_at(draft, node, names)
+    return given if isinstance(given, dict) else {}
+
+
 EDITS = {
     "edit": set_value,
     **{f.__name__: f for f in (switch, add, remove, connect, disconnect, rename, mute, duplicate, move)},
-    **{f.__name__: f for f in (paste, annotate, shot)},
+    **{f.__name__: f for f in (paste, annotate, shot, paint)},
     "unset": unset_value,
 }
 """Edits by the name of their request."""

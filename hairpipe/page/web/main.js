@@ -74,6 +74,7 @@ async function begin() {
   listenToTimeline();
   if (app.live) listenToEdits();
   if (app.live) listenToClipboard();
+  if (app.live) listenToBrush();
   if (app.live) follow();
   await showStage();
   document.body.dataset.state = "ready";

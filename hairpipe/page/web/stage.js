@@ -4,13 +4,15 @@
 /** @type {Viewer | null} */
 let viewer = null;
 /** Elements of the viewport, which stay. */
-const LASTING = ["view", "note", "legend", "knife", "picked"];
+const LASTING = ["view", "note", "legend", "knife", "picked", "brush", "ring"];
 
 async function showStage() {
   const stage = /** @type {HTMLElement} */ (document.getElementById("stage"));
   drawChoices();
   if (!app.nodeNamed(app.node)) return;
   if (player.stop && player.node === app.node) return;
+  if (brush.texels && brush.node === app.node) return showPainting();
+  endPainting();
   const now = layersOf(app.node, app.output), past = pastLayers(app.node, app.output), three = now.length ? now : past;
   [...stage.children].forEach((child) => LASTING.includes(child.id) || child.remove());
   stage.classList.toggle("solid", three.length > 0);
@@ -54,6 +56,7 @@ function drawChoices() {
     ...(outputs.length > 1 ? outputs.map(([name, type]) => button(name || String(type), name === app.output, { output: name })) : []),
     ...(strands && app.graph.playable?.includes(app.node)
       ? [element("button", { id: "live", class: player.stop ? "on" : "", title: "simulate it now, with the settings as they are", onclick: togglePlaying }, player.stop ? "stop playing" : "play live")] : []),
+    ...(canPaint() ? [element("button", { id: "paint", class: brush.texels ? "on" : "", title: "paint maps of the body that settings of this node read", onclick: () => (brush.texels ? leavePainting() : void beginPainting(paintTargets(node)[0])) }, "paint")] : []),
     ...(strands ? [...CHANNELS, ...measuredOf(app.node, app.output).keys()].map((channel) => button(channel, channel === app.channel, { channel })) : []),
   );
 }

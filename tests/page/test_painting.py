@@ -1,0 +1,170 @@
+"""Maps are painted on a body: in a real browser, and by requests of the server."""
+
+import base64
+import tomllib
+
+import numpy as np
+import pytest
+
+import hairpipe
+from hairpipe.errors import BadInput
+from hairpipe.io.image import read_image
+from hairpipe.page.session import Session
+
+from .test_browser import do, served
+from .test_gestures import Page
+from .test_viewport import PLACE
+
+GRAPH = """schema = 1
+frames = [1, 1]
+fps = 24
+
+[skin]
+type = "make_skin"
+
+[hair]
+type = "stubble"
+in.skin = "skin"
+length = 0.03 # three centimetres
+density = { map = "scalp" }
+"""
+
+
+@pytest.fixture
+def session(folder):
+    path = folder / "painted.toml"
+    path.write_text(GRAPH)
+    shot = hairpipe.load(path, cache=folder / "cache")
+    assert shot.run(jobs=1).ok
+    session = Session(shot)
+    yield session
+    session.close()
+
+
+def stroke(session, target, values):
+    session.stroke({"target": target, "height": len(values), "values": base64.b64encode(values.tobytes()).decode()})
+
+
+def given(session):
+    return tomllib.loads(session._history.text)["hair"]
+
+
+def test_a_stroke_is_a_picture_next_to_the_graph_and_one_step(session, folder):
+    values = np.arange(64, dtype=np.uint8).reshape(8, 8)
+    stroke(session, "hair.length", values)
+    assert given(session)["length"] == {"value": 0.03, "image": "paint/hair_length_1.png"}
+    assert "# three centimetres" in session._history.text
+    assert np.array_equal(read_image(folder / "paint/hair_length_1.png"), values / 255.0)
+    stroke(session, "hair.length", values)
+    assert given(session)["length"]["image"] == "paint/hair_length_2.png"
+    session.undo()
+    stroke(session, "hair.density", values)
+    assert given(session)["density"] == {"image": "paint/hair_density_1.png"}
+    assert session.document("graph")[0]["edits"] == ["paint hair.length", "paint hair.density"]
+    session.undo()
+    session.undo()
+    assert session._history.text == GRAPH
+    session.undo(1)
+    session.save()
+    session.close()
+    assert [path.name for path in (folder / "paint").iterdir()] == ["hair_length_1.png"]
+    (folder / "paint" / "hair_length_1.png").unlink()
+
+
+@pytest.mark.parametrize("target", ["hair", "hair.shade", "skin.bare", "hare.length", "hair.length.value", "../x"])
+def test_other_settings_are_not_painted_and_no_file_is_written(session, folder, target):
+    with pytest.raises(BadInput):
+        stroke(session, target, np.zeros((4, 4), np.uint8))
+    assert not list(folder.glob("paint/*")) and session._history.text == GRAPH
+
+
+@pytest.mark.parametrize("values", ["AAAA", "not base64", "", 3])
+def test_values_that_are_no_picture_are_refused(session, folder, values):
+    with pytest.raises((ValueError, TypeError)):
+        session.stroke({"target": "hair.length", "height": 2, "values": values})
+    assert not list(folder.glob("paint/*"))
+
+
+def test_a_folder_that_is_a_link_out_of_the_project_is_refused(session, folder, tmp_path):
+    (folder / "paint").rmdir() if (folder / "paint").exists() else None
+    (folder / "paint").symlink_to(tmp_path)
+    try:
+        with pytest.raises(BadInput, match="leaves"):
+            stroke(session, "hair.length", np.zeros((4, 4), np.uint8))
+        assert not list(tmp_path.iterdir())
+    finally:
+        (folder / "paint").unlink()
+
+
+def drag(page, *places):
+    """Drag on the body from place to place [m]."""
+    canvas = page.find("#view")
+    actions = page.actions()
+    for number, place in enumerate(places):
+        x, y = page.driver.execute_script(PLACE, list(place))
+        offset = round(x - canvas.rect["width"] / 2), round(y - canvas.rect["height"] / 2)
+        actions.move_to_element_with_offset(canvas, *offset)
+        if number == 0:
+            actions.click_and_hold()
+    actions.release().perform()
+
+
+def value_at(picture, x, y):
+    """Value of a picture over the square at a place [m]."""
+    size = len(picture)
+    return picture[int((0.5 - y / 0.2) * size), int((0.5 + x / 0.2) * size)]
+
+
+@pytest.mark.slow
+def test_length_is_painted_in_the_viewport_mirrored_and_undone(session, opened, folder):
+    with served(session) as address:
+        page = Page(opened(address), session)
+        do(page.driver, "selectNode('hair')")
+        page.find("#paint").click()
+        page.until(lambda: page.driver.find_elements("css selector", "#brush"))
+        page.driver.execute_script("document.querySelector('#brush select').value = 'length'")
+        page.driver.execute_script("document.querySelector('#brush select').dispatchEvent(new Event('change'))")
+        page.until(lambda: page.driver.execute_script("return brush.target") == "length")
+        page.find("#brush input[type=checkbox]").click()
+        page.driver.execute_script("brush.radius = 0.02; viewer.camera.yaw = 0.2; viewer.redraw()")
+        drag(page, (0.04, 0.03, 0.0), (0.06, 0.03, 0.0))
+        page.until(lambda: "image" in str(given(session)["length"]))
+        picture = read_image(folder / given(session)["length"]["image"])
+        assert picture.shape == (512, 512)
+        for side in (-1, 1):
+            assert value_at(picture, side * 0.05, 0.03) < 0.02 and value_at(picture, side * 0.05, 0.055) == 1.0
+            assert 0.3 < value_at(picture, side * 0.05, 0.03 + 0.013) < 0.9  # between hard core and border
+        assert value_at(picture, 0.0, 0.03) == 1.0 and value_at(picture, 0.05, -0.03) == 1.0
+        drag(page, (0.0, -0.05, 0.0), (0.0, -0.051, 0.0))
+        page.until(lambda: given(session)["length"]["image"].endswith("_2.png"))
+        assert (read_image(folder / given(session)["length"]["image"]) <= picture).all()
+        page.press("z", page.Keys.CONTROL)
+        page.until(lambda: given(session)["length"]["image"].endswith("_1.png"))
+        shown = "return brush.texels.values[arguments[0] * 512 + 256]"
+        row = int((0.5 + 0.05 / 0.2) * 512)
+        page.until(lambda: page.driver.execute_script(shown, row) == 255)
+        page.press("z", page.Keys.CONTROL)
+        page.until(lambda: given(session)["length"] == 0.03)
+        page.driver.execute_script("document.querySelector('#brush select').value = 'density'")
+        page.driver.execute_script("document.querySelector('#brush select').dispatchEvent(new Event('change'))")
+        page.until(lambda: page.driver.execute_script("return brush.target") == "density")
+        value = "return brush.texels.values[arguments[0] * 512 + 256] / 255"
+        assert page.driver.execute_script(value, row) == pytest.approx(0.25, abs=0.01)  # as the map that it reads
+        page.press(page.Keys.ESCAPE)
+        assert not page.driver.find_elements("css selector", "#brush")
+        session.edit("skin.bare", "true")
+        assert page.driver.execute_script("return document.body.dataset.errors") == "0"
+
+
+@pytest.mark.slow
+def test_a_body_without_texture_coordinates_is_named(session, opened, folder):
+    (folder / "painted.toml").write_text(GRAPH.replace('"make_skin"', '"make_skin"\nbare = true'))
+    shot = hairpipe.load(folder / "painted.toml", cache=folder / "cache")
+    assert shot.run(jobs=1).ok
+    other = Session(shot)
+    with served(other) as address:
+        page = Page(opened(address), other)
+        do(page.driver, "selectNode('hair')")
+        page.find("#paint").click()
+        page.until(lambda: "no texture coordinates" in page.find("#controls .said").text)
+        assert not page.driver.find_elements("css selector", "#brush")
