@@ -127,6 +127,23 @@ def page(folder: Path, as_json: bool) -> None:
 
 
 @bench.command()
+@click.option("--strands", type=click.IntRange(min=1), default=100_000, show_default=True, help="Number of strands.")
+@click.option("--points", type=click.IntRange(2, 1000), default=25, show_default=True, help="Points of a strand.")
+@click.option("--redraws", type=click.IntRange(min=1), default=3, show_default=True, help="Number of redraws.")
+@options.as_json
+@record
+def redraw(strands: int, points: int, redraws: int, as_json: bool) -> None:
+    """Measure the viewport of the page: a redraw of hair from another eye, its uploads and draw calls, and a pick.
+
+    The browser has no graphics card: its WebGL2 is a software renderer, whose frames a second are a lower bound for
+    any card. Bytes, calls and vertices are those of every renderer.
+    """
+    from hairpipe.graphs.experiments.bench.pictures.redraw import measure_redraw
+
+    print_report(measure_redraw(strands, points, redraws), as_json)
+
+
+@bench.command()
 @options.as_json
 @record
 def particles(as_json: bool) -> None:

@@ -1,0 +1,16 @@
+"""Redraws of the viewport upload nothing, in one call for all strands."""
+
+import shutil
+
+import pytest
+
+from hairpipe.graphs.experiments.bench.pictures.redraw import measure_redraw
+
+
+@pytest.mark.slow
+def test_a_redraw_uploads_nothing_in_one_draw_call():
+    if not shutil.which("chromium"):
+        pytest.skip("no browser to measure: Debian's package chromium")
+    (found,) = measure_redraw(200, 5, 1).tables["redraw"]
+    assert (found["strands"], found["uploads a redraw [bytes]"], found["draw calls"]) == (200, 0, 1)
+    assert found["first upload [bytes]"] >= 200 * 5 * 16 and found["redraw [ms]"] > 0.0
