@@ -8,8 +8,8 @@ const DAB_SPACING = 0.3;
 
 /** The brush; radius [m]. While one paints: the setting, the image on its body, and the stroke that is drawn.
  * @type {{radius: number, falloff: number, strength: number, value: number, mirror: boolean, node: string, target: string, source: string, texels: Texels | null,
- *   item: (Item & {update: () => void}) | null, stroke: {before: Uint8Array, cover: Float32Array, last: number[], value: number} | null, sending: number, sent: Promise<unknown>}} */
-const brush = { radius: 0.025, falloff: 0.7, strength: 1, value: 0, mirror: false, node: "", target: "", source: "", texels: null, item: null, stroke: null, sending: 0, sent: Promise.resolve() };
+ *   item: (Item & {update: () => void}) | null, stroke: {before: Uint8Array, cover: Float32Array, last: number[], value: number} | null, sending: number, missed: boolean, sent: Promise<unknown>}} */
+const brush = { radius: 0.025, falloff: 0.7, strength: 1, value: 0, mirror: false, node: "", target: "", source: "", texels: null, item: null, stroke: null, sending: 0, missed: false, sent: Promise.resolve() };
 
 /** Settings of a node that read a map or an image, by dotted name. @param {any} node @returns {string[]} */
 function paintTargets(node) {
@@ -161,12 +161,13 @@ function endStroke() {
   brush.sent = brush.sent.then(async () => {
     await edit("stroke", { target: `${node}.${target}`, height: PAINT_SIZE, values: btoa(text) });
     brush.sending--;
-    await renew(); // what the setting reads now, also where it was undone meanwhile
+    if (brush.missed) void followPainting(); // undone meanwhile
   });
 }
 
 /** Take an undone or another image. */
 async function followPainting() {
+  brush.missed = brush.sending > 0;
   const body = brush.texels && !brush.stroke && !brush.sending && upstream(brush.node, "mesh", "Body");
   if (body) await takeSource(body);
 }
