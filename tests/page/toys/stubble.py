@@ -4,7 +4,7 @@ import numpy as np
 
 from hairpipe.data import Body, Strands
 from hairpipe.graph import node
-from hairpipe.groom.grow.style import Paint, PaintedMetres
+from hairpipe.groom.painting.painted import Paint, PaintedMetres
 
 LENGTH = PaintedMetres(0.02)
 
