@@ -146,8 +146,10 @@ def collect(shelf: Shelf, documents: dict[str, Any], most_bytes: float, progress
     room = most_bytes - sum(map(len, (*texts.values(), *scripts.values(), *pictures.values())))
     shelf.most = strands_that_fit(shelf, hair, room)
     strands = {name: count(script(name, *shelf.document(name))) for name in hair}
-    while sum(map(len, strands.values())) > room:  # few strands have more bytes per strand than many
+    while (excess := sum(map(len, strands.values())) - room) > 0:  # few strands have more bytes per strand than many
         shelf.most = int(0.9 * shelf.most)
+        if not hair or shelf.most < FEWEST_STRANDS:
+            raise too_large(excess)
         strands = {name: script(name, *shelf.document(name)) for name in hair}
     return Contents(scripts | bundled(texts | strands), pictures, shelf.most)
 
@@ -197,9 +199,14 @@ def strands_that_fit(shelf: Shelf, names: list[str], room: float) -> int:
     each = sum(len(text) / max(1, min(total, shelf.most)) for text, total in made) / len(made)
     fitting = int(room / (each * len(names)))
     if fitting < min(FEWEST_STRANDS, *(total for _, total in made)):
-        what = f"the report would take {(each * len(names) * FEWEST_STRANDS - room) / 1e6:.1f} MB too much"
-        raise BadInput(what, where="--size", right="more, or fewer --frames")
+        raise too_large(each * len(names) * FEWEST_STRANDS - room)
     return min(MOST_STRANDS, fitting)
+
+
+def too_large(excess: float) -> BadInput:
+    """Describe a report that exceeds its size limit by `excess` bytes."""
+    what = f"the report would take {excess / 1e6:.1f} MB too much"
+    return BadInput(what, where="--size", right="more, or fewer --frames")
 
 
 def bundled(texts: dict[str, str]) -> dict[str, str]:

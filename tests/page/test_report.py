@@ -2,13 +2,15 @@
 
 import hashlib
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 import hairpipe
 from hairpipe.errors import BadInput
+from hairpipe.page import report
 from hairpipe.page.assets import SCRIPTS, WEB
-from hairpipe.page.report import write_report
+from hairpipe.page.report import FEWEST_STRANDS, write_report
 
 
 def digests(folder: Path) -> dict[str, str]:
@@ -35,6 +37,18 @@ def test_strands_are_thinned_to_fit(shot, tmp_path):
     with pytest.raises(BadInput, match="MB too much"):
         write_report(shot, tmp_path / "none", most_bytes=1000)
     assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.parametrize("strands", [[], ["hair.strands"]])
+def test_thinning_ends_with_a_refusal_where_nothing_fits(strands, monkeypatch):
+    """Also where the estimate was too low, or no strands are shown."""
+    monkeypatch.setattr(report, "strands_that_fit", lambda shelf, names, room: 2 * FEWEST_STRANDS)
+    shelf = SimpleNamespace(
+        most=0, names=lambda: strands, node_of=str, faces=dict, document=lambda name: ({"total": 300}, b"strands")
+    )
+    documents = {"state": {"nodes": {}}}
+    with pytest.raises(BadInput, match="MB too much"):
+        report.collect(shelf, documents, 20, lambda done, of: None)
 
 
 @pytest.mark.parametrize("single", [False, True])
