@@ -268,7 +268,7 @@ class Handler:
             return PlainTextResponse(str(fault), 409)
 
     async def act(self, request: Request) -> Response:
-        """Do an action; a fault is the answer."""
+        """Do an action; the answer is the revision after it, or a fault."""
         deeds: dict[str, Callable[[dict[str, Any]], None]] = {
             **{verb: lambda given, verb=verb: self._session.change(verb, dict(given)) for verb in EDITS},
             "undo": lambda given: self._session.undo(),
@@ -289,4 +289,4 @@ class Handler:
             return JSONResponse({"fault": "no such deed"}, 400)
         except BadInput as fault:
             return JSONResponse({"fault": str(fault)}, 409)
-        return JSONResponse({})
+        return JSONResponse({"revision": self._session.revision})

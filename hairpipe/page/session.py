@@ -237,7 +237,8 @@ class Session:
         """Actions of the page besides display."""
         path = self._shot.path
         can_save = not self._draft.shipped and os.access(path if path.exists() else path.parent, os.W_OK)
-        return self._history.document() | {"saved": can_save, "playable": playable(self._shot)}
+        live = {"saved": can_save, "playable": playable(self._shot), "revision": self.revision}
+        return self._history.document() | live
 
     def _state(self) -> dict[str, Any]:
         wedge = self._wedge is not None  # runs are of the wedge

@@ -4,7 +4,9 @@
 /** Ask for a deed; what is wrong with it is returned, empty where all is well. @param {string} deed @param {any} given @returns {Promise<string>} */
 async function act(deed, given = {}) {
   const answer = await fetch(deed, { method: "POST", body: JSON.stringify(given), headers: { "Content-Type": "application/json" } });
-  return (await answer.json()).fault ?? "";
+  const { fault = "", revision = 0 } = await answer.json();
+  app.answered = Math.max(app.answered, revision);
+  return fault;
 }
 
 /** Take every change in, for as long as the page is open. */

@@ -8,8 +8,8 @@ const DAB_SPACING = 0.3;
 
 /** The brush; radius [m]. While one paints: the setting, the image on its body, and the stroke that is drawn.
  * @type {{radius: number, falloff: number, strength: number, value: number, mirror: boolean, node: string, target: string, source: string, texels: Texels | null,
- *   item: (Item & {update: () => void}) | null, stroke: {before: Uint8Array, cover: Float32Array, last: number[], value: number} | null, sending: number, missed: boolean, sent: Promise<unknown>}} */
-const brush = { radius: 0.025, falloff: 0.7, strength: 1, value: 0, mirror: false, node: "", target: "", source: "", texels: null, item: null, stroke: null, sending: 0, missed: false, sent: Promise.resolve() };
+ *   item: (Item & {update: () => void}) | null, stroke: {before: Uint8Array, cover: Float32Array, last: number[], value: number} | null, sending: number, sent: Promise<unknown>}} */
+const brush = { radius: 0.025, falloff: 0.7, strength: 1, value: 0, mirror: false, node: "", target: "", source: "", texels: null, item: null, stroke: null, sending: 0, sent: Promise.resolve() };
 
 /** Settings of a node that read a map or an image, by dotted name. @param {any} node @returns {string[]} */
 function paintTargets(node) {
@@ -52,19 +52,20 @@ async function takeSource(body) {
   const { texels, item } = brush, source = paintSource(), text = JSON.stringify(source);
   if (!texels || text === brush.source) return;
   brush.source = text;
-  const pixels = source.image ? await pixelsOf(`image?path=${encodeURIComponent(source.image)}`) : new Uint8Array(PAINT_SIZE ** 2).fill(255);
+  const pixels = source.image ? await pixelsOf(source.image).catch(() => null) : new Uint8Array(PAINT_SIZE ** 2).fill(255);
   const map = source.map && (await hairpipe.get(body.replace(/mesh$/, "maps"))).arrays[source.map];
-  if (brush.source !== text || brush.stroke) return; // another one, meanwhile
+  if (brush.source !== text || brush.texels !== texels || brush.stroke) return; // another one, meanwhile
+  if (!pixels) return leavePainting(), void sayControls(document.body.dataset.refused = `${source.image} cannot be shown: browsers read PNG, JPEG and WebP`);
   texels.values = pixels;
   if (map) texels.takeMap(map);
   item?.update();
   viewer?.redraw();
 }
 
-/** Values of an image from 0 to 255, as large as painted ones. @param {string} address @returns {Promise<Uint8Array<ArrayBuffer>>} */
-async function pixelsOf(address) {
+/** Values of an image from 0 to 255, as large as painted ones; rejects for one that no browser reads. @param {string} path @returns {Promise<Uint8Array<ArrayBuffer>>} */
+async function pixelsOf(path) {
   const image = new Image();
-  image.src = address;
+  image.src = `files?path=${encodeURIComponent(path)}`;
   await image.decode();
   const canvas = new OffscreenCanvas(PAINT_SIZE, PAINT_SIZE), ink = /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext("2d"));
   ink.drawImage(image, 0, 0, PAINT_SIZE, PAINT_SIZE);
@@ -159,16 +160,16 @@ function endStroke() {
   Object.assign(brush, { stroke: null, source: "" });
   brush.sending++;
   brush.sent = brush.sent.then(async () => {
-    await edit("stroke", { target: `${node}.${target}`, height: PAINT_SIZE, values: btoa(text) });
+    await edit("stroke", { target: `${node}.${target}`, height: PAINT_SIZE, values: btoa(text) }).catch((lost) => fault(String(lost)));
     brush.sending--;
-    if (brush.missed) void followPainting(); // undone meanwhile
+    void followPainting(); // its graph may have come before its answer
   });
 }
 
-/** Take an undone or another image. */
+/** Take the image that the graph names, unless a stroke is drawn or sent, or the graph is older than the last answer. */
 async function followPainting() {
-  brush.missed = brush.sending > 0;
-  const body = brush.texels && !brush.stroke && !brush.sending && upstream(brush.node, "mesh", "Body");
+  const ahead = brush.stroke || brush.sending || app.graph.revision < app.answered;
+  const body = brush.texels && !ahead && upstream(brush.node, "mesh", "Body");
   if (body) await takeSource(body);
 }
 
@@ -198,7 +199,7 @@ function listenToBrush() {
     event.stopPropagation();
     dabTo(event);
   }, true);
-  stage.addEventListener("pointerup", (event) => {
+  for (const end of ["pointerup", "pointercancel"]) stage.addEventListener(end, (event) => {
     if (!brush.stroke) return;
     event.stopPropagation();
     endStroke();
