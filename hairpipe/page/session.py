@@ -75,7 +75,7 @@ class Session:
         with self._lock:
             self._runs.stop()
             self._runs.close()
-            for path in self._strokes:  # of a stroke that was undone, or never saved
+            for path in self._strokes:  # of a stroke that was undone before it was saved, or never
                 if path.name not in (self._history.disk or ""):
                     path.unlink(missing_ok=True)
         for player in self._players:
@@ -157,15 +157,19 @@ class Session:
                 self._reload()
                 raise BadInput("another program has changed the file", where=self._shot.path, right="choose a version")
             self._draft.save()
-            self._history.written(self._draft.text)
-            self._advance()
+            self._written()
 
     def save_as(self, name: str) -> None:
         """Write a new file within the project, which is the file of the page then; BadInput as `Draft.saved_as`."""
         with self._lock:
             self._take(self._draft.saved_as(name))
-            self._history.written(self._draft.text)
-            self._advance()
+            self._written()
+
+    def _written(self) -> None:
+        """Note that the file has the text of the page: its strokes stay, also if another file is written later."""
+        self._history.written(self._draft.text)
+        self._strokes = [path for path in self._strokes if path.name not in self._draft.text]
+        self._advance()
 
     def resolve(self, keep: str) -> None:
         """End a conflict: keep the text of the `page`, take that of the `file`, or repeat `both` edits."""

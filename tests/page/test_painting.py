@@ -72,6 +72,17 @@ def test_a_stroke_is_a_picture_next_to_the_graph_and_one_step(session, folder):
     (folder / "paint" / "hair_length_1.png").unlink()
 
 
+def test_a_saved_picture_stays_when_another_file_is_written(session, folder):
+    stroke(session, "hair.length", np.zeros((4, 4), np.uint8))
+    session.save()
+    session.undo()
+    session.save_as("other.toml")
+    session.close()
+    assert "hair_length_1.png" in (folder / "painted.toml").read_text()
+    (folder / "paint" / "hair_length_1.png").unlink()
+    (folder / "other.toml").unlink()
+
+
 @pytest.mark.parametrize("target", ["hair", "hair.shade", "skin.bare", "hare.length", "hair.length.value", "../x"])
 def test_other_settings_are_not_painted_and_no_file_is_written(session, folder, target):
     with pytest.raises(BadInput):
