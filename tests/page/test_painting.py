@@ -91,7 +91,7 @@ def test_other_settings_are_not_painted_and_no_file_is_written(session, folder, 
 
 
 @pytest.mark.parametrize("values", ["AAAA", "not base64", "", 3])
-def test_values_that_are_no_picture_are_refused(session, folder, values):
+def test_broken_values_are_refused(session, folder, values):
     with pytest.raises((ValueError, TypeError)):
         session.stroke({"target": "hair.length", "height": 2, "values": values})
     assert not list(folder.glob("paint/*"))
