@@ -25,11 +25,17 @@ small {{ color: #666; display: block }} img {{ max-width: 100% }}
 .unpromised {{ color: #777 }} .unpromised .bar div {{ background: #aaa }}"""
 
 
-def written_page(rows: Sequence[Measured], pictures: Mapping[str, bytes], heading: str) -> str:
+def written_page(
+    rows: Sequence[Measured],
+    pictures: Mapping[str, bytes],
+    heading: str,
+    solvers: tuple[list[tuple[str, ...]], str] | None = None,
+) -> str:
     """Return the page; pure.
 
     pictures  PNG, by title
     heading   line below the title
+    solvers   lines of a table of other solvers, its header first, and its source; None: no such table
     """
     parts = []
     for _, cases in groupby(rows, lambda measured: measured.row.row):
@@ -40,6 +46,10 @@ def written_page(rows: Sequence[Measured], pictures: Mapping[str, bytes], headin
         f'<h2>{escape(title)}</h2><img alt="" src="data:image/png;base64,{base64.b64encode(data).decode()}">'
         for title, data in pictures.items()
     ]
+    if solvers:
+        lines, source = solvers
+        cells = "".join(f"<tr><td>{'</td><td>'.join(map(escape, line))}</td></tr>" for line in lines)
+        figures.append(f"<h2>Other solvers</h2><p>{escape(source)}</p><table>{cells}</table>")
     title = "Validation of hairpipe"
     body = f"<h1>{title}</h1><p>{escape(heading)}</p><table><thead>{head}</thead>{''.join(parts)}</table>"
     opening = f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title><style>{STYLE}</style>'

@@ -135,3 +135,9 @@ def test_a_wheel_has_no_validations(monkeypatch):
     monkeypatch.setattr(validation, "shipped_graphs", dict)
     with pytest.raises(BadInput, match="an installed wheel has no validations"):
         validation.shipped_validations()
+
+
+def test_other_solvers_are_shown_as_recorded(hairpipe):  # noqa: F811
+    text = hairpipe("validate --others").stdout
+    for name in ("hairpipe 0.1.0", "PyElastica", "pyPBD", "Newton", "TR-BDF2", "recorded at commit", "bench swing"):
+        assert name in text

@@ -24,6 +24,7 @@ INTERRUPTED = 130
 @click.command()
 @options.graphs
 @click.option("--quick", is_flag=True, help="Compute the rows of a short run only.")
+@click.option("--others", is_flag=True, help="Show the recorded errors and costs of other solvers only.")
 @click.option(
     "-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="HTML file for a page with pictures."
 )
@@ -35,6 +36,7 @@ INTERRUPTED = 130
 def validate(
     graphs: tuple[str, ...],
     quick: bool,
+    others: bool,
     output: Path | None,
     record: bool,
     engine: options.Engine,
@@ -57,9 +59,14 @@ def validate(
     from hairpipe.cli.run_display import RunDisplay
     from hairpipe.graph.store.atomic import write_text
     from hairpipe.results.recording import Recording
+    from hairpipe.validate.others import recorded_solvers
     from hairpipe.validate.page import written_page
     from hairpipe.validate.validation import collecting_node, measured_rows, picture_nodes, shipped_validations
 
+    if others:
+        solvers, source = recorded_solvers()
+        click.echo(f"{table(solvers, '<<' + '>' * (len(solvers[0]) - 2))}\n\n{source}")
+        return
     loaded = [hairpipe.load(graph, cache=cache) for graph in graphs or shipped_validations()]
     chosen = [(shot, node) for shot in loaded if (node := collecting_node(shot, quick=quick))]
     if not chosen:
@@ -89,7 +96,7 @@ def validate(
     else:
         show(rows, total)
     if output:
-        write_text(output, written_page(rows, pictures, total))
+        write_text(output, written_page(rows, pictures, total, recorded_solvers() if not graphs else None))
         click.echo(f"page: {shown(output)}", err=as_json)
     sys.exit(1 if failed or any(measured.row.verdict == "missed" for measured in rows) else 0)
 
