@@ -29,6 +29,7 @@ from hairpipe.sim.settings import BodyContact
 
 _PARTS = 8  # of a step, that the normals are read at where hair ran into something
 _MARGIN = 5e-3  # [m]; points farther than this beyond their thickness are not looked at, nor held
+_SUNK = 1e-5  # [m]; points that the solves hold are not moved out where they sank in by less
 _NEAR = 1e-4  # [m]; what is farther than this beyond it begins to touch in no case
 
 
@@ -176,7 +177,9 @@ class BodyContacts(Interaction):
         for surface in self.surfaces:
             surface.probe(after[met], end.time + end.dt, leaving)
         most = farthest(self._start_distance, end.dt, self.scale)
-        motion = Motion(before, after, velocities, most, self._kept, masses, end.dt, self.contact.friction)
+        # What the solves hold has sunk in by its load: moved out, it would recoil in the next step, and tremble.
+        kept = np.where(self._state.state == TOUCHES, self._kept - _SUNK * self.scale.length, self._kept)
+        motion = Motion(before, after, velocities, most, kept, masses, end.dt, self.contact.friction)
         dx, dv, touched, normals = project(motion, ended, met, parts / _PARTS, meeting, leaving.normal)
         # What is pressed on the body sinks in and is moved out in every step: with the forces found before it trembles.
         np.logical_or(self._state.discontinuous, touched, out=self._state.discontinuous)
