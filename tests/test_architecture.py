@@ -75,7 +75,7 @@ ROOMS = {
     "wedge": {*BASE, "api", "io", *PURE},
     "results": {*BASE, "api", "io", "graph", "bench.machine", "bench.report"},
     "farm": {"errors", "api"},
-    "validate": {*BASE, "api", "results.recording"},
+    "validate": {*BASE, "api", "results.recording", "results.file"},
     "cli": {
         "api",
         "bench",
