@@ -7,6 +7,7 @@ from hairpipe.api.shot import Node, Record, Shot, Task
 from hairpipe.api.source import shipped_graphs
 from hairpipe.data import Table
 from hairpipe.errors import BadInput
+from hairpipe.results.file import read_results
 from hairpipe.results.recording import seconds_of
 from hairpipe.validate.row import Row
 
@@ -14,6 +15,8 @@ ROWS, QUICK = "rows", "quick"
 """Names of the nodes that collect all rows, and those of a short run."""
 PREFIX = "experiments/validate_"
 PICTURE = ".png"
+SOLVERS = "results/swing.json"
+"""Recorded errors and costs of other solvers."""
 
 
 @dataclass(frozen=True)
@@ -87,3 +90,12 @@ def processor_of(records: Mapping[str, Record]) -> dict[str, float]:
     for target, record in records.items():
         by_node.setdefault(target.partition("@")[0], {})[record.key] = record
     return {node: seconds_of(found.values()) for node, found in by_node.items()}
+
+
+def recorded_solvers() -> tuple[list[tuple[str, ...]], str]:
+    """Return the table of solvers, its header first, and how it was recorded; BadInput where it is not installed."""
+    found = read_results(shipped_graphs()[shipped_validations()[0]].parent / SOLVERS)
+    table = found.tables["peers"]
+    rows = [tuple(f"{value:.3g}" if isinstance(value, float) else str(value) for value in row) for row in table.rows]
+    source = f"recorded at commit {found.commit[:7]} on {found.machine.processor} by `{found.command}`"
+    return [tuple(line[1:]) for line in (tuple(table.columns), *rows)], source

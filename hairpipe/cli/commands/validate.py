@@ -59,9 +59,14 @@ def validate(
     from hairpipe.cli.run_display import RunDisplay
     from hairpipe.graph.store.atomic import write_text
     from hairpipe.results.recording import Recording
-    from hairpipe.validate.others import recorded_solvers
     from hairpipe.validate.page import written_page
-    from hairpipe.validate.validation import collecting_node, measured_rows, picture_nodes, shipped_validations
+    from hairpipe.validate.validation import (
+        collecting_node,
+        measured_rows,
+        picture_nodes,
+        recorded_solvers,
+        shipped_validations,
+    )
 
     if others:
         solvers, source = recorded_solvers()
