@@ -132,6 +132,7 @@ LONG_SIGNATURES = {
     "hairpipe/api/graph_shot.py run": "its parameters are the options of a run",
     "hairpipe/cli/commands/run.py run": "its parameters are the options of a command",
     "hairpipe/cli/commands/tune.py tune": "its parameters are the options of a command",
+    "hairpipe/cli/commands/validate.py validate": "its parameters are the options of a command",
 }
 """The functions with more parameters, and why; those of nodes are settings, which a graph names."""
 FRAGMENTS = {
