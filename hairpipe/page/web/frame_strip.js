@@ -30,7 +30,10 @@ function drawStrip() {
   ink.font = "11px system-ui, sans-serif";
   const every = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find((n) => n * cell >= 42) ?? 2000;
   ink.fillStyle = themed("--soft");
-  for (let frame = Math.ceil(first / every) * every; frame <= last; frame += every) ink.fillText(String(frame), STRIP.label + (frame - first) * cell, 10);
+  for (let frame = Math.ceil(first / every) * every; frame <= last; frame += every) {
+    const text = String(frame), end = canvas.clientWidth - ink.measureText(text).width;
+    ink.fillText(text, Math.min(STRIP.label + (frame - first) * cell, end), 10);
+  }
   rows.forEach((/** @type {any} */ node, /** @type {number} */ row) => {
     const y = STRIP.top + row * STRIP.row, cells = app.state.nodes[node.name]?.cells ?? [];
     const slowest = Math.max(...cells.map((/** @type {Cell} */ c) => c.seconds ?? 0), 1e-9);

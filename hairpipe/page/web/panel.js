@@ -58,9 +58,9 @@ function explanation(node, cell, before) {
 function inputRows(node, cell) {
   if (!node.edges.length) return [];
   return [element("h3", {}, "inputs"), ...node.edges.map((/** @type {any} */ edge) =>
-    element("div", { class: "row" }, element("b", {}, edge.plug),
+    element("div", { class: "row input" }, element("b", {}, edge.plug),
       element("a", { href: "#", onclick: (/** @type {Event} */ event) => (event.preventDefault(), selectNode(edge.node)) }, edge.node + (edge.output ? `.${edge.output}` : "")),
-      element("code", { title: "name of the object" }, cell?.inputs?.[edge.plug] ?? "")))];
+      element("code", { title: `name of the object: ${cell?.inputs?.[edge.plug] ?? ""}` }, cell?.inputs?.[edge.plug] ?? "")))];
 }
 
 /** @param {any} field @param {any} values @param {any} given @param {string[]} above @returns {HTMLElement[]} */

@@ -16,7 +16,7 @@ function drawVerdict() {
   document.getElementById("verdict")?.replaceChildren(
     element("h1", {}, graph.name), presetButtons(), element("strong", { class: good ? "good" : "bad" }, word), element("span", { id: "controls" }), element("span", { class: "facts", title: parts.join("\n") }, parts.join(" · ")), ...warningLog(),
     ...(verdict.note ? [element("span", { class: "said" }, verdict.note)] : []),
-    element("code", { title: "repeats it" }, verdict.command),
+    element("code", { title: `repeats it: ${verdict.command}` }, verdict.command),
     ...verdict.failures.map(failureLine),
   );
 }
