@@ -23,6 +23,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.kernels]
 PICTURES = os.environ.get("PAGE_PICTURES")
 STRANDS, SEGMENTS, LAST = ("800", "10", "8") if PICTURES else ("40", "8", "3")
 WIDTH, HEIGHT = 1280, 800
+DONE = "return app.base.verdict.missing === 0 && !app.base.verdict.running"
 FRINGE = """schema = 1
 frames = [1, {last}]
 fps = 24
@@ -70,11 +71,21 @@ class Person(Page):
 
     def pull(self, owner, name, at):
         """Add a node at the end of a wire from the output of another one."""
-        socket = self.find(SOCKET.format(owner, "out"))
-        actions = self.actions().move_to_element(socket).click_and_hold().move_by_offset(6, 6)
-        actions.move_to_element_with_offset(self.find("#graph"), *self.offset(at)).release().perform()
+        self.until(lambda: self.pulled(owner, at))
         self.choose(name)
         self.arrived(name)
+
+    def pulled(self, owner, at):
+        """Pull a wire to a place; return whether the graph was not drawn anew before that, as after a run."""
+        from selenium.common import StaleElementReferenceException
+
+        actions = self.actions().move_to_element(self.find(SOCKET.format(owner, "out"))).click_and_hold()
+        actions.move_by_offset(6, 6).move_to_element_with_offset(self.find("#graph"), *self.offset(at)).release()
+        try:
+            actions.perform()
+        except StaleElementReferenceException:
+            return False
+        return True
 
     def wire(self, owner, node, name):
         end = self.find(SOCKET.format(node, "in") + f'[data-name="{name}"]')
@@ -132,9 +143,9 @@ def test_an_empty_project_becomes_a_fringe_in_the_wind(person):
     person.write('[data-setting="comb.sideways"]', "0")
     person.write('[data-setting="comb.back"]', "-1")
     person.find("#do-run").click()
-    person.until(
-        lambda: person.driver.execute_script("return viewer?.items.at(-1)?.lengths?.length") == int(STRANDS), 60
-    )
+    drawn = "return viewer?.items.at(-1)?.lengths?.length"
+    person.until(lambda: person.driver.execute_script(drawn) == int(STRANDS), 60)
+    person.until(lambda: person.driver.execute_script(DONE))
     person.picture("groom")
     person.pull("bust", "pose_body", (0.42, 0.75))
     person.pull("body", "bake_levelset", (0.62, 0.8))
@@ -151,8 +162,7 @@ def test_an_empty_project_becomes_a_fringe_in_the_wind(person):
     person.write('[data-setting="wind.velocity"]', "-4", place=2)
     person.picture("wind")
     person.find("#do-run").click()
-    done = "return app.base.verdict.missing === 0 && !app.base.verdict.running"
-    person.until(lambda: person.driver.execute_script(done), 400)
+    person.until(lambda: person.driver.execute_script(DONE), 400)
     person.driver.execute_script("app.set({ frame: app.graph.frames[1] })")
     person.picture("fringe")
     person.press("s", person.Keys.CONTROL)

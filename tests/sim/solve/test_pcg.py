@@ -39,7 +39,7 @@ class Bundle(NamedTuple):
         def multiply(v, start, out):
             out[:] = start + (O @ v.ravel()).reshape(-1, 3)
 
-        exchange = solve(respond, multiply, alone, MASSES, tolerance, most)
+        exchange = solve(respond, multiply, alone, MASSES, tolerance, most=most)
         return alone.ravel() + inverse @ exchange.impulses.ravel().astype(float), exchange
 
     def exact(self):
