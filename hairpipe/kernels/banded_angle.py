@@ -9,7 +9,7 @@ of p + 1, then x, y, z of p + 2:
 
 `eliminate` makes L D L^T of it, a row at a time as rows are complete, and leaves 1 / D on the diagonal and L^T next to
 it: 164 multiply-adds a row, and 34 multiplications. Nothing is pivoted. Where a pivot is not positive the matrix is not
-positive definite: its magnitude is used, so that later values are finite, and the least pivot is returned.
+positive definite: its magnitude is used, so that later values are finite, and the least pivots are returned.
 """
 
 from hairpipe.kernels.banded import add, clear_row
@@ -100,25 +100,27 @@ def _take(A, p, c, z, t, i, j):
 
 @inlined
 def eliminate(A, b, p, count, lowest):
-    """Eliminate row p from the rows after it, in place; return the lowest pivot of this and before.
+    """Eliminate row p from the rows after it, in place; return the lowest pivots of this and before.
 
-    A      (rows, 38, W), complete up to row p
-    b      right-hand side (rows, 4, W)
-    count  number of rows
+    A       (rows, 38, W), complete up to row p
+    b       right-hand side (rows, 4, W)
+    count   number of rows
+    lowest  pivots of positions, and of angles
     """
+    placed, turned = lowest
     d0, d01, d02, d03 = load(A, (p, 0)), load(A, (p, 1)), load(A, (p, 2)), load(A, (p, 3))
     d1, d12, d13 = load(A, (p, 11)), load(A, (p, 12)), load(A, (p, 13))
     d2, d23, d3 = load(A, (p, 21)), load(A, (p, 22)), load(A, (p, 30))
     t0, t1, t2, t3 = _seven(A, p, 4), _seven(A, p, 14), _seven(A, p, 23), _seven(A, p, 31)
     y0, y1, y2, y3 = load(b, (p, 0)), load(b, (p, 1)), load(b, (p, 2)), load(b, (p, 3))
     # Pivots one by one, not a block of four at a time: their signs show whether the matrix is positive definite.
-    d0, lowest = _pivot(d0, lowest)
+    d0, placed = _pivot(d0, placed)
     i0 = 1.0 / d0
     w01 = d01 * i0
     w02 = d02 * i0
     w03 = d03 * i0
     z0 = _times(i0, t0)
-    d1, lowest = _pivot(d1 - w01 * d01, lowest)
+    d1, placed = _pivot(d1 - w01 * d01, placed)
     i1 = 1.0 / d1
     d12 = d12 - w01 * d02
     d13 = d13 - w01 * d03
@@ -127,14 +129,14 @@ def eliminate(A, b, p, count, lowest):
     w12 = d12 * i1
     w13 = d13 * i1
     z1 = _times(i1, t1)
-    d2, lowest = _pivot(d2 - w02 * d02 - w12 * d12, lowest)
+    d2, placed = _pivot(d2 - w02 * d02 - w12 * d12, placed)
     i2 = 1.0 / d2
     d23 = d23 - w02 * d03 - w12 * d13
     t2 = _less(_less(t2, w02, t0), w12, t1)
     y2 = y2 - w02 * y0 - w12 * y1
     w23 = d23 * i2
     z2 = _times(i2, t2)
-    d3, lowest = _pivot(d3 - w03 * d03 - w13 * d13 - w23 * d23, lowest)
+    d3, turned = _pivot(d3 - w03 * d03 - w13 * d13 - w23 * d23, turned)
     i3 = 1.0 / d3
     y3 = y3 - w03 * y0 - w13 * y1 - w23 * y2
     t3 = _less(_less(_less(t3, w03, t0), w13, t1), w23, t2)
@@ -157,7 +159,7 @@ def eliminate(A, b, p, count, lowest):
         _take_after(A, p + 2, z, t)
         for c in range(3):
             store(b, (p + 2, c), load(b, (p + 2, c)) - _taken(z, y, c + 4))
-    return lowest
+    return placed, turned
 
 
 @inlined

@@ -20,7 +20,7 @@ COLUMNS = (
 
 
 def measure_impulses(groom: Groom, states: Mapping[int, HairState], group: str | None, fps: float) -> Table:
-    """Return a row for every frame: what goals have added to the momentum since the frame before; zero without goals.
+    """Return a row a frame: the impulse of goals in the solves of its steps, before contact; zero without goals.
 
     mean force                 magnitude of the impulse over the duration of a frame
     largest force on a strand  the same of the strand with the largest impulse

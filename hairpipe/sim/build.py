@@ -33,7 +33,7 @@ from hairpipe.sim.integrators.integrator import Integrator
 from hairpipe.sim.integrators.nine_steps import FullStep, Trapezoid
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
 from hairpipe.sim.interactions import Interaction, own_interactions
-from hairpipe.sim.settings import BodyContact, Collisions, Scene, Stiction, Volume
+from hairpipe.sim.settings import BodyContact, Collisions, Scene, Stiction, Thickness, Volume
 from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Rule
 from hairpipe.sim.strands.interface import StrandModel, kind_of, may_be_lost
@@ -76,11 +76,11 @@ def surroundings_of(
     then strain, then bodies.
     """
     offsets = hair.layout.offsets
-    scale = hair_scale(scene)
+    scale = hair_scale(hair, scene)
     acting = list[Interaction]()
     if scene.wind is not None:
         acting.append(Breeze(scene.wind, hair.diameter, offsets, hair.widths))
-    elif not scene.air.drag.is_constant:
+    elif scene.air_interacts:
         acting.append(StillAir(hair.masses * hair.values_of(scene.air.drag, "air.drag")[0]))
     if bodies:
         acting.append(_body_contacts(hair, model, bodies, scene))
@@ -106,10 +106,12 @@ def _body_contacts(hair: HairModel, model: StrandModel, bodies: Sequence[Collide
     return BodyContacts(list(bodies), contact, kept, offsets, segments, axial, turns, scale)
 
 
-def hair_scale(scene: Scene) -> Scale:
-    """Return the scale of contact between strands, by the distance at which they touch, or else stick."""
+def hair_scale(hair: HairModel, scene: Scene) -> Scale:
+    """Return the scale of contact between strands, by the largest distance at which they touch, or else stick."""
     if scene.collisions is not None:
-        return scale_of(scene.collisions.thickness.value, Collisions().thickness.value, scene.gravity)
+        whole = hair if hair.part_of is None else hair.part_of[0]
+        thickness, _ = _factored(scene.collisions.thickness, whole, "collisions.thickness")
+        return scale_of(thickness.value, Collisions().thickness.value, scene.gravity)
     if scene.stiction is not None:
         return scale_of(scene.stiction.reach, Stiction().reach, scene.gravity)
     return USUAL
@@ -170,10 +172,14 @@ def pairs_at_rest(
         reach = stiction.reach
         sticking = hair.once(("stiction", reach), lambda: same_hair_keys(points, offsets, reach))
     if collisions is not None:
-        thickness, thick = _factored(collisions.thickness, hair, "collisions.thickness")
-        near = points, offsets, REST * thickness.value, None, thick
-        colliding = hair.once(("at rest", collisions.thickness), lambda: key_of(near_pairs(*near).segments))
+        colliding = hair.once(("at rest", collisions.thickness), lambda: _touching_at_rest(hair, collisions.thickness))
     return sticking, colliding
+
+
+def _touching_at_rest(hair: HairModel, thickness: Thickness) -> np.ndarray:
+    largest, factors = _factored(thickness, hair, "collisions.thickness")
+    near = near_pairs(hair.groom.points, hair.layout.offsets, REST * largest.value, None, factors)
+    return key_of(near.segments)
 
 
 def check_scheme(model: StrandModel, scene: Scene) -> None:
@@ -192,14 +198,13 @@ def check_scheme(model: StrandModel, scene: Scene) -> None:
 def integrator_of(scene: Scene) -> Integrator:
     """Build the integrator of a scene."""
     scheme = scene.scheme
-    in_interaction = scene.wind is not None or not scene.air.drag.is_constant
     rule = Rule(
         int(SpringForm[scheme.spring]),
         scheme.overdamping,
         scheme.guard,
         scheme.iterations,
         gravity_of(scene),
-        0.0 if in_interaction else scene.air.drag.value,
+        0.0 if scene.air_interacts else scene.air.drag.value,
     )
     kinds = _NINE_STEPS if scheme.value == "nine_steps" else _SCHEMES
     return kinds[scheme.velocity if scheme.value == "nine_steps" else scheme.value](rule)

@@ -97,19 +97,15 @@ def warn_of_stretch(hair: HairModel, positions: np.ndarray, scene: Scene, frame:
 
 
 def warn_of_lost(hair: HairModel, before: HairState, after: HairState, frame: int) -> None:
-    """Name the strands that repeated a step in a frame, if some had repeated none; see `integrators/lost.py`.
-
-    Few of many strands cause no warning, since single steps of first order change the hair as a whole little.
-    """
+    """Name the strands that repeated a step in a frame, unless they are few of many; see `integrators/lost.py`."""
     if not may_be_lost(hair.model):
         return
     rows = hair.model.first[:-1]
     used = ~hair.layout.idle
-    earlier = before.tensions[rows, 1]
     repeats = after.tensions[rows, 1]
-    again = (repeats > earlier) & used
+    again = (repeats > before.tensions[rows, 1]) & used
     count = np.count_nonzero(again)
-    if (again & (earlier == 0.0)).any() and count > FEW * np.count_nonzero(used):
+    if count > FEW * np.count_nonzero(used):
         names = name_strands(hair.groom.ids[np.unique(hair.layout.strands[again])])
         message = f"{count} strands were re-solved with backward Euler at frame {frame}: {names}"
         steps = int(repeats[used].sum())

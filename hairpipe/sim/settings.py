@@ -296,6 +296,11 @@ class Scene:
     wind: Wind | None = None
     goal: Goal | None = None
 
+    @property
+    def air_interacts(self) -> bool:
+        """Whether air is an interaction, as wind and drag that varies are: solves then contain no drag of their own."""
+        return self.wind is not None or not self.air.drag.is_constant
+
 
 @dataclass(frozen=True)
 class HairSettings(Scene):

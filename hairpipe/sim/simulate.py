@@ -142,7 +142,6 @@ def start(hair: HairModel, driver: Driver, scene: Scene) -> HairState:
     `stand`, and if the model does not support the scheme.
     """
     check_scheme(hair.model, scene)
-    in_interaction = scene.wind is not None or not scene.air.drag.is_constant
     layout = hair.layout
     positions, velocities = place(driver, hair.groom, hair.rest, layout)
     gravity = gravity_of(scene).astype(layout.dtype)
@@ -162,7 +161,7 @@ def start(hair: HairModel, driver: Driver, scene: Scene) -> HairState:
         positions,
         velocities,
         pull - scene.air.drag.value * velocities,
-        np.full(layout.strands.shape, in_interaction),  # no acceleration contains it yet
+        np.full(layout.strands.shape, scene.air_interacts),  # no acceleration contains it yet
         tensions,
         inverse_lengths,
         stuck=np.empty((0, 2), np.int32),

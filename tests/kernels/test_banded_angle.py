@@ -5,17 +5,17 @@ import pytest
 from numba import njit
 
 from hairpipe.kernels.banded_angle import SIZE, eliminate, forward, substitute
-from hairpipe.kernels.simd import WIDTH, load, store
+from hairpipe.kernels.simd import WIDTH, load, minimum, store
 
 PLACES = 0, 11, 21, 30
 
 
 @njit
 def _solve(A, b, c, lowest):
-    least = load(lowest, (0,))
+    least = load(lowest, (0,)), load(lowest, (0,))
     for p in range(len(A)):
         least = eliminate(A, b, p, len(A), least)
-    store(lowest, (0,), least)
+    store(lowest, (0,), minimum(least[0], least[1]))
     substitute(A, b, len(A))
     for p in range(len(A)):
         forward(A, c, p, len(A))

@@ -12,8 +12,10 @@ import pytest
 import hairpipe
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.worker import machine_code
+from hairpipe.page.session import Session
 
 from ..cli.conftest import START
+from .live_page import Page, served
 
 TOYS = Path(__file__).parent / "toys"
 SHOT = """schema = 1 # of the file
@@ -102,7 +104,8 @@ def chromium() -> Iterator:
     """A browser without a screen; skipped where there is none."""
     webdriver = pytest.importorskip("selenium.webdriver", reason="no selenium")
     if not (BROWSER and DRIVER):
-        pytest.skip("no browser to test pages in: Debian's packages chromium and chromium-driver")
+        absent = "no browser to test pages in: Debian's packages chromium and chromium-driver"
+        (pytest.fail if "PAGE_PICTURES" in os.environ else pytest.skip)(absent)
     options = webdriver.ChromeOptions()
     options.binary_location = BROWSER
     for flag in FLAGS.split():
@@ -129,3 +132,11 @@ def opened(chromium) -> Callable:
         return chromium
 
     return open_page
+
+
+@pytest.fixture
+def live(opened: Callable, shot: hairpipe.Shot) -> Iterator[Page]:
+    """The live page of the shot."""
+    session = Session(shot)
+    with served(session) as address:
+        yield Page(opened(address), session)

@@ -1,14 +1,10 @@
 """The page in a real browser, frozen and live."""
 
-import io
 import json
 import subprocess
-import threading
-from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from hairpipe.api.shot import load
 from hairpipe.api.source import shipped_graphs
@@ -16,12 +12,12 @@ from hairpipe.graph.file.data_folder import data_folder
 from hairpipe.page.documents import graph_document
 from hairpipe.page.packing import quantised
 from hairpipe.page.report import write_report
-from hairpipe.page.server import Server
 from hairpipe.page.session import Session
 
 from ..cli.commands.test_watch import ELSEWHERE
 from ..pages import data_of
 from .conftest import SHOT, START
+from .live_page import do, pixels, served
 
 pytestmark = pytest.mark.slow
 
@@ -31,19 +27,6 @@ def report(folder):
     shot = load(folder / "shot.toml", cache=folder / "cache")
     write_report(shot, folder / "report")
     return (folder / "report" / "index.html").as_uri()
-
-
-def do(driver, script, *given):
-    """Run a script, and wait until what it began is drawn."""
-    found = driver.execute_script(script, *given)
-    driver.execute_async_script("const done = arguments[0]; requestAnimationFrame(() => setTimeout(done, 60));")
-    return found
-
-
-def pixels(driver, selector="#view"):
-    """The picture of an element, (height, width, 3)."""
-    element = driver.find_element("css selector", selector)
-    return np.asarray(Image.open(io.BytesIO(element.screenshot_as_png)).convert("RGB")).astype(int)
 
 
 def requests(driver):
@@ -184,19 +167,6 @@ def test_no_wire_crosses_a_node_in_any_shipped_graph(opened, report):
         state = {"nodes": {node: {"cells": []} for node in shot.nodes}}
         boxes, crossed = driver.execute_script(script, graph_document(shot), state)
         assert boxes == len(shot.nodes) and not crossed, (name, crossed)
-
-
-@contextmanager
-def served(session):
-    """Serve the page of a session; yields its address."""
-    server = Server(session, 0)
-    thread = threading.Thread(target=server.serve)
-    thread.start()
-    try:
-        yield server.address
-    finally:
-        server.stop()
-        thread.join(20)
 
 
 def test_live_a_setting_is_edited_run_and_saved(opened, shot, folder):

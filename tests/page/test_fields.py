@@ -5,8 +5,7 @@ import pytest
 from hairpipe.api.draft import EMPTY, load_draft
 from hairpipe.page.session import Session
 
-from .test_browser import do, served
-from .test_gestures import Page
+from .live_page import Page, do, served
 
 pytestmark = pytest.mark.slow
 TEXT = (

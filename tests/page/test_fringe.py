@@ -16,8 +16,7 @@ import hairpipe
 from hairpipe.api.draft import EMPTY, load_draft
 from hairpipe.page.session import Session
 
-from .test_browser import served
-from .test_gestures import SOCKET, Page
+from .live_page import SOCKET, Page, served
 
 pytestmark = [pytest.mark.slow, pytest.mark.kernels]
 PICTURES = os.environ.get("PAGE_PICTURES")

@@ -1,88 +1,14 @@
 """The gestures of the live page in a real browser: each changes the text of the graph file as a person would have."""
 
-import json
-import time
-import tomllib
-
 import pytest
 
 from hairpipe.api.draft import EMPTY, load_draft
 from hairpipe.page.session import Session
 
 from .conftest import SHOT
-from .test_browser import do, pixels, served
+from .live_page import SOCKET, Page, do, pixels, served
 
 pytestmark = pytest.mark.slow
-SOCKET = '.socket[data-owner="{}"][data-side="{}"]'
-
-
-class Page:
-    """A live page, driven as a person does."""
-
-    def __init__(self, driver, session):
-        from selenium.webdriver import ActionChains
-        from selenium.webdriver.common.keys import Keys
-
-        self.driver, self.session, self.Keys = driver, session, Keys
-        self.actions = lambda: ActionChains(driver, duration=30)
-
-    @property
-    def text(self):
-        return self.session._history.text
-
-    @property
-    def tables(self):
-        return tomllib.loads(self.text)
-
-    def find(self, selector):
-        return self.driver.find_element("css selector", selector)
-
-    def node(self, name):
-        return self.find(f'.node[data-node="{name}"] .box')
-
-    def until(self, true, most=20.0):
-        end = time.monotonic() + most
-        while not true():
-            assert time.monotonic() < end, (
-                self.driver.execute_script("return document.body.dataset.refused"),
-                self.text,
-            )
-            time.sleep(0.03)
-        self.settle()
-
-    def settle(self):
-        """Wait until the page has the present revision."""
-        script = """const [text, done] = arguments;
-            const there = () => JSON.stringify(app.graph.undo) === text;
-            const look = () => there() ? requestAnimationFrame(() => done(true)) : setTimeout(look, 20);
-            look();"""
-        self.driver.execute_async_script(script, json.dumps(self.session._history.document()["undo"]))
-
-    def press(self, keys, *modifiers):
-        actions = self.actions()
-        for modifier in modifiers:
-            actions.key_down(modifier)
-        actions.send_keys(keys)
-        for modifier in modifiers:
-            actions.key_up(modifier)
-        actions.perform()
-
-    def drag(self, begin, end=None, by=(0, 0)):
-        """Drag from an element to another one, or by pixels."""
-        actions = self.actions().move_to_element(begin).click_and_hold().move_by_offset(6, 6)
-        (actions.move_to_element(end) if end else actions.move_by_offset(by[0] - 6, by[1] - 6)).release().perform()
-
-    def choose(self, text):
-        """Type in the small window that opens."""
-        self.until(lambda: self.driver.find_elements("css selector", "#popup li, #popup input[placeholder^=name]"))
-        self.actions().send_keys(text + self.Keys.ENTER).perform()
-
-
-@pytest.fixture
-def live(opened, shot):
-    session = Session(shot)
-    with served(session) as address:
-        yield Page(opened(address), session)
 
 
 def test_an_empty_project_becomes_a_simulation_without_typing_toml(opened, folder, tmp_path, monkeypatch):

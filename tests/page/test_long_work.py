@@ -6,8 +6,7 @@ import hairpipe
 from hairpipe.page.session import Session
 
 from .conftest import SHOT
-from .test_browser import do, served
-from .test_gestures import Page
+from .live_page import Page, do, served
 
 pytestmark = pytest.mark.slow
 NOTIFICATION = """window.told = [];
@@ -20,13 +19,6 @@ NOTIFICATION = """window.told = [];
         }
         constructor(title, { body }) { told.push(title, body); }
     };"""
-
-
-@pytest.fixture
-def live(opened, shot):
-    session = Session(shot)
-    with served(session) as address:
-        yield Page(opened(address), session)
 
 
 def text_of(page, selector):

@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 
 from hairpipe.page.packing import quantised
-from hairpipe.page.session import Session
 
-from .test_browser import do, pixels, served
-from .test_gestures import Page
+from .live_page import do, pixels
 
 pytestmark = pytest.mark.slow
 PLACE = """const p = arguments[0], { clientWidth: width, clientHeight: height } = viewer.canvas;
@@ -15,13 +13,6 @@ PLACE = """const p = arguments[0], { clientWidth: width, clientHeight: height } 
     const at = [0, 1].map((k) => (m[k] * p[0] + m[4 + k] * p[1] + m[8 + k] * p[2] + m[12 + k]) / w);
     return [(at[0] + 1) / 2 * width, (1 - at[1]) / 2 * height];"""
 """Pixel of the viewport at a place."""
-
-
-@pytest.fixture
-def live(opened, shot):
-    session = Session(shot)
-    with served(session) as address:
-        yield Page(opened(address), session)
 
 
 def click(page, place):
@@ -61,7 +52,12 @@ def test_a_strand_is_picked_described_and_let_go(live, shot):
     marked = (np.abs(pixels(driver) - before).max(axis=2) > 60) & (pixels(driver)[..., 2] > 180)
     assert 20 < marked.sum() < 0.05 * marked.size
     do(driver, "app.set({ frame: 4 })")
-    live.until(lambda: facts(live)["root"] and facts(live)["strand"] == told["strand"])
+    depths = shot.get("height@4")
+    own = depths.values[0][depths.offsets[front] : depths.offsets[front + 1]].max()
+    deepest = f"most {depths.names[0]}"
+    assert float(told[deepest]) != pytest.approx(own, rel=0.02)
+    live.until(lambda: float(facts(live).get(deepest, "nan")) == pytest.approx(own, rel=0.02))
+    assert facts(live)["strand"] == told["strand"]
     live.press(live.Keys.ESCAPE)
     assert not driver.find_elements("css selector", "#picked")
     click(live, shot.get("hair@4").points.reshape(300, 12, 3)[front, -1])

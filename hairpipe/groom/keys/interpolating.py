@@ -74,7 +74,7 @@ def _interpolate(
             put(velocities, begin + k + 1, v)
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, parallel=True, error_model="numpy")
 def _mix_widths(followed, firsts, theirs, offsets, widths) -> None:  # noqa: ANN001
     """Write the mean of the widths of its keys, at equal shares of their points, to every point of all hairs."""
     for s in prange(len(offsets) - 1):

@@ -276,10 +276,10 @@ def _assemble_definite(model, block, system, at, outer, stage, h, rule):
     """
     full = system
     indefinite = h < 0.0  # Only for numba, which needs the types before the loop: as h > 0, no lane is marked.
-    lowest = h
+    lowest = h, h
     for attempt in range(2 if shape_of(model).unknowns > 3 else 1):
         if attempt == 1:
-            indefinite = lowest <= least_pivot(model, block, at.x.shape[0], h * h)
+            indefinite = either(lowest[0] <= 0.0, lowest[1] <= least_pivot(model, block, h * h))
             if not any_lane(indefinite):
                 break
             full = System(system.A.copy(), system.b.copy())

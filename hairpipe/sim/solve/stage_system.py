@@ -55,7 +55,7 @@ def _add_outer(model, A, b, outer, p, n, last):
 def assemble(model, block, system, at, outer, stage, h, rule):
     """Write the factors to A, and to b the right-hand side of the back substitution for the change of velocity [m/s].
 
-    Returns the lowest pivot if it may be negative.
+    Returns the lowest pivots of positions, and of angles, where a model has these; the others are positive.
     """
     A, b = system
     x, v = at.x, at.v
@@ -67,7 +67,7 @@ def assemble(model, block, system, at, outer, stage, h, rule):
     last = count - 1 - shape_of(model).after
     mass = model.mass[model.first[block] : model.first[block + 1]]
     hh = (0.0 if rule.form == _EXPLICIT else 1.0) * h * h  # Without h^2 K springs are explicit; damping stays.
-    lowest = 0.0 * h + 1.0
+    lowest = 0.0 * h + 1.0, 0.0 * h + 1.0
     terms = Terms(h, hh, rule.damping, rule.part)
     for p in range(min(reach, count)):  # `reach` ahead: forces and elimination of p add to rows up to p + reach.
         _start_row(model, system, mass, (vh, v), p, h, rule)

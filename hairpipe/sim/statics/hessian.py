@@ -15,7 +15,7 @@ from numba import njit, prange
 
 from hairpipe.kernels.banded import add
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.simd import load, select, store
+from hairpipe.kernels.simd import load, minimum, select, store
 from hairpipe.kernels.simd_arrays import fill
 from hairpipe.sim.solve.stage import Iterate, System
 from hairpipe.sim.strands.band import eliminate, fix_root, row_size, start_row
@@ -142,10 +142,11 @@ def _find_stable_by_pivots(model, block, x, T, stable):
     rows = slice(model.first[block], model.first[block + 1])
     A, b = assemble(model, block, x[rows], T[rows].copy(), _EXACT)
     count = b.shape[0]
-    lowest = 0.0 * load(stable, (block,)) + 1.0
+    one = 0.0 * load(stable, (block,)) + 1.0
+    lowest = one, one
     for p in range(count):
         if p < shape_of(model).clamped:
             lowest = fix_root(model, A, b, p, count, lowest)
         else:
             lowest = eliminate(model, A, b, p, count, lowest)
-    store(stable, (block,), select(lowest > 0.0, 1.0 + 0.0 * lowest, 0.0))
+    store(stable, (block,), select(minimum(lowest[0], lowest[1]) > 0.0, one, 0.0))

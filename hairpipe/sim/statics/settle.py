@@ -110,7 +110,8 @@ def _solve(model, block, A, b, rate):
     rate  1 / h^2 [1/s^2]
     """
     count = b.shape[0]
-    lowest = 0.0 * load(b, (0, 0)) + 1.0
+    one = 0.0 * load(b, (0, 0)) + 1.0
+    lowest = one, one
     for p in range(count):
         if p < shape_of(model).clamped:
             lowest = fix_root(model, A, b, p, count, lowest)
@@ -118,7 +119,7 @@ def _solve(model, block, A, b, rate):
             add_inertia(model, A, p, rate * load(model.mass, (model.first[block] + p,)))
             lowest = eliminate(model, A, b, p, count, lowest)
     substitute(model, A, b, count)
-    return lowest
+    return minimum(lowest[0], lowest[1])
 
 
 @inlined

@@ -44,7 +44,7 @@ def add_next(model: Any, A: Any, p: Any, block: Any) -> Any:
 
 @by_model
 def fix_root(model: Any, A: Any, b: Any, p: Any, count: Any, lowest: Any) -> Any:
-    """Hold row p at the root, in place; return the lowest pivot of this and before."""
+    """Hold row p at the root, in place; return the lowest pivots of this and before."""
 
 
 @by_model
@@ -54,7 +54,7 @@ def fix_lanes(model: Any, A: Any, b: Any, p: Any, fixed: Any) -> Any:
 
 @by_model
 def eliminate(model: Any, A: Any, b: Any, p: Any, count: Any, lowest: Any) -> Any:
-    """Eliminate row p, in place; return the lowest pivot of this and before, where that may be negative."""
+    """Eliminate row p, in place; return the lowest pivots of this and before, where they may be negative."""
 
 
 @by_model

@@ -85,7 +85,7 @@ def _follow_nothing(model, block, at, dx, b, h):
 
 
 @inlined
-def _least_zero(model, block, count, hh):
+def _least_zero(model, block, hh):
     """Accept every positive pivot."""
     return 0.0 * hh
 
@@ -139,7 +139,7 @@ def register_model(kind: ModelKind) -> ModelKind:
 
 
 def may_be_lost(model: StrandModel) -> bool:
-    """Whether the matrix of a model may be indefinite: a strand for which it is does its step again."""
+    """Whether the matrix of a model may be indefinite: its solves then take the semidefinite part."""
     return model.shape.unknowns > 3
 
 
@@ -206,8 +206,8 @@ def follow_solve(model: Any, block: Any, at: Any, dx: Any, b: Any, h: Any) -> An
 
 
 @by_model
-def least_pivot(model: Any, block: Any, count: Any, hh: Any) -> Any:
-    """Pivot up to which the matrix of a strand of so many rows counts as indefinite, in lanes; hh  h^2 [s^2]."""
+def least_pivot(model: Any, block: Any, hh: Any) -> Any:
+    """Pivot of an angle up to which the matrix of a strand counts as indefinite, in lanes; hh  h^2 [s^2]."""
 
 
 @by_model
@@ -266,7 +266,7 @@ def _follow_solve(kind: ModelKind) -> Callable:
 @for_models(least_pivot)
 def _least_pivot(kind: ModelKind) -> Callable:
     kernel = kind.least_pivot
-    return lambda model, block, count, hh: kernel(model, block, count, hh)
+    return lambda model, block, hh: kernel(model, block, hh)
 
 
 @for_models(shape_of)

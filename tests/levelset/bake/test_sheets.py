@@ -120,8 +120,10 @@ def test_the_way_out_of_skin_is_across_a_garment_that_lies_on_it(above):
 def test_a_garment_off_the_skin_has_two_sides():
     skin = build_cylinder(0.1, 0.4, False, 64, (0.0, 0.05, 0.0), (0.0, 1.0, 0.0))
     surface = bake_sheets(skin, collar(0.13, 0.1, 1.0, 64), VOXEL, HALF_WIDTH, "refuse", 0.02)
-    inner, gap, outer = (gradient(field_of(surface), r, 0.05, 0.002)[0] for r in (0.125, 0.112, 0.135))
-    assert inner < -0.9 and outer > 0.9 and abs(gap) < 1.0
+    inner, outer = (gradient(field_of(surface), r, 0.05, 0.002)[0] for r in (0.125, 0.135))
+    assert inner < -0.9 and outer > 0.9
+    skin_side, middle, sheet_side = read(surface, np.array([[r, 0.05, 0.002] for r in (0.103, 0.11, 0.117)]))
+    assert 0.0 < skin_side < middle > sheet_side > 0.0
 
 
 def test_closed_pieces_of_sheets_are_solid(sphere, together):

@@ -138,9 +138,10 @@ def _aim(contact, probe, i, v, thickness, mass, h):
     """Decide whether point i touches, and where it is to go."""
     phi = probe.distance[i]
     # Hysteresis: a point that touches is held a little farther out than where a free one is caught.
-    near = _lead(contact, probe, i, v, h)
     if contact.state[i] == FREE:
         near = -_NEAR * contact.length if contact.freed[i] else 0.0
+    else:
+        near = _lead(contact, probe, i, v, h)
     nx, ny, nz = probe.normal[i, 0], probe.normal[i, 1], probe.normal[i, 2]
     if not (phi < thickness + near and mass < np.inf and nx * nx + ny * ny + nz * nz > 0.5):
         contact.discontinuous[i] |= contact.state[i] != FREE

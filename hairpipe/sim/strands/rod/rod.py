@@ -57,6 +57,8 @@ from hairpipe.sim.strands.rod.vertex import bend, force_of, geometric, gradients
 
 SHAPE = Shape(reach=2, clamped=3, stride=1, unknowns=4, before=1, after=1)
 RESTS = 6
+LEAST = 0.25
+"""Share of the twist stiffness of a straight rod, at its tip, up to which a pivot counts as indefinite."""
 _PROJECTED, _EXACT = int(StiffnessPart.projected), int(StiffnessPart.exact)
 
 
@@ -67,7 +69,7 @@ class Rod(NamedTuple):
     mass             [kg], (rows, W); 0 for q and q'
     inverse_lengths  rest values of the strand, see above, (rows, 6, W)
     constants        EA of the edge to the next row [N], (rows, 1, W)
-    scale            1 / the length that scales angles [1/m], (blocks, 1, W)
+    scale            1 / the length that scales angles [1/m], and the least stiffness of an angle [N/m], (blocks, 2, W)
     shape            shape of a strand
     """
 
@@ -85,7 +87,7 @@ def build_rod(layout: Layout, groom: Groom, fibres: Fibres, construction: Constr
     returns  the rods, and their rows at rest [m], (rows, 3, W)
     """
     rest = layout.empty(3, dtype=np.float64)
-    rod = Rod(layout.first, layout.empty(), layout.empty(RESTS), layout.empty(1), layout.empty_blocks(1))
+    rod = Rod(layout.first, layout.empty(), layout.empty(RESTS), layout.empty(1), layout.empty_blocks(2))
     for blocks in layout.classes():
         places = layout.points(blocks)
         axis = groom.points[places]
@@ -98,7 +100,9 @@ def build_rod(layout: Layout, groom: Groom, fibres: Fibres, construction: Constr
         axial = fibre.segments.axial[:, SHAPE.segments(axis.shape[1] - 1)]
         layout.scatter(axial[:, :, None], blocks, rod.constants)
         mean = natural[:, SHAPE.clamped - 1 : -2, 0].mean(1)
-        layout.scatter(mean[:, None, None], blocks, rod.scale)
+        # Of a straight rod whose tip is turned: its vertices are springs in series.
+        series = 1 / np.sum(1 / natural[:, SHAPE.clamped - 1 : -2, TWISTING], axis=1)
+        layout.scatter(np.stack([mean, LEAST * mean**2 * series], axis=1)[:, None], blocks, rod.scale)
     return rod, rest
 
 
@@ -196,14 +200,9 @@ def _edge(model, at, p, row, along, terms):
 
 
 @inlined
-def _least_pivot(model, block, count, hh):
-    """A quarter of that of a straight rod, whose tip is turned against the twist of all its vertices.
-
-    Below it a single linear solve turns the strand about its axis by whole revolutions.
-    """
-    inverse = load(model.scale, (block, 0))
-    torsion = load(model.inverse_lengths, (model.first[block] + GHOST + 2, TWISTING))
-    return 0.25 / count * hh * inverse * inverse * torsion
+def _least_pivot(model, block, hh):
+    """A share of that of a straight rod: below it one linear solve may turn a strand by revolutions."""
+    return hh * load(model.scale, (block, 1))
 
 
 ROD = register_model(

@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from numba import njit
 
-from hairpipe.sim.material import Material
+from hairpipe.kernels.simd import store
+from hairpipe.sim.hair_model import build_hair
+from hairpipe.sim.material import Diameter, Material, VariedMaterial
 from hairpipe.sim.statics.hessian import assemble
-from hairpipe.sim.strands.interface import StiffnessPart
+from hairpipe.sim.strands.interface import StiffnessPart, least_pivot
 from hairpipe.sim.strands.rod.frames import DIRECTOR, TENSION, TWIST
 
 EXTENDED = np.longdouble
@@ -116,6 +119,24 @@ def test_the_projected_tangent_is_semidefinite_and_the_full_one_is_not(bent):
         values = np.linalg.eigvalsh(dense_of(A))
         lowest.append(values[0] / values[-1])
     assert lowest[0] > -1e-12 and lowest[1] < -1e-6
+
+
+@njit
+def _least(model, hh, out):
+    store(out, (0,), least_pivot(model, np.int64(0), hh))
+
+
+@pytest.mark.parametrize("tip", [1.0, 0.2])
+def test_the_least_pivot_is_a_quarter_of_that_of_a_straight_rod(scene, straight, tip):
+    """It is that of the last angle: all vertices are springs in series there, also where the hair is tapered."""
+    material = VariedMaterial(diameter=Diameter(80e-6, profile=((0.0, 1.0), (1.0, tip))))
+    hair = build_hair(scene([straight(0.25, 50, [0.3, -1, 0.4])]).hair.groom, material, "rod")
+    A, _ = assemble(hair.model, 0, hair.rest, np.zeros_like(hair.model.inverse_lengths), int(StiffnessPart.exact))
+    twists = np.diag(A[2:-2, PLACES[3], 0])
+    twists += np.diag(A[2:-3, PLACES[3] + 4, 0], 1) + np.diag(A[2:-3, PLACES[3] + 4, 0], -1)
+    bound = np.zeros((1, hair.rest.shape[-1]))
+    _least(hair.model, 1.0, bound)
+    assert bound[0, 0] == pytest.approx(0.25 / np.linalg.inv(twists)[-1, -1], rel=1e-6)
 
 
 def test_a_strand_has_the_mass_of_its_segments(bent):
