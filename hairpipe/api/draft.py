@@ -90,8 +90,8 @@ class Draft:
         path = (self.shot.path.parent / name).resolve()
         root = Bounds(self.shot.graph, self.shot.cache).folder_of(path)
         try:
-            with entered(root, path.parent) as folder, (folder / path.name).open("xb") as file:
-                file.write(data)
+            with entered(root, path.parent) as folder:
+                write_whole(folder / path.name, data)
         except OSError as error:
             raise BadInput(f"cannot be written: {error.strerror}", where=path) from None
         return name
@@ -164,3 +164,14 @@ def sources_of(table: Mapping[str, Any]) -> set[str]:
     edges = table.get("in", {}).values()
     flat = [one for value in edges for one in (value if isinstance(value, list) else [value])]
     return {one.partition(".")[0] for one in flat}
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Write a new file; OSError, and no file of it, where that fails."""
+    with path.open("xb") as file:
+        try:
+            file.write(data)
+            file.flush()
+        except OSError:
+            path.unlink()
+            raise

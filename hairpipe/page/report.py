@@ -170,11 +170,11 @@ class Counting:
 
 
 def chosen(shelf: Shelf) -> Iterator[str]:
-    """List the documents of a report: all but contacts, with surfaces of level sets at the first frame only."""
+    """List the documents of a report: all but contacts, maps, and surfaces after the first frame."""
     seen: set[str] = set()
     for name in shelf.names():
         node = shelf.node_of(name)
-        if name.endswith(".contacts"):
+        if name.endswith((".contacts", ".maps")):
             continue
         if name.endswith(".surface"):
             if node in seen:

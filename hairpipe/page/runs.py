@@ -25,11 +25,13 @@ class Request(NamedTuple):
 
     label    description of what it differs by
     program  digest of the code with which the process has to begin
+    number   by which it is dropped
     """
 
     job: Job
     label: str
     program: str
+    number: int = 0
 
 
 class Runs:
@@ -44,6 +46,7 @@ class Runs:
         self._lock, self._changed, self._ended = lock, changed, ended
         self._queue: list[Request] = []
         self._program = ""
+        self._asked = 0
         self._begun = self._used = 0.0
         self._stopped = False
         self.process: subprocess.Popen[str] | None = None
@@ -54,7 +57,7 @@ class Runs:
         """Describe the queue, the time since the active run began [s], and the end of the last run."""
         return ({} if self._queue else self.last) | {
             "running": bool(self._queue),
-            "queue": [request.label for request in self._queue],
+            "queue": [{"number": request.number, "label": request.label} for request in self._queue],
             "since": time.monotonic() - self._begun if self._queue else 0.0,
             "failures": self.last.get("failures", []),
             "last": self.last,
@@ -64,16 +67,18 @@ class Runs:
         """Begin a run, after those in the queue; BadInput for one that is there."""
         if request.job in [other.job for other in self._queue]:
             raise BadInput("a run is in progress or waits", where=request.label, right="another one after an edit")
-        self._queue.append(request)
+        self._asked += 1
+        self._queue.append(request._replace(number=self._asked))
         if len(self._queue) == 1:
             self.last = {"number": self.last["number"]}
             self._begin()
 
-    def drop(self, place: int) -> None:
-        """Remove a waiting run by its place in the queue; BadInput where there is none."""
-        if not 0 < place < len(self._queue):
+    def drop(self, number: int) -> None:
+        """Remove a waiting run by its number; BadInput where there is none."""
+        waiting = self._queue[1:]
+        if number not in [request.number for request in waiting]:
             raise BadInput("no such run waits")
-        del self._queue[place]
+        self._queue[1:] = [request for request in waiting if request.number != number]
 
     def stop(self) -> None:
         """Interrupt the active run, whose results are kept, and empty the queue."""
@@ -97,7 +102,10 @@ class Runs:
 
     def _begin(self) -> None:
         self.statuses, self._stopped, self._begun = {}, False, time.monotonic()
-        stdin = self._ready(self._queue[0].program).stdin
+        try:
+            stdin = self._ready(self._queue[0].program).stdin
+        except OSError as error:
+            return self._end({"failures": [f"the run did not start: {error}"], "interrupted": False})
         assert stdin is not None
         with suppress(BrokenPipeError):  # `_listen` notices
             stdin.write(self._queue[0].job.text + "\n")

@@ -280,7 +280,7 @@ class Handler:
             "run": lambda given: self._session.run([str(name) for name in given.get("to", [])]),
             "stop": lambda given: self._session.stop(),
             "stroke": lambda given: self._session.stroke(given),
-            "drop": lambda given: self._session.drop(int(given["place"])),
+            "drop": lambda given: self._session.drop(int(given["number"])),
         }
         try:
             given = json.loads(await body_of(request))

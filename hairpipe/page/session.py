@@ -5,6 +5,7 @@ import os
 import threading
 import time
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -75,13 +76,21 @@ class Session:
         with self._lock:
             self._runs.stop()
             self._runs.close()
-            for path in self._strokes:  # of a stroke that was undone before it was saved, or never
-                if path.name not in (self._history.disk or ""):
-                    path.unlink(missing_ok=True)
         for player in self._players:
             player.close()
         with self._changed:
             self._changed.notify_all()
+        self._remove_strokes()
+
+    def _remove_strokes(self) -> None:
+        """Remove the images of strokes that no graph file next to this one names."""
+        saved = ""
+        with suppress(OSError):
+            for path in self._strokes and self._shot.path.parent.glob("*.toml"):
+                saved += path.read_text(errors="replace")
+            for path in self._strokes:
+                if path.name not in saved:
+                    path.unlink(missing_ok=True)
 
     def wait(self, seen: int, most: float) -> int:
         """Wait for a newer revision, at most for a time [s]; return the latest revision.
@@ -213,10 +222,10 @@ class Session:
             self._runs.stop()
             self._advance()
 
-    def drop(self, place: int) -> None:
-        """Remove a waiting run by its place in the queue; BadInput where there is none."""
+    def drop(self, number: int) -> None:
+        """Remove a waiting run by its number; BadInput where there is none."""
         with self._lock:
-            self._runs.drop(place)
+            self._runs.drop(number)
             self._advance()
 
     def play(self, node: str, output: str) -> Playing:

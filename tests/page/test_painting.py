@@ -1,6 +1,7 @@
 """Maps are painted on a body: in a real browser, and by requests of the server."""
 
 import base64
+import resource
 import shutil
 import tomllib
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 import hairpipe
+from hairpipe.api.draft import load_draft
 from hairpipe.errors import BadInput
 from hairpipe.io.image import read_image
 from hairpipe.page.session import Session
@@ -79,7 +81,24 @@ def test_a_saved_picture_stays_when_another_file_is_written(session, folder):
     session.save_as("other.toml")
     session.close()
     assert "hair_length_1.png" in (folder / "painted.toml").read_text()
+    assert (folder / "paint" / "hair_length_1.png").exists()
     (folder / "other.toml").unlink()
+
+
+def test_nothing_is_written_next_to_a_shipped_graph():
+    with pytest.raises(BadInput, match="not a file of yours"):
+        load_draft("demo").write_new("paint/groom_length_1.png", b"")
+
+
+def test_a_picture_that_does_not_fit_on_the_disk_leaves_no_file(session, folder):
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (64, limits[1]))
+    try:
+        with pytest.raises(BadInput, match="cannot be written"):
+            stroke(session, "hair.length", np.random.default_rng(1).integers(0, 255, (64, 64), np.uint8))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert not list(folder.glob("paint/*")) and session._history.text == GRAPH
 
 
 @pytest.mark.parametrize("target", ["hair", "hair.shade", "skin.bare", "hare.length", "hair.length.value", "../x"])

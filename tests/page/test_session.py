@@ -1,6 +1,7 @@
 """A live page: edits, plan, run, save; and what others do to the file and the cache meanwhile."""
 
 import json
+import threading
 import time
 from itertools import islice
 from pathlib import Path
@@ -10,6 +11,8 @@ import pytest
 
 import hairpipe.page.runs
 from hairpipe.errors import BadInput
+from hairpipe.page.runner import Job
+from hairpipe.page.runs import Request, Runs
 from hairpipe.page.session import Session
 
 from ..cli.commands.test_watch import ELSEWHERE
@@ -207,3 +210,25 @@ def test_a_result_is_explained(session):
     assert text.startswith("cached") and '"height": 0.03' in text
     with pytest.raises(BadInput):
         session.explain("hair", 9)
+
+
+def test_a_waiting_run_is_dropped_by_its_number_and_one_that_cannot_start_is_a_failure(monkeypatch):
+    def refused(*given, **more):
+        raise OSError(11, "Resource temporarily unavailable")
+
+    begun = []
+    runs = Runs(threading.RLock(), lambda: None, lambda: None)
+    monkeypatch.setattr(runs, "_begin", lambda: begun.append(runs.document()["queue"][0]["label"]))
+    for name in "abc":
+        runs.add(Request(Job("g", name, None, [], "c", None), name, "p"))
+    runs._end({"failures": []})
+    (active, waiting) = runs.document()["queue"]
+    with pytest.raises(BadInput):
+        runs.drop(active["number"])
+    runs.drop(waiting["number"])
+    assert begun == ["a", "b"] and [one["label"] for one in runs.document()["queue"]] == ["b"]
+    runs._end({"failures": []})
+    monkeypatch.undo()
+    monkeypatch.setattr(hairpipe.page.runs.subprocess, "Popen", refused)
+    runs.add(Request(Job("g", "d", None, [], "c", None), "d", "p"))
+    assert not runs.document()["running"] and "did not start" in runs.last["failures"][0]

@@ -52,11 +52,10 @@ def test_a_strand_is_picked_described_and_let_go(live, shot):
     marked = (np.abs(pixels(driver) - before).max(axis=2) > 60) & (pixels(driver)[..., 2] > 180)
     assert 20 < marked.sum() < 0.05 * marked.size
     do(driver, "app.set({ frame: 4 })")
-    depths = shot.get("height@4")
-    own = depths.values[0][depths.offsets[front] : depths.offsets[front + 1]].max()
-    deepest = f"most {depths.names[0]}"
-    assert float(told[deepest]) != pytest.approx(own, rel=0.02)
-    live.until(lambda: float(facts(live).get(deepest, "nan")) == pytest.approx(own, rel=0.02))
+    then = shot.get("hair@4").points.reshape(300, 12, 3)[front]
+    length = pytest.approx(1e3 * np.linalg.norm(np.diff(then, axis=0), axis=1).sum(), abs=1e3 * 12 * step)
+    assert float(told["length"].split()[0]) != length
+    live.until(lambda: float(facts(live).get("length", "nan").split()[0]) == length)
     assert facts(live)["strand"] == told["strand"]
     live.press(live.Keys.ESCAPE)
     assert not driver.find_elements("css selector", "#picked")

@@ -109,9 +109,10 @@ def pasted(text: str, block: str) -> tuple[str, dict[str, str]]:
         block = without_edges(block, name, tables.__contains__)
     names = dict[str, str]()
     for old in tables:
-        names[old] = free_name(tables_of(text), old)
+        taken = taken_in(tables_of(text))
+        names[old] = free_name(taken, old)
         if names[old] != old:
-            names[old] = free_name({**tables_of(text), **tables_of(block)}, old.rstrip("0123456789").rstrip("_"))
+            names[old] = free_name([*taken, *tables_of(block)], old.rstrip("0123456789").rstrip("_"))
             block = renamed(block, old, names[old])
             block = without_value(block, f"{names[old]}.publish")
     newline = newline_of(text)
@@ -187,8 +188,13 @@ def reframed(text: str, old: str, new: str | None) -> str:
     return text
 
 
+def taken_in(tables: Tables) -> list[str]:
+    """List the names that are taken: of tables, and in the layout."""
+    return [*tables, *tables.get(LAYOUT, {})]
+
+
 def free_name(taken: Iterable[str], name: str) -> str:
-    """Return the name, or the name with a number, that no node has."""
+    """Return the name, or the name with a number, that is not taken."""
     known = {*taken, WEDGE, LAYOUT}
     return name if name not in known else next(f for n in range(2, 10**6) if (f := f"{name}_{n}") not in known)
 

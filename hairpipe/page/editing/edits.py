@@ -48,7 +48,7 @@ def switch(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
 def add(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
     """Add a node of a type at a place; `edges` by socket, `feeds` is an input that takes its output."""
     kind = str(given["type"])
-    name = verbs.free_name(draft.tables, kind.rpartition("_")[2])
+    name = verbs.free_name([*draft.tables, *draft.layout], kind.rpartition("_")[2])
     edges = {str(socket): str(source) for socket, source in given.get("edges", {}).items()}
     text = verbs.with_node(draft.text, name, kind, edges)
     if "feeds" in given:
@@ -105,7 +105,7 @@ def duplicate(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
     names = [str(name) for name in given["nodes"]]
     places = dict[str, Any]()
     for name in names:
-        copy = verbs.free_name([*draft.tables, *places], name.rstrip("0123456789").rstrip("_"))
+        copy = verbs.free_name([*draft.tables, *draft.layout, *places], name.rstrip("0123456789").rstrip("_"))
         text = verbs.duplicated(text, name, copy, like=bool(given.get("like")))
         places[copy] = given.get("at", {}).get(name)
     return placed(text, places), f"duplicate {', '.join(names)}"

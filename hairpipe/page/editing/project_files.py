@@ -1,11 +1,13 @@
 """Files of the project of a graph, for the page: folders are listed, and images shown; nothing outside is read."""
 
 import os
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from hairpipe.api.shot import Graph
 from hairpipe.errors import BadInput
+from hairpipe.graph.file.graph import project_of
 from hairpipe.page.values import suffix_of
 
 MOST_ENTRIES = 2000
@@ -20,13 +22,13 @@ def read_path(graph: Graph, given: str) -> dict[str, Any] | tuple[bytes, str]:
 
     BadInput for a hidden path, one outside of the project, and any other file.
     """
-    project = graph.project.resolve()
+    project = project_of(graph.path).resolve()
     try:
         path = graph.file(given).resolve()
         if not any(name.startswith(".") for name in path.relative_to(project).parts):
             if path.is_dir():
                 return listed(path, project, graph.path.parent.resolve())
-            suffix = suffix_of(path)
+            suffix = suffix_of(path) if path.is_file() else None
             if suffix not in (None, ".svg") and path.stat().st_size <= MOST_BYTES:
                 return path.read_bytes(), str(suffix)
     except (OSError, ValueError):  # outside, unreadable, or not a path
@@ -37,7 +39,8 @@ def read_path(graph: Graph, given: str) -> dict[str, Any] | tuple[bytes, str]:
 def listed(folder: Path, project: Path, home: Path) -> dict[str, Any]:
     """List a folder, and the one above it, by paths relative to `home`; links are left out."""
     found = sorted(folder.iterdir(), key=lambda path: (not path.is_dir(), path.name.casefold()))
-    shown = [path for path in found if not path.name.startswith(".") and path.resolve() == path][:MOST_ENTRIES]
+    named = (path for path in found if not path.name.startswith(".") and path.name.isprintable())
+    shown = [path for path in islice(named, MOST_ENTRIES) if path.resolve() == path]
     entries = [
         {"name": path.name, "path": os.path.relpath(path, home), "folder": path.is_dir(), "bytes": path.stat().st_size}
         for path in [*([folder / ".."] if folder != project else []), *shown]

@@ -68,7 +68,7 @@ function choiceField(field, value, target) {
   const choices = [...field.kind.matchAll(/'([^']*)'/g)].map((match) => match[1]), known = choices.includes(String(value));
   const menu = /** @type {HTMLSelectElement} */ (element("select", {}, ...(known ? [] : [element("option", { value: "", selected: "" }, "absent")]),
     ...choices.map((choice) => element("option", choice === String(value) ? { selected: "" } : {}, choice))));
-  menu.addEventListener("change", () => commit(menu, target, menu.value));
+  menu.addEventListener("change", () => (menu.blur(), commit(menu, target, menu.value)));
   return menu;
 }
 

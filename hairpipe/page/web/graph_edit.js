@@ -53,7 +53,7 @@ function beginGesture(svg, event) {
   else if (node) {
     if (event.shiftKey) app.chosen.has(node) ? app.chosen.delete(node) : app.chosen.add(node);
     else if (!app.chosen.has(node)) app.chosen = new Set([node]);
-    held = { ...start, kind: "move", names: [...app.chosen] };
+    held = { ...start, kind: "move", names: [...app.chosen].filter((name) => app.nodeNamed(name)) };
   } else if (annotation && !wire && !event.shiftKey) {
     app.chosen = new Set([annotation.name]);
     held = { ...start, kind: "move", names: draggedWith(annotation) };

@@ -1,10 +1,10 @@
 "use strict";
 // Keys of the live page, as in Blender. None is taken from a field in which one types.
 
-/** Nodes that a key is for: those that are chosen, else the selected one. @returns {string[]} */
+/** Nodes that a key is for: those that are chosen; the selected one where nothing is chosen. @returns {string[]} */
 function subjects() {
   const chosen = [...app.chosen].filter((name) => app.nodeNamed(name));
-  return chosen.length ? chosen : app.node ? [app.node] : [];
+  return app.chosen.size ? chosen : app.node ? [app.node] : [];
 }
 
 /** The frame or note that is chosen. */

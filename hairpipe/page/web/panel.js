@@ -3,12 +3,11 @@
 
 function drawPanel() {
   const panel = /** @type {HTMLElement} */ (document.getElementById("panel")), node = app.nodeNamed(app.node);
+  if (isInUse(panel)) return;
   const shot = app.live ? [shotFields()] : [];
   if (!node) return void panel.replaceChildren(element("p", {}, app.live ? "Shift-A over the graph adds a node." : ""), ...shot);
   const settings = node.type.settings, absent = settings.filter((/** @type {any} */ field) => isAbsent(field, node.settings));
   const folded = panel.querySelector("details.absent"), open = folded instanceof HTMLDetailsElement && folded.open;
-  const focus = document.activeElement;
-  if (focus instanceof HTMLInputElement && focus.type !== "checkbox" && panel.contains(focus)) return;
   const cell = app.cell(node.name);
   const parts = [
     element("h2", {}, node.name, element("small", {}, node.type.name)),
@@ -23,6 +22,12 @@ function drawPanel() {
   if (node.publish) parts.push(element("p", {}, `published as ${node.publish}`));
   parts.push(...shot);
   panel.replaceChildren(...parts);
+}
+
+/** Whether a person types, chooses or drags in the panel: drawn anew it would lose that. @param {HTMLElement} panel */
+function isInUse(panel) {
+  const focus = document.activeElement;
+  return panel.contains(focus) && focus?.matches("input:not([type=checkbox]), select") || panel.querySelector(".held") !== null;
 }
 
 /** Whether a group of settings is left out. @param {any} field @param {any} values */

@@ -27,7 +27,9 @@ function profileField(given, target) {
   svg.addEventListener("pointerdown", (event) => {
     held = Number(/** @type {SVGElement} */ (event.target).dataset.point ?? -1);
     moved = false;
-    if (held >= 0) svg.setPointerCapture(event.pointerId);
+    if (held < 0) return;
+    svg.setPointerCapture(event.pointerId);
+    svg.classList.add("held");
   });
   svg.addEventListener("pointermove", (event) => {
     if (held < 0) return;
@@ -36,10 +38,13 @@ function profileField(given, target) {
     moved = true;
     draw();
   });
-  svg.addEventListener("pointerup", () => {
+  const end = () => {
+    svg.classList.remove("held");
     if (held >= 0 && moved) void save();
     held = -1;
-  });
+  };
+  svg.addEventListener("pointerup", end);
+  svg.addEventListener("pointercancel", end);
   svg.addEventListener("dblclick", (event) => {
     const point = Number(/** @type {SVGElement} */ (event.target).dataset.point ?? -1);
     if (point >= 0) points.splice(point, 1);

@@ -17,7 +17,7 @@ class Scene {
     this.programs = { hair: programOf(gl, HAIR_VERTEX, HAIR_FRAGMENT), mesh: programOf(gl, MESH_VERTEX, MESH_FRAGMENT),
       points: programOf(gl, POINT_VERTEX, POINT_FRAGMENT) };
     this.faint = false;
-    /** Triangles by document, which the frames of a mesh share. @type {Map<string, {rows: Numbers, buffer: WebGLBuffer | null}>} */
+    /** Triangles by document, which the frames of a mesh share. @type {Map<string, {rows: Numbers, buffer: WebGLBuffer}>} */
     this.faces = new Map();
     /** @type {Map<WebGLProgram, Map<string, WebGLUniformLocation | null>>} */ this.uniforms = new Map();
     /** Work of the graphics card so far, for measurements. */
@@ -115,12 +115,12 @@ class Scene {
   /** @param {Unpacked} found @param {Unpacked} faces @param {string} kind @returns {Item} */
   mesh(found, faces, kind) {
     const { gl } = this, before = this.work.bytes, places = placesOf(found, [found.arrays.points.length / 3]);
-    const { rows: triangles, buffer } = this.facesOf(found.meta.faces, faces);
+    const { rows: triangles, buffer } = kind === "mesh" ? this.facesOf(found.meta.faces, faces) : this.ownFaces(faces);
     const array = gl.createVertexArray();
     gl.bindVertexArray(array);
     const held = [this.buffer(places)];
     this.attribute(0, 3, gl.FLOAT, 12, 0, 0);
-    held.push(this.buffer(normalsOf(places, triangles)));
+    held.push(this.buffer(normalsOf(places, triangles)), ...(kind === "mesh" ? [] : [buffer]));
     this.attribute(1, 3, gl.FLOAT, 12, 0, 0);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
     const draw = (/** @type {Matrix} */ view, /** @type {number[]} */ eye) => {
@@ -135,14 +135,18 @@ class Scene {
     return { draw, ...boxOf(places), bytes: this.work.bytes - before, places, triangles, free: () => this.free(array, held) };
   }
 
-  /** Triangles as rows, and on the graphics card. @param {string} name @param {Unpacked} faces */
+  /** Triangles that meshes of all frames share. @param {string} name @param {Unpacked} faces */
   facesOf(name, faces) {
-    const known = this.faces.get(name);
-    if (known) return known;
+    const known = this.faces.get(name) ?? this.ownFaces(faces);
+    this.faces.set(name, known);
+    return known;
+  }
+
+  /** Triangles as rows, and on the graphics card. @param {Unpacked} faces */
+  ownFaces(faces) {
     this.gl.bindVertexArray(null); // else the buffer would be that of another mesh
-    const rows = rowsOf(faces.arrays.triangles, 3), made = { rows, buffer: this.buffer(rows, this.gl.ELEMENT_ARRAY_BUFFER) };
-    this.faces.set(name, made);
-    return made;
+    const rows = rowsOf(faces.arrays.triangles, 3);
+    return { rows, buffer: this.buffer(rows, this.gl.ELEMENT_ARRAY_BUFFER) };
   }
 
   /** Count a draw call. @param {number} vertices */
@@ -180,7 +184,7 @@ class Scene {
     gl.vertexAttribDivisor(place, divisor);
   }
 
-  /** @param {WebGLVertexArrayObject | null} array @param {Array<WebGLBuffer | null>} buffers */
+  /** @param {WebGLVertexArrayObject | null} array @param {Array<WebGLBuffer>} buffers */
   free(array, buffers) {
     this.gl.deleteVertexArray(array);
     for (const buffer of buffers) this.gl.deleteBuffer(buffer);

@@ -40,14 +40,14 @@ function drawWork() {
     ...(machine ? [element("span", { class: little ? "bad" : "", title: "free space of the disk of the cache" }, `disk ${sizeText(machine.disk)} free${need}`)] : [])));
 }
 
-/** @param {string[]} queue @param {Work[]} work @returns {HTMLElement[]} */
+/** @param {{number: number, label: string}[]} queue @param {Work[]} work @returns {HTMLElement[]} */
 function runParts(queue, work) {
   const left = work.map((one) => one.left), since = (app.wedge ?? app.base).verdict.since;
   const whole = left.every((one) => one !== null) ? `${timeText(left.reduce((/** @type {number} */ all, one) => all + Number(one), 0))} left` : "time left unknown";
-  return [element("b", {}, `${queue[0]}: ${whole}, ${timeText(since)} so far`),
+  return [element("b", {}, `${queue[0].label}: ${whole}, ${timeText(since)} so far`),
     ...work.map(({ node, done, total, left: own }) => element("a", { href: "#", class: "task", "data-task": node, title: "results of all, time left", onclick: (/** @type {Event} */ event) => (event.preventDefault(), selectNode(node)) },
       element("progress", { max: total, value: done }), `${node} ${done}/${total}${own === null ? "" : ` ${timeText(own)}`}`)),
-    ...queue.slice(1).map((label, k) => element("span", { class: "waiting", title: "waits for the runs before it" }, label, element("button", { class: "unset", title: "take it from the queue", onclick: () => edit("drop", { place: k + 1 }) }, "×")))];
+    ...queue.slice(1).map(({ number, label }) => element("span", { class: "waiting", title: "waits for the runs before it" }, label, element("button", { class: "unset", title: "take it from the queue", onclick: () => edit("drop", { number }) }, "×")))];
 }
 
 /** A button to be told of the end, where the browser has not let the page ask by itself. @returns {HTMLElement[]} */

@@ -229,6 +229,8 @@ def test_frames_of_the_page_follow_their_nodes():
     assert "frame" not in tomllib.loads(verbs.without_nodes(text, ["groom"]))["layout"]
     with pytest.raises(BadInput, match="exists"):
         verbs.renamed(text, "groom", "note")
+    _, names = verbs.pasted(text, '[note]\ntype = "preview"\n')
+    assert names == {"note": "note_2"}
 
 
 def test_values_of_the_shot_are_set_above_the_tables():
