@@ -61,9 +61,11 @@ def test_seconds_and_bytes_exclude_shared_results(wedge, shot):
             if target.partition("@")[0] in variant.names.values() and "[" in target
         }
         assert "seed" not in own and any(target.startswith("move[") for target in own)
-        states = sum(output.size for r in own.values() for name, output in r.outputs.items() if name == r.state)
-        size = sum(record.size for record in own.values())
-        assert size - states < row.bytes <= size
+        objects = {name: size for record in own.values() for name, size in record.objects()}
+        states = {name for r in own.values() for name, _ in set(r.objects()) - set(r.objects(without=r.state))}
+        there = {name for name in objects if wedge._store.object_path(name).exists()}
+        assert objects.keys() - there <= states  # Those of a simulation that are not kept.
+        assert row.bytes == sum(objects[name] for name in there)
         assert 0.0 < row.seconds <= sum(record.seconds for record in own.values()) * 1.5
 
 

@@ -154,6 +154,17 @@ function timeText(seconds) {
   return minutes < 60 ? `${minutes} min` : `${Math.floor(minutes / 60)}:${String(minutes % 60).padStart(2, "0")} h`;
 }
 
+/** Fill an element; what is the same as before stays, as a click on what is made anew meanwhile is lost. @param {Element | null} holder @param {...(Node | string)} parts */
+function drawInto(holder, ...parts) {
+  if (!holder) return;
+  parts.forEach((part, k) => {
+    const made = typeof part === "string" ? document.createTextNode(part) : part, before = holder.childNodes[k];
+    if (!before) holder.append(made);
+    else if (before !== made && !before.isEqualNode(made)) before.replaceWith(made);
+  });
+  while (holder.childNodes.length > parts.length) holder.lastChild?.remove();
+}
+
 /** Make an element. @param {string} tag @param {Record<string, any>} given @param {...(Node | string)} inner @returns {HTMLElement} */
 function element(tag, given = {}, ...inner) {
   const made = document.createElement(tag);

@@ -45,7 +45,10 @@ function drawControls() {
     if (!can) made.setAttribute("disabled", "");
     return made;
   };
-  document.getElementById("controls")?.replaceChildren(
+  const controls = document.getElementById("controls"), shown = JSON.stringify([running || missing, edits, undo, redo, conflict, saved]);
+  if (!controls || controls.dataset.shown === shown) return; // A click on a button that is made anew meanwhile would be lost.
+  controls.dataset.shown = shown;
+  controls.replaceChildren(
     ...(running ? [button("stop", true, "stop"), " "] : []), button(running ? "run next" : `run ${missing ? `${missing} results` : ""}`, missing > 0, "run"),
     " ", button(`save ${edits.length || ""}`, edits.length > 0 && saved, "save"),
     " ", button("revert", edits.length > 0, "revert"),

@@ -13,8 +13,8 @@ function drawVerdict() {
   const hosts = Object.entries(verdict.hosts).map(([host, count]) => `${host} ${count}`);
   const parts = [`frames ${part ? `${verdict.frames} of ${all}` : all} at ${graph.fps} fps`, counted, ...(hosts.length ? [`computing: ${hosts.join(", ")}`] : []), `${timeText(verdict.seconds)} of work, ${timeText(verdict.processor)} of processor`,
     sizeText(verdict.bytes), ...Object.entries(verdict.versions).map(([name, version]) => `${name} ${version}`)];
-  document.getElementById("verdict")?.replaceChildren(
-    element("h1", {}, graph.name), presetButtons(), element("strong", { class: good ? "good" : "bad" }, word), element("span", { id: "controls" }), element("span", { class: "facts", title: parts.join("\n") }, parts.join(" · ")), ...warningLog(),
+  drawInto(document.getElementById("verdict"),
+    element("h1", {}, graph.name), presetButtons(), element("strong", { class: good ? "good" : "bad" }, word), document.getElementById("controls") ?? element("span", { id: "controls" }), element("span", { class: "facts", title: parts.join("\n") }, parts.join(" · ")), ...warningLog(),
     ...(verdict.note ? [element("span", { class: "said" }, verdict.note)] : []),
     element("code", { title: `repeats it: ${verdict.command}` }, verdict.command),
     ...verdict.failures.map(failureLine),

@@ -35,7 +35,7 @@ function drawWork() {
   const parts = queue.length ? [...runParts(queue, work), ...askingParts()] : [];
   const little = machine && (machine.disk < LITTLE_DISK || machine.disk < bytes);
   const need = little && bytes ? `, ${sizeText(bytes)} needed` : "";
-  line.replaceChildren(...parts, element("span", { class: "room" },
+  drawInto(line, ...parts, element("span", { class: "room" },
     ...(machine?.memory ? [element("span", { class: machine.memory < LITTLE_MEMORY ? "bad" : "", title: "memory of this machine that is free" }, `memory ${sizeText(machine.memory)} free`)] : []),
     ...(machine ? [element("span", { class: little ? "bad" : "", title: "free space of the disk of the cache" }, `disk ${sizeText(machine.disk)} free${need}`)] : [])));
 }
@@ -47,7 +47,7 @@ function runParts(queue, work) {
   return [element("b", {}, `${queue[0].label}: ${whole}, ${timeText(since)} so far`),
     ...work.map(({ node, done, total, left: own }) => element("a", { href: "#", class: "task", "data-task": node, title: "results of all, time left", onclick: (/** @type {Event} */ event) => (event.preventDefault(), selectNode(node)) },
       element("progress", { max: total, value: done }), `${node} ${done}/${total}${own === null ? "" : ` ${timeText(own)}`}`)),
-    ...queue.slice(1).map(({ number, label }) => element("span", { class: "waiting", title: "waits for the runs before it" }, label, element("button", { class: "unset", title: "take it from the queue", onclick: () => edit("drop", { number }) }, "×")))];
+    ...queue.slice(1).map(({ number, label }) => element("span", { class: "waiting", title: "waits for the runs before it" }, label, element("button", { class: "unset", "data-run": number, title: "take it from the queue", onclick: () => edit("drop", { number }) }, "×")))];
 }
 
 /** A button to be told of the end, where the browser has not let the page ask by itself. @returns {HTMLElement[]} */
