@@ -10,7 +10,7 @@ from hairpipe.api.graph_shot import GraphShot
 from hairpipe.api.source import Given, plain, read_source
 from hairpipe.api.wedge_shot import WedgeShot
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.graph import Edge, Graph, Node
+from hairpipe.graph.file.graph import Edge, Graph, Node, project_of
 from hairpipe.graph.file.wedge import Wedge
 from hairpipe.graph.node.signature import File
 from hairpipe.graph.plan.tasks import Task
@@ -30,6 +30,7 @@ __all__ = [
     "Wedge",
     "load",
     "played_nodes",
+    "project_of",
 ]
 
 

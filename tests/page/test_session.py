@@ -212,7 +212,7 @@ def test_a_result_is_explained(session):
         session.explain("hair", 9)
 
 
-def test_a_waiting_run_is_dropped_by_its_number_and_one_that_cannot_start_is_a_failure(monkeypatch):
+def test_runs_are_dropped_by_number_and_report_a_failed_start(monkeypatch):
     def refused(*given, **more):
         raise OSError(11, "Resource temporarily unavailable")
 

@@ -5,9 +5,8 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from hairpipe.api.shot import Graph
+from hairpipe.api.shot import Graph, project_of
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.graph import project_of
 from hairpipe.page.values import suffix_of
 
 MOST_ENTRIES = 2000
