@@ -14,8 +14,9 @@ def load_density(
 ) -> Density:
     """Read a fog volume from OpenVDB as a target density, unchanged and without velocities.
 
-    file  path of the OpenVDB file, uncompressed or with zip compression
-    grid  name of the grid in the file
+    file  path of the OpenVDB file. Compression by Blosc needs `pip install 'hairpipe[vdb]'`; kinds of files and grids
+          that we do not read are read by OpenVDB's Python module, where it is installed
+    grid  name of the grid in the file: numbers, not points or vectors
     unit  metres per unit of the file
     """
     from hairpipe.io.vdb.vdb_read import read_voxels

@@ -21,6 +21,7 @@ from hairpipe.graph.engine.member import Member
 from hairpipe.graph.file.data_folder import data_folder
 from hairpipe.graph.worker.kernel_cache import guard_kernels
 from hairpipe.graph.worker.machine_code import share_kernels
+from hairpipe.openvdb_library import find_openvdb, imported
 
 from . import forked_workers as forked
 
@@ -152,18 +153,9 @@ def blender() -> None:
 @pytest.fixture(scope="session")
 def openvdb() -> ModuleType:
     """Give OpenVDB's Python module: the installed one or the copy in Blender's wheel, without starting Blender."""
-    if importlib.util.find_spec("openvdb"):
-        return importlib.import_module("openvdb")
-    wheel = importlib.util.find_spec("bpy")
-    folders = (wheel and wheel.submodule_search_locations) or []
-    library = next((path for folder in folders for path in Path(folder).glob("*/python/lib/*/*/openvdb*.so")), None)
-    if library is None:
+    if find_openvdb() is None:
         pytest.skip("OpenVDB's Python module is not installed: no wheel of it, or of bpy, for this Python")
-    spec = importlib.util.spec_from_file_location("openvdb", library)
-    assert spec and spec.loader
-    found = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(found)
-    return found
+    return imported()
 
 
 @pytest.fixture(scope="module")

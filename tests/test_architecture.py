@@ -14,7 +14,15 @@ import pytest
 from .sources import HOME, PACKAGES, SOURCES, TESTS, imports_of, length_of, module_of, name_of, tree_of
 
 ORDER = (
-    *("errors", "units", "simplification", "plain_file", "child", "processor"),  # what everything may need
+    *(
+        "errors",
+        "units",
+        "simplification",
+        "plain_file",
+        "child",
+        "processor",
+        "openvdb_library",
+    ),  # what everything may need
     *("kernels", "data", "spatial", "volume", "body", "levelset", "groom", "scripted_ends"),
     *("sim", "particles", "measure"),
 )
@@ -35,7 +43,7 @@ WITHIN = {
     "experiments.studies": "theory accuracy integrators interpolation contact",
 }
 """The same within a room, for its folders and files: one imports from itself and from those before it."""
-BASE = {"errors", "units", "simplification", "plain_file", "child", "processor", "data"}
+BASE = {"errors", "units", "simplification", "plain_file", "child", "processor", "openvdb_library", "data"}
 PURE = {
     "graph.node.messages",  # names what is wrong, on one line
     "graph.file.overrides",  # edits tables of a graph file
@@ -83,6 +91,7 @@ ROOMS = {
         "errors",
         "farm",
         "io",
+        "openvdb_library",
         "page",
         "plain_file",
         "processor",
@@ -100,7 +109,8 @@ ROOMS = {
 PLACES = {
     "pxr": "hairpipe/io/usd/",
     "alembic3d": "hairpipe/io/mesh_cache/alembic_meshes.py",
-    "bpy": ("hairpipe/render/cycles/", "hairpipe/io/blender/"),
+    "bpy": ("hairpipe/render/cycles/", "hairpipe/io/blender/", "hairpipe/levelset/bake/openvdb_distance.py"),
+    "openvdb": "hairpipe/levelset/bake/openvdb_distance.py",
     "h5py": "hairpipe/io/hdf5.py",
     "PIL": "hairpipe/io/",
     "matplotlib": "graphs/experiments/chart/",

@@ -53,6 +53,7 @@ STARTED = {
     "experiments core": "core",
     "experiments swing": "swing --peers hairpipe",
     "experiments volume": "volume",
+    "experiments levelset": "levelset",
     "experiments picture": "picture",
     "experiments particles": "particles",
     "experiments faults": "faults",
@@ -78,6 +79,8 @@ it.MODELS = ("network",)
 it.measure_core.__defaults__ = 4, 9, 17, 1 << 12, 0.0""",
     "experiments volume": """from hairpipe.graphs.experiments.bench import volume as it
 it.measure_volume.__defaults__ = 200, 6, 2, 0.0""",
+    "experiments levelset": """from hairpipe.graphs.experiments.bench import level_sets as it
+it.measure_level_sets.__defaults__ = (0.02,), 20, True""",
     "experiments picture": """from hairpipe.graphs.experiments.bench.pictures import picture as it
 it.measure_luminance = lambda *_: []
 it.measure_picture.__defaults__ = ((60, 6), (30, 9)), 2""",

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from hairpipe import openvdb_library
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.nodes.bake_levelset import bake_levelset
@@ -16,6 +17,36 @@ def test_settings_reach_the_level_set():
     assert (surface.voxel, surface.half_width) == (0.05, 4.0)
     assert surface.distance.min() < -0.1
     assert np.abs(surface.distance).max() == np.float32(0.2)
+
+
+def test_openvdb_is_an_engine(openvdb):
+    body = Mesh(TETRAHEDRON, FACES)
+    ours, theirs = (bake_levelset(body, voxel=0.05, half_width=4.0, engine=name) for name in ("hairpipe", "openvdb"))
+    grid = openvdb.FloatGrid.createLevelSetFromPolygons(
+        TETRAHEDRON.astype(np.float32),
+        triangles=FACES.astype(np.uint32),
+        transform=openvdb.createLinearTransform(voxelSize=0.05),
+        halfWidth=4.0,
+    )
+    block, places = np.empty((9, 9, 9), np.float32), np.argwhere(theirs.bricks >= 0)
+    for place in places:
+        first = 8 * place + np.rint(theirs.origin / 0.05).astype(int)
+        grid.copyToArray(block, ijk=tuple(first.tolist()))
+        found = theirs.distance[theirs.bricks[tuple(place)]]
+        assert np.array_equal(
+            np.clip(found, -np.float32(0.2), np.float32(0.2)), np.clip(block, -np.float32(0.2), np.float32(0.2))
+        )
+    assert (
+        len(places) and 0.0 < np.abs(np.maximum(theirs.distance, -0.2) - np.maximum(ours.distance, -0.2)).max() < 0.03
+    )
+    with pytest.raises(BadInput, match="OpenVDB converts solid bodies alone"):
+        bake_levelset(None, body, voxel=0.05, engine="openvdb")
+
+
+def test_a_missing_openvdb_is_named(monkeypatch):
+    monkeypatch.setattr(openvdb_library, "find_openvdb", lambda: None)
+    with pytest.raises(BadInput, match=r"bake_levelset: OpenVDB's Python module is not installed \(a Python .*cycles"):
+        bake_levelset(Mesh(TETRAHEDRON, FACES), voxel=0.05, half_width=4.0, engine="openvdb")
 
 
 def test_holes_are_refused_on_request():

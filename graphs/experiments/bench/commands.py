@@ -95,6 +95,21 @@ def volume(as_json: bool) -> None:
 
 
 @bench.command()
+@options.as_json
+@record
+def levelset(as_json: bool) -> None:
+    """Compare baked level sets with brute force: ours and, where its Python module is installed, OpenVDB's.
+
+    Samples in the band, and as many within a voxel of the surface: distance to all triangles in double precision, sign
+    by the winding number; of a box, a capsule and a thin plate, turned, and of our bust.
+    """
+    share_kernels()
+    from hairpipe.graphs.experiments.bench.level_sets import measure_level_sets
+
+    print_report(measure_level_sets(echo), as_json)
+
+
+@bench.command()
 @click.option("--peers", metavar="NAME,...", help="Solvers to compare, by default all that are installed.")
 @options.as_json
 @record

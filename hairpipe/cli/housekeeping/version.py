@@ -11,9 +11,17 @@ from hairpipe import __version__
 from hairpipe.api.formatting import table
 from hairpipe.cli import options
 from hairpipe.graph.worker.threading_layer import choose_layer
+from hairpipe.openvdb_library import version_of_openvdb
 from hairpipe.processor import processor_class
 
-DISTRIBUTIONS = {"numpy": "numpy", "scipy": "scipy", "numba": "numba", "usd": "usd-core", "h5py": "h5py"}
+DISTRIBUTIONS = {
+    "numpy": "numpy",
+    "scipy": "scipy",
+    "numba": "numba",
+    "usd": "usd-core",
+    "h5py": "h5py",
+    "blosc": "blosc",
+}
 
 
 @click.command()
@@ -22,6 +30,7 @@ def version(as_json: bool) -> None:
     """Print versions, cores, class of processor and threading layer."""
     found: dict[str, str | int | None] = {"hairpipe": __version__, "python": platform.python_version()}
     found |= {name: version_of(distribution) for name, distribution in DISTRIBUTIONS.items()}
+    found |= {"openvdb": version_of_openvdb()}
     found |= {"threads": os.cpu_count(), "class": processor_class(), "threading layer": choose_layer().name}
     if as_json:
         click.echo(json.dumps(found, indent=2))

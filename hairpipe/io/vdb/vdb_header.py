@@ -33,6 +33,10 @@ class Grid(NamedTuple):
     box: tuple[tuple[float, ...], tuple[float, ...]] | None = None
 
 
+class Unread(BadInput):
+    """A sound file of a kind that only OpenVDB's library reads."""
+
+
 class Cursor:
     """Reader of a file from begin to end; faults state the place."""
 
@@ -40,9 +44,9 @@ class Cursor:
         self.file, self.path = file, path
         self.size = os.fstat(file.fileno()).st_size
 
-    def fail(self, what: str, right: str = "an OpenVDB file") -> BadInput:
+    def fail(self, what: str, right: str = "an OpenVDB file", kind: type[BadInput] = BadInput) -> BadInput:
         """Return the error at the current place."""
-        return BadInput(what, where=f"{self.path}, byte {self.file.tell()}", right=right)
+        return kind(what, where=f"{self.path}, byte {self.file.tell()}", right=right)
 
     def bytes(self, count: int) -> bytes:
         """Return the next bytes."""
@@ -101,9 +105,10 @@ def open_archive(cursor: Cursor) -> int:
         raise cursor.fail("not an OpenVDB file")
     version, _, _ = cursor.numbers("3I")
     if version < OLDEST:
-        raise cursor.fail(f"the file has version {version}", f"version {OLDEST} or later")
+        raise cursor.fail(f"the file has version {version}", f"version {OLDEST} or later", Unread)
     if not cursor.number("?"):
-        raise cursor.fail("the file was written as a stream, without a table of its grids", "a file that OpenVDB saved")
+        what = "the file was written as a stream, without a table of its grids"
+        raise cursor.fail(what, "a file that OpenVDB saved", Unread)
     cursor.bytes(UUID.stop - UUID.start)
     read_metadata(cursor)
     return checked_count(cursor, 36)

@@ -1,20 +1,23 @@
 """Voxels of a grid of numbers in an OpenVDB file, read without OpenVDB.
 
-Grids have 32 bits or are cut to 16, as OpenVDB since 2014 writes them, uncompressed or with zlib; Blosc, which Python
-does not have, is refused. Layout after OpenVDB's tree/RootNode.h, InternalNode.h, LeafNode.h, io/Compression.h and
-math/Maps.h.
+Grids of floating-point or whole numbers, as OpenVDB since 2014 writes them: uncompressed, with zlib, or with Blosc, for
+which a library is needed. Layout after OpenVDB's tree/RootNode.h, InternalNode.h, LeafNode.h, io/Compression.h and
+math/Maps.h; header of a chunk of Blosc after README_CHUNK_FORMAT.rst of C-Blosc.
 """
 
+import importlib
+import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.io.vdb.vdb_header import Cursor, checked_count, open_archive, read_metadata
+from hairpipe.io.vdb.vdb_header import Cursor, Unread, checked_count, open_archive, read_metadata
 from hairpipe.levelset.grid_layout import BRICK
+from hairpipe.openvdb_library import ask, find_openvdb
 from hairpipe.plain_file import checked_size
 
 ZIP, ACTIVE_MASK, BLOSC = 1, 2, 4
@@ -24,6 +27,8 @@ ONE_VALUE, MASK, MASK_ONE, MASK_TWO, ALL_VALUES = 2, 3, 4, 5, 6
 LEAF = 3
 TREE = (4, 5)
 """Base 2 logarithms of the voxels along a leaf, and of the children along the nodes above it, from below."""
+NUMBERS = {"float": "f", "double": "d", "int32": "i", "int64": "q"}
+"""Characters of the types of values, by the name of their tree."""
 MOST_VOXELS = 1 << 26
 """Maximum number of active voxels of a file."""
 
@@ -43,21 +48,41 @@ class Voxels(NamedTuple):
     translation: np.ndarray
 
 
-class _Coding(NamedTuple):
-    """Compression of the values of a grid: flags, and whether they are cut to 16 bits."""
+Unpack = Callable[[Cursor, bytes, int], bytes]
+"""Decompresses the bytes of values, of a known number."""
 
-    flags: int
+
+class _Coding(NamedTuple):
+    """How the values of a grid are stored.
+
+    number  character of their type
+    half    whether they are cut to 16 bits
+    masked  whether only active values are stored
+    unpack  decompresses them; None: they are not compressed
+    """
+
+    number: str
     half: bool
+    masked: bool
+    unpack: Unpack | None
 
 
 def read_voxels(path: Path, name: str) -> Voxels:
-    """Read the grid of a name; raises BadInput for a missing grid, and for a damaged or another file."""
+    """Read the grid of a name; kinds of files that are not read here are read by OpenVDB, where it is installed.
+
+    Raises BadInput for a missing grid, for one of points or vectors, and for a damaged or another file.
+    """
     checked_size(path, "a readable OpenVDB file")
     try:
         with path.open("rb") as file:
             cursor = Cursor(file, path)
             kind = _find(cursor, name)
-            return _read_grid(cursor, kind)
+            return _read_grid(cursor, name, kind)
+    except Unread:
+        if find_openvdb() is None:
+            raise
+        found = ask("read", f"{path}, grid '{name}'", path=str(path), name=name)
+        return Voxels(found["indices"], found["values"], *_placed(found["matrix"], path))
     except OSError as error:
         raise BadInput(error.strerror or str(error), where=path, right="a readable OpenVDB file") from error
 
@@ -76,20 +101,25 @@ def _find(cursor: Cursor, name: str) -> str:
     raise BadInput(f"the file has no grid '{name}'", where=cursor.path, right=", ".join(known) or "a grid")
 
 
-def _read_grid(cursor: Cursor, kind: str) -> Voxels:
-    if kind.removesuffix("_HalfFloat") != "Tree_float_5_4_3":
-        raise cursor.fail(f"the grid is a {kind}", "Tree_float_5_4_3: numbers, in leaves of 8 x 8 x 8")
-    coding = _Coding(cursor.number("I"), kind.endswith("_HalfFloat"))
-    if coding.flags & BLOSC:
-        raise cursor.fail("values are compressed by Blosc", "a file saved with zip, or without compression")
+def _read_grid(cursor: Cursor, name: str, kind: str) -> Voxels:
+    if kind.startswith("Tree_pt"):
+        raise cursor.fail(f"the grid '{name}' holds points", "a grid of numbers")
+    number = NUMBERS.get(kind.removesuffix("_HalfFloat").removeprefix("Tree_").removesuffix("_5_4_3"))
+    if number is None:
+        raise cursor.fail(f"the grid is a {kind}", "a tree of numbers, in leaves of 8 x 8 x 8", Unread)
+    flags = cursor.number("I")
+    unpack = _unpacker_of(cursor, flags)
+    coding = _Coding(number, kind.endswith("_HalfFloat"), bool(flags & ACTIVE_MASK), unpack)
     read_metadata(cursor)
     voxel, translation = _read_map(cursor)
     if cursor.number("I") != 1:
         raise cursor.fail("a tree has one buffer")
-    cursor.number("f")
-    tiles = checked_count(cursor, 17)
+    cursor.number(number)
+    tiles = checked_count(cursor, 13 + struct.calcsize(number))
     children = cursor.number("I")
-    found = [_expanded(cursor, cursor.numbers("3i"), *cursor.numbers("f?"), sum(TREE) + LEAF) for _ in range(tiles)]
+    found = [
+        _expanded(cursor, cursor.numbers("3i"), *cursor.numbers(f"{number}?"), sum(TREE) + LEAF) for _ in range(tiles)
+    ]
     leaves: list[tuple[int, ...]] = []
     for _ in range(children):
         for tile in _read_node(cursor, coding, TREE, cursor.numbers("3i"), leaves):
@@ -115,9 +145,15 @@ def _read_map(cursor: Cursor) -> tuple[float, np.ndarray]:
         cursor.numbers("12d")
     else:
         raise cursor.fail(f"the grid is placed by a {kind}", "a uniform scale, and a translation")
+    return _placed(matrix, cursor.path)
+
+
+def _placed(matrix: np.ndarray, path: Path) -> tuple[float, np.ndarray]:
+    """Return length of a voxel and translation, (3,), of a map for row vectors, (4, 4)."""
     voxel = float(matrix[0, 0])
     if not (np.isfinite(matrix).all() and voxel > 0.0 and np.allclose(matrix[:3, :3], voxel * np.eye(3), 1e-6)):
-        raise cursor.fail("the grid is rotated, or its voxels are not cubes", "a uniform scale, and a translation")
+        what = "the grid is rotated, or its voxels are not cubes"
+        raise BadInput(what, where=path, right="a uniform scale, and a translation")
     return voxel, matrix[3, :3].copy()
 
 
@@ -155,33 +191,59 @@ def _read_values(cursor: Cursor, coding: _Coding, active: np.ndarray) -> np.ndar
     stored = cursor.number("b")
     if not 0 <= stored <= ALL_VALUES:
         raise cursor.fail(f"inactive values have the unknown encoding {stored}")
-    cursor.bytes(4 * ((stored in (ONE_VALUE, MASK_ONE)) + 2 * (stored == MASK_TWO)))
+    kind = np.dtype(f"<{coding.number}")
+    cursor.bytes(kind.itemsize * ((stored in (ONE_VALUE, MASK_ONE)) + 2 * (stored == MASK_TWO)))
     if stored in (MASK, MASK_ONE, MASK_TWO):
         cursor.bytes(len(active) // 8)
-    masked = bool(coding.flags & ACTIVE_MASK) and stored != ALL_VALUES
+    masked = coding.masked and stored != ALL_VALUES
     count = int(np.count_nonzero(active)) if masked else len(active)
-    kind = np.dtype("<f2" if coding.half else "<f4")
-    if coding.half and count == 0:
-        return np.zeros(len(active), np.float32)
-    data = _read_data(cursor, count * kind.itemsize, bool(coding.flags & ZIP))
+    if coding.half:
+        kind = np.dtype("<f2")
+        if count == 0:
+            return np.zeros(len(active), np.float32)
+    data = _read_data(cursor, count * kind.itemsize, coding.unpack)
     found = np.zeros(len(active), np.float32)
     found[active if masked else slice(None)] = np.frombuffer(data, kind)
     return np.where(active, found, np.float32(0.0))
 
 
-def _read_data(cursor: Cursor, size: int, zipped: bool) -> bytes:
+def _read_data(cursor: Cursor, size: int, unpack: Unpack | None) -> bytes:
     """Read bytes that may be compressed; uncompressed ones have a length that is not positive."""
-    length = cursor.number("q") if zipped else -size
-    if length <= 0:
-        data = cursor.bytes(-length)
-    else:
-        try:
-            data = zlib.decompressobj().decompress(cursor.bytes(length), size + 1)
-        except zlib.error as error:
-            raise cursor.fail(f"values cannot be unpacked: {error}") from None
+    length = -size if unpack is None else cursor.number("q")
+    data = cursor.bytes(-length) if unpack is None or length <= 0 else unpack(cursor, cursor.bytes(length), size)
     if len(data) != size:
         raise cursor.fail(f"{len(data)} bytes of values where {size} should be")
     return data
+
+
+def _unpacker_of(cursor: Cursor, flags: int) -> Unpack | None:
+    """Return what decompresses values of a grid with these flags."""
+    if not flags & BLOSC:
+        return _unzip if flags & ZIP else None
+    try:
+        blosc = importlib.import_module("blosc")
+    except ImportError:
+        right = "pip install 'hairpipe[vdb]', which installs blosc; or a file saved with zip"
+        raise cursor.fail("values are compressed by Blosc", right, Unread) from None
+
+    def unpack(cursor: Cursor, data: bytes, size: int) -> bytes:
+        """Decompress a chunk; its header has its own number of bytes and that of its values."""
+        if len(data) < 16 or struct.unpack("<4xI4xI", data[:16]) != (size, len(data)):
+            raise cursor.fail(f"not a chunk of Blosc with {size} bytes of values")
+        try:
+            return blosc.decompress(data)
+        except blosc.blosc_extension.error as error:
+            raise cursor.fail(f"values cannot be unpacked: {error}") from None
+
+    return unpack
+
+
+def _unzip(cursor: Cursor, data: bytes, size: int) -> bytes:
+    """Decompress data of zlib, and not more than one byte too many."""
+    try:
+        return zlib.decompressobj().decompress(data, size + 1)
+    except zlib.error as error:
+        raise cursor.fail(f"values cannot be unpacked: {error}") from None
 
 
 def _expanded(

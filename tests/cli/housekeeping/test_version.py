@@ -8,6 +8,7 @@ import numpy as np
 from hairpipe import __version__
 from hairpipe.cli.housekeeping.version import version_of
 from hairpipe.graph.worker.threading_layer import choose_layer
+from hairpipe.openvdb_library import find_openvdb
 from hairpipe.processor import processor_class
 
 
@@ -19,7 +20,8 @@ def test_a_document_names_all_that_matters(hairpipe):
     assert found["threads"] >= 1
     assert found["class"] == processor_class()
     assert found["threading layer"] == choose_layer().name
-    assert {"numba", "usd", "h5py"} <= found.keys()
+    assert {"numba", "usd", "h5py", "blosc"} <= found.keys()
+    assert (found["openvdb"] is None) == (find_openvdb() is None)
 
 
 def test_the_text_says_the_same(hairpipe):

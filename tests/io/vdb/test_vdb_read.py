@@ -3,6 +3,7 @@
 import contextlib
 import dataclasses
 import struct
+import sys
 import zlib
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 
 from hairpipe.data import Density
 from hairpipe.errors import BadInput
-from hairpipe.io.vdb import vdb_write
+from hairpipe.io.vdb import vdb_read, vdb_write
 from hairpipe.io.vdb.vdb_grids import density_grids
 from hairpipe.io.vdb.vdb_read import read_voxels
 from hairpipe.volume.density import density_of_voxels
@@ -78,6 +79,75 @@ def test_compressed_grid_is_equal(written, monkeypatch):
     assert back(written()).length.tobytes() == plain.length.tobytes()
 
 
+@pytest.fixture(params=["float", "double", "half"])
+def blosc_file(request, openvdb, tmp_path, fog):
+    """A grid that OpenVDB has written with Blosc, among it a tile of 8^3 voxels; and values that are in it."""
+    grid = openvdb.DoubleGrid() if request.param == "double" else openvdb.FloatGrid()
+    grid.name, grid.transform = "density", openvdb.createLinearTransform(voxelSize=CELL)
+    values = np.round(fog.length / 1e5, 2).astype(np.float16).astype(np.float32)
+    grid.copyFromArray(
+        values.astype(np.float64 if request.param == "double" else np.float32), ijk=tuple(fog.low.tolist())
+    )
+    grid.fill((800, 0, 0), (807, 7, 7), 0.5)
+    grid.prune()
+    grid.saveFloatAsHalf = request.param == "half"
+    openvdb.write(str(tmp_path / "fog.vdb"), [grid])
+    return tmp_path / "fog.vdb", {**by_place(np.argwhere(values) + fog.low, values[values != 0.0]), (800, 0, 0): 0.5}
+
+
+def by_place(indices, values):
+    return dict(zip(map(tuple, indices.tolist()), values.tolist(), strict=True))
+
+
+def test_blosc_of_openvdb_is_read(blosc_file):
+    pytest.importorskip("blosc")
+    path, expected = blosc_file
+    assert b"blosc + active values" in path.read_bytes()
+    found = read_voxels(path, "density")
+    assert (len(found.values), found.voxel) == (len(expected) + 511, CELL)
+    assert by_place(found.indices, found.values).items() >= expected.items()
+    data, rng = path.read_bytes(), np.random.default_rng(7)
+    for _ in range(20):
+        damaged = bytearray(data)
+        damaged[rng.integers(len(data) // 2, len(data))] = rng.integers(256)
+        path.write_bytes(damaged)
+        with contextlib.suppress(BadInput):
+            read_voxels(path, "density")
+
+
+def test_openvdb_reads_what_is_not_read_here(blosc_file, openvdb, monkeypatch, tmp_path):
+    """Blosc without its library, a mask, a file without a table of grids; points are refused by name."""
+    path, expected = blosc_file
+    monkeypatch.setitem(sys.modules, "blosc", None)
+    found = read_voxels(path, "density")
+    assert (len(found.values), found.voxel) == (len(expected) + 511, CELL)
+    assert by_place(found.indices, found.values).items() >= expected.items()
+    monkeypatch.setattr(vdb_read, "find_openvdb", lambda: None)
+    with pytest.raises(BadInput, match=r"compressed by Blosc \(pip install 'hairpipe\[vdb\]'"):
+        read_voxels(path, "density")
+
+
+def test_openvdb_reads_masks_and_streams(openvdb, tmp_path):
+    mask, vectors, points = openvdb.BoolGrid(), openvdb.Vec3SGrid(), openvdb.PointDataGrid()
+    mask.name, vectors.name, points.name = "mask", "vel", "dust"
+    mask.fill((-3, 0, 0), (20, 8, 9), True)
+    path = tmp_path / "mask.vdb"
+    openvdb.write(str(path), [mask, vectors, points])
+    found = read_voxels(path, "mask")
+    assert set(found.values.tolist()) == {1.0} and len(found.values) == 24 * 9 * 10
+    assert (found.indices.min(axis=0).tolist(), found.indices.max(axis=0).tolist()) == ([-3, 0, 0], [20, 8, 9])
+    with pytest.raises(
+        BadInput, match=r"mask\.vdb, grid 'vel': OpenVDB failed: the grid is one of vec3s, not of numbers"
+    ):
+        read_voxels(path, "vel")
+    with pytest.raises(BadInput, match="the grid 'dust' holds points"):
+        read_voxels(path, "dust")
+    stream = bytearray(path.read_bytes())
+    stream[20] = 0  # without a table of the places of grids
+    path.write_bytes(stream)
+    assert len(read_voxels(path, "mask").values) == 24 * 9 * 10
+
+
 def test_a_density_between_nodes_keeps_its_amount_and_its_middle(fog):
     indices = np.argwhere(fog.length) + fog.low
     values, shift = fog.length[tuple((indices - fog.low).T)], np.array([0.0031, 0.005, -0.0007])
@@ -89,8 +159,9 @@ def test_a_density_between_nodes_keeps_its_amount_and_its_middle(fog):
     np.testing.assert_allclose(middle, expected, atol=1e-6)
 
 
-def test_other_grids_are_refused(written):
+def test_other_grids_are_refused(written, monkeypatch):
     path = written()
+    monkeypatch.setattr(vdb_read, "find_openvdb", lambda: None)
     with pytest.raises(BadInput, match=r"no grid 'smoke'.*density, hair_vel"):
         read_voxels(path, "smoke")
     with pytest.raises(BadInput, match="the grid is a Tree_vec3s"):
