@@ -1,6 +1,8 @@
 """Hair and guides on their way into a file for another program."""
 
-from collections.abc import Mapping
+import re
+import warnings
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +12,12 @@ from hairpipe.errors import BadInput
 
 DIAMETER = 80e-6
 """Of hair where a groom has no widths [m]."""
+
+
+def valid_name(name: str) -> str:
+    """Return the nearest name of letters, digits and _; its parts, separated by colons, begin with no digit."""
+    parts = (re.sub(r"\W", "_", part) for part in name.split(":"))
+    return ":".join(part if part.isidentifier() else f"_{part}" for part in parts)
 
 
 @dataclass(frozen=True)
@@ -34,12 +42,35 @@ class GroomShot:
         masks = {"hair": ~guides, "guides": guides} if apart else {"hair": np.ones(len(guides), bool)}
         return {name: np.flatnonzero(mask) for name, mask in masks.items() if mask.any()}
 
-    def widths(self, rows: np.ndarray) -> np.ndarray:
-        """Return diameters at some points, (p,) [m]: of the hair where they vary, else of the groom, if it has any."""
-        first = None if not self.hair else self.hair[next(iter(self.hair))]
-        if first is not None and (first.widths is not None or self.groom.widths is None):
-            return first.widths_at_points()[rows]
-        return np.full(len(rows), DIAMETER) if self.groom.widths is None else self.groom.widths[rows]
+    def first(self) -> Strands | None:
+        """Return the hair at the first frame; None: at rest."""
+        return None if not self.hair else self.at(next(iter(self.hair)))
+
+    def widths(self, hair: Strands | None) -> np.ndarray:
+        """Return diameters at all points, (p,) [m].
+
+        They are those of the hair at a frame where they vary along it, else of the groom, if it has any.
+        """
+        if hair is not None and (hair.widths is not None or self.groom.widths is None):
+            return hair.widths_at_points()
+        return np.full(len(self.groom.points), DIAMETER) if self.groom.widths is None else self.groom.widths
+
+    def maps(self, taken: Collection[str]) -> dict[str, np.ndarray]:
+        """Return the maps of the groom, (S,) each, by their names in the file; warn of names that are other ones there.
+
+        taken  names with another meaning
+        Raises BadInput where a map would have one of them, or that of another map.
+        """
+        found = dict[str, np.ndarray]()
+        for name, values in self.groom.maps.items():
+            written = valid_name(name)
+            if written in taken or written in found:
+                what = f"the map '{name}' of the groom has the name of another attribute, {written}"
+                raise BadInput(what, where="groom", right="another name")
+            if written != name:
+                warnings.warn(f"the map '{name}' of the groom is written as {written}", stacklevel=3)
+            found[written] = values
+        return found
 
     def rows(self, strands: np.ndarray) -> np.ndarray:
         """Return the points of some strands, ascending, (p,)."""

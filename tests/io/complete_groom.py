@@ -22,4 +22,5 @@ def complete_groom(strands: int, points: int) -> Groom:
         groups=(np.arange(strands) * 2 // strands).astype(np.int32),
         group_names=("beard", "fringe"),
         colours=generator.random((strands * points, 3)).astype(np.float32),
+        maps={"clump": np.linspace(0.0, 1.0, strands), "groom_frizz": generator.random(strands)},
     )

@@ -120,10 +120,11 @@ def test_files_have_the_widths_of_the_hair_before_those_of_the_groom(tmp_path, g
 def test_maps_of_a_groom_come_back_from_the_file(tmp_path, groom):
     named = replace(groom, maps={"thick": groom.maps["thick"], "of mine": np.arange(4.0)})
     for target in ("unreal", "houdini", "blender"):
-        path = export_groom(named, None, None, None, None, Time(1, 24.0), Workspace(tmp_path), target=target).path
+        with pytest.warns(UserWarning, match="the map 'of mine' of the groom is written as of_mine"):
+            path = export_groom(named, None, None, None, None, Time(1, 24.0), Workspace(tmp_path), target=target).path
         found = read_strands(path, 1.0, "y", None).maps
         np.testing.assert_allclose(found["thick"], groom.maps["thick"], rtol=1e-6)
         np.testing.assert_array_equal(found["of_mine"], np.arange(4.0))
     twice = replace(groom, maps={"groom_guide_weights": np.ones(4), "id": np.ones(4)})
-    with pytest.raises(BadInput, match=r"the map 'id' of the groom has the name of another primvar"):
+    with pytest.raises(BadInput, match=r"the map 'id' of the groom has the name of another attribute, id"):
         export_groom(twice, None, None, None, None, Time(1, 24.0), Workspace(tmp_path), target="houdini")

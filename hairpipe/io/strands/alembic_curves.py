@@ -1,7 +1,8 @@
 """Strands of Alembic files (.abc): curves with the attributes of Unreal's groom specification, version 1.5.
 
 Of curves: positions and widths; of arbitrary parameters: groom_id, groom_guide, groom_group_id, groom_group_name,
-groom_root_uv, groom_width and groom_color. The file states neither unit nor axis.
+groom_root_uv, groom_width, groom_color, and the rest shape `rest` of Houdini; others that are a number for each curve
+are maps. The file states neither unit nor axis.
 
 Source: Alembic for Grooms Specification, dev.epicgames.com
 """
@@ -22,7 +23,10 @@ from hairpipe.plain_file import checked_size
 
 NUMBERS = ("Int32", "Float", "Int16", "Char", "Uchar", "Double", "UInt32", "Int64", "Boolean")
 VECTORS = ("V2f", "V2d", "V3f", "C3f", "C4f", "V3d", "N3f", "P3f", "V3i")
-KNOWN = {"id", "guide", "group_id", "group_name", "root_uv", "width", "color", "version_major", "version_minor"}
+PREFIX = "groom_"
+READ = ("id", "guide", "group_id", "group_name", "root_uv", "width", "color", "version_major", "version_minor")
+"""Parameters that have a meaning, with the prefix or without it."""
+KNOWN = {"rest", *READ, *(PREFIX + name for name in READ)}
 THROUGH = ("kNoBasis", "kCatmullromBasis")
 """Bases of cubic curves whose points lie on the curve, or that have none."""
 
@@ -33,13 +37,23 @@ class Piece(NamedTuple):
     name    of the object
     points  placed in the world of the file, (p, 3) float64
     counts  points of each, (S,) int64
-    values  values of its parameters by name without the prefix, flat: a row for each curve, point or object
+    values  values of its parameters, flat: a row for each curve, point or object; by name, those with a meaning without
+            the prefix
     """
 
     name: str
     points: np.ndarray
     counts: np.ndarray
     values: dict[str, np.ndarray]
+
+    def maps(self) -> dict[str, np.ndarray]:
+        """Return the parameters without a meaning that are a finite number for each curve, (S,) float64 each."""
+        others = {name: values for name, values in self.values.items() if name not in KNOWN}
+        return {
+            name: values
+            for name, values in others.items()
+            if values.shape == (len(self.counts),) and values.dtype.kind == "f" and np.isfinite(values).all()
+        }
 
     def at_points(self, name: str, columns: int) -> np.ndarray | None:
         """Return a parameter at all points, (p, columns); None where there is none that fits."""
@@ -85,7 +99,10 @@ def read_alembic(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
     counts = np.concatenate([piece.counts for piece in pieces])
     if not len(counts) or (counts < 1).any():
         raise BadInput("a curve has no points", where=path, right="2 or more")
-    unread = sorted({name for piece in pieces for name in piece.values} - KNOWN)
+    rest = [piece.at_points("rest", 3) for piece in pieces]
+    rested = [points is not None for points in rest]
+    known = KNOWN if all(rested) or not any("rest" in piece.values for piece in pieces) else KNOWN - {"rest"}
+    unread = sorted({name for piece in pieces for name in piece.values.keys() - piece.maps().keys()} - known)
     if unread:
         warnings.warn(f"{path}: parameters that are not read: {', '.join(unread)}", stacklevel=2)
     more = {
@@ -93,12 +110,14 @@ def read_alembic(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
         "colours": joined([p.at_points("color", 3) for p in pieces], pieces, 0.0, True),
         "root_uv": joined([p.at_strands("root_uv") for p in pieces], pieces, 0.0, False),
         "guides": joined([p.at_strands("guide") for p in pieces], pieces, 0.0, False),
+        "rest": joined(rest, pieces, 0.0, True) if all(rested) else None,
     }
     widths, guides = more["widths"], more["guides"]
     more["widths"] = None if widths is None else np.nan_to_num(widths[:, 0], nan=float(np.nanmedian(widths)))
     more["guides"] = None if guides is None else guides != 0
     more |= {n: v.astype(np.float32) for n in ("colours", "root_uv") if (v := more[n]) is not None}
-    found = plain_curves(np.concatenate([piece.points for piece in pieces]), counts, unit, up, **more)
+    points = np.concatenate([piece.points for piece in pieces])
+    found = plain_curves(points, counts, unit, up, maps=joined_maps(pieces), **more)
     ids = joined([piece.at_strands("id") for piece in pieces], pieces, -1.0, False)
     if ids is not None and len(np.unique(ids)) == len(ids):
         found = replace(found, ids=ids.astype(np.int32))
@@ -110,6 +129,14 @@ def read_alembic(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
         groups, names = numbered(np.concatenate(list(named)))
         found = replace(found, groups=groups, group_names=names)
     return found
+
+
+def joined_maps(pieces: list[Piece]) -> dict[str, np.ndarray]:
+    """Return the maps of the curves of all objects, (S,) each: 0 in objects without them."""
+    found = [piece.maps() for piece in pieces]
+    names = sorted({name for maps in found for name in maps})
+    pairs = [(maps, np.zeros(len(piece.counts))) for maps, piece in zip(found, pieces, strict=True)]
+    return {name: np.concatenate([maps.get(name, blank) for maps, blank in pairs]) for name in names}
 
 
 def labels_in(piece: Piece) -> np.ndarray | None:
@@ -174,7 +201,10 @@ def piece_of(library: Any, name: str, schema: Any, matrix: np.ndarray, where: st
     for index in range(parameters.getNumProperties() if parameters.valid() else 0):
         header = parameters.getPropertyHeader(index)
         read = parameter(library, parameters, header)
-        found[header.getName().removeprefix("groom_")] = np.empty(0) if read is None else read
+        key = header.getName().removeprefix(PREFIX)
+        found[key if key in READ else header.getName()] = np.empty(0) if read is None else read
+    if "rest" in found and found["rest"].shape == points.shape:
+        found["rest"] = found["rest"] @ matrix[:3, :3] + matrix[3, :3]
     return Piece(name, points @ matrix[:3, :3] + matrix[3, :3], counts, found)
 
 

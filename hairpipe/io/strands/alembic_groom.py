@@ -20,8 +20,11 @@ from hairpipe.data.curves import labels_of
 from hairpipe.errors import BadInput
 from hairpipe.io.groom_shot import GroomShot
 from hairpipe.io.mesh_cache.alembic_meshes import import_alembic
+from hairpipe.io.strands.alembic_curves import KNOWN
 
 VERSION = (1, 5)
+GUIDED = ("groom_closest_guides", "groom_guide_weights")
+"""Parameters of the guides of each strand, and of their weights; Unreal reads them, we do not."""
 LEFT_HANDED_Z_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, 1, 0]])
 
 
@@ -67,23 +70,27 @@ def write_alembic(path: Path, shot: GroomShot, name: str) -> None:
         times = archive.addTimeSampling(sampling_of(library, np.array(frames or [0]) / shot.fps, shot.fps))
         top = library.AbcGeom.OXform(archive.getTop(), "groom")
         state_version(library, top)
-        written = [Curves(library, top, piece, shot, target, times) for piece in shot.pieces(target.apart).items()]
+        maps = shot.maps({*KNOWN, *(GUIDED if shot.closest else ())})
+        pieces = shot.pieces(target.apart).items()
+        written = [Curves(library, top, piece, shot, maps, target, times) for piece in pieces]
         for curves in written:
             if not frames:
-                curves.add(shot.groom.points, None)
+                curves.add(shot.groom.points, None, shot.widths(None))
         for frame in frames:
             hair = shot.at(frame)
+            widths = shot.widths(hair)
             for curves in written:
-                curves.add(hair.points, hair.velocities)
+                curves.add(hair.points, hair.velocities, widths)
     except RuntimeError as error:
         what = f"the Alembic file was not written: {str(error).splitlines()[0][:160]}"
         raise BadInput(what, where=path, right="a folder with space, where files can be made") from None
 
 
 def size_of(shot: GroomShot) -> int:
-    """Return an upper bound of the bytes of a file: points, velocities, and what does not move."""
-    points, strands = len(shot.groom.points), len(shot.groom.ids)
-    return 100_000 + 24 * points * (1 + len(shot.hair or ())) + 32 * points + 256 * strands
+    """Return an upper bound of the bytes of a file: points, velocities and widths, and what does not move."""
+    points, strands, maps = len(shot.groom.points), len(shot.groom.ids), len(shot.groom.maps)
+    moving = 28 * points * (1 + len(shot.hair or ()))
+    return 100_000 + moving + 32 * points + (256 + 4 * maps) * strands + 1_000 * maps
 
 
 def sampling_of(library: Any, seconds: np.ndarray, fps: float) -> Any:
@@ -109,7 +116,14 @@ class Curves:
     """Curves of one object in a file that is open for writing."""
 
     def __init__(
-        self, library: Any, top: Any, piece: tuple[str, np.ndarray], shot: GroomShot, target: Target, times: int
+        self,
+        library: Any,
+        top: Any,
+        piece: tuple[str, np.ndarray],
+        shot: GroomShot,
+        maps: dict[str, np.ndarray],
+        target: Target,
+        times: int,
     ) -> None:
         name, self.strands = piece
         self.library, self.target = library, target
@@ -117,15 +131,15 @@ class Curves:
         space = library.AbcGeom.OXform(top, name)  # Blender names objects by the transforms above them
         self.schema = library.AbcGeom.OCurves(space, name, times).getSchema()
         self.counts = array("IntArray", np.diff(shot.groom.offsets)[self.strands])
-        self.widths = shot.widths(self.rows) / target.metres
-        self._author(shot)
+        self._author(shot, maps)
 
-    def add(self, points: np.ndarray, velocities: np.ndarray | None) -> None:
-        """Write the points [m] and velocities [m/s] of all strands at the next sample, (P, 3) each."""
+    def add(self, points: np.ndarray, velocities: np.ndarray | None, widths: np.ndarray) -> None:
+        """Write points [m] and velocities [m/s], (P, 3) each, and widths, (P,) [m], at the next sample."""
         geometry = self.library.AbcGeom
         sample = geometry.OCurvesSchemaSample(self._vectors(points), self.counts, geometry.CurveType.kLinear)
         sample.setBasis(geometry.BasisType.kNoBasis)  # by default Bezier, which Blender draws also for linear curves
-        sample.setWidths(geometry.OFloatGeomParamSample(array("FloatArray", self.widths), vertex(self.library)))
+        wide = array("FloatArray", widths[self.rows] / self.target.metres)
+        sample.setWidths(geometry.OFloatGeomParamSample(wide, vertex(self.library)))
         if velocities is not None:
             sample.setVelocities(self._vectors(velocities))
         self.schema.set(sample)
@@ -133,7 +147,7 @@ class Curves:
     def _vectors(self, vectors: np.ndarray) -> Any:
         return array("V3fArray", self.target.placed(vectors[self.rows]))
 
-    def _author(self, shot: GroomShot) -> None:
+    def _author(self, shot: GroomShot, maps: dict[str, np.ndarray]) -> None:
         """Write what does not move."""
         uniform = self.library.AbcGeom.GeometryScope.kUniformScope
         groom, strands = shot.groom, self.strands
@@ -141,7 +155,7 @@ class Curves:
         for name, values in numbers.items():
             if values is not None:
                 self._parameter("Int32", name, array("IntArray", values[strands]), uniform)
-        for name, values in groom.maps.items():
+        for name, values in maps.items():
             self._parameter("Float", name, array("FloatArray", values[strands]), uniform)
         if groom.groups is not None and groom.group_names:
             names = labels_of(groom.groups, groom.group_names)[strands]
@@ -149,8 +163,8 @@ class Curves:
         self._parameter("V2f", "groom_root_uv", array("V2fArray", groom.root_uv[strands]), uniform)
         if shot.closest is not None:
             closest, weights = (values[strands] for values in shot.closest)
-            self._parameter("V3i", "groom_closest_guides", array("V3iArray", closest), uniform)
-            self._parameter("V3f", "groom_guide_weights", array("V3fArray", weights), uniform)
+            self._parameter("V3i", GUIDED[0], array("V3iArray", closest), uniform)
+            self._parameter("V3f", GUIDED[1], array("V3fArray", weights), uniform)
         if groom.colours is not None:
             self._parameter("V3f", "groom_color", array("V3fArray", groom.colours[self.rows]), vertex(self.library))
         if self.target.rest:

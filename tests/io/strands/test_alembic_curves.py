@@ -55,22 +55,39 @@ def groom(top) -> None:
     parameter(parameters, "C3f", "groom_color", colours, VERTEX)
     parameter(parameters, "Float", "groom_width", filled(imath.FloatArray, [0.5, 0.25]), UNIFORM)
     parameter(parameters, "String", "groom_group_name", filled(imath.StringArray, ["tail", "fringe"]), UNIFORM)
+    rest = filled(imath.V3fArray, [imath.V3f(*map(float, p)) for p in POINTS[::-1]])
+    parameter(parameters, "V3f", "rest", rest, VERTEX)
+    parameter(parameters, "Float", "tint", filled(imath.FloatArray, [0.5] * 6), VERTEX)
     parameter(parameters, "Float", "clump", filled(imath.FloatArray, [1.0, 2.0]), UNIFORM)
 
 
 def test_attributes_of_unreal_are_read_and_others_named(tmp_path):
     path = tmp_path / "a.abc"
     write(path, groom)
-    with pytest.warns(UserWarning, match="parameters that are not read: clump"):
+    with pytest.warns(UserWarning, match="parameters that are not read: tint$"):
         found = read_alembic(path, 0.01, "z")
+    assert {name: values.tolist() for name, values in found.maps.items()} == {"clump": [1.0, 2.0]}
     x, y, z = 0.01 * (POINTS + np.array([1, 2, 3])).T
     assert np.allclose(found.points, np.stack([x, z, -y], axis=1), atol=1e-9)
+    assert np.allclose(found.rest, found.points[::-1], atol=1e-9)
     assert found.offsets.tolist() == [0, 4, 6] and found.ids.tolist() == [70, 80]
     assert found.guides.tolist() == [False, True]
     assert np.allclose(found.root_uv, [[0.1, 0.2], [0.3, 0.4]])
     assert np.allclose(found.colours, [[k / 8, 0, 1] for k in range(6)])
     assert np.allclose(found.widths, 0.01 * np.array([0.5, 0.5, 0.5, 0.5, 0.25, 0.25]))
     assert found.groups.tolist() == [1, 0] and found.group_names == ("fringe", "tail")
+
+
+def test_maps_of_several_objects_are_joined(tmp_path):
+    def hair(top):
+        for name, values in (("beard", None), ("tail", [3.0, 4.0])):
+            parameters = add_curves(top, name, [3, 3]).getArbGeomParams()
+            if values:
+                parameter(parameters, "Float", "frizz", filled(imath.FloatArray, values), UNIFORM)
+
+    path = tmp_path / "a.abc"
+    write(path, hair)
+    assert read_alembic(path).maps["frizz"].tolist() == [0.0, 0.0, 3.0, 4.0]
 
 
 def test_objects_without_groups_are_groups(tmp_path):

@@ -8,12 +8,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from pxr import Usd, UsdGeom
 
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput
 from hairpipe.io.groom_shot import GroomShot
 from hairpipe.io.strands.alembic_curves import read_alembic
 from hairpipe.io.strands.alembic_groom import TARGETS, size_of, write_alembic
+from hairpipe.io.usd.groom.groom_targets import write_groom
+from hairpipe.io.usd.read import read_curves
 from tests.io.complete_groom import complete_groom
 
 library = pytest.importorskip("alembic3d")
@@ -79,6 +82,8 @@ def test_unreal_finds_its_attributes_with_types_and_scopes(tmp_path):
         "groom_group_id": ("int32_t", "uni"),
         "groom_group_name": ("string", "uni"),
         "groom_root_uv": ("float32_t[2]", "uni"),
+        "clump": ("float32_t", "uni"),
+        "groom_frizz": ("float32_t", "uni"),
         "groom_closest_guides": ("int32_t[3]", "uni"),
         "groom_guide_weights": ("float32_t[3]", "uni"),
         "groom_color": ("float32_t[3]", "vtx"),
@@ -91,6 +96,50 @@ def test_unreal_finds_its_attributes_with_types_and_scopes(tmp_path):
     )
 
 
+def named(name: str) -> GroomShot:
+    shot = moving(range(0))
+    return replace(shot, groom=replace(shot.groom, maps={name: np.arange(4.0), **shot.groom.maps}))
+
+
+@pytest.mark.filterwarnings("ignore:.*not read")
+def test_a_map_keeps_its_name_or_is_named(tmp_path):
+    path = tmp_path / "a.abc"
+    with pytest.warns(UserWarning, match="the map 'of mine' of the groom is written as of_mine"):
+        write_alembic(path, named("of mine"), "houdini")
+    assert read_alembic(path).maps["of_mine"].tolist() == [0.0, 1.0, 2.0, 3.0]
+    for taken in ("width", "groom_id", "rest", "groom_guide_weights", "groom.frizz"):
+        with pytest.raises(BadInput, match=f"the map '{taken}' of the groom has the name of another attribute"):
+            write_alembic(path, named(taken), "houdini")
+
+
+@pytest.mark.filterwarnings("ignore:.*not read")
+@pytest.mark.parametrize("suffix", [".abc", ".usdc"])
+def test_widths_change_over_time(tmp_path, suffix):
+    """Until the third frame they are those of the first; then hair and guide are twice as wide."""
+    shot, path = moving(range(1001, 1005)), tmp_path / f"a{suffix}"
+    wide = {k: (1.0 + (k > 1002)) * shot.groom.widths.astype(np.float32) for k in shot.hair}
+    shot = replace(shot, hair={k: replace(hair, widths=wide[k]) for k, hair in shot.hair.items()})
+    if suffix == ".abc":
+        write_alembic(path, shot, "houdini")
+        assert path.stat().st_size < size_of(shot)
+        parameters = [curves_of(path, name)[1].getWidthsParam() for name in ("hair", "guides")]
+        values = [
+            [param.getExpandedValue(library.Abc.ISampleSelector(k / FPS)).getVals() for param in parameters]
+            for k in shot.hair
+        ]
+    else:
+        write_groom(path, shot, "houdini")
+        stage = Usd.Stage.Open(str(path))
+        attributes = [
+            UsdGeom.BasisCurves(stage.GetPrimAtPath(f"/groom/{name}")).GetWidthsAttr() for name in ("hair", "guides")
+        ]
+        assert [a.GetTimeSamples() for a in attributes] == 2 * [[1002.0, 1003.0, 1004.0]]
+        values = [[a.Get(k) for a in attributes] for k in shot.hair]
+        assert read_curves(path, time=1004, guides=True).widths == pytest.approx(wide[1004], rel=1e-6)
+    for k, pieces in zip(shot.hair, values, strict=True):
+        assert np.concatenate([np.array(piece) for piece in pieces]) == pytest.approx(wide[k], rel=1e-6)
+
+
 @pytest.mark.filterwarnings("ignore:.*not read")
 def test_guides_and_rest_shape_come_back(tmp_path):
     shot, path = moving(range(0)), tmp_path / "a.abc"
@@ -98,6 +147,7 @@ def test_guides_and_rest_shape_come_back(tmp_path):
     found = read_alembic(path)
     assert found.guides.tolist() == shot.groom.guides.tolist() and found.ids.tolist() == shot.groom.ids.tolist()
     assert np.abs(found.points - shot.groom.points).max() < 1e-6
+    assert np.abs(found.rest - shot.groom.points).max() < 1e-6
     rest = library.AbcGeom.IV3fGeomParam(curves_of(path, "guides")[1].getArbGeomParams(), "rest")
     assert np.allclose(np.array(rest.getExpandedValue().getVals()), shot.groom.points[-POINTS:], atol=1e-6)
 

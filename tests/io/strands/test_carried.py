@@ -21,7 +21,7 @@ from tests.io.complete_groom import complete_groom
 PAGE = Path(__file__).parents[3] / "docs" / "reference" / "groom_files.md"
 CARRIED = {
     **{"ids": "ids", "widths": "widths", "root_uv": "root UV"},
-    **{"groups": "groups", "guides": "guides", "colours": "colours"},
+    **{"groups": "groups", "guides": "guides", "colours": "colours", "maps": "maps"},
 }
 STRANDS, POINTS = 8, 5
 OFFSETS = (POINTS * np.arange(STRANDS + 1)).astype(np.int32)
@@ -72,10 +72,16 @@ PLAIN = {"a.hair": hair, "a.data": records(3), "a.bin": records(7), "a.ply": ply
 
 def row_of(name: str, direction: str, found: Curves) -> str:
     """Write the row of a format: what strands have beyond their points."""
-    given = {what for what in CARRIED if getattr(found, what) is not None}
+    given = {what for what in CARRIED if (value := getattr(found, what)) is not None and len(value)}
     if found.ids.tolist()[:2] == [0, 1]:  # mere places in the file
         given.discard("ids")
     return f"| {name} | {direction} | " + " | ".join("yes" if what in given else "" for what in CARRIED) + " |"
+
+
+def has_maps(groom: Groom, found: Curves) -> bool:
+    """Tell whether the hair of a file, without its guides, has the maps of the groom."""
+    pairs = ((found.maps[name][~found.guides], values) for name, values in groom.maps.items())
+    return found.maps.keys() == groom.maps.keys() and all(np.allclose(a, b, atol=1e-6) for a, b in pairs)
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
@@ -99,13 +105,13 @@ def test_table_of_formats_is_what_comes_back(tmp_path, groom):
         path = export_groom(groom, frames, keys, None, None, time, folder, target=target).path
         found = read_strands(path, 1.0, "y", None, guides=True)
         points = found.points.reshape(-1, POINTS, 3)[~found.guides].reshape(-1, 3)
-        assert np.abs(points - groom.points).max() < 1e-6
+        assert np.abs(points - groom.points).max() < 1e-6 and has_maps(groom, found)
         rows.append(row_of(f'USD of `export_groom`, `target = "{target}"`', "in, out", found))
     for target in ("unreal", "houdini", "blender"):
         path = export_alembic(groom, frames, keys, None, time, Workspace(tmp_path / target), target=target).path
         found = read_strands(path, 0.01 if target == "unreal" else 1.0, "y", None, guides=True)
         points = found.points[:, [0, 2, 1]] if target == "unreal" else found.points  # its axes are left-handed
-        assert np.abs(points[: len(groom.points)] - groom.points).max() < 1e-6
+        assert np.abs(points[: len(groom.points)] - groom.points).max() < 1e-6 and has_maps(groom, found)
         rows.append(row_of(f'Alembic of `export_alembic`, `target = "{target}"`', "in, out", found))
     path = export_usd(frames, None, groom, None, keys, None, time, (), Workspace(tmp_path)).path
     found = read_strands(path, 1.0, "y", None)

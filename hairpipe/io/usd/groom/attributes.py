@@ -21,6 +21,10 @@ MARKS = ("groom_guide", "groom_group_id", "groom_group_name")
 """Primvars of guides and groups, Unreal's."""
 DRAWN = ("displayOpacity", "skinprim", "skinprimuv", "lockId", *ROOT_UV, *COLOURS, *MARKS)
 """Primvars that are read where they have a value for each curve, and those computed here: places of roots, locks."""
+GUIDED = ("groom_closest_guides", "groom_guide_weights")
+"""Primvars of the guides of each strand, and of their weights: Unreal's; not read."""
+KNOWN = {*IDS, *REST, *DRAWN, "widths"}
+"""Primvars that are no maps."""
 LARGEST = np.iinfo(np.int32).max
 NONE = np.iinfo(np.int64).min
 """Id of a curve without an id."""
@@ -181,8 +185,7 @@ def unused_primvars(curves: UsdGeom.Curves, used: Collection[str]) -> list[str]:
 
 def _other_primvars(curves: UsdGeom.Curves) -> list[UsdGeom.Primvar]:
     """List the primvars of curves that have no meaning of their own."""
-    known = {*IDS, *REST, *DRAWN, "widths"}
-    return [p for p in UsdGeom.PrimvarsAPI(curves).GetPrimvarsWithValues() if p.GetPrimvarName() not in known]
+    return [p for p in UsdGeom.PrimvarsAPI(curves).GetPrimvarsWithValues() if p.GetPrimvarName() not in KNOWN]
 
 
 def _primvar(curves: UsdGeom.Curves, name: str, columns: int) -> np.ndarray | None:

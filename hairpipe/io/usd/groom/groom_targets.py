@@ -11,12 +11,13 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 import numpy as np
-from pxr import Sdf, Tf, Usd, UsdGeom, Vt
+from pxr import Sdf, Usd, UsdGeom, Vt
 
 from hairpipe import __version__
+from hairpipe.data import Strands
 from hairpipe.data.curves import labels_of
-from hairpipe.errors import BadInput
 from hairpipe.io.groom_shot import GroomShot
+from hairpipe.io.usd.groom.attributes import GUIDED, KNOWN
 from hairpipe.io.usd.samples import extent, hold_body, integers, vectors
 from hairpipe.io.usd.stage import create_stage
 from hairpipe.io.usd.statics import author_body, author_curves
@@ -74,8 +75,9 @@ def write_groom(path: Path, shot: GroomShot, name: Name) -> None:
         stage.SetEndTimeCode(end)
     for frame in frames:
         hair = shot.at(frame)
+        widths = shot.widths(hair)
         for prim, rows in pieces:
-            sample(prim, hair.points[rows], hair.velocities[rows], frame, target)
+            sample(prim, hair, rows, widths, frame, target)
     if shot.scalp is not None:
         mesh = replace(shot.scalp.mesh, points=turned(shot.scalp.mesh.points, target) / target.metres, velocities=None)
         prim = UsdGeom.Mesh.Define(stage, "/groom/scalp")
@@ -87,30 +89,30 @@ def write_groom(path: Path, shot: GroomShot, name: Name) -> None:
 
 
 def pieces_of(stage: Usd.Stage, shot: GroomShot, target: Target) -> Iterator[tuple[UsdGeom.BasisCurves, np.ndarray]]:
-    """Author the constant values of all curves; yield each prim and its points, (p,)."""
+    """Author the constant values of all curves; yield each prim and its points, (p,); raises as `GroomShot.maps`."""
+    maps = shot.maps({*KNOWN, *(GUIDED if shot.closest else ())})
     for name, strands in shot.pieces(target.apart).items():
         prim = UsdGeom.BasisCurves.Define(stage, f"/groom/{name}")
-        author(prim, shot, strands, target)
+        author(prim, shot, maps, strands, target)
         if name == "guides":
             prim.CreatePurposeAttr(TOKENS.guide)
         yield prim, shot.rows(strands)
 
 
-def author(prim: UsdGeom.BasisCurves, shot: GroomShot, strands: np.ndarray, target: Target) -> None:
-    """Author the constant values of some strands of the groom, (n,), and their points at rest.
-
-    Maps of the groom become primvars; BadInput where one has the name of another primvar.
-    """
+def author(
+    prim: UsdGeom.BasisCurves, shot: GroomShot, maps: dict[str, np.ndarray], strands: np.ndarray, target: Target
+) -> None:
+    """Author the constant values of some strands of the groom, (n,), and their points at rest; maps become primvars."""
     groom = shot.groom
     rows = shot.rows(strands)
     author_curves(prim, np.diff(groom.offsets)[strands], TOKENS.catmullRom)
     for schema in target.schemas:
         prim.GetPrim().AddAppliedSchema(schema)
     points = turned(groom.points[rows], target) / target.metres
-    widths = shot.widths(rows) / target.metres
+    widths = shot.widths(shot.first())[rows] / target.metres
     prim.CreatePointsAttr(vectors(points))
     prim.CreateExtentAttr(extent(points, widths.max(initial=0.0) / 2))
-    prim.CreateWidthsAttr(Vt.FloatArray.FromNumpy(widths.astype(np.float32)))
+    prim.CreateWidthsAttr(floats(widths))
     prim.SetWidthsInterpolation(TOKENS.vertex)
     for name in target.rest:
         primvar(prim, name, TYPES.Point3fArray, TOKENS.vertex, vectors(points))
@@ -126,25 +128,34 @@ def author(prim: UsdGeom.BasisCurves, shot: GroomShot, strands: np.ndarray, targ
     if groom.colours is not None:
         primvar(prim, target.colours, target.colour, TOKENS.vertex, vectors(groom.colours[rows]))
     if shot.closest is not None:
-        closest = zip(("groom_closest_guides", "groom_guide_weights"), shot.closest, strict=True)
-        for name, values in closest:
+        for name, values in zip(GUIDED, shot.closest, strict=True):
             primvar(prim, name, TYPES.Float3Array, TOKENS.uniform, vectors(values[strands]))
-    for name, values in groom.maps.items():
-        name = name if Sdf.Path.IsValidNamespacedIdentifier(name) else Tf.MakeValidIdentifier(name)
-        if UsdGeom.PrimvarsAPI(prim).HasPrimvar(name):
-            what = f"the map '{name}' of the groom has the name of another primvar"
-            raise BadInput(what, where="groom", right="another name")
-        own = Vt.FloatArray.FromNumpy(np.ascontiguousarray(values[strands], np.float32))
-        primvar(prim, name, TYPES.FloatArray, TOKENS.uniform, own)
+    for name, values in maps.items():
+        primvar(prim, name, TYPES.FloatArray, TOKENS.uniform, floats(values[strands]))
 
 
-def sample(prim: UsdGeom.BasisCurves, points: np.ndarray, velocities: np.ndarray, frame: int, target: Target) -> None:
-    """Author points [m], velocities [m/s], (p, 3) each, and extent of curves at a frame."""
-    placed = turned(points, target) / target.metres
+def sample(
+    prim: UsdGeom.BasisCurves, hair: Strands, rows: np.ndarray, widths: np.ndarray, frame: int, target: Target
+) -> None:
+    """Author points, velocities, extent, and widths that are not those before, of some points (p,) at a frame.
+
+    widths  of all points [m]
+    """
+    placed = turned(hair.points[rows], target) / target.metres
     prim.GetPointsAttr().Set(vectors(placed), frame)
-    prim.GetVelocitiesAttr().Set(vectors(turned(velocities, target) / target.metres), frame)
-    widest = float(np.max(prim.GetWidthsAttr().Get()))
-    prim.GetExtentAttr().Set(extent(placed, widest / 2), frame)
+    prim.GetVelocitiesAttr().Set(vectors(turned(hair.velocities[rows], target) / target.metres), frame)
+    own, attribute = floats(widths[rows] / target.metres), prim.GetWidthsAttr()
+    earlier = prim.GetPointsAttr().GetTimeSamples()[:-1]
+    if attribute.GetNumTimeSamples() or attribute.Get() != own:
+        for time in () if attribute.GetNumTimeSamples() else earlier[-1:]:
+            attribute.Set(attribute.Get(), time)  # samples are interpolated: the change begins at the frame before
+        attribute.Set(own, frame)
+    prim.GetExtentAttr().Set(extent(placed, max(own, default=0.0) / 2), frame)
+
+
+def floats(values: np.ndarray) -> Vt.FloatArray:
+    """Return numbers, (n,), in single precision."""
+    return Vt.FloatArray.FromNumpy(np.ascontiguousarray(values, np.float32))
 
 
 def turned(vectors_: np.ndarray, target: Target) -> np.ndarray:
