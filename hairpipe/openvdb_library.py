@@ -99,7 +99,7 @@ def read(vdb: ModuleType, path: str, name: str) -> Arrays:
     Error where it is another grid, or has too many voxels.
     """
     grid = vdb.read(path, name)
-    if not isinstance(grid.background, int | float):
+    if grid.valueTypeName.startswith("pt") or not isinstance(grid.background, int | float):
         raise TypeError(f"the grid is one of {grid.valueTypeName}, not of numbers")
     if grid.activeVoxelCount() > MOST_VOXELS:
         raise ValueError(f"the grid has more than {MOST_VOXELS:,} voxels")

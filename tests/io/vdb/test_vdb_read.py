@@ -146,6 +146,8 @@ def test_openvdb_reads_masks_and_streams(openvdb, tmp_path):
     stream[20] = 0  # without a table of the places of grids
     path.write_bytes(stream)
     assert len(read_voxels(path, "mask").values) == 24 * 9 * 10
+    with pytest.raises(BadInput, match="the grid is one of ptdataidx32, not of numbers"):
+        read_voxels(path, "dust")
 
 
 def test_a_density_between_nodes_keeps_its_amount_and_its_middle(fog):
