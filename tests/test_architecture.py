@@ -14,15 +14,8 @@ import pytest
 from .sources import HOME, PACKAGES, SOURCES, TESTS, imports_of, length_of, module_of, name_of, tree_of
 
 ORDER = (
-    *(
-        "errors",
-        "units",
-        "simplification",
-        "plain_file",
-        "child",
-        "processor",
-        "openvdb_library",
-    ),  # what everything may need
+    *("errors", "units", "simplification"),  # what everything may need
+    *("plain_file", "child", "processor", "openvdb_library"),
     *("kernels", "data", "spatial", "volume", "body", "levelset", "groom", "scripted_ends"),
     *("sim", "particles", "measure"),
 )
@@ -106,11 +99,13 @@ ROOMS = {
     "docs": {*BASE, "api", "cli", "io", "__init__", "results"},
 }
 """Which other rooms the files of a room may import."""
+OPENVDB = ("hairpipe/openvdb_library.py", "hairpipe/levelset/bake/")
 PLACES = {
     "pxr": "hairpipe/io/usd/",
     "alembic3d": "hairpipe/io/mesh_cache/alembic_meshes.py",
-    "bpy": ("hairpipe/render/cycles/", "hairpipe/io/blender/", "hairpipe/levelset/bake/openvdb_distance.py"),
-    "openvdb": "hairpipe/levelset/bake/openvdb_distance.py",
+    "bpy": ("hairpipe/render/cycles/", "hairpipe/io/blender/", *OPENVDB),
+    **dict.fromkeys(("openvdb", "pyopenvdb"), OPENVDB),
+    "blosc": "hairpipe/io/vdb/vdb_read.py",
     "h5py": "hairpipe/io/hdf5.py",
     "PIL": "hairpipe/io/",
     "matplotlib": "graphs/experiments/chart/",

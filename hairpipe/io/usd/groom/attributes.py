@@ -24,7 +24,7 @@ DRAWN = ("displayOpacity", "skinprim", "skinprimuv", "lockId", *ROOT_UV, *COLOUR
 GUIDED = ("groom_closest_guides", "groom_guide_weights")
 """Primvars of the guides of each strand, and of their weights: Unreal's; not read."""
 KNOWN = {*IDS, *REST, *DRAWN, "widths"}
-"""Primvars that are no maps."""
+"""Primvars that have a meaning; others are maps."""
 LARGEST = np.iinfo(np.int32).max
 NONE = np.iinfo(np.int64).min
 """Id of a curve without an id."""

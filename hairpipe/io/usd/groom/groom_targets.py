@@ -144,7 +144,8 @@ def sample(
     placed = turned(hair.points[rows], target) / target.metres
     prim.GetPointsAttr().Set(vectors(placed), frame)
     prim.GetVelocitiesAttr().Set(vectors(turned(hair.velocities[rows], target) / target.metres), frame)
-    own, attribute = floats(widths[rows] / target.metres), prim.GetWidthsAttr()
+    own = floats(widths[rows] / target.metres)
+    attribute = prim.GetWidthsAttr()
     earlier = prim.GetPointsAttr().GetTimeSamples()[:-1]
     if attribute.GetNumTimeSamples() or attribute.Get() != own:
         for time in () if attribute.GetNumTimeSamples() else earlier[-1:]:
