@@ -1,0 +1,29 @@
+"""A strand around a post."""
+
+from typing import Annotated
+
+from hairpipe.data import Groom, Table
+from hairpipe.data.hair import HairState
+from hairpipe.graph import Frames, Time, node
+from hairpipe.units import Ge, Seconds
+
+
+@node(frames="once")
+def measure_wrap(
+    groom: Groom,
+    states: Frames[HairState],
+    time: Time,
+    *,
+    friction: Annotated[float, Ge(0.0)],
+    first: Annotated[Seconds, Ge(0.0)] = 0.0,
+    last: Annotated[Seconds, Ge(0.0)] = 1e6,
+) -> Table:
+    """Compare the tensions on both sides of a post around which strand 0 slides towards its tip with Euler and Eytelwein.
+
+    friction  Coulomb friction coefficient between hair and post
+    first     time since the first frame at which the measurement begins
+    last      time at which it ends
+    """
+    from hairpipe.graphs.experiments.measure.wraps import wrapped_table
+
+    return wrapped_table(groom, states, time.fps, friction, (first, last))
