@@ -7,6 +7,22 @@ from hairpipe.data.value import value
 
 
 @value
+class Touching:
+    """Contact of points with bodies at a frame, which the next one goes on with; only of points that touch.
+
+    points    points of the groom, ascending, (n,) int32
+    states    as of `sim/contact/body/implicit.py`, (n,) int8
+    damping   tangential and normal damping [kg/s], (n, 2)
+    normals   unit normals of the body, (n, 3)
+    """
+
+    points: np.ndarray
+    states: np.ndarray
+    damping: np.ndarray
+    normals: np.ndarray
+
+
+@value
 class HairState:
     """Everything the next frame needs, in the layout of the simulation: particles in rows, strands in the last axis.
 
@@ -21,6 +37,7 @@ class HairState:
     pace             longest next step that crossings allow [s]
     stretched        largest stretch of a segment that was reported; 1: none was
     locks            state of locks; None: every hair is simulated. Of followers only the axis is up to date
+    touching         contact with bodies; None: there are none, or it is unknown
     impulses         impulses of goals on strands in the last frame [N s], (strands, 3) float64, of followers 0; None:
                      there are no goals
     """
@@ -36,6 +53,7 @@ class HairState:
     pace: float
     stretched: float
     locks: LockState | None = None
+    touching: Touching | None = None
     impulses: np.ndarray | None = None
 
     def leaders(self, strands: int) -> np.ndarray:

@@ -83,7 +83,7 @@ def surroundings_of(
     elif scene.air_interacts:
         acting.append(StillAir(hair.masses * hair.values_of(scene.air.drag, "air.drag")[0]))
     if bodies:
-        acting.append(_body_contacts(hair, model, bodies, scene))
+        acting.append(_body_contacts(hair, model, state, bodies, scene))
     if scene.strain is not None:
         acting.append(StrainFilter(model, scene.strain.tolerance))
     if scene.stiction is not None or scene.collisions is not None:
@@ -93,7 +93,9 @@ def surroundings_of(
     return Surroundings(model, hair.layout, [*acting, *own_interactions(scene)], began, origin, scale.speed)
 
 
-def _body_contacts(hair: HairModel, model: StrandModel, bodies: Sequence[Collider], scene: Scene) -> BodyContacts:
+def _body_contacts(
+    hair: HairModel, model: StrandModel, state: HairState, bodies: Sequence[Collider], scene: Scene
+) -> BodyContacts:
     """Make what holds hair out of bodies."""
     contact = scene.contact
     points, offsets = hair.groom.points, hair.layout.offsets
@@ -103,7 +105,7 @@ def _body_contacts(hair: HairModel, model: StrandModel, bodies: Sequence[Collide
     segments = np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1)
     kept = thicknesses(offsets, contact.thickness)
     scale = scale_of(max(contact.thickness, hair.diameter), BodyContact().thickness, scene.gravity)
-    return BodyContacts(list(bodies), contact, kept, offsets, segments, axial, turns, scale)
+    return BodyContacts(list(bodies), contact, kept, offsets, segments, axial, turns, scale, state.touching)
 
 
 def hair_scale(hair: HairModel, scene: Scene) -> Scale:

@@ -233,6 +233,7 @@ def advance_frame(
         fresh=now.fresh,
         tensions=now.T,
         pace=crossings.step,
+        touching=None,
         impulses=None,
     )
     return around.remember(moved)

@@ -38,10 +38,12 @@ def pressed_table(first: Strands, last: Strands, thickness: float, material: Mat
     ):
         raise BadInput("the strands do not cross", where="in.hair", right="one along x, the other above it, along z")
     arms = np.array([x - straight[lower][0, 0], abs(z - straight[upper][0, 2])])
-    deflections = np.array([
-        height(straight[lower], 0, x) - height(bent[lower], 0, x),
-        height(bent[upper], 2, z) - height(straight[upper], 2, z),
-    ])
+    deflections = np.array(
+        [
+            height(straight[lower], 0, x) - height(bent[lower], 0, x),
+            height(bent[upper], 2, z) - height(straight[upper], 2, z),
+        ]
+    )
     depth = height(straight[lower], 0, x) + thickness - height(straight[upper], 2, z)
     theory = depth * arms**3 / np.sum(arms**3)
     forces = 3.0 * material.bending * deflections / arms**3

@@ -8,10 +8,17 @@ import numpy as np
 from hairpipe.data import Groom, Table
 from hairpipe.data.hair import HairState
 from hairpipe.data.table import table_of_rows
-from hairpipe.measure.tension import layout_of, tensions
+from hairpipe.graphs.experiments.measure.tensions import first_strand, frames_between
 from hairpipe.sim.material import Material
 
-COLUMNS = ("time [s]", "root moved [mm]", "force [uN]", "theory [uN]", "difference [% of the sliding force]", "tip moved [mm]")
+COLUMNS = (
+    "time [s]",
+    "root moved [mm]",
+    "force [uN]",
+    "theory [uN]",
+    "difference [% of the sliding force]",
+    "tip moved [mm]",
+)
 GRAVITY = 9.81
 PLACE = 1
 """Segment whose tension is measured: the first may be held."""
@@ -30,39 +37,43 @@ class Bar(NamedTuple):
     def force(self, moved: float, arc: float) -> float:
         """Return the tension at an arc length from an end that was moved outwards [m], slowly and always onwards [N].
 
-        The part that slides has the tension of its friction, F(s) = F(0) - g s; of the elongation of that part, the
-        displacement of the end, F(0) = sqrt(2 E A g u) follows, up to g L, when the whole bar slides.
+        The sliding part has the tension of its friction, F(s) = F(0) - g s, and the end has moved by its elongation:
+        F(0) = sqrt(2 E A g u), up to g L, where the whole bar slides.
         """
         pulled = min(float(np.sqrt(2.0 * self.axial * self.grip * moved)), self.grip * self.length)
         return max(pulled - self.grip * arc, 0.0)
 
 
 def pulled_table(
-    groom: Groom, states: Mapping[int, HairState], fps: float, friction: float, material: Material, held: float
+    groom: Groom,
+    states: Mapping[int, HairState],
+    fps: float,
+    window: tuple[float, float],
+    bar: tuple[float, Material, float],
 ) -> Table:
-    """Return a row for every frame about strand 0, straight on a level floor, whose root is moved away from its tip.
+    """Return a row for every frame of a window of time [s] about strand 0, straight, and pulled along a level floor.
 
     force       tension of the second segment
-    theory      that of the bar; one that sticks cannot move before, and one that slides has this force at any speed
+    theory      that of a bar
     difference  of both, over the force when all slides
 
-    held  number of segments at the root that cannot be stretched
+    bar  friction coefficient, material, and number of segments at the root that cannot be stretched
+
+    BadInput where no frame is in the window.
     """
+    friction, material, held = bar
     frames = list(states)
-    layout = layout_of(groom, states[frames[0]])
-    start = next(points for strand, points, _ in tensions(layout, states[frames[0]]) if strand == 0)
-    segments = len(start) - 1
+    start, _ = first_strand(groom, states[frames[0]])
     whole = float(np.linalg.norm(start[-1] - start[0]))
-    step = whole / segments
-    bar = Bar(whole - held * step, material.axial, friction * material.line_density * GRAVITY)
+    step = whole / (len(start) - 1)
+    ideal = Bar(whole - held * step, material.axial, friction * material.line_density * GRAVITY)
     arc = (PLACE + 0.5 - held) * step
-    sliding = bar.grip * (bar.length - arc)
+    sliding = ideal.grip * (ideal.length - arc)
     rows = []
-    for frame in frames:
-        points, pulls = next((points, pulls) for strand, points, pulls in tensions(layout, states[frame]) if strand == 0)
+    for frame, time in frames_between(frames, fps, window):
+        points, pulls = first_strand(groom, states[frame])
         moved, tip = (float(np.linalg.norm(points[k] - start[k])) for k in (0, -1))
-        theory = bar.force(moved, arc)
+        theory = ideal.force(moved, arc)
         force = float(pulls[PLACE])
-        time = (frame - frames[0]) / fps
         rows.append((time, 1e3 * moved, 1e6 * force, 1e6 * theory, 100.0 * (force - theory) / sliding, 1e3 * tip))
     return table_of_rows(COLUMNS, rows)

@@ -8,6 +8,7 @@ import numpy as np
 from hairpipe.data import Groom, Table
 from hairpipe.data.hair import HairState
 from hairpipe.data.table import table_of_rows
+from hairpipe.errors import BadInput
 from hairpipe.measure.tension import layout_of, tensions
 
 COLUMNS = ("time [s]", "strand", "segment", "root moved [mm]", "arc [m]", "turned [deg]", "tension [uN]")
@@ -35,6 +36,24 @@ def measure_tensions(groom: Groom, states: Mapping[int, HairState], fps: float, 
             rows += [((frame - frames[0]) / fps, strand, k, moved, *values) for k, values in enumerate(columns)]
     rows.sort(key=lambda row: row[:3])
     return table_of_rows(COLUMNS, rows)
+
+
+def first_strand(groom: Groom, state: HairState) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points of strand 0 [m], (n+1, 3), and the tension of its segments [N], (n,)."""
+    found = tensions(layout_of(groom, state), state)
+    return next((points, pulls) for strand, points, pulls in found if strand == 0)
+
+
+def frames_between(frames: Sequence[int], fps: float, window: tuple[float, float]) -> list[tuple[int, float]]:
+    """Return the frames of a window of time, each with its time, the first frame being time zero [s].
+
+    BadInput where there is none.
+    """
+    times = [(frame, (frame - frames[0]) / fps) for frame in frames]
+    found = [(frame, time) for frame, time in times if window[0] <= time <= window[1]]
+    if not found:
+        raise BadInput(f"no frame from {window[0]:g} to {window[1]:g} s", right="times of the run")
+    return found
 
 
 def turns(points: np.ndarray) -> np.ndarray:

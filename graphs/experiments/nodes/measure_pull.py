@@ -6,7 +6,7 @@ from hairpipe.data import Groom, Table
 from hairpipe.data.hair import HairState
 from hairpipe.graph import Frames, Time, node
 from hairpipe.sim.material import Material
-from hairpipe.units import Ge, Interval
+from hairpipe.units import Ge, Interval, Seconds
 
 
 @node(frames="once")
@@ -18,13 +18,17 @@ def measure_pull(
     friction: Annotated[float, Ge(0.0)],
     held: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0,
     material: Material = Material(),  # noqa: B008 (frozen)
+    first: Annotated[Seconds, Ge(0.0)] = 0.0,
+    last: Annotated[Seconds, Ge(0.0)] = 1e6,
 ) -> Table:
     """Compare the force that pulls strand 0 along a level floor by its root with that of an elastic bar under friction.
 
     friction  Coulomb friction coefficient between hair and floor
     held      number of segments at the root that cannot be stretched
     material  material of the fibre, as in simulate_hair
+    first     time since the first frame at which the measurement begins
+    last      time at which it ends
     """
     from hairpipe.graphs.experiments.measure.pulls import pulled_table
 
-    return pulled_table(groom, states, time.fps, friction, material, held)
+    return pulled_table(groom, states, time.fps, (first, last), (friction, material, held))

@@ -18,7 +18,7 @@ def measure_wrap(
     first: Annotated[Seconds, Ge(0.0)] = 0.0,
     last: Annotated[Seconds, Ge(0.0)] = 1e6,
 ) -> Table:
-    """Compare the tensions on both sides of a post around which strand 0 slides towards its tip with Euler and Eytelwein.
+    """Compare the tensions of strand 0 on both sides of a post over which it slides with Euler and Eytelwein.
 
     friction  Coulomb friction coefficient between hair and post
     first     time since the first frame at which the measurement begins

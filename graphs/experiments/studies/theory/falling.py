@@ -56,7 +56,8 @@ def fallen(law: Law, seconds: float, material: Material, rate: float) -> Fall:
 def dropped_ends(strands: int, law: Law, seconds: float, material: Material, rate: float) -> Ends:
     """Return the ends of strands that fall along -Y, their tips free; arguments as of `fallen`."""
     fall = fallen(law, seconds, material, rate)
-    roots, rates, free = np.tile(np.eye(3, 4), (strands, 1, 1)), np.zeros((strands, 3, 4)), np.full((strands, 3, 4), np.nan)
+    shape = (strands, 3, 4)
+    roots, rates, free = np.tile(np.eye(3, 4), (strands, 1, 1)), np.zeros(shape), np.full(shape, np.nan)
     roots[:, 1, 3] = -fall.distance
     rates[:, 1, 3] = -fall.speed
     return Ends(roots, rates, free, free)

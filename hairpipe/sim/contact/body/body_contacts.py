@@ -1,10 +1,11 @@
 """Hair against the body in one step: held while it is solved, caught where it ran into it, put right at the end."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.data.hair import HairState, Touching
 from hairpipe.levelset.collider import Collider, FirstHit, SdfSample, Walk
 from hairpipe.sim.contact.body.depenetration import pushes, rise, within_reach
 from hairpipe.sim.contact.body.fold_preservation import Turns, add_heights
@@ -35,7 +36,7 @@ _NEAR = 1e-4  # [m]; what is farther than this beyond it begins to touch in no c
 
 @dataclass(eq=False)
 class BodyContacts(Interaction):
-    """Contact with bodies within a frame; contact states persist from stage to stage.
+    """Contact with bodies within a frame; contact states persist from stage to stage, and from frame to frame.
 
     surfaces   the bodies, as one level set
     thickness  contact distance of points [m], (P,)
@@ -44,6 +45,7 @@ class BodyContacts(Interaction):
     axial      E A of the strands [N], (S,)
     turns      turns of curls that keep their shape; None: curls are pressed flat
     scale      factors on lengths and speeds of the tolerances
+    known      contact at the end of the previous frame; None: unknown
     """
 
     surfaces: list[Collider]
@@ -54,6 +56,7 @@ class BodyContacts(Interaction):
     axial: np.ndarray
     turns: Turns | None = None
     scale: Scale = USUAL
+    known: Touching | None = None
     _state: ContactState = field(init=False)
     _cache: ProbeCache = field(init=False)
     _everyone: np.ndarray = field(init=False)
@@ -65,6 +68,8 @@ class BodyContacts(Interaction):
 
     def __post_init__(self) -> None:
         self._state = ContactState.none(len(self.thickness), self.scale)
+        if self.known is not None:
+            self._state.recall(self.known)
         self._everyone = np.ones(len(self.thickness), np.bool_)
         highest = 2.0 * self.turns.radii.max(initial=0.0) if self.turns is not None else 0.0
         far = float(self.thickness.max(initial=0.0) + highest)
@@ -95,6 +100,7 @@ class BodyContacts(Interaction):
             self._let_go()
             self._is_left_to_corrections = False
         masses = start.masses
+        self._reach = np.full(len(masses), np.inf)
         probe = self.look(start.points, start.time, self._everyone)
         self._start_distance = self._cache.clearance.copy()
         self._reach = within_reach(self._start_distance, self.segments, self.offsets)
@@ -136,6 +142,12 @@ class BodyContacts(Interaction):
     def mark_discontinuous(self, marked: np.ndarray) -> None:
         """Mark points whose contact jumped in this step, or that were moved out at the end, (P,) bool, in place."""
         np.logical_or(marked, self._state.discontinuous, out=marked)
+
+    def remember(self, state: HairState) -> HairState:
+        """Return the state with what points touch; pure."""
+        if self._is_left_to_corrections:
+            self._let_go()  # As the next step would.
+        return replace(state, touching=self._state.touching())
 
     @property
     def speed_bound(self) -> float:

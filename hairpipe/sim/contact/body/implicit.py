@@ -33,6 +33,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.data.hair import Touching
 from hairpipe.kernels.compile import inlined
 from hairpipe.levelset.collider import SdfSample
 from hairpipe.sim.contact.scale import USUAL, Scale
@@ -84,6 +85,18 @@ class ContactState(NamedTuple):
         factors = scale.length, scale.speed
         state, freed, discontinuous = np.zeros(count, np.int8), np.zeros(count, np.bool_), np.zeros(count, np.bool_)
         return cls(state, numbers[0], freed, discontinuous, vectors[0], numbers[1], vectors[1], numbers[2], *factors)
+
+    def recall(self, known: Touching) -> None:
+        """Take over what points touched at the end of the previous frame, in place."""
+        at = known.points
+        self.state[at], self.normal[at] = known.states, known.normals
+        self.c_t[at], self.c_n[at] = known.damping.T
+
+    def touching(self) -> Touching:
+        """Return what the next frame has to know; pure."""
+        at = np.flatnonzero(self.state != FREE)
+        damping = np.stack([self.c_t[at], self.c_n[at]], axis=1)
+        return Touching(at.astype(np.int32), self.state[at], damping, self.normal[at])
 
 
 @njit(cache=True, parallel=True)
