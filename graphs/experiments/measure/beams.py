@@ -29,13 +29,13 @@ def pressed_table(first: Strands, last: Strands, thickness: float, material: Mat
     if len(last.offsets) != 3:
         raise BadInput(f"{len(last.offsets) - 1} strands", where="in.hair", right="two that cross")
     lower, upper = (slice(*last.offsets[k : k + 2]) for k in (0, 1))
-    bent, straight = last.points.astype(float), first.points.astype(float)
+    bent = last.points.astype(float)
+    straight = first.points.astype(float)
     for mine in (lower, upper):
         straight[mine] += bent[mine][0] - straight[mine][0]
     x, z = straight[upper][0, 0], straight[lower][0, 2]
-    if not straight[lower][0, 0] < x < straight[lower][-1, 0] or not min(straight[upper][:, 2]) < z < max(
-        straight[upper][:, 2]
-    ):
+    ranges = (straight[lower][:, 0], x), (straight[upper][:, 2], z)
+    if not all(places.min() < at < places.max() for places, at in ranges):
         raise BadInput("the strands do not cross", where="in.hair", right="one along x, the other above it, along z")
     arms = np.array([x - straight[lower][0, 0], abs(z - straight[upper][0, 2])])
     deflections = np.array(

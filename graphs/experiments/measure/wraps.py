@@ -27,7 +27,8 @@ def wrapped_table(
 
     BadInput where no frame is in the window.
     """
-    rows, start = [], np.zeros(3)
+    rows = []
+    start = np.zeros(3)
     for frame, time in frames_between(list(states), fps, window):
         points, pulls = first_strand(groom, states[frame])
         angle = abs(float(turns(points)[-1]))

@@ -1,10 +1,9 @@
 """Roots in free fall through still air."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from hairpipe.data import Ends, Groom
 from hairpipe.graph import Time, node
-from hairpipe.graphs.experiments.studies.theory.falling import Law
 from hairpipe.sim.material import Material
 from hairpipe.units import Gt, PerSecond
 
@@ -15,7 +14,7 @@ def drop_ends(
     time: Time,
     *,
     at: int = 1,
-    law: Law,
+    law: Literal["across", "along", "rate"] = "across",
     rate: Annotated[PerSecond, Gt(0.0)] = 8.0,
     material: Material = Material(),  # noqa: B008 (frozen)
 ) -> Ends:

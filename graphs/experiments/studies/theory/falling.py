@@ -56,8 +56,9 @@ def fallen(law: Law, seconds: float, material: Material, rate: float) -> Fall:
 def dropped_ends(strands: int, law: Law, seconds: float, material: Material, rate: float) -> Ends:
     """Return the ends of strands that fall along -Y, their tips free; arguments as of `fallen`."""
     fall = fallen(law, seconds, material, rate)
-    shape = (strands, 3, 4)
-    roots, rates, free = np.tile(np.eye(3, 4), (strands, 1, 1)), np.zeros(shape), np.full(shape, np.nan)
+    roots = np.tile(np.eye(3, 4), (strands, 1, 1))
+    rates = np.zeros_like(roots)
+    free = np.full_like(roots, np.nan)
     roots[:, 1, 3] = -fall.distance
     rates[:, 1, 3] = -fall.speed
     return Ends(roots, rates, free, free)

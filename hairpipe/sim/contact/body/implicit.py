@@ -17,9 +17,10 @@ begins to touch or to slide, the strand is solved again, starting from the previ
 A new contact is first solved without friction, which gives its load and sliding speed. If it stuck first, the hair
 between it and the root would be strained by the whole sliding distance, and the tension would press it on the body:
 hair hit by a bar at 1 m/s was flung away at 6 m/s. But a point at rest at the start of a step without a contact state,
-as at a new frame, sticks: one solve without friction would let it creep. A point that slides around a body stays held
-although its prediction, a straight line, leaves the surface: released and caught again in every stage, it would use up
-all passes and lose its friction.
+as at the first frame, sticks: one solve without friction would let it creep. A frame goes on with the states of the
+previous one: with new contacts at every frame sliding hair lost friction there, and moved in jumps. A point that slides
+around a body stays held although its prediction, a straight line, leaves the surface: released and caught again in
+every stage, it would use up all passes and lose its friction.
 
 We differ from the paper, which moves positions first and holds the normals of the moved points in the velocity solve
 (equality, for a whole step): here pushing stretches no hair, and friction and tension are coupled, so that a hair
