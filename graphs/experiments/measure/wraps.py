@@ -22,7 +22,7 @@ def wrapped_table(
 
     root, tip  tension of the first and of the last segment that is not held
     turned     a
-    ratio      of both tensions, and its error against the exponential
+    ratio      of both tensions, NaN where there is none, and its error against the exponential
     tip moved  displacement of the tip since the first of these frames
 
     BadInput where no frame is in the window.
@@ -33,8 +33,9 @@ def wrapped_table(
         points, pulls = first_strand(groom, states[frame])
         angle = abs(float(turns(points)[-1]))
         root, tip = float(pulls[1]), float(pulls[-2])
-        error = 100.0 * (root / tip / np.exp(friction * np.radians(angle)) - 1.0)
+        ratio = root / tip if tip else np.nan
+        error = 100.0 * (ratio / np.exp(friction * np.radians(angle)) - 1.0)
         start = start if rows else points[-1]
         moved = 1e3 * float(np.linalg.norm(points[-1] - start))
-        rows.append((time, 1e6 * root, 1e6 * tip, angle, root / tip, error, moved))
+        rows.append((time, 1e6 * root, 1e6 * tip, angle, ratio, error, moved))
     return table_of_rows(COLUMNS, rows)
