@@ -74,7 +74,11 @@ def tuft(scene, straight):
     return run
 
 
-@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="needs two threads")
+MOST_THREADS = numba.config.NUMBA_NUM_THREADS  # pyright: ignore[reportPrivateImportUsage, reportAttributeAccessIssue]
+"""Which numba reads from the environment."""
+
+
+@pytest.mark.skipif(MOST_THREADS < 2, reason="needs two threads")
 @pytest.mark.parametrize(("frames", "strands"), [(3, 12), (1, 400)], ids=["few strands", "many chunks of points"])
 def test_threads_change_no_bit(tuft, threads, frames, strands):
     found = []
@@ -121,9 +125,9 @@ def test_prescribed_ends_are_at_their_places(scene, straight):
     still, ball = Track(), Ball(0.0)
     shot.state = start(shot.hair, drive(groom, 0.0, still, None, drawn, None), EVERYTHING)
     for frame in range(4):
-        drivers = tuple(drive(groom, time / 24, still, None, drawn, None) for time in (frame, frame + 1))
-        shot.state = advance_frame(shot.hair, shot.state, drivers, [ball], 1 / 24, EVERYTHING)
-        for at, motions in ((offsets[:-1], drivers[1].roots), (offsets[1:] - 1, drivers[1].tips)):
+        before, after = (drive(groom, time / 24, still, None, drawn, None) for time in (frame, frame + 1))
+        shot.state = advance_frame(shot.hair, shot.state, (before, after), [ball], 1 / 24, EVERYTHING)
+        for at, motions in ((offsets[:-1], after.roots), (offsets[1:] - 1, after.tips)):
             led = np.einsum("sij,sj->si", motions[:, :, :3], groom.points[at]) + motions[:, :, 3]
             np.testing.assert_allclose(shot.axis[at], led, atol=1e-12)
     # The last segment is held as a whole; the others share what is drawn out.
