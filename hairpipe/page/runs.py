@@ -41,9 +41,11 @@ class Runs:
     last      end of the last run: number of runs so far, label, duration, and those of `documents.ending`
     """
 
-    def __init__(self, lock: "threading.RLock", changed: Callable[[], None], ended: Callable[[], None]) -> None:
-        """Call `changed` after each message of a run, and `ended` after its end."""
-        self._lock, self._changed, self._ended = lock, changed, ended
+    def __init__(
+        self, lock: "threading.RLock", changed: Callable[[], None], found: Callable[[], None], ended: Callable[[], None]
+    ) -> None:
+        """Call `changed` when a run begins a task, `found` after a result of it, and `ended` after its end."""
+        self._lock, self._changed, self._found, self._ended = lock, changed, found, ended
         self._queue: list[Request] = []
         self._program = ""
         self._asked = 0
@@ -138,7 +140,7 @@ class Runs:
                     self._end(message)
                 elif message["kind"] in STATUSES:
                     self.statuses[Task(message["node"], message["frame"])] = STATUSES[message["kind"]]
-                    self._changed()
+                    (self._changed if message["kind"] == "started" else self._found)()
         process.wait()
         with self._lock:
             if self._queue and process is self.process:

@@ -245,11 +245,12 @@ class Handler:
         return JSONResponse(found) if isinstance(found, dict) else Response(found[0], media_type=TYPES[found[1]])
 
     def wait(self, request: Request) -> Response:
-        """The latest revision, once it is newer than that of the page."""
+        """The latest revision, once it is newer than that of the page, and the one of the graph."""
         seen = request.query_params.get("seen", "0")
         if not seen.isdecimal() or len(seen) > MOST_DIGITS:
             return PlainTextResponse("seen: not the number of a revision", 400)
-        return JSONResponse({"revision": self._session.wait(int(seen), LONGEST_WAIT)})
+        revision, graph = self._session.wait(int(seen), LONGEST_WAIT)
+        return JSONResponse({"revision": revision, "graph": graph})
 
     def explain(self, request: Request) -> Response:
         """Explanation of a result."""
@@ -268,7 +269,7 @@ class Handler:
             return PlainTextResponse(str(fault), 409)
 
     async def act(self, request: Request) -> Response:
-        """Do an action; the answer is the revision after it, or a fault."""
+        """Do an action; the answer is the revision of the graph after it, or a fault."""
         deeds: dict[str, Callable[[dict[str, Any]], None]] = {
             **{verb: lambda given, verb=verb: self._session.change(verb, dict(given)) for verb in EDITS},
             "undo": lambda given: self._session.undo(),
@@ -289,4 +290,4 @@ class Handler:
             return JSONResponse({"fault": "no such deed"}, 400)
         except BadInput as fault:
             return JSONResponse({"fault": str(fault)}, 409)
-        return JSONResponse({"revision": self._session.revision})
+        return JSONResponse({"revision": self._session.drawn})

@@ -36,7 +36,7 @@ from hairpipe.page.stream import Show, playable
 MOST_STRANDS = 4000
 """Maximum number of drawn strands of a groom."""
 PAUSE = 0.7
-"""Interval of polling the cache and the graph file [s]; longer if polling is slow."""
+"""Interval of polling the cache and the graph file [s], at once after a result of a run; longer if polling is slow."""
 
 
 class Session:
@@ -45,6 +45,7 @@ class Session:
     frames    frames of runs and of the plan; None for all
     wedge     wedge whose variants are shown and run
     revision  number of changes of the page
+    drawn     number of the last change of the graph, or of its edits
     """
 
     def __init__(self, given: Shot | Draft, frames: FrameSet = None, wedge: str | None = None) -> None:
@@ -57,14 +58,16 @@ class Session:
         self._shot = shot
         self._lock = threading.RLock()
         self._changed = threading.Condition(self._lock)
-        self._runs = Runs(self._lock, self._advance, self._reload)
+        self._woken = threading.Event()
+        self._runs = Runs(self._lock, self._progress, self._woken.set, self._replan)
         self._players: list[Playing] = []
         self._note = ""
         self._seen: Any = None
         self._cache = Cache(shot.cache)
         self._hosts: Mapping[Task, str] = {}
         self._strokes: list[Path] = []
-        self.revision = 0
+        self._costs: dict[str, float] = {}
+        self.revision = self.drawn = 0
         self._shelf = Shelf(MOST_STRANDS)
         self._take(draft)
         self._open = True
@@ -73,6 +76,7 @@ class Session:
     def close(self) -> None:
         """Stop the run of this page, its process, and polling."""
         self._open = False
+        self._woken.set()
         with self._lock:
             self._runs.stop()
             self._runs.close()
@@ -92,14 +96,14 @@ class Session:
                 if path.name not in saved:
                     path.unlink(missing_ok=True)
 
-    def wait(self, seen: int, most: float) -> int:
-        """Wait for a newer revision, at most for a time [s]; return the latest revision.
+    def wait(self, seen: int, most: float) -> tuple[int, int]:
+        """Wait for a newer revision, at most for a time [s]; return the latest revision, and that of the graph.
 
         A closed session returns at once.
         """
         with self._changed:
             self._changed.wait_for(lambda: self.revision > seen or not self._open, most)
-            return self.revision
+            return self.revision, self.drawn
 
     def document(self, name: str) -> Packed:
         """Make a document by name; KeyError for an unknown one, BadInput for one removed from the cache."""
@@ -112,7 +116,7 @@ class Session:
                 return self._state(), b""
             if name == "wedge" and self._wedge is not None:
                 return self._variants(), b""
-            return self._shelf.document(name)
+        return self._shelf.document(name)  # without the lock: edits do not wait for the packing of hair
 
     def picture(self, name: str) -> tuple[bytes, str]:
         """Read a picture and its suffix; KeyError for an unknown name."""
@@ -213,20 +217,20 @@ class Session:
             job = Job(self._shot.given, self._draft.text, self.frames, to, str(self._shot.cache), self._wedge)
             edits = self._history.deeds()
             self._runs.add(Request(job, edits[-1].label if edits else self._shot.path.name, self._shot.program))
-            self._note = ""
-            self._advance()
+            self._note, self._costs = "", {}
+            self._advance(graph=False)
 
     def stop(self) -> None:
         """Interrupt the active run, whose results are kept; those that wait are dropped."""
         with self._lock:
             self._runs.stop()
-            self._advance()
+            self._advance(graph=False)
 
     def drop(self, number: int) -> None:
         """Remove a waiting run by its number; BadInput where there is none."""
         with self._lock:
             self._runs.drop(number)
-            self._advance()
+            self._advance(graph=False)
 
     def play(self, node: str, output: str) -> Playing:
         """Begin to play a node with the edited settings, also with later edits; the reader closes the process.
@@ -250,7 +254,7 @@ class Session:
         """Actions of the page besides display."""
         path = self._shot.path
         can_save = not self._draft.shipped and os.access(path if path.exists() else path.parent, os.W_OK)
-        live = {"saved": can_save, "playable": playable(self._shot), "revision": self.revision}
+        live = {"saved": can_save, "playable": playable(self._shot), "revision": self.drawn}
         return self._history.document() | live
 
     def _state(self) -> dict[str, Any]:
@@ -280,8 +284,11 @@ class Session:
 
     def _run_state(self) -> dict[str, Any]:
         """Describe the runs, what results of missing ones took before, and the resources of the machine."""
-        costs = {"costs": self._costs, "machine": machine_document(self._shot.cache), "note": self._note}
-        return self._runs.document() | costs
+        runs = self._runs.document()
+        if runs["running"]:
+            missing = {entry.task.node for entry in self._plan if entry.status != "cached"}
+            self._costs |= self._shot.costs(missing - self._costs.keys())
+        return runs | {"costs": self._costs, "machine": machine_document(self._shot.cache), "note": self._note}
 
     def _take(self, draft: Draft) -> None:
         """Plan a draft, and show it; without a change on BadInput."""
@@ -289,16 +296,28 @@ class Session:
         self._draft = draft
         self._shot = draft.shot
         self._plan = plan
-        self._costs = draft.shot.costs({entry.task.node for entry in plan if entry.status != "cached"})
         self._watched: Iterable[Entry] = plan
         for player in self._players:
             player.take(draft.text)
         self._shelf.take(draft.shot, plan)
 
-    def _advance(self) -> None:
+    def _advance(self, graph: bool = True) -> None:
+        """Announce a change of the results, and of the graph."""
         with self._changed:
             self.revision += 1
+            self.drawn = self.revision if graph else self.drawn
             self._changed.notify_all()
+
+    def _progress(self) -> None:
+        self._advance(graph=False)
+
+    def _replan(self) -> None:
+        """Read which results there are; a fault is noted."""
+        try:
+            self._take(self._draft)
+        except BadInput as fault:
+            self._note = str(fault)
+        self._advance(graph=False)
 
     def _reload(self) -> None:
         """Read the graph file again; a fault is noted, and a change in conflict with edits changes nothing else."""
@@ -320,20 +339,26 @@ class Session:
         """Poll the cache, its leases and the graph file, which other processes may change."""
         while self._open:
             begun = time.monotonic()
-            seen = (
-                stamp(self._shot.path),
-                *(stamp(path) for path in sorted((self._shot.cache / "actions").glob("??"))),
-            )
+            woken = self._woken.is_set()
+            self._woken.clear()
+            file = stamp(self._shot.path)
+            seen = file, [stamp(path) for path in sorted((self._shot.cache / "actions").glob("??"))]
             with self._lock:
-                if self._seen not in (None, seen):
+                if self._seen is not None and self._seen[0] != file:
                     self._reload()
+                elif self._seen not in (None, seen):
+                    self._replan()
+                elif woken:
+                    self._progress()
                 self._seen = seen
                 hosts = self._cache.hosts(self._watched)
                 if hosts != self._hosts:
                     self._hosts = hosts
-                    self._advance()
+                    self._progress()
                 self._runs.rest()
-            time.sleep(max(PAUSE, 2.0 * (time.monotonic() - begun)))
+            spent = time.monotonic() - begun
+            time.sleep(2.0 * spent)
+            self._woken.wait(max(0.0, PAUSE - 2.0 * spent))
 
 
 def stamp(path: Path) -> tuple[int, int]:

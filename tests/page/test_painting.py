@@ -64,7 +64,7 @@ def test_a_stroke_is_a_picture_next_to_the_graph_and_one_step(session, folder):
     stroke(session, "hair.density", values)
     assert given(session)["density"] == {"image": "paint/hair_density_1.png"}
     graph, _ = session.document("graph")
-    assert graph["edits"] == ["paint hair.length", "paint hair.density"] and graph["revision"] == session.revision
+    assert graph["edits"] == ["paint hair.length", "paint hair.density"] and graph["revision"] == session.drawn
     session.undo()
     session.undo()
     assert session._history.text == GRAPH

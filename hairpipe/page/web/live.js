@@ -15,8 +15,8 @@ async function follow() {
   app.on(["state", "graph"], () => app.graph && app.state && drawControls());
   for (let seen = 0, lost = false; ; ) {
     try {
-      const { revision } = await (await fetch(`wait?seen=${seen}`)).json();
-      if (revision > seen || lost) await renew();
+      const { revision, graph } = await (await fetch(`wait?seen=${seen}`)).json();
+      if (revision > seen || lost) await renew(lost || graph !== app.graph.revision);
       [seen, lost] = [revision, false];
     } catch {
       if (!lost) sayControls("the server has ended; start `hairpipe view` again");
@@ -26,9 +26,9 @@ async function follow() {
   }
 }
 
-/** Fetch graph and state again. */
-function renew() {
-  for (const name of ["graph", "state", "wedge"]) hairpipe.raw.delete(name);
+/** Fetch the state again, and the graph where it has changed. @param {boolean} graph */
+function renew(graph) {
+  for (const name of graph ? ["graph", "state", "wedge"] : ["state", "wedge"]) hairpipe.raw.delete(name);
   return refresh();
 }
 
