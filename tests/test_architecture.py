@@ -55,7 +55,7 @@ ROOMS = {
     "graph": {"errors", "units", "child", "plain_file", "processor", "kernels.call_cost"},
     "api": {"data", "errors", "graph", "graphs", "io", "plain_file"},
     "__init__": {"api", "errors"},
-    "bench": {*ORDER, "render", "graph"},
+    "bench": {*ORDER, "render", "graph", "api", "page"},
     "nodes": {*ORDER, "render", "io", "graph"},
     "graphs": {*ORDER, "io", "assets"},
     "experiments.bench": {

@@ -135,8 +135,8 @@ def load_draft(given: str, text: str | None = None, *, cache: Path | str | None 
     folder = open_store(cache).root
     if text is not None and not Path(given).exists() and Path(given).suffix:
         return Draft(Source(GraphText(Path(given), text)), folder)
-    found = Draft(read_source(given), folder)
-    return found if text is None else found.with_text(text)
+    source = read_source(given)
+    return Draft(source if text is None else replace(source, text=GraphText(source.text.path, text)), folder)
 
 
 def incomplete(text: GraphText) -> dict[str, str]:

@@ -239,7 +239,7 @@ class Handler:
     def files(self, request: Request) -> Response:
         """A folder of the project, or an image in it."""
         try:
-            found = read_path(self._session.graph, request.query_params.get("path", "."))
+            found = read_path(self._session.draft.shot.graph, request.query_params.get("path", "."))
         except BadInput as fault:
             return JSONResponse({"fault": str(fault)}, 404)
         return JSONResponse(found) if isinstance(found, dict) else Response(found[0], media_type=TYPES[found[1]])

@@ -13,7 +13,7 @@ from hairpipe.api.cache import Cache
 from hairpipe.api.draft import Draft, load_draft
 from hairpipe.api.reports import Entry, Plan, Task
 from hairpipe.api.selection import FrameSet, read_frames
-from hairpipe.api.shot import Graph, Shot
+from hairpipe.api.shot import Shot
 from hairpipe.errors import BadInput
 from hairpipe.page.documents import (
     RunOutput,
@@ -124,9 +124,9 @@ class Session:
             return self._shelf.picture(name), self._shelf.suffix(name) or ""
 
     @property
-    def graph(self) -> Graph:
-        """The graph with its edits."""
-        return self._shot.graph
+    def draft(self) -> Draft:
+        """The graph file with its edits."""
+        return self._draft
 
     def edit(self, target: str, text: str) -> None:
         """Change a setting, as `--set`; BadInput, without a change, for a setting that the graph refuses."""

@@ -41,11 +41,15 @@ class Registry:
         """The error where the folder is not trusted; None where it is."""
         return trust_error(self.folder) if self.folder else None
 
+    @cached_property
+    def _packaged(self) -> dict[str, str]:
+        """Packages of the node types outside the folder, by name; the first package that has one."""
+        return {name: package for package in reversed(packages()) for name in modules_in(package)}
+
     def names(self) -> list[str]:
         """List the names of all node types, without importing them."""
         local = [path.stem for path in self.folder.glob("*.py")] if self.folder else []
-        packaged = [name for package in packages() for name in modules_in(package)]
-        return sorted(name for name in {*local, *packaged} if not name.startswith("_"))
+        return sorted(name for name in {*local, *self._packaged} if not name.startswith("_"))
 
     def find(self, name: str) -> NodeType:
         """Import a node type; BadInput if the name is unknown, or its file declares no node type or is not trusted."""
@@ -80,7 +84,7 @@ class Registry:
                 enter(self.folder)
             if own:
                 return load_file(name, path)
-        package = next((p for p in packages() if name in modules_in(p)), None)
+        package = self._packaged.get(name)
         if package is None:
             right = nearest(name, self.names())
             experiments = folder_of(EXPERIMENTS)

@@ -1,7 +1,6 @@
 """What a report costs who opens it: bytes on disk, and processor seconds until a browser has drawn it."""
 
 import os
-import shutil
 import signal
 import subprocess
 import tempfile
@@ -9,11 +8,10 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
+from hairpipe.bench.browser import FLAGS, browser_path
 from hairpipe.bench.report import Case, Report, make_report
 from hairpipe.errors import BadInput
 
-FLAGS = """--headless=new --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --window-size=1400,1300
-    --no-first-run --disable-background-networking --disable-component-update --disable-sync --disable-quic"""
 PATIENCE = 120.0
 """Time after which a page counts as not opening [s]."""
 POLL = 0.02
@@ -26,7 +24,7 @@ def measure_page(folder: Path) -> Report:
     BadInput where there is none, no browser, or the page does not become ready.
     """
     page = folder / "index.html"
-    browser = shutil.which("chromium")
+    browser = browser_path()
     if not page.is_file():
         raise BadInput("holds no report", where=folder, right="a folder that `hairpipe report` has written")
     if browser is None:

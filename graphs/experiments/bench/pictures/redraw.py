@@ -3,15 +3,14 @@
 import html
 import json
 import re
-import shutil
 import subprocess
 import tempfile
 from importlib.resources import files
 from pathlib import Path
 
+from hairpipe.bench.browser import FLAGS, browser_path
 from hairpipe.bench.report import Report, make_report
 from hairpipe.errors import BadInput
-from hairpipe.graphs.experiments.bench.pictures.page import FLAGS
 
 SCRIPTS = ("core.js", "app.js", "camera.js", "light.js", "channels.js", "shaders.js", "scene.js", "rays.js")
 WEB = files("hairpipe.page") / "web"
@@ -27,7 +26,7 @@ def measure_redraw(strands: int, points: int, redraws: int) -> Report:
 
     BadInput where there is no browser, or it has no WebGL2.
     """
-    browser = shutil.which("chromium")
+    browser = browser_path()
     if browser is None:
         raise BadInput("no browser is installed", right="chromium on the path")
     texts = [*((WEB / name).read_text(encoding="utf-8") for name in SCRIPTS), SCENE.read_text(encoding="utf-8")]

@@ -1,0 +1,205 @@
+"""Time from an edit on the page to the first new frame in its viewport, by part."""
+
+import json
+import statistics
+import tempfile
+import threading
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+from hairpipe.api.draft import Draft, load_draft
+from hairpipe.bench.browser import browser_path, open_browser
+from hairpipe.bench.first_frame import HAIR
+from hairpipe.bench.report import Case, Report, make_report
+from hairpipe.errors import BadInput
+from hairpipe.page.documents import draft_document, state_document
+from hairpipe.page.editing.edits import edited
+from hairpipe.page.packing import script
+from hairpipe.page.server import Server
+from hairpipe.page.session import Session
+
+FRAMES = 4
+"""Number of frames of the shot: the plan contains them, and their inputs are computed before."""
+REPEATS = 5
+EDITED, ASKED, TOLD, SHOWN = "edit is answered", "run is accepted", "page has the result", "frame is drawn"
+BEGUN = "run reaches the node"
+PATIENCE = 120.0
+"""Time after which a frame counts as not coming [s]."""
+IN_PAGE = """(async (target, text, node, frame) => {{
+  const now = () => (performance.timeOrigin + performance.now()) / 1000;
+  const until = async (holds) => {{ while (!holds()) await new Promise((done) => setTimeout(done, 4)); return now(); }};
+  if (app.node !== node) selectNode(node);
+  app.set({{ frame }});
+  const output = () => app.document(node, app.output, "strands"), old = output(), begun = now();
+  const fault = await act("edit", {{ target, text }}), edited = now();
+  if (fault) throw new Error(fault);
+  await act("run", {{ to: [node] }});
+  const asked = now(), told = await until(() => output() && output() !== old);
+  const draws = () => Number(document.body.dataset.drawn), before = draws();
+  const shown = await until(() => viewer.items.at(-1)?.document === output() && draws() > before);
+  return [begun, edited, asked, told, shown];
+}})({})"""
+"""Edits, runs and waits as the page does; moments in seconds since 1970."""
+
+Edit = Callable[[str], list[float]]
+"""Makes an edit of a text, and returns its moments [s]: begun, edited, asked, told, shown."""
+
+
+class Way(NamedTuple):
+    """A node of a page, and the setting that is edited."""
+
+    node: str
+    frame: int
+    target: str
+
+
+def measure_page_frame(graph: str, overrides: Mapping[str, str], target: str, node: str = HAIR) -> Report:
+    """Measure edits of a number on the page of a graph, up to the first new frame of a node; medians.
+
+    The page is in a browser, where there is one; else a client asks the server as the page does, and draws nothing.
+    BadInput if the setting is not a number, or the graph cannot be computed.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        draft = load_draft(graph, cache=folder)
+        first = draft.shot.graph.begin
+        session = Session(draft, range(first, first + FRAMES))
+        try:
+            for name, text in overrides.items():
+                session.edit(name, text)
+            way = Way(node, first, target)
+            finish(session, node)
+            with served(session) as server, client(server, way) as (name, edit):
+                values = values_of(session.draft, target)
+                cases = [measured(session, edit, way, next(values)) for _ in range(REPEATS + 1)][1:]
+            server_case = server_parts(session.draft, way, next(values))
+        finally:
+            session.close()
+    parts = {part: statistics.median(case[part] for case in cases) for case in cases for part in case}
+    whole = sum(parts.values())
+    rows: list[Case] = [{"part": part, "time [s]": s, "share [%]": 100.0 * s / whole} for part, s in parts.items()]
+    return make_report(__name__, {f"page, {name}": rows, "server, of an edit and its answer": server_case})
+
+
+def values_of(draft: Draft, target: str) -> Iterator[str]:
+    """Iterate over numbers near that of a setting, each another one; BadInput if it is not a number."""
+    name, *inner = target.split(".")
+    value: Any = draft.shot.graph.node(name).settings
+    for word in inner:
+        value = value.get(word) if isinstance(value, dict) else None
+    if isinstance(value, dict):
+        value = value.get("value")  # of a table
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        raise BadInput("not a number", where=target, right="a setting such as hair.material.diameter")
+    numbers = ((value + k if isinstance(value, int) else value * (1.0 + 1e-3 * k)) for k in range(1, 1000))
+    return map(repr, numbers)
+
+
+def measured(session: Session, edit: Edit, way: Way, text: str) -> dict[str, float]:
+    """Measure an edit: time of each part [s], whose sum is the whole; the run ends after it."""
+    begun, asked_edit, asked, told, shown = edit(text)
+    records = session.draft.shot.plan(session.frames, to=way.node).records
+    made = sorted(
+        (r for t, r in records.items() if r.created > begun and t.frame in (None, way.frame)), key=lambda r: r.created
+    )
+    start = made[0].created - made[0].seconds
+    nodes = {f"node {record.node}": record.seconds for record in made}
+    between = made[-1].created - start - sum(nodes.values())
+    finish(session, way.node)
+    moments = {EDITED: asked_edit - begun, ASKED: asked - asked_edit, BEGUN: start - asked, **nodes}
+    return moments | {"between nodes": between, TOLD: told - made[-1].created, SHOWN: shown - told}
+
+
+def finish(session: Session, node: str) -> None:
+    """Compute all frames of a node; BadInput where that fails."""
+    with_state = lambda: session.document("state")[0]["verdict"]  # noqa: E731
+    if not with_state()["running"]:
+        session.run([node])
+    while (verdict := with_state())["running"]:
+        time.sleep(0.02)
+    if verdict["failures"]:
+        raise BadInput(verdict["failures"][0], where="the run")
+
+
+def server_parts(draft: Draft, way: Way, text: str) -> list[Case]:
+    """Measure the parts of the server's answers in processor seconds: an edit, the plan, the documents."""
+    plan = draft.shot.plan()
+    parts: dict[str, Callable[[], Any]] = {
+        "edit the text": lambda: edited(draft, "edit", {"target": way.target, "text": text}),
+        "read and check the graph": lambda: draft.with_text(draft.text),
+        "plan: keys and results": draft.shot.plan,
+        "costs of earlier results": lambda: draft.shot.costs(draft.shot.nodes),
+        "document of the graph": lambda: script("graph", draft_document(draft)),
+        "document of the state": lambda: script("state", state_document(draft.shot, plan, lambda name: None)),
+    }
+    cases: list[Case] = []
+    for part, work in parts.items():
+        begun = time.process_time()
+        for _ in range(REPEATS):
+            work()
+        cases.append({"part": part, "processor [s]": (time.process_time() - begun) / REPEATS})
+    return cases
+
+
+@contextmanager
+def served(session: Session) -> Iterator[Server]:
+    """Serve a session in a thread."""
+    server = Server(session, 0)
+    thread = threading.Thread(target=server.serve)
+    thread.start()
+    try:
+        yield server
+    finally:
+        server.stop()
+        thread.join()
+
+
+@contextmanager
+def client(server: Server, way: Way) -> Iterator[tuple[str, Edit]]:
+    """Yield a client of the page, and its name: a browser, or requests of this process."""
+    path = browser_path()
+    if path is None:
+        yield "requests without a browser", lambda text: ask(server, way, text)
+        return
+    with open_browser(path, server.address) as browser:
+        yield (
+            "in a browser",
+            lambda text: browser.evaluate(
+                IN_PAGE.format(", ".join(map(json.dumps, (way.target, text, way.node, way.frame))))
+            ),
+        )
+
+
+def ask(server: Server, way: Way, text: str) -> list[float]:
+    """Edit, run and wait by requests, as the page does; BadInput for a refusal."""
+
+    def get(path: str) -> bytes:
+        return urllib.request.urlopen(server.address + path).read()
+
+    def post(deed: str, given: dict[str, Any]) -> None:
+        words = server.address + deed, json.dumps(given).encode(), {"Origin": server.origin}
+        try:
+            urllib.request.urlopen(urllib.request.Request(*words)).read()
+        except urllib.error.HTTPError as error:
+            raise BadInput(json.loads(error.read())["fault"]) from None
+
+    def result() -> Any:
+        state = json.loads(get("data/state.js").decode().partition(",")[2].rpartition(',"')[0])
+        cells = {cell["frame"]: cell for cell in state["nodes"][way.node]["cells"]}
+        return cells[way.frame].get("outputs")
+
+    old, revision = result(), json.loads(get("wait?seen=0"))["revision"]
+    moments = [time.time()]
+    post("edit", {"target": way.target, "text": text})
+    moments.append(time.time())
+    post("run", {"to": [way.node]})
+    moments.append(time.time())
+    while (found := result()) in (None, old) and time.time() < moments[0] + PATIENCE:
+        revision = json.loads(get(f"wait?seen={revision}"))["revision"]
+    moments.append(time.time())
+    for name in (found or {}).values():
+        get(f"data/{name}.strands.js")
+    return [*moments, time.time()]

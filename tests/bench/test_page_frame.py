@@ -1,0 +1,34 @@
+"""Parts of the time from an edit on the page to a new frame."""
+
+import time
+
+import pytest
+
+from hairpipe.bench import page_frame
+from hairpipe.bench.page_frame import ASKED, BEGUN, EDITED, SHOWN, TOLD, measure_page_frame
+from hairpipe.errors import BadInput
+
+
+@pytest.mark.slow
+def test_parts_of_an_edit_are_its_whole(shot, monkeypatch):
+    monkeypatch.setattr(page_frame, "REPEATS", 1)
+    monkeypatch.setattr(page_frame, "browser_path", lambda: None)
+    wholes = []
+
+    def timed(*given):
+        begun = time.monotonic()
+        moments = asked(*given)
+        wholes.append((moments[-1] - moments[0], time.monotonic() - begun))
+        return moments
+
+    asked = page_frame.ask
+    monkeypatch.setattr(page_frame, "ask", timed)
+    pages, server = measure_page_frame(str(shot.path), {}, "seed.value", "sum").tables.values()
+    parts = {case["part"]: case["time [s]"] for case in pages}
+    assert parts.keys() > {EDITED, ASKED, BEGUN, "node seed", "node move", "node sum", TOLD, SHOWN}
+    whole, around = wholes[-1]
+    assert sum(parts.values()) == pytest.approx(whole, abs=1e-6) and whole <= around
+    assert sum(case["share [%]"] for case in pages) == pytest.approx(100.0)
+    assert all(case["processor [s]"] > 0.0 for case in server)
+    with pytest.raises(BadInput, match="not a number"):
+        measure_page_frame(str(shot.path), {}, "seed.nothing", "sum")
