@@ -60,7 +60,7 @@ ROOMS = {
     "graphs": {*ORDER, "io", "assets"},
     "experiments.bench": {
         *ORDER,
-        *("render", "graph", "io", "api", "bench", "cli", "tune"),
+        *("render", "graph", "io", "api", "bench", "cli", "page", "tune"),
         *("experiments.scenes", "experiments.peers", "experiments.studies"),
     },
     "experiments.chart": BASE,

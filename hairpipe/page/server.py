@@ -199,6 +199,11 @@ async def body_of(request: Request) -> bytes:
     return body
 
 
+def read_most(text: str) -> int | None:
+    """Read a maximum number of strands; None for the standard one, also in place of another text."""
+    return max(1, int(text)) if text.isdecimal() and len(text) <= MOST_DIGITS else None
+
+
 class Handler:
     """Handlers of requests; starlette calls plain methods in threads."""
 
@@ -218,10 +223,11 @@ class Handler:
         return Response(found.read_bytes(), media_type=KINDS[f".{found.name.rpartition('.')[2]}"])
 
     def document(self, request: Request) -> Response:
-        """A document as a script; for a missing one a script with a message."""
+        """A document as a script, `NAME@N` with at most N strands; for a missing one a script with a message."""
         name = request.path_params["name"]
         try:
-            text = script(name, *self._session.document(name))
+            plain, _, most = name.partition("@")
+            text = script(name, *self._session.document(plain, read_most(most)))
         except KeyError:
             text = script(name, f"{name} is not a result of this graph").replace("hairpipe.load", "hairpipe.fail", 1)
         except BadInput as fault:
@@ -264,7 +270,9 @@ class Handler:
     def play(self, request: Request) -> Response:
         """Stream of frames of a node."""
         try:
-            return Played(self._session.play(request.path_params["node"], request.query_params.get("output", "")))
+            query = request.query_params
+            most = read_most(query.get("strands", ""))
+            return Played(self._session.play(request.path_params["node"], query.get("output", ""), most))
         except BadInput as fault:
             return PlainTextResponse(str(fault), 409)
 

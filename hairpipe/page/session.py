@@ -34,7 +34,7 @@ from hairpipe.page.shelf import Shelf
 from hairpipe.page.stream import Show, playable
 
 MOST_STRANDS = 4000
-"""Maximum number of drawn strands of a groom."""
+"""Number of drawn strands of a groom at most, unless the page asks for another one."""
 PAUSE = 0.7
 """Interval of polling the cache and the graph file [s], at once after a result of a run; longer if polling is slow."""
 
@@ -105,8 +105,11 @@ class Session:
             self._changed.wait_for(lambda: self.revision > seen or not self._open, most)
             return self.revision, self.drawn
 
-    def document(self, name: str) -> Packed:
-        """Make a document by name; KeyError for an unknown one, BadInput for one removed from the cache."""
+    def document(self, name: str, most: int | None = None) -> Packed:
+        """Make a document by name; KeyError for an unknown one, BadInput for one removed from the cache.
+
+        most  maximum number of shown strands
+        """
         with self._lock:
             if name == "graph":
                 return draft_document(self._draft) | self._live(), b""
@@ -116,7 +119,7 @@ class Session:
                 return self._state(), b""
             if name == "wedge" and self._wedge is not None:
                 return self._variants(), b""
-        return self._shelf.document(name)  # without the lock: edits do not wait for the packing of hair
+        return self._shelf.document(name, most)  # without the lock: edits do not wait for the packing of hair
 
     def picture(self, name: str) -> tuple[bytes, str]:
         """Read a picture and its suffix; KeyError for an unknown name."""
@@ -232,13 +235,14 @@ class Session:
             self._runs.drop(number)
             self._advance(graph=False)
 
-    def play(self, node: str, output: str) -> Playing:
+    def play(self, node: str, output: str, most: int | None = None) -> Playing:
         """Begin to play a node with the edited settings, also with later edits; the reader closes the process.
 
         BadInput without a safe folder for kernels.
         """
         with self._lock:
-            show = Show(self._shot.given, self._draft.text, str(self._shot.cache), node, output, MOST_STRANDS)
+            most = MOST_STRANDS if most is None else most
+            show = Show(self._shot.given, self._draft.text, str(self._shot.cache), node, output, most)
             player = Playing(show, self._shot.playing_environment())
             self._players = [*(other for other in self._players if not other.ended), player]
             return player

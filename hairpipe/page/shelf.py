@@ -72,8 +72,8 @@ class Shelf:
             raise KeyError(name)
         return file.path.read_bytes()
 
-    def document(self, name: str) -> Packed:
-        """Make a document by its name; KeyError for an unknown name.
+    def document(self, name: str, most: int | None = None) -> Packed:
+        """Make a document by its name, optionally with another number of strands; KeyError for an unknown name.
 
         BadInput for a missing or damaged object, which the next run computes again.
         """
@@ -85,7 +85,7 @@ class Shelf:
             raise KeyError(name)
         mesh = mesh_of(kind, value)
         if mesh is None:
-            return document_of(kind, value, self.most)
+            return document_of(kind, value, self.most if most is None else most)
         found = shapes.mesh_document(mesh)
         self._faces.setdefault(found[0]["faces"], shapes.faces_document(mesh))
         return found

@@ -205,6 +205,13 @@ def read_messages(player):
         player.close()
 
 
+def test_a_document_has_as_many_strands_as_asked_for(session):
+    name = cells(session, "hair")[1]["outputs"][""]
+    (_, whole), (some, packed) = (session.document(f"{name}.strands", most) for most in (None, 100))
+    assert some["total"] == 300 and len(packed) < len(whole)
+    assert {place["name"]: place["shape"] for place in some["arrays"]}["lengths"] == [100]
+
+
 def test_a_result_is_explained(session):
     text = session.explain("hair", 2)
     assert text.startswith("cached") and '"height": 0.03' in text

@@ -82,3 +82,19 @@ def test_frames_that_were_drawn_are_not_uploaded_again(live):
     calls = driver.execute_script("return viewer.scene.work.calls")
     do(driver, "viewer.redraw()")
     assert driver.execute_script("return viewer.scene.work.calls") == calls + 2
+
+
+def test_the_number_of_shown_strands_is_chosen_and_kept(live):
+    driver = live.driver
+    shown = "return [viewer.items.at(-1).document?.split('@')[1], viewer.items.at(-1).lengths?.length]"
+    do(driver, "selectNode('hair'); STRANDS_SHOWN[1] = 120; drawChoices()")
+    live.until(lambda: driver.execute_script(shown) == ["4000", 300])
+    work = driver.execute_script("return { ...viewer.scene.work }")
+    driver.find_element("css selector", "#strands option[value='120']").click()
+    live.until(lambda: driver.execute_script(shown) == ["120", 120])
+    spent = {name: value - work[name] for name, value in driver.execute_script("return viewer.scene.work").items()}
+    points = 120 * 12
+    assert spent["uploads"] == 2 and spent["bytes"] == 6 * (points + 3) + 4 * (points + 2)
+    assert "120 of 300 strands shown" in driver.find_element("id", "note").text
+    assert driver.execute_script("return localStorage.getItem(STRANDS_KEPT)") == "120"
+    driver.execute_script("localStorage.removeItem(STRANDS_KEPT)")

@@ -4,7 +4,7 @@
 /** @typedef {{frame: number | null, state: string, reason: string, seconds?: number, processor?: number, bytes?: number,
  *   warnings?: string[], outputs?: Record<string, string>, pictures?: Record<string, string>, inputs?: Record<string, string>}} Cell */
 
-/** @typedef {{graph: any, state: any, live: boolean, compare: boolean, chosen: Set<string>, places: Record<string, number[]>, past: Map<string, Cell>, fresh: boolean, answered: number, awaited: (() => string | undefined) | null, node: string, output: string, frame: number, channel: string, picked: {node: string, strand: number} | null, pinned: string, base: any, wedge: any, variant: number, pareto: Record<string, string>,
+/** @typedef {{graph: any, state: any, live: boolean, compare: boolean, chosen: Set<string>, places: Record<string, number[]>, past: Map<string, Cell>, fresh: boolean, answered: number, awaited: (() => string | undefined) | null, strands: number, showing: Promise<void>, node: string, output: string, frame: number, channel: string, picked: {node: string, strand: number} | null, pinned: string, base: any, wedge: any, variant: number, pareto: Record<string, string>,
  *   views: Array<[string[], () => void]>, on: (parts: string[], view: () => void) => void, set: (changes: Record<string, any>) => void,
  *   nodeNamed: (name: string) => any, cell: (node: string, frame?: number) => Cell | undefined,
  *   document: (node: string, output: string, kind: string, frame?: number) => string | null}} App */
@@ -18,6 +18,10 @@ const app = {
   answered: 0,
   /** Number of the strand that was clicked on, of what a node made. */
   picked: null,
+  /** Largest number of strands that are shown. */
+  strands: 4000,
+  /** Ends when the viewport shows what is selected. */
+  showing: Promise.resolve(),
   node: "", output: "", frame: 0, channel: "shaded", pinned: "",
   base: null, wedge: null, variant: -1, pareto: {},
   views: [],
@@ -47,7 +51,7 @@ const app = {
   /** Name of a document of an output, or null where there is none. @param {string} node @param {string} output @param {string} kind */
   document(node, output, kind, frame = app.frame) {
     const object = app.cell(node, frame)?.outputs?.[output];
-    const name = `${object}.${kind}`;
+    const name = `${object}.${kind}${app.live && THINNED.includes(kind) ? `@${app.strands}` : ""}`;
     return object && app.nodeNamed(node).kinds[output]?.includes(kind) && hairpipe.has(name) ? name : null;
   },
 };
@@ -57,6 +61,8 @@ function cellOf(nodes, node, frame) {
   return (nodes[node]?.cells ?? []).find((/** @type {Cell} */ cell) => cell.frame === null || cell.frame === frame);
 }
 
+/** Kinds of documents with as many strands as are shown. */
+const THINNED = ["strands", "values"];
 const COLOURS = {
   Strands: "#e0a46c", Groom: "#c98a5a", Mesh: "#7fb6ff", Body: "#5f8fd0", Pose: "#a57fff", LevelSet: "#63d0b4",
   BodyParts: "#4fb39a", Density: "#63b0d0", File: "#cfcfcf", Table: "#f0e07a", Cloud: "#ff9cc0", Particles: "#e07fa8",

@@ -33,28 +33,21 @@ function valueDocuments(node, output) {
   return nodes.flatMap((/** @type {any} */ other) => Object.keys(other.kinds).map((out) => app.document(other.name, out, "values"))).filter(Boolean);
 }
 
-/** Bytes red, green, blue, light of each point. @param {Unpacked} found @param {string} channel @param {Float32Array} places
- * @param {Uint8Array} light @param {any} rest @param {Float32Array | null} measured */
-function coloursOf(found, channel, places, light, rest, measured) {
-  const { lengths, strands } = found.arrays, colours = new Uint8ClampedArray(4 * (places.length / 3 + 1));
-  const speeds = measured ?? (channel === "speed" ? runningSums(found.arrays.speeds ?? new Uint8Array(places.length / 3)) : null);
-  const values = speeds ?? (channel === "stretch" ? stretchOf(places, lengths, rest).map((value) => 0.5 + value / (2 * STRETCH)) : null);
-  let point = 0;
-  for (let s = 0; s < lengths.length; s++) {
-    const tone = toneOf(channel, strands ? strands[s] : s);
-    for (let i = 0; i < lengths[s]; i++, point++) {
-      const [red, green, blue] = values ? rampColour(values[point]) : tone, at = 4 * point;
-      colours[at] = red, colours[at + 1] = green, colours[at + 2] = blue, colours[at + 3] = light[point];
-    }
-  }
-  return colours;
+/** Modes in which the shader colours a tone: as hair, as a hue, by the ramp, as what is picked. @param {string} channel @param {boolean} measured */
+function modeOf(channel, measured) {
+  if (channel === "marked") return 3;
+  return measured || channel === "speed" || channel === "stretch" ? 2 : channel === "strand" ? 1 : 0;
 }
 
-/** Colour of a strand of which no values are shown. @param {string} channel @param {number} strand @returns {number[]} */
-function toneOf(channel, strand) {
-  const noise = noiseOf(strand), hue = 6.2832 * noise;
-  if (channel === "marked") return [70, 205, 255];
-  return channel === "shaded" ? [150, 103, 66].map((v) => v * (0.8 + 0.45 * noise)) : [0, 2.0944, 4.1888].map((shift) => 140 + 100 * Math.cos(hue + shift));
+/** Tone of each point, 0 to 255: a number of its strand that looks random, or a value.
+ * @param {Unpacked} found @param {string} channel @param {Float32Array} places @param {any} rest @param {Float32Array | null} measured */
+function tonesOf(found, channel, places, rest, measured) {
+  const { lengths, strands } = found.arrays, tones = new Uint8ClampedArray(places.length / 3);
+  const speeds = measured ?? (channel === "speed" ? runningSums(found.arrays.speeds ?? new Uint8Array(tones.length)) : null);
+  const values = speeds ?? (channel === "stretch" ? stretchOf(places, lengths, rest).map((value) => 0.5 + value / (2 * STRETCH)) : null);
+  if (values) return tones.map((_, point) => 255 * values[point]);
+  for (let s = 0, point = 0; s < lengths.length; point += lengths[s++]) tones.fill(255 * noiseOf(strands ? strands[s] : s), point, point + lengths[s]);
+  return tones;
 }
 
 const STRETCH = 0.05;

@@ -2,14 +2,16 @@
 // Documents: what Python packed, by name. In a file no page may fetch, but it may load scripts, so each is one.
 
 /** @typedef {Uint8Array | Uint16Array | Uint32Array} Numbers */
-/** @typedef {{meta: any, arrays: Record<string, Numbers>, places?: Float32Array}} Unpacked */
+/** @typedef {{meta: any, arrays: Record<string, Numbers>, codes?: Uint16Array, places?: Float32Array}} Unpacked */
 /** @typedef {{meta: any, packed: string}} Raw */
 
-const MOST_UNPACKED = 96;
+/** Largest number and size [bytes] of arrays that are kept. */
+const MOST_UNPACKED = 96, MOST_UNPACKED_BYTES = 400e6;
 
 const hairpipe = {
   /** @type {Map<string, Raw>} */ raw: new Map(),
   /** @type {Map<string, Promise<Unpacked>>} */ unpacked: new Map(),
+  /** Bytes of arrays, and of what is made of them. @type {Map<string, number>} */ sizes: new Map(),
   /** @type {Map<string, Array<(found: Raw | Error) => void>>} */ waiting: new Map(),
 
   /** Take a document in; every data script calls this.
@@ -45,10 +47,15 @@ const hairpipe = {
     const found = known ?? hairpipe.fetch(name).then(unpack);
     hairpipe.unpacked.delete(name);
     hairpipe.unpacked.set(name, found);
-    found.catch(() => hairpipe.unpacked.delete(name));
+    found.then(({ arrays }) => hairpipe.sizes.set(name, 4 * Object.values(arrays).reduce((all, one) => all + one.byteLength, 0)), () => hairpipe.unpacked.delete(name));
+    let bytes = 0;
+    for (const other of hairpipe.unpacked.keys()) bytes += hairpipe.sizes.get(other) ?? 0;
     for (const oldest of hairpipe.unpacked.keys()) {
-      if (hairpipe.unpacked.size <= MOST_UNPACKED) break;
+      if ((hairpipe.unpacked.size <= MOST_UNPACKED && bytes <= MOST_UNPACKED_BYTES) || oldest === name) break;
+      bytes -= hairpipe.sizes.get(oldest) ?? 0;
       hairpipe.unpacked.delete(oldest);
+      hairpipe.sizes.delete(oldest);
+      if (app.live) hairpipe.raw.delete(oldest); // the server has it still
     }
     return found;
   },
@@ -89,7 +96,8 @@ const hairpipe = {
 
 /** Undo deflate, byte planes and columns. @param {Raw} raw @returns {Promise<Unpacked>} */
 async function unpack(raw) {
-  const bytes = Uint8Array.from(atob(raw.packed), (letter) => letter.charCodeAt(0));
+  const letters = atob(raw.packed), bytes = new Uint8Array(letters.length);
+  for (let i = 0; i < bytes.length; i++) bytes[i] = letters.charCodeAt(i);
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   const planes = new Uint8Array(await new Response(stream).arrayBuffer());
   /** @type {Record<string, Numbers>} */
@@ -107,25 +115,30 @@ async function unpack(raw) {
   return { meta: raw.meta, arrays };
 }
 
-/** Undo second differences along strands, and quantisation: places [m], x y z of each point.
- * @param {Unpacked} found @param {ArrayLike<number>} lengths points of each strand @returns {Float32Array} */
-function placesOf(found, lengths) {
-  const codes = found.arrays.points, count = codes.length / 3;
-  const { low, step } = found.meta;
-  const places = new Float32Array(3 * count);
+/** Undo second differences along strands: places in steps of their box, x y z of each point.
+ * @param {Unpacked} found @param {ArrayLike<number>} lengths points of each strand @returns {Uint16Array} */
+function codesOf(found, lengths) {
+  const packed = found.arrays.points, count = packed.length / 3, codes = new Uint16Array(3 * count);
   for (let axis = 0; axis < 3; axis++) {
     let point = 0;
     for (let strand = 0; strand < lengths.length; strand++) {
       let value = 0, change = 0;
       for (let i = 0; i < lengths[strand]; i++, point++) {
-        const code = codes[axis * count + point];
+        const code = packed[axis * count + point];
         const difference = code & 1 ? -((code + 1) >> 1) : code >> 1;
         change = i < 2 ? difference : change + difference;
         value = i === 0 ? difference : value + change;
-        places[3 * point + axis] = low[axis] + step * (value & 0xffff);
+        codes[3 * point + axis] = value;
       }
     }
   }
+  return codes;
+}
+
+/** Places [m], x y z of each point. @param {Unpacked} found @param {ArrayLike<number>} lengths points of each strand @returns {Float32Array} */
+function placesOf(found, lengths) {
+  const codes = (found.codes ??= codesOf(found, lengths)), { low, step } = found.meta, places = new Float32Array(codes.length);
+  for (let i = 0; i < places.length; i += 3) for (let axis = 0; axis < 3; axis++) places[i + axis] = low[axis] + step * codes[i + axis];
   return places;
 }
 

@@ -67,6 +67,7 @@ async function begin() {
   app.live = document.body.dataset.live === "true";
   listenToPanes();
   app.compare = panes.compare;
+  app.strands = STRANDS_SHOWN.find((count) => String(count) === keptItem(STRANDS_KEPT)) ?? STRANDS_SHOWN[0];
   await refresh();
   document.title = `${app.graph.name} - hairpipe`;
   listenToGraph();

@@ -16,11 +16,9 @@ const panes = { ...PRESETS.edit, preset: "edit" };
 
 /** Take the sizes of the last visit, and listen to the bars. */
 function listenToPanes() {
-  try {
-    const kept = JSON.parse(localStorage.getItem(KEPT) ?? "{}");
-    for (const [name, value] of Object.entries(PRESETS.edit)) if (typeof kept[name] === typeof value) Object.assign(panes, { [name]: kept[name] });
-    if (kept.preset in PRESETS) panes.preset = kept.preset;
-  } catch { /* a page in a file has no storage in some browsers */ }
+  const kept = JSON.parse(keptItem(KEPT) || "{}");
+  for (const [name, value] of Object.entries(PRESETS.edit)) if (typeof kept[name] === typeof value) Object.assign(panes, { [name]: kept[name] });
+  if (kept.preset in PRESETS) panes.preset = kept.preset;
   dragBar("bar-side", (event, frame) => (panes.side = frame.right - event.clientX));
   dragBar("bar-time", (event, frame) => (panes.time = frame.bottom - event.clientY));
   dragBar("bar-stage", (event, frame) => (panes.stage = (event.clientY - frame.top) / (frame.height - panes.time - 12)));
@@ -60,9 +58,23 @@ function sizePanes() {
   main.classList.toggle("no-graph", panes.stage === 1);
   main.classList.toggle("no-side", panes.side === 0);
   for (const button of document.querySelectorAll("#presets button")) button.classList.toggle("on", button.textContent === panes.preset);
+  keepItem(KEPT, JSON.stringify(panes));
+}
+
+/** Keep a text in the browser. @param {string} name @param {string} text */
+function keepItem(name, text) {
   try {
-    localStorage.setItem(KEPT, JSON.stringify(panes));
-  } catch { /* as above */ }
+    localStorage.setItem(name, text);
+  } catch { /* a page in a file has no storage in some browsers */ }
+}
+
+/** A text that the browser has kept, or an empty one. @param {string} name */
+function keptItem(name) {
+  try {
+    return localStorage.getItem(name) ?? "";
+  } catch {
+    return "";
+  }
 }
 
 /** Buttons of the presets. @returns {HTMLElement} */

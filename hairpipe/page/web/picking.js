@@ -30,7 +30,7 @@ let pickedTurn = 0;
 /** Highlight the picked strand, and describe it. */
 async function drawPicked() {
   const stage = /** @type {HTMLElement} */ (document.getElementById("stage")), picked = pickedStrand(), turn = ++pickedTurn;
-  viewer?.mark(picked && placesOfPicked(/** @type {Float32Array} */ (picked.item.places), picked));
+  viewer?.mark(picked);
   const rows = picked ? await rowsOfPicked(picked) : [];
   if (turn !== pickedTurn) return;
   document.getElementById("picked")?.remove();
@@ -42,7 +42,7 @@ async function drawPicked() {
 /** @param {Picked} picked @returns {Promise<Array<[string, ...(Node | string)[]]>>} */
 async function rowsOfPicked(picked) {
   const { item, strand, count } = picked, { node, output } = app;
-  const rest = item.rest ? await hairpipe.get(item.rest) : null, same = rest && rest.arrays.points.length === item.places?.length;
+  const rest = item.rest ? await hairpipe.get(item.rest) : null, same = rest && placesIn(rest).length === item.places?.length;
   const now = placesOfPicked(/** @type {Float32Array} */ (item.places), picked), spans = segmentsOf(now);
   const rows = /** @type {Array<[string, ...(Node | string)[]]>} */ ([["strand", `${strand.toLocaleString("en")} of ${(item.total ?? 0).toLocaleString("en")}, ${count} points`],
     ["root", `${[...now.slice(0, 3)].map((v) => v.toFixed(4)).join(" ")} m`]]);

@@ -24,7 +24,7 @@ function sayPlaying(text) {
 
 /** Show frames as they come. @param {AbortController} stop */
 async function play(stop) {
-  const answer = await fetch(`play/${player.node}?output=${player.output}`, { signal: stop.signal });
+  const answer = await fetch(`play/${player.node}?output=${player.output}&strands=${app.strands}`, { signal: stop.signal });
   const reader = /** @type {ReadableStream<Uint8Array>} */ (answer.body).getReader();
   let held = new Uint8Array(0);
   const need = async (/** @type {number} */ count) => {
@@ -51,10 +51,9 @@ async function play(stop) {
 
 /** @param {any} head @param {Uint16Array} codes */
 async function showPlayed(head, codes) {
-  const places = Float32Array.from(codes, (code, i) => head.low[i % 3] + head.step * code);
-  const arrays = { points: codes, lengths: Uint16Array.from(head.lengths), ...(head.strands && { strands: Uint32Array.from(head.strands) }) };
+  const arrays = { lengths: Uint16Array.from(head.lengths), ...(head.strands && { strands: Uint32Array.from(head.strands) }) };
   const body = upstream(player.node, "mesh", undefined, head.frame);
-  await viewer?.showPlayed({ meta: head, arrays, places }, body);
+  await viewer?.showPlayed({ meta: head, arrays, codes }, body);
   const now = performance.now(), each = Object.entries(head.seconds).map(([node, s]) => `${node} ${(1000 * Number(s)).toFixed(1)} ms`);
   player.times = [...player.times.slice(-24), now];
   const rate = (1000 * (player.times.length - 1)) / (now - player.times[0] || 1);

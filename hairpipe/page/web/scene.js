@@ -3,9 +3,11 @@
 
 /** What is drawn, with bytes on the graphics card; of strands and meshes also what a ray is compared with, and of strands the documents.
  * @typedef {{draw: (view: Matrix, eye: number[], size: number[]) => void, free: () => void, low: number[], high: number[], bytes: number,
- *   places?: Float32Array, lengths?: ArrayLike<number>, strands?: ArrayLike<number>, triangles?: Numbers, note?: string,
+ *   places?: Float32Array, codes?: Uint16Array, grid?: {low: number[], step: number}, lengths?: ArrayLike<number>, strands?: ArrayLike<number>, triangles?: Numbers, note?: string,
  *   document?: string, rest?: string | null, total?: number, step?: number}} Item */
 
+/** Vertices of a drawing of strands, beyond which segments have fewer pieces. */
+const MOST_VERTICES = 12e6;
 const LIT = LAMP.map((v) => v / Math.hypot(...LAMP));
 /** @type {Record<string, number[]>} */
 const MESH_COLOURS = { mesh: [0.78, 0.68, 0.62], surface: [0.42, 0.72, 0.66] };
@@ -72,36 +74,34 @@ class Scene {
     return made;
   }
 
-  /** Strands: each segment is an instance that sees its neighbours in the same buffer, one point on.
+  /** Strands: each segment is an instance that sees its neighbours in the same buffer, one point on. Six bytes a point
+   * are its place, as it was sent; four its tone, light, width and whether a strand begins or ends there.
    * @param {Unpacked} found @param {string} channel @param {any} rest places at rest, or null
    * @param {Float32Array | null} measured values of the points in 0..1 to colour by, or null @param {number} [least] width [px] @returns {Item} */
   strands(found, channel, rest, measured = null, least = 0.8) {
-    const { gl } = this, { lengths } = found.arrays, places = placesIn(found), count = places.length / 3, before = this.work.bytes;
-    const shown = lengths.length, many = found.meta.total / Math.max(shown, 1);
-    const padded = new Float32Array(3 * (count + 3));
-    padded.set(places, 3);
-    const ends = new Uint8Array(count + 2).map((_, k) => 4 * (found.arrays.widths?.[k] ?? 63)); // above the two marks
+    const { gl } = this, { lengths, widths } = found.arrays, { low, step } = found.meta, places = placesIn(found), count = places.length / 3, before = this.work.bytes;
+    const shown = lengths.length, many = found.meta.total / Math.max(shown, 1), codes = /** @type {Uint16Array} */ (found.codes);
+    const padded = new Uint16Array(3 * (count + 3)), marks = new Uint8Array(4 * (count + 2));
+    padded.set(codes, 3);
+    const tones = tonesOf(found, channel, places, rest, measured), light = lightAt(places, lengths, 8e-5 * many * 8);
+    for (let i = 0; i < count; i++) marks[4 * i] = tones[i], marks[4 * i + 1] = light[i], marks[4 * i + 2] = 4 * (widths ? widths[i] : 63); // above the two marks
     let point = 0;
     for (const length of lengths) {
-      ends[point] |= 1;
-      ends[point + length - 1] |= 2;
+      marks[4 * point + 2] |= 1;
+      marks[4 * (point + length - 1) + 2] |= 2;
       point += length;
     }
-    const light = lightAt(places, lengths, 8e-5 * many * 8);
-    const colours = coloursOf(found, channel, places, light, rest, measured);
     const array = gl.createVertexArray();
     gl.bindVertexArray(array);
     const held = [this.buffer(padded)];
-    for (let k = 0; k < 4; k++) this.attribute(k, 3, gl.FLOAT, 12, 12 * k, 1);
-    held.push(this.buffer(colours));
+    for (let k = 0; k < 4; k++) this.attribute(k, 3, gl.UNSIGNED_SHORT, 6, 6 * k, 1);
+    held.push(this.buffer(marks));
     for (let k = 0; k < 2; k++) this.attribute(4 + k, 4, gl.UNSIGNED_BYTE, 4, 4 * k, 1, true);
-    held.push(this.buffer(ends));
-    for (let k = 0; k < 2; k++) this.attribute(6 + k, 1, gl.UNSIGNED_BYTE, 1, k, 1);
     const width = Math.max(found.meta.diameter, 8e-5) * Math.min(12, Math.sqrt(250000 / Math.max(shown, 1)));
     const box = boxOf(places), span = meanSpan(places, lengths), bytes = this.work.bytes - before;
     const draw = (/** @type {Matrix} */ view, /** @type {number[]} */ eye, /** @type {number[]} */ size) => {
-      const pieces = piecesOf(span, box, eye, size[1]);
-      this.use(this.programs.hair, { view, eye, lamp: LIT, size, width, least, pieces, shaded: channel === "shaded" ? 1 : 0, shown: this.faint ? 0.35 : 1 });
+      const pieces = Math.min(piecesOf(span, box, eye, size[1]), Math.max(1, Math.floor(MOST_VERTICES / (2 * count)) - 1));
+      this.use(this.programs.hair, { view, eye, lamp: LIT, low, grid: step, mode: modeOf(channel, measured !== null), size, width, least, pieces, shaded: channel === "shaded" ? 1 : 0, shown: this.faint ? 0.35 : 1 });
       gl.enable(gl.SAMPLE_ALPHA_TO_COVERAGE);
       gl.bindVertexArray(array);
       gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 2 * (pieces + 1), Math.max(0, count - 1));
@@ -109,7 +109,7 @@ class Scene {
       gl.disable(gl.SAMPLE_ALPHA_TO_COVERAGE);
     };
     const note = shown < found.meta.total ? `${shown.toLocaleString("en")} of ${found.meta.total.toLocaleString("en")} strands shown` : "";
-    return { draw, ...box, bytes, places, lengths, strands: found.arrays.strands, note, total: found.meta.total, step: found.meta.step, free: () => this.free(array, held) };
+    return { draw, ...box, bytes, places, codes, grid: { low, step }, lengths, strands: found.arrays.strands, note, total: found.meta.total, step, free: () => this.free(array, held) };
   }
 
   /** @param {Unpacked} found @param {Unpacked} faces @param {string} kind @returns {Item} */
@@ -179,8 +179,7 @@ class Scene {
   attribute(place, parts, type, stride, offset, divisor, normalised = false) {
     const { gl } = this;
     gl.enableVertexAttribArray(place);
-    if (parts === 1) gl.vertexAttribIPointer(place, parts, type, stride, offset);
-    else gl.vertexAttribPointer(place, parts, type, normalised, stride, offset);
+    gl.vertexAttribPointer(place, parts, type, normalised, stride, offset);
     gl.vertexAttribDivisor(place, divisor);
   }
 

@@ -4,12 +4,23 @@
 /** Most pieces of a segment, and the length of one [px]: a shorter one looks as straight as it is. */
 const HAIR_PIECES = 3, PIECE = 5;
 const HAIR_VERTEX = `#version 300 es
-layout(location=0) in vec3 before; layout(location=1) in vec3 here; layout(location=2) in vec3 there; layout(location=3) in vec3 after;
-layout(location=4) in vec4 colourHere; layout(location=5) in vec4 colourThere; layout(location=6) in uint endHere; layout(location=7) in uint endThere;
+layout(location=0) in vec3 codeBefore; layout(location=1) in vec3 codeHere; layout(location=2) in vec3 codeThere; layout(location=3) in vec3 codeAfter;
+layout(location=4) in vec4 markHere; layout(location=5) in vec4 markThere;
+uniform vec3 low; uniform float grid; uniform float mode;
 uniform mat4 view; uniform vec3 eye; uniform vec3 lamp; uniform vec2 size; uniform float width; uniform float least; uniform float pieces; uniform float shaded; uniform float shown;
 out vec4 tint;
+const vec3 RAMP[5] = vec3[5](RAMP_VALUES);
+vec3 colourOf(float tone) {
+  if (mode < 0.5) return vec3(0.588, 0.404, 0.259) * (0.8 + 0.45 * tone);
+  if (mode < 1.5) return 0.549 + 0.392 * cos(6.2832 * tone + vec3(0.0, 2.0944, 4.1888));
+  if (mode > 2.5) return vec3(0.275, 0.804, 1.0);
+  float at = min(tone, 0.9999) * 4.0;
+  return mix(RAMP[int(at)], RAMP[int(at) + 1], fract(at));
+}
 void main() {
+  uint endHere = uint(markHere.z * 255.0 + 0.5), endThere = uint(markThere.z * 255.0 + 0.5);
   if ((endHere & 2u) != 0u) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }
+  vec3 before = low + grid * codeBefore, here = low + grid * codeHere, there = low + grid * codeThere, after = low + grid * codeAfter;
   vec3 p0 = (endHere & 1u) != 0u ? 2.0 * here - there : before, p3 = (endThere & 2u) != 0u ? 2.0 * there - here : after;
   float t = float(gl_VertexID >> 1) / pieces, side = float(gl_VertexID & 1) * 2.0 - 1.0;
   vec3 m0 = 0.5 * (there - p0), m1 = 0.5 * (p3 - here), c = 3.0 * (there - here) - 2.0 * m0 - m1, d = 2.0 * (here - there) + m0 + m1;
@@ -19,13 +30,13 @@ void main() {
   float wide = width * mix(float(endHere >> 2), float(endThere >> 2), t) / 63.0 * size.y / at.w, drawn = max(wide, least);
   at.xy += side * 0.5 * drawn * vec2(-way.y, way.x) / size * 2.0 * at.w;
   gl_Position = at;
-  vec4 colour = mix(colourHere, colourThere, t);
+  vec4 colour = vec4(colourOf(mix(markHere.x, markThere.x, t)), mix(markHere.y, markThere.y, t));
   vec3 back = normalize(eye - place);
   float tl = dot(along, lamp), te = dot(along, back), sl = sqrt(1.0 - tl * tl), se = sqrt(max(0.0, 1.0 - te * te));
   float lit = colour.a, highlight = pow(max(0.0, sl * se - tl * te), 40.0);
   vec3 hair = colour.rgb * (0.16 + 0.95 * lit * sl) + 0.28 * lit * highlight * (0.4 + colour.rgb);
   tint = vec4(mix(colour.rgb * (0.7 + 0.3 * lit), hair, shaded), shown * min(1.0, wide / drawn + 0.25));
-}`;
+}`.replace("RAMP_VALUES", RAMP.map((colour) => `vec3(${colour.map((v) => (v / 255).toFixed(4))})`).join());
 const HAIR_FRAGMENT = `#version 300 es
 precision mediump float; in vec4 tint; out vec4 pixel; void main() { pixel = tint; }`;
 

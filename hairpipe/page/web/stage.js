@@ -3,6 +3,8 @@
 
 /** @type {Viewer | null} */
 let viewer = null;
+/** Numbers of strands to choose among, the last for all, and the name by which the browser keeps the choice. */
+const STRANDS_SHOWN = [4000, 20000, 100000, 10000000], STRANDS_KEPT = "hairpipe strands";
 /** Elements of the viewport, which stay. */
 const LASTING = ["view", "note", "legend", "knife", "picked", "brush", "ring"];
 
@@ -57,8 +59,21 @@ function drawChoices() {
     ...(strands && app.graph.playable?.includes(app.node)
       ? [element("button", { id: "live", class: player.stop ? "on" : "", title: "simulate it now, with the settings as they are", onclick: togglePlaying }, player.stop ? "stop playing" : "play live")] : []),
     ...(canPaint() ? [element("button", { id: "paint", class: brush.texels ? "on" : "", title: "paint maps of the body that settings of this node read", onclick: () => (brush.texels ? leavePainting() : void beginPainting(paintTargets(node)[0])) }, "paint")] : []),
+    ...(strands && app.live ? [strandsChoice()] : []),
     ...(strands ? [...CHANNELS, ...measuredOf(app.node, app.output).keys()].map((channel) => button(channel, channel === app.channel, { channel })) : []),
   );
+}
+
+/** A list of how many strands are shown, which the browser keeps. @returns {HTMLElement} */
+function strandsChoice() {
+  const menu = /** @type {HTMLSelectElement} */ (element("select", { id: "strands", "aria-label": "strands shown", title: "largest number of strands that are shown" },
+    ...STRANDS_SHOWN.map((count) => element("option", { value: count, ...(count === app.strands && { selected: "" }) }, count === STRANDS_SHOWN.at(-1) ? "all strands" : `${count.toLocaleString("en")} strands`))));
+  menu.addEventListener("change", () => {
+    keepItem(STRANDS_KEPT, menu.value);
+    menu.blur();
+    app.set({ strands: Number(menu.value) });
+  });
+  return menu;
 }
 
 /** What was drawn for an output before the last edit that changed it. @param {string} node @param {string} output @returns {Layer[]} */
@@ -76,4 +91,4 @@ function pastLayers(node, output) {
   return layers;
 }
 
-app.on(["node", "output", "frame", "channel", "pinned", "state", "compare"], () => app.node && void showStage());
+app.on(["strands", "node", "output", "frame", "channel", "pinned", "state", "compare"], () => app.node && (app.showing = showStage()));

@@ -7,11 +7,17 @@ function listenToTimeline() {
     const [first, last] = app.graph.frames, count = last - first + 1;
     app.set({ frame: first + ((app.frame - first + by + count) % count) });
   };
-  let playing = 0;
+  let playing = false, turn = 0;
+  const run = async (/** @type {number} */ own) => {
+    while (playing && own === turn) {
+      step(1);
+      await Promise.all([app.showing, new Promise((done) => setTimeout(done, 1000 / app.graph.fps))]); // else no frame is shown where loading is slow
+    }
+  };
   const toggle = () => {
-    clearInterval(playing);
-    playing = playing ? 0 : window.setInterval(() => step(1), 1000 / app.graph.fps);
+    playing = !playing;
     play.textContent = playing ? "❚❚" : "▶";
+    void run(++turn);
   };
   slider.addEventListener("input", () => app.set({ frame: Number(slider.value) }));
   play.addEventListener("click", toggle);

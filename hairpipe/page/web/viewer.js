@@ -2,7 +2,7 @@
 // Strands, meshes and particles of the selected output, on the body that they follow.
 
 /** Largest size of what is kept on the graphics card to be shown again [bytes]. */
-const MOST_KEPT = 256e6;
+const MOST_KEPT = 512e6;
 
 class Viewer {
   /** @param {HTMLElement} stage @param {() => void} failed */
@@ -64,11 +64,11 @@ class Viewer {
     }
   }
 
-  /** Highlight a strand, or none. @param {Float32Array | null} places */
-  mark(places) {
+  /** Highlight a strand, or none. @param {Picked | null} picked */
+  mark(picked) {
     this.marked?.free();
-    const meta = { total: 1, diameter: 0, low: [0, 0, 0], step: 0 };
-    this.marked = places && this.scene ? this.scene.strands({ meta, arrays: { points: new Uint16Array(0), lengths: Uint16Array.of(places.length / 3) }, places }, "marked", null, null, 3) : null;
+    const codes = picked?.item.codes?.slice(3 * picked.start, 3 * (picked.start + picked.count)), meta = { total: 1, diameter: 0, ...picked?.item.grid };
+    this.marked = codes && this.scene ? this.scene.strands({ meta, arrays: { lengths: Uint16Array.of(codes.length / 3) }, codes }, "marked", null, null, 3) : null;
     this.redraw();
   }
 

@@ -1,23 +1,23 @@
 """What the viewport of the page takes to draw hair again: time, bytes that are uploaded, draw calls."""
 
-import html
 import json
-import re
-import subprocess
 import tempfile
 from importlib.resources import files
 from pathlib import Path
 
-from hairpipe.bench.browser import FLAGS, browser_path
+import numpy as np
+
+from hairpipe.bench.browser import browser_path, open_browser
 from hairpipe.bench.report import Report, make_report
+from hairpipe.data import Strands
 from hairpipe.errors import BadInput
+from hairpipe.page.packing import script
+from hairpipe.page.shapes import strands_document
 
 SCRIPTS = ("core.js", "app.js", "camera.js", "light.js", "channels.js", "shaders.js", "scene.js", "rays.js")
 WEB = files("hairpipe.page") / "web"
-PATIENCE = 200.0
-"""Time after which a browser counts as hanging [s]."""
 PAGE = """<!doctype html><meta charset="utf-8"><canvas width="1280" height="720"></canvas><body>
-<script>const strands = {}, points = {}, redraws = {};</script>{}"""
+<script>const redraws = {};</script>{}"""
 SCENE = Path(__file__).with_name("redraw.js")
 
 
@@ -29,14 +29,28 @@ def measure_redraw(strands: int, points: int, redraws: int) -> Report:
     browser = browser_path()
     if browser is None:
         raise BadInput("no browser is installed", right="chromium on the path")
-    texts = [*((WEB / name).read_text(encoding="utf-8") for name in SCRIPTS), SCENE.read_text(encoding="utf-8")]
+    document = script("hair", *strands_document(make_hair(strands, points), strands))
+    texts = [
+        *((WEB / name).read_text(encoding="utf-8") for name in SCRIPTS),
+        document,
+        SCENE.read_text(encoding="utf-8"),
+    ]
     scripts = "".join(f"<script>{text}</script>" for text in texts)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         page = Path(folder, "redraw.html")
-        page.write_text(PAGE.format(strands, points, redraws, scripts), encoding="utf-8")
-        command = [browser, *FLAGS.split(), f"--user-data-dir={folder}/profile", "--dump-dom", page.as_uri()]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
-    found = re.search(r'data-found="([^"]*)"', done.stdout)
-    if found is None:
-        raise BadInput("the browser has drawn nothing", where=browser, right="a browser with WebGL2")
-    return make_report(__name__, {"redraw": [json.loads(html.unescape(found[1]))]})
+        page.write_text(PAGE.format(redraws, scripts), encoding="utf-8")
+        with open_browser(browser, page.as_uri()) as opened:
+            found = json.loads(opened.evaluate("document.body.dataset.found"))
+    return make_report(__name__, {"redraw": [found]})
+
+
+def make_hair(strands: int, points: int) -> Strands:
+    """Return strands on a head, curved, with noise of 20 um, so that they compress no better than hair."""
+    share, height = np.arange(points) / points, 1.0 - 1.4 * (np.arange(strands) + 0.5) / strands
+    turn = 2.399963 * np.arange(strands)[:, None] + 0.3 * share
+    out = (0.1 + 0.15 * share) * np.sqrt(1.0 - height**2)[:, None]
+    down = (0.1 + 0.15 * share) * height[:, None] - 0.12 * share**2
+    smooth = np.stack([out * np.cos(turn), down, out * np.sin(turn)], axis=-1).reshape(-1, 3)
+    rough = smooth + np.random.default_rng(0).normal(scale=20e-6, size=smooth.shape)
+    offsets = np.arange(strands + 1, dtype=np.int64) * points
+    return Strands(points=rough, offsets=offsets, velocities=np.zeros_like(rough), diameter=7e-5)
