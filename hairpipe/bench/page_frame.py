@@ -25,7 +25,7 @@ from hairpipe.page.session import Session
 FRAMES = 4
 """Number of frames of the shot: the plan contains them, and their inputs are computed before."""
 REPEATS = 5
-EDITED, ASKED, TOLD, SHOWN = "edit is answered", "run is accepted", "page has the result", "frame is drawn"
+EDITED, ASKED, RECEIVED, SHOWN = "edit is answered", "run is accepted", "page has the result", "frame is drawn"
 BEGUN = "run reaches the node"
 PATIENCE = 120.0
 """Time after which a frame counts as not coming [s]."""
@@ -38,15 +38,15 @@ IN_PAGE = """(async (target, text, node, frame) => {{
   const fault = await act("edit", {{ target, text }}), edited = now();
   if (fault) throw new Error(fault);
   await act("run", {{ to: [node] }});
-  const asked = now(), told = await until(() => output() && output() !== old);
+  const asked = now(), received = await until(() => output() && output() !== old);
   const draws = () => Number(document.body.dataset.drawn), before = draws();
   const shown = await until(() => viewer.items.at(-1)?.document === output() && draws() > before);
-  return [begun, edited, asked, told, shown];
+  return [begun, edited, asked, received, shown];
 }})({})"""
 """Edits, runs and waits as the page does; moments in seconds since 1970."""
 
 Edit = Callable[[str], list[float]]
-"""Makes an edit of a text, and returns its moments [s]: begun, edited, asked, told, shown."""
+"""Makes an edit of a text, and returns its moments [s]: begun, edited, asked, received, shown."""
 
 
 class Way(NamedTuple):
@@ -100,7 +100,7 @@ def values_of(draft: Draft, target: str) -> Iterator[str]:
 
 def measured(session: Session, edit: Edit, way: Way, text: str) -> dict[str, float]:
     """Measure an edit: time of each part [s], whose sum is the whole; the run ends after it."""
-    begun, asked_edit, asked, told, shown = edit(text)
+    begun, asked_edit, asked, received, shown = edit(text)
     records = session.draft.shot.plan(session.frames, to=way.node).records
     made = sorted(
         (r for t, r in records.items() if r.created > begun and t.frame in (None, way.frame)), key=lambda r: r.created
@@ -110,7 +110,7 @@ def measured(session: Session, edit: Edit, way: Way, text: str) -> dict[str, flo
     between = made[-1].created - start - sum(nodes.values())
     finish(session, way.node)
     moments = {EDITED: asked_edit - begun, ASKED: asked - asked_edit, BEGUN: start - asked, **nodes}
-    return moments | {"between nodes": between, TOLD: told - made[-1].created, SHOWN: shown - told}
+    return moments | {"between nodes": between, RECEIVED: received - made[-1].created, SHOWN: shown - received}
 
 
 def finish(session: Session, node: str) -> None:

@@ -48,12 +48,17 @@ def written_page(
     ]
     if solvers:
         lines, source = solvers
-        cells = "".join(f"<tr><td>{'</td><td>'.join(map(escape, line))}</td></tr>" for line in lines)
-        figures.append(f"<h2>Other solvers</h2><p>{escape(source)}</p><table>{cells}</table>")
+        table = "".join(table_line(line, "th" if line is lines[0] else "td") for line in lines)
+        figures.append(f"<h2>Other solvers</h2><p>{escape(source)}</p><table>{table}</table>")
     title = "Validation of hairpipe"
     body = f"<h1>{title}</h1><p>{escape(heading)}</p><table><thead>{head}</thead>{''.join(parts)}</table>"
     opening = f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title><style>{STYLE}</style>'
     return "\n".join([opening, body, *figures, "</html>\n"])
+
+
+def table_line(texts: Sequence[str], tag: str) -> str:
+    """Return a line of a table, its cells by their tag."""
+    return f"<tr>{''.join(f'<{tag}>{escape(text)}</{tag}>' for text in texts)}</tr>"
 
 
 def case_line(measured: Measured, cases: int) -> str:

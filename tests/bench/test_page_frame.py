@@ -5,7 +5,7 @@ import time
 import pytest
 
 from hairpipe.bench import page_frame
-from hairpipe.bench.page_frame import ASKED, BEGUN, EDITED, SHOWN, TOLD, measure_page_frame
+from hairpipe.bench.page_frame import ASKED, BEGUN, EDITED, RECEIVED, SHOWN, measure_page_frame
 from hairpipe.errors import BadInput
 
 
@@ -25,7 +25,7 @@ def test_parts_of_an_edit_are_its_whole(shot, monkeypatch):
     monkeypatch.setattr(page_frame, "ask", timed)
     pages, server = measure_page_frame(str(shot.path), {}, "seed.value", "sum").tables.values()
     parts = {case["part"]: case["time [s]"] for case in pages}
-    assert parts.keys() > {EDITED, ASKED, BEGUN, "node seed", "node move", "node sum", TOLD, SHOWN}
+    assert parts.keys() > {EDITED, ASKED, BEGUN, "node seed", "node move", "node sum", RECEIVED, SHOWN}
     whole, around = wholes[-1]
     assert sum(parts.values()) == pytest.approx(whole, abs=1e-6) and whole <= around
     assert sum(case["share [%]"] for case in pages) == pytest.approx(100.0)

@@ -102,6 +102,29 @@ def test_a_point_of_a_profile_is_dragged(live):
     assert start == [0, 1] and end[0] < 1 and end[1] > 0.5
 
 
+def test_factors_of_groups_are_added_changed_and_taken_away(live):
+    def groups():
+        return live.tables["hair"]["material"]["diameter"].get("groups")
+
+    def field(line, place):
+        row(live, "hair", "material.diameter.groups")
+        return live.driver.find_elements("css selector", ".pair")[line].find_elements("css selector", "input")[place]
+
+    row(live, "hair", "material.diameter").find_element("css selector", ".opener").click()
+    retype(live, field(0, 0), "fringe")
+    live.until(lambda: groups() == [["fringe", 1]])
+    retype(live, field(0, 1), "0.5")
+    live.until(lambda: groups() == [["fringe", 0.5]])
+    retype(live, field(1, 0), 'tail "b"')
+    live.until(lambda: groups() == [["fringe", 0.5], ['tail "b"', 1]])
+    retype(live, field(0, 1), "much")
+    live.until(lambda: live.driver.find_elements("css selector", "#panel .wrong"))
+    live.find('[data-setting="material.diameter.groups"] .pair .unset').click()
+    live.until(lambda: groups() == [['tail "b"', 1]])
+    live.find('[data-setting="material.diameter.groups"] .pair .unset').click()
+    live.until(lambda: live.text == TEXT)
+
+
 def test_vectors_choices_switches_and_colours(live):
     fields = row(live, "picture", "eye").find_elements("css selector", "input")
     retype(live, fields[0], "0.5")

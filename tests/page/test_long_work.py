@@ -25,33 +25,45 @@ def text_of(page, selector):
     return page.driver.execute_script("return document.querySelector(arguments[0])?.innerText ?? ''", selector)
 
 
-def test_runs_wait_in_a_queue_while_frames_are_looked_at(live):
-    driver = live.driver
+@pytest.fixture
+def held(opened, folder):
+    """A page whose runs last until a file `go` is written, after all frames of the hair."""
+    gate = f'[gate]\ntype = "stay"\nin.hair = "hair"\nuntil = "{folder / "go"}"\n'
+    (folder / "held.toml").write_text(SHOT.replace("[picture]", f"{gate}[picture]"))
+    session = Session(hairpipe.load(folder / "held.toml", cache=folder / "cache"))
+    with served(session) as address:
+        yield Page(opened(address), session)
+    (folder / "go").touch()
+
+
+def test_runs_wait_in_a_queue_while_frames_are_looked_at(held):
+    driver = held.driver
     do(driver, "selectNode('hair'); app.set({ frame: 1 })")
-    assert "disk" in text_of(live, "#work") and not driver.find_elements("css selector", "#work .task")
-    live.session.edit("hair.strands", "50000")
-    live.settle()
-    live.find("#do-run").click()
-    live.until(lambda: "hair.strands = 50000" in text_of(live, "#work b"))
-    live.session.edit("picture.red", "0.375")
-    live.settle()
-    live.find("#do-run").click()
-    live.until(lambda: "picture.red = 0.375" in text_of(live, "#work .waiting"))
-    live.find("#do-run").click()
-    live.until(lambda: "is in progress or waits" in driver.execute_script("return document.body.dataset.refused"))
-    assert "hair" in text_of(live, "#work .task") and "/5" in text_of(live, "#work .task")
-    live.until(lambda: driver.execute_script("return app.cell('hair', 1).state") in ("computed", "cached"), 60)
-    slider = live.find("#frame")
-    live.until(lambda: driver.execute_script("return viewer?.items.at(-1)?.total") == 50000)
+    assert "disk" in text_of(held, "#work") and not driver.find_elements("css selector", "#work .task")
+    held.session.edit("hair.strands", "500")
+    held.settle()
+    held.find("#do-run").click()
+    held.until(lambda: "hair.strands = 500" in text_of(held, "#work b"))
+    held.session.edit("picture.red", "0.375")
+    held.settle()
+    held.find("#do-run").click()
+    held.until(lambda: "picture.red = 0.375" in text_of(held, "#work .waiting"))
+    held.find("#do-run").click()
+    held.until(lambda: "is in progress or waits" in driver.execute_script("return document.body.dataset.refused"))
+    held.until(lambda: driver.execute_script("return app.cell('hair', 1).state") in ("computed", "cached"), 60)
+    held.until(lambda: "gate 0/1" in text_of(held, "#work"), 60)
+    held.until(lambda: driver.execute_script("return viewer?.items.at(-1)?.total") == 500)
     drawn = driver.execute_script("return Number(document.body.dataset.drawn)")
+    slider = held.find("#frame")
     do(driver, "arguments[0].value = 2; arguments[0].dispatchEvent(new Event('input'))", slider)
-    live.until(lambda: driver.execute_script("return Number(document.body.dataset.drawn)") > drawn)
+    held.until(lambda: driver.execute_script("return Number(document.body.dataset.drawn)") > drawn)
     assert driver.execute_script("return app.frame") == 2
-    if driver.find_elements("css selector", "#work .waiting button"):  # unless the first run has ended meanwhile
-        driver.execute_script("document.querySelector('#work .waiting button').click()")
-        live.until(lambda: not driver.find_elements("css selector", "#work .waiting"))
-    driver.execute_script("document.getElementById('do-stop')?.click()")
-    live.until(lambda: not driver.execute_script("return app.base.verdict.running"), 60)
+    held.find("#work .waiting button").click()
+    held.until(lambda: not driver.find_elements("css selector", "#work .waiting"))
+    assert driver.execute_script("return app.base.verdict.running")
+    held.find("#do-stop").click()
+    held.until(lambda: not driver.execute_script("return app.base.verdict.running"), 60)
+    assert driver.execute_script("return app.base.verdict.last.interrupted")
     assert driver.execute_script("return document.body.dataset.errors") == "0"
 
 

@@ -21,6 +21,7 @@ function editorOf(field, value, target) {
   if (numbers) return vectorField(field, Number(numbers[1]), value, target);
   if (kind === "a file") return fileField(field, value, target);
   if (field.name === "profile") return profileField(value ?? [], target);
+  if (kind.endsWith("any number of: a list: a text, a number")) return pairsField(value ?? [], target, mapsAbove());
   return textField(value, target, field.name === "map" ? mapsAbove() : []);
 }
 
@@ -90,7 +91,25 @@ function textField(value, target, words) {
   return holder;
 }
 
-/** Names of the maps of the nearest body or groom. @returns {Promise<string[]>} */
+/** Names, each with its number, in any number: an empty line below them takes another one.
+ * @param {[string, number][]} given @param {string} target @param {Promise<string[]>} words @returns {HTMLElement} */
+function pairsField(given, target, words) {
+  const list = element("datalist", { id: `words-${target.replaceAll(".", "-")}` });
+  void words.then((found) => list.append(...found.map((word) => element("option", { value: word }))));
+  const save = (/** @type {[string, string | number][]} */ pairs) => commit(holder, target, pairs.length ? `[${pairs.map(([name, factor]) => `[${JSON.stringify(name)}, ${factor}]`).join(", ")}]` : "");
+  const lines = [...given, /** @type {[string, number]} */ (["", 1])].map(([name, factor], at) => {
+    const others = (/** @type {[string, string | number][]} */ own) => [...given.slice(0, at), ...own, ...given.slice(at + 1)], known = at < given.length;
+    const text = lineOf(name, "another group", (typed) => save(others(typed ? [[typed, number.value]] : [])));
+    const number = lineOf(shortText(factor), "factor", (typed) => text.value && save(others([[text.value.trim(), typed]])));
+    text.setAttribute("list", list.id);
+    const gone = element("button", { class: "unset", title: `take ${name} away`, onclick: () => save(others([])) }, "×");
+    return element("span", { class: "pair" }, text, number, ...(known ? [gone] : []));
+  });
+  const holder = element("span", { class: "pairs" }, ...lines, list);
+  return holder;
+}
+
+/** Names of the maps and groups of the nearest body or groom. @returns {Promise<string[]>} */
 async function mapsAbove() {
   const name = app.document(app.node, app.output, "maps") ?? upstream(app.node, "maps");
   return name ? (await hairpipe.plain(name)).names : [];

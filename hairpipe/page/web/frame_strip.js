@@ -87,6 +87,7 @@ function listenToStrip() {
   });
   canvas.addEventListener("mouseleave", () => (tip.style.display = "none"));
   new ResizeObserver(() => app.graph && drawStrip()).observe(canvas);
+  matchMedia("(prefers-color-scheme: light)").addEventListener("change", drawStrip);
 }
 
 app.on(["graph", "state", "frame", "node"], () => app.graph && app.state && drawStrip());

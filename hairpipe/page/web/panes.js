@@ -77,6 +77,12 @@ function keptItem(name) {
   }
 }
 
+/** Give the time line, with what is below it, at least a height. @param {number} height [px] */
+function growTime(height) {
+  panes.time = Math.max(panes.time, height);
+  sizePanes();
+}
+
 /** Buttons of the presets. @returns {HTMLElement} */
 function presetButtons() {
   return element("span", { id: "presets" }, ...Object.keys(PRESETS).map((name) =>

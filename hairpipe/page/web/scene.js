@@ -25,13 +25,14 @@ class Scene {
     /** Work of the graphics card so far, for measurements. */
     this.work = { bytes: 0, uploads: 0, calls: 0, vertices: 0 };
     gl.enable(gl.DEPTH_TEST);
-    gl.clearColor(0.11, 0.12, 0.135, 1);
   }
 
   /** Draw items, and left of a place those of before an edit, which are faint where there are no others.
    * @param {Item[]} items @param {Camera} camera @param {Item[]} [past] @param {number} [cut] share of the width @param {Item | null} [mark] drawn over all */
   draw(items, camera, past = [], cut = 0, mark = null) {
     const { gl } = this, { width, height } = gl.canvas, left = past.length ? Math.round(cut * width) : 0;
+    const [red = 28, green = 31, blue = 34] = getComputedStyle(/** @type {HTMLElement} */ (/** @type {HTMLCanvasElement} */ (gl.canvas).parentElement)).backgroundColor.match(/\d+/g)?.map(Number) ?? [];
+    gl.clearColor(red / 255, green / 255, blue / 255, 1);
     gl.viewport(0, 0, width, height);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const view = camera.matrix(width / height), eye = camera.eye();

@@ -6,7 +6,19 @@ let viewer = null;
 /** Numbers of strands to choose among, the last for all, and the name by which the browser keeps the choice. */
 const STRANDS_SHOWN = [4000, 20000, 100000, 10000000], STRANDS_KEPT = "hairpipe strands";
 /** Elements of the viewport, which stay. */
-const LASTING = ["view", "note", "legend", "knife", "picked", "brush", "ring"];
+const LASTING = ["view", "note", "legend", "knife", "picked", "brush", "ring", "backdrop"];
+/** Backgrounds of the viewport, in either theme, and the name by which the browser keeps the choice. */
+const BACKDROPS = ["dark", "grey", "light"], BACKDROP_KEPT = "hairpipe backdrop";
+
+/** Give the viewport a background, and a button for the next one. @param {string} name */
+function takeBackdrop(name) {
+  const stage = /** @type {HTMLElement} */ (document.getElementById("stage")), at = Math.max(0, BACKDROPS.indexOf(name));
+  stage.dataset.backdrop = BACKDROPS[at];
+  document.getElementById("backdrop")?.remove();
+  stage.append(element("button", { id: "backdrop", title: `background of the viewport: ${BACKDROPS.join(", ")}`, onclick: () => takeBackdrop(BACKDROPS[(at + 1) % BACKDROPS.length]) }, "◐"));
+  keepItem(BACKDROP_KEPT, BACKDROPS[at]);
+  viewer?.redraw();
+}
 
 async function showStage() {
   const stage = /** @type {HTMLElement} */ (document.getElementById("stage"));

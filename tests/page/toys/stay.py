@@ -1,0 +1,19 @@
+"""Waits for a file, so that a run lasts as long as a test needs it."""
+
+import time
+from pathlib import Path
+
+from hairpipe.data import Strands, Table
+from hairpipe.data.table import table_of_columns
+from hairpipe.graph import Frames, node
+
+PATIENCE = 120.0
+
+
+@node(frames="once")
+def stay(hair: Frames[Strands], *, until: str) -> Table:
+    """The time until a file was there."""
+    begun = time.monotonic()
+    while not Path(until).exists() and time.monotonic() < begun + PATIENCE:
+        time.sleep(0.02)
+    return table_of_columns({"waited [s]": [time.monotonic() - begun]})
