@@ -99,7 +99,10 @@ def faces_document(mesh: Mesh) -> Packed:
 
 
 def maps_document(painted: Body | Groom) -> Packed:
-    """Name the maps of a body or groom, and the groups of a groom; those on the vertices of a body are described from 0 to 255. Pure."""
+    """Name the maps of a body or groom, and the groups of a groom; pure.
+
+    Maps on the vertices of a body are described from 0 to 255.
+    """
     kept = painted.maps if isinstance(painted, Body) else {}
     arrays = {name: np.rint(255.0 * values.clip(0.0, 1.0)).astype(np.uint8) for name, values in kept.items()}
     return pack(arrays, names=[*painted.maps, *getattr(painted, "group_names", ())])

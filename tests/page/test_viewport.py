@@ -95,6 +95,10 @@ def test_the_number_of_shown_strands_is_chosen_and_kept(live):
     spent = {name: value - work[name] for name, value in driver.execute_script("return viewer.scene.work").items()}
     points = 120 * 12
     assert spent["uploads"] == 2 and spent["bytes"] == 6 * (points + 3) + 4 * (points + 2)
+    dark = pixels(driver)[4, 4]
+    driver.find_element("id", "backdrop").click()
+    do(driver, "")
+    assert (pixels(driver)[4, 4] > dark + 50).all()
     assert "120 of 300 strands shown" in driver.find_element("id", "note").text
     assert driver.execute_script("return localStorage.getItem(STRANDS_KEPT)") == "120"
-    driver.execute_script("localStorage.removeItem(STRANDS_KEPT)")
+    driver.execute_script("localStorage.clear()")
