@@ -167,18 +167,18 @@ def is_allowed(room: str, target: str) -> bool:
     return bare or any(inner == name or inner.startswith(f"{name}.") for name in allowed)
 
 
-def functions_of(tree: ast.AST) -> Iterator[ast.FunctionDef]:
+def functions_of(tree: ast.AST) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
     return (item for item in ast.walk(tree) if isinstance(item, ast.FunctionDef | ast.AsyncFunctionDef))
 
 
-def parameters_of(function: ast.FunctionDef) -> list[ast.arg]:
+def parameters_of(function: ast.FunctionDef | ast.AsyncFunctionDef) -> list[ast.arg]:
     """List the parameters of a function, but for the object of a method."""
     given = function.args
     named = [*given.posonlyargs, *given.args, *given.kwonlyargs, given.vararg, given.kwarg]
     return [parameter for parameter in named if parameter and parameter.arg not in ("self", "cls")]
 
 
-def written_in(function: ast.FunctionDef) -> Iterator[ast.expr]:
+def written_in(function: ast.FunctionDef | ast.AsyncFunctionDef) -> Iterator[ast.expr]:
     for item in ast.walk(function):
         if isinstance(item, ast.Assign | ast.AugAssign | ast.AnnAssign):
             for target in item.targets if isinstance(item, ast.Assign) else [item.target]:
@@ -198,7 +198,7 @@ def floor_of(module: str, order: list[str]) -> int | None:
     return order.index(max(held, key=len)) if held else None
 
 
-def is_compiled(function: ast.FunctionDef) -> bool:
+def is_compiled(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
     return any(
         name in ast.unparse(decorator)
         for name in ("njit", "inlined", "intrinsic")

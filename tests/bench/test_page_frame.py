@@ -1,12 +1,18 @@
 """Parts of the time from an edit on the page to a new frame."""
 
 import time
+from typing import Any
 
 import pytest
 
 from hairpipe.bench import page_frame
 from hairpipe.bench.page_frame import ASKED, BEGUN, EDITED, RECEIVED, SHOWN, measure_page_frame
 from hairpipe.errors import BadInput
+
+
+def measured_tables(path, target) -> list[list[dict[str, Any]]]:
+    """Tables of a report."""
+    return [*measure_page_frame(str(path), {}, target, "sum").tables.values()]
 
 
 @pytest.mark.slow
@@ -23,7 +29,7 @@ def test_parts_of_an_edit_are_its_whole(shot, monkeypatch):
 
     asked = page_frame.ask
     monkeypatch.setattr(page_frame, "ask", timed)
-    pages, server = measure_page_frame(str(shot.path), {}, "seed.value", "sum").tables.values()
+    pages, server = measured_tables(shot.path, "seed.value")
     parts = {case["part"]: case["time [s]"] for case in pages}
     assert parts.keys() > {EDITED, ASKED, BEGUN, "node seed", "node move", "node sum", RECEIVED, SHOWN}
     whole, around = wholes[-1]
@@ -31,4 +37,4 @@ def test_parts_of_an_edit_are_its_whole(shot, monkeypatch):
     assert sum(case["share [%]"] for case in pages) == pytest.approx(100.0)
     assert all(case["processor [s]"] > 0.0 for case in server)
     with pytest.raises(BadInput, match="not a number"):
-        measure_page_frame(str(shot.path), {}, "seed.nothing", "sum")
+        measured_tables(shot.path, "seed.nothing")
