@@ -46,7 +46,17 @@ IN_PAGE = """(async (target, text, node, frame) => {{
 """Edits, runs and waits as the page does; moments in seconds since 1970."""
 
 Edit = Callable[[str], list[float]]
-"""Makes an edit of a text, and returns its moments [s]: begun, edited, asked, received, shown."""
+"""Makes an edit of a text, and returns its `Moments`."""
+
+
+class Moments(NamedTuple):
+    """Moments of an edit in seconds since 1970: its beginning, answers to edit and run, new state, drawn frame."""
+
+    begun: float
+    edited: float
+    asked: float
+    received: float
+    shown: float
 
 
 class Way(NamedTuple):
@@ -100,17 +110,18 @@ def values_of(draft: Draft, target: str) -> Iterator[str]:
 
 def measured(session: Session, edit: Edit, way: Way, text: str) -> dict[str, float]:
     """Measure an edit: time of each part [s], whose sum is the whole; the run ends after it."""
-    begun, asked_edit, asked, received, shown = edit(text)
+    at = Moments(*edit(text))
     records = session.draft.shot.plan(session.frames, to=way.node).records
     made = sorted(
-        (r for t, r in records.items() if r.created > begun and t.frame in (None, way.frame)), key=lambda r: r.created
+        (r for t, r in records.items() if r.created > at.begun and t.frame in (None, way.frame)),
+        key=lambda r: r.created,
     )
     start = made[0].created - made[0].seconds
     nodes = {f"node {record.node}": record.seconds for record in made}
     between = made[-1].created - start - sum(nodes.values())
     finish(session, way.node)
-    moments = {EDITED: asked_edit - begun, ASKED: asked - asked_edit, BEGUN: start - asked, **nodes}
-    return moments | {"between nodes": between, RECEIVED: received - made[-1].created, SHOWN: shown - received}
+    parts = {EDITED: at.edited - at.begun, ASKED: at.asked - at.edited, BEGUN: start - at.asked, **nodes}
+    return parts | {"between nodes": between, RECEIVED: at.received - made[-1].created, SHOWN: at.shown - at.received}
 
 
 def finish(session: Session, node: str) -> None:
@@ -191,7 +202,8 @@ def ask(server: Server, way: Way, text: str) -> list[float]:
         cells = {cell["frame"]: cell for cell in state["nodes"][way.node]["cells"]}
         return cells[way.frame].get("outputs")
 
-    old, revision = result(), json.loads(get("wait?seen=0"))["revision"]
+    old = result()
+    revision = json.loads(get("wait?seen=0"))["revision"]
     moments = [time.time()]
     post("edit", {"target": way.target, "text": text})
     moments.append(time.time())

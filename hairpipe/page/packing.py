@@ -42,7 +42,8 @@ def second_differences(values: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     offsets  strand s owns values offsets[s]:offsets[s+1], (S+1,)
     """
     lengths = np.diff(offsets)
-    begins, followers = offsets[:-1][lengths > 0], offsets[:-1][lengths > 1] + 1
+    begins = offsets[:-1][lengths > 0]
+    followers = offsets[:-1][lengths > 1] + 1
     first = np.diff(values, axis=0, prepend=0)
     second = np.diff(first, axis=0, prepend=0)
     second[begins], second[followers] = values[begins], first[followers]

@@ -46,7 +46,8 @@ def measure_redraw(strands: int, points: int, redraws: int) -> Report:
 
 def make_hair(strands: int, points: int) -> Strands:
     """Return strands on a head, curved, with noise of 20 um, so that they compress no better than hair."""
-    share, height = np.arange(points) / points, 1.0 - 1.4 * (np.arange(strands) + 0.5) / strands
+    share = np.arange(points) / points
+    height = 1.0 - 1.4 * (np.arange(strands) + 0.5) / strands
     turn = 2.399963 * np.arange(strands)[:, None] + 0.3 * share
     out = (0.1 + 0.15 * share) * np.sqrt(1.0 - height**2)[:, None]
     down = (0.1 + 0.15 * share) * height[:, None] - 0.12 * share**2
