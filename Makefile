@@ -6,13 +6,14 @@ INSTALL := $(RUN) pip install --quiet --disable-pip-version-check --no-compile -
 # neither all of Blender nor the tests of libraries.
 COMPILE := $(RUN) compileall -q -j 0 -x '/(bpy|tests)/' $(VENV)/lib hairpipe nodes graphs
 
-.PHONY: menu demo test quick cases check figures film pictures docs clean
+.PHONY: menu demo test quick cases mutate check figures film pictures docs clean
 
 menu:
 	@echo "make demo    simulate hair on our bust and draw it: results in out/demo; FRAMES=1001-1010 for its first pictures"
 	@echo "make quick   run the tests that compile no kernels and take no seconds each: three minutes on two cores"
 	@echo "make test    run all tests"
 	@echo "make cases   run the inputs in ../shared/cases, where they are"
+	@echo "make mutate  share of mutations of the engine that its tests find: an hour"
 	@echo "make check   lint, format and types"
 	@echo "make figures write recorded results into the pages; record with hairpipe run GRAPH --record"
 	@echo "make film    compute and record the films of the gallery, GRAPH=demo for one of them"
@@ -33,6 +34,10 @@ test: $(VENV)/tested
 
 cases: $(VENV)/tested
 	$(RUN) pytest tests/test_cases.py
+
+mutate: $(VENV)/tested
+	$(INSTALL) '.[mutation]'
+	$(RUN) hairpipe.graphs.experiments.bench mutate
 
 check: $(VENV)/tested
 	$(RUN) ruff check

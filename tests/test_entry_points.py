@@ -61,6 +61,7 @@ STARTED = {
     "experiments parity": "parity",
     "experiments calls": "calls --every 500",
     "experiments schedules": "schedules --seeds 2",
+    "experiments mutate": "mutate --room key --most 1",
     "experiments contact": "contact --segments 100 --between pairs",
     "bench paper": "bench paper medium_straight --set groom.strands=24",
     "bench engine": "bench engine -j1",
@@ -90,6 +91,8 @@ it.measure_particles.__defaults__ = (150,), (1, 2), 0, 1""",
 it.try_machines = lambda *_: it.make_report("machines", {"faults": [{"fault": "none", "violation": ""}]})""",
     "experiments parity": """from hairpipe.graphs.experiments.bench.machines import parity as it
 it.compare_ways = lambda *_: it.make_report("parity", {"ways": [{"way": "a run", "violation": ""}]})""",
+    "experiments mutate": """from hairpipe.graphs.experiments.bench.mutation import mutation_trials as it
+it.try_mutations = lambda *_: it.make_report("mutate", {"scores": [{"room": "key"}]})""",
     "experiments contact": """from hairpipe.graphs.experiments.bench import contact as it
 it.measure_contact = lambda say, *words: it.make_report("contact", {"frames": [{"frame [s]": 0.1}]})""",
     "experiments swing": """from hairpipe.graphs.experiments.bench import swing as it

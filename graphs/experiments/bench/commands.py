@@ -13,6 +13,7 @@ from hairpipe.cli.measured import moving, print_report, record
 from hairpipe.cli.stderr import echo
 from hairpipe.graphs.experiments.bench.calls.call_commands import calls, schedules
 from hairpipe.graphs.experiments.bench.machines.machine_commands import machines, parity
+from hairpipe.graphs.experiments.bench.mutation.mutation_commands import mutate
 from hairpipe.graphs.experiments.bench.scene_commands import PROGRAM, needs, promises
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ bench.add_command(machines)
 bench.add_command(parity)
 bench.add_command(calls)
 bench.add_command(schedules)
+bench.add_command(mutate)
 
 
 @bench.command()
