@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from hairpipe.graph.store.atomic import replacing
-from hairpipe.graph.store.digest import digest_bytes
+from hairpipe.graph.store.digest import digest_bytes, parsed
 from hairpipe.graph.store.ownership import fault_of, make_own, own_folder
 
 SPARE = 4
@@ -58,7 +58,7 @@ def read(path: Path) -> dict[str, str]:
     lines = text.decode(errors="replace").splitlines()
     for line in lines:
         with suppress(ValueError, TypeError):
-            name, digest = json.loads(line)
+            name, digest = parsed(line)
             names[name] = digest
     if len(lines) > SPARE * (len(names) + 1):
         with suppress(OSError), replacing(path) as temporary:

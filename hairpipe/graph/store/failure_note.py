@@ -5,10 +5,11 @@ The note of a key is made on the machine where its evaluation failed, and remove
 
 import json
 import socket
+from contextlib import suppress
 from typing import NamedTuple
 
 from hairpipe.graph.node.messages import one_line
-from hairpipe.graph.store.digest import digest
+from hairpipe.graph.store.digest import digest, parsed
 from hairpipe.graph.store.store import Store
 
 
@@ -29,9 +30,14 @@ def note_failure(store: Store, key: str, message: str) -> None:
 
 
 def recall_failure(store: Store, key: str) -> FailureNote | None:
-    """Read the note of a key; None where its evaluation has not failed, or another one has started since."""
+    """Read the note of a key; None where its evaluation has not failed, or another one has started since.
+
+    Whoever may write to the store may have written something else there: None for that, too.
+    """
     text = store.recall(digest("failure", key))
-    return None if text is None else FailureNote(*json.loads(text))
+    with suppress(ValueError, TypeError):
+        return None if text is None else FailureNote(*parsed(text))
+    return None
 
 
 def forget_failure(store: Store, key: str) -> None:
