@@ -1,10 +1,12 @@
 """Which modules an import may lead to: none that can bind the name is left out of the code of a node."""
 
 import sys
+from importlib.util import resolve_name
 
 import pytest
 
 from hairpipe.graph.key.code import CodeReader
+from hairpipe.graph.store.fingerprint import stamp_of
 
 
 @pytest.fixture
@@ -74,6 +76,47 @@ def test_names_of_a_plain_import_are_keyed(write):
     assert modules() == {"pq2", "pq2.sub", "pq2.sub.deep"}
     write({"bake.py": "import pq2.sub.deep as deep\n"})
     assert modules() == {"pq2.sub.deep"}
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "far"),
+    [
+        ("pk/bake.py", "from .core import f\n", "pk.core"),
+        ("pk/bake/__init__.py", "from . import inner\n", "pk.bake.inner"),
+        ("pk/bake/__init__.py", "from .inner import f\n", "pk.bake.inner"),
+        ("pk/bake/__init__.py", "from .. import core\n", "pk.core"),
+        ("pk/bake/__init__.py", "from ..core import f\n", "pk.core"),
+        ("pk/deep/bake.py", "from ..core import f\n", "pk.core"),
+        ("pk/deep/bake.py", "from .. import core\n", "pk.core"),
+    ],
+)
+def test_a_relative_import_leads_where_python_goes(write, file, text, far):
+    """It goes up from the package of a module; a package is its own."""
+    name = file.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+    write({f"{path}.py": "" for path in ("pk/__init__", "pk/core", "pk/deep/__init__")})
+    write({"pk/bake/inner.py": ""} | {file: text})
+    package = name if file.endswith("__init__.py") else name.rpartition(".")[0]
+    _, target, _, imported = text.split()
+    found = resolve_name(target, package)
+    assert far in (found, f"{found}.{imported}") and {found, far} <= modules(name) | {name}
+
+
+def test_names_that_are_not_modules_are_left_out(write):
+    write(
+        {"bake.py": "from pk import f\nfrom pk.core import g\n", "pk/__init__.py": "f = 1\n", "pk/core.py": "g = 1\n"}
+    )
+    parts = CodeReader(lambda name, make: make()).code_of("bake").parts
+    versions = {part for part in parts if part.endswith("(version)")}
+    assert versions == {"numba (version)", "numpy (version)", "scipy (version)"}
+
+
+def test_files_that_were_read_have_stamps(write):
+    """A run compares them with the files that its workers import."""
+    folder = write({"bake.py": "import pk.core\n", "pk/__init__.py": "", "pk/core.py": ""})
+    reader = CodeReader(lambda name, make: make())
+    reader.code_of("bake")
+    files = [folder / "bake.py", folder / "pk" / "__init__.py", folder / "pk" / "core.py"]
+    assert reader.stamps == {str(path): stamp_of(path) for path in files}
 
 
 def test_a_relative_import_outside_of_a_package_is_ignored(write):

@@ -1,5 +1,7 @@
 """Publishing: files where the graph says, whole, and written only when they differ."""
 
+from pathlib import Path
+
 import pytest
 
 from hairpipe.errors import BadInput
@@ -38,6 +40,13 @@ def test_a_file_that_is_published_again_keeps_its_permissions(shot):
     path = shot.folder / "out" / "list.txt"
     path.chmod(0o600)
     assert len(shot.run(seed__value=4).published) == 1 and path.stat().st_mode & 0o777 == 0o600
+
+
+def test_a_run_closes_what_it_opens(shot):
+    shot.run()
+    before = sorted(Path("/proc/self/fd").iterdir())
+    assert len(shot.run(seed__value=4).published) == 1
+    assert sorted(Path("/proc/self/fd").iterdir()) == before
 
 
 def test_companions_lie_next_to_their_file(shot):
