@@ -3,6 +3,8 @@
 import errno
 from pathlib import Path
 
+from hairpipe.graph.store.store import Store
+
 
 def test_a_record_that_is_added_while_it_is_looked_for_is_kept(shot, monkeypatch):
     """It was taken for something that lies in the place of a record, and removed."""
@@ -21,3 +23,21 @@ def test_a_record_that_is_added_while_it_is_looked_for_is_kept(shot, monkeypatch
     monkeypatch.setattr(Path, "stat", added_after_a_look)
     assert shot.store.record(key) is None
     assert shot.store.record(key).key == key
+
+
+def test_room_is_made_for_a_file_and_a_file_that_is_there_stays(tmp_path):
+    store = Store(tmp_path / "store")
+    place = store.room(store.root / "notes" / "ab" / "name")
+    place.write_text("text")
+    assert store.room(place).read_text() == "text"
+    place.unlink()
+    (place / "inner").mkdir(parents=True)
+    assert not store.room(place).exists()
+
+
+def test_a_link_to_nothing_in_the_place_of_a_record_is_damage(tmp_path):
+    store = Store(tmp_path)
+    place = store.room(store.action_path("0c" * 20))
+    assert store.record("0c" * 20) is None
+    place.symlink_to(tmp_path / "nothing")
+    assert store.record("0c" * 20) is None and not place.is_symlink()

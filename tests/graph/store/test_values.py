@@ -3,10 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+import pytest
 
+from hairpipe.graph.node.signature import File
 from hairpipe.graph.store.lease import Leases
-from hairpipe.graph.store.store import Store
-from hairpipe.graph.store.values import Values
+from hairpipe.graph.store.store import LostObject, Store
+from hairpipe.graph.store.values import Values, check_space
 from hairpipe.io import hdf5
 
 
@@ -32,6 +34,33 @@ def test_values_that_are_kept_stay_under_the_limit(tmp_path):
     assert sum(hdf5.nbytes(tree) for tree in values._trees.values()) <= 5_000_000
     assert [values.get(name, np.ndarray)[0] for name in names] == list(range(20))
     assert values._held == sum(hdf5.nbytes(tree) for tree in values._trees.values()) <= 5_000_000
+
+
+def test_the_value_that_was_used_last_stays_at_hand(tmp_path):
+    values = Values(Store(tmp_path), hdf5, 2 * hdf5.nbytes(hdf5.take_apart(np.zeros(100))))
+    first, second, third = (values.put(np.full(100, number), np.ndarray, None).object for number in (1.0, 2.0, 3.0))
+    values.get(second, np.ndarray)
+    fourth = values.put(np.full(100, 4.0), np.ndarray, None).object
+    for name in (first, second, third, fourth):
+        values.store.remove(values.store.object_path(name))
+    assert [values.get(name, np.ndarray)[0] for name in (second, fourth)] == [2.0, 4.0]
+    for name in (first, third):
+        with pytest.raises(LostObject):
+            values.get(name, np.ndarray)
+        assert values.lost() == name and values.lost() is None
+
+
+def test_a_file_whose_list_of_companions_is_missing_is_lost(tmp_path):
+    values, name = Values(Store(tmp_path), hdf5, 0), f"{'0c' * 20}.set"
+    with pytest.raises(LostObject, match=name):
+        values.get(name, File)
+    assert values.lost() == name
+
+
+def test_space_is_looked_for_where_a_store_will_be(tmp_path):
+    check_space(tmp_path / "shows" / "store", 1)
+    with pytest.raises(OSError, match="No space left"):
+        check_space(tmp_path / "shows" / "store", 1 << 60)
 
 
 def test_a_node_gets_a_copy_of_its_own(tmp_path):

@@ -1,0 +1,30 @@
+"""Digests of files: each file is read once, for as long as its stamp proves its bytes."""
+
+import pytest
+
+from hairpipe.graph.store import fingerprint as module
+from hairpipe.graph.store.fingerprint import digest_file, fingerprint
+from hairpipe.graph.store.store import Store
+
+
+@pytest.fixture
+def read(monkeypatch):
+    """List the files that are digested; any stamp counts as settled."""
+    found = []
+    monkeypatch.setattr(module, "SETTLED", -(10**18))
+    monkeypatch.setattr(module, "digest_file", lambda path: found.append(path.name) or digest_file(path))
+    return found
+
+
+def test_a_file_is_read_once_until_it_changes(tmp_path, read):
+    store, path = Store(tmp_path / "store"), tmp_path / "clip"
+    path.write_bytes(b"abc")
+    assert [fingerprint(path, store) for _ in range(3)] == 3 * [digest_file(path)] and read == ["clip"]
+    path.write_bytes(b"longer")
+    assert fingerprint(path, store) == digest_file(path) and read == ["clip", "clip"]
+
+
+def test_a_file_that_has_just_been_written_is_read_again(tmp_path, read, monkeypatch):
+    monkeypatch.setattr(module, "SETTLED", 10**18)
+    (tmp_path / "clip").write_bytes(b"abc")
+    assert len({fingerprint(tmp_path / "clip", Store(tmp_path / "store")) for _ in range(2)}) == 1 and len(read) == 2
