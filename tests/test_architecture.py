@@ -122,8 +122,6 @@ PLACES = {
     "pypbd": "graphs/experiments/peers/",
     "newton": "graphs/experiments/peers/",
     "warp": "graphs/experiments/peers/",
-    "cosmic_ray": "graphs/experiments/bench/mutation/",
-    "parso": "graphs/experiments/bench/mutation/",
 }
 """Where alone a foreign library may be imported."""
 DATA_IMPORTS = {"numpy", "hairpipe", *sys.stdlib_module_names}

@@ -11,6 +11,7 @@ import tempfile
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -82,7 +83,7 @@ def as_graph(folder: Path, data: bytes) -> object:
     return load_graph(folder / "shot.toml", {})
 
 
-READERS: dict[str, tuple[Callable[[Path, bytes], object], type]] = {
+READERS: dict[str, tuple[Callable[[Path, bytes], object], Any]] = {
     "record": (as_record, Record | None),
     "checked_record": (as_checked_record, Record | None),
     "listing": (as_listing, Listing | None),

@@ -2,6 +2,7 @@
 
 from collections import deque
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -15,7 +16,8 @@ def begun(shot):
     graph = shot.load()
 
     def begun(ready, **free):
-        scheduler, found = Scheduler.__new__(Scheduler), []
+        scheduler: Any = Scheduler.__new__(Scheduler)
+        found = []
         scheduler.queue, scheduler.agenda, scheduler.limits = Queue(graph), deque(), {}
         scheduler.engine = SimpleNamespace(slots=lambda: SimpleNamespace(**free))
 
