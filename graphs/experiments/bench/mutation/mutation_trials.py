@@ -200,7 +200,8 @@ def score_of(trials: Sequence[Trial]) -> Case:
     count = len(trials)
     counts = {name: sum(trial.outcome == name for trial in trials) for name in ("killed", "stopped", "survived")}
     share = share_of(trials) / 100.0
-    middle, weight = share + Z * Z / (2 * count), 1.0 + Z * Z / count
+    middle = share + Z * Z / (2 * count)
+    weight = 1.0 + Z * Z / count
     half = Z * math.sqrt(share * (1.0 - share) / count + (Z / (2 * count)) ** 2)
     bounds = {"from [%]": 100.0 * (middle - half) / weight, "to [%]": 100.0 * (middle + half) / weight}
     return {"tried": count, **counts, "score [%]": 100.0 * share, **bounds}

@@ -105,7 +105,8 @@ def make_operator(name: str) -> Operator:
 
 def draw_places(source: str, draw: random.Random) -> list[list[Mutant]]:
     """List the places of a source file in their order, each with its mutations in an order that is drawn."""
-    silent, lines = silent_spans(source), source.splitlines()
+    silent = silent_spans(source)
+    lines = source.splitlines()
     places: dict[tuple[Span, str], list[Mutant]] = defaultdict(list)
     for mutant in mutants_of(source):
         is_silent = any(begin <= mutant.span[0] and mutant.span[1] <= end for begin, end in silent)
@@ -128,7 +129,8 @@ def mutants_of(source: str) -> Iterator[Mutant]:
     tree = get_ast(source)
     names = [name for name in operator_names() if not name.endswith(NAMES_OF_VARIABLES)]
     for name in (*names, *OWN):
-        operator, occurrence = make_operator(name), 0
+        operator = make_operator(name)
+        occurrence = 0
         for node in ast_nodes(tree):
             for span in operator.mutation_positions(node):
                 yield Mutant(name, occurrence, span)
