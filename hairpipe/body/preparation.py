@@ -7,7 +7,7 @@ import numpy as np
 
 from hairpipe.body.rigid import Z_UP
 from hairpipe.body.scalp import Scalp, between_ears, paint_scalp
-from hairpipe.data import Body, Mesh, Skeleton
+from hairpipe.data import BlendShapes, Body, DualQuaternions, Mesh, Skeleton
 from hairpipe.errors import BadInput
 
 LARGEST_HEAD = 0.35  # from the chin up, with hair that is modelled [m]
@@ -80,7 +80,24 @@ def drop_unused(body: Body) -> Body:
         joints=np.take(body.joints[used], filled, axis=1),
         weights=np.take(weights, filled, axis=1),
         maps={name: values[used] for name, values in body.maps.items()},
+        dual=body.dual and dual_of(body.dual, used),
+        shapes=body.shapes and shapes_of(body.shapes, used),
+        bound=body.bound and replace(body.bound, points=body.bound.points[used]),
     )
+
+
+def dual_of(dual: DualQuaternions, used: np.ndarray) -> DualQuaternions:
+    """Return those of vertices that are used, ascending. Pure."""
+    kept = np.isin(dual.vertices, used)
+    return DualQuaternions(np.searchsorted(used, dual.vertices[kept]).astype(np.int32), dual.centres[kept])
+
+
+def shapes_of(shapes: BlendShapes, used: np.ndarray) -> BlendShapes:
+    """Return blend shapes of vertices that are used, ascending. Pure."""
+    kept = np.isin(shapes.vertices, used)
+    rows = np.concatenate([[0], np.cumsum(kept)])[shapes.rows]
+    vertices = np.searchsorted(used, shapes.vertices[kept]).astype(np.int32)
+    return replace(shapes, rows=rows, vertices=vertices, offsets=shapes.offsets[kept])
 
 
 def follow(rest: Body | None, mesh: Mesh, owners: np.ndarray, *, unit: float, up: str) -> Mesh:
@@ -124,7 +141,20 @@ def transform(body: Body, matrix: np.ndarray) -> Body:
     rest[:, :3, 3] = rest[:, :3, 3] @ matrix.T
     rest[:, :3, :3] = matrix @ rest[:, :3, :3] / np.cbrt(np.linalg.det(matrix))
     skeleton = replace(body.skeleton, rest=rest, tips=body.skeleton.tips @ matrix.T)
-    return replace(body, mesh=replace(body.mesh, points=body.mesh.points @ matrix.T), skeleton=skeleton)
+    shapes, bound, dual = body.shapes, body.bound, body.dual
+    if bound is not None:
+        turns = bound.turns.copy()
+        turns[:, :3, :3] = matrix @ turns[:, :3, :3] @ np.linalg.inv(matrix)
+        turns[:, :3, 3] = turns[:, :3, 3] @ matrix.T
+        bound = replace(bound, points=bound.points @ matrix.T, turns=turns)
+    return replace(
+        body,
+        mesh=replace(body.mesh, points=body.mesh.points @ matrix.T),
+        skeleton=skeleton,
+        dual=dual and replace(dual, centres=dual.centres @ matrix.T),
+        shapes=shapes and replace(shapes, offsets=shapes.offsets @ matrix.T),
+        bound=bound,
+    )
 
 
 def rig_rigidly(body: Body, joint: str) -> Body:
@@ -137,6 +167,6 @@ def rig_rigidly(body: Body, joint: str) -> Body:
     rest[0, :3, 3] = points.mean(axis=0)
     tip = points.mean(axis=0) * (1.0, 0.0, 1.0) + (0.0, points[:, 1].max(), 0.0)
     skeleton = Skeleton((joint,), np.array([-1], np.int32), rest, tip[None])
-    return replace(
-        body, skeleton=skeleton, joints=np.zeros((len(points), 1), np.int32), weights=np.ones((len(points), 1))
-    )
+    bound = body.bound and replace(body.bound, turns=np.eye(4)[None])
+    joints = np.zeros((len(points), 1), np.int32)
+    return replace(body, skeleton=skeleton, joints=joints, weights=np.ones((len(points), 1)), bound=bound)

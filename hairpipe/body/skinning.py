@@ -1,8 +1,10 @@
-"""Linear blend skinning: the skin follows its joints, with velocities in closed form."""
+"""The skin follows blend shapes and joints, by linear blending or dual quaternions, with velocities in closed form."""
 
 import numpy as np
 from numba import njit
 
+from hairpipe.body.blend_shapes import displace
+from hairpipe.body.dual_quaternions import blend_dual
 from hairpipe.body.rigid import invert
 from hairpipe.data import Body, Mesh, Pose
 from hairpipe.errors import BadInput
@@ -13,8 +15,8 @@ def skin(rest: Body, pose: Pose | None) -> Mesh:
 
     x = sum_j w_j T_j B_j^-1 x_rest,   v = sum_j w_j dT_j/dt B_j^-1 x_rest
 
-    with the joints' transforms T_j and their rest transforms B_j (Magnenat-Thalmann et al. 1988). Raise BadInput where
-    the pose is that of another skeleton.
+    with the joints' transforms T_j and their rest transforms B_j (Magnenat-Thalmann et al. 1988); blend shapes move
+    x_rest. See `blend_dual` for dual quaternions. Raise BadInput where the pose is that of another body.
     """
     mesh = rest.mesh
     if pose is None:
@@ -23,10 +25,24 @@ def skin(rest: Body, pose: Pose | None) -> Mesh:
         what = f"a pose of {len(pose.transforms)} joints, the body has {len(rest.skeleton.names)}"
         raise BadInput(what, where="in.pose", right="a motion loaded for this body")
     unbind = invert(rest.skeleton.rest)
-    moved = np.empty_like(mesh.points), np.empty_like(mesh.points)
-    for matrices, result in zip((pose.transforms, pose.rates), moved, strict=True):
-        blend(mesh.points, rest.joints, rest.weights, matrices @ unbind, result)
-    return Mesh(moved[0], mesh.triangles, moved[1], mesh.uv)
+    unbind = unbind if rest.bound is None else unbind @ rest.bound.turns
+    base, drift = displace(rest, pose)
+    matrices, rates = pose.transforms @ unbind, pose.rates @ unbind
+    points, velocities = np.empty_like(base), np.empty_like(base)
+    blend(base, rest.joints, rest.weights, matrices, points)
+    blend(base, rest.joints, rest.weights, rates, velocities)
+    if drift is not None:
+        turns = matrices.copy()
+        turns[:, :3, 3] = 0.0
+        turned = np.empty_like(base)
+        blend(drift, rest.joints, rest.weights, turns, turned)
+        velocities += turned
+    if rest.dual is not None:
+        dual, centres = rest.dual.vertices, rest.dual.centres
+        moving = base[dual], None if drift is None else drift[dual]
+        influences = rest.joints[dual], rest.weights[dual]
+        points[dual], velocities[dual] = blend_dual(*moving, centres, *influences, matrices, rates)
+    return Mesh(points, mesh.triangles, velocities, mesh.uv)
 
 
 @njit(cache=True)

@@ -1,6 +1,6 @@
 """The values that travel along the edges of a graph: frozen dataclasses of numpy arrays and scalars, nothing else."""
 
-from hairpipe.data.body import Body, Pose, Skeleton
+from hairpipe.data.body import BlendShapes, Body, Bound, DualQuaternions, Pose, Skeleton
 from hairpipe.data.density import Density
 from hairpipe.data.ends import Ends, Pins
 from hairpipe.data.groom import Groom, Strands
@@ -12,10 +12,13 @@ from hairpipe.data.point_values import Normals, PointValues
 from hairpipe.data.table import Table
 
 __all__ = [
+    "BlendShapes",
     "Body",
     "BodyParts",
+    "Bound",
     "Cloud",
     "Density",
+    "DualQuaternions",
     "Ends",
     "Groom",
     "LevelSet",

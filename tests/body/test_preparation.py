@@ -4,10 +4,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.body.preparation import prepare, transform
+from hairpipe.body.preparation import drop_unused, prepare, transform
+from hairpipe.body.rigid import Z_UP
 from hairpipe.body.scalp import Scalp
+from hairpipe.body.skinning import skin
 from hairpipe.data import Body, Mesh, Skeleton
 from hairpipe.errors import BadInput
+from tests.body.test_skinning import rich_body, rich_pose
 
 DEFAULTS = {"unit": 1.0, "up": "y", "joint": "head", "scalp": None}
 
@@ -53,6 +56,19 @@ def test_z_up_is_turned_and_still_faces_the_viewer():
     np.testing.assert_allclose(body.mesh.points[3], [0.0, 1.0, 0.0])  # what was up
     np.testing.assert_allclose(body.mesh.points[2], [0.0, 0.0, -1.0])  # behind the face, which looks along -Y
     assert np.linalg.det(body.skeleton.rest[0, :3, :3]) == pytest.approx(1.0)
+
+
+def test_a_body_in_other_units_and_axes_is_skinned_alike():
+    """A scale and a turn of the world commute with blend shapes, joints and dual quaternions."""
+    body, matrix = rich_body(), 0.01 * Z_UP
+    body = replace(body, mesh=replace(body.mesh, triangles=np.array([[3, 6, 7], [8, 9, 14]], np.int32)))
+    pose = rich_pose(body, 0.6)
+    turn = np.eye(4)
+    turn[:3, :3] = Z_UP
+    transforms = turn @ pose.transforms
+    transforms[:, :3, 3] *= 0.01
+    moved = skin(transform(drop_unused(body), matrix), replace(pose, transforms=transforms))
+    np.testing.assert_allclose(moved.points, skin(body, pose).points[[3, 6, 7, 8, 9, 14]] @ matrix.T, atol=1e-12)
 
 
 def test_transform_keeps_the_body_on_its_joints():

@@ -1,9 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from hairpipe.body.skinning import skin
-from hairpipe.data import Body, Mesh, Pose, Skeleton
+from hairpipe.data import BlendShapes, Body, Bound, DualQuaternions, Mesh, Pose, Skeleton
 from hairpipe.errors import BadInput
 
 CHANCE = np.random.default_rng(8)
@@ -76,6 +78,75 @@ def test_a_shoulder_half_way_of_a_half_turn_collapses_onto_the_axis():
     )
     twist = rigid(Rotation.from_euler("x", 180.0, degrees=True), np.zeros(3))
     np.testing.assert_allclose(skin(body, still(np.array([np.eye(4), twist]))).points, [[1.0, 0.0, 0.0]], atol=1e-12)
+
+
+def test_dual_quaternions_half_way_of_a_screw_turn_by_half_of_it():
+    """Half of a screw is half of its turn and half of its way along the axis."""
+    rest = np.tile(np.eye(4), (2, 1, 1))
+    skeleton = Skeleton(("a", "b"), np.array([-1, 0], np.int32), rest, rest[:, :3, 3])
+    dual = DualQuaternions(np.array([0], np.int32), np.zeros((1, 3)))
+    weights = np.array([[0.5, 0.5]])
+    body = Body(
+        Mesh(np.array([[1.0, 2.0, 3.0]]), TRIANGLES[:0]), skeleton, np.array([[0, 1]], np.int32), weights, dual=dual
+    )
+    twist = rigid(Rotation.from_euler("x", 120.0, degrees=True), np.array([4.0, 0.0, 0.0]))
+    half = Rotation.from_euler("x", 60.0, degrees=True).apply([1.0, 2.0, 3.0]) + np.array([2.0, 0.0, 0.0])
+    np.testing.assert_allclose(skin(body, still(np.array([np.eye(4), twist]))).points, [half], atol=1e-12)
+
+
+def rich_body() -> Body:
+    """A body with all that moves a skin: dual quaternions, blend shapes, and another mesh that is bound."""
+    body = make_body(20, 3)
+    turns = np.array([random_rigid() for _ in range(3)])
+    turns[:, :3, :3] *= 1.3
+    shapes = BlendShapes(
+        ("smile", "puff"),
+        np.array([0.0, 0.25]),
+        np.array([0, 0, 1], np.int32),
+        np.array([0.5, 1.0, 1.0]),
+        np.array([0, 4, 8, 28]),
+        np.concatenate([[3, 4, 7, 9], [3, 4, 7, 9], np.arange(20)]).astype(np.int32),
+        CHANCE.normal(size=(28, 3)),
+    )
+    dual = DualQuaternions(np.arange(5, 15, dtype=np.int32), CHANCE.normal(size=(10, 3)))
+    return replace(body, dual=dual, shapes=shapes, bound=Bound(CHANCE.normal(size=(20, 3)), turns))
+
+
+def rich_pose(body: Body, t: float) -> Pose:
+    """A pose in which joints turn and stretch, and weights change."""
+    step = 1e-6
+    early, late = (pose_of_time(body.skeleton.rest, t + s) * stretch(t + s) for s in (-step, step))
+    now = pose_of_time(body.skeleton.rest, t) * stretch(t)
+    return Pose(now, (late - early) / (2 * step), np.array([0.3 + t * t, -t]), np.array([2.0 * t, -1.0]))
+
+
+def stretch(t: float) -> np.ndarray:
+    return np.array([1.0 + 0.2 * t, 1.0, 1.0 - 0.1 * t, 1.0])
+
+
+def test_velocities_are_the_derivative_of_positions_with_all_that_moves_a_skin():
+    body, t, step = rich_body(), 0.7, 1e-5
+    before, now, after = (skin(body, rich_pose(body, t + s)) for s in (-step, 0.0, step))
+    np.testing.assert_allclose(now.velocities, (after.points - before.points) / (2.0 * step), atol=1e-6)
+    assert np.abs(now.velocities).min() > 1e-3
+
+
+@pytest.mark.parametrize("weight", [-0.5, 0.0, 0.2, 0.5, 0.9, 1.5])
+def test_blend_shapes_are_linear_between_their_keys(weight):
+    body = replace(rich_body(), dual=None, bound=None)
+    pose = replace(still(body.skeleton.rest), weights=np.array([weight, 0.0]))
+    shapes = body.shapes
+    half, full = shapes.offsets[:4], shapes.offsets[4:8]
+    expected = 2 * weight * half if weight <= 0.5 else half + (2 * weight - 1.0) * (full - half)
+    moved = skin(body, pose).points - body.mesh.points
+    np.testing.assert_allclose(moved[[3, 4, 7, 9]], expected, atol=1e-12)
+    np.testing.assert_allclose(moved[[0, 1, 2]], 0.0, atol=1e-12)
+
+
+def test_a_pose_of_other_blend_shapes_is_refused():
+    body = rich_body()
+    with pytest.raises(BadInput, match=r"in\.pose: a pose of 3 weights, the body has 2 blend shapes"):
+        skin(body, replace(rich_pose(body, 0.1), weights=np.zeros(3)))
 
 
 def pose_of_time(rest: np.ndarray, t: float) -> np.ndarray:
