@@ -33,14 +33,22 @@ def strands_document(hair: Strands | Groom, most: int) -> Packed:
         arrays["uv"] = hair.root_uv[shown].astype(np.float32).view(np.uint32)
     meta: dict[str, Any] = {"total": count, "diameter": getattr(hair, "diameter", 0.0), **box}
     if isinstance(hair, Strands):
-        if hair.widths is not None:
-            meta["diameter"] = widest = float(hair.widths.max(initial=1e-9))
-            arrays["widths"] = np.rint(hair.widths[kept] * (WIDTHS / widest)).astype(np.uint8)
+        meta["diameter"], widths = width_steps(hair, kept)
+        if widths is not None:
+            arrays["widths"] = widths
         speeds = np.linalg.norm(hair.velocities[kept].astype(float), axis=1)
         meta["fastest"] = fastest = float(speeds.max(initial=0.0))
         steps = np.rint(speeds * (255.0 / fastest if fastest else 0.0)).astype(np.int64)
         arrays["speeds"] = np.diff(steps, prepend=0).astype(np.uint8)
     return pack(arrays, **meta)
+
+
+def width_steps(hair: Strands, kept: np.ndarray) -> tuple[float, np.ndarray | None]:
+    """Return the largest width [m], and the widths of points in steps of it, (p,) uint8, if they vary; pure."""
+    if hair.widths is None:
+        return hair.diameter, None
+    widest = float(hair.widths.max(initial=1e-9))
+    return widest, np.rint(hair.widths[kept] * (WIDTHS / widest)).astype(np.uint8)
 
 
 def thinned(offsets: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -19,7 +19,7 @@ from hairpipe.api.shot import Player, Shot, played_nodes
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput
 from hairpipe.page.packing import quantised
-from hairpipe.page.shapes import thinned
+from hairpipe.page.shapes import thinned, width_steps
 
 SLOWEST_LOOK = 1.0
 """Time to retry a failed frame [s]: settings may have changed."""
@@ -94,16 +94,17 @@ def send(out: BinaryIO, player: Player, show: Show) -> None:
         raise BadInput("is not hair", where=f"{show.node}.{show.output}", right="an output of strands")
     shown, lengths, kept = thinned(hair.offsets, show.most)
     places, box = quantised(hair.points[kept])
+    widest, widths = width_steps(hair, kept)
     head = {
         "frame": played.frame,
         "seconds": played.seconds,
         "lengths": lengths.tolist(),
         "strands": shown.tolist() if len(shown) < len(hair.offsets) - 1 else None,
         "total": len(hair.offsets) - 1,
-        "diameter": hair.diameter,
+        "diameter": widest,
         **box,
     }
-    write(out, head, places.astype("<u2").tobytes())
+    write(out, head, places.astype("<u2").tobytes() + (b"" if widths is None else widths.tobytes()))
 
 
 def write(out: BinaryIO, head: dict[str, Any], body: bytes) -> None:

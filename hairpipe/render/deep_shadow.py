@@ -49,20 +49,27 @@ class DeepShadow(NamedTuple):
 
 
 def cast_deep_shadow(
-    light: Light, centre: np.ndarray, radius: float, points: np.ndarray, offsets: np.ndarray, width: float, body: Mesh
+    light: Light,
+    centre: np.ndarray,
+    radius: float,
+    points: np.ndarray,
+    offsets: np.ndarray,
+    width: float | np.ndarray,
+    body: Mesh,
 ) -> DeepShadow:
     """Cast the shadow of hair and body away from a lamp, as `cast_shadow` does; equal on any number of threads."""
     cell, to_cells = cells_of(light, centre, radius, TEXELS)
     places = apply(to_cells, points)
+    widths = np.broadcast_to(width, len(points)) / cell
     rays = front(apply(to_cells, body.points), body.triangles, FINE, TEXELS)
     solid = np.sort(rays.reshape(TEXELS, FINE, TEXELS, FINE).swapaxes(1, 2).reshape(-1, FINE * FINE), axis=1)
     counts = np.isfinite(solid).sum(axis=1)
-    scatter(counts, np.empty((0, 2), np.float32), places, offsets, width / cell)
+    scatter(counts, np.empty((0, 2), np.float32), places, offsets, widths)
     starts = starts_of(counts)
     fragments = np.empty((starts[-1], 2), np.float32)
     ends = starts[:-1].copy()
     lay_body(ends, fragments, solid)
-    scatter(ends, fragments, places, offsets, width / cell)
+    scatter(ends, fragments, places, offsets, widths)
     loose = np.empty((2 * len(fragments), 2), np.float32)
     compress_all(starts, fragments, counts, loose)
     tight = starts_of(counts)
@@ -93,17 +100,20 @@ def lay_body(ends: np.ndarray, fragments: np.ndarray, solid: np.ndarray) -> None
 
 
 @njit(cache=True, nogil=True)
-def scatter(ends: np.ndarray, fragments: np.ndarray, places: np.ndarray, offsets: np.ndarray, width: float) -> None:
+def scatter(
+    ends: np.ndarray, fragments: np.ndarray, places: np.ndarray, offsets: np.ndarray, widths: np.ndarray
+) -> None:
     """Add depth and opacity of strands to the fragments of every texel, which end at `ends`, in place.
 
     Pieces of a segment are at most a texel long, so that their shares on the four nearest texels have no gaps. Without
-    memory for fragments, these are counted only. Places (p, 3) and width in texels.
+    memory for fragments, these are counted only. Places (p, 3) and widths in texels.
     """
     for s in range(len(offsets) - 1):
         for i in range(offsets[s], offsets[s + 1] - 1):
             x, y, z = places[i, 0], places[i, 1], places[i, 2]
             dx, dy, dz = places[i + 1, 0] - x, places[i + 1, 1] - y, places[i + 1, 2] - z
             length = math.hypot(dx, dy)
+            width = 0.5 * (widths[i] + widths[i + 1])
             pieces = math.ceil(min(length, TEXELS))  # a longer segment is invalid
             for n in range(pieces):
                 t = (n + 0.5) / pieces

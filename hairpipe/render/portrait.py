@@ -79,7 +79,7 @@ def expose_portrait(
     camera = place_camera(shot, framing)
     width = thickness * drawn_width(hair, framing, camera, shot.grain)
     widths = width * relative_widths(hair)
-    shadows = cast_shadows(hair, body, framing, studio(camera.axes), width, shadow)
+    shadows = cast_shadows(hair, body, framing, studio(camera.axes), widths, shadow)
     film = np.zeros((camera.height, camera.width, 3), np.float32)
     fine = len(points) <= FINE
     colours = np.empty((2 * len(points), 3))
@@ -107,10 +107,11 @@ def expose_portrait(
 
 
 def cast_shadows(
-    hair: Strands, body: Mesh, framing: Framing, lights: Sequence[Light], width: float, shadow: str
+    hair: Strands, body: Mesh, framing: Framing, lights: Sequence[Light], width: float | np.ndarray, shadow: str
 ) -> list[Shade]:
-    """Cast the shadows of hair of a width [m] and of the body from every lamp, by the shadow map of that name."""
-    casting = casters(np.asarray(hair.points, float), hair.offsets, width)
+    """Cast the shadows of hair of widths [m] and of the body from every lamp, by the shadow map of that name."""
+    points = np.asarray(hair.points, float)
+    casting = casters(points, hair.offsets, np.broadcast_to(width, len(points)))
     return [SHADOWS[shadow](light, framing.target, SCENE * framing.radius, *casting, body) for light in lights]
 
 
@@ -134,12 +135,13 @@ def relative_widths(hair: Strands) -> np.ndarray | float:
     return 1.0 if hair.widths is None else hair.widths / np.float64(hair.diameter)
 
 
-def casters(points: np.ndarray, offsets: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray, float]:
-    """Choose every n-th strand, n times as wide: points, offsets and width of strands that cast shadows."""
+def casters(points: np.ndarray, offsets: np.ndarray, widths: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Choose every n-th strand, n times as wide: points, offsets and widths of points that cast shadows."""
     every = (len(points) - 1) // CASTERS + 1
     counts = np.diff(offsets)
     cast = np.arange(len(counts)) % every == 0
-    return points[np.repeat(cast, counts)], np.concatenate([[0], np.cumsum(counts[cast])]), every * width
+    chosen = np.repeat(cast, counts)
+    return points[chosen], np.concatenate([[0], np.cumsum(counts[cast])]), every * widths[chosen]
 
 
 def check(hair: Strands, body: Mesh) -> None:

@@ -51,7 +51,13 @@ class Shadow(NamedTuple):
 
 
 def cast_shadow(
-    light: Light, centre: np.ndarray, radius: float, points: np.ndarray, offsets: np.ndarray, width: float, body: Mesh
+    light: Light,
+    centre: np.ndarray,
+    radius: float,
+    points: np.ndarray,
+    offsets: np.ndarray,
+    width: float | np.ndarray,
+    body: Mesh,
 ) -> Shadow:
     """Cast the shadow of hair and body away from a lamp.
 
@@ -59,12 +65,12 @@ def cast_shadow(
     radius   of the scene: half an edge of the cube [m]
     points   of the strands [m], (p, 3) float64
     offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
-    width    of a strand [m]
+    width    of the strands, or of their points, (p,) [m]
     """
     cells = CELLS if light.colour.max() >= FAINT else FEW
     cell, to_cells = cells_of(light, centre, radius, cells)
     depth = np.zeros((cells, cells, cells), np.float32)
-    scatter(depth, apply(to_cells, points), offsets, width / cell)
+    scatter(depth, apply(to_cells, points), offsets, np.broadcast_to(width, len(points)) / cell)
     accumulate(depth, front(apply(to_cells, body.points), body.triangles, FINE, cells))
     return Shadow(light, to_cells, cell, depth)
 
@@ -96,13 +102,13 @@ def front(places: np.ndarray, triangles: np.ndarray, fine: int, cells: int) -> n
 
 
 @njit(cache=True, nogil=True)
-def scatter(depth: np.ndarray, places: np.ndarray, offsets: np.ndarray, width: float) -> None:
-    """Add the projected area of every segment [cell areas] to the cells, in place; places (p, 3) in cells."""
+def scatter(depth: np.ndarray, places: np.ndarray, offsets: np.ndarray, widths: np.ndarray) -> None:
+    """Add the projected area of every segment [cell areas] to the cells, in place; places (p, 3), widths in cells."""
     for s in range(len(offsets) - 1):
         for i in range(offsets[s], offsets[s + 1] - 1):
             x, y, z = places[i, 0], places[i, 1], places[i, 2]
             dx, dy, dz = places[i + 1, 0] - x, places[i + 1, 1] - y, places[i + 1, 2] - z
-            area = width * math.hypot(dx, dy)
+            area = 0.5 * (widths[i] + widths[i + 1]) * math.hypot(dx, dy)
             add(depth, x + 0.25 * dx, y + 0.25 * dy, z + 0.25 * dz, 0.5 * area)
             add(depth, x + 0.75 * dx, y + 0.75 * dy, z + 0.75 * dz, 0.5 * area)
 

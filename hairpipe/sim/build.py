@@ -79,7 +79,7 @@ def surroundings_of(
     scale = hair_scale(hair, scene)
     acting = list[Interaction]()
     if scene.wind is not None:
-        acting.append(Breeze(scene.wind, hair.diameter, offsets, hair.widths))
+        acting.append(Breeze(scene.wind, hair.diameter, offsets, hair.widths, hair.diameters))
     elif scene.air_interacts:
         acting.append(StillAir(hair.masses * hair.values_of(scene.air.drag, "air.drag")[0]))
     if bodies:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.data import Mesh
+from hairpipe.render.deep_shadow import cast_deep_shadow
 from hairpipe.render.lights import Light
 from hairpipe.render.shadows import SOLID, Shadow, cast_shadow, look_up
 
@@ -30,6 +31,22 @@ def test_depth_behind_a_sheet_of_hair_is_its_coverage(towards: np.ndarray, brigh
     coverage = count * width / 0.8
     assert between(shadow, np.array([-0.2, -0.05])[:, None] * towards) == pytest.approx(coverage, rel=0.02)
     assert between(shadow, np.array([0.05, 0.3])[:, None] * towards) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(("cast", "closely"), [(cast_shadow, 0.05), (cast_deep_shadow, 0.1)])
+def test_strands_that_vary_cast_the_shadow_of_their_area(cast, closely: float) -> None:
+    """One half of the hair is twice as thick as the other: each casts the shadow of its area."""
+    count, width = 400, 2e-3
+    x, z = np.linspace(-0.4, 0.4, count), np.linspace(-0.4, 0.4, 60)
+    sheet = np.stack([np.repeat(x, 60), np.zeros(60 * count), np.tile(z, count)], axis=1)
+    widths = np.where(sheet[:, 0] < 0.0, 2.0, 1.0) * width * np.tile(np.linspace(1.0, 0.0, 60), count)
+    offsets = np.arange(0, 60 * count + 1, 60)
+    shadow = cast(Light(TOWARDS[0], np.ones(3)), np.zeros(3), 0.5, sheet, offsets, widths, NOBODY)
+    below = np.array([[x, -0.2, 0.0] for x in (-0.2, 0.2)]), np.array([[0.2, -0.2, z] for z in (-0.2, 0.2)])
+    found = [shadow.between(places) for places in below]
+    coverage = count * width / 0.8
+    np.testing.assert_allclose(found[0], [coverage, 0.5 * coverage], atol=closely)
+    np.testing.assert_allclose(found[1], [0.75 * coverage, 0.25 * coverage], atol=closely)
 
 
 def test_hair_along_the_light_casts_none() -> None:

@@ -1,6 +1,10 @@
 """Diameters that vary on their way from the material to pictures, the page and files."""
 
+import json
 from dataclasses import replace
+from io import BytesIO
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -9,6 +13,7 @@ from pxr import Usd, UsdGeom
 from hairpipe.data import Groom, Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import Frames, Time, Workspace
+from hairpipe.graph.run.player import Played, Player
 from hairpipe.groom.keys.clumping import clumped
 from hairpipe.groom.keys.interpolating import interpolated
 from hairpipe.groom.keys.key_weights import weigh_keys
@@ -18,6 +23,7 @@ from hairpipe.io.strands.strand_files import read_strands
 from hairpipe.nodes.export_groom import export_groom
 from hairpipe.nodes.export_usd import export_usd
 from hairpipe.page.shapes import WIDTHS, strands_document
+from hairpipe.page.stream import Show, send
 from hairpipe.render.film import backdrop
 from hairpipe.render.framing import Shot as View
 from hairpipe.render.portrait import expose_portrait
@@ -91,6 +97,24 @@ def test_the_page_has_widths_only_where_they_vary(groom):
     assert document["diameter"] == pytest.approx(80e-6) and WIDTHS < 64
     assert [array["shape"] for array in document["arrays"] if array["name"] == "widths"] == [[36]]
     assert "widths" not in [array["name"] for array in strands_document(still(groom), 10)[0]["arrays"]]
+
+
+def test_live_play_has_widths_only_where_they_vary(groom):
+    widths = expected().astype(np.float32)
+    head, body = played(still(groom, widths))
+    assert head["diameter"] == pytest.approx(80e-6) and len(body) == 7 * 36
+    np.testing.assert_array_equal(np.frombuffer(body[6 * 36 :], np.uint8), np.rint(widths / widths.max() * WIDTHS))
+    head, body = played(still(groom))
+    assert head["diameter"] == pytest.approx(80e-6) and len(body) == 6 * 36
+
+
+def played(hair: Strands) -> tuple[dict, bytes]:
+    """Head and body of the message of one frame."""
+    out = BytesIO()
+    frame = Played(1, {"strands": hair}, {"hair": 0.1})
+    send(out, cast(Player, SimpleNamespace(advance=lambda: frame)), Show("", "", "", "hair", "strands", 10))
+    size, _ = np.frombuffer(out.getvalue()[:8], "<u4").tolist()
+    return json.loads(out.getvalue()[8 : 8 + size]), out.getvalue()[8 + size :]
 
 
 def exported(path):

@@ -43,15 +43,17 @@ async function play(stop) {
   while (!stop.signal.aborted) {
     const [headBytes, bodyBytes] = new Uint32Array((await need(8)).buffer);
     const head = JSON.parse(new TextDecoder().decode(await need(headBytes)));
-    const codes = new Uint16Array((await need(bodyBytes)).buffer);
+    const body = await need(bodyBytes);
     if (head.fault) sayPlaying(head.fault);
-    else if (app.node === player.node) await showPlayed(head, codes);
+    else if (app.node === player.node) await showPlayed(head, body);
   }
 }
 
-/** @param {any} head @param {Uint16Array} codes */
-async function showPlayed(head, codes) {
-  const arrays = { lengths: Uint16Array.from(head.lengths), ...(head.strands && { strands: Uint32Array.from(head.strands) }) };
+/** @param {any} head @param {Uint8Array} bytes places of points, two bytes a coordinate, and their widths if these vary */
+async function showPlayed(head, bytes) {
+  const count = head.lengths.reduce((/** @type {number} */ sum, /** @type {number} */ one) => sum + one, 0);
+  const codes = new Uint16Array(bytes.buffer, 0, 3 * count), widths = bytes.length > 6 * count && { widths: bytes.subarray(6 * count) };
+  const arrays = { lengths: Uint16Array.from(head.lengths), ...(head.strands && { strands: Uint32Array.from(head.strands) }), ...widths };
   const body = upstream(player.node, "mesh", undefined, head.frame);
   await viewer?.showPlayed({ meta: head, arrays, codes }, body);
   const now = performance.now(), each = Object.entries(head.seconds).map(([node, s]) => `${node} ${(1000 * Number(s)).toFixed(1)} ms`);

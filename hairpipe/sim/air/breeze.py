@@ -11,15 +11,23 @@ from hairpipe.sim.interactions import Interaction, Prediction, Start
 
 
 class Breeze(Interaction):
-    """Wind over hair of one diameter; offsets of its strands, (S+1,) int32, and widths of segments, see `shield_of`."""
+    """Wind over hair; offsets of its strands, (S+1,) int32, and widths of segments, see `shield_of`."""
 
-    def __init__(self, wind: Wind, diameter: float, offsets: np.ndarray, widths: np.ndarray | None = None) -> None:
-        """Draw the gusts, and find the drag of a hair of this diameter [m]."""
+    def __init__(
+        self,
+        wind: Wind,
+        diameter: float,
+        offsets: np.ndarray,
+        widths: np.ndarray | None = None,
+        diameters: np.ndarray | None = None,
+    ) -> None:
+        """Draw the gusts, and find the drag of hair of a mean diameter, and of diameters at points, (P,) [m]."""
         self.wind = wind
         self.diameter = diameter
         self.offsets = offsets
         self.widths = widths
         self.law = law_of(wind, diameter)
+        self.varied = None if diameters is None else segment_means(diameters / np.float64(diameter))
         self.modes = modes_of(wind.gusts) if wind.gusts else None
         self._shield: Shield | None = None
 
@@ -39,11 +47,12 @@ class Breeze(Interaction):
         air = np.empty_like(at.points)
         some = slice(None) if at.active.all() else at.active
         air[some] = self._air(at.points[some], self._shield or self._counted(at.points), at.seconds)
-        add_drag(at, air, self.offsets, self.law, push, damping)
+        sizes = np.ones(len(at.points)) if self.varied is None else self.varied
+        add_drag(at, air, self.offsets, self.law, sizes, push, damping)
 
     def _counted(self, points: np.ndarray) -> Shield | None:
         """Return the shielding hair."""
-        return shield_of(points, self.offsets, self.wind, self.law, self.diameter, self.widths)
+        return shield_of(points, self.offsets, self.wind, self.law, self.diameter, self.widths, self.varied)
 
     def _air(self, points: np.ndarray, shield: Shield | None, seconds: float) -> np.ndarray:
         """Return the velocity of the air at some points behind a shield; otherwise as `air`."""
@@ -54,6 +63,11 @@ class Breeze(Interaction):
         if shield is not None:
             weaken(shield, points, air)
         return air
+
+
+def segment_means(values: np.ndarray) -> np.ndarray:
+    """Return the means of values of points and the next ones, (P,); those of the last points of strands are unused."""
+    return 0.5 * (values + np.roll(values, -1))
 
 
 class StillAir(Interaction):

@@ -47,13 +47,20 @@ class Shield(NamedTuple):
 
 
 def shield_of(
-    points: np.ndarray, offsets: np.ndarray, wind: Wind, law: Law, diameter: float, widths: np.ndarray | None = None
+    points: np.ndarray,
+    offsets: np.ndarray,
+    wind: Wind,
+    law: Law,
+    diameter: float,
+    widths: np.ndarray | None = None,
+    sizes: np.ndarray | None = None,
 ) -> Shield | None:
     """Rasterise the frontal area of hair and march the wind through it; None without shielding, hair or wind.
 
     points    of the axes [m], (P, 3); offsets  of their strands, (S+1,) int32
-    diameter  of the hair [m]
+    diameter  of the law [m]
     widths    of segments, roots of the numbers of hairs that they represent, (P,); None: 1
+    sizes     diameters of segments over that of the law, (P,); None: 1
     """
     speed = float(np.linalg.norm(wind.velocity))
     if wind.shielding is None or speed == 0.0:
@@ -70,6 +77,8 @@ def shield_of(
     low = low.astype(np.int64)
     area = np.zeros(tuple(counts.astype(int)))
     hairs = np.ones(len(points)) if widths is None else widths**2
+    if sizes is not None:
+        hairs = hairs * _drag_shares(law, sizes, speed)
     _count(points, offsets, axes, low, cell, wind.shielding.hairs * diameter, hairs, area)
     left = np.empty_like(area)
     _march(area / cell**3, law, wind.density * diameter, speed, cell, left)
@@ -103,6 +112,15 @@ def _coordinates(axes, low, cell, x, y, z):
     v = (axes[1, 0] * x + axes[1, 1] * y + axes[1, 2] * z) / cell - low[1]
     w = (axes[2, 0] * x + axes[2, 1] * y + axes[2, 2] * z) / cell - low[2]
     return u, v, w
+
+
+@njit(cache=True)
+def _drag_shares(law, sizes, speed):
+    """Return c_n of segments over that of the law, in the undisturbed wind: a segment counts by its drag, (P,)."""
+    shares = np.empty(len(sizes))
+    for k in range(len(sizes)):  # A Reynolds number is proportional to its diameter.
+        shares[k] = normal_drag(law, sizes[k] * speed) / normal_drag(law, speed)
+    return shares
 
 
 @njit(cache=True, error_model="numpy")

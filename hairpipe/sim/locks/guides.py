@@ -122,7 +122,9 @@ def take_guides(whole: HairModel, leaders: np.ndarray) -> Guides:
     widths = np.repeat(np.sqrt(hairs), np.diff(some.offsets))
     model = _model_of(whole, part, strands)
     rest = _taken(whole.rest, layout, part, strands)
-    guides = HairModel(some, part, model, rest, whole.diameter, widths, (whole, numbers), whole.in_double)
+    diameters = None if whole.diameters is None else whole.diameters[points]
+    shared = {"in_double": whole.in_double, "diameters": diameters}
+    guides = HairModel(some, part, model, rest, whole.diameter, widths, (whole, numbers), **shared)
     return Guides(whole, guides, strands, points, numbers)
 
 

@@ -48,6 +48,26 @@ def falling(direction, slope, wind):
     return velocities
 
 
+@pytest.mark.parametrize("coefficients", [None, PLAIN])
+def test_strands_have_the_drag_of_their_own_diameter(coefficients):
+    """Two strands of two diameters, and a segment between two points, against hair of one diameter."""
+    wind = Wind((1.0, 0.5, -2.0), coefficients=coefficients)
+    diameters = np.where(np.arange(12) < 7, 40e-6, 160e-6)
+    at, found = prediction(POINTS, VELOCITIES), (np.zeros((12, 3)), np.zeros((12, 6)))
+    Breeze(wind, DIAMETER, OFFSETS, diameters=diameters).linearise(at, *found)
+    for diameter in (40e-6, 160e-6):
+        alone = np.zeros((12, 3)), np.zeros((12, 6))
+        Breeze(wind, diameter, OFFSETS).linearise(at, *alone)
+        own = diameters == diameter
+        for mixed, plain in zip(found, alone, strict=True):
+            np.testing.assert_allclose(mixed[own], plain[own], rtol=1e-12)
+    tapered, middle = (np.zeros((2, 3)), np.zeros((2, 6))), (np.zeros((2, 3)), np.zeros((2, 6)))
+    at, ends = prediction(POINTS[:2], VELOCITIES[:2]), np.array([0, 2], np.int32)
+    Breeze(wind, DIAMETER, ends, diameters=np.array([100e-6, 20e-6])).linearise(at, *tapered)
+    Breeze(wind, 60e-6, ends).linearise(at, *middle)
+    np.testing.assert_allclose(tapered[0], middle[0], rtol=1e-12)
+
+
 @pytest.mark.parametrize("step", [0.03, 10.0])
 def test_a_level_hair_falls_as_fast_as_a_cylinder_in_cross_flow(step):
     """1/2 rho d C_D v^2 = m g per length, with C_D of Sucker and Brauer: about 0.4 m/s at Re = 2."""

@@ -61,6 +61,22 @@ def test_a_strand_that_stands_for_four_shields_as_four_in_its_place():
     assert many.left.mean() < 0.95 * shield_of(points, offsets, wind, law, DIAMETER).left.mean()
 
 
+def test_hair_of_two_diameters_shields_by_the_drag_of_each():
+    """Every other layer is of half and of one and a half of the diameter, against the balance of momentum."""
+    points, offsets, area = slab()
+    wind = Wind((3.0, 0.0, 0.0), shielding=Shielding(0.01, 0.5))
+    thick = np.round(points[:, 0] / 0.0025 - 0.5) % 2 == 0
+    sizes = np.where(thick, 1.5, 0.5)
+    shield = shield_of(points, offsets, wind, law_of(wind, DIAMETER), DIAMETER, sizes=sizes)
+    x = np.linspace(0.03, 0.17, 8)
+
+    def slope(_, u):
+        return -0.25 * 0.5 * area * u * sum(size * drag_coefficient(size * u) for size in (0.5, 1.5))
+
+    solved = solve_ivp(slope, (0, x[-1]), [3.0], t_eval=x, rtol=1e-6).y[0] / 3.0
+    np.testing.assert_allclose([fraction(shield, one, 0.05, 0.05) for one in x], solved, atol=0.006)
+
+
 def test_hair_along_the_wind_does_not_shield():
     points, offsets, _ = slab(tilt=np.pi / 2)
     wind = Wind((3.0, 0.0, 0.0), shielding=Shielding(0.01, 100.0))
