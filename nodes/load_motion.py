@@ -34,7 +34,7 @@ def load_motion(
 
     The pose of the body of a glTF or USD file is that of the file. A BVH clip is resampled to the frame rate and
     retargeted, and so is a file whose joints at rest are not those of the body, or any with one of the settings `unit`,
-    `up`, `reference`, `yaw`, `skip`, `floor` and `joints`.
+    `up`, `reference`, `yaw`, `skip`, `floor` and `joints`. Weights of blend shapes and morph targets go by name.
 
     file       path of the BVH clip, glTF or USD file
     clip       name of an animation of a glTF file, or a pattern of names (*) to join some; by default the first
@@ -57,7 +57,7 @@ def load_motion(
     from hairpipe.body.mocap.posing import Playback, pose_at
     from hairpipe.errors import BadInput
     from hairpipe.io.mesh_cache.formats import recall_joints
-    from hairpipe.io.mesh_cache.joint_motion import clip_of, pose_of
+    from hairpipe.io.mesh_cache.joint_motion import clip_of, pose_of, sample_pose, weighted
     from hairpipe.io.mesh_cache.moving import Instant
     from hairpipe.io.mocap.bvh import recall_bvh
 
@@ -72,12 +72,12 @@ def load_motion(
     sides = tuple((elapsed(cut - 1), elapsed(cut)) for cut in cuts)
     playback = Playback(up=up, reference=reference, unit=unit, skip=skip, joints=joints, floor=floor, yaw=yaw)
     motion = None if is_bvh else recall_joints(file, group, clip, time.fps)
-    pose = None
-    if motion and playback == Playback():
-        moment = Instant(start * time.fps, elapsed(time.frame), sides, fps=time.fps, speed=speed)
-        pose = pose_of(motion, rest.skeleton, moment)
+    moment = Instant(start * time.fps, elapsed(time.frame), sides, fps=time.fps, speed=speed)
+    sampled = sample_pose(motion, moment) if motion and (motion.shapes or playback == Playback()) else None
+    pose = pose_of(motion, rest.skeleton, sampled) if motion and sampled and playback == Playback() else None
     if pose is None:
         played = clip_of(motion) if motion else recall_bvh(file)
         begun = [(start + before, start + after) for before, after in sides]
         pose = pose_at(rest.skeleton, played, start + elapsed(time.frame), speed, playback, begun)
-    return approach(rest.skeleton, pose, -since, settle) if settle > 0.0 > since else pose
+    pose = weighted(pose, motion.shapes, sampled, rest.shapes) if motion and sampled else pose
+    return approach(rest, pose, -since, settle) if settle > 0.0 > since else pose

@@ -1,8 +1,56 @@
-"""Parts of bodies of files: rotations of joints without scale, ends of bones, influences and maps of several meshes."""
+"""Parts of bodies of files: joints without scale, ends of bones; influences, shapes and maps of several meshes."""
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
+
+from hairpipe.data import BlendShapes
+
+
+class Key(NamedTuple):
+    """One key of a blend shape of a mesh.
+
+    name      of the weight
+    place     value of the weight at which the key is reached
+    vertices  of the mesh, (r,)
+    offsets   displacement of the bound mesh [m], (r, 3) float64
+    """
+
+    name: str
+    place: float
+    vertices: np.ndarray
+    offsets: np.ndarray
+
+
+def join_shapes(
+    pieces: Sequence[Sequence[Key]], counts: Sequence[int], rest: Mapping[str, float]
+) -> BlendShapes | None:
+    """Join the keys of several meshes: keys of one name follow one weight; None without keys. Pure.
+
+    counts  vertices of each mesh
+    rest    weights that are not 0 at rest
+    """
+    firsts = np.cumsum([0, *counts])
+    keys = [key._replace(vertices=key.vertices + first) for p, first in zip(pieces, firsts, strict=False) for key in p]
+    if not keys:
+        return None
+    names = tuple(dict.fromkeys(key.name for key in keys))
+    return BlendShapes(
+        names,
+        np.array([rest.get(name, 0.0) for name in names]),
+        np.array([names.index(key.name) for key in keys], np.int32),
+        np.array([key.place for key in keys], float),
+        np.cumsum([0] + [len(key.vertices) for key in keys]),
+        np.concatenate([key.vertices for key in keys]).astype(np.int32),
+        np.concatenate([key.offsets for key in keys]),
+    )
+
+
+def unique_names(names: Sequence[str], owners: Sequence[object]) -> list[str]:
+    """Return names, those that several owners have with the owner: smile#face. Pure."""
+    owned = {name: {o for n, o in zip(names, owners, strict=True) if n == name} for name in names}
+    return [n if len(owned[n]) == 1 else f"{n}#{owner}" for n, owner in zip(names, owners, strict=True)]
 
 
 def rigid(world: np.ndarray) -> np.ndarray:

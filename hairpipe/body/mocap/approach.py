@@ -13,26 +13,37 @@ import numpy as np
 
 from hairpipe.body.rigid import invert
 from hairpipe.body.so3 import exponential, logarithm
-from hairpipe.data import Pose, Skeleton
+from hairpipe.data import Body, Pose, Skeleton
 
 RUN_UP = 0.25
 """Longest time over which the velocity of the first pose is reached [s]."""
 _INSTANT = 1e-4  # [s]; rates are differences over this time
 
 
-def approach(skeleton: Skeleton, first: Pose, before: float, over: float) -> Pose:
+def approach(rest: Body, first: Pose, before: float, over: float) -> Pose:
     """Return the pose so long before the first one [s], which is come to from rest over some time [s]. Pure."""
-    early, now, late = (placed(skeleton, first, before + t, over) for t in (_INSTANT, 0.0, -_INSTANT))
-    return Pose(now, (late - early) / (2.0 * _INSTANT))
+    times = [before + t for t in (_INSTANT, 0.0, -_INSTANT)]
+    early, now, late = (placed(rest.skeleton, first, t, over) for t in times)
+    rates = (late - early) / (2.0 * _INSTANT)
+    if rest.shapes is None or first.weights is None or first.weight_rates is None:
+        return Pose(now, rates)
+    still = rest.shapes.rest
+    way = first.weights - still
+    past, present, future = (still + s * way + r * first.weight_rates for s, r in (shares(t, over) for t in times))
+    return Pose(now, rates, present, (future - past) / (2.0 * _INSTANT))
+
+
+def shares(before: float, over: float) -> tuple[float, float]:
+    """Return the share of the way h01, and the run-up g [s], so long before the first pose [s]. Pure."""
+    a = min(max(1.0 - before / over, 0.0), 1.0)
+    up = min(RUN_UP, over)
+    b = max(1.0 - before / up, 0.0)
+    return a * a * (3.0 - 2.0 * a), up * b * b * (b - 1.0)
 
 
 def placed(skeleton: Skeleton, first: Pose, before: float, over: float) -> np.ndarray:
     """Return the joint-to-world matrices of that pose [m], (J, 4, 4). Pure."""
-    a = min(max(1.0 - before / over, 0.0), 1.0)
-    up = min(RUN_UP, over)
-    b = max(1.0 - before / up, 0.0)
-    share = a * a * (3.0 - 2.0 * a)
-    run = up * b * b * (b - 1.0)
+    share, run = shares(before, over)
     result = np.empty_like(first.transforms)
     for joint, parent in enumerate(skeleton.parents):
         rest, end, rate = skeleton.rest[joint], first.transforms[joint], first.rates[joint]

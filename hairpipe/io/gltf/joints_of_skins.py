@@ -1,16 +1,22 @@
 """Bodies at rest of glTF files, and the poses of their joints."""
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from hairpipe.data import Body, Mesh, Skeleton
+from hairpipe.data import Body, Bound, Mesh, Skeleton
 from hairpipe.errors import BadInput
-from hairpipe.io.gltf.skinned_pieces import SkinnedPieces
+from hairpipe.io.gltf.skinned_pieces import Piece, SkinnedPieces
 from hairpipe.io.mesh_cache.joint_motion import JointMotion
 from hairpipe.io.polygons import merge_meshes
-from hairpipe.io.rigging import find_tips, merge_maps, rigid, stack_influences
+from hairpipe.io.rigging import Key, find_tips, join_shapes, merge_maps, rigid, stack_influences, unique_names
+
+ROUNDED = 1e-9
+"""Largest difference of bound mesh and rest that rounding explains."""
+ALIKE = 1e-5
+"""Largest difference of motions of a joint from the bound mesh to rest, relative or [m]: positions are float32."""
 
 
 class Joints:
@@ -61,25 +67,92 @@ def read_body(path: Path, group: str | None = None) -> Body:
     pieces = SkinnedPieces(path, group, None, 24.0, moves=False)
     points = pieces.at(None)
     mesh = merge_meshes([Mesh(p, piece.triangles, uv=piece.uv) for p, piece in zip(points, pieces.pieces, strict=True)])
-    maps = merge_maps([piece.maps for piece in pieces.pieces], [len(piece.points) for piece in pieces.pieces])
+    counts = [len(piece.points) for piece in pieces.pieces]
+    maps = merge_maps([piece.maps for piece in pieces.pieces], counts)
+    binds = [bind_of(pieces, piece) for piece in pieces.pieces]
+    names = name_weights(pieces)
+    rest = weights_of(pieces, None)
+    keys = [keys_of(piece, names[piece.node], matrix) for piece, (matrix, _) in zip(pieces.pieces, binds, strict=True)]
+    shapes = join_shapes(keys, counts, rest)
+    bases = [piece.points @ m[:3, :3].T + m[:3, 3] for piece, (m, _) in zip(pieces.pieces, binds, strict=True)]
+    bound = Bound(np.concatenate(bases), np.zeros((0, 4, 4)))
     if not pieces.skins:
         n = len(mesh.points)
         nobody = Skeleton((), np.zeros(0, np.int32), np.zeros((0, 4, 4)), np.zeros((0, 3)))
-        return Body(mesh, nobody, np.zeros((n, 0), np.int32), np.zeros((n, 0)), maps)
+        bound = bound if any(rest.values()) else None
+        return Body(mesh, nobody, np.zeros((n, 0), np.int32), np.zeros((n, 0)), maps, shapes=shapes, bound=bound)
     joints = Joints(pieces)
     place = np.zeros(len(pieces.animation.nodes), np.int32)
     place[joints.nodes] = np.arange(len(joints.nodes))
+    bound = replace(bound, turns=join_turns(joints, [turns for _, turns in binds], f"{path}"))
+    if np.abs(bound.turns - np.eye(4)).max() < ROUNDED and not any(rest.values()):
+        bound = None
     influences = stack_influences([place[piece.joints] for piece in pieces.pieces])
     weights = stack_influences([piece.weights for piece in pieces.pieces])
-    return Body(mesh, joints.skeleton(), influences, weights, maps)
+    return Body(mesh, joints.skeleton(), influences, weights, maps, shapes=shapes, bound=bound)
+
+
+def bind_of(pieces: SkinnedPieces, piece: Piece) -> tuple[np.ndarray, dict[int, np.ndarray]]:
+    """Return the matrix of a mesh to its place in the world, (4, 4), and the motions of its nodes from there to rest.
+
+    The place is the one at rest, where nodes of the skin agree about it.
+    """
+    world = pieces.animation.transforms(None)
+    nodes, unbind = pieces.skins[piece.skin] if piece.skin is not None else (np.array([piece.node]), np.eye(4)[None])
+    used = np.isin(nodes, piece.joints)
+    moved = world[nodes[used]] @ unbind[used]
+    place = moved[0] if abs(np.linalg.det(moved[0, :3, :3])) > 1e-30 else np.eye(4)
+    return place, dict(zip(nodes[used].tolist(), moved @ np.linalg.inv(place), strict=True))
+
+
+def join_turns(joints: Joints, binds: list[dict[int, np.ndarray]], where: str) -> np.ndarray:
+    """Return the motion of each joint from the bound mesh to rest, (J, 4, 4); warns where meshes disagree about one."""
+    turns = np.tile(np.eye(4), (len(joints.nodes), 1, 1))
+    for place, node in enumerate(joints.nodes):
+        found = [bind[node] for bind in binds if node in bind]
+        turns[place] = found[0]
+        if any(np.abs(other - found[0]).max() > ALIKE for other in found):
+            message = f"{where}: skins bind the joint {joints.names[place]} in several ways"
+            warnings.warn(f"{message}: poses follow the first (load_mesh_cache reads all points)", stacklevel=2)
+    return turns
+
+
+def name_weights(pieces: SkinnedPieces) -> dict[int, list[str]]:
+    """Return the names of the morph targets of every node with a mesh; several of a name have the node, too."""
+    given = dict[int, list[str]]()
+    for piece in pieces.pieces:
+        mesh = pieces.document.get("meshes")[pieces.animation.nodes[piece.node]["mesh"]]
+        named = mesh.get("extras", {}).get("targetNames", [])
+        given[piece.node] = [str(named[k]) if k < len(named) else f"target{k}" for k in range(len(piece.targets))]
+    owners = [node for node, names in given.items() for _ in names]
+    unique = iter(unique_names([name for names in given.values() for name in names], owners))
+    return {node: [next(unique) for _ in names] for node, names in given.items()}
+
+
+def weights_of(pieces: SkinnedPieces, time: float | None) -> dict[str, float]:
+    """Return the weights of the morph targets at a time [s], or at rest, by name."""
+    named = name_weights(pieces)
+    return {
+        name: float(weight)
+        for node, names in named.items()
+        for name, weight in zip(names, pieces.animation.weights(node, len(names), time), strict=True)
+    }
+
+
+def keys_of(piece: Piece, names: list[str], matrix: np.ndarray) -> list[Key]:
+    """Return the morph targets of a mesh as keys, moved by a matrix (4, 4)."""
+    rows = [np.flatnonzero((target != 0.0).any(axis=1)) for target in piece.targets]
+    moved = [target[row] @ matrix[:3, :3].T for target, row in zip(piece.targets, rows, strict=True)]
+    return [Key(name, 1.0, row, offsets) for name, row, offsets in zip(names, rows, moved, strict=True)]
 
 
 def read_joints(path: Path, group: str | None, clip: str | None, fps: float) -> JointMotion:
-    """Read the joints of a clip, with a sample at each frame of the shot; warns of morph targets."""
+    """Read the joints and weights of a clip, with a sample at each frame of the shot."""
     pieces = SkinnedPieces(path, group, clip, fps)
-    if any(len(piece.targets) for piece in pieces.pieces):
-        warnings.warn(f"{path} has morph targets, which are not in a pose: load_mesh_cache reads them", stacklevel=2)
     joints = Joints(pieces)
     unbind = np.linalg.inv(joints.world) @ joints.rest
     moved = [pieces.animation.transforms(float(code / fps))[joints.nodes] @ unbind for code in pieces.codes]
-    return JointMotion(joints.skeleton(), np.array(moved), pieces.codes, fps, 0.0)
+    weights = np.array([[*weights_of(pieces, float(code / fps)).values()] for code in pieces.codes])
+    return JointMotion(
+        joints.skeleton(), np.array(moved), pieces.codes, fps, 0.0, tuple(weights_of(pieces, None)), weights
+    )

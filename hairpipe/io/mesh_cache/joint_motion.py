@@ -7,25 +7,31 @@ from functools import lru_cache
 
 import numpy as np
 
-from hairpipe.data import Mesh, Pose, Skeleton
+from hairpipe.data import BlendShapes, Mesh, Pose, Skeleton
 from hairpipe.data.clip import Clip
 from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, read_at
 from hairpipe.io.rigging import rigid
 
 ALIKE = 1e-6
 """Largest difference of joints at rest [m]."""
+NAMED = 12
+"""Names of a list that a warning has."""
 CHANNELS = ("Xposition", "Yposition", "Zposition", "Zrotation", "Yrotation", "Xrotation")
 
 
 @dataclass(eq=False)
 class JointMotion:
-    """Samples of J joints; a `hairpipe.io.mesh_cache.moving.Source` whose point 4 j + k is column k of joint j.
+    """Samples of J joints and K weights; a `hairpipe.io.mesh_cache.moving.Source`.
+
+    Its point 4 j + k is column k of joint j; points of a second piece are weights.
 
     skeleton  joints at rest
     world     joint-to-world matrices that move the skin at rest as the file does [m], (t, J, 4, 4)
     codes     time codes of the samples, ascending, (t,)
     rate      time codes per second [1/s]
     start     time code at which the clip begins
+    shapes    names of the weights of blend shapes, K
+    weights   at the samples, (t, K)
     """
 
     skeleton: Skeleton
@@ -33,35 +39,67 @@ class JointMotion:
     codes: np.ndarray
     rate: float
     start: float
-    own: Sequence[bool] = (False,)
+    shapes: tuple[str, ...]
+    weights: np.ndarray
+    own: Sequence[bool] = (False, False)
 
     def shape(self, sample: int) -> Shape:
-        """Return the columns at a sample as points without triangles."""
-        return Shape(Mesh(self.sample(sample)[0][0], np.zeros((0, 3), np.int32)), np.zeros(0, np.int64))
+        """Return the columns and weights at a sample as points without triangles."""
+        points = np.concatenate([points for points, _ in self.sample(sample)])
+        return Shape(Mesh(points, np.zeros((0, 3), np.int32)), np.zeros(0, np.int64))
 
     def sample(self, sample: int) -> list[Points]:
-        """Return the columns at a sample."""
-        return [(self.world[sample, :, :3].swapaxes(1, 2).reshape(-1, 3), None)]
+        """Return the columns and the weights at a sample."""
+        columns = self.world[sample, :, :3].swapaxes(1, 2).reshape(-1, 3)
+        return [(columns, None), (np.repeat(self.weights[sample][:, None], 3, axis=1), None)]
 
 
-def pose_of(motion: JointMotion, skeleton: Skeleton, instant: Instant) -> Pose | None:
-    """Return the pose of a skeleton at an instant; None, with a warning, where the joints at rest are not its own.
+def sample_pose(motion: JointMotion, instant: Instant) -> Pose:
+    """Return joints and weights at an instant, in the order of the motion.
 
     instant  its start is a time of the clip, in frames of the shot
     """
+    start = motion.start + instant.start / instant.fps * motion.rate
+    found, _ = read_at(motion, replace(instant, start=start))
+    joints = len(motion.skeleton.names)
+    transforms, rates = (np.zeros((joints, 4, 4)) for _ in range(2))
+    transforms[:, 3, 3] = 1.0
+    for result, columns in ((transforms, found.points), (rates, found.rates)):
+        result[:, :3] = columns[: 4 * joints].reshape(-1, 4, 3).swapaxes(1, 2)
+    return Pose(transforms, rates, found.points[4 * joints :, 0], found.rates[4 * joints :, 0])
+
+
+def pose_of(motion: JointMotion, skeleton: Skeleton, sampled: Pose) -> Pose | None:
+    """Return a sampled pose as that of a skeleton; None, with a warning, where joints at rest are not its own. Pure."""
     own = motion.skeleton
     order = [own.names.index(name) for name in skeleton.names if name in own.names]
     if len(order) < len(skeleton.names) or np.abs(own.rest[order] - skeleton.rest).max() > ALIKE:
         message = "the joints at rest are not those of the body, to which the motion is retargeted"
         warnings.warn(f"{message} (a setting of BVH clips, such as skip = 0, silences this warning)", stacklevel=2)
         return None
-    start = motion.start + instant.start / instant.fps * motion.rate
-    found, _ = read_at(motion, replace(instant, start=start))
-    transforms, rates = (np.zeros((len(order), 4, 4)) for _ in range(2))
-    transforms[:, 3, 3] = 1.0
-    for result, columns in ((transforms, found.points), (rates, found.rates)):
-        result[:, :3] = columns.reshape(-1, 4, 3)[order].swapaxes(1, 2)
-    return Pose(transforms, rates)
+    return Pose(sampled.transforms[order], sampled.rates[order])
+
+
+def weighted(pose: Pose, names: Sequence[str], sampled: Pose, shapes: BlendShapes | None) -> Pose:
+    """Return a pose with sampled weights, by name, of the blend shapes of a body; others are those at rest. Pure.
+
+    names  of the sampled weights
+
+    Warns of names that the body or the motion does not have.
+    """
+    own = () if shapes is None else shapes.names
+    lost, still = ([n for n in a if n not in b] for a, b in ((names, own), (own, names)))
+    if lost:
+        rest = f"; {', '.join(still[:NAMED])} of the body stay at rest" if still else ""
+        warnings.warn(f"weights without a blend shape of the body: {', '.join(lost[:NAMED])}{rest}", stacklevel=2)
+    if shapes is None or sampled.weights is None or sampled.weight_rates is None:
+        return pose
+    weights = shapes.rest.copy()
+    rates = np.zeros(len(own))
+    for k, name in enumerate(own):
+        if name in names:
+            weights[k], rates[k] = sampled.weights[names.index(name)], sampled.weight_rates[names.index(name)]
+    return replace(pose, weights=weights, weight_rates=rates)
 
 
 @lru_cache(maxsize=8)

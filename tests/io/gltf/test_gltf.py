@@ -4,6 +4,7 @@ import base64
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -234,19 +235,85 @@ def test_poses_of_the_joints_move_the_skin_as_the_file_does(tube):
     file, _, kind = tube
     rest = load_body(file=file)
     assert set(rest.skeleton.names) == {"upper", "lower"}
-    if kind == "morphs":
-        with pytest.warns(UserWarning, match="morph targets.*load_mesh_cache"):
-            load_motion(rest, Time(6, 24.0), (), file=file, at=0, clip="Arm*")
-        return
     for frame in (0, 5, 12):
         pose = load_motion(rest, Time(frame, 24.0), (), file=file, at=0, clip="*")
         mesh = load_mesh_cache(Time(frame, 24.0), (), rest=rest, file=file, at=0, clip="*")
         posed = skin(rest, pose)
         np.testing.assert_allclose(posed.points, mesh.points, atol=1e-9)
-        np.testing.assert_allclose(posed.velocities, mesh.velocities, atol=1e-9)
+        closely = 5e-3 if kind == "morphs" else 1e-9  # a product of two slopes is not the slope of points
+        np.testing.assert_allclose(posed.velocities, mesh.velocities, atol=closely)
 
 
-@pytest.mark.filterwarnings("ignore:.*has morph targets", "ignore:.*has the animations")
+def morphing(rest: list[float]) -> dict:
+    """A strip that two joints bend, bound in another pose than the one of rest, with two morph targets over time."""
+    writer = Writer()
+    rng = np.random.default_rng(4)
+    points = rng.normal(size=(6, 3)).astype(np.float32)
+    targets = rng.normal(size=(2, 6, 3)).astype(np.float32)
+    targets[0, 2:] = 0.0
+    weights = np.zeros((6, 4), np.float32)
+    weights[:, 0] = np.linspace(0.0, 1.0, 6)
+    weights[:, 1] = 1.0 - weights[:, 0]
+    bind = np.tile(np.eye(4, dtype=np.float32), (2, 1, 1))
+    bind[1, :3, :3] = Rotation.from_euler("x", 30.0, degrees=True).as_matrix()
+    given = {
+        "POSITION": writer.add(points, "VEC3"),
+        "JOINTS_0": writer.add(np.tile(np.array([0, 1, 0, 0], np.uint8), (6, 1)), "VEC4"),
+        "WEIGHTS_0": writer.add(weights, "VEC4"),
+    }
+    corners = writer.add(np.array([0, 1, 2, 2, 3, 4, 3, 5, 4], np.uint16), "SCALAR")
+    times = writer.add(np.array([0.0, 1.0], np.float32), "SCALAR")
+    turns = Rotation.from_euler("z", [[0.0], [80.0]], degrees=True).as_quat().astype(np.float32)
+    samplers = [
+        {"input": times, "output": writer.add(turns, "VEC4")},
+        {"input": times, "output": writer.add(np.array([0.0, 1.0, 1.5, -0.5], np.float32), "SCALAR")},
+    ]
+    channels = [
+        {"sampler": 0, "target": {"node": 2, "path": "rotation"}},
+        {"sampler": 1, "target": {"node": 0, "path": "weights"}},
+    ]
+    primitive = {
+        "attributes": given,
+        "indices": corners,
+        "targets": [{"POSITION": writer.add(target, "VEC3")} for target in targets],
+    }
+    inverse = writer.add(np.ascontiguousarray(bind.swapaxes(1, 2)).reshape(2, 16), "MAT4")
+    return writer.json(
+        meshes=[{"primitives": [primitive], "weights": rest, "extras": {"targetNames": ["smile", "puff"]}}],
+        nodes=[{"mesh": 0, "skin": 0}, {"name": "upper", "children": [2]}, {"name": "lower", "translation": [0, 1, 0]}],
+        skins=[{"joints": [1, 2], "inverseBindMatrices": inverse}],
+        animations=[{"name": "talk", "samplers": samplers, "channels": channels}],
+    )
+
+
+@pytest.mark.parametrize("default", [[0.0, 0.0], [0.5, -0.25]])
+def test_poses_carry_morph_targets_as_the_points_of_the_file(tmp_path, default):
+    file = write(tmp_path / "a.gltf", morphing(default))
+    rest = load_body(file=file)
+    assert rest.shapes.names == ("smile", "puff") and rest.shapes.rest.tolist() == default
+    for frame in (0, 9, 24):
+        pose = load_motion(rest, Time(frame, 24.0), (), file=file, at=0)
+        share = frame / 24
+        np.testing.assert_allclose(pose.weights, [1.5 * share, 1.0 - 1.5 * share], atol=1e-6)
+        mesh = load_mesh_cache(Time(frame, 24.0), (), rest=rest, file=file, at=0)
+        np.testing.assert_allclose(skin(rest, pose).points, mesh.points, atol=1e-6)
+    still = skin(rest, replace(pose, transforms=rest.skeleton.rest, weights=None))
+    np.testing.assert_allclose(still.points, rest.mesh.points, atol=1e-6)
+
+
+def test_weights_come_smoothly_from_rest_to_those_that_the_shot_begins_with(tmp_path):
+    file = write(tmp_path / "a.gltf", morphing([0.5, -0.25]))
+    rest = load_body(file=file)
+    fps = 240.0
+    poses = [load_motion(rest, Time(n, fps), (), file=file, at=0, settle=1.0) for n in range(-240, 1)]
+    weights, rates = (np.array([getattr(pose, name) for pose in poses]) for name in ("weights", "weight_rates"))
+    np.testing.assert_allclose(weights[[0, -1]], [[0.5, -0.25], [0.0, 1.0]], atol=1e-9)
+    np.testing.assert_allclose((weights[2:] - weights[:-2]) * (fps / 2), rates[1:-1], atol=0.02)
+    np.testing.assert_allclose(rates[-1], [1.5, -1.5], atol=1e-5)
+    assert np.abs(rates[120]).min() > 0.5
+
+
+@pytest.mark.filterwarnings("ignore:.*has the animations")
 def test_joints_of_a_file_move_another_body():
     file = Path(__file__).parents[3] / "graphs" / "assets" / "nod.glb"
     own, other = load_body(file=file), load_body(file=file, unit=1.2)

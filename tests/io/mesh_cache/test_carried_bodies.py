@@ -25,6 +25,8 @@ core = pytest.importorskip("alembic3d.AbcCoreAbstract")
 PAGE = Path(__file__).parents[3] / "docs" / "howto" / "animated_characters.md"
 SQUARE = np.array([[0.0, 0, 0], [0.2, 0, 0], [0.2, 0.2, 0], [0, 0.2, 0]])
 SPEED = np.array([0.24, 0.0, 0.0])
+SHARE = 0.25
+"""Part of the motion that is a blend shape, where a format has these and joints."""
 FRAMES = range(1001, 1005)
 
 
@@ -105,20 +107,29 @@ def usd_skel(folder: Path) -> tuple[Path, Path]:
     stage, mesh = stage_of(folder / "a.usda")
     mesh.CreatePointsAttr(vectors(SQUARE))
     skeleton = UsdSkel.Skeleton.Define(stage, "/a/skeleton")
-    skeleton.CreateJointsAttr(["bone"])
-    skeleton.CreateBindTransformsAttr([Gf.Matrix4d(1)])
-    skeleton.CreateRestTransformsAttr([Gf.Matrix4d(1)])
+    skeleton.CreateJointsAttr(["bone", "bone/tip"])
+    skeleton.CreateBindTransformsAttr([Gf.Matrix4d(1)] * 2)
+    skeleton.CreateRestTransformsAttr([Gf.Matrix4d(1)] * 2)
+    shape = UsdSkel.BlendShape.Define(stage, "/a/mesh/slide")
+    shape.CreateOffsetsAttr(vectors(np.tile(SHARE * SPEED, (4, 1))))
     animation = UsdSkel.Animation.Define(stage, "/a/animation")
-    animation.CreateJointsAttr(["bone"])
-    animation.CreateRotationsAttr([Gf.Quatf(1)])
-    animation.CreateScalesAttr([Gf.Vec3h(1)])
+    animation.CreateJointsAttr(["bone", "bone/tip"])
+    animation.CreateRotationsAttr([Gf.Quatf(1)] * 2)
+    animation.CreateScalesAttr([Gf.Vec3h(1)] * 2)
+    animation.CreateBlendShapesAttr(["slide"])
     for frame in FRAMES:
-        animation.CreateTranslationsAttr().Set(vectors(SPEED[None] * (frame - 1001) / 24.0), frame)
+        seconds = (frame - 1001) / 24.0
+        moved = np.array([(1.0 - SHARE) * SPEED * seconds, np.zeros(3)])
+        animation.CreateTranslationsAttr().Set(vectors(moved), frame)
+        animation.CreateBlendShapeWeightsAttr().Set([seconds], frame)
     UsdSkel.BindingAPI.Apply(skeleton.GetPrim()).CreateAnimationSourceRel().SetTargets([animation.GetPath()])
     binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
     binding.CreateSkeletonRel().SetTargets([skeleton.GetPath()])
-    binding.CreateJointIndicesPrimvar(False, 1).Set([0] * 4)
-    binding.CreateJointWeightsPrimvar(False, 1).Set([1.0] * 4)
+    binding.CreateJointIndicesPrimvar(False, 2).Set([0, 1] * 4)
+    binding.CreateJointWeightsPrimvar(False, 2).Set([0.5] * 8)
+    binding.CreateSkinningMethodAttr("dualQuaternion")
+    binding.CreateBlendShapesAttr(["slide"])
+    binding.CreateBlendShapeTargetsRel().SetTargets([shape.GetPath()])
     stage.Save()
     return folder / "a.usda", folder / "a.usda"
 
@@ -137,14 +148,19 @@ def gltf(folder: Path) -> tuple[Path, Path]:
     times = np.array([0.0, 0.125], np.float32)
     sampler = {
         "input": writer.add(times, "SCALAR"),
-        "output": writer.add((SPEED * times[:, None]).astype(np.float32), "VEC3"),
+        "output": writer.add(((1.0 - SHARE) * SPEED * times[:, None]).astype(np.float32), "VEC3"),
     }
-    channel = {"sampler": 0, "target": {"node": 1, "path": "translation"}}
+    weights = {"input": sampler["input"], "output": writer.add(times, "SCALAR")}
+    target = {"POSITION": writer.add(np.tile(SHARE * SPEED, (4, 1)).astype(np.float32), "VEC3")}
+    channels = [
+        {"sampler": 0, "target": {"node": 1, "path": "translation"}},
+        {"sampler": 1, "target": {"node": 0, "path": "weights"}},
+    ]
     content = writer.json(
-        meshes=[{"primitives": [{"attributes": given, "indices": corners}]}],
+        meshes=[{"primitives": [{"attributes": given, "indices": corners, "targets": [target]}]}],
         nodes=[{"mesh": 0, "skin": 0}, {"name": "bone"}],
         skins=[{"joints": [1]}],
-        animations=[{"samplers": [sampler], "channels": [channel]}],
+        animations=[{"samplers": [sampler, weights], "channels": channels}],
     )
     return (write(folder / "a.gltf", content),) * 2
 
@@ -157,7 +173,15 @@ WRITERS: dict[str, Callable[[Path], tuple[Path, Path]]] = {
     "UsdSkel": usd_skel,
     "glTF": gltf,
 }
-COLUMNS = ("texture coordinates", "maps", "mesh in motion", "velocities", "pose of joints")
+COLUMNS = (
+    "texture coordinates",
+    "maps",
+    "mesh in motion",
+    "velocities",
+    "pose of joints",
+    "with blend shapes",
+    "with dual quaternions",
+)
 
 
 def row_of(name: str, still: Path, moving: Path) -> str:
@@ -171,15 +195,17 @@ def row_of(name: str, still: Path, moving: Path) -> str:
     assert (name == "glTF") == any("not used: _FLOW" in str(warning.message) for warning in caught)
     assert bool(rest.maps) + named == (name != "OBJ, a sequence"), "a map is neither read nor named"
     np.testing.assert_allclose(mesh.points, square(1003), atol=1e-6)
-    if has_pose:
-        posed = skin(rest, load_motion(rest, Time(1003, 24.0), (), file=moving))
-        np.testing.assert_allclose(posed.points, square(1003), atol=1e-6)
+    pose = load_motion(rest, Time(1003, 24.0), (), file=moving) if has_pose else None
+    if pose is not None:
+        np.testing.assert_allclose(skin(rest, pose).points, square(1003), atol=1e-6)
     found = (
         rest.mesh.uv is not None,
         bool(rest.maps),
         np.abs(mesh.points - rest.mesh.points).max() > 1e-3,
         np.allclose(mesh.velocities, 1.1 * SPEED, atol=1e-5),
         has_pose,
+        pose is not None and pose.weights is not None and np.allclose(pose.weights, 1 / 12, atol=1e-6),
+        rest.dual is not None,
     )
     return f"| {name} | " + " | ".join("yes" if value else "" for value in found) + " |"
 

@@ -1,5 +1,6 @@
 """Motion of UsdSkel joints: skin moved by their poses against OpenUSD's own baking, and retargeted to other bodies."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -68,18 +69,64 @@ def test_poses_move_the_skin_as_openusd_bakes_it(moving):
     assert np.abs(posed[1006].points - posed[1001].points).max() > 0.02
 
 
-def test_a_rest_pose_other_than_the_bind_pose_is_named(moving):
+def add_shapes(stage: Usd.Stage) -> None:
+    """Give the character two blend shapes, one of some points with in-betweens, and weights beyond their keys."""
+    rng = np.random.default_rng(1)
+    mesh = UsdSkel.BindingAPI(stage.GetPrimAtPath("/char/mesh"))
+    smile = UsdSkel.BlendShape.Define(stage, "/char/mesh/smile")
+    smile.CreatePointIndicesAttr([1, 2, 5, 7])
+    smile.CreateOffsetsAttr(Vt.Vec3fArray.FromNumpy(rng.normal(size=(4, 3)).astype(np.float32)))
+    for name, weight in (("half", 0.5), ("sneer", -0.25)):
+        smile.CreateInbetween(name).SetWeight(weight)
+        smile.GetInbetween(name).SetOffsets(Vt.Vec3fArray.FromNumpy(rng.normal(size=(4, 3)).astype(np.float32)))
+    puff = UsdSkel.BlendShape.Define(stage, "/char/mesh/puff")
+    puff.CreateOffsetsAttr(Vt.Vec3fArray.FromNumpy(rng.normal(size=(12, 3)).astype(np.float32)))
+    mesh.CreateBlendShapesAttr(["smile", "puff"])
+    mesh.CreateBlendShapeTargetsRel().SetTargets([smile.GetPath(), puff.GetPath()])
+    animation = UsdSkel.Animation.Get(stage, "/char/animation")
+    animation.CreateBlendShapesAttr(["puff", "smile"])
+    for frame, smiling in zip(FRAMES, (-0.5, -0.1, 0.2, 0.7, 1.0, 1.4), strict=True):
+        animation.CreateBlendShapeWeightsAttr().Set([0.1 * (frame - 1003), smiling], frame)
+
+
+@pytest.mark.parametrize("method", ["classicLinear", "dualQuaternion"])
+@pytest.mark.parametrize("bent", [False, True])
+def test_poses_carry_blend_shapes_and_methods_as_openusd_bakes_them(moving, method, bent):
     stage = Usd.Stage.Open(str(moving))
-    skeleton = UsdSkel.Skeleton.Get(stage, "/char/skeleton")
-    skeleton.GetRestTransformsAttr().Set(locals_of([placed(*o, turn=-20 * n) for n, o in enumerate(ORIGINS)]))
+    add_shapes(stage)
+    UsdSkel.BindingAPI(stage.GetPrimAtPath("/char/mesh")).CreateSkinningMethodAttr(method)
+    if bent:  # bound in another pose than the one of rest
+        skeleton = UsdSkel.Skeleton.Get(stage, "/char/skeleton")
+        skeleton.GetRestTransformsAttr().Set(locals_of([placed(*o, turn=-20 * n) for n, o in enumerate(ORIGINS)]))
     stage.Save()
     rest = load_body(file=moving)
-    with pytest.warns(UserWarning, match="restTransforms are not bindTransforms.*load_mesh_cache"):
-        pose = load_motion(rest, Time(1004, 24.0), (), file=moving)
-    mesh = load_mesh_cache(Time(1004, 24.0), (), rest=rest, file=moving)
-    rigid = (rest.weights == 0.0).any(axis=1) | (rest.joints[:, 0] == rest.joints[:, 1])
-    np.testing.assert_allclose(skin(rest, pose).points[rigid], mesh.points[rigid], atol=1e-7)
-    assert rigid.sum() >= 3
+    assert (rest.bound is not None) == bent and (rest.dual is not None) == (method == "dualQuaternion")
+    posed = {frame: skin(rest, load_motion(rest, Time(frame, 24.0), (), file=moving)) for frame in FRAMES}
+    assert UsdSkel.BakeSkinning(UsdSkel.Root.Get(stage, "/char"), Gf.Interval(FRAMES[0], FRAMES[-1]))
+    mesh = UsdGeom.Mesh.Get(stage, "/char/mesh")
+    for frame in FRAMES:
+        world = mesh.ComputeLocalToWorldTransform(frame)
+        baked = np.array([world.Transform(Gf.Vec3d(p)) for p in mesh.GetPointsAttr().Get(frame)])
+        np.testing.assert_allclose(posed[frame].points, 0.05 * baked[:, [0, 2, 1]] * (1, 1, -1), atol=1e-6)
+
+
+def test_weights_of_another_file_go_by_name(moving, tmp_path):
+    stage = Usd.Stage.Open(str(moving))
+    add_shapes(stage)
+    stage.Save()
+    rest = load_body(file=moving)
+    other = tmp_path / "other.usda"
+    UsdSkel.Animation.Get(stage, "/char/animation").GetBlendShapesAttr().Set(["frown", "smile"])
+    stage.GetRootLayer().Export(str(other))
+    own = load_motion(rest, Time(1004, 24.0), (), file=moving)
+    with pytest.warns(UserWarning, match="weights without a blend shape of the body: frown; puff of the body stay"):
+        found = load_motion(rest, Time(1004, 24.0), (), file=other)
+    assert rest.shapes.names == ("smile", "puff")
+    np.testing.assert_allclose(own.weights, [0.7, 0.1], atol=1e-7)
+    np.testing.assert_allclose(found.weights, [0.7, 0.0], atol=1e-7)
+    bare = load_body(file=moving, group="/char/mesh")
+    with pytest.warns(UserWarning, match="without a blend shape of the body: puff, smile$"):
+        load_motion(replace(bare, shapes=None), Time(1004, 24.0), (), file=moving)
 
 
 def test_a_usd_clip_begins_at_its_first_sample_and_has_a_speed(moving):

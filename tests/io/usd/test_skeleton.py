@@ -148,13 +148,13 @@ def test_weights_of_any_sum_rest_where_those_of_sum_1_do(new_stage, saved) -> No
     np.testing.assert_allclose(points[1], baked(stage, pose), atol=1e-5)
 
 
-def test_dual_quaternions_are_read_at_rest_and_named_where_they_bend(new_stage, saved) -> None:
+def test_dual_quaternions_are_read_at_rest_and_marked_where_they_bend(new_stage, saved) -> None:
     stage = new_stage("Z", 0.01)
     rest = locals_of([at(*o, turn=-20 * n) for n, o in enumerate(ORIGINS)])
     binding = UsdSkel.BindingAPI(character(stage, rest))
     binding.CreateSkinningMethodAttr("dualQuaternion")
-    with pytest.warns(UserWarning, match=r"/char/mesh is skinned by dual quaternions, as load_mesh_cache moves it"):
-        body = read(saved(stage), None)
+    body = read(saved(stage), None)
+    np.testing.assert_array_equal(body.dual.vertices, np.flatnonzero(body.joints[:, 0] != body.joints[:, 1]))
     np.testing.assert_allclose(body.mesh.points, y_up(baked(stage, rest)), atol=2e-8)
 
 
@@ -164,6 +164,7 @@ def test_dual_quaternions_of_one_joint_are_linear(new_stage, saved) -> None:
     binding.CreateSkinningMethodAttr("dualQuaternion")
     binding.GetJointIndicesPrimvar().Set([n % 4 for n in range(N) for _ in range(2)])
     body = read(saved(stage), None)
+    assert body.dual is None
     world = [at(*o, turn=25 * n) for n, o in enumerate(ORIGINS)]
     to_metres = np.array([[0.01, 0, 0, 0], [0, 0, 0.01, 0], [0, -0.01, 0, 0], [0, 0, 0, 1]])
     joints = np.stack([to_metres @ np.array(w * PLACE).T for w in world])
@@ -171,25 +172,51 @@ def test_dual_quaternions_of_one_joint_are_linear(new_stage, saved) -> None:
     np.testing.assert_allclose(bend(body, joints), y_up(baked(stage, locals_of(world))), atol=1e-7)
 
 
-@pytest.mark.parametrize("boned", [True, False])
-def test_blend_shapes_are_read_at_rest_with_a_warning(new_stage, saved, boned: bool) -> None:
-    stage = new_stage("Y", 1.0)
-    mesh = character(stage)
-    binding = UsdSkel.BindingAPI(mesh)
-    if not boned:
-        for name in ("primvars:skel:jointIndices", "primvars:skel:jointWeights", "skel:skeleton"):
-            mesh.GetPrim().RemoveProperty(name)
-        stage.RemovePrim("/char/skeleton")
+def smile(stage: Usd.Stage) -> UsdSkel.BlendShape:
+    """A blend shape of all points of the character."""
+    binding = UsdSkel.BindingAPI(stage.GetPrimAtPath("/char/mesh"))
     shape = UsdSkel.BlendShape.Define(stage, "/char/mesh/smile")
     shape.CreateOffsetsAttr([Gf.Vec3f(0, 1, 0)] * N)
     binding.CreateBlendShapesAttr(["smile"])
     binding.CreateBlendShapeTargetsRel().SetTargets([shape.GetPath()])
-    with pytest.warns(UserWarning, match="/char/mesh has blend shapes, which are ignored"):
+    return shape
+
+
+def test_blend_shapes_without_a_skeleton_are_named(new_stage, saved) -> None:
+    stage = new_stage("Y", 1.0)
+    mesh = character(stage)
+    smile(stage)
+    for name in ("primvars:skel:jointIndices", "primvars:skel:jointWeights", "skel:skeleton"):
+        mesh.GetPrim().RemoveProperty(name)
+    stage.RemovePrim("/char/skeleton")
+    with pytest.warns(UserWarning, match="/char/mesh has blend shapes without a Skeleton to animate them"):
         body = read(saved(stage), None)
-    assert len(body.skeleton.names) == (4 if boned else 0)
-    if not boned:
-        still = [PLACE.Transform(Gf.Vec3d(p)) for p in mesh.GetPointsAttr().Get()]
-        np.testing.assert_allclose(body.mesh.points, still, atol=1e-6)
+    assert not body.skeleton.names and body.shapes is None
+    still = [PLACE.Transform(Gf.Vec3d(p)) for p in mesh.GetPointsAttr().Get()]
+    np.testing.assert_allclose(body.mesh.points, still, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        (
+            "offsets",
+            [Gf.Vec3f(0, 1, 0)] * 3,
+            r"/char/mesh/smile: 3 offsets \(one for each of 12 pointIndices of 0 to 11",
+        ),
+        ("pointIndices", [12] * N, "12 offsets"),
+        ("skel:blendShapes", ["smile", "frown"], "/char/mesh: skel:blendShapes has 2 names"),
+    ],
+)
+def test_blend_shapes_that_do_not_fit_are_refused(new_stage, saved, name: str, value: list, message: str) -> None:
+    stage = new_stage()
+    character(stage)
+    shape = smile(stage)
+    shape.CreatePointIndicesAttr()
+    prim = stage.GetPrimAtPath("/char/mesh") if name.startswith("skel:") else shape.GetPrim()
+    prim.GetAttribute(name).Set(value)
+    with pytest.raises(BadInput, match=message):
+        read(saved(stage), None)
 
 
 def test_weights_are_not_a_map(new_stage, saved) -> None:

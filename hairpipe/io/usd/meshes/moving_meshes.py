@@ -9,7 +9,7 @@ from pxr import Usd, UsdGeom, UsdSkel, Vt
 from hairpipe.errors import BadInput
 from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, join_shapes, read_at
 from hairpipe.io.usd.meshes.mesh import polygon_owners, read_mesh
-from hairpipe.io.usd.meshes.skeleton import Binding, filled, find_bindings, turn_codes
+from hairpipe.io.usd.meshes.skeleton import Binding, filled, find_bindings, turn_codes, weight_codes
 from hairpipe.io.usd.stage import (
     columns,
     location,
@@ -88,8 +88,7 @@ class MovingMeshes:
             turns |= {code for space in spaces_of(mesh.GetPrim()) for code in space.GetTimeSamples()}
             if binding is not None:
                 turns |= turn_codes(binding.skeleton)
-                animation = binding.skeleton.GetAnimQuery()
-                codes |= {*animation.GetBlendShapeWeightTimeSamples()} if animation else set()
+                codes |= weight_codes(binding.skeleton)
         return np.array(sorted(codes | filled(turns)) or [0.0])
 
 

@@ -1,6 +1,5 @@
 """UsdSkel skeletons of a stage, and the meshes they move."""
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,6 +12,8 @@ from hairpipe.io.rigging import find_tips, rigid
 from hairpipe.io.usd.stage import columns, location, place, spaces_of
 
 REST = Usd.TimeCode.EarliestTime()
+ROUNDED = 1e-9
+"""Largest difference of bind pose and rest pose that rounding explains."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,12 @@ class Rig:
     rest: np.ndarray
     skin: Vt.Matrix4dArray
     matrix: np.ndarray
+
+    @property
+    def turns(self) -> np.ndarray:
+        """Bind pose to rest pose [m], column vectors, (J, 4, 4); exactly 1 where they differ by rounding alone."""
+        turns = self.matrix @ np.array([columns(m) for m in self.skin]) @ np.linalg.inv(self.matrix)
+        return np.eye(4) + np.where(np.abs(turns - np.eye(4)).max(initial=0.0) > ROUNDED, turns - np.eye(4), 0.0)
 
 
 def find_bindings(stage: Usd.Stage, shapes: bool = False) -> dict[Sdf.Path, Binding]:
@@ -92,6 +99,12 @@ def turn_codes(query: UsdSkel.SkeletonQuery) -> set[float]:
     animation = query.GetAnimQuery()
     codes = {code for space in spaces_of(query.GetPrim()) for code in space.GetTimeSamples()}
     return codes | {*animation.GetJointTransformTimeSamples()} if animation else codes
+
+
+def weight_codes(query: UsdSkel.SkeletonQuery) -> set[float]:
+    """Return the time codes of all samples of the weights of blend shapes of a skeleton."""
+    animation = query.GetAnimQuery()
+    return {*animation.GetBlendShapeWeightTimeSamples()} if animation else set()
 
 
 def filled(codes: set[float]) -> set[float]:
@@ -168,11 +181,6 @@ def read_influences(rig: Rig, skinning: UsdSkel.SkinningQuery, n: int) -> tuple[
         raise BadInput("jointIndices has an index without a joint", where=where, right=f"0 to {len(order) - 1}")
     if not np.isfinite(weights).all() or weights.min() < 0:
         raise BadInput("jointWeights holds a negative or not finite weight", where=where, right="0 or more")
-    first = np.take_along_axis(joints, weights.argmax(axis=1)[:, None], axis=1)
-    bends = ((joints != first) & (weights > 0.0)).any()
-    if bends and skinning.GetSkinningMethod() == UsdSkel.Tokens.dualQuaternion:
-        message = f"{where} is skinned by dual quaternions, as load_mesh_cache moves it; a pose blends it linearly"
-        warnings.warn(message, stacklevel=2)
     bare = weights.sum(axis=1) == 0
     weights[bare, 0] = 1.0
     joints = (rig.first + np.where(bare[:, None], 0, order[joints])).astype(np.int32)
