@@ -32,6 +32,7 @@ from hairpipe.sim.strands.interface import (
     StiffnessPart,
     follow_solve,
     hold_tip,
+    largest_turn,
     least_pivot,
     predict,
     shape_of,
@@ -144,8 +145,7 @@ def run_stage(model, block, at, stage, rule):
     for iteration in range(rule.iterations + int(any_lane(bad))):
         set_form(model, block, x, T, rule)
         hold_tip(model, block, x, T, stage.held)
-        _assemble_definite(model, block, System(A, b), at, nothing, stage, h, rule)
-        substitute(model, A, b, x.shape[0])
+        _solve_definite(model, block, System(A, b), at, nothing, stage, (h, h < 0.0), rule)
         _update(model, block, at, b, bad, iteration == rule.iterations, h, rule)
 
 
@@ -241,8 +241,7 @@ def _fall_back(model, block, at, stage, h, bad, rule):
     nothing = np.empty((0, 9, x.shape[2]), x.dtype)
     advanced = Iterate(moved, speeds, tensions)
     euler = Stage(before, stage.began, before, stage.began, ends, stage.held, stage.h, stage.time, stage.span)
-    _assemble_definite(model, block, System(A, b), advanced, nothing, euler, span, rule)
-    substitute(model, A, b, count)
+    _solve_definite(model, block, System(A, b), advanced, nothing, euler, (span, h < 0.0), rule)
     _update(model, block, advanced, b, bad, True, span, rule)
     for p in range(count):
         for c in range(3):
@@ -260,35 +259,62 @@ def factor_stages(model, system, at, outer, active, stage, rule):
     system  a System, out: factors and change of velocity of the blocks with strands to solve
     at      an Iterate, where the system is linearised; its T is set by the spring form
     outer   external forces, see above
-    active  1 for strands to solve, (blocks, W); the others in their blocks have 0 in b
+    active  1 for strands to solve, 2 with the projected stiffness, (blocks, W); the others in their blocks have 0 in b
     """
     for block in prange(len(model.first) - 1):
         if active[block].any():
             _factor_block(model, np.int64(block), system, at, outer, active, stage, rule)
 
 
-@njit(cache=True, error_model="numpy")
-def _assemble_definite(model, block, system, at, outer, stage, h, rule):
-    """Assemble a block; lanes whose matrix is not positive definite take the projected stiffness, in place.
+@njit(cache=True, parallel=True)
+def find_overturned(model, b, active, weights, out):
+    """Set out, (blocks, W), to active, and to 2 for strands with a frame that the solution b turns too far, in place.
 
-    The solution of an indefinite system is a saddle point of the energy, at any distance, and strands that touch would
-    follow it.
+    active   1 for strands that were solved, (blocks, W)
+    weights  h of the stage [s], (blocks, W)
+
+    Returns whether there are any.
     """
+    for block in prange(len(model.first) - 1):
+        _mark_overturned(model, np.int64(block), b, active, weights, out)
+    return (out > active).any()
+
+
+@njit(cache=True, error_model="numpy")
+def _mark_overturned(model, block, b, active, weights, out):
+    turn = largest_turn(model, block, b[model.first[block] : model.first[block + 1]], load(weights, (block,)))
+    asked = load(active, (block,))
+    store(out, (block,), select(turn > 1.0, asked + asked, asked))
+
+
+@njit(cache=True, error_model="numpy")
+def _solve_definite(model, block, system, at, outer, stage, lanes, rule):
+    """Factor the system of a block and replace its right-hand side by the solution, in place.
+
+    Lanes whose matrix is not positive definite, lanes with a frame that the solution turns too far, and those of the
+    mask `firm` take the projected stiffness. The solution of an indefinite system is a saddle point of the energy, at
+    any distance; and after a large turn the torque has another sign. Strands that touch would follow both.
+
+    lanes  h of the stage [s], and firm
+    """
+    h, firm = lanes
     full = system
-    indefinite = h < 0.0  # Only for numba, which needs the types before the loop: as h > 0, no lane is marked.
+    doubtful = firm
     lowest = h, h
-    for attempt in range(2 if shape_of(model).unknowns > 3 else 1):
+    for attempt in range(2 if shape_of(model).unknowns > 3 and rule.part != _PROJECTED else 1):
         if attempt == 1:
             indefinite = either(lowest[0] <= 0.0, lowest[1] <= least_pivot(model, block, h * h))
-            if not any_lane(indefinite):
+            doubtful = either(either(firm, indefinite), largest_turn(model, block, system.b, h) > 1.0)
+            if not any_lane(doubtful):
                 break
             full = System(system.A.copy(), system.b.copy())
             rule = _with_part(rule, _PROJECTED)
         lowest = assemble(model, block, system, at, outer, stage, h, rule)
+        substitute(model, system.A, system.b, at.x.shape[0])
         if attempt == 1:
             # The projected stiffness is for the lanes that need it; the others keep the exact one, to the bit.
-            _take_back(system.A, full.A, indefinite)
-            _take_back(system.b, full.b, indefinite)
+            _take_back(system.A, full.A, doubtful)
+            _take_back(system.b, full.b, doubtful)
 
 
 @inlined
@@ -317,8 +343,8 @@ def _factor_block(model, block, system, at, outer, active, stage, rule):
     set_form(model, block, xs, part.T, rule)
     hold_tip(model, block, xs, part.T, its_stage.held)
     axis = slice(rows.start // shape_of(model).stride, rows.stop // shape_of(model).stride)
-    _assemble_definite(model, block, System(As, bs), part, outer[axis], its_stage, h, rule)
-    substitute(model, As, bs, xs.shape[0])
+    lanes = h, load(active, (block,)) > 1.0
+    _solve_definite(model, block, System(As, bs), part, outer[axis], its_stage, lanes, rule)
     for p in range(bs.shape[0]):
         for c in range(bs.shape[1]):
             store(bs, (p, c), select(load(active, (block,)) > 0.0, load(bs, (p, c)), 0.0))

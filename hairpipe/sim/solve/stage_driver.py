@@ -26,7 +26,7 @@ from hairpipe.sim.solve.external_terms import (
     lay_out,
     set_contact_dv,
 )
-from hairpipe.sim.solve.implicit_stage import factor_stages, guess_stages, run_stages, update_stages
+from hairpipe.sim.solve.implicit_stage import factor_stages, find_overturned, guess_stages, run_stages, update_stages
 from hairpipe.sim.solve.stage import Iterate, Rule, Stage, System
 from hairpipe.sim.solve.strand_coupling import StrandCoupling
 from hairpipe.sim.solve.strand_inverse import respond
@@ -145,16 +145,26 @@ class StageDriver:
             factors = self._room("factors", at.x, row_size(self.model.shape), np.float32)
         b = self._room("b", at.x, self.model.shape.unknowns)
         factor_stages(self.model, System(factors, b), at, outer, active, stage, rule)
-        if coupled:
-            alone = self.axis.gather(b, self._room("alone", self.masses))
+        if not coupled:
+            return b
 
-            def ask(impulses: np.ndarray, change: np.ndarray) -> None:
-                respond(self.model, self.axis, System(factors, b[:0]), stage.held, active, impulses, change)
+        def ask(impulses: np.ndarray, change: np.ndarray) -> None:
+            respond(self.model, self.axis, System(factors, b[:0]), stage.held, active, impulses, change)
 
+        alone = self._room("alone", self.masses)
+        unused = np.empty_like(alone, np.float32)
+        firm = np.empty_like(active)
+        again = False
+        while True:
+            self.axis.gather(b, alone)
             exchanged = self.coupling.exchange(ask, alone, self.masses)
-            unused = np.empty_like(exchanged)
             respond(self.model, self.axis, System(factors, b), stage.held, active, exchanged, unused)
-            add_impulses(exchanged, self._room("received", alone))
+            again = not again and bool(find_overturned(self.model, b, active, stage.h, firm))
+            if not again:
+                break
+            # Its neighbours have followed a strand that turned too far: all are solved once more.
+            factor_stages(self.model, System(factors, b), at, outer, firm, stage, rule)
+        add_impulses(exchanged, self._room("received", alone))
         return b
 
     def _judge(self, here: Prediction, dtype: DTypeLike) -> np.ndarray:

@@ -1,9 +1,9 @@
 """The interface of strand models to the solver, and their registration.
 
 A model is a NamedTuple of arrays (`StrandModel`) and a few kernels (`ModelKind`). Kernels of the solver call
-`add_forces`, `spring_constant`, `springs_from`, `predict`, `hold_tip`, `follow_solve`, `least_pivot` and `shape_of`
-below; numba looks up the functions registered for the type of the model, and inlines them. A kernel loaded from the
-cache needs no registration.
+`add_forces`, `spring_constant`, `springs_from`, `predict`, `hold_tip`, `follow_solve`, `least_pivot`, `largest_turn`
+and `shape_of` below; numba looks up the functions registered for the type of the model, and inlines them. A kernel
+loaded from the cache needs no registration.
 """
 
 from collections.abc import Callable
@@ -90,6 +90,12 @@ def _least_zero(model, block, hh):
     return 0.0 * hh
 
 
+@inlined
+def _turn_nothing(model, block, b, h):
+    """Turn no frame, where there are none."""
+    return 0.0 * h
+
+
 Build = Callable[[Layout, Groom, Fibres, Construction], tuple[Any, np.ndarray]]
 FindEquilibrium = Callable[[Any, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
@@ -124,6 +130,7 @@ class ModelKind:
     hold_tip: Any = _hold_nothing
     follow_solve: Any = _follow_nothing
     least_pivot: Any = _least_zero
+    largest_turn: Any = _turn_nothing
     warn: Callable[[Groom, Fibres], None] = lambda groom, fibres: None
     equilibrium: FindEquilibrium | None = None
     single_limit: float = 0.0
@@ -211,6 +218,14 @@ def least_pivot(model: Any, block: Any, hh: Any) -> Any:
 
 
 @by_model
+def largest_turn(model: Any, block: Any, b: Any, h: Any) -> Any:
+    """Largest turn of a material frame by a solution b of a block, in lanes; 1 is the most that a solve may make.
+
+    Arguments as of `follow_solve`.
+    """
+
+
+@by_model
 def shape_of(model: Any) -> Any:
     """Shape of the model, as constants of the machine code."""
 
@@ -267,6 +282,12 @@ def _follow_solve(kind: ModelKind) -> Callable:
 def _least_pivot(kind: ModelKind) -> Callable:
     kernel = kind.least_pivot
     return lambda model, block, hh: kernel(model, block, hh)
+
+
+@for_models(largest_turn)
+def _largest_turn(kind: ModelKind) -> Callable:
+    kernel = kind.largest_turn
+    return lambda model, block, b, h: kernel(model, block, b, h)
 
 
 @for_models(shape_of)

@@ -59,6 +59,9 @@ SHAPE = Shape(reach=2, clamped=3, stride=1, unknowns=4, before=1, after=1)
 RESTS = 6
 LEAST = 0.25
 """Share of the twist stiffness of a straight rod, at its tip, up to which a pivot counts as indefinite."""
+TURN = 0.5
+"""Turn of a frame [rad] beyond which a solve is repeated with the projected stiffness, where bending alone turns no
+frame by more: the torque of bending about an edge changes its sign within a turn, whatever its derivative is."""
 _PROJECTED, _EXACT = int(StiffnessPart.projected), int(StiffnessPart.exact)
 
 
@@ -156,6 +159,11 @@ def _constant(model, block, p, offset):
 
 
 @inlined
+def _size(a):
+    return maximum(a, -a)
+
+
+@inlined
 def _add_forces(model, system, at, p, block, terms):
     (A, b), (x, _, T), (h, hh, _, part) = system, at, terms
     if not 0 < p < x.shape[0] - 3:  # A vertex needs three nodes from row p on, and q and q' are not nodes.
@@ -171,12 +179,17 @@ def _add_forces(model, system, at, p, block, terms):
         twisting * (load(T, (p + 1, TWIST)) - load(model.inverse_lengths, (row, 3))),
     )
     g1, g2, g3 = gradients(vertex)
-    H = sum_of(sum_of(stretch_of(bending, g1), stretch_of(bending, g2)), stretch_of(twisting, g3))
+    bent = sum_of(stretch_of(bending, g1), stretch_of(bending, g2))
+    twist = stretch_of(twisting, g3)
     # Summed in (e, th_e, f, th_f) first: it is written to the matrix, which is in memory, only once.
-    H = in_unknowns(sum_of(H, geometric(q, vertex)), hh, inverse)
+    turning = geometric(q, vertex)
     if part == _PROJECTED:
-        # Angles have no inertia: with what is left of the stiffness alone, nothing might hold them.
-        H = held_at_angles(semidefinite(H, x), hh * inverse * inverse * twisting)
+        H = semidefinite(in_unknowns(sum_of(bent, turning), hh, inverse), x)
+        s = hh * inverse * inverse / TURN
+        H = held_at_angles(H, s * _size(q[0] * g1.a + q[1] * g2.a), s * _size(q[0] * g1.b + q[1] * g2.b))
+        H = sum_of(H, in_unknowns(twist, hh, inverse))
+    else:
+        H = in_unknowns(sum_of(sum_of(bent, twist), turning), hh, inverse)
     pull, K = _edge(model, at, p + 1, row, (vertex.tf, vertex.jf), terms)
     add_gradient(b, p, h, inverse, pulled_at_f(force_of(q, (g1, g2, g3)), pull))
     add_tangent(A, p, added_to_f(H, K))
@@ -200,6 +213,14 @@ def _edge(model, at, p, row, along, terms):
 
 
 @inlined
+def _largest_turn(model, block, b, h):
+    most = 0.0 * h
+    for p in range(GHOST, b.shape[0] - 2):
+        most = maximum(most, _size(load(b, (p, 3))))
+    return most * h * load(model.scale, (block, 0)) / TURN  # Unknowns are angles times a length.
+
+
+@inlined
 def _least_pivot(model, block, hh):
     """A share of that of a straight rod: below it one linear solve may turn a strand by revolutions."""
     return hh * load(model.scale, (block, 1))
@@ -218,6 +239,7 @@ ROD = register_model(
         hold_tip,
         follow_solve,
         _least_pivot,
+        _largest_turn,
         equilibrium=balance,
         single_limit=700.0,
     )

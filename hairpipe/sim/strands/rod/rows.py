@@ -106,9 +106,9 @@ def added_to_f(H, six):
 
 
 @inlined
-def held_at_angles(H, more):
+def held_at_angles(H, a, b):
     """Return a tangent with so much more on the diagonal of both angles."""
-    return Tangent(H.ee, H.ef, H.ff, H.e_a, H.e_b, H.f_a, H.f_b, H.aa + more, H.ab, H.bb + more)
+    return Tangent(H.ee, H.ef, H.ff, H.e_a, H.e_b, H.f_a, H.f_b, H.aa + a, H.ab, H.bb + b)
 
 
 @inlined

@@ -1,4 +1,4 @@
-"""The nearest positive semidefinite matrix to that of a vertex, for strands whose step is repeated.
+"""The nearest positive semidefinite matrix to that of a vertex, for solves whose result is wrong with the exact one.
 
 Eigenvalues of 8 x 8 matrices by Jacobi's cyclic rotations, one matrix per lane; negative ones are set to zero. It
 costs as much as ten ordinary segments, and is rare.
