@@ -86,9 +86,13 @@ class Partner:
         end = time.monotonic() + PATIENCE
         while True:
             self._write()
+            if self._other is not None and not self._other.exists():
+                self._other = None
             for path in self._own.parent.glob(".hairpipe-*.tmp"):
                 found = self._read(path) if path != self._own else None
-                if found is None or found["with"] not in ("", self._own.name):
+                if found is None:  # this machine's, gone, or being written: that one may be waiting for this machine
+                    continue
+                if found["with"] not in ("", self._own.name):
                     first.pop(path, None)
                     self._other = None if path == self._other else self._other
                 elif first.setdefault(path, found["beat"]) != found["beat"]:  # it is alive

@@ -1,7 +1,9 @@
 """The doctor of a store finds what file systems do wrong, on one machine and between two."""
 
+import itertools
 import os
-import threading
+from collections import defaultdict
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -71,13 +73,8 @@ def test_folders_that_are_closed_to_the_user_are_counted(store, monkeypatch):
 
 def pair(store):
     """Let two machines meet, each a thread; returns what each has found."""
-    found = [[], []]
-    threads = [threading.Thread(target=lambda own=own: own.extend(diagnose_pair(store))) for own in found]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    return found
+    with ThreadPoolExecutor(2) as machines:
+        return [machine.result() for machine in [machines.submit(lambda: [*diagnose_pair(store)]) for _ in range(2)]]
 
 
 def test_two_machines_come_to_the_same_findings(store):
@@ -86,6 +83,17 @@ def test_two_machines_come_to_the_same_findings(store):
     assert set(verdicts(one)) == set(doctor_pair.CHECKS)
     assert not (store.root / "doctor").exists()
     assert not [path for path in store.root.rglob("*") if path.is_file()]
+
+
+def test_two_machines_meet_though_each_finds_half_of_what_the_other_writes_unfinished(store, monkeypatch):
+    read = doctor_pair.Partner._read
+    turns = defaultdict(itertools.count)
+    monkeypatch.setattr(
+        doctor_pair.Partner, "_read", lambda own, path: None if next(turns[own]) % 2 else read(own, path)
+    )
+    monkeypatch.setattr(doctor_pair, "CHECKS", {"links": doctor_pair.link_file})
+    one, other = pair(store)
+    assert one == other and set(verdicts(one).values()) == {"ok"}
 
 
 @pytest.mark.parametrize(
@@ -97,10 +105,22 @@ def test_a_fault_between_two_machines_is_found(store, check, monkeypatch):
     if check == "renewal":
         place, name, wrong = doctor_pair.renewal, "renew", lambda: None
         monkeypatch.setattr(doctor_pair, "EXPIRY", 0.9)
-    if check == "listing":
-        monkeypatch.setattr(doctor_pair, "SLOW", 0.01)
+    monkeypatch.setattr(doctor_pair, "SLOW", 0.01 if check == "listing" else 60.0)
+
+    late = "renewal" if check == "leases" else check  # of a lease that nobody has
+    run, delay = doctor_pair.CHECKS[late], doctor_pair.DELAY
+
+    def give_up_soon(partner):
+        """Wait for a short time in this check alone: a busy machine is late in any."""
+        doctor_pair.DELAY = 0.5
+        try:
+            return run(partner)
+        finally:
+            doctor_pair.DELAY = delay
+
+    if late in ("listing", "renewal"):
+        monkeypatch.setitem(doctor_pair.CHECKS, late, give_up_soon)
     monkeypatch.setattr(place, name, wrong)
-    monkeypatch.setattr(doctor_pair, "DELAY", 2.0)
     one, other = pair(store)
     assert one == other and verdicts(one)[check] != "ok"
     assert {name for name, verdict in verdicts(one).items() if verdict != "ok"} == {check}
