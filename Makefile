@@ -27,10 +27,14 @@ demo: $(VENV)/installed
 quick: $(VENV)/tested
 	$(RUN) pytest -n auto --dist worksteal -p tests.quick
 
-# Each process begins with a stretch of files that follow one another: tests of a file need the same kernels.
+# Each process begins with a stretch of files that follow one another: tests of a file need the same kernels. Those that
+# wait, for a browser or for what they interrupt, run in a process next to these.
 test: $(VENV)/tested
-	$(RUN) pytest -n auto --dist worksteal -k 'not interrupt and not ctrl_c'
-	$(RUN) pytest -k 'interrupt or ctrl_c' $$(grep -rlE 'def test.*(interrupt|ctrl_c)' tests)
+	@waiting=$$(mktemp); code=0; \
+	$(RUN) pytest -m waits tests/page $$(grep -rlE 'def test.*(interrupt|ctrl_c)' tests) >$$waiting 2>&1 & \
+	$(RUN) pytest -n auto --dist worksteal -m 'not waits' || code=$$?; \
+	wait $$! || code=$$?; \
+	cat $$waiting; rm $$waiting; exit $$code
 
 cases: $(VENV)/tested
 	$(RUN) pytest tests/test_cases.py

@@ -3,6 +3,7 @@
 import gc
 import importlib.util
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -18,7 +19,7 @@ from hairpipe.api.graph_shot import GraphShot
 from hairpipe.data import Mesh
 from hairpipe.graph.engine import member
 from hairpipe.graph.engine.member import Member
-from hairpipe.graph.file.data_folder import data_folder
+from hairpipe.graph.file.data_folder import VARIABLE, data_folder
 from hairpipe.graph.worker.kernel_cache import guard_kernels
 from hairpipe.graph.worker.machine_code import share_kernels
 from hairpipe.openvdb_library import find_openvdb, imported
@@ -34,6 +35,11 @@ os.environ.pop("HAIRPIPE_CACHE", None)
 # What the user has trusted and published is no business of tests, nor theirs of his.
 _OWN = tempfile.TemporaryDirectory(prefix="hairpipe-own-")
 os.environ["XDG_CONFIG_HOME"], os.environ["XDG_STATE_HOME"] = f"{_OWN.name}/config", f"{_OWN.name}/state"
+# Third-party data is there for tests that ask for it alone: all others show that nothing else needs it. Processes of
+# xdist inherit where it lies.
+_ABSENT = Path(_OWN.name, "absent")
+_DATA = Path(os.environ.setdefault("HAIRPIPE_DATA_OF_TESTS", str(data_folder() or _ABSENT)))
+os.environ[VARIABLE] = str(_ABSENT)
 # What most tests wait for is the compiler: the level below what ships takes it less time, for a little slower code.
 os.environ.setdefault("NUMBA_OPT", "2")
 # Tests, too, must never run old machine code of a helper that was edited; they share what runs have compiled.
@@ -51,12 +57,19 @@ COMPILED_FIRST = ("sim", "experiments", "measure", "bench", "nodes", "tune", "te
 """Rooms whose tests wait for kernels, most of them for the same: one process begins with these, the other elsewhere."""
 
 
+@pytest.hookimpl(tryfirst=True)  # before tests are chosen by their marks
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put tests that need many kernels first: xdist hands each process a stretch of tests that follow one another.
+    """Mark tests that wait, and put those that need many kernels first.
 
-    Nothing is imported for collection any more.
+    The order counts: xdist hands each process a stretch of tests that follow one another. Nothing is imported for
+    collection any more.
     """
     here = Path(__file__).parent
+    for item in items:
+        if item.path.is_relative_to(here / "page") or re.match(
+            r"test.*(interrupt|ctrl_c)", item.name.partition("[")[0]
+        ):
+            item.add_marker("waits")
     places = {room: place for place, room in enumerate(COMPILED_FIRST)}
     items.sort(key=lambda item: places.get(item.path.relative_to(here).parts[0], len(places)))
     sys.dont_write_bytecode = True
@@ -65,10 +78,26 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.fixture(scope="session")
 def shared() -> Path:
     """Give the folder of third-party data, which is not shipped; skipped where it is absent."""
-    folder = data_folder()
-    if folder is None or not folder.is_dir():
-        pytest.skip(f"third-party data absent: no {folder}; see `hairpipe data check`")
-    return folder
+    if not _DATA.is_dir():
+        pytest.skip(f"third-party data absent: no {_DATA}; see `hairpipe data check`")
+    return _DATA
+
+
+@pytest.fixture(scope="session")
+def find_data() -> Callable[[pytest.MonkeyPatch], bool]:
+    """Let graphs find third-party data for as long as a patch lasts; returns whether there is any."""
+
+    def find(patch: pytest.MonkeyPatch) -> bool:
+        patch.setenv(VARIABLE, str(_DATA))
+        return _DATA.is_dir()
+
+    return find
+
+
+@pytest.fixture
+def third_party(shared: Path, find_data: Callable, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let graphs find third-party data in one test, which is skipped where it is absent."""
+    find_data(monkeypatch)
 
 
 def make_sphere(radius: float = 1.0, centre=(0.0, 0.0, 0.0), level: int = 4) -> Mesh:

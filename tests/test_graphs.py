@@ -2,7 +2,7 @@
 
 import tomllib
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
 from importlib.util import find_spec
@@ -14,7 +14,6 @@ import pytest
 import hairpipe
 from hairpipe.data import Strands
 from hairpipe.graph.engine.member import Member
-from hairpipe.graph.file.data_folder import data_folder
 from hairpipe.graph.file.graph import Edge, Graph
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.plan.planner import plan
@@ -42,7 +41,7 @@ def name_of(path: Path) -> str:
 def graph(request: pytest.FixtureRequest) -> Graph:
     """Each graph in turn; those that read third-party data are left out where that is absent."""
     if data_of(request.param):
-        request.getfixturevalue("shared")
+        request.getfixturevalue("third_party")
     return loaded(request.param)
 
 
@@ -115,15 +114,15 @@ DEEPEST = 1e-3
 
 
 @pytest.fixture(scope="session")
-def chosen() -> dict[Path, list[str]]:
+def chosen(find_data: Callable[[pytest.MonkeyPatch], bool]) -> dict[Path, list[str]]:
     """Nodes that are computed, by graph: with all they depend on they are of every kind that there is.
 
     Third-party data is read only for what nothing else shows.
     """
-    folder = data_folder()
-    there = folder is not None and folder.is_dir()
     ours = {path: shorten(path) for path in GRAPHS if not data_of(path)}
-    return cover(ours, {path: shorten(path) for path in GRAPHS if there and data_of(path)})
+    with pytest.MonkeyPatch.context() as patch:
+        there = find_data(patch)
+        return cover(ours, {path: shorten(path) for path in GRAPHS if there and data_of(path)})
 
 
 def sections() -> dict[str, list[Path]]:
@@ -144,6 +143,8 @@ SECTIONS = sections()
 @pytest.fixture(params=SECTIONS.values(), ids=list(SECTIONS))
 def section(request: pytest.FixtureRequest, chosen: dict[Path, list[str]]) -> list[Graph]:
     """Each section in turn, of its graphs what was chosen."""
+    if chosen.keys() & {path for path in request.param if data_of(path)}:
+        request.getfixturevalue("third_party")
     graphs = [shorten(path).upto(chosen[path]) for path in request.param if path in chosen]
     return graphs or pytest.skip("others show all that these graphs do")
 

@@ -8,7 +8,6 @@ import pytest
 
 from hairpipe.api.shot import load
 from hairpipe.api.source import shipped_graphs
-from hairpipe.graph.file.data_folder import data_folder
 from hairpipe.page.documents import graph_document
 from hairpipe.page.packing import quantised
 from hairpipe.page.report import write_report
@@ -125,9 +124,8 @@ def test_tables_of_frames_become_curves_and_sort(opened, report):
     assert driver.find_element("css selector", ".uplot canvas").is_displayed()
 
 
-def test_no_wire_crosses_a_node_in_any_shipped_graph(opened, report):
-    folder = data_folder()
-    there = folder is not None and folder.is_dir()
+def test_no_wire_crosses_a_node_in_any_shipped_graph(opened, report, find_data, monkeypatch):
+    there = find_data(monkeypatch)
     driver = opened(report)
     script = """
         const [graph, state] = arguments;

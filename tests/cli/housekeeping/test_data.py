@@ -32,7 +32,7 @@ def test_files_are_present_absent_or_differ(hairpipe, monkeypatch, tmp_path):
     assert json.loads(hairpipe("data check --json").stdout)["files"][1]["state"] == "differs"
 
 
-def test_the_table_is_of_what_lies_in_the_folder(hairpipe, shared):
+def test_the_table_is_of_what_lies_in_the_folder(hairpipe, third_party):
     files = json.loads(hairpipe("data check --json").stdout)["files"]
     assert [file["name"] for file in files if file["state"] != "present"] == []
 
