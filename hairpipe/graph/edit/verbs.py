@@ -65,7 +65,7 @@ def without_nodes(text: str, names: Sequence[str]) -> str:
             right = f"remove '{other}' first"
             raise BadInput(f"'{other}' is like '{table['like']}'", right=right)
         if other not in names:
-            text = without_edges(text, other, lambda source: source not in names)
+            text = without_edges(text, other, table, lambda source: source not in names)
     for name in names:
         text = reframed(text, name, None)
     text = placed(text, dict.fromkeys(names))
@@ -73,9 +73,9 @@ def without_nodes(text: str, names: Sequence[str]) -> str:
     return checked(text, wanted, lambda given: without_tables(given, names))
 
 
-def without_edges(text: str, node: str, kept: Callable[[str], bool]) -> str:
-    """Remove the edges of a node from nodes of which `kept` is false."""
-    for socket, source in tables_of(text)[node].get("in", {}).items():
+def without_edges(text: str, node: str, table: Mapping[str, Any], kept: Callable[[str], bool]) -> str:
+    """Remove the edges of a node, which has this table, from nodes of which `kept` is false."""
+    for socket, source in table.get("in", {}).items():
         sources = source if isinstance(source, list) else [source]
         left = [one for one in sources if kept(str(one).partition(".")[0])]
         if left and left != sources:
@@ -106,7 +106,7 @@ def pasted(text: str, block: str) -> tuple[str, dict[str, str]]:
             raise BadInput(what, where="the clipboard", right='tables such as [head] with type = "make_bust"')
         if table.get("like", name) not in tables:
             raise BadInput(f"'{name[:60]}' is like '{table['like']}'", where="the clipboard", right="both")
-        block = without_edges(block, name, tables.__contains__)
+        block = without_edges(block, name, table, tables.__contains__)
     names = dict[str, str]()
     for old in tables:
         taken = taken_in(tables_of(text))
