@@ -85,7 +85,7 @@ def test_two_machines_come_to_the_same_findings(store):
     assert not [path for path in store.root.rglob("*") if path.is_file()]
 
 
-def test_two_machines_meet_though_each_finds_half_of_what_the_other_writes_unfinished(store, monkeypatch):
+def test_two_machines_meet_though_files_are_found_half_written(store, monkeypatch):
     read = doctor_pair.Partner._read
     turns = defaultdict(itertools.count)
     monkeypatch.setattr(
