@@ -259,7 +259,8 @@ def factor_stages(model, system, at, outer, active, stage, rule):
     system  a System, out: factors and change of velocity of the blocks with strands to solve
     at      an Iterate, where the system is linearised; its T is set by the spring form
     outer   external forces, see above
-    active  1 for strands to solve, 2 with the projected stiffness, (blocks, W); the others in their blocks have 0 in b
+    active  1 for strands to solve, 2 with the projected stiffness, (blocks, W), out: 2 for those that took it; the
+            others in their blocks have 0 in b
     """
     for block in prange(len(model.first) - 1):
         if active[block].any():
@@ -267,24 +268,27 @@ def factor_stages(model, system, at, outer, active, stage, rule):
 
 
 @njit(cache=True, parallel=True)
-def find_overturned(model, b, active, weights, out):
-    """Set out, (blocks, W), to active, and to 2 for strands with a frame that the solution b turns too far, in place.
+def find_overturned(model, b, active, weights):
+    """Mark strands with a frame that the solution b turns too far, in place, where they had the exact stiffness.
 
-    active   1 for strands that were solved, (blocks, W)
+    active   1 for strands that were solved, 2 with the projected stiffness, which is set, (blocks, W)
     weights  h of the stage [s], (blocks, W)
 
-    Returns whether there are any.
+    Returns the number of blocks in which there are any.
     """
+    found = 0
     for block in prange(len(model.first) - 1):
-        _mark_overturned(model, np.int64(block), b, active, weights, out)
-    return (out > active).any()
+        found += _mark_overturned(model, np.int64(block), b, active, weights)
+    return found
 
 
 @njit(cache=True, error_model="numpy")
-def _mark_overturned(model, block, b, active, weights, out):
+def _mark_overturned(model, block, b, active, weights):
     turn = largest_turn(model, block, b[model.first[block] : model.first[block + 1]], load(weights, (block,)))
     asked = load(active, (block,))
-    store(out, (block,), select(turn > 1.0, asked + asked, asked))
+    marked = select(turn > 1.0, select(asked > 0.0, 0.0 * asked + 2.0, asked), asked)
+    store(active, (block,), marked)
+    return np.int64(any_lane(marked > asked))
 
 
 @njit(cache=True, error_model="numpy")
@@ -296,6 +300,8 @@ def _solve_definite(model, block, system, at, outer, stage, lanes, rule):
     any distance; and after a large turn the torque has another sign. Strands that touch would follow both.
 
     lanes  h of the stage [s], and firm
+
+    Returns the mask of lanes that took the projected stiffness.
     """
     h, firm = lanes
     full = system
@@ -315,6 +321,7 @@ def _solve_definite(model, block, system, at, outer, stage, lanes, rule):
             # The projected stiffness is for the lanes that need it; the others keep the exact one, to the bit.
             _take_back(system.A, full.A, doubtful)
             _take_back(system.b, full.b, doubtful)
+    return doubtful
 
 
 @inlined
@@ -343,11 +350,12 @@ def _factor_block(model, block, system, at, outer, active, stage, rule):
     set_form(model, block, xs, part.T, rule)
     hold_tip(model, block, xs, part.T, its_stage.held)
     axis = slice(rows.start // shape_of(model).stride, rows.stop // shape_of(model).stride)
-    lanes = h, load(active, (block,)) > 1.0
-    _solve_definite(model, block, System(As, bs), part, outer[axis], its_stage, lanes, rule)
+    asked = load(active, (block,))
+    firm = _solve_definite(model, block, System(As, bs), part, outer[axis], its_stage, (h, asked > 1.0), rule)
+    store(active, (block,), select(firm, select(asked > 0.0, 0.0 * asked + 2.0, asked), asked))
     for p in range(bs.shape[0]):
         for c in range(bs.shape[1]):
-            store(bs, (p, c), select(load(active, (block,)) > 0.0, load(bs, (p, c)), 0.0))
+            store(bs, (p, c), select(asked > 0.0, load(bs, (p, c)), 0.0))
     if A.shape[0] > 0:
         kept = A[rows]  # Conjugate gradients read these factors in every iteration: this is their time.
         for p in range(kept.shape[0]):

@@ -144,7 +144,8 @@ class StageDriver:
         if coupled:
             factors = self._room("factors", at.x, row_size(self.model.shape), np.float32)
         b = self._room("b", at.x, self.model.shape.unknowns)
-        factor_stages(self.model, System(factors, b), at, outer, active, stage, rule)
+        firm = active.copy()
+        factor_stages(self.model, System(factors, b), at, outer, firm, stage, rule)
         if not coupled:
             return b
 
@@ -153,13 +154,12 @@ class StageDriver:
 
         alone = self._room("alone", self.masses)
         unused = np.empty_like(alone, np.float32)
-        firm = np.empty_like(active)
         again = False
         while True:
             self.axis.gather(b, alone)
             exchanged = self.coupling.exchange(ask, alone, self.masses)
             respond(self.model, self.axis, System(factors, b), stage.held, active, exchanged, unused)
-            again = not again and bool(find_overturned(self.model, b, active, stage.h, firm))
+            again = not again and find_overturned(self.model, b, firm, stage.h) > 0
             if not again:
                 break
             # Its neighbours have followed a strand that turned too far: all are solved once more.
