@@ -21,6 +21,12 @@ class Touching:
     damping: np.ndarray
     normals: np.ndarray
 
+    def renumbered(self, numbers: np.ndarray) -> "Touching":
+        """Return the contacts under other numbers of points, (P,), without those of negative ones; pure."""
+        points = numbers[self.points].astype(np.int32)
+        known = points >= 0
+        return Touching(points[known], self.states[known], self.damping[known], self.normals[known])
+
 
 @value
 class HairState:

@@ -1,12 +1,16 @@
 """A cut leaves the shape of the hair and its motion against the root as they were."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from hairpipe.data import Ends
+from hairpipe.data.hair import Touching
 from hairpipe.scripted_ends.ends import drive
 from hairpipe.scripted_ends.track import Track
 from hairpipe.sim.cuts import move_over_cut
+from hairpipe.sim.integrators.restoration import restored
 from hairpipe.sim.simulate import start
 
 
@@ -14,6 +18,13 @@ from hairpipe.sim.simulate import start
 def swinging(scene, straight):
     """Hair of two kinds in mid-swing, on a body at rest."""
     return scene([straight(0.1, 10, [1, 0.2, 0]), straight(0.08, 7, [0.3, -1, 0.5])]).run(0.25)
+
+
+def touch(*points: int) -> Touching:
+    """Contact of points with a body."""
+    count = len(points)
+    damping, normals = np.arange(2.0 * count).reshape(-1, 2), np.tile([0.0, 1.0, 0.0], (count, 1))
+    return Touching(np.array(points, np.int32), np.full(count, 2, np.int8), damping, normals)
 
 
 def in_root_frame(hair, state, ends: Ends):
@@ -32,7 +43,8 @@ def _split(ends: Ends):
 
 
 def test_shape_and_motion_against_the_root_are_the_same_on_both_sides(swinging):
-    hair, state = swinging.hair, swinging.state
+    hair = swinging.hair
+    state = replace(swinging.state, touching=touch(5, 14))
     turned = Track((0.0, 1.0), ((0.0, 0.0, 0.0), (5.0, -2.0, 9.0)), (0.0, 250.0), (1.0, 2.0, 0.5), (0.1, 0.0, 0.3))
     before, after = drive(hair.groom, 0.3, turned, None, None, None), drive(hair.groom, 0.8, turned, None, None, None)
     carried = move_over_cut(hair, state, (before, after))
@@ -41,6 +53,7 @@ def test_shape_and_motion_against_the_root_are_the_same_on_both_sides(swinging):
     for one, other, scale in zip(old, new, (1.0, 10.0, 1000.0), strict=True):
         np.testing.assert_allclose(one, other, atol=1e-13 * scale)
     assert carried.tensions is state.tensions and carried.inverse_lengths is state.inverse_lengths
+    assert carried.touching is None  # the body has moved apart from hair
 
 
 def test_no_cut_changes_nothing(swinging, triangle):
@@ -69,3 +82,17 @@ def test_hair_that_starts_moves_with_the_body_after_the_cut(swinging, triangle):
     carried, begun = move_over_cut(hair, first, (triangle(), moving)), start(hair, moving, swinging.scene)
     np.testing.assert_allclose(carried.positions, begun.positions, atol=1e-14)
     np.testing.assert_allclose(carried.velocities, begun.velocities, atol=1e-9)
+
+
+def test_a_strand_that_is_reset_touches_nothing_and_the_others_what_they_did(swinging, triangle):
+    hair, state = swinging.hair, swinging.state
+    lost = replace(state, positions=state.positions.copy(), touching=touch(5, 14))  # one on each strand
+    first = hair.layout.strands[0, 0]
+    lost.positions[hair.layout.first[0] + 5, :, 0] = np.nan
+    mended, reset = restored(hair, lost, triangle())
+    assert set(hair.layout.strands[reset]) == {first} and np.isfinite(mended.positions).all()
+    [kept] = (
+        k for k, point in enumerate((5, 14)) if not hair.layout.offsets[first] <= point < hair.layout.offsets[first + 1]
+    )
+    np.testing.assert_array_equal(mended.touching.points, lost.touching.points[[kept]])
+    np.testing.assert_array_equal(mended.touching.damping, lost.touching.damping[[kept]])

@@ -19,11 +19,14 @@ def restored(hair: HairModel, state: HairState, driver: Driver) -> tuple[HairSta
 
     Also returns these strands, (blocks, W) bool. No other valid shape of them is known.
     """
-    numbers = state.positions, state.velocities, state.accelerations, state.tensions
-    finite = np.all([are_finite(hair.model, values) for values in numbers], axis=0)
+    rows = state.positions, state.velocities, state.accelerations, state.tensions
+    finite = np.all([are_finite(hair.model, values) for values in rows], axis=0)
     if finite.all():
         return state, ~finite
     lost = rows_of(hair.model, ~finite)
+    numbers = np.arange(hair.layout.offsets[-1])
+    for strand in np.unique(hair.layout.strands[~finite]):
+        numbers[hair.layout.offsets[strand] : hair.layout.offsets[strand + 1]] = -1
     positions, velocities = place(driver, hair.groom, hair.rest, hair.layout)
     mended = replace(
         state,
@@ -32,6 +35,7 @@ def restored(hair: HairModel, state: HairState, driver: Driver) -> tuple[HairSta
         accelerations=np.where(lost, 0.0, state.accelerations).astype(state.accelerations.dtype),
         fresh=state.fresh | ~finite,
         tensions=np.where(lost, 0.0, state.tensions).astype(state.tensions.dtype),
+        touching=state.touching and state.touching.renumbered(numbers),
     )
     return mended, ~finite
 

@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.data import Ends, Strands
-from hairpipe.data.hair import HairState, Touching
+from hairpipe.data.hair import HairState
 from hairpipe.groom.keys.key_turns import turns_since
 from hairpipe.groom.sampling import take
 from hairpipe.groom.strand_arrays import points_of_strands
@@ -70,7 +70,7 @@ class Guides:
             fresh=_taken_of_blocks(state.fresh, *layouts, self.strands),
             inverse_lengths=None if lengths is None else _taken(lengths, *layouts, self.strands),
             stuck=self.numbers[state.stuck].astype(np.int32),
-            touching=None if state.touching is None else renumbered(state.touching, self.numbers),
+            touching=None if state.touching is None else state.touching.renumbered(self.numbers),
         )
 
     def put(self, state: HairState, moved: HairState) -> HairState:
@@ -84,7 +84,7 @@ class Guides:
         if moved.impulses is not None:
             impulses = np.zeros((len(self.whole.groom.ids), 3))
             impulses[self.strands] = moved.impulses
-        touching = None if moved.touching is None else renumbered(moved.touching, self.points)
+        touching = None if moved.touching is None else moved.touching.renumbered(self.points)
         kept = {"fresh": fresh, "stuck": stuck, "touching": touching, "impulses": impulses}
         return replace(moved, **rows, **kept, inverse_lengths=state.inverse_lengths)
 
@@ -100,13 +100,6 @@ class Guides:
             out.append(np.zeros((len(self.numbers), *values.shape[1:])))
             out[-1][self.points] = values
         return GuideMotion(*out)
-
-
-def renumbered(touching: Touching, numbers: np.ndarray) -> Touching:
-    """Return contacts under other numbers of points, (P,), without those of negative ones; pure."""
-    points = numbers[touching.points].astype(np.int32)
-    known = points >= 0
-    return Touching(points[known], touching.states[known], touching.damping[known], touching.normals[known])
 
 
 def take_guides(whole: HairModel, leaders: np.ndarray) -> Guides:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hairpipe.data import Ends
+from hairpipe.data.hair import Touching
 from hairpipe.data.locks import AUDITED, FOLLOWED, RELEASED, TRIED
 from hairpipe.errors import BadInput
 from hairpipe.io.hdf5 import digest
@@ -160,9 +161,15 @@ def test_ends_that_go_as_the_body_does_lead_guides_as_it_does(hair, states):
 def test_guides_taken_out_and_put_back_are_what_they_were(hair, states):
     state = states[-1]
     guides = take_guides(hair, state.locks.leaders)
-    back = guides.put(state, guides.state_of(state))
-    same(replace(back, locks=state.locks), state)
     strands = guides.strands
+    follower = np.setdiff1d(np.arange(len(state.locks.leaders)), strands)[0]
+    points = np.sort(np.array([*strands[:2], follower]) * (SEGMENTS + 1) + 4).astype(np.int32)
+    touching = Touching(points, np.full(3, 2, np.int8), np.arange(6.0).reshape(3, 2), np.eye(3))
+    back = guides.put(state, guides.state_of(replace(state, touching=touching)))
+    led = np.isin(points // (SEGMENTS + 1), strands)
+    for name in ("points", "states", "damping", "normals"):
+        np.testing.assert_array_equal(getattr(back.touching, name), getattr(touching, name)[led])
+    same(replace(back, locks=state.locks, touching=state.touching), state)
     np.testing.assert_array_equal(
         guides.hair.groom.points.reshape(len(strands), -1, 3)[3],
         hair.groom.points.reshape(-1, SEGMENTS + 1, 3)[strands[3]],
