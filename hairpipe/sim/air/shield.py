@@ -77,7 +77,7 @@ def shield_of(
     low = low.astype(np.int64)
     area = np.zeros(tuple(counts.astype(int)))
     hairs = np.ones(len(points)) if widths is None else widths**2
-    if sizes is not None:
+    if sizes is not None and np.isnan(law.normal):  # a prescribed coefficient is that of any diameter
         hairs = hairs * _drag_shares(law, sizes, speed)
     _count(points, offsets, axes, low, cell, wind.shielding.hairs * diameter, hairs, area)
     left = np.empty_like(area)

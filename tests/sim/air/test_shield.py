@@ -132,3 +132,14 @@ def test_shield_is_constant_during_a_step():
     ahead = points - np.array([1.0, 0.0, 0.0])  # of what was counted, where the wind is still what it was
     np.testing.assert_allclose(counted.air(ahead, 0.0)[:, 0], 3.0, rtol=0.05)
     assert fresh.air(ahead, 0.0)[:, 0].min() < 1.0
+
+
+def test_a_prescribed_coefficient_is_that_of_any_diameter():
+    points, offsets, _ = slab()
+    sizes = np.linspace(0.5, 2.0, len(points))
+    for given in (0.0, 1e-4):
+        wind = Wind((3.0, 0.0, 0.0), coefficients=Coefficients(given, 0.0), shielding=Shielding())
+        one, other = (
+            shield_of(points, offsets, wind, law_of(wind, DIAMETER), DIAMETER, sizes=each) for each in (None, sizes)
+        )
+        np.testing.assert_array_equal(one.left, other.left)
