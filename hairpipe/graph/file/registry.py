@@ -42,6 +42,11 @@ class Registry:
         return trust_error(self.folder) if self.folder else None
 
     @cached_property
+    def _ours(self) -> frozenset[str]:
+        """Node types of our own package: to find them imports no other."""
+        return frozenset(modules_in(OUR_NODES))
+
+    @cached_property
     def _packaged(self) -> dict[str, str]:
         """Packages of the node types outside the folder, by name; the first package that has one."""
         return {name: package for package in reversed(packages()) for name in modules_in(package)}
@@ -84,7 +89,7 @@ class Registry:
                 enter(self.folder)
             if own:
                 return load_file(name, path)
-        package = self._packaged.get(name)
+        package = OUR_NODES if name in self._ours else self._packaged.get(name)
         if package is None:
             right = nearest(name, self.names())
             experiments = folder_of(EXPERIMENTS)
