@@ -55,6 +55,7 @@ STARTED = {
     "experiments volume": "volume",
     "experiments levelset": "levelset",
     "experiments picture": "picture",
+    "experiments redraw": "redraw",
     "experiments particles": "particles",
     "experiments faults": "faults",
     "experiments machines": "machines",
@@ -65,6 +66,7 @@ STARTED = {
     "experiments contact": "contact --segments 100 --between pairs",
     "bench paper": "bench paper medium_straight --set groom.strands=24",
     "bench engine": "bench engine -j1",
+    "bench first-frame": "bench first-frame shot.toml",
     "bench traffic": "bench traffic shot.toml",
     "experiments promises": "promises --scenes 1",
     "experiments needs": "needs tune/short_slow --tolerance 3%",
@@ -85,6 +87,8 @@ it.measure_level_sets.__defaults__ = (0.02,), 20, True""",
     "experiments picture": """from hairpipe.graphs.experiments.bench.pictures import picture as it
 it.measure_luminance = lambda *_: []
 it.measure_picture.__defaults__ = ((60, 6), (30, 9)), 2""",
+    "experiments redraw": """from hairpipe.graphs.experiments.bench.pictures import redraw as it
+it.measure_redraw = lambda *_: it.make_report("redraw", {"redraw": [{"strands": 1}]})""",
     "experiments particles": """from hairpipe.graphs.experiments.bench import particles as it
 it.measure_particles.__defaults__ = (150,), (1, 2), 0, 1""",
     "experiments machines": """from hairpipe.graphs.experiments.bench.machines import trials as it
@@ -100,6 +104,8 @@ it.measure_swing = lambda *_: it.make_report("swing", {"peers": [{"name": "hairp
     "bench paper": """from hairpipe.bench import paper as it
 case = {"first frame": 6, "threads": 1, "frame [s]": 0.1}
 it.measure_scene = lambda *words: [(case, {"strands": 0.1})]""",
+    "bench first-frame": """from hairpipe.bench import first_frame as it
+it.measure_first_frame = lambda *_: it.make_report("first_frame", {"phases": [{"phase": "start"}]})""",
     "bench engine": """from hairpipe.bench import engine as it
 short, long = (it.ToyRun(count, 0, 1.0, 1.0, None) for count in (3, 5))
 it.cold_runs, it.warm_runs = lambda *_: (short, long), lambda *_: [short]""",

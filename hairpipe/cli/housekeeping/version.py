@@ -11,7 +11,6 @@ from hairpipe import __version__
 from hairpipe.api.formatting import table
 from hairpipe.cli import options
 from hairpipe.graph.worker.threading_layer import choose_layer
-from hairpipe.openvdb_library import version_of_openvdb
 from hairpipe.processor import processor_class
 
 DISTRIBUTIONS = {
@@ -28,6 +27,8 @@ DISTRIBUTIONS = {
 @options.as_json
 def version(as_json: bool) -> None:
     """Print versions, cores, class of processor and threading layer."""
+    from hairpipe.openvdb_library import version_of_openvdb
+
     found: dict[str, str | int | None] = {"hairpipe": __version__, "python": platform.python_version()}
     found |= {name: version_of(distribution) for name, distribution in DISTRIBUTIONS.items()}
     found |= {"openvdb": version_of_openvdb()}
