@@ -29,9 +29,14 @@ EDITED, ASKED, RECEIVED, SHOWN = "edit is answered", "run is accepted", "page ha
 BEGUN = "run reaches the node"
 PATIENCE = 120.0
 """Time after which a frame counts as not coming [s]."""
-IN_PAGE = """(async (target, text, node, frame) => {{
+IN_PAGE = """(async (target, text, node, frame, patience) => {{
   const now = () => (performance.timeOrigin + performance.now()) / 1000;
-  const until = async (holds) => {{ while (!holds()) await new Promise((done) => setTimeout(done, 4)); return now(); }};
+  const until = async (holds) => {{
+    for (const end = now() + patience; !holds(); await new Promise((done) => setTimeout(done, 4))) {{
+      if (now() > end) throw new Error("no new frame");
+    }}
+    return now();
+  }};
   if (app.node !== node) selectNode(node);
   app.set({{ frame }});
   const output = () => app.document(node, app.output, "strands"), old = output(), begun = now();
@@ -104,8 +109,8 @@ def values_of(draft: Draft, target: str) -> Iterator[str]:
         value = value.get("value")  # of a table
     if not isinstance(value, int | float) or isinstance(value, bool):
         raise BadInput("not a number", where=target, right="a setting such as hair.material.diameter")
-    numbers = ((value + k if isinstance(value, int) else value * (1.0 + 1e-3 * k)) for k in range(1, 1000))
-    return map(repr, numbers)
+    step = 1 if isinstance(value, int) else 1e-3 * value or 1e-6
+    return (repr(value + k * step) for k in range(1, 1000))
 
 
 def measured(session: Session, edit: Edit, way: Way, text: str) -> dict[str, float]:
@@ -116,6 +121,8 @@ def measured(session: Session, edit: Edit, way: Way, text: str) -> dict[str, flo
         (r for t, r in records.items() if r.created > at.begun and t.frame in (None, way.frame)),
         key=lambda r: r.created,
     )
+    if not made:
+        raise BadInput(f"the edit changes no result of '{way.node}'", where=way.target, right="a number that it uses")
     start = made[0].created - made[0].seconds
     nodes = {f"node {record.node}": record.seconds for record in made}
     between = made[-1].created - start - sum(nodes.values())
@@ -179,7 +186,7 @@ def client(server: Server, way: Way) -> Iterator[tuple[str, Edit]]:
         yield (
             "in a browser",
             lambda text: browser.evaluate(
-                IN_PAGE.format(", ".join(map(json.dumps, (way.target, text, way.node, way.frame))))
+                IN_PAGE.format(", ".join(map(json.dumps, (way.target, text, way.node, way.frame, PATIENCE))))
             ),
         )
 
@@ -211,7 +218,9 @@ def ask(server: Server, way: Way, text: str) -> list[float]:
     moments.append(time.time())
     while (found := result()) in (None, old) and time.time() < moments[0] + PATIENCE:
         revision = json.loads(get(f"wait?seen={revision}"))["revision"]
+    if found in (None, old):
+        raise BadInput("no new frame", where=f"{way.target} = {text}", right="an edit that changes it, and a run of it")
     moments.append(time.time())
-    for name in (found or {}).values():
+    for name in found.values():
         get(f"data/{name}.strands.js")
     return [*moments, time.time()]

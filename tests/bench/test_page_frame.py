@@ -1,12 +1,24 @@
 """Parts of the time from an edit on the page to a new frame."""
 
 import time
+from itertools import islice
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from hairpipe.bench import page_frame
-from hairpipe.bench.page_frame import ASKED, BEGUN, EDITED, RECEIVED, SHOWN, measure_page_frame
+from hairpipe.bench.page_frame import (
+    ASKED,
+    BEGUN,
+    EDITED,
+    RECEIVED,
+    SHOWN,
+    Way,
+    measure_page_frame,
+    measured,
+    values_of,
+)
 from hairpipe.errors import BadInput
 
 
@@ -38,3 +50,23 @@ def test_parts_of_an_edit_are_its_whole(shot, monkeypatch):
     assert all(case["processor [s]"] > 0.0 for case in server)
     with pytest.raises(BadInput, match="not a number"):
         measured_tables(shot.path, "seed.nothing")
+    monkeypatch.setattr(page_frame, "PATIENCE", 0.0)
+    with pytest.raises(BadInput, match=r"move\.turn = 1001: no new frame"):
+        measured_tables(shot.path, "move.turn")
+
+
+def test_numbers_of_edits_are_all_different(shot):
+    def values(target, **settings):
+        draft: Any = SimpleNamespace(shot=SimpleNamespace(graph=shot.load(**settings)))
+        return [float(text) for text in islice(values_of(draft, target), 9)]
+
+    for value in (0.0, -2.5, 1000.0):
+        assert len({value, *values("seed.value", seed__value=value)}) == 10
+    assert values("move.turn", move__turn=0) == [*range(1, 10)]
+
+
+def test_an_edit_without_a_new_result_is_refused():
+    shot = SimpleNamespace(plan=lambda *frames, to: SimpleNamespace(records={}))
+    session: Any = SimpleNamespace(frames=None, draft=SimpleNamespace(shot=shot))
+    with pytest.raises(BadInput, match=r"seed\.value: the edit changes no result of 'sum'"):
+        measured(session, lambda text: [0.0] * 5, Way("sum", 1, "seed.value"), "2")
