@@ -39,11 +39,14 @@ def find_openvdb() -> Path | None:
 
 
 def version_of_openvdb() -> str | None:
-    """Return release and source of the module; None where there is none."""
+    """Return release and source of the module, or why it cannot be used; None where there is none."""
     place = find_openvdb()
     if place is None:
         return None
-    release = ".".join(map(str, ask("version", "openvdb")["version"].tolist()))
+    try:
+        release = ".".join(map(str, ask("version", "openvdb")["version"].tolist()))
+    except BadInput as fault:
+        return f"unusable: {fault}"
     return f"{release} of bpy {importlib.metadata.version('bpy')}" if "bpy" in place.parts else release
 
 
@@ -96,6 +99,7 @@ def version(vdb: ModuleType) -> Arrays:
 def read(vdb: ModuleType, path: str, name: str) -> Arrays:
     """Return the active voxels of a grid of numbers: indices (n, 3), values (n,), and matrix (4, 4) for row vectors.
 
+    Tiles of value 0 are left out.
     Error where it is another grid, or has too many voxels.
     """
     grid = vdb.read(path, name)
@@ -103,19 +107,19 @@ def read(vdb: ModuleType, path: str, name: str) -> Arrays:
         raise TypeError(f"the grid is one of {grid.valueTypeName}, not of numbers")
     if grid.activeVoxelCount() > MOST_VOXELS:
         raise ValueError(f"the grid has more than {MOST_VOXELS:,} voxels")
-    tiles = [(item.min, item.max, item.value) for item in grid.citerOnValues()]
-    low, high = (np.array([tile[i] for tile in tiles], np.int64).reshape(-1, 3) for i in (0, 1))
-    counts = (high - low + 1).prod(axis=1)
-    within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    sides = np.repeat(high - low + 1, counts, axis=0)
-    shifts = np.stack(
-        (within // (sides[:, 1] * sides[:, 2]), within // sides[:, 2] % sides[:, 1], within % sides[:, 2])
-    )
+    kind = np.dtype([("low", "3i4"), ("high", "3i4"), ("value", "f4")])
+    tiles = np.fromiter(((item.min, item.max, item.value) for item in grid.citerOnValues()), kind)
+    is_voxel = (tiles["low"] == tiles["high"]).all(axis=1)
+    indices = [tiles["low"][is_voxel].astype(np.int64)]
+    values = [tiles["value"][is_voxel]]
+    for low, high, value in tiles[~is_voxel & (tiles["value"] != 0.0)]:
+        sides = (high - low + 1).tolist()
+        indices.append(np.stack(np.unravel_index(np.arange(np.prod(sides)), sides), axis=1) + low)
+        values.append(np.full(len(indices[-1]), value, np.float32))
     corners = np.array([grid.transform.indexToWorld(corner) for corner in (*np.eye(3).tolist(), (0.0, 0.0, 0.0))])
     matrix = np.eye(4)
     matrix[:3, :3], matrix[3, :3] = corners[:3] - corners[3], corners[3]
-    values = np.repeat(np.array([tile[2] for tile in tiles], np.float32), counts)
-    return {"indices": np.repeat(low, counts, axis=0) + shifts.T, "values": values, "matrix": matrix}
+    return {"indices": np.concatenate(indices), "values": np.concatenate(values), "matrix": matrix}
 
 
 def levelset(

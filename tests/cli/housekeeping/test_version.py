@@ -2,11 +2,13 @@
 
 import json
 import platform
+from pathlib import Path
 
 import numpy as np
 
-from hairpipe import __version__
+from hairpipe import __version__, openvdb_library
 from hairpipe.cli.housekeeping.version import version_of
+from hairpipe.errors import BadInput
 from hairpipe.graph.worker.threading_layer import choose_layer
 from hairpipe.openvdb_library import find_openvdb
 from hairpipe.processor import processor_class
@@ -22,6 +24,15 @@ def test_a_document_names_all_that_matters(hairpipe):
     assert found["threading layer"] == choose_layer().name
     assert {"numba", "usd", "h5py", "blosc"} <= found.keys()
     assert (found["openvdb"] is None) == (find_openvdb() is None)
+
+
+def test_a_broken_module_is_named(monkeypatch):
+    def refuse(task, where):
+        raise BadInput("OpenVDB failed: undefined symbol", where=where)
+
+    monkeypatch.setattr(openvdb_library, "find_openvdb", lambda: Path("openvdb.so"))
+    monkeypatch.setattr(openvdb_library, "ask", refuse)
+    assert openvdb_library.version_of_openvdb() == "unusable: openvdb: OpenVDB failed: undefined symbol"
 
 
 def test_the_text_says_the_same(hairpipe):
