@@ -7,6 +7,8 @@ from hairpipe.body.mocap.quaternion import multiply
 
 STEP = 1e-30
 """Imaginary step: its square is below the rounding of 1."""
+SINGULAR = 1e-9
+"""Sums of two scales of a joint that count as 0, relative to the largest."""
 
 
 def blend_dual(
@@ -54,7 +56,7 @@ def split(matrices: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarr
     """Return M = R S as quaternions of R, (J, 4), and S, (J, 3, 3); their rates are imaginary parts, by `STEP`. Pure.
 
     R is the nearest rotation and S symmetric. With a spin w of R in its frame, and A = R^T dM/dt, the skew part of
-    [w] S + dS/dt = A is (tr(S) I - S) w = axial(A - A^T).
+    [w] S + dS/dt = A is (tr(S) I - S) w = axial(A - A^T), and w the smallest solution where scales are 0 or mirror.
     """
     left, sizes, right = np.linalg.svd(matrices)
     handed = np.linalg.det(left @ right)
@@ -65,7 +67,8 @@ def split(matrices: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarr
     A = R.swapaxes(1, 2) @ rates
     skew = A - A.swapaxes(1, 2)
     axial = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1)
-    spins = np.linalg.solve(np.trace(S, axis1=1, axis2=2)[:, None, None] * np.eye(3) - S, axial[:, :, None])[:, :, 0]
+    inertia = np.trace(S, axis1=1, axis2=2)[:, None, None] * np.eye(3) - S
+    spins = (np.linalg.pinv(inertia, rcond=SINGULAR, hermitian=True) @ axial[:, :, None])[:, :, 0]
     turning = np.cross(spins[:, :, None], S, axis=1)
     quaternions = np.roll(Rotation.from_matrix(R).as_quat(), 1, axis=1)
     spinning = multiply(quaternions, np.concatenate([np.zeros((len(spins), 1)), 0.5 * spins], axis=1))
