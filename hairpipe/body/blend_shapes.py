@@ -32,11 +32,11 @@ def displace(rest: Body, pose: Pose) -> tuple[np.ndarray, np.ndarray | None]:
 def key_shares(shapes: BlendShapes, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the share of every key at weights (K,), and its slope over the weight, (m,) each. Pure.
 
-    A shape is linear between its keys and nothing at 0, and beyond the last keys as between the last two.
+    A shape of a mesh is linear between its keys and nothing at 0, and beyond the last keys as between the last two.
     """
     shares, slopes = np.zeros(len(shapes.places)), np.zeros(len(shapes.places))
-    for shape in np.unique(shapes.shapes):
-        keys = np.flatnonzero(shapes.shapes == shape)
+    for shape, mesh in np.unique(np.stack([shapes.shapes, shapes.meshes], axis=1), axis=0):
+        keys = np.flatnonzero((shapes.shapes == shape) & (shapes.meshes == mesh))
         order = np.argsort(shapes.places[keys])
         keys = np.insert(keys[order], np.searchsorted(shapes.places[keys[order]], 0.0), -1)  # -1: nothing, at 0
         places = np.where(keys < 0, 0.0, shapes.places[keys])

@@ -31,6 +31,7 @@ class BlendShapes:
     names     of the weights
     rest      weights of the body at rest, (K,) float64
     shapes    weight of every key, (m,) int32
+    meshes    mesh of every key, among those that the body joins, (m,) int32
     places    value of the weight at which a key is reached, never 0, (m,) float64
     rows      first displacement of every key, and their number, (m + 1,) int64
     vertices  displaced by a row, (r,) int32
@@ -40,6 +41,7 @@ class BlendShapes:
     names: tuple[str, ...]
     rest: np.ndarray
     shapes: np.ndarray
+    meshes: np.ndarray
     places: np.ndarray
     rows: np.ndarray
     vertices: np.ndarray

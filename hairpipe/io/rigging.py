@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.data import BlendShapes
+from hairpipe.errors import BadInput
 
 
 class Key(NamedTuple):
@@ -30,16 +31,27 @@ def join_shapes(
 
     counts  vertices of each mesh
     rest    weights that are not 0 at rest
+
+    Raises BadInput where a mesh has a key at a weight of 0, or two of a name at one weight.
     """
     firsts = np.cumsum([0, *counts])
     keys = [key._replace(vertices=key.vertices + first) for p, first in zip(pieces, firsts, strict=False) for key in p]
     if not keys:
         return None
+    meshes = np.repeat(np.arange(len(pieces), dtype=np.int32), [len(piece) for piece in pieces])
+    seen = set[tuple[int, str, float]]()
+    for mesh, key in zip(meshes.tolist(), keys, strict=True):
+        if not key.place or (mesh, key.name, key.place) in seen:
+            what = f"{'a' if not key.place else 'a second'} key at the weight {key.place or 0.0:g}"
+            where = f"blend shape {key.name} of mesh {mesh}"
+            raise BadInput(what, where=where, right="one key at each weight, none at 0")
+        seen.add((mesh, key.name, key.place))
     names = tuple(dict.fromkeys(key.name for key in keys))
     return BlendShapes(
         names,
         np.array([rest.get(name, 0.0) for name in names]),
         np.array([names.index(key.name) for key in keys], np.int32),
+        meshes,
         np.array([key.place for key in keys], float),
         np.cumsum([0] + [len(key.vertices) for key in keys]),
         np.concatenate([key.vertices for key in keys]).astype(np.int32),
@@ -49,7 +61,9 @@ def join_shapes(
 
 def unique_names(names: Sequence[str], owners: Sequence[object]) -> list[str]:
     """Return names, those that several owners have with the owner: smile#face. Pure."""
-    owned = {name: {o for n, o in zip(names, owners, strict=True) if n == name} for name in names}
+    owned = dict[str, set[object]]()
+    for name, owner in zip(names, owners, strict=True):
+        owned.setdefault(name, set()).add(owner)
     return [n if len(owned[n]) == 1 else f"{n}#{owner}" for n, owner in zip(names, owners, strict=True)]
 
 

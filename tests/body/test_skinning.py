@@ -94,6 +94,20 @@ def test_dual_quaternions_half_way_of_a_screw_turn_by_half_of_it():
     np.testing.assert_allclose(skin(body, still(np.array([np.eye(4), twist]))).points, [half], atol=1e-12)
 
 
+@pytest.mark.parametrize("scales", [(0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (1.5, 1.5, -1.5), (0.0, 1.0, 2.0)])
+def test_dual_quaternions_of_one_joint_are_its_matrix_at_scales_of_0_and_mirrors(scales):
+    body = make_body(6, 1)
+    body = replace(body, dual=DualQuaternions(np.arange(6, dtype=np.int32), np.zeros((6, 3))))
+    moved, rates = random_rigid(), np.zeros((1, 4, 4))
+    moved[:3, :3] = moved[:3, :3] @ np.diag(scales)
+    rates[0, :3] = CHANCE.normal(size=(3, 4))
+    pose = Pose((moved @ body.skeleton.rest[0])[None], rates @ body.skeleton.rest[0])
+    found = skin(body, pose)
+    points = np.concatenate([body.mesh.points, np.ones((6, 1))], axis=1)
+    np.testing.assert_allclose(found.points, points @ moved[:3].T, atol=1e-12)
+    np.testing.assert_allclose(found.velocities, points @ rates[0, :3].T, atol=1e-12)
+
+
 def rich_body() -> Body:
     """A body with all that moves a skin: dual quaternions, blend shapes, and another mesh that is bound."""
     body = make_body(20, 3)
@@ -103,6 +117,7 @@ def rich_body() -> Body:
         ("smile", "puff"),
         np.array([0.0, 0.25]),
         np.array([0, 0, 1], np.int32),
+        np.zeros(3, np.int32),
         np.array([0.5, 1.0, 1.0]),
         np.array([0, 4, 8, 28]),
         np.concatenate([[3, 4, 7, 9], [3, 4, 7, 9], np.arange(20)]).astype(np.int32),

@@ -69,9 +69,9 @@ def read_body(path: Path, group: str | None = None) -> Body:
     mesh = merge_meshes([Mesh(p, piece.triangles, uv=piece.uv) for p, piece in zip(points, pieces.pieces, strict=True)])
     counts = [len(piece.points) for piece in pieces.pieces]
     maps = merge_maps([piece.maps for piece in pieces.pieces], counts)
-    binds = [bind_of(pieces, piece) for piece in pieces.pieces]
+    binds = bind_pieces(pieces)
     names = name_weights(pieces)
-    rest = weights_of(pieces, None)
+    rest = weights_of(pieces, names, None)
     keys = [keys_of(piece, names[piece.node], matrix) for piece, (matrix, _) in zip(pieces.pieces, binds, strict=True)]
     shapes = join_shapes(keys, counts, rest)
     bases = [piece.points @ m[:3, :3].T + m[:3, 3] for piece, (m, _) in zip(pieces.pieces, binds, strict=True)]
@@ -92,17 +92,41 @@ def read_body(path: Path, group: str | None = None) -> Body:
     return Body(mesh, joints.skeleton(), influences, weights, maps, shapes=shapes, bound=bound)
 
 
-def bind_of(pieces: SkinnedPieces, piece: Piece) -> tuple[np.ndarray, dict[int, np.ndarray]]:
-    """Return the matrix of a mesh to its place in the world, (4, 4), and the motions of its nodes from there to rest.
+def bind_pieces(pieces: SkinnedPieces) -> list[tuple[np.ndarray, dict[int, np.ndarray]]]:
+    """Return the matrix of every mesh to its place in the world, (4, 4), and motions of its nodes from there to rest.
 
-    The place is the one at rest, where nodes of the skin agree about it.
+    The place is the one at rest, where nodes agree about it. A mesh with a node of another mesh has the place from
+    which that node moves both alike.
     """
+    moved = [motions_of(pieces, piece) for piece in pieces.pieces]
+    found = dict[int, tuple[np.ndarray, dict[int, np.ndarray]]]()
+    turns = dict[int, np.ndarray]()
+    while len(found) < len(moved):
+        waiting = [n for n in range(len(moved)) if n not in found]
+        number = next((n for n in waiting if not turns.keys().isdisjoint(moved[n])), waiting[0])
+        regular = {node: motion for node, motion in moved[number].items() if is_regular(motion)}
+        first = next(iter(moved[number]))
+        place = next(
+            (np.linalg.inv(turns[node]) @ motion for node, motion in regular.items() if node in turns),
+            regular.get(first, np.eye(4)),
+        )
+        unplace = np.linalg.inv(place)
+        found[number] = place, {node: motion @ unplace for node, motion in moved[number].items()}
+        turns = {node: found[number][1][node] for node in regular} | turns
+    return [found[n] for n in range(len(moved))]
+
+
+def motions_of(pieces: SkinnedPieces, piece: Piece) -> dict[int, np.ndarray]:
+    """Return the matrices (4, 4) by which the nodes of a mesh move its points to rest."""
     world = pieces.animation.transforms(None)
     nodes, unbind = pieces.skins[piece.skin] if piece.skin is not None else (np.array([piece.node]), np.eye(4)[None])
     used = np.isin(nodes, piece.joints)
-    moved = world[nodes[used]] @ unbind[used]
-    place = moved[0] if abs(np.linalg.det(moved[0, :3, :3])) > 1e-30 else np.eye(4)
-    return place, dict(zip(nodes[used].tolist(), moved @ np.linalg.inv(place), strict=True))
+    return dict(zip(nodes[used].tolist(), world[nodes[used]] @ unbind[used], strict=True))
+
+
+def is_regular(matrix: np.ndarray) -> bool:
+    """Return whether an affine matrix (4, 4) has an inverse."""
+    return abs(np.linalg.det(matrix[:3, :3])) > 1e-30
 
 
 def join_turns(joints: Joints, binds: list[dict[int, np.ndarray]], where: str) -> np.ndarray:
@@ -118,20 +142,27 @@ def join_turns(joints: Joints, binds: list[dict[int, np.ndarray]], where: str) -
 
 
 def name_weights(pieces: SkinnedPieces) -> dict[int, list[str]]:
-    """Return the names of the morph targets of every node with a mesh; several of a name have the node, too."""
+    """Return the names of the morph targets of every node with a mesh.
+
+    Those of a name have their number, in one node, or their node: smile#2.
+    """
     given = dict[int, list[str]]()
     for piece in pieces.pieces:
         mesh = pieces.document.get("meshes")[pieces.animation.nodes[piece.node]["mesh"]]
-        named = mesh.get("extras", {}).get("targetNames", [])
-        given[piece.node] = [str(named[k]) if k < len(named) else f"target{k}" for k in range(len(piece.targets))]
+        named = (mesh.get("extras") or {}).get("targetNames") or []
+        count = len(piece.targets)
+        names = [str(named[k]) if k < len(named) else f"target{k}" for k in range(count)]
+        given[piece.node] = unique_names(names, range(count))
     owners = [node for node, names in given.items() for _ in names]
     unique = iter(unique_names([name for names in given.values() for name in names], owners))
     return {node: [next(unique) for _ in names] for node, names in given.items()}
 
 
-def weights_of(pieces: SkinnedPieces, time: float | None) -> dict[str, float]:
-    """Return the weights of the morph targets at a time [s], or at rest, by name."""
-    named = name_weights(pieces)
+def weights_of(pieces: SkinnedPieces, named: dict[int, list[str]], time: float | None) -> dict[str, float]:
+    """Return the weights of the morph targets at a time [s], or at rest, by name.
+
+    named  names of the morph targets of every node
+    """
     return {
         name: float(weight)
         for node, names in named.items()
@@ -152,7 +183,7 @@ def read_joints(path: Path, group: str | None, clip: str | None, fps: float) -> 
     joints = Joints(pieces)
     unbind = np.linalg.inv(joints.world) @ joints.rest
     moved = [pieces.animation.transforms(float(code / fps))[joints.nodes] @ unbind for code in pieces.codes]
-    weights = np.array([[*weights_of(pieces, float(code / fps)).values()] for code in pieces.codes])
-    return JointMotion(
-        joints.skeleton(), np.array(moved), pieces.codes, fps, 0.0, tuple(weights_of(pieces, None)), weights
-    )
+    named = name_weights(pieces)
+    weights = np.array([[*weights_of(pieces, named, float(code / fps)).values()] for code in pieces.codes])
+    shapes = tuple(weights_of(pieces, named, None))
+    return JointMotion(joints.skeleton(), np.array(moved), pieces.codes, fps, 0.0, shapes, weights)

@@ -85,13 +85,15 @@ def weighted(pose: Pose, names: Sequence[str], sampled: Pose, shapes: BlendShape
 
     names  of the sampled weights
 
-    Warns of names that the body or the motion does not have.
+    Warns of names that the body or a motion with weights does not have.
     """
     own = () if shapes is None else shapes.names
     lost, still = ([n for n in a if n not in b] for a, b in ((names, own), (own, names)))
     if lost:
         rest = f"; {', '.join(still[:NAMED])} of the body stay at rest" if still else ""
         warnings.warn(f"weights without a blend shape of the body: {', '.join(lost[:NAMED])}{rest}", stacklevel=2)
+    elif names and still:
+        warnings.warn(f"blend shapes without a weight, which stay at rest: {', '.join(still[:NAMED])}", stacklevel=2)
     if shapes is None or sampled.weights is None or sampled.weight_rates is None:
         return pose
     weights = shapes.rest.copy()

@@ -301,6 +301,51 @@ def test_poses_carry_morph_targets_as_the_points_of_the_file(tmp_path, default):
     np.testing.assert_allclose(still.points, rest.mesh.points, atol=1e-6)
 
 
+@pytest.mark.parametrize("names", [["smile", "puff"], ["smile", "smile"], None])
+def test_morph_targets_of_two_primitives_follow_their_weight(tmp_path, names):
+    content = morphing([0.0, 0.0])
+    mesh = content["meshes"][0]
+    first = mesh["primitives"][0]
+    position = first["targets"][1]["POSITION"]  # other points, so that the two differ
+    other = {"attributes": first["attributes"] | {"POSITION": position}, "indices": first["indices"]}
+    mesh["primitives"].append(other | {"targets": first["targets"][::-1]})
+    mesh["extras"] = names and {"targetNames": names}
+    file = write(tmp_path / "a.gltf", content)
+    rest = load_body(file=file)
+    shown = {"smile,puff": ("smile", "puff"), "smile,smile": ("smile#0", "smile#1")}
+    assert rest.shapes.names == (shown[",".join(names)] if names else ("target0", "target1"))
+    for frame in (8, 16, 24):  # weights 0.5 and 0.5, 1 and 0, 1.5 and -0.5
+        pose = load_motion(rest, Time(frame, 24.0), (), file=file, at=0)
+        points = load_mesh_cache(Time(frame, 24.0), (), rest=rest, file=file, at=0).points
+        np.testing.assert_allclose(skin(rest, pose).points, points, atol=1e-6)
+
+
+def test_names_of_morph_targets_may_be_null(tmp_path):
+    content = morphing([0.0, 0.0])
+    content["meshes"][0]["extras"]["targetNames"] = None
+    assert load_body(file=write(tmp_path / "a.gltf", content)).shapes.names == ("target0", "target1")
+
+
+@pytest.mark.filterwarnings("error")
+def test_meshes_of_several_skins_with_a_shared_joint_move_as_the_file_does(tmp_path):
+    content = morphing([0.0, 0.0])
+    content["nodes"][1]["children"].append(3)
+    content["nodes"] += [
+        {"name": "third", "translation": [1, 0, 0], "rotation": [0.6, 0.0, 0.0, 0.8], "children": [4]},
+        {"name": "fourth", "rotation": [0.0, 0.6, 0.0, 0.8]},
+        {"mesh": 0, "skin": 1, "name": "apart"},
+        {"mesh": 0, "skin": 2, "name": "between"},
+    ]
+    inverse = content["skins"][0]["inverseBindMatrices"]  # first that of 1, as of skins without any
+    content["skins"] += [{"joints": [3, 4]}, {"joints": [3, 2], "inverseBindMatrices": inverse}]
+    file = write(tmp_path / "a.gltf", content)
+    rest = load_body(file=file)
+    for frame in (0, 9, 24):
+        pose = load_motion(rest, Time(frame, 24.0), (), file=file, at=0)
+        points = load_mesh_cache(Time(frame, 24.0), (), rest=rest, file=file, at=0).points
+        np.testing.assert_allclose(skin(rest, pose).points, points, atol=1e-6)
+
+
 def test_weights_come_smoothly_from_rest_to_those_that_the_shot_begins_with(tmp_path):
     file = write(tmp_path / "a.gltf", morphing([0.5, -0.25]))
     rest = load_body(file=file)

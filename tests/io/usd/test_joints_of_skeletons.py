@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 from scipy.spatial.transform import Rotation
 
 from hairpipe.body.mannequin.bust import build_skeleton
@@ -108,6 +108,75 @@ def test_poses_carry_blend_shapes_and_methods_as_openusd_bakes_them(moving, meth
         world = mesh.ComputeLocalToWorldTransform(frame)
         baked = np.array([world.Transform(Gf.Vec3d(p)) for p in mesh.GetPointsAttr().Get(frame)])
         np.testing.assert_allclose(posed[frame].points, 0.05 * baked[:, [0, 2, 1]] * (1, 1, -1), atol=1e-6)
+
+
+def add_brows(stage: Usd.Stage) -> None:
+    """Add a copy of the mesh without in-betweens, whose shape has the name of one of the mesh."""
+    layer = stage.GetRootLayer()
+    assert Sdf.CopySpec(layer, "/char/mesh", layer, "/char/brows")
+    brows = UsdSkel.BindingAPI(stage.GetPrimAtPath("/char/brows"))
+    shape = UsdSkel.BlendShape.Define(stage, "/char/brows/raise")
+    shape.CreateOffsetsAttr(Vt.Vec3fArray.FromNumpy(np.random.default_rng(2).normal(size=(12, 3)).astype(np.float32)))
+    brows.GetBlendShapesAttr().Set(["smile"])
+    brows.GetBlendShapeTargetsRel().SetTargets([shape.GetPath()])
+
+
+def test_meshes_with_a_shape_of_one_name_move_as_openusd_bakes_them(moving):
+    stage = Usd.Stage.Open(str(moving))
+    add_shapes(stage)
+    add_brows(stage)
+    stage.Save()
+    rest = load_body(file=moving)
+    assert rest.shapes.names == ("smile", "puff") and rest.shapes.meshes.tolist() == [0, 0, 0, 0, 1]
+    posed = {frame: skin(rest, load_motion(rest, Time(frame, 24.0), (), file=moving)) for frame in FRAMES}
+    assert UsdSkel.BakeSkinning(UsdSkel.Root.Get(stage, "/char"), Gf.Interval(FRAMES[0], FRAMES[-1]))
+    for frame in FRAMES:
+        baked = []
+        for name in ("mesh", "brows"):
+            mesh = UsdGeom.Mesh.Get(stage, f"/char/{name}")
+            world = mesh.ComputeLocalToWorldTransform(frame)
+            baked += [world.Transform(Gf.Vec3d(p)) for p in mesh.GetPointsAttr().Get(frame)]
+        shown = 0.05 * np.array(baked)[:, [0, 2, 1]] * (1, 1, -1)
+        np.testing.assert_allclose(posed[frame].points, shown, atol=1e-6)
+
+
+def test_a_face_of_blend_shapes_alone_follows_the_weights_of_its_own_skeleton(moving):
+    stage = Usd.Stage.Open(str(moving))
+    add_shapes(stage)
+    add_brows(stage)
+    layer = stage.GetRootLayer()
+    for name in ("skeleton", "animation"):
+        assert Sdf.CopySpec(layer, f"/char/{name}", layer, f"/char/face_{name}")
+    brows = stage.GetPrimAtPath("/char/brows")
+    for name in ("primvars:skel:jointIndices", "primvars:skel:jointWeights", "primvars:skel:geomBindTransform"):
+        brows.RemoveProperty(name)
+    binding = UsdSkel.BindingAPI(brows)
+    binding.GetSkeletonRel().SetTargets(["/char/face_skeleton"])
+    binding.GetBlendShapesAttr().Set(["raise"])
+    face = UsdSkel.BindingAPI(stage.GetPrimAtPath("/char/face_skeleton"))
+    face.GetAnimationSourceRel().SetTargets(["/char/face_animation"])
+    animation = UsdSkel.Animation.Get(stage, "/char/face_animation")
+    animation.GetBlendShapesAttr().Set(["raise", "none"])
+    stage.Save()
+    with pytest.warns(UserWarning, match="not bound to a skeleton"):
+        rest = load_body(file=moving)
+    with pytest.warns(UserWarning, match="without a blend shape of the body: none$"):
+        pose = load_motion(rest, Time(1004, 24.0), (), file=moving)
+    assert len(pose.transforms) == 4 and rest.shapes.names == ("smile", "puff", "raise")
+    np.testing.assert_allclose(pose.weights, [0.7, 0.1, 0.1], atol=1e-7)
+
+
+def test_blend_shapes_without_a_weight_are_named(moving):
+    stage = Usd.Stage.Open(str(moving))
+    add_shapes(stage)
+    UsdSkel.Animation.Get(stage, "/char/animation").GetBlendShapesAttr().Set(["puff"])
+    for frame in FRAMES:
+        UsdSkel.Animation.Get(stage, "/char/animation").GetBlendShapeWeightsAttr().Set([0.5], frame)
+    stage.Save()
+    rest = load_body(file=moving)
+    with pytest.warns(UserWarning, match="blend shapes without a weight, which stay at rest: smile$"):
+        pose = load_motion(rest, Time(1004, 24.0), (), file=moving)
+    np.testing.assert_allclose(pose.weights, [0.0, 0.5], atol=1e-7)
 
 
 def test_weights_of_another_file_go_by_name(moving, tmp_path):

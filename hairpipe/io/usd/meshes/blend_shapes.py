@@ -1,5 +1,6 @@
 """Blend shapes of UsdSkel, with in-betweens, and the weights of an animation."""
 
+import warnings
 from collections.abc import Sequence
 
 import numpy as np
@@ -34,24 +35,26 @@ def tokens_of(mesh: UsdGeom.Mesh) -> list[str]:
 def read_keys(mesh: UsdGeom.Mesh, binding: Binding, names: Names, matrix: np.ndarray, n: int) -> list[Key]:
     """Return the keys of the blend shapes of a mesh of n points, moved by a matrix to the bound mesh (4, 4).
 
-    Raises BadInput where tokens, targets, offsets or indices do not fit each other.
+    Warns where names and targets do not fit each other. Raises BadInput where offsets or indices do not.
     """
     tokens = tokens_of(mesh)
     targets = UsdSkel.BindingAPI(mesh).GetBlendShapeTargetsRel().GetForwardedTargets()
     if len(tokens) != len(targets):
-        right = f"{len(targets)}: one for each blend shape target"
-        raise BadInput(f"skel:blendShapes has {len(tokens)} names", where=location(mesh.GetPrim()), right=right)
+        what = f"skel:blendShapes has {len(tokens)} names for {len(targets)} blend shapes, which are ignored"
+        warnings.warn(f"{location(mesh.GetPrim())}: {what}", stacklevel=2)
+        return []
     keys = list[Key]()
     for token, path in zip(tokens, targets, strict=True):
         shape = UsdSkel.BlendShape.Get(mesh.GetPrim().GetStage(), path)
         if not shape:
             raise BadInput(f"{path} is not a BlendShape", where=location(mesh.GetPrim()), right="a prim BlendShape")
-        places = {1.0: shape.GetOffsetsAttr()}
-        places |= {between.GetWeight(): between.GetAttr() for between in shape.GetInbetweens()}
+        places = [(1.0, shape.GetOffsetsAttr())]
+        places += [(between.GetWeight(), between.GetAttr()) for between in shape.GetInbetweens()]
         given = shape.GetPointIndicesAttr().Get()
-        vertices = np.array(given, np.int64) if given else np.arange(n)
-        for place, attribute in places.items():
+        for place, attribute in places:
             offsets = checked(attribute.Get(), attribute, 3)
+            whole = not given and len(offsets) > 0
+            vertices = np.arange(n) if whole else np.array(given or (), np.int64)
             if len(offsets) != len(vertices) or (len(vertices) and not 0 <= vertices.min() <= vertices.max() < n):
                 right = f"one for each of {len(vertices)} pointIndices of 0 to {n - 1}"
                 raise BadInput(f"{len(offsets)} offsets", where=location(shape.GetPrim()), right=right)
@@ -71,5 +74,8 @@ def weights_at(skeletons: Sequence[UsdSkel.SkeletonQuery], names: Names) -> dict
             where = location(animation.GetPrim())
             raise BadInput(f"there are {len(weights)} weights", where=where, right=f"{len(tokens)} of blendShapes")
         for token, weight in zip(tokens, weights, strict=True):
-            found[names.get((path, str(token)), str(token))] = float(weight)
+            if (path, str(token)) in names:
+                found[names[path, str(token)]] = float(weight)
+            else:
+                found.setdefault(str(token), float(weight))
     return found

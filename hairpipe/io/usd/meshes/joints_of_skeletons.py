@@ -1,17 +1,27 @@
 """Motion of the joints of UsdSkel skeletons."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdSkel
+from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from hairpipe.errors import BadInput
 from hairpipe.io.mesh_cache.joint_motion import JointMotion
 from hairpipe.io.usd.meshes.blend_shapes import Names, name_weights, weights_at
-from hairpipe.io.usd.meshes.skeleton import filled, find_bindings, join_rigs, read_rig, turn_codes, weight_codes
+from hairpipe.io.usd.meshes.skeleton import (
+    Binding,
+    filled,
+    find_bindings,
+    join_rigs,
+    read_rig,
+    turn_codes,
+    weight_codes,
+)
 from hairpipe.io.usd.stage import columns, common_time, location, open_stage, place, shown, time_of, usd_faults
+
+Queries = Sequence[UsdSkel.SkeletonQuery]
 
 
 def read(path: Path, group: str | None) -> JointMotion:
@@ -23,19 +33,19 @@ def read(path: Path, group: str | None) -> JointMotion:
         stage = open_stage(path)
         session = stage.GetSessionLayer()
         session.startTimeCode = common_time(stage) or 0.0
-        queries, names = _find_skeletons(stage, group)
+        queries, animators, names = _find_skeletons(stage, group)
         rigs = [read_rig(query, 0) for query in queries]
         firsts = np.cumsum([0] + [len(rig.joints) for rig in rigs]).tolist()
         skeleton = join_rigs([replace(rig, first=first) for rig, first in zip(rigs, firsts, strict=False)])
         unbind = np.linalg.inv(np.concatenate([rig.world for rig in rigs])) @ skeleton.rest
         turns = filled({code for query in queries for code in turn_codes(query)})
-        codes = np.array(sorted(turns | {code for query in queries for code in weight_codes(query)}))
-        shapes = tuple(weights_at(queries, names))
+        codes = np.array(sorted(turns | {code for query in animators for code in weight_codes(query)}))
+        shapes = tuple(weights_at(animators, names))
         world = np.empty((len(codes), *unbind.shape))
         weights = np.empty((len(codes), len(shapes)))
         for sample, session.startTimeCode in enumerate(codes.tolist()):
             world[sample] = np.concatenate([_pose(query) for query in queries]) @ unbind
-            weights[sample] = [*weights_at(queries, names).values()]
+            weights[sample] = [*weights_at(animators, names).values()]
     if not len(codes):
         right = "a Skeleton whose skel:animationSource has samples"
         raise BadInput("no animation moves the joints", where=location(queries[0].GetPrim()), right=right)
@@ -50,18 +60,24 @@ def _pose(query: UsdSkel.SkeletonQuery) -> np.ndarray:
     return place(query.GetPrim()) @ np.array([columns(matrix) for matrix in found])
 
 
-def _find_skeletons(stage: Usd.Stage, group: str | None) -> tuple[Sequence[UsdSkel.SkeletonQuery], Names]:
+def _find_skeletons(stage: Usd.Stage, group: str | None) -> tuple[Queries, Queries, Names]:
+    """Return the skeletons of joints, those of weights of blend shapes, and the names of the weights."""
     prims = list(stage.Traverse(Usd.TraverseInstanceProxies()))
     skeletons = [UsdSkel.Skeleton(prim) for prim in prims if prim.IsA(UsdSkel.Skeleton)]
     if skeletons and not any(prim.IsA(UsdGeom.Mesh) for prim in prims):
-        return [UsdSkel.Cache().GetSkelQuery(skeleton) for skeleton in skeletons], {}
+        queries = [UsdSkel.Cache().GetSkelQuery(skeleton) for skeleton in skeletons]
+        return queries, queries, {}
     bindings = find_bindings(stage)
     animated = find_bindings(stage, shapes=True)
     meshes = shown(stage, group, UsdGeom.Mesh)
-    bound = [mesh for mesh in meshes if mesh.GetPath() in bindings]
-    if not bound:
+    if not any(mesh.GetPath() in bindings for mesh in meshes):
         where = f"{stage.GetRootLayer().realPath} {group or ''}".rstrip()
         raise BadInput("no mesh is bound to a Skeleton", where=where, right="skel:skeleton and joint influences")
     names = name_weights([UsdGeom.Mesh(mesh) for mesh in meshes], [animated.get(mesh.GetPath()) for mesh in meshes])
-    found = [bindings[mesh.GetPath()].skeleton for mesh in bound]
-    return list({query.GetPrim().GetPath(): query for query in found}.values()), names
+    return _skeletons_of(bindings, meshes), _skeletons_of(animated, meshes), names
+
+
+def _skeletons_of(bindings: Mapping[Sdf.Path, Binding], meshes: Sequence[Usd.Prim]) -> Queries:
+    """Return the skeleton of every mesh that has one, once."""
+    found = [bindings[mesh.GetPath()].skeleton for mesh in meshes if mesh.GetPath() in bindings]
+    return list({query.GetPrim().GetPath(): query for query in found}.values())
