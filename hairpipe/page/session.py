@@ -61,7 +61,7 @@ class Session:
         self._woken = threading.Event()
         self._runs = Runs(self._lock, self._progress, self._woken.set, self._replan)
         self._players: list[Playing] = []
-        self._note = ""
+        self._note = self._lost = ""  # faults of the file, and of the plan
         self._seen: Any = None
         self._cache = Cache(shot.cache)
         self._hosts: Mapping[Task, str] = {}
@@ -292,7 +292,8 @@ class Session:
         if runs["running"]:
             missing = {entry.task.node for entry in self._plan if entry.status != "cached"}
             self._costs |= self._shot.costs(missing - self._costs.keys())
-        return runs | {"costs": self._costs, "machine": machine_document(self._shot.cache), "note": self._note}
+        note = self._note or self._lost
+        return runs | {"costs": self._costs, "machine": machine_document(self._shot.cache), "note": note}
 
     def _take(self, draft: Draft) -> None:
         """Plan a draft, and show it; without a change on BadInput."""
@@ -304,6 +305,7 @@ class Session:
         for player in self._players:
             player.take(draft.text)
         self._shelf.take(draft.shot, plan)
+        self._lost = ""
 
     def _advance(self, graph: bool = True) -> None:
         """Announce a change of the results, and of the graph."""
@@ -316,11 +318,11 @@ class Session:
         self._advance(graph=False)
 
     def _replan(self) -> None:
-        """Read which results there are; a fault is noted."""
+        """Read which results there are; a fault is noted until it is gone."""
         try:
             self._take(self._draft)
         except BadInput as fault:
-            self._note = str(fault)
+            self._lost = str(fault)
         self._advance(graph=False)
 
     def _reload(self) -> None:
@@ -350,7 +352,7 @@ class Session:
             with self._lock:
                 if self._seen is not None and self._seen[0] != file:
                     self._reload()
-                elif self._seen not in (None, seen):
+                elif self._lost or self._seen not in (None, seen):
                     self._replan()
                 elif woken:
                     self._progress()

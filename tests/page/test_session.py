@@ -132,6 +132,18 @@ def test_a_file_that_others_change_is_read_again(session, folder):
     until(lambda: states(session, "hair") == ["cached"] * 5)
 
 
+def test_a_fault_of_the_plan_is_shown_until_it_is_gone(session):
+    def fail(draft):
+        raise BadInput("is missing", where="head.obj")
+
+    note = lambda: session.document("state")[0]["verdict"]["note"]  # noqa: E731
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(session, "_take", fail)
+        session._replan()
+        assert note() == "head.obj: is missing"
+    until(lambda: note() == "")
+
+
 def test_results_that_another_process_computes_are_shown(shot, folder, session):
     changed = shot.changed({"hair.strands": 260})
     session.edit("hair.strands", "260")

@@ -101,4 +101,6 @@ def test_the_number_of_shown_strands_is_chosen_and_kept(live):
     assert (pixels(driver)[4, 4] > dark + 50).all()
     assert "120 of 300 strands shown" in driver.find_element("id", "note").text
     assert driver.execute_script("return localStorage.getItem(STRANDS_KEPT)") == "120"
+    for text in ("null", "{", "[1]"):
+        driver.execute_script("localStorage.setItem(KEPT, arguments[0]); listenToPanes()", text)
     driver.execute_script("localStorage.clear()")

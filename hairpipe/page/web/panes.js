@@ -16,7 +16,10 @@ const panes = { ...PRESETS.edit, preset: "edit" };
 
 /** Take the sizes of the last visit, and listen to the bars. */
 function listenToPanes() {
-  const kept = JSON.parse(keptItem(KEPT) || "{}");
+  let kept = /** @type {any} */ ({});
+  try {
+    kept = JSON.parse(keptItem(KEPT) || "{}") ?? {};
+  } catch { /* not written by this page */ }
   for (const [name, value] of Object.entries(PRESETS.edit)) if (typeof kept[name] === typeof value) Object.assign(panes, { [name]: kept[name] });
   if (kept.preset in PRESETS) panes.preset = kept.preset;
   dragBar("bar-side", (event, frame) => (panes.side = frame.right - event.clientX));
