@@ -14,6 +14,7 @@ from hairpipe.openvdb_library import ask
 if TYPE_CHECKING:  # Keys include all imports: distances depend on the version of the module, of which bpy has a copy.
     import bpy  # noqa: F401
     import openvdb  # noqa: F401  # pyright: ignore[reportMissingImports]
+    import pyopenvdb  # noqa: F401  # pyright: ignore[reportMissingImports]
 
 
 def bake_by_openvdb(mesh: Mesh, voxel: float, half_width: float, open_edges: str) -> LevelSet:
