@@ -119,6 +119,12 @@ def test_each_reader_finds_a_sound_text(shot):
     assert found == set(READERS)
 
 
+def test_a_failure_is_two_texts(shot):
+    assert as_failure(shot.folder, b'["here", "no faces"]') == FailureNote("here", "no faces")
+    for text in (b'"ab"', b'["here", 1]', b'{"a": 1, "b": 2}'):
+        assert as_failure(shot.folder, text) is None
+
+
 WORDS = [
     b"null",
     b"NaN",

@@ -57,9 +57,10 @@ def read(path: Path) -> dict[str, str]:
     text = b"" if fault_of(path.parent) or fault_of(path) or not path.exists() else path.read_bytes()
     lines = text.decode(errors="replace").splitlines()
     for line in lines:
-        with suppress(ValueError, TypeError):
-            name, digest = parsed(line)
-            names[name] = digest
+        with suppress(ValueError):
+            match parsed(line):
+                case [str(name), str(digest)]:
+                    names[name] = digest
     if len(lines) > SPARE * (len(names) + 1):
         with suppress(OSError), replacing(path) as temporary:
             temporary.write_text("".join(f"\n{json.dumps(pair)}" for pair in names.items()), encoding="utf-8")

@@ -1,7 +1,5 @@
 """Publishes files: copies them from the store to the paths in the graph file, atomically, where they differ."""
 
-import errno
-import os
 import stat
 from pathlib import Path
 
@@ -103,13 +101,11 @@ def files_of(store: Store, output: Output, path: Path) -> dict[Path, str]:
 
 
 def digest_there(place: Path, store: Store) -> str | None:
-    """Digest of the file at a place; None where nothing is, OSError or BadInput where no file is."""
+    """Digest of the file at a place; None where nothing is, BadInput where no file is."""
     try:
         mode = place.lstat().st_mode
     except FileNotFoundError:
         return None
-    if stat.S_ISDIR(mode):
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(place))
     if not stat.S_ISREG(mode):
         raise BadInput("the existing path is not a file", where=place, right="another path")
     return fingerprint(place, store)

@@ -35,8 +35,10 @@ def recall_failure(store: Store, key: str) -> FailureNote | None:
     Whoever may write to the store may have written something else there: None for that, too.
     """
     text = store.recall(digest("failure", key))
-    with suppress(ValueError, TypeError):
-        return None if text is None else FailureNote(*parsed(text))
+    with suppress(ValueError):
+        match parsed(text or "null"):
+            case [str(host), str(message)]:
+                return FailureNote(host, message)
     return None
 
 

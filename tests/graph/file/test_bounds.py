@@ -203,7 +203,7 @@ def test_a_ledger_stays_short_and_survives_damage(tmp_path):
         ledger.note(tmp_path / "a\n.txt", f"{round:040x}")
     path = ledger_path(tmp_path)
     with path.open("a") as file:
-        file.write('\n["a", \n[1, 2, 3]\nnull\n"b')
+        file.write('\n["a", \n[1, 2, 3]\nnull\n["a\\n.txt", 1]\n"ab"\n"b')
     assert Ledger().digest(tmp_path / "a\n.txt") == f"{39:040x}"
     assert len(path.read_text().split("\n")) < 5 and path.stat().st_mode & 0o077 == 0
     Ledger().note(tmp_path / "b.txt", "b")
