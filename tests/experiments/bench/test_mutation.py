@@ -1,8 +1,12 @@
 """The bench `mutate`: what it changes, that tests see the change, and its scores."""
 
 import ast
+import json
 import os
 import random
+import sys
+from contextlib import nullcontext
+from types import SimpleNamespace
 
 import pytest
 from scipy.stats import binomtest
@@ -62,6 +66,22 @@ def test_places_are_what_the_code_does_and_each_is_changed_once():
     assert len(set(changed)) == len(changed) and all(ast.parse(text) for text in changed)
     assert sorted(lines) == [2, 5, 7, 7, 8, 9, 10], "a number, a default, a condition twice, two statements, a result"
     assert not any("values are too few" not in text for text in changed if "raise" in text)
+
+
+def test_outcomes_are_kept_once_and_a_room_without_mutations_has_no_score(tmp_path, monkeypatch):
+    places = SimpleNamespace(changed_source=lambda source, line: f"{source}# {line}\n")
+    monkeypatch.setitem(sys.modules, "hairpipe.graphs.experiments.bench.mutation.places", places)  # needs Cosmic Ray
+    monkeypatch.setattr(trials, "find_spec", lambda name: name)
+    monkeypatch.setattr(trials, "testing", nullcontext)
+    monkeypatch.setattr(trials, "limit_of", lambda tester, file: 1.0)
+    monkeypatch.setattr(trials, "outcome_of", lambda tester, file, source, changed, limit: outcomes.pop(0))
+    drawn = {"run": [("run/publish.py", 1), ("run/publish.py", 2)], "key": []}
+    monkeypatch.setattr(trials, "drawn", lambda room, most, seed: (drawn[room], len(drawn[room])))
+    known, outcomes = tmp_path / "known", ["killed", "survived", "killed"]
+    for _ in range(2):
+        (score,) = trials.try_mutations(print, ["run", "key"], 2, 0, known).tables["scores"]
+    assert outcomes == [] and (score["first [%]"], score["score [%]"]) == (50.0, 100.0)
+    assert [json.loads(line)[3] for line in known.read_text().splitlines()] == ["killed", "survived", "killed"]
 
 
 @pytest.mark.parametrize(

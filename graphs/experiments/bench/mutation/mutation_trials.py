@@ -151,13 +151,14 @@ def try_mutations(say: Echo, rooms: Sequence[str], most: int, seed: int, known: 
                     if file not in limits:
                         limits[file] = limit_of(tester, file)
                     outcome = outcome_of(tester, file, source, changed, limits[file])
+                    if known is not None:
+                        with known.open("a", encoding="utf-8") as lines:
+                            lines.write(json.dumps(Trial(file, line, change, outcome)) + "\n")
                 trials.append(Trial(file, line, change, outcome))
-                if known is not None:
-                    with known.open("a", encoding="utf-8") as lines:
-                        lines.write(json.dumps(trials[-1]) + "\n")
                 say(f"{number + 1} of {len(chosen)} {outcome} {file}:{line} {change if outcome == 'survived' else ''}")
             first = [trial._replace(outcome=(earlier.get(trial[:3]) or [trial.outcome])[0]) for trial in trials]
-            scores.append({"room": room, "places": places, "first [%]": share_of(first), **score_of(trials)})
+            if trials:
+                scores.append({"room": room, "places": places, "first [%]": share_of(first), **score_of(trials)})
             survivors += [trial._asdict() for trial in trials if trial.outcome == "survived"]
     return make_report(__name__, {"scores": scores, "survivors": survivors})
 
