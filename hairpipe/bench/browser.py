@@ -54,7 +54,8 @@ class Browser:
         """Return the value of an expression in the page, after its promise; BadInput where it throws."""
         found = self.ask("Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True)
         if "exceptionDetails" in found:
-            raise BadInput(str(found["exceptionDetails"]["exception"].get("description")), where="the page")
+            what = str(found["exceptionDetails"]["exception"].get("description"))
+            raise BadInput(what.partition("\n")[0], where="the page")  # without the stack
         return found["result"].get("value")
 
     def ask(self, method: str, **given: Any) -> dict[str, Any]:
