@@ -15,7 +15,9 @@ from hairpipe.nodes.load_groom import load_groom
 from hairpipe.nodes.load_mesh_cache import load_mesh_cache
 from hairpipe.nodes.load_motion import load_motion
 
-BLENDER = """
+from .blender_tube import RIG, TUBE
+
+HAIR = """
 import sys, bpy, numpy as np
 folder = sys.argv[1]
 bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -37,42 +39,11 @@ strands = [item.matrix_world @ point.position for point in hair.points]
 bpy.ops.wm.alembic_export(filepath=f"{folder}/hair.abc", start=1, end=1)
 bpy.ops.wm.usd_export(filepath=f"{folder}/hair.usdc")
 bpy.data.objects.remove(item)
-bpy.ops.mesh.primitive_cylinder_add(vertices=8, radius=0.2, depth=2, location=(0, 0, 1), end_fill_type="TRIFAN")
-tube = bpy.context.object
-bpy.ops.object.transform_apply(location=True)
-bpy.ops.object.mode_set(mode="EDIT")
-bpy.ops.mesh.subdivide(number_cuts=2)
-bpy.ops.object.mode_set(mode="OBJECT")
-bpy.ops.object.armature_add()
-rig = bpy.context.object
-bpy.ops.object.mode_set(mode="EDIT")
-upper = rig.data.edit_bones[0]
-upper.name, upper.head, upper.tail = "upper", (0, 0, 0), (0, 0, 1)
-lower = rig.data.edit_bones.new("lower")
-lower.head, lower.tail, lower.parent = (0, 0, 1), (0, 0, 2), upper
-bpy.ops.object.mode_set(mode="OBJECT")
-for name in ("upper", "lower"):
-    tube.vertex_groups.new(name=name)
-for vertex in tube.data.vertices:
-    share = min(max(vertex.co.z - 0.5, 0.0), 1.0)
-    tube.vertex_groups["upper"].add([vertex.index], 1.0 - share, "REPLACE")
-    tube.vertex_groups["lower"].add([vertex.index], share, "REPLACE")
-tube.parent = rig
-tube.modifiers.new("skin", "ARMATURE").object = rig
-for bone in rig.pose.bones:
-    bone.rotation_mode = "XYZ"
+"""
+BODY = """
 for frame in (1, 4):
-    rig.pose.bones["lower"].rotation_euler.x = 0.2 * frame  # bent in the first frame, the pose of rest
-    rig.pose.bones["upper"].rotation_euler.y = 0.1 * frame
-    rig.pose.bones["upper"].location.x = 0.04 * frame
-    for bone in rig.pose.bones:
-        bone.keyframe_insert("rotation_euler", frame=frame)
-        bone.keyframe_insert("location", frame=frame)
-shown = []
-for frame in range(1, 5):
-    scene.frame_set(frame)
-    seen = tube.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    shown.append([seen.matrix_world @ vertex.co for vertex in seen.data.vertices])
+    bend(frame, 0.2, 0.1)  # bent in the first frame, the pose of rest
+shown = shown_at(range(1, 5))
 scene.frame_set(1)
 bpy.ops.wm.usd_export(filepath=f"{folder}/tube.usdc", export_animation=True, export_armatures=True)
 y_up = lambda points: np.array(points)[..., [0, 2, 1]] * (1, 1, -1)
@@ -86,7 +57,7 @@ pytestmark = pytest.mark.slow
 def folder(blender, tmp_path_factory) -> Path:
     """Files of Blender, and in truth.npz what Blender shows: points of strands and body, and radii."""
     folder = tmp_path_factory.mktemp("blender")
-    done = subprocess.run([sys.executable, "-c", BLENDER, folder], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-c", HAIR + TUBE + RIG + BODY, folder], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-2000:]
     return folder
 

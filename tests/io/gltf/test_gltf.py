@@ -20,6 +20,8 @@ from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_mesh_cache import load_mesh_cache
 from hairpipe.nodes.load_motion import load_motion
 
+from ..blender_tube import RIG, TUBE
+
 TRIANGLE = np.array([[0.0, 0, 0], [1, 0, 0], [0, 2, 0]], np.float32)
 
 
@@ -150,55 +152,23 @@ def test_buffers_are_files_of_a_key(tmp_path):
     assert list_files(file) == {"a.gltf": file, "b c.bin": tmp_path / "b c.bin"}
 
 
-BLENDER = """
+BLENDER = f"""
 import sys, bpy, numpy as np, mathutils
 bpy.ops.wm.read_factory_settings(use_empty=True)
-bpy.ops.mesh.primitive_cylinder_add(vertices=8, radius=0.2, depth=2, location=(0, 0, 1), end_fill_type="TRIFAN")
-tube = bpy.context.object
-bpy.ops.object.transform_apply(location=True)
-bpy.ops.object.mode_set(mode="EDIT")
-bpy.ops.mesh.subdivide(number_cuts=2)
-bpy.ops.object.mode_set(mode="OBJECT")
+{TUBE}
 tube.shape_key_add(name="rest")
 key = tube.shape_key_add(name="wide")
 for point in key.data:
     point.co.x *= 1.5
-bpy.ops.object.armature_add()
-rig = bpy.context.object
-bpy.ops.object.mode_set(mode="EDIT")
-upper = rig.data.edit_bones[0]
-upper.name, upper.head, upper.tail = "upper", (0, 0, 0), (0, 0, 1)
-lower = rig.data.edit_bones.new("lower")
-lower.head, lower.tail, lower.parent = (0, 0, 1), (0, 0, 2), upper
-bpy.ops.object.mode_set(mode="OBJECT")
-for name in ("upper", "lower"):
-    tube.vertex_groups.new(name=name)
-for vertex in tube.data.vertices:
-    share = min(max(vertex.co.z - 0.5, 0.0), 1.0)
-    tube.vertex_groups["upper"].add([vertex.index], 1.0 - share, "REPLACE")
-    tube.vertex_groups["lower"].add([vertex.index], share, "REPLACE")
-tube.parent = rig
-tube.modifiers.new("skin", "ARMATURE").object = rig
+{RIG}
 scene = bpy.context.scene
 scene.frame_start, scene.frame_end, scene.render.fps = 0, 12, 24
-for bone in rig.pose.bones:
-    bone.rotation_mode = "XYZ"
 MORPHS = sys.argv[3] == "morphs"
 for frame in (0, 12):
-    rig.pose.bones["lower"].rotation_euler.x = 0.09 * frame
-    rig.pose.bones["upper"].rotation_euler.y = 0.05 * frame
-    rig.pose.bones["upper"].location.x = 0.04 * frame
-    for bone in rig.pose.bones:
-        bone.keyframe_insert("rotation_euler", frame=frame)
-        bone.keyframe_insert("location", frame=frame)
+    bend(frame, 0.09, 0.05)
     key.value = frame / 12 if MORPHS else 0.0
     key.keyframe_insert("value", frame=frame)
-shown = []
-for frame in range(13):
-    scene.frame_set(frame)
-    seen = tube.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    shown.append([seen.matrix_world @ vertex.co for vertex in seen.data.vertices])
-np.save(sys.argv[2], np.array(shown)[..., [0, 2, 1]] * (1, 1, -1))
+np.save(sys.argv[2], np.array(shown_at(range(13)))[..., [0, 2, 1]] * (1, 1, -1))
 scene.frame_set(0)
 bpy.ops.export_scene.gltf(filepath=sys.argv[1], export_animation_mode="SCENE", export_force_sampling=True)
 """

@@ -144,7 +144,7 @@ class BodyContacts(Interaction):
         np.logical_or(marked, self._state.discontinuous, out=marked)
 
     def remember(self, state: HairState) -> HairState:
-        """Return the state with what points touch; pure."""
+        """Return the state at the end of a frame with what points touch; nothing is asked of this object afterwards."""
         if self._is_left_to_corrections:
             self._let_go()  # As the next step would.
         return replace(state, touching=self._state.touching())
