@@ -64,8 +64,8 @@ function cellOf(nodes, node, frame) {
 /** Kinds of documents with as many strands as are shown. */
 const THINNED = ["strands", "values"];
 const COLOURS = {
-  Strands: "#e0a46c", Groom: "#c98a5a", Mesh: "#7fb6ff", Body: "#5f8fd0", Pose: "#a57fff", LevelSet: "#63d0b4",
-  BodyParts: "#4fb39a", Density: "#63b0d0", File: "#cfcfcf", Table: "#f0e07a", Cloud: "#ff9cc0", Particles: "#e07fa8",
+  Strands: "#e0a46c", Groom: "#c98a5a", Mesh: "#7fb6ff", Body: "#5f8fd0", Pose: "#a57fff", LevelSet: "#45bf9f",
+  BodyParts: "#4fb39a", Density: "#63b0d0", File: "#a3a3a3", Table: "#c4ad3a", Cloud: "#ff9cc0", Particles: "#e07fa8",
 };
 const STATES = {
   cached: "#3f7d4f", computed: "#63c07a", resumed: "#6fa8d0", running: "#f0c860", run: "#9a7a3a", depends: "#5f5640",
@@ -81,7 +81,13 @@ const WORST = ["failed", "running", "run", "depends", "blocked", "resumed", "com
 /** @param {string} type */
 const typeColour = (type) => /** @type {any} */ (COLOURS)[type] ?? "#9aa3ad";
 /** @param {string} state */
-const stateColour = (state) => /** @type {any} */ (STATES)[state] ?? "#555";
+const stateColour = (state) => /** @type {any} */ (STATES)[state] ?? "#555555";
+
+/** Black or white, whichever has more contrast to a colour: the luminance at which both have the same is 0.179. @param {string} colour such as #3f7d4f */
+function inkOn(colour) {
+  const parts = [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16) / 255).map((v) => (v <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4));
+  return 0.2126 * parts[0] + 0.7152 * parts[1] + 0.0722 * parts[2] > 0.179 ? "#000000" : "#ffffff";
+}
 
 /** The state that tells most about a node. @param {string} node */
 function worstState(node) {

@@ -1,7 +1,7 @@
 "use strict";
 // A row a node, a cell a frame: coloured by what became of it, shaded by its seconds.
 
-const STRIP = { label: 150, row: 15, top: 14 };
+const STRIP = { label: 150, row: 13, top: 14 };
 
 /** Place of the first pixel of a frame, and the width of one. */
 function stripScale() {
@@ -10,6 +10,9 @@ function stripScale() {
   const last = app.graph.frames[1], width = canvas.clientWidth - STRIP.label - 8;
   return { canvas, first, last, cell: width / (last - first + 1) };
 }
+
+/** Nodes that have a row: in the preset `look` the selected one. @returns {any[]} */
+const stripNodes = () => app.graph.nodes.filter((/** @type {any} */ node) => panes.preset !== "look" || !app.node || node.name === app.node);
 
 /** @param {string} node @returns {number[]} */
 function framesOf(node) {
@@ -21,7 +24,7 @@ const themed = (name) => getComputedStyle(document.body).getPropertyValue(name);
 
 function drawStrip() {
   const { canvas, first, last, cell } = stripScale();
-  const rows = app.graph.nodes, ratio = window.devicePixelRatio || 1;
+  const rows = stripNodes(), ratio = window.devicePixelRatio || 1;
   canvas.style.height = `${STRIP.top + STRIP.row * rows.length + 4}px`;
   canvas.width = canvas.clientWidth * ratio;
   canvas.height = (STRIP.top + STRIP.row * rows.length + 4) * ratio;
@@ -38,7 +41,7 @@ function drawStrip() {
     const y = STRIP.top + row * STRIP.row, cells = app.state.nodes[node.name]?.cells ?? [];
     const slowest = Math.max(...cells.map((/** @type {Cell} */ c) => c.seconds ?? 0), 1e-9);
     ink.fillStyle = themed(node.name === app.node ? "--strong" : "--text");
-    ink.fillText(node.name, 4, y + 11, STRIP.label - 10);
+    ink.fillText(node.name, 4, y + 9, STRIP.label - 10);
     for (const one of cells) {
       const x = STRIP.label + (one.frame === null ? 0 : (one.frame - first) * cell);
       const wide = one.frame === null ? (last - first + 1) * cell : cell;
@@ -52,12 +55,21 @@ function drawStrip() {
   ink.fillRect(STRIP.label + (app.frame - first + 0.5) * cell - 0.75, STRIP.top - 2, 1.5, STRIP.row * rows.length + 2);
 }
 
+/** Scroll to the row of the selected node, unless variants are above the rows. */
+function showRow() {
+  const pane = document.getElementById("time"), row = stripNodes().findIndex((node) => node.name === app.node);
+  if (!pane || row < 0 || app.wedge) return;
+  const { canvas } = stripScale(), at = pane.getBoundingClientRect(), above = document.getElementById("timeline")?.offsetHeight ?? 0;
+  const top = canvas.getBoundingClientRect().top - at.top + STRIP.top + row * STRIP.row;
+  pane.scrollTop += Math.min(0, top - STRIP.top - above) + Math.max(0, top + STRIP.row + 4 - pane.clientHeight);
+}
+
 /** Node and frame below the pointer, or null. @param {MouseEvent} event */
 function cellAt(event) {
   const { canvas, first, last, cell } = stripScale(), at = canvas.getBoundingClientRect();
   const row = Math.floor((event.clientY - at.top - STRIP.top) / STRIP.row);
   const frame = Math.floor((event.clientX - at.left - STRIP.label) / cell) + first;
-  const node = app.graph.nodes[row]?.name;
+  const node = stripNodes()[row]?.name;
   return node ? { node, frame: Math.max(first, Math.min(last, frame)) } : null;
 }
 
@@ -91,3 +103,4 @@ function listenToStrip() {
 }
 
 app.on(["graph", "state", "frame", "node"], () => app.graph && app.state && drawStrip());
+app.on(["node"], () => app.graph && app.state && showRow());

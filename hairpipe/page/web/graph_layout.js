@@ -3,7 +3,7 @@
 
 /** @typedef {{x: number, y: number, height: number, inputs: string[], outputs: string[]}} Box */
 
-const BOX = { width: 158, head: 24, line: 15, gap: 26, column: 64 };
+const BOX = { width: 158, head: 24, line: 15, gap: 26, column: 48 };
 
 /** @type {Map<string, Box>} */
 let drawnBoxes = new Map();

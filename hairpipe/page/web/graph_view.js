@@ -16,7 +16,7 @@ function drawGraph(moved) {
   const svg = /** @type {any} */ (document.getElementById("graph"));
   const { boxes, wires } = layOut(app.graph, moved);
   if (!moved) drawnBoxes = boxes;
-  if (app.fresh || !app.live) showAll();
+  if (app.fresh || !app.live) showAll(LEGIBLE);
   const half = BOX.width / 2;
   svg.replaceChildren(...drawAnnotations(boxes, moved).filter((one) => one.matches(".frame")), ...wires.map(({ edge, node, through }) => {
     const source = /** @type {Box} */ (boxes.get(edge.node)), target = /** @type {Box} */ (boxes.get(node));
@@ -28,13 +28,20 @@ function drawGraph(moved) {
   paintGraph();
 }
 
-/** Show all of the graph. */
-function showAll() {
+/** Least scale at which a graph is first shown: its text is read, and what is beyond the pane comes by dragging or with Home. */
+const LEGIBLE = 0.6;
+
+/** Show all of the graph, or what a least scale leaves of it around the selected node. @param {number} [least] */
+function showAll(least = 0) {
   const half = BOX.width / 2, nodes = [...drawnBoxes.values()].map((box) => ({ x: box.x - half, y: box.y - box.height / 2, width: BOX.width, height: box.height }));
   const all = [...nodes, ...annotations().flatMap((one) => annotationBox(one, drawnBoxes) ?? [])];
   const [left, top] = [Math.min(0, ...all.map((box) => box.x - 16)), Math.min(0, ...all.map((box) => box.y - 16))];
   const [right, low] = [Math.max(640, ...all.map((box) => box.x + box.width + 16)), Math.max(240, ...all.map((box) => box.y + box.height + 16))];
-  document.getElementById("graph")?.setAttribute("viewBox", `${left} ${top} ${right - left} ${low - top}`);
+  const svg = document.getElementById("graph"), pane = svg?.getBoundingClientRect(), middle = boxOfNode(app.node || nodeToShow());
+  const part = (/** @type {number} */ from, /** @type {number} */ to, /** @type {number} */ at, /** @type {number} */ room) =>
+    (least && room && to - from > room / least ? [Math.max(from, Math.min(at - room / least / 2, to - room / least)), room / least] : [from, to - from]);
+  const [[x, width], [y, height]] = [part(left, right, middle.x, pane?.width ?? 0), part(top, low, middle.y, pane?.height ?? 0)];
+  svg?.setAttribute("viewBox", `${x} ${y} ${width} ${height}`);
   app.fresh = false;
 }
 
@@ -55,6 +62,7 @@ function listenToGraph() {
     const [x, y, width, height] = shown(), scale = scaleOf(width, height, svg.getBoundingClientRect());
     show([x - event.movementX * scale, y - event.movementY * scale, width, height]);
   });
+  if (!app.live) new ResizeObserver(() => showAll(LEGIBLE)).observe(svg);
   svg.addEventListener("dblclick", (event) => graphTarget(event).node || graphTarget(event).annotation || showAll());
 }
 
@@ -74,7 +82,7 @@ function drawNode(node, box) {
     drawn("rect", { class: "box", x: left, y: top, width: BOX.width, height: box.height, rx: 5 }),
     drawn("rect", { class: "head", x: left, y: top, width: BOX.width, height: BOX.head, rx: 5 }),
     label(node.name, left + 8, top + 16, "name"),
-    drawn("text", { class: "seconds", x: left + BOX.width - 8, y: top + 16 }),
+    drawn("text", { class: "seconds", x: left + 9, y: top + BOX.head + BOX.line * 0.5 + 6 }), // next to the first output
     ...box.outputs.flatMap((name) => socket(name, true, node.type.outputs[name])),
     ...box.inputs.flatMap((name) => socket(name, false, typeOfPlug(node, name))),
     drawn("title", {}, [`${node.type.name}: ${node.fault ?? node.type.summary}`]),
@@ -110,6 +118,7 @@ function paintGraph() {
     const seconds = cells.reduce((/** @type {number} */ all, /** @type {Cell} */ cell) => all + (cell.seconds ?? 0), 0);
     group.classList.toggle("selected", name === app.node);
     group.querySelector(".head")?.setAttribute("fill", stateColour(state));
+    group.querySelector(".name")?.setAttribute("fill", inkOn(stateColour(state)));
     /** @type {Element} */ (group.querySelector(".seconds")).textContent = seconds ? timeText(seconds) : WORDS[state];
   }
 }

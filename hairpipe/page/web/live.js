@@ -55,7 +55,7 @@ function drawControls() {
     " ", button("undo", undo !== null, "undo"), " ", button("redo", redo !== null, "redo"),
     " ", element("button", { id: "do-save-as", title: "Ctrl-Shift-S", onclick: () => saveGraph(true) }, "save as"),
     element("span", { class: "said" }),
-    ...(edits.length ? [element("details", { class: "edits" }, element("summary", {}, edits[edits.length - 1]), ...edits.map((/** @type {string} */ one) => element("p", {}, one)))] : []),
+    ...(edits.length ? [element("details", { class: "edits" }, element("summary", {}, edits[edits.length - 1]), element("div", { class: "list" }, ...edits.map((/** @type {string} */ one) => element("p", {}, one))))] : []),
     ...(conflict ? [conflictBox(conflict)] : []),
   );
 }

@@ -28,7 +28,7 @@ function warningLog() {
   if (!warnings.length) return [];
   const lines = warnings.map(({ node, text, frames }) => element("p", {},
     ...frames.slice(0, MOST_LINKS).flatMap((frame) => [frameLink(node, frame), " "]), ...(frames.length > MOST_LINKS ? [`and ${frames.length - MOST_LINKS} more `] : []), text));
-  return [element("details", { id: "log", ...(open && { open: "" }) }, element("summary", {}, `${warnings.length} warning${warnings.length > 1 ? "s" : ""}`), ...lines)];
+  return [element("details", { id: "log", ...(open && { open: "" }) }, element("summary", {}, `${warnings.length} warning${warnings.length > 1 ? "s" : ""}`), element("div", { class: "list" }, ...lines))];
 }
 
 /** A failure, its frame a link. @param {string} failure @returns {HTMLElement} */

@@ -63,9 +63,6 @@ function nodeToShow() {
   return [...strands.slice(-1), ...pictures.slice(-1), ...nodes.slice(-1)][0]?.name ?? "";
 }
 
-/** Least height of the time line with a wedge [px]: the pictures of its variants are seen. */
-const WEDGE_HEIGHT = 300;
-
 async function begin() {
   app.live = document.body.dataset.live === "true";
   listenToPanes();
@@ -73,7 +70,9 @@ async function begin() {
   app.strands = STRANDS_SHOWN.find((count) => String(count) === keptItem(STRANDS_KEPT)) ?? STRANDS_SHOWN[0];
   takeBackdrop(keptItem(BACKDROP_KEPT));
   await refresh();
-  if (app.wedge) growTime(WEDGE_HEIGHT);
+  sizePanes(); // of a wedge with room for its pictures
+  app.fresh = true;
+  drawGraph();
   document.title = `${app.graph.name} - hairpipe`;
   listenToGraph();
   listenToStrip();

@@ -11,10 +11,10 @@ function drawPanel() {
   const cell = app.cell(node.name);
   const parts = [
     element("h2", {}, node.name, element("small", {}, node.type.name)),
-    element("p", { class: "doc" }, node.doc),
+    ...docParts(node, panel.querySelector(`.doc details[data-node="${node.name}"]`)),
     element("p", { class: "state" }, element("i", { style: `background:${stateColour(cell?.state ?? "")}` }), cellText(node.name, app.frame)),
     ...(app.live ? [explanation(node.name, cell, panel.querySelector(`.explain[data-node="${node.name}"]`))] : []),
-    ...inputRows(node, cell),
+    ...inputRows(node),
     element("h3", {}, "settings"),
     ...settings.filter((/** @type {any} */ field) => !absent.includes(field)).flatMap((/** @type {any} */ field) => settingRows(field, node.settings, node.given, [])),
     ...(absent.length ? [element("details", { class: "absent", ...(open && { open: "" }) }, element("summary", {}, `${absent.length} groups are off`), ...absent.flatMap((/** @type {any} */ field) => settingRows(field, node.settings, node.given, [])))] : []),
@@ -22,6 +22,13 @@ function drawPanel() {
   if (node.publish) parts.push(element("p", {}, `published as ${node.publish}`));
   parts.push(...shot);
   panel.replaceChildren(...parts);
+}
+
+/** What a node does, with all but the first paragraph folded. @param {any} node @param {HTMLDetailsElement | null} before @returns {HTMLElement[]} */
+function docParts(node, before) {
+  const [first, ...more] = node.doc.split("\n\n").map((/** @type {string} */ text) => element("p", {}, text.replaceAll("\n", " ")));
+  const rest = element("details", { "data-node": node.name, ...(before?.open && { open: "" }) }, element("summary", {}, "more"), ...more);
+  return [element("div", { class: "doc" }, first, ...(more.length ? [rest] : []))];
 }
 
 /** Whether a person types, chooses or drags in the panel: drawn anew it would lose that. @param {HTMLElement} panel */
@@ -59,13 +66,12 @@ function explanation(node, cell, before) {
   return box;
 }
 
-/** @param {any} node @param {Cell | undefined} cell @returns {HTMLElement[]} */
-function inputRows(node, cell) {
+/** @param {any} node @returns {HTMLElement[]} */
+function inputRows(node) {
   if (!node.edges.length) return [];
   return [element("h3", {}, "inputs"), ...node.edges.map((/** @type {any} */ edge) =>
     element("div", { class: "row input" }, element("b", {}, edge.plug),
-      element("a", { href: "#", onclick: (/** @type {Event} */ event) => (event.preventDefault(), selectNode(edge.node)) }, edge.node + (edge.output ? `.${edge.output}` : "")),
-      element("code", { title: `name of the object: ${cell?.inputs?.[edge.plug] ?? ""}` }, cell?.inputs?.[edge.plug] ?? "")))];
+      element("a", { href: "#", onclick: (/** @type {Event} */ event) => (event.preventDefault(), selectNode(edge.node)) }, edge.node + (edge.output ? `.${edge.output}` : ""))))];
 }
 
 /** @param {any} field @param {any} values @param {any} given @param {string[]} above @returns {HTMLElement[]} */

@@ -1,11 +1,11 @@
 "use strict";
 // Panes with bars between them, three presets of their sizes; both are kept in the browser.
 
-/** Sizes: share of the viewport in the height above the time line, width of the settings and height of the time line [px]. */
+/** Sizes: share of the viewport in the height above the time line, width of the settings and height of the time line [px], which is 0 where it is that of its rows. */
 const PRESETS = {
-  edit: { stage: 0.56, side: 370, time: 150, compare: false },
-  look: { stage: 1, side: 0, time: 80, compare: false },
-  compare: { stage: 1, side: 330, time: 120, compare: true },
+  edit: { stage: 0.52, side: 370, time: 0, compare: false },
+  look: { stage: 1, side: 0, time: 0, compare: false },
+  compare: { stage: 1, side: 360, time: 0, compare: true },
 };
 const KEPT = "hairpipe panes";
 
@@ -24,7 +24,7 @@ function listenToPanes() {
   if (kept.preset in PRESETS) panes.preset = kept.preset;
   dragBar("bar-side", (event, frame) => (panes.side = frame.right - event.clientX));
   dragBar("bar-time", (event, frame) => (panes.time = frame.bottom - event.clientY));
-  dragBar("bar-stage", (event, frame) => (panes.stage = (event.clientY - frame.top) / (frame.height - panes.time - 12)));
+  dragBar("bar-stage", (event, frame) => (panes.stage = (event.clientY - frame.top) / (frame.height - timeHeight() - 12)));
   sizePanes();
 }
 
@@ -45,6 +45,7 @@ function dragBar(id, move) {
 function choosePreset(name) {
   Object.assign(panes, /** @type {any} */ (PRESETS)[name], { preset: name });
   sizePanes();
+  if (app.state) drawStrip();
   app.set({ compare: panes.compare });
 }
 
@@ -52,12 +53,12 @@ function choosePreset(name) {
 function sizePanes() {
   const main = /** @type {HTMLElement} */ (document.getElementById("panes"));
   panes.side = panes.side < 120 ? 0 : Math.min(panes.side, innerWidth - 240);
-  panes.time = Math.max(36, Math.min(panes.time, innerHeight - 260));
+  panes.time = panes.time && Math.max(36, Math.min(panes.time, innerHeight - 260));
   panes.stage = panes.stage > 0.92 ? 1 : Math.max(0.12, panes.stage);
   main.style.setProperty("--stage", `${panes.stage}fr`);
   main.style.setProperty("--graph", `${1 - panes.stage}fr`);
   main.style.setProperty("--side", `${panes.side}px`);
-  main.style.setProperty("--time", `${panes.time}px`);
+  main.style.setProperty("--time", panes.time ? `${panes.time}px` : `fit-content(${app.wedge ? 45 : 30}vh)`);
   main.classList.toggle("no-graph", panes.stage === 1);
   main.classList.toggle("no-side", panes.side === 0);
   for (const button of document.querySelectorAll("#presets button")) button.classList.toggle("on", button.textContent === panes.preset);
@@ -80,11 +81,8 @@ function keptItem(name) {
   }
 }
 
-/** Give the time line, with what is below it, at least a height. @param {number} height [px] */
-function growTime(height) {
-  panes.time = Math.max(panes.time, height);
-  sizePanes();
-}
+/** Height of the time line [px]. */
+const timeHeight = () => document.getElementById("time")?.offsetHeight ?? 0;
 
 /** Buttons of the presets. @returns {HTMLElement} */
 function presetButtons() {

@@ -25,6 +25,7 @@ class Scene {
     /** Work of the graphics card so far, for measurements. */
     this.work = { bytes: 0, uploads: 0, calls: 0, vertices: 0 };
     gl.enable(gl.DEPTH_TEST);
+    gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ZERO, gl.ONE);
   }
 
   /** Draw items, and left of a place those of before an edit, which are faint where there are no others.
@@ -103,11 +104,13 @@ class Scene {
     const draw = (/** @type {Matrix} */ view, /** @type {number[]} */ eye, /** @type {number[]} */ size) => {
       const pieces = Math.min(piecesOf(span, box, eye, size[1]), Math.max(1, Math.floor(MOST_VERTICES / (2 * count)) - 1));
       this.use(this.programs.hair, { view, eye, lamp: LIT, low, grid: step, mode: modeOf(channel, measured !== null), size, width, least, pieces, shaded: channel === "shaded" ? 1 : 0, shown: this.faint ? 0.35 : 1 });
-      gl.enable(gl.SAMPLE_ALPHA_TO_COVERAGE);
+      gl.enable(this.faint ? gl.BLEND : gl.SAMPLE_ALPHA_TO_COVERAGE); // samples are too few for what is both thin and faint
+      gl.depthMask(!this.faint);
       gl.bindVertexArray(array);
       gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 2 * (pieces + 1), Math.max(0, count - 1));
       this.count(2 * (pieces + 1) * Math.max(0, count - 1));
-      gl.disable(gl.SAMPLE_ALPHA_TO_COVERAGE);
+      gl.disable(this.faint ? gl.BLEND : gl.SAMPLE_ALPHA_TO_COVERAGE);
+      gl.depthMask(true);
     };
     const note = shown < found.meta.total ? `${shown.toLocaleString("en")} of ${found.meta.total.toLocaleString("en")} strands shown` : "";
     return { draw, ...box, bytes, places, codes, grid: { low, step }, lengths, strands: found.arrays.strands, note, total: found.meta.total, step, free: () => this.free(array, held) };

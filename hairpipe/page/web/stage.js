@@ -45,7 +45,7 @@ async function showStage() {
       else stage.append(element("div", { class: "table" }, sortable({ names: ["value", "kind", "from ... to"], rows: (await hairpipe.plain(name)).lines })));
     }
   } catch (fault) {
-    stage.append(element("p", { class: "none" }, String(fault)));
+    stage.append(element("p", { class: "none" }, fault instanceof Error ? fault.message : String(fault)));
   }
 }
 
@@ -72,14 +72,14 @@ function drawChoices() {
       ? [element("button", { id: "live", class: player.stop ? "on" : "", title: "simulate it now, with the settings as they are", onclick: togglePlaying }, player.stop ? "stop playing" : "play live")] : []),
     ...(canPaint() ? [element("button", { id: "paint", class: brush.texels ? "on" : "", title: "paint maps of the body that settings of this node read", onclick: () => (brush.texels ? leavePainting() : void beginPainting(paintTargets(node)[0])) }, "paint")] : []),
     ...(strands && app.live ? [strandsChoice()] : []),
-    ...(strands ? [...CHANNELS, ...measuredOf(app.node, app.output).keys()].map((channel) => button(channel, channel === app.channel, { channel })) : []),
+    ...(strands ? [element("small", {}, "colour"), ...[...CHANNELS, ...measuredOf(app.node, app.output).keys()].map((channel) => button(channel, channel === app.channel, { channel }))] : []),
   );
 }
 
 /** A list of how many strands are shown, which the browser keeps. @returns {HTMLElement} */
 function strandsChoice() {
   const menu = /** @type {HTMLSelectElement} */ (element("select", { id: "strands", "aria-label": "strands shown", title: "largest number of strands that are shown" },
-    ...STRANDS_SHOWN.map((count) => element("option", { value: count, ...(count === app.strands && { selected: "" }) }, count === STRANDS_SHOWN.at(-1) ? "all strands" : `${count.toLocaleString("en")} strands`))));
+    ...STRANDS_SHOWN.map((count) => element("option", { value: count, ...(count === app.strands && { selected: "" }) }, count === STRANDS_SHOWN.at(-1) ? "all strands" : `up to ${count.toLocaleString("en")}`))));
   menu.addEventListener("change", () => {
     keepItem(STRANDS_KEPT, menu.value);
     menu.blur();

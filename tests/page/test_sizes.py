@@ -1,0 +1,187 @@
+"""The page at sizes of windows and tablets: nothing is cut, nothing overlaps, all is read.
+
+With PAGE_SHOTS=FOLDER pictures are written of each size, theme and preset, to be looked at.
+"""
+
+import itertools
+import os
+from pathlib import Path
+
+import pytest
+
+from hairpipe.api.shot import load
+from hairpipe.page.documents import graph_document
+
+from .live_page import do, pixels
+
+pytestmark = pytest.mark.slow
+SHOTS = os.environ.get("PAGE_SHOTS")
+PRESETS = ("edit", "look", "compare")
+SIZES = [(1440, 900), (1280, 720), (1024, 768), (820, 1180)]
+CUT = """return [...document.querySelectorAll("body *")].filter((one) => {
+    if (!one.checkVisibility() || one.closest("svg, .facts, header > code")) return false;
+    const { overflowX, overflowY } = getComputedStyle(one), hides = (flow) => flow === "hidden" || flow === "clip";
+    const wide = one.scrollWidth > one.clientWidth + 1, high = one.scrollHeight > one.clientHeight + 1;
+    const inline = one.matches("input") || hides(overflowX);
+    return one.clientWidth && ((wide && inline) || (high && hides(overflowY)));
+}).map((one) => `${one.tagName} ${one.id} ${one.className} ${one.textContent.slice(0, 40)}`);"""
+"""Elements whose text does not fit and is not scrolled to; the facts and the command have titles with all of it."""
+OUTSIDE = """const wide = document.documentElement.clientWidth;
+return [...document.querySelectorAll("button, input, select, summary, dd")].filter((one) => one.checkVisibility())
+    .filter((one) => { const at = one.getBoundingClientRect(); return at.left < -1 || at.right > wide + 1; })
+    .map((one) => one.outerHTML.slice(0, 80));"""
+STRIP = """const time = document.getElementById("time");
+return { rows: stripNodes().length, scroll: time.scrollHeight, client: time.clientHeight,
+    below: document.getElementById("strip").getBoundingClientRect().bottom - time.getBoundingClientRect().bottom };"""
+
+
+@pytest.fixture
+def sized(live):
+    """Give the window a size, and a theme."""
+    send = live.driver.execute_cdp_cmd
+
+    def resize(width, height, theme="dark"):
+        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+        send("Emulation.setDeviceMetricsOverride", size)
+        theme = {"name": "prefers-color-scheme", "value": theme}
+        send("Emulation.setEmulatedMedia", {"features": [theme]})
+
+    yield resize
+    send("Emulation.clearDeviceMetricsOverride", {})
+    send("Emulation.setEmulatedMedia", {"features": []})
+    live.driver.execute_script("choosePreset('edit')")
+
+
+def show_graph(driver, name):
+    """Show a shipped graph in place of that of the page, without results."""
+    shot = load(name)
+    state = {node: {"cells": [{"frame": shot.graph.begin, "state": "cached"}]} for node in shot.nodes}
+    script = """const [graph, nodes] = arguments, fields = { muted: false, fault: null };
+        graph.nodes.forEach((node) => Object.assign(node, fields));
+        resolveTypes(graph);
+        Object.assign(graph, { edits: [], undo: null, redo: null, layout: {} });
+        app.set({ node: "", frame: graph.frames[0], graph, state: { ...app.state, nodes } });
+        app.fresh = true;
+        drawGraph();"""
+    do(driver, script, graph_document(shot), state)
+    return [*shot.nodes]
+
+
+def test_nothing_is_cut_at_any_size(live, sized):
+    driver, themes = live.driver, ("light", "dark") if SHOTS else ("dark",)
+    for size, theme, preset in itertools.product(SIZES, themes, PRESETS):
+        sized(*size, theme)
+        do(driver, "choosePreset(arguments[0]); selectNode('hair')", preset)
+        assert driver.execute_script(CUT) == [] and driver.execute_script(OUTSIDE) == [], (size, preset)
+        if SHOTS:
+            driver.save_screenshot(str(Path(SHOTS) / f"{size[0]}_{theme}_{preset}.png"))
+
+
+def test_all_rows_of_the_demo_are_seen_in_every_preset(live, sized):
+    nodes = show_graph(live.driver, "demo")
+    for size, preset in itertools.product(SIZES, PRESETS):
+        sized(*size)
+        do(live.driver, "choosePreset(arguments[0]); selectNode('hair')", preset)
+        strip = live.driver.execute_script(STRIP)
+        assert strip["rows"] == (1 if preset == "look" else len(nodes))
+        assert strip["scroll"] <= strip["client"] and strip["below"] <= 0, (size, preset, strip)
+
+
+def test_the_row_of_the_selected_node_is_scrolled_to(live, sized):
+    sized(1280, 720)
+    nodes = show_graph(live.driver, "experiments/stability_models")
+    place = """const at = (selector) => document.querySelector(selector).getBoundingClientRect();
+        const row = stripNodes().findIndex((one) => one.name === app.node);
+        const top = at("#strip canvas").top + STRIP.top + STRIP.row * row;
+        return [top - at("#timeline").bottom, at("#time").bottom - top - STRIP.row];"""
+    strip = live.driver.execute_script(STRIP)
+    assert strip["scroll"] > strip["client"] + 40, "more rows than are seen at once"
+    for name in (nodes[-1], nodes[0], nodes[len(nodes) // 2]):
+        do(live.driver, "selectNode(arguments[0])", name)
+        assert min(live.driver.execute_script(place)) >= 0, name
+
+
+def test_a_graph_is_first_shown_at_a_scale_at_which_it_is_read(live, sized):
+    sized(1024, 768)
+    show_graph(live.driver, "demo")
+    scale = "return document.getElementById('graph').getScreenCTM().a"
+    assert live.driver.execute_script(scale) >= 0.6
+    do(live.driver, "showAll()")
+    assert live.driver.execute_script(scale) < 0.6
+
+
+def contrast(one, other):
+    """Contrast of two colours after WCAG 2."""
+
+    def luminance(colour):
+        parts = [int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)]
+        linear = [v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in parts]
+        return sum(share * v for share, v in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+
+    low, high = sorted(map(luminance, (one, other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def test_names_of_nodes_are_read_on_the_colour_of_every_state(live):
+    states = live.driver.execute_script("return Object.values(STATES).map((colour) => [colour, inkOn(colour)])")
+    assert len(states) > 8 and min(contrast(*pair) for pair in states) >= 4.5
+    types = live.driver.execute_script("return Object.values(COLOURS)")
+    assert min(contrast(colour, box) for colour in types for box in ("#ffffff", "#30363d")) >= 1.9
+
+
+def test_no_texts_of_a_node_overlap_in_any_shipped_graph(live):
+    overlaps = """const meet = (a, b) => a.x < b.x + b.width && b.x < a.x + a.width
+            && a.y + 4 < b.y + b.height && b.y + 4 < a.y + a.height; // boxes of lines overlap, letters do not
+        return [...document.querySelectorAll("#graph .node")].flatMap((node) => {
+            const box = node.querySelector(".box").getBBox(), texts = [...node.querySelectorAll("text")];
+            const places = texts.map((text) => text.getBBox());
+            return texts.flatMap((text, k) => [
+                ...(places[k].x + places[k].width > box.x + box.width ? [`${text.textContent} leaves its box`] : []),
+                ...texts.filter((_, other) => other > k && meet(places[k], places[other]))
+                    .map((other) => `${text.textContent} meets ${other.textContent}`)]);
+        });"""
+    for name in ("demo", "experiments/interpolation", "experiments/stick"):
+        show_graph(live.driver, name)
+        assert live.driver.execute_script(overlaps) == [], name
+
+
+def test_cells_of_a_row_lie_next_to_each_other(live):
+    do(live.driver, "selectNode('reach')")
+    tops = """return [...document.querySelectorAll(".table > table tbody tr")]
+        .map((row) => new Set([...row.cells].map((cell) => cell.offsetTop)).size);"""
+    assert set(live.driver.execute_script(tops)) == {1}
+
+
+def test_a_picture_fits_into_the_viewport(live, sized):
+    sized(1280, 720)
+    do(
+        live.driver,
+        "choosePreset('edit'); selectNode('picture'); document.querySelector('.book img').src = arguments[0]",
+        WIDE,
+    )
+    stage, image = (live.find(one).rect for one in ("#stage", ".book img"))
+    assert image["height"] <= stage["height"] and image["width"] <= stage["width"]
+    assert live.driver.execute_script("return document.querySelector('.book img').naturalHeight") == 2000
+
+
+WIDE = "data:image/svg+xml,<svg xmlns='http://www.w3.org/2000/svg' width='1000' height='2000'/>"
+
+
+def test_old_hair_is_seen_also_where_strands_are_thinner_than_a_pixel(live, sized):
+    sized(1280, 720)
+    do(live.driver, "selectNode('hair'); app.set({ frame: 2 }); choosePreset('edit')")
+    do(live.driver, "viewer.camera.distance *= 4; viewer.redraw()")
+    lit = lambda: (lambda image: image.max(axis=2) - image.min(axis=2) > 12)(pixels(live.driver))  # noqa: E731
+    before = lit()
+    live.session.edit("hair.wave.height", "0.3125")
+    live.until(lambda: live.driver.execute_script("return document.body.dataset.ghost") == "1")
+    do(live.driver, "")
+    assert before.sum() > 100 and (lit() & before).sum() > 0.5 * before.sum()
+
+
+def test_a_refusal_is_shown_without_moving_the_page(live):
+    place = live.find("#stage").rect
+    do(live.driver, "sayControls('picture.hair takes Strands, not Mesh')")
+    assert live.find("#stage").rect == place and live.find("#controls .said").is_displayed()
+    live.node("lag").click()
+    assert live.find("#controls .said").text == ""
