@@ -61,8 +61,9 @@ COMPILED_FIRST = ("sim", "experiments", "measure", "bench", "nodes", "tune", "te
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark tests that wait, and put those that need many kernels first.
 
-    The order counts: xdist hands each process a stretch of tests that follow one another. Nothing is imported for
-    collection any more.
+    The order counts: xdist hands each process a stretch of tests that follow one another. Tests of other rooms whose
+    processes compile come last: by then most of their kernels have been compiled. Nothing is imported for collection
+    any more.
     """
     here = Path(__file__).parent
     for item in items:
@@ -71,7 +72,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         ):
             item.add_marker("waits")
     places = {room: place for place, room in enumerate(COMPILED_FIRST)}
-    items.sort(key=lambda item: places.get(item.path.relative_to(here).parts[0], len(places)))
+
+    def place_of(item: pytest.Item) -> int:
+        others = len(places) + bool(item.get_closest_marker("kernels"))
+        return places.get(item.path.relative_to(here).parts[0], others)
+
+    items.sort(key=place_of)
     sys.dont_write_bytecode = True
 
 
