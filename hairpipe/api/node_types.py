@@ -1,6 +1,7 @@
 """Node types: list, inputs, outputs and settings."""
 
 import dataclasses
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -69,8 +70,9 @@ def fields_within(field: Field) -> tuple[Field, ...]:
     return tuple(dataclasses.replace(inner, default=getattr(field.default, inner.name)) for inner in field.group)
 
 
+@cache
 def document(node_type: NodeType) -> dict[str, Any]:
-    """Describe a node type as a JSON document."""
+    """Describe a node type as a JSON document, which all callers share: do not change it."""
     return {
         "name": node_type.name,
         "mode": node_type.mode,
