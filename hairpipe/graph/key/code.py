@@ -13,11 +13,13 @@ import pkgutil
 import sys
 import time
 from collections.abc import Callable, Mapping
+from copy import copy
 from dataclasses import dataclass
 from functools import cache
 from importlib.machinery import ModuleSpec
 from importlib.util import spec_from_file_location
 from pathlib import Path
+from typing import Self
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.trust import trust_error
@@ -68,6 +70,12 @@ class CodeReader:
         self._sources: dict[str, Source | None] = {}
         self._specs: dict[str, ModuleSpec | None] = {}
         self._imports: dict[str, set[str]] = {}
+
+    def noting(self, remember: Remember) -> Self:
+        """Return a reader that shares what this one has read, and stores analyses elsewhere."""
+        other = copy(self)
+        other._remember = remember
+        return other
 
     def code_of(self, module: str) -> Code:
         """Digest a module with its first-party imports, and the versions of other imports."""

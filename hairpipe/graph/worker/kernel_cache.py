@@ -228,6 +228,5 @@ def file_of(module: str) -> str:
 def is_current(folder: str) -> bool:
     """Whether nothing has been edited since the table was made that kernels of a folder are compiled of."""
     reader = CodeReader(lambda name, make: make())
-    behind = [entry for entry in table().values() if entry.folder == Path(folder).name]
-    alike = {entry.key for entry in behind}
-    return all(reader.code_of(entry.module).digest == entry.code for entry in table().values() if entry.key in alike)
+    alike = [entry for entry in table().values() if entry.key.startswith(folder[-FOLDER_DIGITS:])]
+    return all(reader.code_of(entry.module).digest == entry.code for entry in alike)

@@ -71,11 +71,13 @@ def claim_kernels(folder: Path) -> Path:
 def kernels_environment(folder: Path, reader: CodeReader, nodes: Iterable[str] = ()) -> dict[str, str]:
     """Environment of a process that keeps kernels in a claimed folder, for the sources as they are now.
 
-    Writes the table of digests there, and removes kernels that were not used for long.
+    Writes the table of digests there, with analyses of modules, of which a new store would have none, and removes
+    kernels that were not used for long.
 
     nodes  modules of the node types that are used: they, or what they import, may have kernels that are not ours
     """
-    table = write_table(folder, kernel_digests(reader, nodes))
+    notes = Store(folder / "notes")
+    table = write_table(folder, kernel_digests(reader.noting(notes.remember), nodes))
     remove_unused(folder)
     return {TABLE: str(table)}
 
@@ -89,7 +91,7 @@ def share_kernels() -> None:
         folder = claim_kernels(kernels_parent())
     except OSError as error:
         raise BadInput(f"no folder for kernels: {error}", right="NUMBA_CACHE_DIR=FOLDER") from None
-    reader = CodeReader(Store(folder / "notes").remember)  # 500 modules, which take seconds to analyse
+    reader = CodeReader(lambda name, make: make())
     os.environ |= kernels_environment(folder, reader) | choose_layer().settings
     guard_kernels()
 

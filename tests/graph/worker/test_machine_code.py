@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from hairpipe.graph.key import code
 from hairpipe.graph.key.code import CodeReader
 from hairpipe.graph.worker import machine_code
 from hairpipe.graph.worker.kernel_cache import FOLDER_DIGITS
@@ -111,6 +112,16 @@ def test_a_table_of_one_state_is_one_file(studio):
     assert (
         variables[0] == variables[1] and len([path for path in studio.iterdir() if path.name.startswith("table-")]) == 1
     )
+
+
+def test_analyses_are_kept_next_to_kernels_where_a_new_store_finds_them(studio, monkeypatch):
+    def forget(name, make):
+        raise AssertionError("a new store has no analysis")
+
+    monkeypatch.setattr(machine_code, "kernel_modules", lambda: iter(["studio.helper"]))
+    kernels_environment(studio, CodeReader(forget))
+    monkeypatch.setattr(code, "read_source", forget)
+    kernels_environment(studio, CodeReader(forget))
 
 
 def make_states(folder, module, ages):
