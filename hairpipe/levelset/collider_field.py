@@ -96,6 +96,18 @@ class ColliderField:
         return float(max(known, largest_change(*both) / self.frame, largest_change(*both[::-1]) / self.frame))
 
     @property
+    def lost(self) -> float:
+        """Return the largest displacement in the frame of what is beyond both bands half way, or 0 [m].
+
+        The two-sided scheme has no velocity there, and hair passes through it.
+        """
+        if self.scheme != Interpolation.two_sided:
+            return 0.0
+        both = self.before, self.after
+        half = 0.5 * self.frame
+        return 2.0 * float(max(largest_loss(*both, half), largest_loss(*both[::-1], -half)))
+
+    @property
     def band(self) -> float:
         """Distance beyond which the body is not found [m]."""
         return self.before.background
@@ -153,6 +165,26 @@ def largest_change(one: Field, other: Field) -> float:
                 y = one.y + (BRICK * place[1] + j) / one.per_metre
                 z = one.z + (BRICK * place[2] + k) / one.per_metre
                 most = max(most, abs(distance(other, x, y, z) - one.distance[n, i, j, k]))
+    return most
+
+
+@njit(cache=True)
+def largest_loss(one: Field, other: Field, time: float) -> float:
+    """Return how far one moves in a time [s] out of the bands of both, by every eighth sample next to it, or 0 [m]."""
+    most = 0.0
+    na, nb, nc = one.bricks.shape
+    for place in np.ndindex(na, nb, nc):
+        n = one.bricks[place]
+        if n >= 0:
+            for voxel in np.ndindex(BRICK // 2, BRICK // 2, BRICK // 2):
+                i, j, k = 2 * voxel[0], 2 * voxel[1], 2 * voxel[2]
+                if abs(one.distance[n, i, j, k]) * one.per_metre < 1.0:
+                    v = one.velocity[n, i, j, k]
+                    x = one.x + (BRICK * place[0] + i) / one.per_metre + time * v[0]
+                    y = one.y + (BRICK * place[1] + j) / one.per_metre + time * v[1]
+                    z = one.z + (BRICK * place[2] + k) / one.per_metre + time * v[2]
+                    if is_far(one, other, x, y, z):
+                        most = max(most, abs(time) * length((v[0], v[1], v[2])))
     return most
 
 

@@ -2,7 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import ceil
 from typing import TypeVar
+from warnings import warn
 
 import numpy as np
 
@@ -53,9 +55,13 @@ def bodies_of(
     contact: BodyContact,
     frame_dt: float,
 ) -> list[Collider]:
-    """Build colliders of bodies at the previous and at this frame, which are frame_dt [s] apart."""
+    """Build colliders of bodies at the previous and at this frame, frame_dt [s] apart; warns of too narrow bands."""
     scheme = Interpolation[contact.interpolation]
     whole = [build_collider_field(*surface, frame_dt, scheme) for surface in surfaces]
+    far, needed = max(((body.lost, 0.5 * body.lost * body.after.per_metre) for body in whole), default=(0.0, 0.0))
+    if far > 0.0:
+        message = f"a level set moves by {far:.2g} m in a frame, beyond its band, and does not stop hair"
+        warn(f"{message} (half_width = {ceil(needed)} of bake_levelset, or bake_parts)", stacklevel=3)
     return [*whole, *(build_collider_parts(*body, frame_dt) for body in parts)]
 
 

@@ -63,8 +63,7 @@ def test_a_collar_is_within_half_a_thickness_of_its_triangles(positions, thickne
     exact, rates = brute(points.reshape(-1, 3), mesh)
     exact = exact.reshape(points.shape[:-1])
     np.testing.assert_allclose(surface.distance, np.minimum(exact - 0.5 * thickness, WIDTH), atol=1e-7)
-    around = np.hypot(points[..., 0], points[..., 2]) > 0.16  # where one triangle is nearest
-    known = around & (exact - 0.5 * thickness < 0.9 * WIDTH)
+    known = np.hypot(points[..., 0], points[..., 2]) > 0.16  # where one triangle is nearest, also beyond the band
     off = np.linalg.norm(surface.velocity - rates.reshape(points.shape), axis=-1)
     assert known.sum() > 1000 and off[known].max() < 1e-6
     assert not (surface.bricks == LevelSet.FAR_INSIDE).any()
