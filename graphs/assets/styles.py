@@ -20,7 +20,7 @@ from hairpipe.spatial.triangles import site_points, unit_normals
 TIE = np.array([0.0, 0.375, -0.118])
 """Place of the hair tie [m]: `pin_hair` of graphs/styles.toml has it, too."""
 TAIL, BUNDLE = 0.24, 0.009  # length of the hair beyond the tie, and radius of the bundle in it [m]
-FRINGE, PONYTAIL, BEARD = 150, 250, 200  # strands
+FRINGE, PONYTAIL, BEARD = 300, 600, 500  # strands
 HEAD = """#usda 1.0
 (
     defaultPrim = "styles"
