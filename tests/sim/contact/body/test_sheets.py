@@ -1,4 +1,4 @@
-"""Hair that is pressed against an open garment, alone and over a body: no point and no segment of it changes sides."""
+"""Hair that is pressed against an open garment, alone and over a body, stays on its side, all of every segment."""
 
 import re
 import warnings
@@ -11,6 +11,7 @@ from hairpipe.data import LevelSet, Mesh
 from hairpipe.levelset.bake.whole import bake_sheets
 from hairpipe.levelset.collider import Collider
 from hairpipe.sim.build import bodies_of
+from hairpipe.sim.material import Material
 from hairpipe.sim.settings import BodyContact
 
 ROOT = np.array([0.1 / 3, 0.0, -0.1 / 3])
@@ -104,3 +105,21 @@ def test_a_garment_that_leaves_its_band_is_named_and_a_wider_band_holds_hair(sce
         warnings.simplefilter("error")
         wide = colliders(*pair(float(needed[1])))
     assert nearest(wide) > 0.002
+
+
+def test_hair_of_short_segments_hangs_over_the_edge_of_a_garment(scene, straight):
+    """A segment as long as the edge is thick, with the distance kept on both sides, cannot have it between its ends."""
+    edge, across, thickness = -0.02, ROOT[0] + 0.03, 0.008
+    points = np.array([[across, y, z] for y in (-0.25, edge) for z in (ROOT[2] - 0.06, ROOT[2] + 0.06)])
+    upright = Mesh(points, np.array([[0, 1, 2], [1, 3, 2]], np.int32), np.zeros_like(points))
+    garment = bake_sheets(None, upright, 0.004, 6.0, "refuse", thickness)
+    segments = int(np.ceil(0.2 / (thickness + 2.0 * BodyContact().thickness)))
+    shot = scene([straight(0.2, segments, [1.0, -0.1, 0.0])], Material(diameter=4e-5), model="rod", drag=8.0)
+    heights = []
+    for _ in range(20):
+        strand = shot.run(FRAME, colliders(garment, garment)).axis
+        inner = np.flatnonzero((strand[:-1, 0] < across) & (strand[1:, 0] >= across))[0]
+        share = (across - strand[inner, 0]) / (strand[inner + 1, 0] - strand[inner, 0])
+        heights.append(strand[inner, 1] + share * (strand[inner + 1, 1] - strand[inner, 1]) - edge)
+    assert strand[-1, 1] < edge - 0.05  # it hangs on both sides
+    assert min(heights) > 0.5 * thickness
