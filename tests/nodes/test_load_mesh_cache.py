@@ -160,7 +160,7 @@ def test_missing_files_are_named(tmp_path):
 
 GRAPH = """
 schema = 1
-frames = [1001, 1012]
+frames = [1005, 1009]
 fps = 24
 box = { type = "load_mesh_cache", file = "FILE" }
 wall = { type = "move_mesh", in.mesh = "box" }
