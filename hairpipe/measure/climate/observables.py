@@ -4,9 +4,7 @@ Each is a function of the visible strands, so that it compares any two models of
 """
 
 import numpy as np
-from scipy.signal import periodogram
 from scipy.spatial import KDTree
-from scipy.stats import wasserstein_distance
 
 from hairpipe.data import Strands
 from hairpipe.data.lengths import segment_lengths, strand_lengths
@@ -44,6 +42,8 @@ def wasserstein(one: np.ndarray, other: np.ndarray) -> float:
 
     one, other  positions of strands at each share [m], (shares, S, 3), S not necessarily the same
     """
+    from scipy.stats import wasserstein_distance
+
     pairs = [(a[:, axis], b[:, axis]) for a, b in zip(one, other, strict=True) for axis in range(3)]
     return float(np.mean([wasserstein_distance(*pair) for pair in pairs]))
 
@@ -73,6 +73,8 @@ def log_spectrum(speeds: np.ndarray, fps: float) -> np.ndarray:
 
     speeds  of each strand at each frame [m/s], (frames, S)
     """
+    from scipy.signal import periodogram
+
     _, power = periodogram(speeds, fps, scaling="spectrum", axis=0)
     return np.log(power[1:].mean(axis=1) + STILL)
 
