@@ -5,6 +5,7 @@ Every function takes the text of a file and returns another one, pure; BadInput 
 
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 from hairpipe.errors import BadInput
@@ -172,9 +173,9 @@ def placed(text: str, positions: Mapping[str, Any]) -> str:
             text = with_value(text, f"{LAYOUT}.{name}", literal_of(position))
         elif holds(tables_of(text), path):
             text = dropped_value(text, path)
-    wanted = tables_of(text)
-    if wanted.get(LAYOUT) == {}:
-        del wanted[LAYOUT]
+    tables = tables_of(text)
+    if tables.get(LAYOUT) == {}:
+        wanted = {name: table for name, table in tables.items() if name != LAYOUT}
         text = checked(text, wanted, lambda given: without_tables(given, [LAYOUT]))
     return text
 
@@ -211,8 +212,9 @@ def check_free(tables: Tables, name: str) -> None:
         raise BadInput(f"'{name[:60]}' exists", right="a name of its own")
 
 
+@lru_cache(maxsize=8)  # an edit looks at its text several times, and the next one begins with the result
 def tables_of(text: str) -> Tables:
-    """Read the tables of a text; BadInput for one that is not TOML."""
+    """Read the tables of a text, which all callers share: do not change them; BadInput for one that is not TOML."""
     try:
         return tomllib.loads(text.replace("\r\n", "\n"))
     except (ValueError, RecursionError) as error:
