@@ -31,19 +31,20 @@ PATIENCE = 120.0
 """Time after which a frame counts as not coming [s]."""
 IN_PAGE = """(async (target, text, node, frame, patience) => {{
   const now = () => (performance.timeOrigin + performance.now()) / 1000;
-  const until = async (holds) => {{
+  const ended = () => app.base.verdict.last?.number;
+  const until = async (holds, runs = null) => {{
     for (const end = now() + patience; !holds(); await new Promise((done) => setTimeout(done, 4))) {{
-      if (now() > end) throw new Error("no new frame");
+      if (now() > end || (runs !== null && ended() !== runs)) throw new Error("no new frame");
     }}
     return now();
   }};
   if (app.node !== node) selectNode(node);
   app.set({{ frame }});
-  const output = () => app.document(node, app.output, "strands"), old = output(), begun = now();
+  const output = () => app.document(node, app.output, "strands"), old = output(), runs = ended(), begun = now();
   const fault = await act("edit", {{ target, text }}), edited = now();
   if (fault) throw new Error(fault);
   await act("run", {{ to: [node] }});
-  const asked = now(), received = await until(() => output() && output() !== old);
+  const asked = now(), received = await until(() => output() && output() !== old, runs);
   const draws = () => Number(document.body.dataset.drawn), before = draws();
   const shown = await until(() => viewer.items.at(-1)?.document === output() && draws() > before);
   return [begun, edited, asked, received, shown];
@@ -204,20 +205,21 @@ def ask(server: Server, way: Way, text: str) -> list[float]:
         except urllib.error.HTTPError as error:
             raise BadInput(json.loads(error.read())["fault"]) from None
 
-    def result() -> Any:
+    def result() -> tuple[Any, int]:
         state = json.loads(get("data/state.js").decode().partition(",")[2].rpartition(',"')[0])
         cells = {cell["frame"]: cell for cell in state["nodes"][way.node]["cells"]}
-        return cells[way.frame].get("outputs")
+        return cells[way.frame].get("outputs"), state["verdict"]["last"]["number"]
 
-    old = result()
+    old, runs = result()
     revision = json.loads(get("wait?seen=0"))["revision"]
     moments = [time.time()]
     post("edit", {"target": way.target, "text": text})
     moments.append(time.time())
     post("run", {"to": [way.node]})
     moments.append(time.time())
-    while (found := result()) in (None, old) and time.time() < moments[0] + PATIENCE:
+    while (after := result())[0] in (None, old) and after[1] == runs and time.time() < moments[0] + PATIENCE:
         revision = json.loads(get(f"wait?seen={revision}"))["revision"]
+    found = after[0]
     if found in (None, old):
         raise BadInput("no new frame", where=f"{way.target} = {text}", right="an edit that changes it, and a run of it")
     moments.append(time.time())

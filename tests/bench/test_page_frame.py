@@ -1,7 +1,7 @@
 """Parts of the time from an edit on the page to a new frame."""
 
 import time
-from itertools import islice
+from itertools import islice, repeat
 from types import SimpleNamespace
 from typing import Any
 
@@ -50,6 +50,12 @@ def test_parts_of_an_edit_are_its_whole(shot, monkeypatch):
     assert all(case["processor [s]"] > 0.0 for case in server)
     with pytest.raises(BadInput, match="not a number"):
         measured_tables(shot.path, "seed.nothing")
+    with monkeypatch.context() as patch:
+        patch.setattr(page_frame, "values_of", lambda *given: repeat("3"))  # as it is
+        begun = time.monotonic()
+        with pytest.raises(BadInput, match=r"seed\.value = 3: no new frame"):
+            measured_tables(shot.path, "seed.value")
+        assert time.monotonic() - begun < 0.5 * page_frame.PATIENCE
     monkeypatch.setattr(page_frame, "PATIENCE", 0.0)
     with pytest.raises(BadInput, match=r"move\.turn = 1001: no new frame"):
         measured_tables(shot.path, "move.turn")
