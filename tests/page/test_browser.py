@@ -93,7 +93,7 @@ def test_the_picture_moves_with_the_timeline_and_takes_colours(opened, report):
     second = pixels(driver)
     assert (np.abs(first - second).max(axis=2) > 30).mean() > 0.01
     names = driver.execute_script("return [...document.querySelectorAll('#choices button')].map((b) => b.innerText)")
-    assert names == ["shaded", "strand", "speed", "stretch", "height [mm]"]
+    assert names == ["compare with ...", "shaded", "strand", "speed", "stretch", "height [mm]"]
     for channel in ("strand", "speed", "height [mm]"):
         do(driver, "app.set({ channel: arguments[0] })", channel)
         assert (np.abs(pixels(driver) - second).max(axis=2) > 30).mean() > 0.01

@@ -70,25 +70,29 @@ class Person(Page):
 
     def pull(self, owner, name, at):
         """Add a node at the end of a wire from the output of another one."""
-        self.until(lambda: self.pulled(owner, at))
+        self.until(lambda: self.dragged_undisturbed(lambda: self.pull_wire(owner, at)))
         self.choose(name)
         self.arrived(name)
 
-    def pulled(self, owner, at):
-        """Pull a wire to a place; return whether the graph was not drawn anew before that, as after a run."""
+    def dragged_undisturbed(self, drag):
+        """Drag; return whether the graph was not drawn again before the end, as after an edit or a run."""
         from selenium.common import StaleElementReferenceException
 
-        actions = self.actions().move_to_element(self.find(SOCKET.format(owner, "out"))).click_and_hold()
-        actions.move_by_offset(6, 6).move_to_element_with_offset(self.find("#graph"), *self.offset(at)).release()
         try:
-            actions.perform()
+            drag()
         except StaleElementReferenceException:
             return False
         return True
 
+    def pull_wire(self, owner, at):
+        """Pull a wire to a place."""
+        actions = self.actions().move_to_element(self.find(SOCKET.format(owner, "out"))).click_and_hold()
+        actions.move_by_offset(6, 6).move_to_element_with_offset(self.find("#graph"), *self.offset(at)).release()
+        actions.perform()
+
     def wire(self, owner, node, name):
-        end = self.find(SOCKET.format(node, "in") + f'[data-name="{name}"]')
-        self.drag(self.find(SOCKET.format(owner, "out")), end)
+        begin, end = SOCKET.format(owner, "out"), SOCKET.format(node, "in") + f'[data-name="{name}"]'
+        self.until(lambda: self.dragged_undisturbed(lambda: self.drag(self.find(begin), self.find(end))))
         self.until(lambda: name in self.tables[node].get("in", {}))
 
     def arrived(self, name):

@@ -188,3 +188,39 @@ def test_frames_and_notes_are_made_moved_and_removed(live):
     live.press("x")
     live.until(lambda: "note" not in live.tables["layout"])
     assert live.tables["hair"]["strands"] == 300
+
+
+def test_edits_are_listed_and_saved_as_a_new_file(live, folder):
+    live.session.edit("picture.red", "0.75")
+    live.session.edit("hair.strands", "250")
+    live.settle()
+    place = live.find("#stage").rect
+    live.find("#controls .edits summary").click()
+    assert live.find("#controls .edits .list").text.splitlines() == ["picture.red = 0.75", "hair.strands = 250"]
+    assert live.find("#stage").rect == place, "the list lies above the page"
+    live.press("s", live.Keys.CONTROL, live.Keys.SHIFT)
+    live.choose("../out.toml")
+    live.until(lambda: live.driver.execute_script("return document.body.dataset.refused ?? ''"))
+    live.find("#do-save-as").click()
+    live.choose("copy.toml")
+    live.until(lambda: (folder / "copy.toml").exists())
+    assert "strands = 250 # three hundred" in (folder / "copy.toml").read_text()
+    live.until(lambda: not live.driver.find_elements("css selector", "#controls .edits"))
+    (folder / "copy.toml").unlink()
+
+
+def test_all_nodes_are_chosen_laid_out_and_shown(live):
+    live.actions().move_to_element(live.find("#graph")).click().perform()
+    chosen = "return app.chosen.size"
+    do(live.driver, "app.chosen = new Set(); paintGraph()")
+    live.press("a")
+    assert live.driver.execute_script(chosen) == 7
+    live.press("a")
+    assert live.driver.execute_script(chosen) == 0
+    shown = "return document.getElementById('graph').getAttribute('viewBox')"
+    box = live.driver.execute_script(shown)
+    scroll = """arguments[0].dispatchEvent(new WheelEvent("wheel", { deltaY: 400, clientX: 300, clientY: 500 }))"""
+    do(live.driver, scroll, live.find("#graph"))
+    assert live.driver.execute_script(shown) != box
+    live.press(live.Keys.HOME)
+    assert live.driver.execute_script(shown) == box

@@ -104,3 +104,43 @@ def test_the_number_of_shown_strands_is_chosen_and_kept(live):
     for text in ("null", "{", "[1]"):
         driver.execute_script("localStorage.setItem(KEPT, arguments[0]); listenToPanes()", text)
     driver.execute_script("localStorage.clear()")
+
+
+def test_two_frames_are_compared_with_one_camera(live, shot):
+    driver = live.driver
+    do(driver, "choosePreset('look'); selectNode('hair'); app.set({ frame: 2 })")
+    live.find("#choices .pin").click()
+    live.until(lambda: driver.execute_script("return document.body.dataset.ghost") == "2")
+    assert live.find("#knife").is_displayed()
+    do(driver, "app.set({ apart: true })")
+    live.until(lambda: not live.find("#knife").is_displayed())
+
+    def halves():
+        image = pixels(driver)[: pixels(driver).shape[0] // 2]  # without the words below
+        half = image.shape[1] // 2
+        return image[:, 4 : half - 4], image[:, image.shape[1] - half + 4 : image.shape[1] - 4]
+
+    def differ():
+        left, right = halves()
+        return (np.abs(left - right).max(axis=2) > 30).mean()
+
+    lit = halves()[0]
+    assert (lit.max(axis=2) - lit.min(axis=2) > 25).mean() > 0.01 and differ() < 1e-3
+    do(driver, "app.set({ frame: 4 })")
+    live.until(lambda: live.find("#note").text == "hair@2 | hair@4")
+    assert differ() > 0.01
+    places = [shot.get(f"hair@{frame}").points for frame in (2, 4)]
+    apart = 1e3 * np.linalg.norm(places[1] - places[0], axis=1)
+    do(driver, "app.set({ channel: DIFFERENCE })")
+    live.until(lambda: live.find("#legend").text.endswith("mm"))
+    step = 1e3 * quantised(places[1])[1]["step"]
+    assert float(live.find("#legend").text.split()[1]) == pytest.approx(apart.max(), rel=5e-3, abs=2 * step)
+    script = """const done = arguments[0], of = (frame) => hairpipe.get(app.document("hair", "", "strands", frame));
+        Promise.all([of(4), of(2)]).then(([found, other]) => done(Array.from(differencesOf(found, other).values)));"""
+    found = np.array(driver.execute_async_script(script)) * apart.max()
+    assert np.abs(found - apart).max() < 5 * step
+    x, y = driver.execute_script("return [viewer.canvas.clientWidth / 4, viewer.canvas.clientHeight / 2]")
+    assert driver.execute_script("return viewer.pick(arguments[0], arguments[1])", x, y) is None
+    live.find("#choices .pin").click()
+    live.until(lambda: driver.execute_script("return document.body.dataset.ghost") == "0")
+    driver.execute_script("localStorage.clear()")

@@ -6,6 +6,7 @@ import hairpipe
 from hairpipe.page.report import write_report
 
 from .conftest import SHOT
+from .live_page import do
 
 WEDGE = """
 [wedge.look]
@@ -65,3 +66,18 @@ def test_equal_strands_of_variants_are_shared(opened, wedge_report):
     script = "return app.wedge.states.map((nodes) => cellOf(nodes, 'hair', 1).outputs[''])"
     few, few_again, many, many_again = sorted(driver.execute_script(script))
     assert few == few_again != many == many_again
+
+
+def test_hair_of_two_variants_is_compared(opened, wedge_report):
+    driver = opened(wedge_report)
+    do(driver, "selectNode('hair'); selectVariant(0)")
+    driver.find_element("css selector", "#choices .pin").click()
+    do(driver, "app.set({ channel: DIFFERENCE })")
+    legends = []
+    for variant in (1, 2):  # of other strands, and of the same ones in another colour of the picture
+        do(driver, "selectVariant(arguments[0])", variant)
+        do(driver, "return app.showing")
+        legends.append(driver.find_element("id", "legend").text.split())
+        assert driver.execute_script("return document.body.dataset.ghost") == "2"
+        assert driver.find_element("id", "note").text.count("red=") == 2
+    assert legends == [["the", "compared", "strands", "have", "other", "points"], ["0.00", "0.00", "mm"]]

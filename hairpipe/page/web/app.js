@@ -4,7 +4,7 @@
 /** @typedef {{frame: number | null, state: string, reason: string, seconds?: number, processor?: number, bytes?: number,
  *   warnings?: string[], outputs?: Record<string, string>, pictures?: Record<string, string>, inputs?: Record<string, string>}} Cell */
 
-/** @typedef {{graph: any, state: any, live: boolean, compare: boolean, chosen: Set<string>, places: Record<string, number[]>, past: Map<string, Cell>, fresh: boolean, answered: number, awaited: (() => string | undefined) | null, strands: number, showing: Promise<void>, node: string, output: string, frame: number, channel: string, picked: {node: string, strand: number} | null, pinned: string, base: any, wedge: any, variant: number, pareto: Record<string, string>,
+/** @typedef {{graph: any, state: any, live: boolean, compare: boolean, apart: boolean, chosen: Set<string>, places: Record<string, number[]>, past: Map<string, Cell>, fresh: boolean, answered: number, awaited: (() => string | undefined) | null, strands: number, showing: Promise<void>, node: string, output: string, frame: number, channel: string, picked: {node: string, strand: number} | null, pinned: string, base: any, wedge: any, variant: number, pareto: Record<string, string>,
  *   views: Array<[string[], () => void]>, on: (parts: string[], view: () => void) => void, set: (changes: Record<string, any>) => void,
  *   nodeNamed: (name: string) => any, cell: (node: string, frame?: number) => Cell | undefined,
  *   document: (node: string, output: string, kind: string, frame?: number) => string | null}} App */
@@ -12,6 +12,8 @@
 /** @type {App} */
 const app = {
   graph: null, state: null, live: false, compare: false,
+  /** Whether what is compared is side by side, not behind a slider. */
+  apart: false,
   /** Nodes that are chosen; places of all nodes in this page; results before an edit, by node@frame. */
   chosen: new Set(), places: {}, past: new Map(), fresh: true, awaited: null,
   /** Revision of the server's last answer to an edit; a graph with a lower one is older. */

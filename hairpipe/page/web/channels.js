@@ -1,7 +1,7 @@
 "use strict";
 // Colours of strands: as hair, by number, or by a value at each point.
 
-const CHANNELS = ["shaded", "strand", "speed", "stretch"];
+const CHANNELS = ["shaded", "strand", "speed", "stretch"], DIFFERENCE = "difference [mm]";
 const RAMP = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
 
 /** Colour of a value in 0..1, as viridis has it. @param {number} value */
@@ -73,6 +73,19 @@ function stretchOf(places, lengths, rest) {
     point++;
   }
   return values;
+}
+
+/** Distance of each point to the same one of other strands, over the largest, and that one [m]; null for strands with other points.
+ * @param {Unpacked} found @param {Unpacked} other @returns {{values: Float32Array, most: number} | null} */
+function differencesOf(found, other) {
+  const [places, others] = [placesIn(found), placesIn(other)], values = new Float32Array(places.length / 3);
+  if (others.length !== places.length || found.meta.total !== other.meta.total) return null;
+  let most = 0;
+  for (let i = 0; i < values.length; i++) {
+    values[i] = Math.hypot(places[3 * i] - others[3 * i], places[3 * i + 1] - others[3 * i + 1], places[3 * i + 2] - others[3 * i + 2]);
+    most = Math.max(most, values[i]);
+  }
+  return { values: values.map((value) => value / (most || 1)), most };
 }
 
 /** What a colour means. @param {string} channel @param {Unpacked} found @param {number[] | null} range */

@@ -36,11 +36,13 @@ function showAll(least = 0) {
   const half = BOX.width / 2, nodes = [...drawnBoxes.values()].map((box) => ({ x: box.x - half, y: box.y - box.height / 2, width: BOX.width, height: box.height }));
   const all = [...nodes, ...annotations().flatMap((one) => annotationBox(one, drawnBoxes) ?? [])];
   const [left, top] = [Math.min(0, ...all.map((box) => box.x - 16)), Math.min(0, ...all.map((box) => box.y - 16))];
-  const [right, low] = [Math.max(640, ...all.map((box) => box.x + box.width + 16)), Math.max(240, ...all.map((box) => box.y + box.height + 16))];
-  const svg = document.getElementById("graph"), pane = svg?.getBoundingClientRect(), middle = boxOfNode(app.node || nodeToShow());
+  const svg = document.getElementById("graph"), pane = svg?.getBoundingClientRect();
+  const [wide, high] = [pane?.width || 640, pane?.height || 240]; // a small graph is not magnified
+  const [right, low] = [Math.max(left + wide, ...all.map((box) => box.x + box.width + 16)), Math.max(top + high, ...all.map((box) => box.y + box.height + 16))];
+  const middle = boxOfNode(app.node || nodeToShow());
   const part = (/** @type {number} */ from, /** @type {number} */ to, /** @type {number} */ at, /** @type {number} */ room) =>
-    (least && room && to - from > room / least ? [Math.max(from, Math.min(at - room / least / 2, to - room / least)), room / least] : [from, to - from]);
-  const [[x, width], [y, height]] = [part(left, right, middle.x, pane?.width ?? 0), part(top, low, middle.y, pane?.height ?? 0)];
+    (least && to - from > room / least ? [Math.max(from, Math.min(at - room / least / 2, to - room / least)), room / least] : [from, to - from]);
+  const [[x, width], [y, height]] = [part(left, right, middle.x, wide), part(top, low, middle.y, high)];
   svg?.setAttribute("viewBox", `${x} ${y} ${width} ${height}`);
   app.fresh = false;
 }

@@ -29,24 +29,29 @@ class Scene {
   }
 
   /** Draw items, and left of a place those of before an edit, which are faint where there are no others.
-   * @param {Item[]} items @param {Camera} camera @param {Item[]} [past] @param {number} [cut] share of the width @param {Item | null} [mark] drawn over all */
-  draw(items, camera, past = [], cut = 0, mark = null) {
+   * @param {Item[]} items @param {Camera} camera @param {Item[]} [past] @param {number} [cut] share of the width @param {Item | null} [mark] drawn over all @param {boolean} [apart] whether either side has all of the picture, with one camera */
+  draw(items, camera, past = [], cut = 0, mark = null, apart = false) {
     const { gl } = this, { width, height } = gl.canvas, left = past.length ? Math.round(cut * width) : 0;
     const [red = 28, green = 31, blue = 34] = getComputedStyle(/** @type {HTMLElement} */ (/** @type {HTMLCanvasElement} */ (gl.canvas).parentElement)).backgroundColor.match(/\d+/g)?.map(Number) ?? [];
     gl.clearColor(red / 255, green / 255, blue / 255, 1);
     gl.viewport(0, 0, width, height);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    const view = camera.matrix(width / height), eye = camera.eye();
+    const eye = camera.eye();
+    let view = camera.matrix(width / height), size = [width, height];
     gl.enable(gl.SCISSOR_TEST);
     for (const [some, from, to] of /** @type {Array<[Item[], number, number]>} */ ([[past, 0, left], [items, left, width]])) {
       gl.scissor(from, 0, to - from, height);
       this.faint = some === past && !items.length;
-      for (const item of some) item.draw(view, eye, [width, height]);
+      if (apart && past.length && items.length) {
+        [view, size] = [camera.matrix((to - from) / height), [to - from, height]];
+        gl.viewport(from, 0, to - from, height);
+      }
+      for (const item of some) item.draw(view, eye, size);
     }
     gl.disable(gl.SCISSOR_TEST);
     this.faint = false;
     gl.disable(gl.DEPTH_TEST);
-    mark?.draw(view, eye, [width, height]);
+    mark?.draw(view, eye, size);
     gl.enable(gl.DEPTH_TEST);
   }
 

@@ -27,13 +27,13 @@ async function showStage() {
   if (player.stop && player.node === app.node) return;
   if (brush.texels && brush.node === app.node) return showPainting();
   endPainting();
-  const now = layersOf(app.node, app.output), past = pastLayers(app.node, app.output), three = now.length ? now : past;
+  const now = layersOf(app.node, app.output), past = otherLayers(app.node, app.output), three = now.length ? now : past;
   [...stage.children].forEach((child) => LASTING.includes(child.id) || child.remove());
   stage.classList.toggle("solid", three.length > 0);
   try {
     if (three.length) {
       viewer ??= new Viewer(stage, () => stage.append(element("p", { class: "none" }, "no WebGL2 in this browser: strands and meshes cannot be drawn, pictures can")));
-      await viewer.show(now, app.compare || !now.length ? past : []);
+      await viewer.show(now, isCompared() || !now.length ? past : []);
       const slices = app.document(app.node, app.output, "slices");
       if (slices) await showSlices(stage, slices);
     } else if (!showPictures(stage)) {
@@ -72,7 +72,9 @@ function drawChoices() {
       ? [element("button", { id: "live", class: player.stop ? "on" : "", title: "simulate it now, with the settings as they are", onclick: togglePlaying }, player.stop ? "stop playing" : "play live")] : []),
     ...(canPaint() ? [element("button", { id: "paint", class: brush.texels ? "on" : "", title: "paint maps of the body that settings of this node read", onclick: () => (brush.texels ? leavePainting() : void beginPainting(paintTargets(node)[0])) }, "paint")] : []),
     ...(strands && app.live ? [strandsChoice()] : []),
-    ...(strands ? [element("small", {}, "colour"), ...[...CHANNELS, ...measuredOf(app.node, app.output).keys()].map((channel) => button(channel, channel === app.channel, { channel }))] : []),
+    ...(strands ? [pinButton()] : []),
+    ...(strands && otherStrands() ? [button("side by side", app.apart, { apart: !app.apart })] : []),
+    ...(strands ? [element("small", {}, "colour"), ...[...CHANNELS, ...(otherStrands() ? [DIFFERENCE] : []), ...measuredOf(app.node, app.output).keys()].map((channel) => button(channel, channel === app.channel, { channel }))] : []),
   );
 }
 
@@ -88,6 +90,29 @@ function strandsChoice() {
   return menu;
 }
 
+/** Whether what is selected is compared with what was before an edit, or with what is pinned. */
+const isCompared = () => app.compare || pinnedResult() !== null;
+
+/** What an output is compared with. @param {string} node @param {string} output @returns {Layer[]} */
+function otherLayers(node, output) {
+  const pinned = pinnedResult();
+  return pinned ? layersAt(stateOf(pinned.variant), pinned.frame, pinned.node, pinned.output) : pastLayers(node, output);
+}
+
+/** Document of the strands that the selected ones are compared with, or null. @returns {string | null} */
+function otherStrands() {
+  return isCompared() ? otherLayers(app.node, app.output).find((layer) => layer.kind === "strands")?.name ?? null : null;
+}
+
+/** What is drawn for an output with other results, or at another frame. @param {any} state @param {number} frame @param {string} node @param {string} output @returns {Layer[]} */
+function layersAt(state, frame, node, output) {
+  const own = { state: app.state, frame: app.frame };
+  Object.assign(app, { state, frame });
+  const layers = layersOf(node, output);
+  Object.assign(app, own);
+  return layers;
+}
+
 /** What was drawn for an output before the last edit that changed it. @param {string} node @param {string} output @returns {Layer[]} */
 function pastLayers(node, output) {
   const own = app.past.get(`${node}@${app.frame}`) ?? app.past.get(`${node}@`);
@@ -97,10 +122,7 @@ function pastLayers(node, output) {
     const [name, frame] = key.split("@");
     if (nodes[name] && (frame === "" || Number(frame) === app.frame)) nodes[name] = { cells: [cell] };
   }
-  app.state = { ...state, nodes };
-  const layers = layersOf(node, output);
-  app.state = state;
-  return layers;
+  return layersAt({ ...state, nodes }, app.frame, node, output);
 }
 
-app.on(["strands", "node", "output", "frame", "channel", "pinned", "state", "compare"], () => app.node && (app.showing = showStage()));
+app.on(["strands", "node", "output", "frame", "channel", "pinned", "state", "compare", "apart"], () => app.node && (app.showing = showStage()));

@@ -31,18 +31,20 @@ class Viewer {
   async show(layers, past) {
     const turn = ++this.turn, scene = this.scene;
     if (!scene) return;
-    const loaded = await Promise.all([layers, past].map((some) => Promise.all(some.map((layer) => this.load(layer)))));
+    const loaded = await Promise.all([layers, past].map((some) => Promise.all(some.map((layer) => this.load(layer, some === past)))));
     if (turn !== this.turn) return;
     this.take(loaded[0], loaded[1]);
     const made = layers.length ? this.items : this.ghost;
-    this.knife.hidden = !(layers.length && past.length);
+    const both = layers.length > 0 && past.length > 0;
+    this.knife.hidden = !both || app.apart;
+    this.canvas.parentElement?.classList.toggle("apart", both && app.apart);
     const first = made[made.length - 1];
     if (first && this.framed !== app.node) {
       const box = made.find((item) => item.lengths) ?? first;
       this.camera.frame(box.low, box.high);
       this.framed = app.node;
     }
-    const before = layers.length ? (past.length ? "left: before the edit" : "") : "before the edit; a run shows the new result";
+    const before = layers.length ? (past.length ? comparisonLabel() : "") : "before the edit; a run shows the new result";
     this.note.textContent = [before, ...made.map((item) => item.note)].filter(Boolean).join(", ");
     document.body.dataset.ghost = String(past.length && !layers.length ? 1 : past.length ? 2 : 0);
     void drawPicked();
@@ -81,10 +83,10 @@ class Viewer {
     this.redraw();
   }
 
-  /** Get what a layer shows, as it was kept, or made. @param {Layer} layer @returns {Promise<Item>} */
-  async load(layer) {
+  /** Get what a layer shows, as it was kept, or made. @param {Layer} layer @param {boolean} [past] whether others are compared with it @returns {Promise<Item>} */
+  async load(layer, past = false) {
     const { name, kind, rest } = layer, scene = /** @type {Scene} */ (this.scene), found = await hairpipe.get(name);
-    if (kind === "strands") return this.loadStrands(layer, found);
+    if (kind === "strands") return this.loadStrands(layer, found, past);
     const faces = kind === "points" ? null : await hairpipe.get(`${found.meta.faces}.faces`);
     return this.keep([name, kind].join(), () => (faces ? scene.mesh(found, faces, kind) : scene.points(found)));
   }
@@ -97,17 +99,18 @@ class Viewer {
     return found;
   }
 
-  /** @param {Layer} layer @param {Unpacked} found @returns {Promise<Item>} */
-  async loadStrands({ name, rest }, found) {
+  /** @param {Layer} layer @param {Unpacked} found @param {boolean} past @returns {Promise<Item>} */
+  async loadStrands({ name, rest }, found, past) {
     const base = rest && app.channel === "stretch" ? await hairpipe.get(rest) : null;
     await Promise.all(valueDocuments(app.node, app.output).map((/** @type {string} */ one) => hairpipe.get(one)));
     const source = measuredOf(app.node, app.output).get(app.channel), values = source && await hairpipe.get(source.name);
-    const legend = legendOf(app.channel, found, values ? values.meta.ranges[source.place] : null);
+    const differs = app.channel === DIFFERENCE, other = differs && !past ? otherStrands() : null, difference = other ? differencesOf(found, await hairpipe.get(other)) : null;
+    const legend = legendOf(app.channel, found, difference ? [0, 1e3 * difference.most] : values ? values.meta.ranges[source.place] : null);
     drawChoices();
-    this.legend.replaceChildren(...(legend ? [legend[0], element("i", {}), legend[1]] : []));
-    const measured = values ? runningSums(values.arrays[`values${source.place}`]) : null;
-    const key = [name, app.channel, base && rest, source?.name, source?.place].join();
-    return this.keep(key, () => ({ .../** @type {Scene} */ (this.scene).strands(found, app.channel, base && placesIn(base), measured), document: name, rest }));
+    if (!differs || !past) this.legend.replaceChildren(...(legend ? [legend[0], element("i", {}), legend[1]] : other ? ["the compared strands have other points"] : []));
+    const measured = difference?.values ?? (values ? runningSums(values.arrays[`values${source.place}`]) : null);
+    const channel = differs && !measured ? CHANNELS[0] : app.channel, key = [name, channel, other, base && rest, source?.name, source?.place].join();
+    return this.keep(key, () => ({ .../** @type {Scene} */ (this.scene).strands(found, channel, base && placesIn(base), measured), document: name, rest }));
   }
 
   redraw() {
@@ -118,7 +121,7 @@ class Viewer {
       const [wide, high] = [canvas.clientWidth, canvas.clientHeight].map((v) => Math.max(1, Math.floor(v * ratio)));
       if (canvas.width !== wide || canvas.height !== high) [canvas.width, canvas.height] = [wide, high]; // makes the picture anew
       const { items, ghost } = this;
-      this.scene?.draw(items, this.camera, ghost, ghost.length && items.length ? Number(this.knife.value) / 1000 : 1, this.marked);
+      this.scene?.draw(items, this.camera, ghost, ghost.length && items.length ? (app.apart ? 0.5 : Number(this.knife.value) / 1000) : 1, this.marked, app.apart);
       document.body.dataset.drawn = String(Number(document.body.dataset.drawn ?? 0) + 1);
     });
   }
@@ -127,7 +130,10 @@ class Viewer {
   pick(x, y) {
     const hair = this.items.find((one) => one.lengths), { camera } = this;
     if (!hair?.places || !hair.lengths) return null;
-    const { clientWidth: width, clientHeight: height } = this.canvas, ray = rayAt(camera, x, y, width, height), { back } = camera.axes();
+    const { clientWidth, clientHeight: height } = this.canvas, half = app.apart && this.ghost.length ? clientWidth / 2 : 0, width = clientWidth - half;
+    if (x < half) return null;
+    x -= half;
+    const ray = rayAt(camera, x, y, width, height), { back } = camera.axes();
     const hits = this.items.map((one) => (one.triangles && one.places ? hitOf(ray, one.places, one.triangles)?.distance ?? Infinity : Infinity));
     const deepest = Math.min(...hits) * -(ray.way[0] * back[0] + ray.way[1] * back[1] + ray.way[2] * back[2]);
     const chosen = nearestStrand({ places: hair.places, lengths: hair.lengths }, camera.matrix(width / height), x, y, width, height, deepest);
