@@ -155,8 +155,7 @@ def fastest(velocities: np.ndarray) -> float:
 def largest_change(one: Field, other: Field) -> float:
     """Return by how much the distance to one body and to another differ at most [m], at every eighth sample of one."""
     most = 0.0
-    na, nb, nc = one.bricks.shape
-    for place in np.ndindex(na, nb, nc):
+    for place in np.ndindex(one.bricks.shape):
         n = one.bricks[place]
         if n >= 0:
             for voxel in np.ndindex(BRICK // 2, BRICK // 2, BRICK // 2):
@@ -172,8 +171,7 @@ def largest_change(one: Field, other: Field) -> float:
 def largest_loss(one: Field, other: Field, time: float) -> float:
     """Return how far one moves in a time [s] out of the bands of both, by every eighth sample next to it, or 0 [m]."""
     most = 0.0
-    na, nb, nc = one.bricks.shape
-    for place in np.ndindex(na, nb, nc):
+    for place in np.ndindex(one.bricks.shape):
         n = one.bricks[place]
         if n >= 0:
             for voxel in np.ndindex(BRICK // 2, BRICK // 2, BRICK // 2):
