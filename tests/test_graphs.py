@@ -85,6 +85,7 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "measure_vibration": {"segments": [8], "modes": 2},
     "measure_writhe": {"segments": [5]},
     "measure_column": {"segments": [5]},
+    "measure_ring": {"segments": [5], "sample.model": "rod"},
     "measure_rest": {"seconds": 1 / 24},
     "measure_wrap": {"first": 0.0},
     "measure_pull": {"first": 0.0},

@@ -1,6 +1,6 @@
 """A straight strand held at both ends is twisted until it buckles: the onset compared with Greenhill's."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -41,7 +41,7 @@ def writhe_tables(sample: Sample, segments: Sequence[int]) -> tuple[Table, Table
     for count in segments:
         specimen = straight_specimen(sample, count)
         theory = buckling_twist(held_length(specimen), sample.material.bending, sample.material.torsion)
-        states = list(stand(specimen, theory))
+        states = list(stand(specimen, theory, standing))
         if not states:
             raise BadInput(f"{count} segments are not straight without twist", right="springs that bend and twist")
         unit = states[0].stiffness
@@ -53,18 +53,24 @@ def writhe_tables(sample: Sample, segments: Sequence[int]) -> tuple[Table, Table
     return table_of_rows(COLUMNS, way), table_of_rows(ONSET, onset)
 
 
-def stand(specimen: Specimen, theory: float) -> Iterator[State]:
-    """Twist a strand from none on for as long as it stands straight and stable, the last steps by halves."""
-    now = standing(specimen, State(0.0, specimen.rest, 0.0), 0.0)
+def stand(
+    specimen: Specimen, theory: float, further: Callable[[Specimen, State, float], State | None]
+) -> Iterator[State]:
+    """Twist a strand from none on for as long as it stands stable, the last steps by halves.
+
+    theory   onset of buckling [rad]
+    further  twists it on from a state to a twist [rad]; None where it has no stable equilibrium near that state
+    """
+    now = further(specimen, State(0.0, specimen.rest, 0.0), 0.0)
     step = theory / _STEPS
     if now is not None:
         yield now
     while now is not None and step > _FINEST * theory and now.twist < _BEYOND * theory:
-        further = standing(specimen, now, now.twist + step)
-        if further is None:
+        after = further(specimen, now, now.twist + step)
+        if after is None:
             step /= 2
         else:
-            now = further
+            now = after
             yield now
 
 
