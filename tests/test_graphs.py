@@ -82,6 +82,7 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "measure_cantilever": {"segments": [8], "angles": [90], "rolls": 1, "gammas": [1]},
     "measure_torsion": {"segments": [8], "twists": [1]},
     "measure_helix": {"segments": [25], "gravities": [0.1], "orientations": 1},
+    "measure_spiral": {"segments": [25], "gravities": [0.1], "orientations": 1},
     "measure_vibration": {"segments": [8], "modes": 2},
     "measure_writhe": {"segments": [5]},
     "measure_column": {"segments": [5]},

@@ -24,12 +24,16 @@ class Clamp(NamedTuple):
 
 
 def rest_shape(rod: Rod, start: Clamp) -> Shape:
-    """Draw the rod without any load: a helix, an arc or a line."""
-    spin = float(np.linalg.norm(rod.natural))
+    """Draw the rod without any load: a helix, an arc or a line; where `natural` grows, a spiral."""
+    spin = float(np.linalg.norm(rod.natural_at(np.array([0.0, rod.length])), axis=0).max())
     arc = np.linspace(0, rod.length, 20 + int(10 * spin * rod.length))
-    half = spin * arc / 2
-    turned = np.concatenate([np.cos(half)[None], np.sin(half) * rod.natural[:, None] / (spin or 1.0)])
-    quaternions = left(quaternion_of(start.frame)) @ turned
+    vectors = (rod.natural_at((arc[1:] + arc[:-1]) / 2) * np.diff(arc)).T
+    halves = np.linalg.norm(vectors, axis=1) / 2
+    turns = np.column_stack([np.cos(halves), np.sinc(halves / np.pi)[:, None] * vectors / 2])
+    quaternions = np.empty((4, len(arc)))
+    quaternions[:, 0] = quaternion_of(start.frame)
+    for k, turn in enumerate(turns):
+        quaternions[:, k + 1] = left(quaternions[:, k]) @ turn
     along = tangents(quaternions)
     steps = (along[:, 1:] + along[:, :-1]) / 2 * np.diff(arc)
     points = start.point + np.concatenate([np.zeros((1, 3)), np.cumsum(steps.T, axis=0)])

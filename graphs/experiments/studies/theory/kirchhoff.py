@@ -12,7 +12,7 @@ the part beyond s does to the part before it. R is a quaternion q here. As the s
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -32,8 +32,9 @@ class Rod:
     length   [m]
     bending  EI [N m^2]
     torsion  GJ [N m^2]
-    natural  curvatures u1^, u2^ and twist u3^ without load, the same all along [1/m], (3,)
+    natural  curvatures u1^, u2^ and twist u3^ without load, at the start [1/m], (3,)
     weight   force per length [N/m], (3,)
+    growth   of `natural` along the arc [1/m^2], (3,)
     """
 
     length: float
@@ -41,6 +42,11 @@ class Rod:
     torsion: float
     natural: np.ndarray
     weight: np.ndarray
+    growth: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+    def natural_at(self, arc: np.ndarray) -> np.ndarray:
+        """Return `natural` at places along the arc [m], (n,): [1/m], (3, n)."""
+        return self.natural[:, None] + self.growth[:, None] * arc
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,15 +85,18 @@ def balance(rod: Rod, ends: Callable[[np.ndarray, np.ndarray], np.ndarray], gues
     length = rod.length
     unit = rod.bending / rod.length
     load = rod.weight * length**2 / unit
-    natural = rod.natural * length
     ratio = rod.bending / rod.torsion - 1
     scales = np.repeat([length, 1.0, unit / length, unit], [3, 4, 3, 3])[:, None]
+
+    def turning(s: np.ndarray) -> np.ndarray:
+        """q -> q u^, (4, 4, n)."""
+        return right(np.stack([0 * s, *(length * rod.natural_at(length * s))]))
 
     def slope(s: np.ndarray, y: np.ndarray) -> np.ndarray:
         q, m = y[TURN], y[COUPLE]
         tangent = tangents(q)
         twist = ratio * np.sum(m * tangent, axis=0)
-        body = right(np.array([0.0, *natural])) @ q + twist * (_E3 @ q)
+        body = np.einsum("ijn,jn->in", turning(s), q) + twist * (_E3 @ q)
         world = np.einsum("ijn,jn->in", left(np.stack([0 * s, *m])), q)
         pull = np.cross(y[FORCE], tangent, axis=0)
         return np.concatenate([tangent, (body + world) / 2, np.repeat(-load[:, None], len(s), 1), pull])
@@ -100,7 +109,7 @@ def balance(rod: Rod, ends: Callable[[np.ndarray, np.ndarray], np.ndarray], gues
         along = ratio * (_E3 @ q)
         matrix = np.zeros((13, 13, len(s)))
         matrix[POINT, TURN] = turned
-        spin = right(np.array([0.0, *natural]))[:, :, None] + twist * _E3[:, :, None] + left(np.stack([0 * s, *m]))
+        spin = turning(s) + twist * _E3[:, :, None] + left(np.stack([0 * s, *m]))
         matrix[TURN, TURN] = (spin + along[:, None] * np.einsum("in,ijn->jn", m, turned)) / 2
         matrix[TURN, COUPLE] = (along[:, None] * tangent + np.stack([unit @ q for unit in _BASIS], axis=1)) / 2
         matrix[COUPLE, TURN] = np.cross(n[:, None], turned, axis=0)

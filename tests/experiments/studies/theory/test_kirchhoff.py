@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
+from scipy.special import fresnel
 
 from hairpipe.graphs.experiments.studies.theory.clamps import Clamp, hang_rod, span_rod
 from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
@@ -55,6 +57,31 @@ def test_without_load_a_curl_keeps_its_shape():
     assert np.abs(shape.couple).max() < 1e-6 and np.abs(shape.force).max() < 1e-6
     radii = np.linalg.norm((shape.points - centre)[:, [0, 2]], axis=1)
     np.testing.assert_allclose(radii, 0.01, atol=1e-7)
+
+
+def test_without_load_a_rod_whose_curvature_grows_is_the_spiral_of_cornu():
+    rate = 9.0
+    rod = Rod(1.3, 1.0, GJ, np.array([0.0, 0.0, 0.0]), NOTHING, growth=np.array([0.0, rate, 0.0]))
+    shape = hang_rod(rod, Clamp(NOTHING, np.eye(3)))
+    unit = np.sqrt(np.pi / rate)
+    aside, along = (unit * part for part in fresnel(rod.length / unit))
+    np.testing.assert_allclose(shape.points[-1], [aside, 0.0, along], atol=1e-7)
+
+
+def test_it_balances_its_weight_at_every_section():
+    rod = Rod(1.0, 1.0, GJ, np.array([0.0, 1.0, 4.0]), np.array([0.0, 3.0, 5.0]), growth=np.array([0.0, 8.0, 0.0]))
+    shape = hang_rod(rod, Clamp(NOTHING, np.eye(3)))
+    beyond = rod.length - shape.arc
+    np.testing.assert_allclose(shape.force, beyond[:, None] * rod.weight, atol=1e-8)
+    middle = CubicSpline(shape.arc, shape.points).antiderivative()
+    centres = middle(rod.length) - middle(shape.arc) - beyond[:, None] * shape.points
+    np.testing.assert_allclose(shape.couple, np.cross(centres, rod.weight), atol=1e-5)
+    body = np.einsum("nji,nj->ni", shape.frames, shape.couple)
+    turned = Rotation.from_matrix(shape.frames[:-1]).inv() * Rotation.from_matrix(shape.frames[1:])
+    rates = turned.as_rotvec() / np.diff(shape.arc)[:, None]
+    means = (body[1:] + body[:-1]) / 2 / [1.0, 1.0, GJ]
+    growth = rod.natural_at((shape.arc[1:] + shape.arc[:-1]) / 2).T
+    np.testing.assert_allclose(rates, means + growth, atol=2e-2)
 
 
 @pytest.mark.parametrize("pull", [0.3, 1.2])
