@@ -74,14 +74,15 @@ def rod_of(sample: Sample, spiral: Spiral) -> Rod:
 def cut(rod: Rod, chord: float, count: int) -> tuple[np.ndarray, float]:
     """Return points on a rod without load at equal distances [m], (count + 1, 3), and the arc up to the last one."""
     from scipy.interpolate import CubicHermiteSpline
-    from scipy.optimize import brentq
+    from scipy.optimize import root_scalar
 
     shape = hang_rod(replace(rod, length=_LONGER * rod.length), CLAMP)
     curve = CubicHermiteSpline(shape.arc, shape.points, shape.frames[:, :, 2])
     arc, points = 0.0, [shape.points[0]]
     for _ in range(count):
         here = points[-1]
-        arc = float(brentq(lambda s, at=here: np.linalg.norm(curve(s) - at) - chord, arc, arc + 1.5 * chord))
+        bracket = (arc, arc + 1.5 * chord)
+        arc = root_scalar(lambda s, at=here: np.linalg.norm(curve(s) - at) - chord, bracket=bracket).root
         points.append(curve(arc))
     return np.array(points), arc
 
