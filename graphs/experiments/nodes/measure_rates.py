@@ -31,7 +31,7 @@ def measure_rates(
     intervals  number of comparisons
     finer      factor by which the longest step of that run is shorter
     """
-    from hairpipe.graphs.experiments.measure.rates import rate_table
+    from hairpipe.graphs.experiments.studies.integrators.rates import rate_table
     from hairpipe.sim.hair_model import build_models
     from hairpipe.sim.precision import choose_precision
 
