@@ -38,7 +38,9 @@ def rate_table(
     every, _ = times
     for rate in rates:
         if Fraction(every).limit_denominator(1000) * rate % 1:
-            raise BadInput(f"{every:g} s are no whole frames at {rate} a second", where="every", right="a multiple")
+            raise BadInput(
+                f"{every:g} s at {rate} frames a second is a fraction of a frame", where="every", right="a multiple"
+            )
     short = replace(settings, steps=replace(settings.steps, longest=settings.steps.longest / finer))
     truth = list(followed(hair, bodies, short, rates[0], times))
     rows = []
