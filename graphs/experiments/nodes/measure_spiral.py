@@ -4,8 +4,7 @@ from typing import Annotated
 
 from hairpipe.data import Table
 from hairpipe.graph import node
-from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Segments
-from hairpipe.graphs.experiments.studies.accuracy.spiral import Spiral
+from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Segments, Spiral
 from hairpipe.units import Ge, Gt, MetresPerSecondSquared
 
 Gravities = tuple[Annotated[MetresPerSecondSquared, Gt(0.0)], ...]

@@ -1,4 +1,4 @@
-"""Settings of a measured strand."""
+"""Settings of a measured strand, and of its shape."""
 
 from dataclasses import dataclass
 from typing import Annotated, Literal
@@ -33,3 +33,17 @@ class Sample:
     def name(self, segments: int) -> str:
         """Name a strand of so many segments in a table."""
         return f"{self.model}, {segments} segments"
+
+
+@dataclass(frozen=True)
+class Spiral:
+    """A curve whose curvature grows evenly along it.
+
+    start  radius of curvature at the root
+    end    radius of curvature at the tip
+    turn   length in which the torsion, the same all along, makes a turn
+    """
+
+    start: Annotated[Metres, Gt(0.0)] = 0.2
+    end: Annotated[Metres, Gt(0.0)] = 0.022
+    turn: Annotated[Metres, Gt(0.0)] = 0.4

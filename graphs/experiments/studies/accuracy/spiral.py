@@ -1,38 +1,22 @@
 """A spiral with torsion, which hangs from its root: the way of its tip compared with Kirchhoff's rod."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import Annotated
+from dataclasses import replace
 
 import numpy as np
 
 from hairpipe.data import Table
 from hairpipe.data.table import table_of_rows
 from hairpipe.graphs.experiments.studies.accuracy.helix import turns
-from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
+from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Spiral
 from hairpipe.graphs.experiments.studies.accuracy.specimen import Specimen, specimen_of
 from hairpipe.graphs.experiments.studies.accuracy.statics import balance, motions
 from hairpipe.graphs.experiments.studies.theory.clamps import Clamp, hang_rod
 from hairpipe.graphs.experiments.studies.theory.kirchhoff import Rod
-from hairpipe.units import Gt, Metres
 
 _LONGER = 1.2
 """Length of the curve that is cut into chords, over the sum of these."""
 COLUMNS = ("strand", "segments", "gravity [m/s^2]", "way [% of length]", "error of the way [%]", "no equilibrium")
-
-
-@dataclass(frozen=True)
-class Spiral:
-    """A curve whose curvature grows evenly along it.
-
-    start  radius of curvature at the root
-    end    radius of curvature at the tip
-    turn   length in which the torsion, the same all along, makes a turn
-    """
-
-    start: Annotated[Metres, Gt(0.0)] = 0.2
-    end: Annotated[Metres, Gt(0.0)] = 0.022
-    turn: Annotated[Metres, Gt(0.0)] = 0.4
 
 
 def spiral_table(

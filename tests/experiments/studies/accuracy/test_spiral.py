@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
-from hairpipe.graphs.experiments.studies.accuracy.spiral import Spiral, cut, rod_of, spiral_table
+from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Spiral
+from hairpipe.graphs.experiments.studies.accuracy.spiral import cut, rod_of, spiral_table
 
 ROD = Sample(model="rod")
 
