@@ -88,7 +88,8 @@ def ringed(specimen: Specimen, twist: float, part: float = 1.0) -> np.ndarray:
     length = held_length(specimen)
     x, y, _ = (specimen.rest.x + specimen.spun(specimen.rest, twist * arc / length)[:, :3]).T
     bend = 2 * np.pi * part / length
-    c, s = np.cos(bend * arc), np.sin(bend * arc)
+    c = np.cos(bend * arc)
+    s = np.sin(bend * arc)
     return np.column_stack([(1 - c) / bend + x * c + beyond * s, y, s / bend - x * s + beyond * c])
 
 

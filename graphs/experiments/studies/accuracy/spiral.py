@@ -62,7 +62,8 @@ def cut(rod: Rod, chord: float, count: int) -> tuple[np.ndarray, float]:
 
     shape = hang_rod(replace(rod, length=_LONGER * rod.length), CLAMP)
     curve = CubicHermiteSpline(shape.arc, shape.points, shape.frames[:, :, 2])
-    arc, points = 0.0, [shape.points[0]]
+    arc = 0.0
+    points = [shape.points[0]]
     for _ in range(count):
         here = points[-1]
         bracket = (arc, arc + 1.5 * chord)
