@@ -28,10 +28,11 @@ quick: $(VENV)/tested
 	$(RUN) pytest -n auto --dist worksteal -p tests.quick
 
 # Each process begins with a stretch of files that follow one another: tests of a file need the same kernels. Those that
-# wait, for a browser or for what they interrupt, run in a process next to these.
+# wait, for a browser, a cluster or what they interrupt, run in a process next to these.
 test: $(VENV)/tested
 	@waiting=$$(mktemp); code=0; \
-	$(RUN) pytest -m waits tests/page $$(grep -rlE 'def test.*(interrupt|ctrl_c)' tests) >$$waiting 2>&1 & \
+	$(RUN) pytest -m waits tests/page $$(find tests -name 'test_dask*.py') \
+		$$(grep -rlE 'def test.*(interrupt|ctrl_c)' tests) >$$waiting 2>&1 & \
 	$(RUN) pytest -n auto --dist worksteal -m 'not waits' || code=$$?; \
 	wait $$! || code=$$?; \
 	cat $$waiting; rm $$waiting; exit $$code
