@@ -104,8 +104,7 @@ class ColliderField:
         if self.scheme != Interpolation.two_sided:
             return 0.0
         both = self.before, self.after
-        half = 0.5 * self.frame
-        return 2.0 * float(max(largest_loss(*both, half), largest_loss(*both[::-1], -half)))
+        return float(max(largest_loss(*both, self.frame), largest_loss(*both[::-1], -self.frame)))
 
     @property
     def band(self) -> float:
@@ -169,7 +168,7 @@ def largest_change(one: Field, other: Field) -> float:
 
 @njit(cache=True)
 def largest_loss(one: Field, other: Field, time: float) -> float:
-    """Return how far one moves in a time [s] out of the bands of both, by every eighth sample next to it, or 0 [m]."""
+    """Return how far one moves in a time [s] if half way it is beyond both bands, by every eighth sample, or 0 [m]."""
     most = 0.0
     for place in np.ndindex(one.bricks.shape):
         n = one.bricks[place]
@@ -178,9 +177,9 @@ def largest_loss(one: Field, other: Field, time: float) -> float:
                 i, j, k = 2 * voxel[0], 2 * voxel[1], 2 * voxel[2]
                 if abs(one.distance[n, i, j, k]) * one.per_metre < 1.0:
                     v = one.velocity[n, i, j, k]
-                    x = one.x + (BRICK * place[0] + i) / one.per_metre + time * v[0]
-                    y = one.y + (BRICK * place[1] + j) / one.per_metre + time * v[1]
-                    z = one.z + (BRICK * place[2] + k) / one.per_metre + time * v[2]
+                    x = one.x + (BRICK * place[0] + i) / one.per_metre + 0.5 * time * v[0]
+                    y = one.y + (BRICK * place[1] + j) / one.per_metre + 0.5 * time * v[1]
+                    z = one.z + (BRICK * place[2] + k) / one.per_metre + 0.5 * time * v[2]
                     if is_far(one, other, x, y, z):
                         most = max(most, abs(time) * length((v[0], v[1], v[2])))
     return most
