@@ -71,7 +71,10 @@ def test_nothing_is_cut_at_any_size(live, sized):
     driver, themes = live.driver, ("light", "dark") if SHOTS else ("dark",)
     for size, theme, preset in itertools.product(SIZES, themes, PRESETS):
         sized(*size, theme)
-        do(driver, "choosePreset(arguments[0]); selectNode('hair')", preset)
+        do(driver, "choosePreset(arguments[0]); selectNode('ball')", preset)
+        before = live.find("#stage").rect
+        do(driver, "selectNode('hair')")
+        assert live.find("#stage").rect == before, "a pane moves when a node is selected"
         assert driver.execute_script(CUT) == [] and driver.execute_script(OUTSIDE) == [], (size, preset)
         if SHOTS:
             driver.save_screenshot(str(Path(SHOTS) / f"{size[0]}_{theme}_{preset}.png"))
