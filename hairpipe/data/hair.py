@@ -13,19 +13,21 @@ class Touching:
     points    points of the groom, ascending, (n,) int32
     states    as of `sim/contact/body/implicit.py`, (n,) int8
     damping   tangential and normal damping [kg/s], (n, 2)
+    slid      velocity of sliding to which the tangential damping belongs, where a point speeds up, else 0 [m/s], (n, 3)
     normals   unit normals of the body, (n, 3)
     """
 
     points: np.ndarray
     states: np.ndarray
     damping: np.ndarray
+    slid: np.ndarray
     normals: np.ndarray
 
     def renumbered(self, numbers: np.ndarray) -> "Touching":
         """Return the contacts under other numbers of points, (P,), without those of negative ones; pure."""
         points = numbers[self.points].astype(np.int32)
         known = points >= 0
-        return Touching(points[known], self.states[known], self.damping[known], self.normals[known])
+        return Touching(points[known], self.states[known], self.damping[known], self.slid[known], self.normals[known])
 
 
 @value

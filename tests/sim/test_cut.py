@@ -24,7 +24,8 @@ def touch(*points: int) -> Touching:
     """Contact of points with a body."""
     count = len(points)
     damping, normals = np.arange(2.0 * count).reshape(-1, 2), np.tile([0.0, 1.0, 0.0], (count, 1))
-    return Touching(np.array(points, np.int32), np.full(count, 2, np.int8), damping, normals)
+    slid = 0.1 * normals
+    return Touching(np.array(points, np.int32), np.full(count, 2, np.int8), damping, slid, normals)
 
 
 def in_root_frame(hair, state, ends: Ends):

@@ -91,6 +91,23 @@ def test_without_friction_hair_that_lies_still_slides_from_the_first_step_on(sce
     assert tip @ down == pytest.approx(9.81 * 0.6 / np.hypot(1.0, 0.6) / 96, rel=0.02)
 
 
+@pytest.mark.parametrize("seconds", [1 / 240, 1 / 480])
+def test_hair_that_sticks_begins_to_slide_like_a_block(scene, straight, seconds):
+    """At four percent more than the slope of its friction. Soft hair moves near its tip as if it had no root."""
+    friction, slope, fps, frames = 0.5, 0.52, 48.0, 5
+    shot = scene([straight(0.1, 20, [1, 0, 0])], Material(young=1e3), model="chain", fps=fps)
+    shot.scene = Scene(9.81, Air(Drag(0.0)), BodyContact(friction, 0.0), steps=StepControl(seconds), strain=None)
+    start = shot.axis[0] - [0.0, 1e-6, 0.0]
+    for _ in range(12):
+        shot.run(1 / fps, [Slope(start, 0.4)])
+    assert np.abs(shot.state.velocities[2:]).max() < 1e-5
+    for _ in range(frames):
+        shot.run(1 / fps, [Slope(start, slope)])
+    down = np.array([0.0, -slope, 1.0]) / np.hypot(1.0, slope)
+    tip = shot.hair.layout.axis(shot.state.velocities)[-1]
+    assert tip @ down == pytest.approx(9.81 * (slope - friction) / np.hypot(1.0, slope) * frames / fps, rel=0.15)
+
+
 @pytest.mark.parametrize(
     "scheme",
     [

@@ -164,10 +164,10 @@ def test_guides_taken_out_and_put_back_are_what_they_were(hair, states):
     strands = guides.strands
     follower = np.setdiff1d(np.arange(len(state.locks.leaders)), strands)[0]
     points = np.sort(np.array([*strands[:2], follower]) * (SEGMENTS + 1) + 4).astype(np.int32)
-    touching = Touching(points, np.full(3, 2, np.int8), np.arange(6.0).reshape(3, 2), np.eye(3))
+    touching = Touching(points, np.full(3, 2, np.int8), np.arange(6.0).reshape(3, 2), 0.1 * np.eye(3), np.eye(3))
     back = guides.put(state, guides.state_of(replace(state, touching=touching)))
     led = np.isin(points // (SEGMENTS + 1), strands)
-    for name in ("points", "states", "damping", "normals"):
+    for name in ("points", "states", "damping", "slid", "normals"):
         np.testing.assert_array_equal(getattr(back.touching, name), getattr(touching, name)[led])
     same(replace(back, locks=state.locks, touching=state.touching), state)
     np.testing.assert_array_equal(

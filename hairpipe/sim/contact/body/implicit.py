@@ -11,8 +11,14 @@ Tangentially, Coulomb friction is a damper with the strength of friction at the 
 
 so that friction never accelerates hair, sticking hair does not creep (c_t = c_n), and sliding hair has the friction mu
 N once its speed is steady. A point that sticks with a force above mu N starts to slide at its speed without contact,
-which the next solves reduce. Points with tensile contact forces are released. If the active set changes, or a point
-begins to touch or to slide, the strand is solved again, starting from the previous solve.
+which the next solves reduce. Hair that speeds up from speed u to v would be held by v/u mu N. Where u is less than a
+speed s, friction along the motion has its value at u but the smaller slope of a damper at s:
+
+    f_u = -mu N (1 - u/s) - (mu N / s) v
+
+A slope of zero, which is Coulomb's law, lets the vibrations grow of strands in tension on a post: the ratio of tensions
+was 5 % too large. Points with tensile contact forces are released. If the active set changes, or a point begins to
+touch or to slide, the strand is solved again, starting from the previous solve.
 
 A new contact is first solved without friction, which gives its load and sliding speed. If it stuck first, the hair
 between it and the root would be strained by the whole sliding distance, and the tension would press it on the body:
@@ -45,6 +51,7 @@ STIFF = 1e4  # a hair that is pulled onto the body with 1 mN sinks in by less th
 _NEAR = 1e-5  # [m]; what touches is held up to this far outside, and what is free is caught from this far inside
 _ROUGH = 1.5  # friction that comes out so many times too great is solved again; what is less is mended by and by
 _STILL = 1e-3  # [m/s]; what is slower against the body, and not known to touch it, begins a step sticking
+_SLOW = 0.1  # [m/s]; friction of what slides slower, and speeds up, is in part a constant force
 _TURNED = 0.9  # cosine between normals; what turns farther in a step is a shock
 PUSH_OUT = 0.5
 """Speed at which points come out that begin a step nearer than they keep [m/s]."""
@@ -58,6 +65,7 @@ class ContactState(NamedTuple):
 
     state          FREE, TOUCHES, NEW (new contact, still without friction) or INSIDE (rises), (P,) int8
     c_t            tangential damping [kg/s], (P,)
+    slid           velocity of sliding to which c_t belongs, where a point speeds up, else 0 [m/s], (P, 3)
     freed          points released in this stage, (P,) bool
     discontinuous  points whose contact began, ended or reversed its motion in this step: forces jumped, (P,) bool
     normal         (P, 3)
@@ -69,6 +77,7 @@ class ContactState(NamedTuple):
 
     state: np.ndarray
     c_t: np.ndarray
+    slid: np.ndarray
     freed: np.ndarray
     discontinuous: np.ndarray
     normal: np.ndarray
@@ -81,23 +90,34 @@ class ContactState(NamedTuple):
     @classmethod
     def none(cls, count: int, scale: Scale = USUAL) -> "ContactState":
         """Make points that touch nothing."""
-        vectors = [np.zeros((count, 3)) for _ in range(2)]
+        vectors = [np.zeros((count, 3)) for _ in range(3)]
         numbers = [np.zeros(count) for _ in range(3)]
         factors = scale.length, scale.speed
         state, freed, discontinuous = np.zeros(count, np.int8), np.zeros(count, np.bool_), np.zeros(count, np.bool_)
-        return cls(state, numbers[0], freed, discontinuous, vectors[0], numbers[1], vectors[1], numbers[2], *factors)
+        return cls(
+            state,
+            numbers[0],
+            vectors[0],
+            freed,
+            discontinuous,
+            vectors[1],
+            numbers[1],
+            vectors[2],
+            numbers[2],
+            *factors,
+        )
 
     def recall(self, known: Touching) -> None:
         """Take over what points touched at the end of the previous frame, in place."""
         at = known.points
-        self.state[at], self.normal[at] = known.states, known.normals
+        self.state[at], self.normal[at], self.slid[at] = known.states, known.normals, known.slid
         self.c_t[at], self.c_n[at] = known.damping.T
 
     def touching(self) -> Touching:
         """Return what the next frame has to know; pure."""
         at = np.flatnonzero(self.state != FREE)
         damping = np.stack([self.c_t[at], self.c_n[at]], axis=1)
-        return Touching(at.astype(np.int32), self.state[at], damping, self.normal[at])
+        return Touching(at.astype(np.int32), self.state[at], damping, self.slid[at], self.normal[at])
 
 
 @njit(cache=True, parallel=True)
@@ -206,6 +226,32 @@ def _add_hold(contact, i, push, damping):
     damping[i, 3] += c + more * n[1] * n[1]
     damping[i, 4] += more * n[1] * n[2]
     damping[i, 5] += c + more * n[2] * n[2]
+    _ease_start(contact, i, push, damping)
+
+
+@inlined
+def _ease_start(contact, i, push, damping):
+    """Replace a part of the damping along the motion of what speeds up by a constant force, in place."""
+    u, w = contact.slid[i], contact.target[i]
+    squared = u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
+    if squared > 0.0 and contact.c_t[i] < contact.c_n[i]:
+        c = _constant_part(contact, squared) * contact.c_t[i]
+        less = c / squared
+        along = less * (w[0] * u[0] + w[1] * u[1] + w[2] * u[2])
+        for a in range(3):
+            push[i, a] -= (c + along) * u[a]
+        damping[i, 0] -= less * u[0] * u[0]
+        damping[i, 1] -= less * u[0] * u[1]
+        damping[i, 2] -= less * u[0] * u[2]
+        damping[i, 3] -= less * u[1] * u[1]
+        damping[i, 4] -= less * u[1] * u[2]
+        damping[i, 5] -= less * u[2] * u[2]
+
+
+@inlined
+def _constant_part(contact, squared):
+    """Return 1 - u/s, the constant part of friction at the square of a speed of sliding [m^2/s^2]."""
+    return max(0.0, 1.0 - np.sqrt(squared) / (_SLOW * contact.speed))
 
 
 @njit(cache=True, parallel=True)
@@ -253,9 +299,22 @@ def _update_touching(contact, i, v, friction):
         if force <= limit:
             return False
         contact.c_t[i] = min(c, limit * c / (STIFF * (force - limit)))
+        contact.slid[i] = 0.0
         return True
+    speeds_up = force > limit
+    u = contact.slid[i]
+    squared = u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
+    if squared > 0.0:
+        along = tx * u[0] + ty * u[1] + tz * u[2]
+        if along <= 0.0:  # Friction turns no motion around: a damper stops it.
+            contact.slid[i] = 0.0
+            return True
+        force += _constant_part(contact, squared) * contact.c_t[i] * (squared - along) / np.sqrt(squared)
     # A fixed point: the damper that gives mu N at this speed; small errors are mended in later solves.
     contact.c_t[i] = min(c, limit / speed) if speed > 0.0 else c
+    contact.slid[i, 0] = tx if speeds_up else 0.0
+    contact.slid[i, 1] = ty if speeds_up else 0.0
+    contact.slid[i, 2] = tz if speeds_up else 0.0
     return is_new or force > _ROUGH * limit
 
 
