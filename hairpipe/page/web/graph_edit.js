@@ -48,7 +48,6 @@ function beginGesture(svg, event) {
   if (event.button !== 0) return;
   svg.focus({ preventScroll: true });
   const { socket, node, wire, annotation } = graphTarget(event);
-  sayControls("");
   const start = { x: event.clientX, y: event.clientY, moved: false, names: /** @type {string[]} */ ([]), wire: /** @type {any} */ (null) };
   if (socket) held = { ...start, kind: "wire", wire: wireAt(socket) };
   else if (node) {

@@ -13,10 +13,13 @@ async function act(deed, given = {}) {
 async function follow() {
   drawControls();
   app.on(["state", "graph"], () => app.graph && app.state && drawControls());
-  for (let seen = 0, lost = false; ; ) {
+  let lost = false;
+  document.addEventListener("pointerdown", () => lost || sayControls(""), true);
+  for (let seen = 0; ; ) {
     try {
       const { revision, graph } = await (await fetch(`wait?seen=${seen}`)).json();
       if (revision > seen || lost) await renew(lost || graph !== app.graph.revision);
+      if (lost) sayControls("");
       [seen, lost] = [revision, false];
     } catch {
       if (!lost) sayControls("the server has ended; start `hairpipe view` again");
