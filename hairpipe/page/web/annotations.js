@@ -39,9 +39,10 @@ function drawAnnotations(boxes, moved) {
 /** Ask for the title of a frame around the chosen nodes. @param {string[]} nodes */
 function askFrame(nodes) {
   openPopup({ ...pointer, text: "", hint: "title of the frame", done: async (title) => {
+    if (!title) return;
     const shown = document.getElementById("graph")?.getAttribute("viewBox")?.split(" ").map(Number) ?? [], places = nodes.map((name) => boxOfNode(name));
     app.fresh ||= Math.min(...places.map((box) => box.y - box.height / 2)) - FRAME.pad - FRAME.head < shown[1]; // else its title would not be seen
-    if (title) await edit("annotate", { value: { title, nodes } });
+    await edit("annotate", { value: { title, nodes } });
   } });
 }
 

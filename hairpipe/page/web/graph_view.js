@@ -53,18 +53,21 @@ function listenToGraph() {
   const show = (/** @type {number[]} */ box) => svg.setAttribute("viewBox", box.join(" "));
   const shown = () => /** @type {string} */ (svg.getAttribute("viewBox")).split(" ").map(Number);
   const scaleOf = (/** @type {number} */ width, /** @type {number} */ height, /** @type {DOMRect} */ frame) => Math.max(width / frame.width, height / frame.height);
+  let moved = false; // by hand
   svg.addEventListener("wheel", (event) => {
     event.preventDefault();
+    moved = true;
     const [x, y, width, height] = shown(), factor = Math.exp(event.deltaY * 0.0012), frame = svg.getBoundingClientRect(), scale = scaleOf(width, height, frame);
     const at = [x + width / 2 + (event.clientX - frame.left - frame.width / 2) * scale, y + height / 2 + (event.clientY - frame.top - frame.height / 2) * scale];
     show([at[0] + (x - at[0]) * factor, at[1] + (y - at[1]) * factor, width * factor, height * factor]);
   }, { passive: false });
   svg.addEventListener("pointermove", (event) => {
     if (!event.buttons || held) return;
+    moved = true;
     const [x, y, width, height] = shown(), scale = scaleOf(width, height, svg.getBoundingClientRect());
     show([x - event.movementX * scale, y - event.movementY * scale, width, height]);
   });
-  if (!app.live) new ResizeObserver(() => showAll(LEGIBLE)).observe(svg);
+  if (!app.live) new ResizeObserver(() => moved || showAll(LEGIBLE)).observe(svg);
   svg.addEventListener("dblclick", (event) => graphTarget(event).node || graphTarget(event).annotation || showAll());
 }
 

@@ -7,7 +7,8 @@ const PRESETS = {
   look: { stage: 1, side: 0, time: 0, compare: false },
   compare: { stage: 1, side: 360, time: 0, compare: true },
 };
-const KEPT = "hairpipe panes";
+/** Name by which the browser keeps the sizes; another one than before the time line had the height of its rows, which all had kept. */
+const KEPT = "hairpipe sizes";
 
 /** @typedef {{stage: number, side: number, time: number, compare: boolean, preset: string}} Panes */
 
