@@ -65,9 +65,10 @@ function cellOf(nodes, node, frame) {
 
 /** Kinds of documents with as many strands as are shown. */
 const THINNED = ["strands", "values"];
+/** Colours of types: each has a contrast of 3 to boxes of nodes in either theme. */
 const COLOURS = {
-  Strands: "#e0a46c", Groom: "#c98a5a", Mesh: "#7fb6ff", Body: "#5f8fd0", Pose: "#a57fff", LevelSet: "#45bf9f",
-  BodyParts: "#4fb39a", Density: "#63b0d0", File: "#a3a3a3", Table: "#c4ad3a", Cloud: "#ff9cc0", Particles: "#e07fa8",
+  Strands: "#db7a1f", Groom: "#ba6d31", Mesh: "#4192ff", Body: "#5f8fd0", Pose: "#a27aff", LevelSet: "#2ea485",
+  BodyParts: "#369079", Density: "#309dca", File: "#8a8a8a", Table: "#a79227", Cloud: "#ff5090", Particles: "#df4a89",
 };
 const STATES = {
   cached: "#3f7d4f", computed: "#63c07a", resumed: "#6fa8d0", running: "#f0c860", run: "#9a7a3a", depends: "#5f5640",
@@ -81,7 +82,7 @@ const WORDS = {
 const WORST = ["failed", "running", "run", "depends", "blocked", "resumed", "computed", "cached"];
 
 /** @param {string} type */
-const typeColour = (type) => /** @type {any} */ (COLOURS)[type] ?? "#9aa3ad";
+const typeColour = (type) => /** @type {any} */ (COLOURS)[type] ?? "#758392";
 /** @param {string} state */
 const stateColour = (state) => /** @type {any} */ (STATES)[state] ?? "#555555";
 
