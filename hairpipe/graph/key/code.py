@@ -71,7 +71,7 @@ class CodeReader:
         self._specs: dict[str, ModuleSpec | None] = {}
         self._imports: dict[str, set[str]] = {}
 
-    def noting(self, remember: Remember) -> Self:
+    def with_notes(self, remember: Remember) -> Self:
         """Return a reader that shares what this one has read, and stores analyses elsewhere."""
         other = copy(self)
         other._remember = remember

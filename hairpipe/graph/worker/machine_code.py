@@ -38,6 +38,8 @@ SETTINGS = (
 """Of the environment, by which numba compiles otherwise, though it looks a kernel up by none of them."""
 KEPT = 16
 """Number of states of a module whose kernels are kept: several checkouts and versions are in use in turn."""
+NOTES = "notes"
+"""Folder of analyses of modules, next to those of kernels: it is used by all of them, and is not removed."""
 UNUSED = 30 * 24 * 3600.0
 """Age since the last use at which kernels are removed [s]."""
 
@@ -76,8 +78,8 @@ def kernels_environment(folder: Path, reader: CodeReader, nodes: Iterable[str] =
 
     nodes  modules of the node types that are used: they, or what they import, may have kernels that are not ours
     """
-    notes = Store(folder / "notes")
-    table = write_table(folder, kernel_digests(reader.noting(notes.remember), nodes))
+    notes = Store(folder / NOTES)
+    table = write_table(folder, kernel_digests(reader.with_notes(notes.remember), nodes))
     remove_unused(folder)
     return {TABLE: str(table)}
 
@@ -126,7 +128,8 @@ def remove_unused(folder: Path) -> None:
     states = defaultdict[str, list[tuple[float, Path]]](list)
     with suppress(OSError):
         for entry in os.scandir(folder):
-            states[entry.name[:-FOLDER_DIGITS]].append((entry.stat().st_mtime, Path(entry.path)))
+            if entry.name != NOTES:
+                states[entry.name[:-FOLDER_DIGITS]].append((entry.stat().st_mtime, Path(entry.path)))
     oldest = time.time() - UNUSED
     for found in states.values():
         found.sort(reverse=True)

@@ -13,6 +13,7 @@ from hairpipe.graph.worker import machine_code
 from hairpipe.graph.worker.kernel_cache import FOLDER_DIGITS
 from hairpipe.graph.worker.machine_code import (
     KEPT,
+    NOTES,
     UNUSED,
     WITHOUT_KERNELS,
     kernel_digests,
@@ -137,9 +138,12 @@ def test_kernel_states_unused_for_longest_are_removed_first(tmp_path):
     make_states(tmp_path, "often", range(100, 100 + KEPT + 3))
     make_states(tmp_path, "rarely", [UNUSED - 100, UNUSED + 100])
     os.utime(tmp_path / f"often-{KEPT + 2:0{FOLDER_DIGITS}x}")
+    (tmp_path / NOTES).mkdir()
+    os.utime(tmp_path / NOTES, (time.time() - UNUSED - 100,) * 2)
     remove_unused(tmp_path)
     left = {path.name for path in tmp_path.iterdir()}
     assert left == {
+        NOTES,
         *(f"often-{number:0{FOLDER_DIGITS}x}" for number in [*range(KEPT - 1), KEPT + 2]),
         f"rarely-{0:0{FOLDER_DIGITS}x}",
     }
