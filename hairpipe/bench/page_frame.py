@@ -29,27 +29,28 @@ EDITED, ASKED, RECEIVED, SHOWN = "edit is answered", "run is accepted", "page ha
 BEGUN = "run reaches the node"
 PATIENCE = 120.0
 """Time after which a frame counts as not coming [s]."""
-IN_PAGE = """(async (target, text, node, frame, patience) => {{
+IN_PAGE = """(async (target, text, node, frame, patience, runs) => {{
   const now = () => (performance.timeOrigin + performance.now()) / 1000;
   const ended = () => app.base.verdict.last?.number;
-  const until = async (holds, runs = null) => {{
+  const until = async (holds, idle = false) => {{
     for (const end = now() + patience; !holds(); await new Promise((done) => setTimeout(done, 4))) {{
-      if (now() > end || (runs !== null && ended() !== runs)) throw new Error("no new frame");
+      if (now() > end || (idle && ended() !== runs)) throw new Error("no new frame");
     }}
     return now();
   }};
   if (app.node !== node) selectNode(node);
   app.set({{ frame }});
-  const output = () => app.document(node, app.output, "strands"), old = output(), runs = ended(), begun = now();
+  await until(() => ended() === runs);
+  const output = () => app.document(node, app.output, "strands"), old = output(), begun = now();
   const fault = await act("edit", {{ target, text }}), edited = now();
   if (fault) throw new Error(fault);
   await act("run", {{ to: [node] }});
-  const asked = now(), received = await until(() => output() && output() !== old, runs);
+  const asked = now(), received = await until(() => output() && output() !== old, true);
   const draws = () => Number(document.body.dataset.drawn), before = draws();
   const shown = await until(() => viewer.items.at(-1)?.document === output() && draws() > before);
   return [begun, edited, asked, received, shown];
 }})({})"""
-"""Edits, runs and waits as the page does; moments in seconds since 1970."""
+"""Edits, runs and waits as the page does, once it knows of the last run; moments in seconds since 1970."""
 
 Edit = Callable[[str], list[float]]
 """Makes an edit of a text, and returns its `Moments`."""
@@ -88,7 +89,7 @@ def measure_page_frame(graph: str, overrides: Mapping[str, str], target: str, no
                 session.edit(name, text)
             way = Way(node, first, target)
             finish(session, node)
-            with served(session) as server, client(server, way) as (name, edit):
+            with served(session) as server, client(session, server, way) as (name, edit):
                 values = values_of(session.draft, target)
                 cases = [measured(session, edit, way, next(values)) for _ in range(REPEATS + 1)][1:]
             server_case = server_parts(session.draft, way, next(values))
@@ -177,19 +178,20 @@ def served(session: Session) -> Iterator[Server]:
 
 
 @contextmanager
-def client(server: Server, way: Way) -> Iterator[tuple[str, Edit]]:
+def client(session: Session, server: Server, way: Way) -> Iterator[tuple[str, Edit]]:
     """Yield a client of the page, and its name: a browser, or requests of this process."""
     path = browser_path()
     if path is None:
         yield "requests without a browser", lambda text: ask(server, way, text)
         return
     with open_browser(path, server.address) as browser:
-        yield (
-            "in a browser",
-            lambda text: browser.evaluate(
-                IN_PAGE.format(", ".join(map(json.dumps, (way.target, text, way.node, way.frame, PATIENCE))))
-            ),
-        )
+
+        def edit(text: str) -> list[float]:
+            runs = session.document("state")[0]["verdict"]["last"]["number"]
+            given = way.target, text, way.node, way.frame, PATIENCE, runs
+            return browser.evaluate(IN_PAGE.format(", ".join(map(json.dumps, given))))
+
+        yield "in a browser", edit
 
 
 def ask(server: Server, way: Way, text: str) -> list[float]:
