@@ -67,8 +67,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """
     here = Path(__file__).parent
     for item in items:
-        far = item.path.is_relative_to(here / "page") or item.path.name.startswith("test_dask")
-        if far or re.match(r"test.*(interrupt|ctrl_c)", item.name.partition("[")[0]):
+        waiting = item.path.is_relative_to(here / "page") or item.path.name.startswith("test_dask")
+        if waiting or re.match(r"test.*(interrupt|ctrl_c)", item.name.partition("[")[0]):
             item.add_marker("waits")
     places = {room: place for place, room in enumerate(COMPILED_FIRST)}
 

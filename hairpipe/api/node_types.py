@@ -1,7 +1,7 @@
 """Node types: list, inputs, outputs and settings."""
 
 import dataclasses
-from functools import cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -70,7 +70,7 @@ def fields_within(field: Field) -> tuple[Field, ...]:
     return tuple(dataclasses.replace(inner, default=getattr(field.default, inner.name)) for inner in field.group)
 
 
-@cache
+@lru_cache(maxsize=512)  # a server imports the types of a user again after each change of their files
 def document(node_type: NodeType) -> dict[str, Any]:
     """Describe a node type as a JSON document, which all callers share: do not change it."""
     return {
