@@ -93,7 +93,7 @@ def test_the_picture_moves_with_the_timeline_and_takes_colours(opened, report):
     second = pixels(driver)
     assert (np.abs(first - second).max(axis=2) > 30).mean() > 0.01
     names = driver.execute_script("return [...document.querySelectorAll('#choices button')].map((b) => b.innerText)")
-    assert names == ["compare with ...", "shaded", "strand", "speed", "stretch", "height [mm]"]
+    assert names == ["keep for comparison", "shaded", "strand", "speed", "stretch", "height [mm]"]
     for channel in ("strand", "speed", "height [mm]"):
         do(driver, "app.set({ channel: arguments[0] })", channel)
         assert (np.abs(pixels(driver) - second).max(axis=2) > 30).mean() > 0.01
@@ -109,7 +109,7 @@ def test_two_pictures_lie_below_a_slider(opened, report):
     before = driver.execute_script(cut)
     do(driver, "const k = document.querySelector('.knife'); k.value = 900; k.dispatchEvent(new Event('input'))")
     assert (before, driver.execute_script(cut)) == ("inset(0px 50% 0px 0px)", "inset(0px 10% 0px 0px)")
-    assert driver.find_element("css selector", ".which").text == "picture@1 | picture@5"
+    assert driver.find_element("css selector", ".which").text == "kept picture@1 | picture@5"
 
 
 def test_tables_of_frames_become_curves_and_sort(opened, report):

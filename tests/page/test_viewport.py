@@ -106,6 +106,33 @@ def test_the_number_of_shown_strands_is_chosen_and_kept(live):
     driver.execute_script("localStorage.clear()")
 
 
+def test_a_kept_result_stays_and_hides_nothing_else(live):
+    driver = live.driver
+    ghost = lambda: driver.execute_script("return document.body.dataset.ghost")  # noqa: E731
+    hair = lambda items: driver.execute_script(f"return viewer.{items}.at(-1).document")  # noqa: E731
+    do(driver, "selectNode('hair'); app.set({ frame: 2 })")
+    live.until(lambda: driver.execute_script("return viewer.items.at(-1)?.document"))
+    before = hair("items")
+    live.find("#choices .pin").click()
+    live.until(lambda: ghost() == "2")
+    for node, shown in (("picture", ".book img"), ("reach", ".table")):
+        do(driver, "selectNode(arguments[0])", node)
+        live.until(lambda shown=shown: driver.find_elements("css selector", f"#stage {shown}"))
+        assert not live.find("#view").is_displayed() and not live.find("#knife").is_displayed()
+    do(driver, "selectNode('hair')")
+    live.session.edit("hair.strands", "310")
+    live.until(lambda: ghost() == "1")
+    assert live.find("#note").text.startswith("before the edit") and not live.find("#knife").is_displayed()
+    live.find("#do-run").click()
+    live.until(lambda: ghost() == "2", 60)
+    assert live.find("#note").text == "kept hair@2 | hair@2"
+    assert hair("ghost") == before != hair("items")
+    do(driver, "app.set({ channel: 'height [mm]' })")
+    values = "return [comparison().layers, layersOf('hair', '')].map((layers) => layers.at(-1).values[0])"
+    kept, selected = driver.execute_script(values)
+    assert kept and selected and kept != selected, "each is coloured by the values of its own strands"
+
+
 def test_two_frames_are_compared_with_one_camera(live, shot):
     driver = live.driver
     do(driver, "choosePreset('look'); selectNode('hair'); app.set({ frame: 2 })")
@@ -127,7 +154,7 @@ def test_two_frames_are_compared_with_one_camera(live, shot):
     lit = halves()[0]
     assert (lit.max(axis=2) - lit.min(axis=2) > 25).mean() > 0.01 and differ() < 1e-3
     do(driver, "app.set({ frame: 4 })")
-    live.until(lambda: live.find("#note").text == "hair@2 | hair@4")
+    live.until(lambda: live.find("#note").text == "kept hair@2 | hair@4")
     assert differ() > 0.01
     places = [shot.get(f"hair@{frame}").points for frame in (2, 4)]
     apart = 1e3 * np.linalg.norm(places[1] - places[0], axis=1)
@@ -139,6 +166,13 @@ def test_two_frames_are_compared_with_one_camera(live, shot):
         Promise.all([of(4), of(2)]).then(([found, other]) => done(Array.from(differencesOf(found, other).values)));"""
     found = np.array(driver.execute_async_script(script)) * apart.max()
     assert np.abs(found - apart).max() < 5 * step
+    do(driver, "app.set({ channel: 'speed' })")
+    live.until(lambda: live.find("#legend").text.endswith("m/s"))
+    script = """const done = arguments[0], hair = [viewer.ghost, viewer.items].map((items) => items.at(-1).document);
+        Promise.all(hair.map(hairpipe.get)).then((both) => done(both.map((one) => one.meta.fastest)));"""
+    fastest = driver.execute_async_script(script)
+    assert fastest[0] != fastest[1]
+    assert float(live.find("#legend").text.split()[1]) == pytest.approx(max(fastest), rel=5e-3)
     x, y = driver.execute_script("return [viewer.canvas.clientWidth / 4, viewer.canvas.clientHeight / 2]")
     assert driver.execute_script("return viewer.pick(arguments[0], arguments[1])", x, y) is None
     live.find("#choices .pin").click()

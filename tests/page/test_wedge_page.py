@@ -81,3 +81,9 @@ def test_hair_of_two_variants_is_compared(opened, wedge_report):
         assert driver.execute_script("return document.body.dataset.ghost") == "2"
         assert driver.find_element("id", "note").text.count("red=") == 2
     assert legends == [["the", "compared", "strands", "have", "other", "points"], ["0.00", "0.00", "mm"]]
+    left = "app.wedge.states.length = app.wedge.variants.length = 1; selectVariant(0)"
+    do(driver, f"app.set({{ pinned: null }}); selectVariant(3); app.set({{ pinned: pinSelected() }}); {left}")
+    do(driver, "return app.showing")
+    kept, _, selected = driver.find_element("id", "note").text.partition(" | ")
+    assert kept.startswith("kept hair@") and kept.count("red=") == selected.count("red=") == 1
+    assert driver.execute_script("return [document.body.dataset.errors, document.body.dataset.ghost]") == ["0", "2"]

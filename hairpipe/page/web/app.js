@@ -4,7 +4,7 @@
 /** @typedef {{frame: number | null, state: string, reason: string, seconds?: number, processor?: number, bytes?: number,
  *   warnings?: string[], outputs?: Record<string, string>, pictures?: Record<string, string>, inputs?: Record<string, string>}} Cell */
 
-/** @typedef {{graph: any, state: any, live: boolean, compare: boolean, apart: boolean, chosen: Set<string>, places: Record<string, number[]>, past: Map<string, Cell>, fresh: boolean, answered: number, awaited: (() => string | undefined) | null, strands: number, showing: Promise<void>, node: string, output: string, frame: number, channel: string, picked: {node: string, strand: number} | null, pinned: string, base: any, wedge: any, variant: number, pareto: Record<string, string>,
+/** @typedef {{graph: any, state: any, live: boolean, compare: boolean, apart: boolean, chosen: Set<string>, places: Record<string, number[]>, past: Map<string, Cell>, fresh: boolean, answered: number, awaited: (() => string | undefined) | null, strands: number, showing: Promise<void>, node: string, output: string, frame: number, channel: string, picked: {node: string, strand: number} | null, pinned: Pinned | null, base: any, wedge: any, variant: number, pareto: Record<string, string>,
  *   views: Array<[string[], () => void]>, on: (parts: string[], view: () => void) => void, set: (changes: Record<string, any>) => void,
  *   nodeNamed: (name: string) => any, cell: (node: string, frame?: number) => Cell | undefined,
  *   document: (node: string, output: string, kind: string, frame?: number) => string | null}} App */
@@ -24,7 +24,9 @@ const app = {
   strands: 4000,
   /** Ends when the viewport shows what is selected. */
   showing: Promise.resolve(),
-  node: "", output: "", frame: 0, channel: "shaded", pinned: "",
+  node: "", output: "", frame: 0, channel: "shaded",
+  /** What is kept for comparison. */
+  pinned: null,
   base: null, wedge: null, variant: -1, pareto: {},
   views: [],
 

@@ -14,20 +14,35 @@ function rampColour(value) {
 const noiseOf = (strand) => ((Math.imul(strand + 1, 2654435761) >>> 0) % 10007) / 10007;
 
 /** Values at the points of strands that other nodes have measured: by name, the document and the place in it.
- * @param {string} node @param {string} output @returns {Map<string, {name: string, place: number}>} */
-function measuredOf(node, output) {
+ * @param {string[]} documents those that have come are looked at @returns {Map<string, {name: string, place: number}>} */
+function measuredOf(documents) {
   const found = new Map();
-  for (const other of app.graph.nodes) {
-    if (!other.edges.some((/** @type {any} */ edge) => edge.node === node && edge.output === output)) continue;
-    for (const [out, kinds] of Object.entries(other.kinds)) {
-      const name = kinds.includes("values") && app.document(other.name, out, "values");
-      if (name) hairpipe.raw.get(name)?.meta.names.forEach((/** @type {string} */ label, /** @type {number} */ place) => found.set(label, { name, place }));
-    }
-  }
+  for (const name of documents) hairpipe.raw.get(name)?.meta.names.forEach((/** @type {string} */ label, /** @type {number} */ place) => found.set(label, { name, place }));
   return found;
 }
 
-/** Names of the documents of values that are measured of an output. @param {string} node @param {string} output */
+/** Values by which strands are coloured: bytes as differences, and the range that they span; null where the colour is no such value.
+ * @param {Layer} layer @param {string} channel @returns {Promise<{steps: Numbers, range: number[]} | null>} */
+async function valuesOf(layer, channel) {
+  const [found] = await Promise.all([layer.name, ...layer.values].map((one) => hairpipe.get(one)));
+  const source = measuredOf(layer.values).get(channel), values = source && await hairpipe.get(source.name);
+  if (values) return { steps: values.arrays[`values${source.place}`], range: values.meta.ranges[source.place] };
+  return channel === "speed" && found.arrays.speeds ? { steps: found.arrays.speeds, range: [0, found.meta.fastest] } : null;
+}
+
+/** Range of the values of all strands that are drawn, by which all are coloured; null without values. @param {Layer[]} layers @param {string} channel */
+async function rangeOf(layers, channel) {
+  const found = await Promise.all(layers.filter((layer) => layer.kind === "strands").map((layer) => valuesOf(layer, channel)));
+  const ends = found.flatMap((one) => one?.range ?? []);
+  return ends.length ? [Math.min(...ends), Math.max(...ends)] : null;
+}
+
+/** Values in 0..1 of a range that holds theirs. @param {{steps: Numbers, range: number[]}} values @param {number[]} range */
+function valuesWithin({ steps, range: [low, high] }, range) {
+  return runningSums(steps).map((value) => (low + value * (high - low) - range[0]) / (range[1] - range[0] || 1));
+}
+
+/** Names of the documents of values that are measured of an output. @param {string} node @param {string} output @returns {string[]} */
 function valueDocuments(node, output) {
   const nodes = app.graph.nodes.filter((/** @type {any} */ other) => other.edges.some((/** @type {any} */ edge) => edge.node === node && edge.output === output));
   return nodes.flatMap((/** @type {any} */ other) => Object.keys(other.kinds).map((out) => app.document(other.name, out, "values"))).filter(Boolean);
@@ -88,9 +103,9 @@ function differencesOf(found, other) {
   return { values: values.map((value) => value / (most || 1)), most };
 }
 
-/** What a colour means. @param {string} channel @param {Unpacked} found @param {number[] | null} range */
-function legendOf(channel, found, range) {
+/** What a colour means. @param {string} channel @param {number[] | null} range */
+function legendOf(channel, range) {
+  if (channel === "speed") return range && ["0", `${range[1].toPrecision(3)} m/s`];
   if (range) return [range[0].toPrecision(3), `${range[1].toPrecision(3)} ${channel.match(/\[(.*)\]/)?.[1] ?? ""}`];
-  if (channel === "speed") return ["0", `${(found.meta.fastest ?? 0).toPrecision(3)} m/s`];
   return channel === "stretch" ? [`-${100 * STRETCH} %`, `+${100 * STRETCH} %`] : null;
 }

@@ -66,8 +66,9 @@ function strainRows(spans, resting, length, step) {
 
 /** The largest of every value that nodes have measured along the strand. @param {Picked} picked @returns {Promise<Array<[string, string]>>} */
 async function measuredRows({ start, count }) {
-  await Promise.all(valueDocuments(app.node, app.output).map((/** @type {string} */ one) => hairpipe.get(one)));
-  return Promise.all([...measuredOf(app.node, app.output)].map(async ([name, { name: document, place }]) => {
+  const documents = valueDocuments(app.node, app.output);
+  await Promise.all(documents.map((one) => hairpipe.get(one)));
+  return Promise.all([...measuredOf(documents)].map(async ([name, { name: document, place }]) => {
     const found = await hairpipe.get(document), [low, high] = found.meta.ranges[place];
     const values = runningSums(found.arrays[`values${place}`]).subarray(start, start + count);
     return /** @type {[string, string]} */ ([`most ${name}`, numberText(Number((low + Math.max(...values) * (high - low)).toPrecision(3)))]);

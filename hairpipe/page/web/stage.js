@@ -27,13 +27,13 @@ async function showStage() {
   if (player.stop && player.node === app.node) return;
   if (brush.texels && brush.node === app.node) return showPainting();
   endPainting();
-  const now = layersOf(app.node, app.output), past = otherLayers(app.node, app.output), three = now.length ? now : past;
+  const now = layersOf(app.node, app.output), past = now.length ? comparison() : { layers: pastLayers(app.node, app.output), label: "" }, three = now.length ? now : past.layers;
   [...stage.children].forEach((child) => LASTING.includes(child.id) || child.remove());
   stage.classList.toggle("solid", three.length > 0);
   try {
     if (three.length) {
       viewer ??= new Viewer(stage, () => stage.append(element("p", { class: "none" }, "no WebGL2 in this browser: strands and meshes cannot be drawn, pictures can")));
-      await viewer.show(now, isCompared() || !now.length ? past : []);
+      await viewer.show(now, past.layers, past.label);
       const slices = app.document(app.node, app.output, "slices");
       if (slices) await showSlices(stage, slices);
     } else if (!showPictures(stage)) {
@@ -65,7 +65,7 @@ function drawChoices() {
   const outputs = Object.entries(node.type.outputs);
   const button = (/** @type {string} */ text, /** @type {boolean} */ on, /** @type {Record<string, any>} */ changes) =>
     element("button", { class: on ? "on" : "", onclick: () => app.set(changes) }, text);
-  const strands = node.kinds[app.output]?.includes("strands");
+  const strands = node.kinds[app.output]?.includes("strands"), other = strands && otherStrands();
   document.getElementById("choices")?.replaceChildren(
     ...(outputs.length > 1 ? outputs.map(([name, type]) => button(name || String(type), name === app.output, { output: name })) : []),
     ...(strands && app.graph.playable?.includes(app.node)
@@ -73,8 +73,8 @@ function drawChoices() {
     ...(canPaint() ? [element("button", { id: "paint", class: brush.texels ? "on" : "", title: "paint maps of the body that settings of this node read", onclick: () => (brush.texels ? leavePainting() : void beginPainting(paintTargets(node)[0])) }, "paint")] : []),
     ...(strands && app.live ? [strandsChoice()] : []),
     ...(strands ? [pinButton()] : []),
-    ...(strands && otherStrands() ? [button("side by side", app.apart, { apart: !app.apart })] : []),
-    ...(strands ? [element("small", {}, "colour"), ...[...CHANNELS, ...(otherStrands() ? [DIFFERENCE] : []), ...measuredOf(app.node, app.output).keys()].map((channel) => button(channel, channel === app.channel, { channel }))] : []),
+    ...(other ? [button("side by side", app.apart, { apart: !app.apart })] : []),
+    ...(strands ? [element("small", {}, "colour"), ...[...CHANNELS, ...(other ? [DIFFERENCE] : []), ...measuredOf(valueDocuments(app.node, app.output)).keys()].map((channel) => button(channel, channel === app.channel, { channel }))] : []),
   );
 }
 
@@ -90,27 +90,29 @@ function strandsChoice() {
   return menu;
 }
 
-/** Whether what is selected is compared with what was before an edit, or with what is pinned. */
-const isCompared = () => app.compare || pinnedResult() !== null;
-
-/** What an output is compared with. @param {string} node @param {string} output @returns {Layer[]} */
-function otherLayers(node, output) {
-  const pinned = pinnedResult();
-  return pinned ? layersAt(stateOf(pinned.variant), pinned.frame, pinned.node, pinned.output) : pastLayers(node, output);
+/** What the selected output is compared with: what is kept, if it can be drawn, else, if that is asked for, what was before an edit.
+ * @returns {{layers: Layer[], label: string}} */
+function comparison() {
+  const pinned = pinnedResult(), kept = pinned ? layersAt(pinned, pinned.node, pinned.output) : [];
+  if (kept.length) return { layers: kept, label: comparisonLabel(pinned) };
+  return { layers: app.compare ? pastLayers(app.node, app.output) : [], label: comparisonLabel(null) };
 }
 
 /** Document of the strands that the selected ones are compared with, or null. @returns {string | null} */
 function otherStrands() {
-  return isCompared() ? otherLayers(app.node, app.output).find((layer) => layer.kind === "strands")?.name ?? null : null;
+  return comparison().layers.find((layer) => layer.kind === "strands")?.name ?? null;
 }
 
-/** What is drawn for an output with other results, or at another frame. @param {any} state @param {number} frame @param {string} node @param {string} output @returns {Layer[]} */
-function layersAt(state, frame, node, output) {
-  const own = { state: app.state, frame: app.frame };
-  Object.assign(app, { state, frame });
-  const layers = layersOf(node, output);
-  Object.assign(app, own);
-  return layers;
+/** What is drawn for an output of another graph, with other results, or at another frame.
+ * @param {{graph: any, state: any, frame: number}} given @param {string} node @param {string} output @returns {Layer[]} */
+function layersAt({ graph, state, frame }, node, output) {
+  const own = { graph: app.graph, state: app.state, frame: app.frame };
+  Object.assign(app, { graph, state, frame });
+  try {
+    return layersOf(node, output);
+  } finally {
+    Object.assign(app, own);
+  }
 }
 
 /** What was drawn for an output before the last edit that changed it. @param {string} node @param {string} output @returns {Layer[]} */
@@ -122,7 +124,7 @@ function pastLayers(node, output) {
     const [name, frame] = key.split("@");
     if (nodes[name] && (frame === "" || Number(frame) === app.frame)) nodes[name] = { cells: [cell] };
   }
-  return layersAt({ ...state, nodes }, app.frame, node, output);
+  return layersAt({ graph: app.graph, state: { ...state, nodes }, frame: app.frame }, node, output);
 }
 
 app.on(["strands", "node", "output", "frame", "channel", "pinned", "state", "compare", "apart"], () => app.node && (app.showing = showStage()));

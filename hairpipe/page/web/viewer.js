@@ -18,33 +18,31 @@ class Viewer {
     this.turn = 0;
     const gl = this.canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
     this.scene = gl && new Scene(gl);
-    this.knife = /** @type {HTMLInputElement} */ (element("input", { id: "knife", type: "range", min: 0, max: 1000, value: 500, hidden: "", title: "before the edit | after it", oninput: () => this.redraw() }));
-    /** Items of before the last edit. @type {Item[]} */ this.ghost = [];
+    this.knife = /** @type {HTMLInputElement} */ (element("input", { id: "knife", type: "range", min: 0, max: 1000, value: 500, hidden: "", title: "what is compared | what is selected", oninput: () => this.redraw() }));
+    /** Items of what is compared, or of before the last edit. @type {Item[]} */ this.ghost = [];
     stage.append(this.canvas, this.note, this.legend, this.knife);
     this.camera.listen(this.canvas, () => this.redraw(), (x, y) => app.set({ picked: this.pick(x, y) }));
     new ResizeObserver(() => this.redraw()).observe(this.canvas);
     if (!gl) failed();
   }
 
-  /** Show the documents of an output at the selected frame, and those of before an edit: alone as a ghost, or behind a slider.
-   * @param {Layer[]} layers @param {Layer[]} past */
-  async show(layers, past) {
+  /** Show the documents of an output at the selected frame, and others: alone as what was before an edit, or behind a slider with a label.
+   * @param {Layer[]} layers @param {Layer[]} past @param {string} label */
+  async show(layers, past, label) {
     const turn = ++this.turn, scene = this.scene;
     if (!scene) return;
-    const loaded = await Promise.all([layers, past].map((some) => Promise.all(some.map((layer) => this.load(layer, some === past)))));
+    const range = await rangeOf([...layers, ...past], app.channel);
+    const loaded = await Promise.all([layers, past].map((some) => Promise.all(some.map((layer) => this.load(layer, range, some === past)))));
     if (turn !== this.turn) return;
     this.take(loaded[0], loaded[1]);
     const made = layers.length ? this.items : this.ghost;
-    const both = layers.length > 0 && past.length > 0;
-    this.knife.hidden = !both || app.apart;
-    this.canvas.parentElement?.classList.toggle("apart", both && app.apart);
     const first = made[made.length - 1];
     if (first && this.framed !== app.node) {
       const box = made.find((item) => item.lengths) ?? first;
       this.camera.frame(box.low, box.high);
       this.framed = app.node;
     }
-    const before = layers.length ? (past.length ? comparisonLabel() : "") : "before the edit; a run shows the new result";
+    const before = layers.length ? (past.length ? label : "") : "before the edit; a run shows the new result";
     this.note.textContent = [before, ...made.map((item) => item.note)].filter(Boolean).join(", ");
     document.body.dataset.ghost = String(past.length && !layers.length ? 1 : past.length ? 2 : 0);
     void drawPicked();
@@ -56,6 +54,9 @@ class Viewer {
     const kept = new Set(this.kept.values()), drawn = new Set([...items, ...ghost]);
     [...this.items, ...this.ghost].forEach((item) => kept.has(item) || drawn.has(item) || item.free());
     [this.items, this.ghost] = [items, ghost];
+    const both = items.length > 0 && ghost.length > 0;
+    this.knife.hidden = !both || app.apart;
+    this.canvas.parentElement?.classList.toggle("apart", both && app.apart);
     let bytes = [...kept].reduce((all, item) => all + item.bytes, 0);
     for (const [key, item] of this.kept) {
       if (bytes <= MOST_KEPT) break;
@@ -76,17 +77,18 @@ class Viewer {
 
   /** Show strands that were just made, on a body. @param {Unpacked} found @param {string | null} body */
   async showPlayed(found, body) {
-    const turn = ++this.turn, made = body ? [await this.load({ name: body, kind: "mesh", rest: null })] : [];
+    const turn = ++this.turn, made = body ? [await this.load({ name: body, kind: "mesh", rest: null, values: [] })] : [];
     if (turn !== this.turn) return;
     this.take([...made, /** @type {Scene} */ (this.scene).strands(found, app.channel, null)], []);
     void drawPicked();
     this.redraw();
   }
 
-  /** Get what a layer shows, as it was kept, or made. @param {Layer} layer @param {boolean} [past] whether others are compared with it @returns {Promise<Item>} */
-  async load(layer, past = false) {
-    const { name, kind, rest } = layer, scene = /** @type {Scene} */ (this.scene), found = await hairpipe.get(name);
-    if (kind === "strands") return this.loadStrands(layer, found, past);
+  /** Get what a layer shows, as it was kept, or made. @param {Layer} layer @param {number[] | null} [range] of all values by which it is coloured
+   * @param {boolean} [past] whether others are compared with it @returns {Promise<Item>} */
+  async load(layer, range = null, past = false) {
+    const { name, kind } = layer, scene = /** @type {Scene} */ (this.scene), found = await hairpipe.get(name);
+    if (kind === "strands") return this.loadStrands(layer, found, range, past);
     const faces = kind === "points" ? null : await hairpipe.get(`${found.meta.faces}.faces`);
     return this.keep([name, kind].join(), () => (faces ? scene.mesh(found, faces, kind) : scene.points(found)));
   }
@@ -99,17 +101,16 @@ class Viewer {
     return found;
   }
 
-  /** @param {Layer} layer @param {Unpacked} found @param {boolean} past @returns {Promise<Item>} */
-  async loadStrands({ name, rest }, found, past) {
-    const base = rest && app.channel === "stretch" ? await hairpipe.get(rest) : null;
-    await Promise.all(valueDocuments(app.node, app.output).map((/** @type {string} */ one) => hairpipe.get(one)));
-    const source = measuredOf(app.node, app.output).get(app.channel), values = source && await hairpipe.get(source.name);
+  /** @param {Layer} layer @param {Unpacked} found @param {number[] | null} range @param {boolean} past @returns {Promise<Item>} */
+  async loadStrands(layer, found, range, past) {
+    const { name, rest } = layer, base = rest && app.channel === "stretch" ? await hairpipe.get(rest) : null;
+    const values = await valuesOf(layer, app.channel), source = measuredOf(layer.values).get(app.channel);
     const differs = app.channel === DIFFERENCE, other = differs && !past ? otherStrands() : null, difference = other ? differencesOf(found, await hairpipe.get(other)) : null;
-    const legend = legendOf(app.channel, found, difference ? [0, 1e3 * difference.most] : values ? values.meta.ranges[source.place] : null);
+    const legend = legendOf(app.channel, difference ? [0, 1e3 * difference.most] : range);
     drawChoices();
-    if (!differs || !past) this.legend.replaceChildren(...(legend ? [legend[0], element("i", {}), legend[1]] : other ? ["the compared strands have other points"] : []));
-    const measured = difference?.values ?? (values ? runningSums(values.arrays[`values${source.place}`]) : null);
-    const channel = differs && !measured ? CHANNELS[0] : app.channel, key = [name, channel, other, base && rest, source?.name, source?.place].join();
+    if (!past) this.legend.replaceChildren(...(legend ? [legend[0], element("i", {}), legend[1]] : other ? ["the compared strands have other points"] : []));
+    const measured = difference?.values ?? (values && range ? valuesWithin(values, range) : null);
+    const channel = differs && !measured ? CHANNELS[0] : app.channel, key = [name, channel, other, base && rest, source?.name, source?.place, range].join();
     return this.keep(key, () => ({ .../** @type {Scene} */ (this.scene).strands(found, channel, base && placesIn(base), measured), document: name, rest }));
   }
 
@@ -141,7 +142,7 @@ class Viewer {
   }
 }
 
-/** @typedef {{name: string, kind: string, rest: string | null}} Layer */
+/** @typedef {{name: string, kind: string, rest: string | null, values: string[]}} Layer */
 
 /** What is drawn for an output, the body first. @param {string} node @param {string} output @returns {Layer[]} */
 function layersOf(node, output) {
@@ -151,10 +152,10 @@ function layersOf(node, output) {
   if (!own) return layers;
   if (own === "strands" || own === "points") {
     const body = upstream(node, "mesh");
-    if (body) layers.push({ name: body, kind: "mesh", rest: null });
+    if (body) layers.push({ name: body, kind: "mesh", rest: null, values: [] });
   }
   const rest = own === "strands" ? upstream(node, "strands", "Groom") : null;
-  layers.push({ name: /** @type {string} */ (app.document(node, output, own)), kind: own, rest });
+  layers.push({ name: /** @type {string} */ (app.document(node, output, own)), kind: own, rest, values: own === "strands" ? valueDocuments(node, output) : [] });
   return layers;
 }
 
