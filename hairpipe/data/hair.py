@@ -13,7 +13,8 @@ class Touching:
     points    points of the groom, ascending, (n,) int32
     states    as of `sim/contact/body/implicit.py`, (n,) int8
     damping   tangential and normal damping [kg/s], (n, 2)
-    slid      velocity of sliding to which the tangential damping belongs, where a point speeds up, else 0 [m/s], (n, 3)
+    slid      velocity of sliding to which the tangential damping belongs, where the damper would exceed mu N, else 0
+              [m/s], (n, 3)
     normals   unit normals of the body, (n, 3)
     """
 
