@@ -199,3 +199,7 @@ def test_a_refusal_is_shown_without_moving_the_page(live):
     assert live.find("#stage").rect == place and live.find("#controls .said").is_displayed()
     live.node("lag").click()
     assert live.find("#controls .said").text == ""
+    do(live.driver, "choosePreset('look'); sayControls('no graph is seen to click on')")
+    live.find("#stage").click()
+    assert live.find("#controls .said").text == ""
+    live.driver.execute_script("choosePreset('edit')")
