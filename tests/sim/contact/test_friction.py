@@ -94,7 +94,7 @@ def test_without_friction_hair_that_lies_still_slides_from_the_first_step_on(sce
 
 @pytest.mark.parametrize("steps", [240, 1920])
 def test_hair_that_begins_to_slide_speeds_up_like_a_block(block, steps):
-    """At four percent more than the slope of its friction: less the lag of friction, 1.7 steps with the scheme's stages."""
+    """At four percent more than the slope of its friction, less what the lag of friction, 1.7 steps, takes."""
     pull, held = 9.81 * 0.52 / np.hypot(1.0, 0.52), 9.81 * 0.5 / np.hypot(1.0, 0.52)
     speeds = block(240).speeds(1 / steps, [(0.4, 0.5, 20), (0.52, 0.5, 25)])
     assert abs(speeds[19]) < 1e-5
