@@ -97,9 +97,9 @@ class ColliderField:
 
     @property
     def lost(self) -> float:
-        """Return the largest displacement in the frame of what is beyond both bands half way, or 0 [m].
+        """Return the largest displacement in the frame of what has no brick of either frame half way, or 0 [m].
 
-        The two-sided scheme has no velocity there, and hair passes through it.
+        Hair passes through it: the two-sided scheme has no velocity. A lower bound: another part may have a brick.
         """
         if self.scheme != Interpolation.two_sided:
             return 0.0
@@ -175,7 +175,7 @@ def largest_loss(one: Field, other: Field, time: float) -> float:
         if n >= 0:
             for voxel in np.ndindex(BRICK // 2, BRICK // 2, BRICK // 2):
                 i, j, k = 2 * voxel[0], 2 * voxel[1], 2 * voxel[2]
-                if abs(one.distance[n, i, j, k]) * one.per_metre < 1.0:
+                if abs(one.distance[n, i, j, k]) * one.per_metre < 1.01:  # Of a thin sheet 1, rounded.
                     v = one.velocity[n, i, j, k]
                     x = one.x + (BRICK * place[0] + i) / one.per_metre + 0.5 * time * v[0]
                     y = one.y + (BRICK * place[1] + j) / one.per_metre + 0.5 * time * v[1]

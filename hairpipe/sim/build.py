@@ -47,6 +47,7 @@ from hairpipe.volume.strand_samples import reach_of
 V = TypeVar("V", bound=Varied)
 _SCHEMES = {"tr_bdf2": TrBdf2, "bdf2": Bdf2, "backward_euler": BackwardEuler}
 _NINE_STEPS = {"trapezoid": Trapezoid, "full_step": FullStep}
+MOST_VOXELS = 64  # of half_width of `bake_levelset`
 
 
 def bodies_of(
@@ -58,10 +59,13 @@ def bodies_of(
     """Build colliders of bodies at the previous and at this frame, frame_dt [s] apart; warns of too narrow bands."""
     scheme = Interpolation[contact.interpolation]
     whole = [build_collider_field(*surface, frame_dt, scheme) for surface in surfaces]
-    far, needed = max(((body.lost, 0.5 * body.lost * body.after.per_metre) for body in whole), default=(0.0, 0.0))
-    if far > 0.0:
-        message = f"a level set moves by {far:.2g} m in a frame, beyond its band, and does not stop hair"
-        warn(f"{message} (half_width = {ceil(needed)} of bake_levelset, or bake_parts)", stacklevel=3)
+    for place, far in enumerate([body.lost for body in whole], start=1):
+        if far > 0.0:
+            needed = ceil(0.5 * far * whole[place - 1].after.per_metre)
+            coarser = f", and voxel = {0.5 * far / MOST_VOXELS:.3g} or more" if needed > MOST_VOXELS else ""
+            message = f"level set {place} moves by {far:.2g} m in a frame, beyond its band, and does not stop hair"
+            cure = f"half_width = {min(needed, MOST_VOXELS)}{coarser}, of bake_levelset, or bake_parts"
+            warn(f"{message} ({cure})", stacklevel=3)
     return [*whole, *(build_collider_parts(*body, frame_dt) for body in parts)]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.data import LevelSet, Mesh
-from hairpipe.levelset.bake.bricks import MOST_STORED, SIDE, near_bricks
+from hairpipe.levelset.bake.bricks import MOST_STORED, SIDE, Band, near_bricks
 from hairpipe.levelset.bake.closed_surface import Surface
 from hairpipe.levelset.grid_layout import BRICK, Lattice, refuse_if_huge
 from hairpipe.levelset.sample import Field, field_of
@@ -35,10 +35,11 @@ def split_pieces(mesh: Mesh) -> tuple[Mesh, Mesh]:
     return closed, sheets
 
 
-def with_sheets(solid: LevelSet, sheets: Surface, lattice: Lattice, thickness: float) -> LevelSet:
+def with_sheets(solid: LevelSet, sheets: Surface, both: Surface, lattice: Lattice, thickness: float) -> LevelSet:
     """Return the level set of the union of a solid and all points within half a thickness [m] of sheets; pure.
 
     solid  on the lattice, whose band encloses the sheets
+    both   surface of the solid, and the sheets
 
     Where a sheet lies so near to the solid that nothing fits between them, the way out of both is across the sheet.
     """
@@ -55,6 +56,8 @@ def with_sheets(solid: LevelSet, sheets: Surface, lattice: Lattice, thickness: f
     distance[own >= 0], velocity[own >= 0] = solid.distance[own[own >= 0]], solid.velocity[own[own >= 0]]
     lay(tree, sheets.velocities, places, lattice.first, half, field_of(solid), distance, velocity)
     np.minimum(distance, np.float32(width), out=distance)
+    band = Band(lattice.first, lattice.voxel, float(np.float32(width)))
+    move_outside(tree_over(both.corners), both.velocities, places, band, distance, velocity)
     kept = (own >= 0) | (distance < np.float32(width)).any(axis=(1, 2, 3))
     bricks = solid.bricks.copy()
     bricks[tuple(places[kept].T)] = np.arange(kept.sum())
@@ -73,8 +76,6 @@ def lay(
     velocity: np.ndarray,
 ) -> None:
     """Lower distances to those of sheets where these are nearer, with their velocities, in place.
-
-    Velocities are known in all of a brick, also beyond the band: a sheet is found by them where it is between frames.
 
     velocities          of the corners of the sheets' triangles [m/s], (m, 3, 3)
     places              blocks of the bricks, (n, 3) int64; first  index of the lattice's first sample
@@ -106,3 +107,24 @@ def lay(
                         for axis in range(3):
                             v0, v1, v2 = velocities[t, 0, axis], velocities[t, 1, axis], velocities[t, 2, axis]
                             velocity[n, i, j, k, axis] = w[0] * v0 + w[1] * v1 + w[2] * v2
+
+
+@njit(cache=True, parallel=True)
+def move_outside(
+    tree: Tree, velocities: np.ndarray, places: np.ndarray, band: Band, distance: np.ndarray, velocity: np.ndarray
+) -> None:
+    """Write, in place, velocities of the closest points beyond the band: by them a part is found between frames.
+
+    Arguments are those of `fill_bricks`, whose clamped distance does not decide between sheet and solid there.
+    """
+    first, voxel, width = band.first, band.voxel, band.width
+    for n in prange(len(places)):
+        near = 0
+        for i, j, k in np.ndindex(SIDE, SIDE, SIDE):
+            if distance[n, i, j, k] >= width:
+                a, b, c = BRICK * places[n, 0] + i, BRICK * places[n, 1] + j, BRICK * places[n, 2] + k
+                x, y, z = (first[0] + a) * voxel, (first[1] + b) * voxel, (first[2] + c) * voxel
+                _, near, w = closest(tree, (x, y, z), np.inf, near)
+                v = velocities[tree.triangles[near]]
+                for axis in range(3):
+                    velocity[n, i, j, k, axis] = w[0] * v[0, axis] + w[1] * v[1, axis] + w[2] * v[2, axis]

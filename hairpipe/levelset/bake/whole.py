@@ -58,15 +58,16 @@ def bake_sheets(
     layers = Surface(thin.points[thin.triangles], thin.rates[thin.triangles])
     corners = np.concatenate([*(solid.corners for solid in solids), layers.corners])
     lattice = lattice_around(corners, voxel, half_width + 0.5 * thick / voxel)
+    both = Surface(corners, np.concatenate([*(solid.velocities for solid in solids), layers.velocities]))
     if solids:
-        velocities = np.concatenate([solid.velocities for solid in solids])
-        solid = bake_solid(Surface(corners[: len(velocities)], velocities), lattice, half_width)
+        closed_ones = Surface(*(values[: len(corners) - len(layers.corners)] for values in both))
+        solid = bake_solid(closed_ones, lattice, half_width)
     else:
         nothing = np.zeros((0, SIDE, SIDE, SIDE, 3), np.float32)
         inner = np.zeros((*np.add(lattice.bricks, 1), 4), np.float32)
         bricks = np.full(lattice.bricks, LevelSet.FAR_OUTSIDE, np.int32)
         solid = LevelSet(bricks, nothing[..., 0], nothing, inner, lattice.first * voxel, voxel, half_width)
-    return with_sheets(solid, layers, lattice, thick) if len(thin.triangles) else solid
+    return with_sheets(solid, layers, both, lattice, thick) if len(thin.triangles) else solid
 
 
 def bake_solid(surface: Surface, lattice: Lattice, half_width: float) -> LevelSet:

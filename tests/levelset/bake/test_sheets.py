@@ -8,6 +8,9 @@ from hairpipe.data import LevelSet, Mesh
 from hairpipe.errors import BadInput
 from hairpipe.levelset.bake.sheets import split_pieces
 from hairpipe.levelset.bake.whole import bake, bake_sheets
+from hairpipe.levelset.collider import SdfSample
+from hairpipe.levelset.collider_field import build_collider_field
+from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.levelset.sample import distance, field_of, gradient
 
 VOXEL, HALF_WIDTH = 0.01, 6.0
@@ -123,6 +126,39 @@ def test_a_garment_off_the_skin_has_two_sides():
     assert inner < -0.9 and outer > 0.9
     skin_side, middle, sheet_side = read(surface, np.array([[r, 0.05, 0.002] for r in (0.103, 0.11, 0.117)]))
     assert 0.0 < skin_side < middle > sheet_side > 0.0
+
+
+def test_a_garment_that_crosses_its_band_over_a_body_is_found_between_frames():
+    """A cloth of 2 cm, 10.5 cm above a table, moves across itself by 10 cm, with a band of 6 cm."""
+    table = build_cylinder(0.3, 0.2, False, 24, (0.0, -0.06, 0.0), (0.0, 1.0, 0.0))
+    frame, way, speed = 0.04, 0.1, 2.5
+    surfaces = []
+    for x in (-0.5 * way, 0.5 * way):
+        corners = np.array([[x, y, z] for y in (0.145, 0.158) for z in (-0.05, 0.05)])
+        cloth = Mesh(corners, np.array([[0, 1, 2], [1, 3, 2]], np.int32), np.tile([speed, 0.0, 0.0], (4, 1)))
+        surfaces.append(bake_sheets(table, cloth, VOXEL, HALF_WIDTH, "refuse", 0.02))
+    body = build_collider_field(*surfaces, frame, Interpolation.two_sided)
+    assert body.lost == 0.0
+    for seconds in np.array([0.25, 0.5, 0.75]) * frame:
+        found = SdfSample.blank(3)
+        places = np.array([[speed * seconds - 0.5 * way + side, 0.15, 0.0] for side in (-0.02, 0.0, 0.02)])
+        body.probe(places, seconds, found)
+        np.testing.assert_allclose(found.distance, [0.01, -0.01, 0.01], atol=1e-3)
+        np.testing.assert_allclose(found.velocity, np.tile([speed, 0.0, 0.0], (3, 1)), rtol=1e-5)
+
+
+def test_velocities_beyond_the_bands_are_those_of_the_nearer_of_sheet_and_body(positions):
+    table = build_cylinder(0.15, 0.2, False, 24, (0.0, -0.06, 0.0), (0.0, 1.0, 0.0))
+    corners = np.array([[0.02, y, z] for y in (0.16, 0.2) for z in (-0.05, 0.05)])
+    cloth = Mesh(corners, np.array([[0, 1, 2], [1, 3, 2]], np.int32), np.tile([2.0, 0.0, 0.0], (4, 1)))
+    surface = bake_sheets(table, cloth, VOXEL, HALF_WIDTH, "refuse", 0.02)
+    points = positions(surface).reshape(-1, 3)[::7]
+    to_cloth, to_table = (brute(points, mesh)[0] for mesh in (cloth, table))
+    beyond = (np.minimum(to_cloth - 0.01, to_table) > WIDTH) & (np.abs(to_cloth - to_table) > 1e-9)
+    rates = surface.velocity.reshape(-1, 3)[::7][beyond, 0]
+    nearer = (to_cloth < to_table)[beyond]
+    assert min(nearer.sum(), (~nearer).sum()) > 100
+    np.testing.assert_array_equal(rates, np.where(nearer, np.float32(2.0), np.float32(0.0)))
 
 
 def test_closed_pieces_of_sheets_are_solid(sphere, together):

@@ -2,6 +2,7 @@
 
 import re
 import warnings
+from typing import get_type_hints
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from hairpipe.body.shapes import build_cylinder
 from hairpipe.data import LevelSet, Mesh
 from hairpipe.levelset.bake.whole import bake_sheets
 from hairpipe.levelset.collider import Collider
-from hairpipe.sim.build import bodies_of
+from hairpipe.nodes.bake_levelset import bake_levelset
+from hairpipe.sim.build import MOST_VOXELS, bodies_of
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import BodyContact
 
@@ -97,7 +99,7 @@ def test_a_garment_that_leaves_its_band_is_named_and_a_wider_band_holds_hair(sce
         shot = scene([straight(0.1, 10, [0.0, -1.0, 0.0])], model="rod")
         return sides(shot.run(FRAME, bodies).axis[None], 1.0, GAP - TRAVEL).min()
 
-    with pytest.warns(UserWarning, match=r"a level set moves by 0.06 m in a frame, beyond its band") as caught:
+    with pytest.warns(UserWarning, match=r"level set 1 moves by 0.06 m in a frame, beyond its band") as caught:
         narrow = colliders(*pair(2.0))
     assert nearest(narrow) < -0.01
     needed = re.search(r"half_width = (\d+)", str(caught[0].message))
@@ -105,6 +107,31 @@ def test_a_garment_that_leaves_its_band_is_named_and_a_wider_band_holds_hair(sce
         warnings.simplefilter("error")
         wide = colliders(*pair(float(needed[1])))
     assert nearest(wide) > 0.002
+
+
+def test_every_level_set_that_leaves_its_band_is_named_with_what_it_needs():
+    """Plates of different voxels: the farther one needs fewer of them, and the finer one more than there can be."""
+
+    def plate(voxel: float, way: float) -> tuple[LevelSet, LevelSet]:
+        corners = np.array([[0.0, y, z] for y in (-0.01, 0.01) for z in (-0.01, 0.01)])
+        triangles = np.array([[0, 1, 2], [1, 3, 2]], np.int32)
+        rates = np.tile([way / FRAME, 0.0, 0.0], (4, 1))
+        ends = [Mesh(corners + np.array([x, 0.0, 0.0]), triangles, rates) for x in (0.0, way)]
+        before, after = (bake_sheets(None, mesh, voxel, 2.0, "refuse", None) for mesh in ends)
+        return before, after
+
+    pairs = [plate(0.005, 0.01), plate(0.01, 0.39), plate(0.001, 0.2)]
+    with pytest.warns(UserWarning, match="beyond its band") as caught:
+        bodies_of(pairs, [], BodyContact(), FRAME)
+    found = [str(warning.message) for warning in caught]
+    assert [message[: message.index(" m ")] for message in found] == [
+        "level set 2 moves by 0.39",
+        "level set 3 moves by 0.2",
+    ]
+    assert "(half_width = 20, of" in found[0]
+    assert "(half_width = 64, and voxel = 0.00156 or more, of" in found[1]
+    (limit,) = get_type_hints(bake_levelset, include_extras=True)["half_width"].__metadata__[-1:]
+    assert limit.le == MOST_VOXELS
 
 
 def test_hair_of_short_segments_hangs_over_the_edge_of_a_garment(scene, straight):
