@@ -24,7 +24,8 @@ def spiral_table(
 ) -> Table:
     """Tabulate the way of the tip from the shape without weight, for gravities along the root [m/s^2], ascending.
 
-    orientations  that spirals of either hand are brought to, and gravity with them; errors are the largest of all
+    orientations  that spirals of either hand are brought to, and gravity with them; errors are the largest of all, NaN
+                  where one has no equilibrium
     """
     rows = []
     for count in segments:
@@ -37,8 +38,8 @@ def spiral_table(
             weight = np.array([0.0, 0.0, sample.material.line_density * gravity])
             theory = hang_rod(replace(rod, weight=weight), CLAMP).points[-1] - points[-1]
             size = float(np.linalg.norm(theory))
-            error = max(float(np.linalg.norm(way - theory)) for way, _ in found)
             lost = sum(not at_rest for _, at_rest in found)
+            error = np.nan if lost else max(float(np.linalg.norm(way - theory)) for way, _ in found)
             rows.append((sample.name(count), count, gravity, 100 * size / length, 100 * error / size, lost))
     return table_of_rows(COLUMNS, rows)
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
 
@@ -15,6 +14,8 @@ from hairpipe.sim.settings import HairSettings
 from hairpipe.sim.shot import Frame
 from hairpipe.sim.simulate import next_state, strands_of
 
+_ROUNDING = 1e-6
+"""Part of a frame by which an interval that is written in decimals may differ from a number of frames."""
 COLUMNS = ("frames a second", "time [s]", "difference [% of length]")
 
 
@@ -33,11 +34,13 @@ def rate_table(
     finer   factor by which the longest step of that run is shorter
 
     The distance is the largest of a point, over the length of the shortest strand. BadInput where an interval is not a
-    number of frames.
+    positive number of frames, or there is no rate.
     """
     every, _ = times
+    if not rates:
+        raise BadInput("no frame rates", where="rates", right="one at least")
     for rate in rates:
-        if Fraction(every).limit_denominator(1000) * rate % 1:
+        if every * rate < 0.5 or abs(every * rate - round(every * rate)) > _ROUNDING:
             raise BadInput(
                 f"{every:g} s at {rate} frames a second is a fraction of a frame", where="every", right="a multiple"
             )

@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
+from hairpipe.graphs.experiments.studies.accuracy import spiral
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Spiral
 from hairpipe.graphs.experiments.studies.accuracy.spiral import cut, rod_of, spiral_table
+from hairpipe.graphs.experiments.studies.accuracy.statics import Balance
+from hairpipe.graphs.experiments.table.checks import checked
+from hairpipe.validate.row import Row
 
 ROD = Sample(model="rod")
 
@@ -22,5 +26,15 @@ def test_chords_are_equal_and_curvature_grows():
 
 @pytest.mark.kernels
 def test_errors_of_a_rod_fall_by_the_square_of_its_segments():
-    coarse, fine = spiral_table(ROD, Spiral(), [15, 30], [3.0], 1)["error of the way [%]"]
+    table = spiral_table(ROD, Spiral(), [15, 30], [3.0], 1)
+    assert table["no equilibrium"].tolist() == [0, 0]
+    coarse, fine = table["error of the way [%]"]
     assert coarse / fine == pytest.approx(4.0, rel=0.1) and fine < 1.0
+
+
+def test_a_way_without_an_equilibrium_is_missed(monkeypatch):
+    monkeypatch.setattr(spiral, "balance", lambda specimen, pose, load, free: Balance(pose, 1.0))
+    table = spiral_table(ROD, Spiral(), [15], [3.0], 1)
+    assert table["no equilibrium"].tolist() == [2]
+    (row,) = checked([table], ["rod"], "error of the way [%]", [1e9], [], ("way", "theory")).rows()
+    assert Row(*row).verdict == "missed"

@@ -32,6 +32,16 @@ def test_a_run_in_shorter_steps_is_another_one():
     assert min(differences(EQUAL, finer=4)) > 1e-4
 
 
-def test_intervals_are_frames_of_every_rate():
-    with pytest.raises(BadInput, match="25 frames a second"):
-        measure_rates(GROOM, None, rates=(24, 25), every=0.5, intervals=1)
+@pytest.mark.parametrize(
+    ("rates", "every", "message"),
+    [
+        ((24, 25), 0.5, "25 frames a second"),
+        ((24,), 0.50001, "24 frames a second"),
+        ((24,), 4e-4, "24 frames a second"),
+        ((24,), 1e-9, "24 frames a second"),
+        ((), 0.5, "no frame rates"),
+    ],
+)
+def test_intervals_are_frames_of_every_rate(rates, every, message):
+    with pytest.raises(BadInput, match=message):
+        measure_rates(GROOM, None, rates=rates, every=every, intervals=1)
