@@ -35,6 +35,7 @@ STARTED = {
     "results": "results .",
     "usd check": "usd check stage.usda --json",
     "blender": "blender stage.usda",
+    "convert": "convert stage.usda made.usd",
     "cache du": "cache du",
     "cache ls": "cache ls",
     "cache verify": "cache verify",
@@ -77,6 +78,9 @@ SMALL = {
     "tune": """from hairpipe.tune import study, tuning
 def tune(*_): raise study.Interrupted
 tuning.tune = tune""",
+    "convert": """from hairpipe.io.blender import convert as it
+it.IMPORTERS = {".usda": ()}
+it.run_program = lambda program, job, made, where: made[0].write_text("made")""",
     "experiments core": """from hairpipe.graphs.experiments.bench import core as it
 it.MODELS = ("network",)
 it.measure_core.__defaults__ = 4, 9, 17, 1 << 12, 0.0""",

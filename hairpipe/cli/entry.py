@@ -21,7 +21,7 @@ from hairpipe.graph.node.messages import nearest, one_line
 
 COMMANDS = {
     **dict.fromkeys(
-        ("run", "plan", "watch", "view", "report", "explain", "graph", "nodes", "get", "blender"), "commands"
+        ("run", "plan", "watch", "view", "report", "explain", "graph", "nodes", "get", "blender", "convert"), "commands"
     ),
     **dict.fromkeys(("tune", "validate", "wedge", "farm", "results"), "commands"),
     **dict.fromkeys(("cache", "warm", "workers", "trust", "usd", "data", "bench", "version"), "housekeeping"),

@@ -1,26 +1,15 @@
 """Scene of Blender from a shot: the program that imports it, printed, or run in a child process."""
 
-import json
 import os
-import subprocess
-from importlib.util import find_spec
 from pathlib import Path
-from shutil import which
-from signal import Signals
 from typing import Any
 
-from hairpipe.child import command, environment
-from hairpipe.errors import BadInput
+from hairpipe.io.blender.process import run_program
 from hairpipe.io.usd.apart import work_apart
 from hairpipe.io.usd.drawn_prims import Drawn, find_drawn
 
 NO_JOB = "JOB: dict[str, Any] = {}"
 PROGRAM = Path(__file__).with_name("import_shot.py")
-BOOT = (
-    "from hairpipe.child import die_with_parent; die_with_parent();"
-    "from hairpipe.io.blender.import_shot import main; main()"
-)
-OF_BLENDER = "import sys; sys.path.insert(0, {folder!r}); import import_shot; import_shot.main()"
 
 
 def job_of(shot: Path, blend: Path | None = None, picture: Path | None = None) -> dict[str, Any]:
@@ -46,24 +35,4 @@ def make_scene(shot: Path, blend: Path | None, picture: Path | None) -> None:
 
     Raises BadInput where the shot cannot be read, or where Blender is not installed or fails.
     """
-    job = json.dumps(job_of(shot, blend, picture)).encode()
-    for path in (blend, picture):
-        if path is not None:
-            path.unlink(missing_ok=True)
-    child = subprocess.run(blender(), input=job, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=environment())
-    last = (child.stdout.decode(errors="replace").strip().splitlines() or ["no message"])[-1]
-    if child.returncode < 0:
-        raise BadInput(f"Blender was ended by {Signals(-child.returncode).name}", where=shot)
-    if child.returncode or any(path is not None and not path.is_file() for path in (blend, picture)):
-        raise BadInput(f"Blender failed: {last}", where=shot)
-
-
-def blender() -> list[str]:
-    """Return the command that runs the program in Blender: the module bpy, or the program blender."""
-    if find_spec("bpy") is not None:
-        return command(BOOT)
-    if found := which("blender"):
-        code = OF_BLENDER.format(folder=os.fspath(PROGRAM.parent))
-        return [found, "--background", "--factory-startup", "--python-exit-code", "1", "--python-expr", code]
-    right = "blender in the PATH, or pip install 'hairpipe[cycles]'; without -o the script is printed"
-    raise BadInput("Blender is not installed", where="bpy", right=right)
+    run_program(PROGRAM.stem, job_of(shot, blend, picture), [path for path in (blend, picture) if path], shot)
