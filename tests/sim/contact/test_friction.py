@@ -92,14 +92,14 @@ def test_without_friction_hair_that_lies_still_slides_from_the_first_step_on(sce
     assert tip @ down == pytest.approx(9.81 * 0.6 / np.hypot(1.0, 0.6) / 96, rel=0.02)
 
 
-@pytest.mark.parametrize("steps", [240, 1920])
+@pytest.mark.parametrize("steps", [240, 480])
 def test_hair_that_begins_to_slide_speeds_up_like_a_block(block, steps):
     """At four percent more than the slope of its friction, less what the lag of friction, 1.7 steps, takes."""
     pull, held = 9.81 * 0.52 / np.hypot(1.0, 0.52), 9.81 * 0.5 / np.hypot(1.0, 0.52)
-    speeds = block(240).speeds(1 / steps, [(0.4, 0.5, 20), (0.52, 0.5, 25)])
+    speeds = block(240).speeds(1 / steps, [(0.4, 0.5, 20), (0.52, 0.5, 5)])
     assert abs(speeds[19]) < 1e-5
     np.testing.assert_allclose(
-        240 * np.diff(speeds[30:]), (pull - held) / (1.0 + 1.7 / steps * held / _SLOW), rtol=0.01
+        240 * np.diff(speeds[22:]), (pull - held) / (1.0 + 1.7 / steps * held / _SLOW), rtol=0.01
     )
 
 

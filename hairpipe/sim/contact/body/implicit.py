@@ -16,9 +16,10 @@ than a speed s, friction along the motion has its value at u but the smaller slo
 
     f_u = -mu N (1 - u/s) - (mu N / s) v
 
-so that a point alone speeds up by 1 / (1 + 1.7 mu N h / (m s)) of what Coulomb's law says: with two stages, u is of
-1.7 steps before. The less the slope, the more vibrations grow of strands in tension on a post, and the ratio of their
-tensions. A point whose motion this force would turn around is solved again with the damper. Points with tensile contact
+so that a point alone speeds up by at least 1 / (1 + 1.7 mu N h / (m s)) of what Coulomb's law says: with two stages, u
+is of 1.7 steps before. The damper alone lets it begin late, or not at all. The less the slope, the longer hair that
+touches other hair goes on in small jumps before it rests, and the more vibrations grow of strands in tension on a post.
+A point whose motion this force would turn around is solved again with the damper. Points with tensile contact
 forces are released. If the active set changes, or a point begins to touch or to slide, the strand is solved again,
 starting from the previous solve.
 
@@ -53,7 +54,7 @@ STIFF = 1e4  # a hair that is pulled onto the body with 1 mN sinks in by less th
 _NEAR = 1e-5  # [m]; what touches is held up to this far outside, and what is free is caught from this far inside
 _ROUGH = 1.5  # friction that comes out so many times too great is solved again; what is less is mended by and by
 _STILL = 1e-3  # [m/s]; what is slower against the body, and not known to touch it, begins a step sticking
-_SLOW = 0.1  # [m/s]; friction of what slides slower, and speeds up, is in part a constant force
+_SLOW = 0.02  # [m/s]; friction of what slides slower, and speeds up, is in part a constant force
 _TURNED = 0.9  # cosine between normals; what turns farther in a step is a shock
 PUSH_OUT = 0.5
 """Speed at which points come out that begin a step nearer than they keep [m/s]."""
