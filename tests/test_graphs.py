@@ -86,7 +86,7 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "measure_vibration": {"segments": [8], "modes": 2},
     "measure_writhe": {"segments": [5]},
     "measure_column": {"segments": [5]},
-    "measure_ring": {"segments": [5], "sample.model": "rod"},
+    "measure_ring": {"segments": [8]},
     "measure_rates": {"rates": [24], "intervals": 1, "every": 1 / 24, "finer": 1},
     "measure_rest": {"seconds": 1 / 24},
     "measure_wrap": {"first": 0.0},
