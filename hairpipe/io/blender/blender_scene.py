@@ -35,4 +35,5 @@ def make_scene(shot: Path, blend: Path | None, picture: Path | None) -> None:
 
     Raises BadInput where the shot cannot be read, or where Blender is not installed or fails.
     """
-    run_program(PROGRAM.stem, job_of(shot, blend, picture), [path for path in (blend, picture) if path], shot)
+    made = [path for path in (blend, picture) if path]
+    run_program("hairpipe.io.blender.import_shot", job_of(shot, blend, picture), made, shot)

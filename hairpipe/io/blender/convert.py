@@ -40,5 +40,5 @@ def convert(file: Path, made: Path) -> None:
     with TemporaryDirectory(dir=made.parent, prefix=".convert-") as folder:
         whole = Path(folder, made.name)
         job = {"file": os.fspath(file.resolve()), "importers": importers, "made": os.fspath(whole.resolve())}
-        run_program("convert_file", job, [whole], file)
+        run_program("hairpipe.io.blender.convert_file", job, [whole], file)
         whole.replace(made)

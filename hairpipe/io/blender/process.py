@@ -13,15 +13,12 @@ from typing import Any
 from hairpipe.child import command, environment
 from hairpipe.errors import BadInput
 
-IN_MODULE = (
-    "from hairpipe.child import die_with_parent; die_with_parent();"
-    "from hairpipe.io.blender.{program} import main; main()"
-)
+IN_MODULE = "from hairpipe.child import die_with_parent; die_with_parent(); from {module} import main; main()"
 IN_BLENDER = "import sys; sys.path.insert(0, {folder!r}); import {program}; {program}.main()"
 
 
-def run_program(program: str, job: dict[str, Any], made: Sequence[Path], where: Path) -> None:
-    """Run a program, by the name of its module, with a job on its standard input.
+def run_program(module: str, job: dict[str, Any], made: Sequence[Path], where: Path) -> None:
+    """Run the program of a module of this folder, with a job on its standard input.
 
     made   files that it has to write; earlier ones are removed first
     where  file that messages name
@@ -32,7 +29,7 @@ def run_program(program: str, job: dict[str, Any], made: Sequence[Path], where: 
         path.unlink(missing_ok=True)
     given = json.dumps(job).encode()
     child = subprocess.run(
-        blender(program), input=given, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=environment()
+        blender(module), input=given, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=environment()
     )
     last = (child.stdout.decode(errors="replace").strip().splitlines() or ["no message"])[-1]
     if child.returncode < 0:
@@ -41,12 +38,12 @@ def run_program(program: str, job: dict[str, Any], made: Sequence[Path], where: 
         raise BadInput(f"Blender failed: {last}", where=where)
 
 
-def blender(program: str) -> list[str]:
-    """Return the command that runs a program in Blender: the module bpy, or the program blender."""
+def blender(module: str) -> list[str]:
+    """Return the command that runs such a module in Blender: the module bpy, or the program blender."""
     if find_spec("bpy") is not None:
-        return command(IN_MODULE.format(program=program))
+        return command(IN_MODULE.format(module=module))
     if found := which("blender"):
-        code = IN_BLENDER.format(folder=os.fspath(Path(__file__).parent), program=program)
+        code = IN_BLENDER.format(folder=os.fspath(Path(__file__).parent), program=module.rpartition(".")[2])
         return [found, "--background", "--factory-startup", "--python-exit-code", "1", "--python-expr", code]
     right = "blender in the PATH, or pip install 'hairpipe[cycles]'"
     raise BadInput("Blender is not installed", where="bpy", right=right)
