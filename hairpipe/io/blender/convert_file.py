@@ -63,5 +63,6 @@ def keyed_frames() -> tuple[int, int] | None:
     ranges = [action.frame_range for action in bpy.data.actions]
     if not ranges:
         return None
-    first, last = min(first for first, _ in ranges), max(last for _, last in ranges)
+    first = min(first for first, _ in ranges)
+    last = max(last for _, last in ranges)
     return int(first), -int(-last // 1)
