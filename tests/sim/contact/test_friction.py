@@ -94,13 +94,13 @@ def test_without_friction_hair_that_lies_still_slides_from_the_first_step_on(sce
 
 @pytest.mark.parametrize("steps", [240, 480])
 def test_hair_that_begins_to_slide_speeds_up_like_a_block(block, steps):
-    """At four percent more than the slope of its friction, less what the lag of friction, 1.7 steps, takes."""
+    """At four percent more than the slope of its friction, less what the lag of friction takes in either stage."""
     pull, held = 9.81 * 0.52 / np.hypot(1.0, 0.52), 9.81 * 0.5 / np.hypot(1.0, 0.52)
     speeds = block(240).speeds(1 / steps, [(0.4, 0.5, 20), (0.52, 0.5, 5)])
     assert abs(speeds[19]) < 1e-5
-    np.testing.assert_allclose(
-        240 * np.diff(speeds[22:]), (pull - held) / (1.0 + 1.7 / steps * held / _SLOW), rtol=0.01
-    )
+    least, most = ((pull - held) / (1.0 + lag / steps * held / _SLOW) for lag in (0.5, np.sqrt(2.0) - 1.0))
+    found = 240 * np.diff(speeds[22:])
+    assert least < found.min() and found.max() < most
 
 
 def test_friction_stops_hair_like_a_block(block):
@@ -119,7 +119,7 @@ def test_friction_does_not_turn_around_hair_that_had_sped_up(block):
     speeds = block.speeds(1 / 480, [(0.4, 0.5, 40), (0.52, 0.5, 3)])
     after = block.speeds(1 / 480, [(0.52, 0.5, 10)], gravity=0.98)
     assert 5e-4 < speeds[42] < 0.8 * (0.5 - 0.52 / 10) * 9.81 / np.hypot(1.0, 0.52) / 480
-    np.testing.assert_allclose(after, speeds[42], rtol=0.1)
+    assert after.min() > 0.9 * speeds[42] and np.diff(after).min() > 0.0
 
 
 @pytest.fixture
@@ -132,17 +132,19 @@ class SoftHair:
 
     def __init__(self, shot):
         self.shot = shot
-        self.start = shot.axis[0] - [0.0, 1e-6, 0.0]
+        self.root = shot.axis[0]
 
     def speeds(self, seconds, phases, gravity=9.81):
         """Return the speed of the tip down the slope [m/s] after each frame of phases (slope, friction, frames)."""
         shot, speeds = self.shot, []
         for slope, friction, frames in phases:
-            contact = BodyContact(friction, 0.0)
+            contact = BodyContact(friction)
             shot.scene = Scene(gravity, Air(Drag(0.0)), contact, steps=StepControl(seconds), strain=None)
+            up = np.array([0.0, 1.0, slope]) / np.hypot(1.0, slope)
+            plane = Slope(self.root - (contact.thickness + 1e-6) * up, slope)
             down = np.array([0.0, -slope, 1.0]) / np.hypot(1.0, slope)
             for _ in range(frames):
-                shot.run(shot.frame, [Slope(self.start, slope)])
+                shot.run(shot.frame, [plane])
                 speeds.append(shot.hair.layout.axis(shot.state.velocities)[-1] @ down)
         return np.array(speeds)
 
