@@ -150,19 +150,23 @@ def fastest(velocities: np.ndarray) -> float:
     return np.sqrt(most)
 
 
+@inlined
+def place_of(field: Field, brick: tuple[int, int, int], sample: tuple[int, int, int]) -> Vector:
+    """Return where a sample of a brick is [m]."""
+    i, j, k = BRICK * brick[0] + sample[0], BRICK * brick[1] + sample[1], BRICK * brick[2] + sample[2]
+    return field.x + i / field.per_metre, field.y + j / field.per_metre, field.z + k / field.per_metre
+
+
 @njit(cache=True)
 def largest_change(one: Field, other: Field) -> float:
     """Return by how much the distance to one body and to another differ at most [m], at every eighth sample of one."""
     most = 0.0
-    for place in np.ndindex(one.bricks.shape):
-        n = one.bricks[place]
+    for brick in np.ndindex(one.bricks.shape):
+        n = one.bricks[brick]
         if n >= 0:
-            for voxel in np.ndindex(BRICK // 2, BRICK // 2, BRICK // 2):
-                i, j, k = 2 * voxel[0], 2 * voxel[1], 2 * voxel[2]
-                x = one.x + (BRICK * place[0] + i) / one.per_metre
-                y = one.y + (BRICK * place[1] + j) / one.per_metre
-                z = one.z + (BRICK * place[2] + k) / one.per_metre
-                most = max(most, abs(distance(other, x, y, z) - one.distance[n, i, j, k]))
+            for i, j, k in np.ndindex(BRICK // 2, BRICK // 2, BRICK // 2):
+                x, y, z = place_of(one, brick, (2 * i, 2 * j, 2 * k))
+                most = max(most, abs(distance(other, x, y, z) - one.distance[n, 2 * i, 2 * j, 2 * k]))
     return most
 
 
@@ -170,17 +174,16 @@ def largest_change(one: Field, other: Field) -> float:
 def largest_loss(one: Field, other: Field, time: float) -> float:
     """Return how far one moves in a time [s] if half way it is beyond both bands, by every eighth sample, or 0 [m]."""
     most = 0.0
-    for place in np.ndindex(one.bricks.shape):
-        n = one.bricks[place]
+    half = 0.5 * time
+    for brick in np.ndindex(one.bricks.shape):
+        n = one.bricks[brick]
         if n >= 0:
-            for voxel in np.ndindex(BRICK // 2, BRICK // 2, BRICK // 2):
-                i, j, k = 2 * voxel[0], 2 * voxel[1], 2 * voxel[2]
-                if abs(one.distance[n, i, j, k]) * one.per_metre < 1.01:  # Of a thin sheet 1, rounded.
-                    v = one.velocity[n, i, j, k]
-                    x = one.x + (BRICK * place[0] + i) / one.per_metre + 0.5 * time * v[0]
-                    y = one.y + (BRICK * place[1] + j) / one.per_metre + 0.5 * time * v[1]
-                    z = one.z + (BRICK * place[2] + k) / one.per_metre + 0.5 * time * v[2]
-                    if is_far(one, other, x, y, z):
+            for i, j, k in np.ndindex(BRICK // 2, BRICK // 2, BRICK // 2):
+                # Of a thin sheet 1, rounded.
+                if abs(one.distance[n, 2 * i, 2 * j, 2 * k]) * one.per_metre < 1.01:
+                    v = one.velocity[n, 2 * i, 2 * j, 2 * k]
+                    x, y, z = place_of(one, brick, (2 * i, 2 * j, 2 * k))
+                    if is_far(one, other, x + half * v[0], y + half * v[1], z + half * v[2]):
                         most = max(most, abs(time) * length((v[0], v[1], v[2])))
     return most
 

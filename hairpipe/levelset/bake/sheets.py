@@ -51,11 +51,10 @@ def with_sheets(solid: LevelSet, sheets: Surface, both: Surface, lattice: Lattic
     places = np.argwhere((solid.bricks >= 0) | (near & (solid.bricks == LevelSet.FAR_OUTSIDE)))
     refuse_if_huge(len(places) * SIDE**3, lattice.size, lattice.voxel, MOST_STORED)
     own = solid.bricks[tuple(places.T)]
-    distance = np.full((len(places), SIDE, SIDE, SIDE), np.inf, np.float32)
+    distance = np.full((len(places), SIDE, SIDE, SIDE), width, np.float32)
     velocity = np.zeros((*distance.shape, 3), np.float32)
     distance[own >= 0], velocity[own >= 0] = solid.distance[own[own >= 0]], solid.velocity[own[own >= 0]]
     lay(tree, sheets.velocities, places, lattice.first, half, field_of(solid), distance, velocity)
-    np.minimum(distance, np.float32(width), out=distance)
     band = Band(lattice.first, lattice.voxel, float(np.float32(width)))
     move_outside(tree_over(both.corners), both.velocities, places, band, distance, velocity)
     kept = (own >= 0) | (distance < np.float32(width)).any(axis=(1, 2, 3))
@@ -80,10 +79,9 @@ def lay(
     velocities          of the corners of the sheets' triangles [m/s], (m, 3, 3)
     places              blocks of the bricks, (n, 3) int64; first  index of the lattice's first sample
     half                half thickness [m]
-    distance, velocity  of the solid [m], [m/s], inf where there is none, (n, 9, 9, 9) and (n, 9, 9, 9, 3) float32
+    distance, velocity  of the solid [m], [m/s], (n, 9, 9, 9) and (n, 9, 9, 9, 3) float32
     """
     voxel = 1.0 / solid.per_metre
-    reach = half + solid.background + 2 * BRICK * voxel
     for n in prange(len(places)):
         near = 0
         for i in range(SIDE):
@@ -93,7 +91,7 @@ def lay(
                     y = (first[1] + BRICK * places[n, 1] + j) * voxel
                     z = (first[2] + BRICK * places[n, 2] + k) * voxel
                     before = distance[n, i, j, k]
-                    squared, near, w = closest(tree, (x, y, z), reach**2, near)
+                    squared, near, w = closest(tree, (x, y, z), (half + solid.background) ** 2, near)
                     far = np.sqrt(squared)
                     found = far - half
                     c = tree.corners[near]
