@@ -184,9 +184,9 @@ def test_another_place_is_a_shift(plain, shoot, floor):
     assert apart(plain, shoot(place=SHIFT), shift=SHIFT) < (floor, 100.0 * floor)
 
 
-def test_hair_that_is_at_rest_may_begin_later(plain, shoot, request):
-    if request.node.callspec.params["shoot"] == "particles":
-        pytest.skip("particles are not at rest as groomed")
+@pytest.mark.parametrize("shoot", [name for name in MODELS if name != "particles"], indirect=True, scope="module")
+def test_hair_that_is_at_rest_may_begin_later(plain, shoot):
+    """Particles are not at rest as groomed."""
     assert apart(plain[STILL - 1 :], shoot(still=1)) < (FLOOR, 100.0 * FLOOR)
 
 

@@ -7,7 +7,7 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.pictures.page import READY, measure_page
 
-needs_browser = pytest.mark.skipif(shutil.which("chromium") is None, reason="no browser")
+needs_browser = pytest.mark.skipif(shutil.which("chromium") is None, reason="no browser: Debian's package chromium")
 
 
 @needs_browser
