@@ -1,7 +1,6 @@
 """Where a graph may publish: within its project, and over nothing that is not hairpipe's."""
 
 import os
-import shutil
 from pathlib import Path
 
 import pytest
@@ -9,7 +8,6 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import project_of
 from hairpipe.graph.run import publish
-from hairpipe.graph.run.ledger import Ledger, ledger_path
 from hairpipe.graph.store import atomic
 
 pytestmark = pytest.mark.usefixtures("kept")
@@ -174,47 +172,6 @@ def test_a_file_of_the_user_is_kept_without_force(shot):
     assert "--force" in failure.message and path.read_text() == MINE
     outcome = shot.run(force=True)
     assert not outcome.failures and outcome.evaluated == 0 and path.read_text() != MINE
-
-
-def test_a_published_file_is_replaced_even_without_the_store(shot):
-    """An edit of the graph, then no store: yesterday's file is known as ours."""
-    path = shot.folder / "out" / "list.txt"
-    shot.run()
-    before = path.read_bytes()
-    shutil.rmtree(shot.folder / "cache")
-    assert not shot.run(seed__value=4).failures and path.read_bytes() != before
-
-
-def test_a_project_that_was_moved_needs_no_force(shot, monkeypatch, tmp_path_factory):
-    """To another machine: what the store has, and what comes out as it is there, is ours, now and later."""
-    shot.run()
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
-    assert not shot.run(seed__value=4).failures
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
-    shutil.rmtree(shot.folder / "cache")
-    assert not shot.run(seed__value=4).failures
-    shutil.rmtree(shot.folder / "cache")
-    assert not shot.run(seed__value=5).failures
-
-
-def test_a_ledger_stays_short_and_survives_damage(tmp_path):
-    ledger = Ledger()
-    for round in range(40):
-        ledger.note(tmp_path / "a\n.txt", f"{round:040x}")
-    path = ledger_path(tmp_path)
-    with path.open("a") as file:
-        file.write('\n["a", \n[1, 2, 3]\nnull\n["a\\n.txt", 1]\n"ab"\n"b')
-    assert Ledger().digest(tmp_path / "a\n.txt") == f"{39:040x}"
-    assert len(path.read_text().split("\n")) < 5 and path.stat().st_mode & 0o077 == 0
-    Ledger().note(tmp_path / "b.txt", "b")
-    path.chmod(0o666)
-    assert Ledger().digest(tmp_path / "b.txt") is None, "others may have written it"
-
-
-def test_without_a_home_publishing_works(shot, monkeypatch, tmp_path):
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "tally" / "no" / "folder"))
-    (tmp_path / "tally").touch()
-    assert not shot.run(frames=[1]).failures
 
 
 def test_a_pipe_in_the_way_is_refused(shot):

@@ -48,3 +48,10 @@ def test_failed_tasks_are_not_running():
     found.update(Event("started", Task("a", 1)))
     found.update(Event("failed", Task("a", 1), message="no"))
     assert (found.nodes["a"].running, found.nodes["a"].done) == (set(), 0)
+
+
+def test_a_line_names_the_time_of_an_evaluation_only():
+    assert str(Event("finished", Task("a", 12), seconds=1.25)) == "a@12: finished in 1.2 s"
+    assert str(Event("cached", Task("a", 12), seconds=1.25)) == "a@12: cached"
+    assert str(Event("failed", Task("b", 1), message="no")) == "b@1: failed: no"
+    assert str(Event("begun", totals=(("a", 1500), ("b", 10)))) == "begun: 1,510 results"

@@ -6,7 +6,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Edge
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.results import read_result
-from hairpipe.graph.run.player import Player, played_nodes
+from hairpipe.graph.run.player import Player, played_nodes, playing_environment
 
 pytestmark = pytest.mark.usefixtures("kept")
 
@@ -68,3 +68,8 @@ def test_only_what_follows_a_simulation_is_played(shot, node, what):
     assert Edge("sum", "number") in graph.taken
     with pytest.raises(BadInput, match=what):
         played_nodes(graph.upto([node]), node)
+
+
+def test_a_process_that_plays_has_one_thread(shot, monkeypatch):
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "2")
+    assert playing_environment(shot.load(), shot.store)["NUMBA_NUM_THREADS"] == "1"

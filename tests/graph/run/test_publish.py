@@ -1,10 +1,12 @@
-"""Publishing: files where the graph says, whole, and written only when they differ."""
+"""Publishing: files where the graph says, whole, written only when they differ, and known again."""
 
+import shutil
 from pathlib import Path
 
 import pytest
 
 from hairpipe.errors import BadInput
+from hairpipe.graph.run.ledger import Ledger, ledger_path
 
 pytestmark = pytest.mark.usefixtures("kept")
 
@@ -47,6 +49,44 @@ def test_a_run_closes_what_it_opens(shot):
     before = sorted(Path("/proc/self/fd").iterdir())
     assert len(shot.run(seed__value=4).published) == 1
     assert sorted(Path("/proc/self/fd").iterdir()) == before
+
+
+PAGES = '''"""A fold whose state is a file."""
+from typing import Annotated, NamedTuple
+from numeral import Numeral
+from tally import numeral, tally
+from hairpipe.graph import File, Time, Workspace, node
+from hairpipe.units import Suffixes
+
+class Written(NamedTuple):
+    """The file, and its number of lines."""
+    page: Annotated[File, Suffixes((".txt",))]
+    lines: Numeral
+
+@node(frames="scan")
+def write_on(number: Numeral, previous: File | None, workspace: Workspace, time: Time) -> Written:
+    """Add a line for each frame."""
+    tally("write_on")
+    text = (previous.path.read_text() if previous else "") + f"{time.frame}\\n"
+    (workspace / "page").write_text(text)
+    return Written(File(workspace / "page"), numeral(float(len(text.splitlines()))))
+'''
+
+
+def test_a_file_that_the_next_frame_goes_on_from_is_published_again_after_it_was_thinned(shot):
+    (shot.nodes / "write_on.py").write_text(PAGES)
+    shot.path.write_text(
+        shot.path.read_text().partition("[sum]")[0]
+        + '[write]\ntype = "write_on"\nin.number = "move"\npublish = "out/page.##.txt"\n'
+    )
+    assert shot.run().exit_code == 0
+    shot.tally()
+    third = shot.folder / "out" / "page.03.txt"
+    assert third.read_text() == "1\n2\n3\n"
+    third.unlink()
+    assert shot.run().exit_code == 0
+    assert third.read_text() == "1\n2\n3\n" and shot.tally() == {"write_on": 3}
+    assert shot.run().evaluated == 0
 
 
 def test_companions_lie_next_to_their_file(shot):
@@ -114,3 +154,49 @@ def test_file_is_not_a_store(shot):
     shot.store.root.write_text("")
     with pytest.raises(BadInput, match="cache: 'seed' has to be computed, and the store cannot be written to"):
         shot.run()
+
+
+def test_a_published_file_is_replaced_even_without_the_store(shot):
+    """An edit of the graph, then no store: yesterday's file is known as ours."""
+    path = shot.folder / "out" / "list.txt"
+    shot.run()
+    before = path.read_bytes()
+    shutil.rmtree(shot.folder / "cache")
+    assert not shot.run(seed__value=4).failures and path.read_bytes() != before
+
+
+def test_a_project_that_was_moved_needs_no_force(shot, monkeypatch, tmp_path_factory):
+    """To another machine: what the store has, and what comes out as it is there, is ours, now and later."""
+    shot.run()
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
+    assert not shot.run(seed__value=4).failures
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
+    shutil.rmtree(shot.folder / "cache")
+    assert not shot.run(seed__value=4).failures
+    shutil.rmtree(shot.folder / "cache")
+    assert not shot.run(seed__value=5).failures
+
+
+def test_a_ledger_stays_short_and_survives_damage(tmp_path):
+    ledger = Ledger()
+    for round in range(40):
+        ledger.note(tmp_path / "a\n.txt", f"{round:040x}")
+    path = ledger_path(tmp_path)
+    with path.open("a") as file:
+        file.write('\n["a", \n[1, 2, 3]\nnull\n["a\\n.txt", 1]\n"ab"\n"b')
+    assert Ledger().digest(tmp_path / "a\n.txt") == f"{39:040x}"
+    assert len(path.read_text().split("\n")) < 5 and path.stat().st_mode & 0o077 == 0
+    Ledger().note(tmp_path / "b.txt", "b")
+    path.chmod(0o666)
+    assert Ledger().digest(tmp_path / "b.txt") is None, "others may have written it"
+    path.chmod(0o600)
+    path.parent.chmod(0o777)
+    assert Ledger().digest(tmp_path / "b.txt") is None, "others may have put it there"
+    path.parent.chmod(0o700)
+    assert Ledger().digest(tmp_path / "b.txt") == "b"
+
+
+def test_without_a_home_publishing_works(shot, monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "tally" / "no" / "folder"))
+    (tmp_path / "tally").touch()
+    assert not shot.run(frames=[1]).failures

@@ -1,13 +1,13 @@
-"""Which ready task takes which slot: scans first on wide ones, and no slot waits for another that is busy."""
+"""Which ready task takes which slot, scans first on wide ones, none waiting for another; how often one is tried."""
 
-from collections import deque
+from collections import Counter, deque
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.run.scheduler import Queue, Scheduler
+from hairpipe.graph.run.scheduler import MOST_LOSSES, Queue, Scheduler
 
 
 @pytest.fixture
@@ -51,3 +51,14 @@ def test_scans_come_before_values_of_the_shot_and_take_wide_slots_only(begun):
 def test_values_of_frames_take_narrow_slots_in_the_order_of_frames(begun):
     later = [Task("move", frame) for frame in (9, 4, 6)]
     assert begun([*later, MOVE], wide=1, narrow=3) == [(f"move@{frame}", "narrow") for frame in (3, 4, 6)]
+
+
+def test_a_task_may_find_its_inputs_damaged_so_often_and_fails_then():
+    scheduler: Any = Scheduler.__new__(Scheduler)
+    failures: list[Any] = []
+    scheduler.losses, scheduler.fail, scheduler.store = Counter(), failures.append, SimpleNamespace(root="cache")
+    for _ in range(MOST_LOSSES):
+        assert scheduler.may_retry(MOVE) and not failures
+    assert scheduler.may_retry(SUM)
+    assert not scheduler.may_retry(MOVE)
+    assert [(failure.task, failure.kind) for failure in failures] == [(MOVE, "disk")]

@@ -21,6 +21,17 @@ def test_second_run_evaluates_nothing(shot):
     assert (second.evaluated, second.cached) == (0, 22)
 
 
+def test_seconds_are_those_of_the_evaluations(shot):
+    events = []
+    outcome = shot.run(report=events.append)
+    sums = Counter()
+    for event in events:
+        if event.kind == "finished":
+            sums[event.task.node] += event.seconds
+    assert outcome.seconds == pytest.approx(sums) and set(sums) == {"seed", "move", "sum", "list"}
+    assert shot.run().seconds == {}
+
+
 def test_values_are_those_of_the_plain_functions(shot):
     shot.run()
     total, lines = 0.0, []

@@ -24,6 +24,15 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
     assert path.read_text() == "old" and names_in(tmp_path) == ["a"]
 
 
+def test_a_file_whose_folder_has_gone_meanwhile_is_there_in_the_end(tmp_path):
+    path = tmp_path / "new" / "a"
+    path.parent.mkdir()
+    with replacing(path, tmp_path) as temporary:
+        temporary.write_text("whole")
+        path.parent.rmdir()
+    assert path.read_text() == "whole"
+
+
 def hold(folder):
     """Start a process that has a file and a workspace in the making there, until its input ends."""
     code = """

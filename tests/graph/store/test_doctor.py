@@ -2,6 +2,7 @@
 
 import itertools
 import os
+import time
 from collections import defaultdict
 from concurrent.futures import ThreadPoolExecutor
 
@@ -69,6 +70,13 @@ def test_folders_that_are_closed_to_the_user_are_counted(store, monkeypatch):
     monkeypatch.setattr(os, "access", lambda path, mode: path.name != "ab" and access(path, mode))
     finding = next(finding for finding in diagnose(store) if finding.check == "permissions")
     assert finding.verdict == "fault" and finding.result == "1 of 3 folders not writable"
+
+
+def test_the_time_to_write_is_that_of_the_flush(tmp_path, monkeypatch):
+    monkeypatch.setattr(doctor, "flush", lambda path: time.sleep(0.01))
+    begun = time.perf_counter()
+    _, result = doctor.write_through(tmp_path)
+    assert result.endswith(" ms") and 9.9 < float(result.split()[0]) < 1e3 * (time.perf_counter() - begun) + 0.1
 
 
 def pair(store):
