@@ -9,7 +9,6 @@ from hairpipe.graph.plan.checkpoints import Thinner
 from hairpipe.graph.plan.tasks import Source, Task
 from hairpipe.graph.store.digest import action_key
 from hairpipe.graph.store.record import Output, Record
-from hairpipe.graph.store.store import Store
 
 pytestmark = pytest.mark.usefixtures("kept")
 
@@ -98,38 +97,6 @@ def test_state_that_is_needed_is_recomputed_from_the_nearest(shot):
     assert shot.tally() == Counter(move_seed=1, add_up=11, write_list=1)
     after = shot.results()
     assert {name: after[name] for name in before if name != "list"} == {n: before[n] for n in before if n != "list"}
-
-
-def states_after_each_frame(shot, **settings) -> list[list[int]]:
-    """Run a shot; frames whose states are in the store when each frame of the scan is noted."""
-    other = Store(shot.folder / "other")
-    shot.run(store=other, **settings)
-    names = shot.results(other, **settings)
-    there = []
-
-    def look(event):
-        if event.kind == "finished" and event.task.node == "sum":
-            there.append([frame for frame in range(1, 11) if shot.store.has(names[f"sum@{frame}"]["state"])])
-
-    shot.run(report=look, **settings)
-    return there
-
-
-def test_states_are_written_at_checkpoints_and_at_the_last_frame(shot):
-    assert states_after_each_frame(shot) == [[]] * 3 + [[4]] * 4 + [[4, 8]] * 2 + [[4, 8, 10]]
-
-
-def test_states_after_long_evaluations_are_written_and_go_while_the_scan_goes_on(shot):
-    shot.edit("tally.py", "IN_WORKER =", WRITE_ALL + "IN_WORKER =")
-    there = states_after_each_frame(shot)
-    assert there[:4] == [[1], [1, 2], [1, 2, 3], [2, 3, 4]], "a state goes once the result after the next is noted"
-    assert there[7:] == [[4, 6, 7, 8], [4, 7, 8, 9], [4, 8, 9, 10]]
-    assert kept(shot) == [4, 8, 10]
-
-
-WRITE_ALL = """from hairpipe.graph.worker import worker
-worker.SAVED_AFTER = 0.0
-"""
 
 
 class Counted(dict):

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.errors import BadInput
 from hairpipe.graph.run.ledger import Ledger, ledger_path
 
 pytestmark = pytest.mark.usefixtures("kept")
@@ -49,44 +48,6 @@ def test_a_run_closes_what_it_opens(shot):
     before = sorted(Path("/proc/self/fd").iterdir())
     assert len(shot.run(seed__value=4).published) == 1
     assert sorted(Path("/proc/self/fd").iterdir()) == before
-
-
-PAGES = '''"""A fold whose state is a file."""
-from typing import Annotated, NamedTuple
-from numeral import Numeral
-from tally import numeral, tally
-from hairpipe.graph import File, Time, Workspace, node
-from hairpipe.units import Suffixes
-
-class Written(NamedTuple):
-    """The file, and its number of lines."""
-    page: Annotated[File, Suffixes((".txt",))]
-    lines: Numeral
-
-@node(frames="scan")
-def write_on(number: Numeral, previous: File | None, workspace: Workspace, time: Time) -> Written:
-    """Add a line for each frame."""
-    tally("write_on")
-    text = (previous.path.read_text() if previous else "") + f"{time.frame}\\n"
-    (workspace / "page").write_text(text)
-    return Written(File(workspace / "page"), numeral(float(len(text.splitlines()))))
-'''
-
-
-def test_a_file_that_the_next_frame_goes_on_from_is_published_again_after_it_was_thinned(shot):
-    (shot.nodes / "write_on.py").write_text(PAGES)
-    shot.path.write_text(
-        shot.path.read_text().partition("[sum]")[0]
-        + '[write]\ntype = "write_on"\nin.number = "move"\npublish = "out/page.##.txt"\n'
-    )
-    assert shot.run().exit_code == 0
-    shot.tally()
-    third = shot.folder / "out" / "page.03.txt"
-    assert third.read_text() == "1\n2\n3\n"
-    third.unlink()
-    assert shot.run().exit_code == 0
-    assert third.read_text() == "1\n2\n3\n" and shot.tally() == {"write_on": 3}
-    assert shot.run().evaluated == 0
 
 
 def test_companions_lie_next_to_their_file(shot):
@@ -148,12 +109,6 @@ def test_published_file_is_the_users_to_change(shot):
     assert failure.kind == "publish" and path.read_text() == "mine"
     outcome = shot.run(force=True)
     assert outcome.evaluated == 0 and path.read_text() != "mine"
-
-
-def test_file_is_not_a_store(shot):
-    shot.store.root.write_text("")
-    with pytest.raises(BadInput, match="cache: 'seed' has to be computed, and the store cannot be written to"):
-        shot.run()
 
 
 def test_a_published_file_is_replaced_even_without_the_store(shot):

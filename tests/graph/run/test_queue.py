@@ -1,12 +1,13 @@
-"""Which ready task takes which slot, scans first on wide ones, none waiting for another; how often one is tried."""
+"""Which ready task takes which slot: scans first on wide ones, none waits for another; where a task is tried again."""
 
-from collections import Counter, deque
+from collections import Counter, defaultdict, deque
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.run.events import Failure
 from hairpipe.graph.run.scheduler import MOST_LOSSES, Queue, Scheduler
 
 
@@ -62,3 +63,41 @@ def test_a_task_may_find_its_inputs_damaged_so_often_and_fails_then():
     assert scheduler.may_retry(SUM)
     assert not scheduler.may_retry(MOVE)
     assert [(failure.task, failure.kind) for failure in failures] == [(MOVE, "disk")]
+
+
+class Elsewhere:
+    """A scheduler with machines that fail; what it submits again."""
+
+    def __init__(self, *machines: str) -> None:
+        self.machines = set(machines)
+        self.again: list[Task] = []
+        self.scheduler: Any = Scheduler.__new__(Scheduler)
+        self.scheduler.engine = SimpleNamespace(machines=self.machines, leave_out=self.machines.discard)
+        self.scheduler.queue = SimpleNamespace(push=self.again.append)
+        self.scheduler.failed_at, self.scheduler.reported = defaultdict(set), set()
+        self.scheduler.report = lambda event: None
+
+    def fails(self, kind, machine, task=MOVE):
+        """Let a task fail on a machine; whether it goes to another."""
+        return self.scheduler.goes_elsewhere(Failure(task, kind, "no"), machine)
+
+
+def test_a_task_whose_machine_crashed_or_is_gone_goes_to_another_once():
+    hosts = Elsewhere("a", "b", "c")
+    assert hosts.fails("crash", "a") and hosts.again == [MOVE] and hosts.machines == {"a", "b", "c"}
+    assert not hosts.fails("gone", "b") and hosts.again == [MOVE]
+    assert hosts.fails("gone", "a", SUM), "each task for itself"
+    assert not Elsewhere("a").fails("crash", "a")
+
+
+def test_a_machine_with_other_code_is_left_out_and_the_rest_goes_on():
+    hosts = Elsewhere("a", "b", "c")
+    assert hosts.fails("mismatch", "a") and hosts.fails("mismatch", "c")
+    assert hosts.machines == {"b"} and hosts.again == [MOVE, MOVE]
+    assert not hosts.fails("mismatch", "b")
+
+
+@pytest.mark.parametrize("kind", ["input", "node", "diverged", "disk", "publish"])
+def test_a_task_that_fails_by_itself_stays_failed(kind):
+    hosts = Elsewhere("a", "b")
+    assert not hosts.fails(kind, "a") and not hosts.again

@@ -5,6 +5,7 @@ from collections import Counter
 
 import pytest
 
+from hairpipe.errors import BadInput
 from hairpipe.graph.store.store import Store
 
 pytestmark = pytest.mark.usefixtures("kept")
@@ -30,6 +31,31 @@ def test_seconds_are_those_of_the_evaluations(shot):
             sums[event.task.node] += event.seconds
     assert outcome.seconds == pytest.approx(sums) and set(sums) == {"seed", "move", "sum", "list"}
     assert shot.run().seconds == {}
+
+
+def test_equal_tasks_are_evaluated_once_whether_they_are_ready_before_or_after(shot):
+    """Two slots: `b` waits for `a`, which is being evaluated, and `d` is taken from the queue when `a` has been."""
+    values = {"a": 3, "b": 3, "c": 4, "d": 3, "e": 4}
+    nodes = "".join(f'[{name}]\ntype = "make_seed"\nvalue = {value}\n' for name, value in values.items())
+    shot.write(f"schema = 1\nframes = [1, 1]\nfps = 24\n{nodes}")
+    outcome = shot.run()
+    assert (outcome.exit_code, outcome.evaluated, outcome.cached, outcome.blocked) == (0, 2, 3, 0)
+    assert shot.tally() == {"make_seed": 2}
+
+
+def test_a_store_that_fails_is_named(shot, monkeypatch):
+    def fail(store):
+        raise PermissionError(13, "Permission denied", "tmp")
+
+    monkeypatch.setattr(Store, "sweep", fail)
+    with pytest.raises(BadInput, match=f"{shot.store.root}: the store cannot be used: .*Permission denied"):
+        shot.run()
+
+
+def test_file_is_not_a_store(shot):
+    shot.store.root.write_text("")
+    with pytest.raises(BadInput, match="cache: 'seed' has to be computed, and the store cannot be written to"):
+        shot.run()
 
 
 def test_values_are_those_of_the_plain_functions(shot):
@@ -176,6 +202,81 @@ def test_scans_begin_before_the_first_frame_and_nothing_else_sees_it(shot):
     shot.path.write_text(shot.path.read_text().replace("preroll = 3", "preroll = 0"))
     shot.run()
     assert (shot.folder / "out" / "list.txt").read_text().splitlines()[0] == f"4 {3.0 + 4.0!r}"
+
+
+def states_of(shot, names) -> list[int]:
+    """Frames whose states are in the store."""
+    return [frame for frame in range(1, 11) if shot.store.has(names[f"sum@{frame}"]["state"])]
+
+
+def states_after_each_frame(shot, **settings) -> list[list[int]]:
+    """Run a shot; frames whose states are in the store when each frame of the scan is noted."""
+    other = Store(shot.folder / "other")
+    shot.run(store=other, **settings)
+    names = shot.results(other, **settings)
+    there = []
+
+    def look(event):
+        if event.kind == "finished" and event.task.node == "sum":
+            there.append(states_of(shot, names))
+
+    shot.run(report=look, **settings)
+    return there
+
+
+def test_states_are_written_at_checkpoints_and_at_the_last_frame(shot):
+    assert states_after_each_frame(shot) == [[]] * 3 + [[4]] * 4 + [[4, 8]] * 2 + [[4, 8, 10]]
+
+
+def test_states_after_long_evaluations_are_written_and_go_while_the_scan_goes_on(shot):
+    shot.edit("tally.py", "IN_WORKER =", WRITE_ALL + "IN_WORKER =")
+    there = states_after_each_frame(shot)
+    assert there[:4] == [[1], [1, 2], [1, 2, 3], [2, 3, 4]], "a state goes once the result after the next is noted"
+    assert there[7:] == [[4, 6, 7, 8], [4, 7, 8, 9], [4, 8, 9, 10]]
+    assert states_of(shot, shot.results()) == [4, 8, 10]
+
+
+WRITE_ALL = """from hairpipe.graph.worker import worker
+worker.SAVED_AFTER = 0.0
+"""
+
+
+PAGES = '''"""A fold whose state is a file."""
+from typing import Annotated, NamedTuple
+from numeral import Numeral
+from tally import numeral, tally
+from hairpipe.graph import File, Time, Workspace, node
+from hairpipe.units import Suffixes
+
+class Written(NamedTuple):
+    """The file, and its number of lines."""
+    page: Annotated[File, Suffixes((".txt",))]
+    lines: Numeral
+
+@node(frames="scan")
+def write_on(number: Numeral, previous: File | None, workspace: Workspace, time: Time) -> Written:
+    """Add a line for each frame."""
+    tally("write_on")
+    text = (previous.path.read_text() if previous else "") + f"{time.frame}\\n"
+    (workspace / "page").write_text(text)
+    return Written(File(workspace / "page"), numeral(float(len(text.splitlines()))))
+'''
+
+
+def test_a_file_that_the_next_frame_goes_on_from_is_published_again_after_it_was_thinned(shot):
+    (shot.nodes / "write_on.py").write_text(PAGES)
+    shot.path.write_text(
+        shot.path.read_text().partition("[sum]")[0]
+        + '[write]\ntype = "write_on"\nin.number = "move"\npublish = "out/page.##.txt"\n'
+    )
+    assert shot.run().exit_code == 0
+    shot.tally()
+    third = shot.folder / "out" / "page.03.txt"
+    assert third.read_text() == "1\n2\n3\n"
+    third.unlink()
+    assert shot.run().exit_code == 0
+    assert third.read_text() == "1\n2\n3\n" and shot.tally() == {"write_on": 3}
+    assert shot.run().evaluated == 0
 
 
 def test_a_cut_runs_what_depends_on_it_from_there_on(shot):

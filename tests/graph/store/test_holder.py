@@ -42,3 +42,11 @@ def test_a_fork_has_a_name_of_its_own():
     os.close(write)
     assert FORM.fullmatch(found)[2] != FORM.fullmatch(before)[2] and has_ended(found)
     assert start_of(1) is None or start_of(1).isdigit()
+
+
+def test_a_machine_has_another_name_after_each_boot(monkeypatch):
+    names = []
+    for boot in ("one", "other", "one"):
+        monkeypatch.setattr(holder.Path, "read_text", lambda path, boot=boot, **how: boot)
+        names.append(holder.machine.__wrapped__())
+    assert names[0] == names[2] != names[1]
