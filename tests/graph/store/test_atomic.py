@@ -9,6 +9,7 @@ import pytest
 
 from hairpipe.graph.store import atomic, holder, renewal
 from hairpipe.graph.store.atomic import is_left_over, making, open_made, replacing, sweep, workspace, write_text
+from tests.graph.conftest import wait_for
 
 
 def names_in(folder):
@@ -138,6 +139,17 @@ def test_a_file_in_the_making_is_renewed(tmp_path):
         os.utime(path, (0, 0))
         renewal.renewal.renew()
         assert path.stat().st_mtime > 0
+
+
+def test_files_are_renewed_again_and_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(renewal, "PERIOD", 0.01)
+    file, thread = tmp_path / "file", renewal.Renewal()
+    with file.open("w") as held:
+        thread.add(held.fileno())
+        for _ in range(3):
+            os.utime(file, (0, 0))
+            wait_for(lambda: file.stat().st_mtime > 0)
+        thread.discard(held.fileno())
 
 
 @pytest.mark.parametrize("mode", [0o2775, 0o755])

@@ -28,7 +28,7 @@ def somebody_else(monkeypatch):
 
 def test_the_folder_is_made_for_its_user_alone(tmp_path):
     before = os.umask(0o002)
-    folder = claim_kernels(tmp_path / "deep" / "kernels")
+    folder = claim_kernels(tmp_path / "new" / "home" / "deep" / "kernels")
     os.umask(before)
     assert folder.stat().st_mode & 0o777 == 0o700 and claim_kernels(folder) == folder
 

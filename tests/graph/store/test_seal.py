@@ -7,7 +7,7 @@ import pytest
 from numba.core.caching import IndexDataCacheFile
 
 from hairpipe.graph.plan.gc import verify
-from hairpipe.graph.store.seal import is_sealed, removed
+from hairpipe.graph.store.seal import is_sealed, is_there, removed
 
 KERNEL = """
 from numba import njit
@@ -54,6 +54,11 @@ def test_a_damaged_kernel_is_never_loaded(kernel, tmp_path):
         assert kernel.load(KEY) is None and removed() == [path] and not path.exists()
         path.write_bytes(whole)
     assert kernel.load(KEY) == ("machine", b"code") and removed() == []
+
+
+def test_a_kernel_that_is_missing_is_not_there(kernel, tmp_path):
+    (path,) = tmp_path.iterdir()
+    assert is_there(path) and not is_there(tmp_path / "missing") and removed() == []
 
 
 def test_a_kernel_that_is_another_one_is_never_loaded(kernel, tmp_path):
