@@ -1,11 +1,13 @@
 """Scans that diverge: who takes what was reached goes on with it, everybody else is told."""
 
+from collections import deque
+
 import pytest
 
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.results import read_result
 from hairpipe.graph.run.events import Judge
-from hairpipe.graph.run.survey import Survey
+from hairpipe.graph.run.survey import NodeSurvey, Survey
 
 BLOW_UP = '''"""A fold that diverges."""
 from numeral import Numeral
@@ -104,6 +106,23 @@ def test_a_survey_is_complete_without_the_frames_after_a_divergence(diverging):
     ]
     wild = survey.nodes["wild"]
     assert (wild.done, wild.total, wild.diverged, wild.waiting) == (3, 3, 3, 0)
+
+
+@pytest.mark.parametrize(("rate", "left"), [(3.0, (60.0 + 24.0) / 3), (6.0, 48.0)])
+def test_frames_are_divided_among_machines_but_not_those_of_a_simulation(shot, monkeypatch, rate, left):
+    nodes = {
+        "seed": NodeSurvey(1, 1, evaluated=1),
+        "move": NodeSurvey(10, 1, evaluated=4, running={Task("move", 5)}, recent=deque([10.0])),
+        "sum": NodeSurvey(10, 1, evaluated=2, running={Task("sum", 3)}, recent=deque([rate])),
+        "list": NodeSurvey(1, 1, evaluated=1),
+    }
+    survey = Survey(shot.load(), shot.store, None, Judge())
+    monkeypatch.setattr(Survey, "nodes", nodes)
+    assert survey.seconds_left is None, "nothing is computed"
+    survey.hosts = dict.fromkeys([Task("move", 5), Task("sum", 3), Task("sum", 4)], "here")
+    assert survey.seconds_left == left
+    nodes["list"].evaluated = 0
+    assert survey.seconds_left is None, "the list has no rate"
 
 
 def test_the_result_is_that_of_as_many_frames(diverging):

@@ -41,3 +41,10 @@ def test_a_link_to_nothing_in_the_place_of_a_record_is_damage(tmp_path):
     assert store.record("0c" * 20) is None
     place.symlink_to(tmp_path / "nothing")
     assert store.record("0c" * 20) is None and not place.is_symlink()
+
+
+def test_an_object_of_another_size_is_damage(tmp_path):
+    store, name = Store(tmp_path), f"{'0c' * 20}.bin"
+    store.room(store.object_path(name)).write_bytes(b"abc")
+    assert store.has(name) and store.has(name, 3) and store.size(name) == 3
+    assert not store.has(name, 4) and not store.has(name) and not store.has(name, 3)
