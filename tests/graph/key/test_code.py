@@ -200,3 +200,12 @@ def test_a_file_that_python_cannot_read_is_named(shop, data, place, reported):
     with pytest.raises(BadInput, match=f"cannot be read: .*{reported}") as caught:
         code_of("breakfast")
     assert str(caught.value).startswith(str(shop / "shop" / "wood.py") + place)
+
+
+def test_a_file_that_may_not_be_read_is_named(shop, monkeypatch):
+    def refuse(path):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(code, "stamp_of", refuse)
+    with pytest.raises(BadInput, match=f"{shop / 'breakfast.py'}: cannot be read: Permission denied"):
+        code_of("breakfast")
