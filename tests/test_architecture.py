@@ -33,7 +33,7 @@ WITHIN = {
         usd.check.nearest usd.check.roots usd.check.stage_rules usd.check.motion_rules usd.check.hair_rules
         usd.check.body_rules usd.check.lint blender mesh_cache body strands
         csv hdf5 npz image picture panels table value""",
-    "experiments.studies": "theory accuracy integrators interpolation contact",
+    "experiments.studies": "theory accuracy integrators interpolation contact knots",
 }
 """The same within a room, for its folders and files: one imports from itself and from those before it."""
 BASE = {"errors", "units", "simplification", "plain_file", "child", "processor", "openvdb_library", "data"}

@@ -91,6 +91,8 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "measure_rest": {"seconds": 1 / 24},
     "measure_wrap": {"first": 0.0},
     "measure_pull": {"first": 0.0},
+    "measure_knot": {"first": 0.0},
+    "measure_plectoneme": {"first": 0.0},
     "measure_stack": {"layers": [2], "iterations": 5, "seconds": 0.01},
     "follow_trial": {"trial.seconds": 0.125, "rate": 240},
     "measure_interpolation": {"voxel": 0.2, "half_width": 2},

@@ -1,0 +1,64 @@
+"""Simulation of strands that do not begin in their rest shape."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from hairpipe.data import Ends, Groom, Strands
+from hairpipe.data.hair import HairState
+from hairpipe.graph import Pair, Time, flat_group, node
+from hairpipe.sim.material import VariedMaterial
+from hairpipe.sim.settings import HairSettings
+from hairpipe.sim.strands.construction import Construction
+from hairpipe.sim.strands.registry import ModelName
+
+if TYPE_CHECKING:
+    from hairpipe.sim.hair_model import HairModel
+
+
+class Hair(NamedTuple):
+    """Strands of a frame, and the state from which the next frame starts."""
+
+    strands: Strands
+    state: HairState
+
+
+def model_bent(
+    groom: Groom, rest: Groom, material: VariedMaterial, model: ModelName, construction: Construction
+) -> "HairModel":
+    """Model strands with the shape of one groom and the rest shape of another; BadInput where these differ in cut."""
+    from dataclasses import replace
+
+    import numpy as np
+
+    from hairpipe.errors import BadInput
+    from hairpipe.sim.hair_model import build_hair
+
+    if not np.array_equal(groom.offsets, rest.offsets):
+        raise BadInput("other strands or segments than in.groom", where="in.rest", right="the same, in another shape")
+    bent = build_hair(groom, material, model, construction)
+    # What touches in the groom does not collide: here that of the rest shape.
+    return replace(build_hair(rest, material, model, construction), rest=bent.rest)
+
+
+@node(frames="scan", prepare=model_bent)
+@flat_group("settings")
+def simulate_bent(
+    groom: Groom,
+    rest: Groom,
+    ends: Pair[Ends],
+    previous: HairState | None,
+    time: Time,
+    prepared: "HairModel",
+    *,
+    settings: HairSettings,
+) -> Hair:
+    """Simulate strands that begin as one groom, without twist, and have the rest shape of another.
+
+    The node takes the settings of `simulate_hair`.
+    """
+    from hairpipe.sim.boundary import driver_of
+    from hairpipe.sim.shot import Frame
+    from hairpipe.sim.simulate import next_state, strands_of
+
+    drivers = driver_of(None, ends) or (None, None)
+    state = next_state(prepared, previous, Frame(drivers, (), (), (time.frame - 1) * time.dt, time.dt), settings)
+    return Hair(strands_of(prepared, state), state)
