@@ -11,6 +11,7 @@ import pytest
 
 import hairpipe
 from hairpipe.graph.file.load import load_graph
+from hairpipe.graph.node.import_paths import leave
 from hairpipe.graph.worker import machine_code
 from hairpipe.page.session import Session
 
@@ -81,12 +82,13 @@ def folder(computed: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("HAIRPIPE_TRUST", str(folder / "nodes"))
         patch.setenv("HAIRPIPE_CACHE", str(folder / "cache"))
-        patch.setattr(sys, "path", list(sys.path))
         patch.setattr(machine_code, "kernel_modules", lambda: iter(()))
         before = set(sys.modules)
         (known,) = (folder / "cache" / "latest").iterdir()
         known.rename(known.with_name(load_graph(folder / "shot.toml").name))
         yield folder
+        # From the one path of the process: a session that was just closed may still be reading the code of its graph.
+        leave(str(folder / "nodes"))
         for name in set(sys.modules) - before:
             if str(folder) in str(getattr(sys.modules[name], "__file__", "")):
                 del sys.modules[name]

@@ -5,6 +5,7 @@ import json
 import threading
 import time
 import webbrowser
+from contextlib import closing
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
@@ -130,12 +131,13 @@ def test_files_of_the_project_alone_are_listed_and_shown(served, folder, tmp_pat
 
 def test_a_port_that_is_taken_is_a_message(served, shot):
     port = urlsplit(served.address).port
-    with pytest.raises(BadInput, match=f"port {port} cannot be used"):
-        Server(Session(shot), port)
+    with closing(Session(shot)) as session, pytest.raises(BadInput, match=f"port {port} cannot be used"):
+        Server(session, port)
 
 
 def test_the_address_is_a_secret(shot):
-    addresses = {Server(Session(shot), 0).address for _ in range(3)}
+    with closing(Session(shot)) as session:
+        addresses = {Server(session, 0).address for _ in range(3)}
     assert len(addresses) == 3 and all(len(urlsplit(a).path) > 30 for a in addresses)
 
 
