@@ -53,7 +53,7 @@ def simulate_bent(
 ) -> Hair:
     """Simulate strands that begin as one groom, without twist, and have the rest shape of another.
 
-    The node takes the settings of `simulate_hair`.
+    The node takes the settings of `simulate_hair`, and computes in double precision whatever they say.
     """
     from hairpipe.sim.boundary import driver_of
     from hairpipe.sim.shot import Frame

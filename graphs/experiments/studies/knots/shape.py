@@ -40,6 +40,8 @@ def knotted_curve(radius: float, gap: float, crossings: int) -> np.ndarray:
     """Return the curve between the straight tails [m], (n, 3): a braid, the circle, and the braid again.
 
     On the way through the braid each strand makes half as many turns as there are crossings, from below to above.
+
+    BadInput where the braid is longer than the circle is wide.
     """
     turned = np.pi * crossings * np.linspace(0.0, 1.0, _FINE)
     half = 0.25 * gap * turned[-1] / _SLOPE

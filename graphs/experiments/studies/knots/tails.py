@@ -45,7 +45,7 @@ def seen_between(groom: Groom, states: Mapping[int, HairState], fps: float, wind
 
 
 def look(groom: Groom, state: HairState) -> Seen:
-    """Look at strand 0; the segments at both ends, which are held, have no tension of their own."""
+    """Look at strand 0; the segments at both ends, which are held, are left out of the tails."""
     points, pulls = first_strand(groom, state)
     edges = np.diff(points, axis=0)
     lengths = np.linalg.norm(edges, axis=1)
