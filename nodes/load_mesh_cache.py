@@ -30,7 +30,7 @@ def load_mesh_cache(
     Meshes of USD may have time samples, value clips, moving parents, UsdSkel skeletons and blend shapes, which are
     evaluated as OpenUSD bakes them; those of glTF skins and morph targets. Sub-frame samples are used: points follow a
     cubic through the samples. Polygons must be the same at all times. With a body at rest, the mesh is that body in
-    motion; without one it is a collider.
+    motion; without one it is a collider. One sample, such as an OBJ file without a number, holds still.
 
     file        path of the file, or of a sequence of OBJ or PLY files: mesh.####.obj
     group       path of the prim or object to read, with all below, or a pattern such as */garment*; for OBJ a group

@@ -106,6 +106,26 @@ def test_a_mesh_of_another_body_is_refused(tmp_path):
         load(write_sequence(tmp_path), rest=rest)
 
 
+@pytest.mark.parametrize("name", ["box.obj", "box.1001.obj"])
+def test_one_obj_file_holds_still(tmp_path, name):
+    write_obj(tmp_path / name, BOX)
+    mesh = load(tmp_path / name, 1900)
+    np.testing.assert_array_equal(mesh.points, BOX)
+    assert not mesh.velocities.any()
+
+
+def test_one_file_of_a_sequence_is_read_with_a_word(tmp_path):
+    write_sequence(tmp_path)
+    with pytest.warns(UserWarning, match=r"box.1004.obj is one of 12 numbered files, .*box.####.obj reads all"):
+        mesh = load(tmp_path / "box.1004.obj")
+    np.testing.assert_array_equal(mesh.points, moved(1004))
+
+
+def test_a_missing_obj_file_is_named(tmp_path):
+    with pytest.raises(BadInput, match=r"box.obj"):
+        load(tmp_path / "box.obj")
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

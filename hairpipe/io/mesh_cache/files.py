@@ -1,6 +1,7 @@
 """Files of an animated mesh: a numbered sequence, the layers and value clips of a stage, or buffers of glTF."""
 
 import re
+import warnings
 from pathlib import Path
 
 from hairpipe.errors import BadInput
@@ -13,6 +14,7 @@ NUMBERED = (".obj", ".ply")
 ALEMBIC = ".abc"
 SUFFIXES = (*USD, ALEMBIC, *GLTF, *NUMBERED)
 MARK = re.compile(r"#+")
+LAST_NUMBER = re.compile(r"\d+(?=\.\w+$)")
 Stamps = dict[str, tuple[int, ...]]
 
 _known: dict[Path, tuple[Stamps, dict[str, Path]]] = {}
@@ -26,9 +28,14 @@ def list_files(path: Path) -> dict[str, Path]:
 
     Raises BadInput where there are none, or where a stage cannot be read.
     """
-    if path.suffix.lower() in NUMBERED:
+    if is_sequence(path):
         return {str(number): file for number, file in numbered(path).items()}
     return list_layers(path) if path.suffix.lower() in USD and path.is_file() else list_parts(path)
+
+
+def is_sequence(path: Path) -> bool:
+    """Whether a path is that of a numbered sequence; one without a mark for the number is that of a still mesh."""
+    return path.suffix.lower() in NUMBERED and MARK.search(path.name) is not None
 
 
 def numbered(path: Path) -> dict[int, Path]:
@@ -40,21 +47,35 @@ def numbered(path: Path) -> dict[int, Path]:
     if len(marks) != 1:
         right = f"one mark for the number, such as {path.stem}.####{path.suffix}"
         raise BadInput(f"the name of a sequence has {len(marks)} marks", where=path, right=right)
-    mark = marks[0][0]
-    before, after = path.name.split(mark)
-    pattern = re.compile(rf"{re.escape(before)}(-?\d{{{len(mark)},}}){re.escape(after)}")
-    names = sorted(file.name for file in path.parent.iterdir()) if path.parent.is_dir() else []
     found: dict[int, Path] = {}
-    for match in filter(None, map(pattern.fullmatch, names)):
+    for match in matches(path):
         number = int(match[1])
         if number in found:
             what = f"{match[0]} and {found[number].name} have the same number"
             raise BadInput(what, where=path, right="one file for each number")
         found[number] = path.parent / match[0]
     if not found:
-        right = f"files such as {before}{1001:0{len(mark)}d}{after}"
+        right = f"files such as {MARK.sub(f'{1001:0{len(marks[0][0])}d}', path.name)}"
         raise BadInput("the sequence has no files", where=path, right=right)
     return dict(sorted(found.items()))
+
+
+def matches(path: Path) -> list[re.Match[str]]:
+    """Match the names in the folder with that of a sequence, which has one mark; the group is the number."""
+    before, mark, after = re.split(f"({MARK.pattern})", path.name)
+    pattern = re.compile(rf"{re.escape(before)}(-?\d{{{len(mark)},}}){re.escape(after)}")
+    names = sorted(file.name for file in path.parent.iterdir()) if path.parent.is_dir() else []
+    return [match for match in map(pattern.fullmatch, names) if match]
+
+
+def alone(path: Path) -> dict[int, Path]:
+    """Return one file as a sequence of one; warns where it is one of several numbered files."""
+    sequence = path.with_name(LAST_NUMBER.sub(lambda number: "#" * len(number[0]), path.name))
+    count = len(matches(sequence)) if is_sequence(sequence) else 1
+    if count > 1:
+        message = f"{path} is one of {count} numbered files, and holds still: {sequence.name} reads all of them"
+        warnings.warn(message, stacklevel=2)
+    return {0: path}
 
 
 def list_layers(path: Path) -> dict[str, Path]:

@@ -1,4 +1,4 @@
-"""Numbered sequences of OBJ or PLY files: polygons of the first file, points of each."""
+"""OBJ or PLY files, a numbered sequence or one alone: polygons of the first file, points of each."""
 
 import hashlib
 import warnings
@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.io.mesh_cache.files import numbered, stamp_of
+from hairpipe.io.mesh_cache.files import alone, is_sequence, numbered, stamp_of
 from hairpipe.io.mesh_cache.moving import Points, Shape
 from hairpipe.io.mesh_cache.ply_mesh import read_ply_mesh, read_ply_points
 from hairpipe.io.obj import read_polygons
@@ -20,13 +20,15 @@ from hairpipe.plain_file import content
 class Sequence:
     """Samples of a sequence, see `hairpipe.io.mesh_cache.moving.Source`; the number of a file is its time code.
 
-    Raises BadInput for a sequence without files; warns of missing numbers.
+    A file alone, whose path has no mark for a number, is a sequence of one: a mesh that holds still.
+
+    Raises BadInput for a sequence without files; warns of missing numbers, and of one file of many.
     """
 
     own = (False,)
 
     def __init__(self, path: Path, group: str | None, fps: float) -> None:
-        files = numbered(path)
+        files = numbered(path) if is_sequence(path) else alone(path)
         self.group, self.rate = group, fps
         self.files = list(files.values())
         self.read_shape, self.read_points = READERS[path.suffix.lower()]
