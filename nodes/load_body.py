@@ -27,6 +27,8 @@ def load_body(
 ) -> Body:
     """Read mesh, skeleton, weights and painted maps from OBJ, PLY, USD, glTF or Alembic; in metres, Y up, facing +Z.
 
+    Triangles that face inward, as a mirrored or carelessly exported mesh has them, are turned outward, with a warning.
+
     file       path of the mesh; a USD or glTF file contains the skeleton, too
     group      name of a group or object of an OBJ file, path or pattern (*/head*) of prims of a USD file, or name of a
                node of a glTF file, to read alone
@@ -40,6 +42,7 @@ def load_body(
     """
     from hairpipe.body.preparation import prepare
     from hairpipe.io.body import read_body
+    from hairpipe.levelset.bake.facing import turned_outward
 
     body = read_body(file, group=group, skeleton=skeleton, weights=weights, time=time_code)
-    return prepare(body, unit=unit, up=up, joint=joint, scalp=scalp)
+    return turned_outward(prepare(body, unit=unit, up=up, joint=joint, scalp=scalp))
