@@ -48,11 +48,13 @@ class Choice:
     parts     simplifications of the choice; None if nothing satisfies the request
     measured  measurement of the choice, otherwise of the nearest: the full model, or the cheapest for a budget
     trials    measurements before the choice
+    failed    combinations that are within the tolerance, but not in the check
     """
 
     parts: Combination | None
     measured: Measured
     trials: tuple[Trial, ...]
+    failed: tuple[Combination, ...] = ()
 
 
 def choose(
@@ -61,14 +63,17 @@ def choose(
     tolerance: float,
     measure: Measure,
     has_time: Callable[[], bool] = lambda: True,
+    passes: Callable[[Combination], bool] = lambda parts: True,
 ) -> Choice:
     """Choose the cheapest combination within a tolerance.
 
     Those predicted within the tolerance are measured, the cheapest first, until one is within it; combinations that
-    omit at least as much as a failed one are skipped. The cheapest of all measured within the tolerance is chosen.
-    None is chosen if the full model is not within it: a simplification that comes nearer does so by chance.
+    omit at least as much as a failed one are skipped. The cheapest of all measured within the tolerance is chosen that
+    passes the check. None is chosen if the full model is not within it: a simplification that comes nearer does so by
+    chance.
 
     has_time  whether another combination is measured after the first
+    passes    whether a combination within the tolerance passes the check; the full model does
     """
     if not full.keeps(tolerance):
         return Choice(None, full, ())
@@ -76,21 +81,31 @@ def choose(
     useful = {part: found for part, found in singles.items() if found.keeps(tolerance)}
     guesses = sorted((g for g in guess_all(full, useful) if g.bound <= tolerance), key=by_cost)
     trials: list[Trial] = []
+    failed: list[Combination] = []
+
+    def holds(parts: Combination) -> bool:
+        if any(leaves_out_as_much(parts, other) for other in failed):
+            return False
+        if not passes(parts):
+            failed.append(parts)
+        return parts not in failed
+
     for guess in guesses:
         if len(trials) == MOST_TRIES:
             break
         if guess.parts not in known:
             if trials and not has_time():
                 break
-            if any(leaves_out_as_much(guess.parts, trial.guess.parts) for trial in trials):
+            if any(leaves_out_as_much(guess.parts, other) for other in (*failed, *(t.guess.parts for t in trials))):
                 continue
             known[guess.parts] = measure(guess.parts)
             trials.append(Trial(guess, known[guess.parts]))
-        if known[guess.parts].keeps(tolerance):
+        if known[guess.parts].keeps(tolerance) and holds(guess.parts):
             break
     within = [parts for parts, found in known.items() if found.keeps(tolerance) and saves_time(parts, found, full)]
-    parts = min(within, key=lambda parts: (known[parts].seconds, *names(parts)))
-    return Choice(parts, known[parts], tuple(trials))
+    within.sort(key=lambda parts: (known[parts].seconds, *names(parts)))
+    parts = next(parts for parts in within if not parts or holds(parts))
+    return Choice(parts, known[parts], tuple(trials), tuple(failed))
 
 
 def choose_within(

@@ -1,6 +1,8 @@
 """Results of tuning: rows of a table, sentences, and a document."""
 
+from collections.abc import Mapping
 from dataclasses import asdict
+from types import MappingProxyType
 from typing import Any
 
 from hairpipe.api.formatting import duration
@@ -10,6 +12,7 @@ from hairpipe.tune.chaos import MODEL, REFERENCE, Chaos, differences
 from hairpipe.tune.choosing import Choice, Combination, Trial, names, saves
 from hairpipe.tune.measured import Measured
 from hairpipe.tune.quantity import Tolerance
+from hairpipe.tune.root_motion import RootMotion
 from hairpipe.tune.sampling import Sample
 from hairpipe.tune.study import AS_IT_IS
 from hairpipe.tune.tuning import Tuned, described
@@ -91,6 +94,8 @@ def trial_line(tuned: Tuned, trial: Trial) -> str:
         verdict = "what the budget buys"
     elif found.bound > tuned.tolerance.value:
         verdict = "not taken, may be beyond"
+    elif trial.guess.parts in tuned.choice.failed:
+        verdict = "not taken, beyond it in the check"
     else:
         verdict = f"not taken, {found.refused or 'costs more'}"
     what = "; ".join(names_of(trial.guess.parts))
@@ -117,6 +122,8 @@ def why(tuned: Tuned, parts: Combination, found: Measured) -> str:
         return f"kept: may be beyond {tuned.tolerance}"
     if found.refused:
         return f"kept: {found.refused}"
+    if parts in tuned.choice.failed:
+        return f"kept: beyond {tuned.tolerance} in the check"
     if chosen is None:
         return (
             "kept: keeps it only as far as hair can be predicted" if found.screened else "kept: smaller error by chance"
@@ -150,6 +157,7 @@ def conclusion(tuned: Tuned) -> list[str]:
             f"error {shown(choice.measured, tolerance)}",
             f"{choice.measured.seconds:.3g} s a frame, not {full.seconds:.3g}: {saved}",
             *promise_lines(tuned),
+            f"holds for motions whose roots reach no more than {tuned.motion} over half a second",
         ]
     if tuned.stopped is not None:
         lines.append(f"stopped after {duration(tuned.stopped)} of processor time: the best so far; --time allows more")
@@ -177,6 +185,16 @@ def promise_lines(tuned: Tuned) -> list[str]:
     elif climate.score is not None:
         lines.append(f"does not differ significantly from the reference in {', '.join(TESTED)}, or spread")
     return lines
+
+
+def motion_lines(tuned: Tuned, motions: Mapping[str, RootMotion]) -> list[str]:
+    """State for motions of other graphs, by their names, whether the promise holds there."""
+    if tuned.choice.parts is None:
+        return []
+    return [
+        f"{name}: roots reach {motion}: {'within' if tuned.motion.includes(motion) else 'outside of'} these motions"
+        for name, motion in motions.items()
+    ]
 
 
 def affordable_line(budget: str, tolerance: Tolerance, found: Choice) -> str:
@@ -217,8 +235,10 @@ def comment(tuned: Tuned, command: str) -> str:
     )
 
 
-def document(tuned: Tuned, fragment: str | None) -> dict[str, Any]:
-    """Describe the results of tuning as a JSON document."""
+def document(
+    tuned: Tuned, fragment: str | None, motions: Mapping[str, RootMotion] = MappingProxyType({})
+) -> dict[str, Any]:
+    """Describe the results of tuning as a JSON document, with the motions of other graphs by their names."""
     chosen = tuned.choice.parts
     singles = [
         asdict(part) | plain(found) | {"verdict": why(tuned, Combination([part]), found)}
@@ -240,6 +260,8 @@ def document(tuned: Tuned, fragment: str | None) -> dict[str, Any]:
         "simplifications": singles,
         "combinations": combinations,
         "chosen": None if chosen is None else {"left_out": names_of(chosen)} | plain(tuned.choice.measured),
+        "holds_for": asdict(tuned.motion),
+        "also": {name: asdict(motion) | {"within": tuned.motion.includes(motion)} for name, motion in motions.items()},
         "stopped": tuned.stopped,
         "budget": tuned.budget,
         "affordable": tuned.affordable and described_choice(tuned.affordable),

@@ -1,5 +1,6 @@
 """Chooses the strands and frames that represent a scene."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -55,12 +56,22 @@ def choose_sample(
     return window(whole, frames, fps, np.zeros(len(frames)) if motion is None else motion)
 
 
-def other_sample(sample: Sample, frames: range, fps: float, motion: np.ndarray | None, total: int) -> Sample:
-    """Choose other strands and frames than those of the sample, as far as the scene has enough."""
+def other_sample(samples: Sequence[Sample], frames: range, fps: float, motion: np.ndarray | None, total: int) -> Sample:
+    """Choose other strands and frames than those of some samples, as far as the scene has enough.
+
+    Without other strands they are those of the last sample, at frames at which these were not sampled.
+    """
+    last = samples[-1]
+    number = min(len(samples), max(total // last.strands, 1) - 1)
     rest = np.zeros(len(frames)) if motion is None else motion.copy()
-    rest[[frame - frames[0] for frame in sample.frames]] = -1.0
-    number = 1 if total >= 2 * sample.strands else 0
-    return window(replace(sample, number=number), frames, fps, rest)
+    for sample in [sample for sample in samples if sample.number == number] or samples:
+        rest[[frame - frames[0] for frame in sample.frames]] = -1.0
+    return window(replace(last, number=number), frames, fps, rest)
+
+
+def window_length(count: int, fps: float) -> int:
+    """Return the number of measured frames of a shot of so many."""
+    return min(max(round(LONG * fps), 2), count - 1) or 1
 
 
 def window(sample: Sample, frames: range, fps: float, motion: np.ndarray) -> Sample:
@@ -70,8 +81,7 @@ def window(sample: Sample, frames: range, fps: float, motion: np.ndarray) -> Sam
     the one with the fewest.
     """
     lead = round(LEAD * fps)
-    length = max(round(LONG * fps), 2)
-    length = min(length, len(frames) - 1) or 1
+    length = window_length(len(frames), fps)
     starts = np.arange(min(1, len(frames) - 1), len(frames) - length + 1)
     outside = np.array([np.count_nonzero(motion[s : s + length] < 0.0) for s in starts])
     strength = np.array([np.mean(np.maximum(motion[s : s + length], 0.0) ** 2) for s in starts])

@@ -16,6 +16,7 @@ from hairpipe.tune.choosing import Choice, Combination, choose, choose_within, s
 from hairpipe.tune.measured import Measured
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.results import Results
+from hairpipe.tune.root_motion import STILL, RootMotion, hardest
 from hairpipe.tune.sampling import PATCHES, Sample, choose_sample, other_sample
 from hairpipe.tune.simplifications import simplifications, touches
 from hairpipe.tune.study import Interrupted, Request, Study
@@ -54,6 +55,7 @@ class Tuned:
     steps       steps of the reference, in words
     full        measurement of the unchanged graph
     singles     each simplification on its own
+    motion      hardest motion of the shot: the promise holds for motions that are no harder
     stopped     processor time after which nothing else was measured [s]; None: it was enough
     budget      requested processor time of a frame [s]
     affordable  choice within the budget, where the choice for the tolerance costs more
@@ -71,6 +73,7 @@ class Tuned:
     affordable: Choice | None = None
     check: Check | None = None
     stopped: float | None = None
+    motion: RootMotion = STILL
 
     @property
     def kept(self) -> bool:
@@ -87,11 +90,13 @@ class Scene(NamedTuple):
     motion   acceleration of its roots [m/s^2], (frames,); None if no root moves
     tip      initial difference of members of an ensemble [m]; None where hair does not act on hair and is not
              chaotic, or where tips are held, so that members cannot be made
+    hardest  motion of its roots
     """
 
     strands: int
     motion: np.ndarray | None
     tip: float | None
+    hardest: RootMotion = STILL
 
 
 def tune(request: Request, echo: Callable[[str], None] = lambda line: None) -> Tuned:
@@ -131,15 +136,22 @@ def measured_and_chosen(request: Request, echo: Callable[[str], None]) -> Tuned:
             for some in (worthy[at : at + AT_ONCE] for at in range(0, len(worthy), AT_ONCE)):
                 if study.has_time():
                     singles |= zip(some, study.confirm_all([part] for part in some), strict=True)
-    choice = choose(full, singles, request.tolerance.value, study.confirm, study.has_time)
+    second = Checking(request, other_sample([sample], shot.frames, shot.fps, scene.motion, scene.strands), scene, echo)
+    choice = choose(
+        full,
+        singles,
+        request.tolerance.value,
+        study.confirm,
+        study.has_time,
+        second.passes if request.check else lambda parts: True,
+    )
     stopped = study.limit if study.stopped else None
     affordable, check = None, None
     if request.budget is not None and (choice.parts is None or choice.measured.seconds > request.budget):
         affordable = choose_within(full, singles, request.budget, study.confirm, choice.trials)
     if request.check and choice.parts is not None:
-        other = other_sample(sample, shot.frames, shot.fps, scene.motion, scene.strands)
-        check = checked(request, other, scene, choice.parts, echo)
-    found = (study.steps, full, singles, choice, request.budget, affordable, check, stopped)
+        check = second.check(choice.parts)
+    found = (study.steps, full, singles, choice, request.budget, affordable, check, stopped, scene.hardest)
     return Tuned(scene.strands, sample, request.tolerance, reference, *found)
 
 
@@ -165,11 +177,26 @@ def sample_of(request: Request, scene: Scene) -> Sample:
     return choose_sample(shot.frames, shot.fps, scene.motion, scene.strands, request.strands, patches)
 
 
-def checked(request: Request, sample: Sample, scene: Scene, parts: Combination, echo: Callable[[str], None]) -> Check:
-    """Measure the unchanged graph and the choice on another sample."""
-    study = Study(request, sample, scene.strands, scene.tip)
-    echo(f"check: {described(sample, scene.strands)}")
-    return Check(sample, study.converged(), *study.confirm_all([[], parts]))
+class Checking:
+    """Measurements on another sample; nothing is measured before the first."""
+
+    def __init__(self, request: Request, sample: Sample, scene: Scene, echo: Callable[[str], None]) -> None:
+        self._study = Study(request, sample, scene.strands, scene.tip)
+        self._sample, self._scene, self._echo = sample, scene, echo
+        self._tolerance = request.tolerance.value
+        self._reference: Measured | Chaos | None = None
+
+    def check(self, parts: Combination) -> Check:
+        """Measure the unchanged graph and a choice."""
+        if self._reference is None:
+            self._echo(f"check: {described(self._sample, self._scene.strands)}")
+            self._reference = self._study.converged()
+        return Check(self._sample, self._reference, *self._study.confirm_all([[], parts]))
+
+    def passes(self, parts: Combination) -> bool:
+        """Whether a choice keeps the tolerance here; where the unchanged graph does not, none can, and all pass."""
+        found = self.check(parts)
+        return found.chosen.kept(self._tolerance) or not found.full.kept(self._tolerance)
 
 
 def described(sample: Sample, total: int) -> str:
@@ -201,7 +228,9 @@ def look_at(request: Request) -> Scene:
     tip = tip_of(request, strands)
     if not drivers:
         return Scene(total, None, tip)
-    return Scene(total, np.array(results.value(ROOTS)["acceleration [m/s^2]"]), tip)
+    found = results.value(ROOTS)
+    speeds, accelerations = (np.array(found[name]) for name in ("speed [m/s]", "acceleration [m/s^2]"))
+    return Scene(total, accelerations, tip, hardest(speeds, accelerations, shot.fps))
 
 
 def tip_of(request: Request, groom: Groom) -> float | None:

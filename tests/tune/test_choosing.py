@@ -98,6 +98,24 @@ def test_without_time_one_combination_is_measured_and_the_best_so_far_is_chosen(
     assert len(choose(FULL, world.singles(), 1.0, world.measure).trials) > 1
 
 
+@pytest.mark.parametrize("together", [0.5, 1.5, 30.0])
+@pytest.mark.parametrize("worst", [0.0, 0.2, 0.5, 1.0])
+def test_the_cheapest_that_passes_the_check_is_chosen(together, worst):
+    """In the check all errors are larger; what leaves out as much as one that fails there is not looked at."""
+    world, checked = World(together), []
+
+    def passes(parts) -> bool:
+        checked.append(parts)
+        return world.truth(parts).bound <= worst or not parts
+
+    choice = choose(FULL, world.singles(), 1.0, world.measure, passes=passes)
+    assert choice.parts is not None and (not choice.parts or world.truth(choice.parts).bound <= worst)
+    assert set(choice.failed) <= set(checked) and choice.parts not in choice.failed
+    for at, parts in enumerate(choice.failed):
+        assert not any(leaves_out_as_much(later, parts) for later in choice.failed[at + 1 :])
+    assert choice.failed or worst > 0.4
+
+
 def test_unmet_tolerance_is_reported_with_the_nearest_model():
     world = World()
     choice = choose(FULL, world.singles(), 0.05, world.measure)

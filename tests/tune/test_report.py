@@ -14,6 +14,7 @@ from hairpipe.tune.chaos import Chaos, Climate
 from hairpipe.tune.choosing import Choice, Guess, Trial
 from hairpipe.tune.measured import Measured, bounded, failed, measured_of, seconds_per_frame
 from hairpipe.tune.quantity import Tolerance
+from hairpipe.tune.root_motion import RootMotion
 from hairpipe.tune.sampling import Sample
 from hairpipe.tune.tuning import Check, Tuned
 
@@ -92,6 +93,28 @@ def test_check_reports_what_it_shares_with_the_sample():
     assert "as in the sample: all strands and 5 of the frames" in text and "twice as long ones: it blew up" in text
     other = replace(check, sample=Sample(96, 4, 1, 1040, 1052, 1063))
     assert "as in the sample" not in "\n".join(report.conclusion(replace(TUNED, check=other)))
+
+
+def test_a_combination_that_fails_the_check_is_named():
+    failed_check = replace(TUNED, choice=Choice(frozenset(), FULL, (BOTH,), (BOTH.guess.parts, frozenset([DRY]))))
+    (line,) = report.trial_lines(failed_check)
+    assert line.endswith("not taken, beyond it in the check")
+    verdicts = {row[0]: row[-1] for row in report.rows(failed_check)}
+    assert verdicts["no stiction"] == "kept: beyond 2 mm in the check"
+
+
+def test_motions_of_other_graphs_are_within_the_promise_or_not():
+    moving = replace(TUNED, motion=RootMotion(0.5, 3.0))
+    assert report.conclusion(moving)[-1].endswith("no more than 0.5 m/s and 3 m/s^2 over half a second")
+    others = {"nod.toml": RootMotion(0.4, 3.0), "run.toml": RootMotion(0.4, 9.0)}
+    assert report.motion_lines(moving, others) == [
+        "nod.toml: roots reach 0.4 m/s and 3 m/s^2: within these motions",
+        "run.toml: roots reach 0.4 m/s and 9 m/s^2: outside of these motions",
+    ]
+    also = report.document(moving, None, others)["also"]
+    assert also["nod.toml"]["within"] and not also["run.toml"]["within"]
+    nothing = replace(moving, choice=Choice(None, FULL, ()))
+    assert not report.motion_lines(nothing, others)
 
 
 CHAOS = Chaos(4e-4, 11, 0.46, 1012, True, 13e-3, 1.5e-3)

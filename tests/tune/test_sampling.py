@@ -42,7 +42,7 @@ def test_strands_come_in_equal_patches_and_no_more_than_there_are():
 def test_another_sample_has_other_frames_and_other_strands():
     motion = jolt(1040, 2.0) + jolt(1080)
     sample = choose_sample(FRAMES, 24.0, motion, 5000)
-    other = other_sample(sample, FRAMES, 24.0, motion, 5000)
+    other = other_sample([sample], FRAMES, 24.0, motion, 5000)
     assert not set(sample.frames) & set(other.frames) and set(range(1080, 1084)) <= set(other.frames)
     assert other.number == 1 and other.strands == sample.strands
 
@@ -50,8 +50,18 @@ def test_another_sample_has_other_frames_and_other_strands():
 def test_another_sample_of_few_strands_overlaps():
     frames = range(1, 21)
     sample = choose_sample(frames, 24.0, None, 20)
-    other = other_sample(sample, frames, 24.0, None, 20)
+    other = other_sample([sample], frames, 24.0, None, 20)
     assert other.number == 0 and len(set(other.frames) & set(sample.frames)) < len(sample.frames)
+
+
+def test_a_third_sample_has_strands_or_frames_of_neither():
+    motion = jolt(1020, 3.0) + jolt(1050, 2.0) + jolt(1080)
+    first = choose_sample(FRAMES, 24.0, motion, 5000)
+    second = other_sample([first], FRAMES, 24.0, motion, 5000)
+    third = other_sample([first, second], FRAMES, 24.0, motion, 5000)
+    assert third.number == 2 and set(range(1080, 1084)) <= set(third.frames)
+    few = other_sample([first, second], FRAMES, 24.0, motion, 200)  # strands of the second, at frames of the first
+    assert few.number == 1 and set(range(1020, 1024)) <= set(few.frames)
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])

@@ -73,8 +73,9 @@ def promises(
 ) -> None:
     """Try the promises of `hairpipe tune` on scenes that are drawn at random.
 
-    Each scene, of a few hundred hairs, is tuned to a tolerance; what was chosen is then compared with a reference on
-    other strands and frames, and in another motion. As nine in ten are promised, so many should be kept.
+    Each scene, of a few hundred hairs, is tuned to a tolerance; what was chosen, and passed the check, is then compared
+    with a reference on strands or frames of neither, and in another motion. As nine in ten are promised, so many should
+    be kept. Where the other motion is harder than those that the promise holds for, only the first counts.
 
     All is cached: the same command, given again, computes nothing, and goes on where it was stopped. Simulations of a
     scene run side by side, see `hairpipe tune`.

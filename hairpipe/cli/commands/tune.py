@@ -5,6 +5,7 @@ import os
 import shlex
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -89,7 +90,15 @@ def read_output(ctx: click.Context, param: click.Parameter, path: Path | None) -
     help="Maximum ratio (1 without a number) of differences in statistics of chaotic hair to those within the "
     "reference; if absent, differences are reported, and no model is refused for them.",
 )
-@click.option("--check", is_flag=True, help="Measure the choice on other strands and frames, too.")
+@click.option(
+    "--check", is_flag=True, help="Measure choices on other strands and frames, too, and take none that fails there."
+)
+@click.option(
+    "--also",
+    multiple=True,
+    metavar="GRAPH",
+    help="Graph with another motion; prints whether the tolerance is kept there, too, as its roots move no harder.",
+)
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), callback=read_output, help="TOML file to write the settings to."
 )
@@ -106,6 +115,7 @@ def tune(
     time: float | None,
     looks: float | None,
     check: bool,
+    also: tuple[str, ...],
     output: Path | None,
     overrides: dict[str, str],
     engine: options.Engine,
@@ -121,7 +131,8 @@ def tune(
     are half the tolerance apart, the means of members are compared. Other differences of what is seen of hair are
     reported, and with --looks refused. The
     chosen combination was measured itself, not predicted from its parts. All results are cached: the same command,
-    given again, computes nothing.
+    given again, computes nothing. It holds for motions whose roots are no faster, and accelerate no more, than those of
+    this shot.
 
     Independent simulations run side by side, on this machine or on the workers of a Dask cluster: references, members,
     and models before the measured frames. Measured frames of models run on this machine, one at a time, on one thread,
@@ -134,13 +145,15 @@ def tune(
     from hairpipe.tune import report
     from hairpipe.tune.fragment import changed_tables, write_toml
     from hairpipe.tune.study import Interrupted, Request
-    from hairpipe.tune.tuning import chosen_tables
+    from hairpipe.tune.tuning import chosen_tables, look_at
     from hairpipe.tune.tuning import tune as find
 
     shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
+    others = {other: hairpipe.load(other, cache=cache) for other in also}
     request = Request(shot, node, tolerance, runner(engine, quiet=quiet), budget, check, looks=looks, time=time)
     try:
         tuned = find(request, echo if not quiet else lambda line: None)
+        motions = {other: look_at(replace(request, shot=moved)).hardest for other, moved in others.items()}
     except Interrupted:
         echo("hairpipe: interrupted; measurements are kept, and the same command resumes")
         sys.exit(INTERRUPTED)
@@ -151,11 +164,12 @@ def tune(
         tables = changed_tables(shot.tables, chosen_tables(request, tuned.choice.parts))
         fragment = write_toml(tables, report.comment(tuned, command))
     if as_json:
-        click.echo(json.dumps(report.document(tuned, fragment), indent=2))
+        click.echo(json.dumps(report.document(tuned, fragment, motions), indent=2))
     else:
         rows = table(report.rows(tuned), report.ALIGN)
         faults, tried = ([*map(one_line, lines)] for lines in (report.fault_lines(tuned), report.trial_lines(tuned)))
-        parts = (report.header(tuned), [rows], faults, tried, report.conclusion(tuned))
+        said = report.conclusion(tuned) + report.motion_lines(tuned, motions)
+        parts = (report.header(tuned), [rows], faults, tried, said)
         click.echo("\n\n".join("\n".join(lines) for lines in parts if lines))
         if fragment is not None and not output:
             click.echo(f"\n{fragment}", nl=False)

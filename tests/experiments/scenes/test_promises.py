@@ -15,6 +15,7 @@ from hairpipe.tune.chaos import Chaos
 from hairpipe.tune.choosing import Choice
 from hairpipe.tune.measured import Measured, failed
 from hairpipe.tune.quantity import Tolerance
+from hairpipe.tune.root_motion import STILL, RootMotion
 from hairpipe.tune.sampling import Sample
 from hairpipe.tune.tuning import Check, Scene, Tuned, Untunable
 
@@ -38,6 +39,7 @@ def check(chosen: Measured, full: Measured) -> Check:
     return Check(replace(SAMPLE, number=1), found(0.1), full, chosen)
 
 
+MOTION = RootMotion(0.5, 3.0)
 GOOD = check(found(1.0), found(0.2))
 TUNED = Tuned(
     strands=300,
@@ -49,6 +51,7 @@ TUNED = Tuned(
     singles={DRY: found(1.0)},
     choice=Choice(frozenset([DRY]), found(1.5), ()),
     check=GOOD,
+    motion=MOTION,
 )
 NOTHING = replace(TUNED, choice=Choice(None, found(3.0), ()), check=None)
 TEXT = 'schema = 1\nframes = [1, 30]\nfps = 24\n[head]\ntype = "make_bust"\n'
@@ -56,8 +59,10 @@ TABLES = {"schema": 1, "frames": [1, 30], "fps": 24, "head": {"type": "make_bust
 SCENE = DrawnScene("300 hairs of 20 cm", PERCENT, TABLES, ("nods", TABLES | {"frames": [1, 40]}))
 
 
-def promise(number: int, tuned: Tuned | None = TUNED, other: Check | None = GOOD) -> promises.Promise:
-    return promises.Promise(number, SCENE, tuned, other)
+def promise(
+    number: int, tuned: Tuned | None = TUNED, other: Check | None = GOOD, elsewhere: Check | None = GOOD
+) -> promises.Promise:
+    return promises.Promise(number, SCENE, tuned, elsewhere, other, MOTION if other else STILL)
 
 
 @pytest.mark.parametrize(
@@ -75,12 +80,32 @@ def promise(number: int, tuned: Tuned | None = TUNED, other: Check | None = GOOD
 )
 def test_a_promise_is_broken_only_where_it_could_be_kept(chosen, full, verdict):
     assert promise(1, other=check(chosen, full)).verdicts == ("kept", verdict)
-    assert promise(1, replace(TUNED, check=check(chosen, full))).verdicts == (verdict, "kept")
+    assert promise(1, elsewhere=check(chosen, full)).verdicts == (verdict, "kept")
+
+
+def test_nothing_is_promised_of_a_harder_motion():
+    """It is neither kept nor broken there, and what counts is what became of the promise elsewhere."""
+    bad = check(found(3.1), found(0.2))
+    harder = replace(promise(1, other=bad), motion=RootMotion(0.5, 3.2))
+    assert harder.verdicts == ("kept", "outside") and promises.worst(harder) == "kept"
+    assert promises.worst(replace(harder, elsewhere=bad)) == "broken"
+    said = "kept: the other motion, up to 0.5 m/s and 3.2 m/s^2, is outside of 0.5 m/s and 3 m/s^2"
+    assert promises.rows([harder])[1][-1] == said
+    assert promises.summary([harder])[2].endswith(": 1 outside")
+
+
+def test_a_choice_that_fails_its_check_is_no_promise():
+    fails = replace(TUNED, check=check(found(3.1, refused="the floor of chaos is above the tolerance"), found(3.0)))
+    refused = promise(1, fails, None, None)
+    assert promises.worst(refused) == "refused"
+    assert (
+        promises.rows([refused])[1][3] == "nothing is promised: in the check the floor of chaos is above the tolerance"
+    )
 
 
 def test_promises_are_counted_and_scenes_of_which_nothing_is_promised_apart():
     bad = check(found(3.1, refused="spreads twice as far"), found(0.2))
-    tried = [promise(1), promise(2, other=bad), promise(3, NOTHING, None), promise(4, None, None)]
+    tried = [promise(1), promise(2, other=bad), promise(3, NOTHING, None, None), promise(4, None, None, None)]
     first, strands, motion, *rest = promises.summary(tried)
     assert first == "1 of 2 promises kept, of 4 scenes"
     assert strands.endswith(": 2 kept") and motion.endswith(": 1 kept, 1 broken")
@@ -89,7 +114,9 @@ def test_promises_are_counted_and_scenes_of_which_nothing_is_promised_apart():
 
 def test_every_row_has_what_was_promised_and_what_came_of_it():
     bad = check(found(3.1, refused="spreads twice as far"), found(0.2))
-    rows = promises.rows([promise(1), promise(2, other=bad), promise(3, NOTHING, None), promise(4, None, None)])
+    rows = promises.rows(
+        [promise(1), promise(2, other=bad), promise(3, NOTHING, None, None), promise(4, None, None, None)]
+    )
     assert {len(row) for row in rows} == {len(promises.ALIGN)}
     assert rows[2] == (
         *("2", "300 hairs of 20 cm; then nods", "2 %", "no stiction"),
@@ -97,34 +124,38 @@ def test_every_row_has_what_was_promised_and_what_came_of_it():
     )
     assert rows[3][3] == "nothing is promised: the graph as it is, with a larger error" and rows[3][-1] == "refused"
     assert rows[4][-1] == "fails"
-    documents = json.loads(json.dumps(promises.document([promise(1), promise(4, None, None)])))
+    documents = json.loads(json.dumps(promises.document([promise(1), promise(4, None, None, None)])))
     assert documents[0]["promised"]["error"] == 1.5 and documents[1]["promised"] is None
 
 
-def test_a_choice_is_checked_in_the_other_motion_on_strands_that_were_not_sampled(monkeypatch, tmp_path):
+def test_a_choice_is_measured_elsewhere_and_in_the_other_motion(monkeypatch, tmp_path):
     asked = []
 
-    def checked(request, sample, scene, parts, echo):
-        asked.append((request.shot.frames, sample.number, parts))
-        return GOOD
+    class Checking:
+        def __init__(self, request, sample, scene, echo):
+            self.place = request.shot.frames, sample.number
+
+        def check(self, parts):
+            asked.append((*self.place, parts))
+            return GOOD
 
     monkeypatch.setattr(promises, "tune", lambda request, echo: TUNED)
-    monkeypatch.setattr(promises, "look_at", lambda request: Scene(300, None, None))
+    monkeypatch.setattr(promises, "look_at", lambda request: Scene(300, None, None, MOTION))
     monkeypatch.setattr(promises, "sample_of", lambda request, scene: SAMPLE)
-    monkeypatch.setattr(promises, "checked", checked)
+    monkeypatch.setattr(promises, "Checking", Checking)
     shot = load(TEXT, cache=tmp_path / "cache")
     assert promises.try_promise(shot, 1, SCENE, never, print) == promise(1)
-    assert asked == [(range(1, 41), 1, frozenset([DRY]))]
+    assert asked == [(range(1, 31), 2, frozenset([DRY])), (range(1, 41), 2, frozenset([DRY]))]
 
     monkeypatch.setattr(promises, "tune", lambda request, echo: NOTHING)
-    assert promises.try_promise(shot, 3, SCENE, never, print) == promise(3, NOTHING, None)
+    assert promises.try_promise(shot, 3, SCENE, never, print) == promise(3, NOTHING, None, None)
 
     def stuck(request, echo):
         raise Untunable("the unchanged graph fails on the sample")
 
     monkeypatch.setattr(promises, "tune", stuck)
-    assert promises.try_promise(shot, 4, SCENE, never, print) == promise(4, None, None)
-    assert len(asked) == 1
+    assert promises.try_promise(shot, 4, SCENE, never, print) == promise(4, None, None, None)
+    assert len(asked) == 2
 
 
 def test_needs_of_scenes_have_a_row_for_every_tolerance(monkeypatch, tmp_path):
