@@ -22,7 +22,7 @@ def test_constant_acceleration_is_its_own_mean(count):
     assert found.acceleration == pytest.approx(3.0)
 
 
-def test_a_motion_includes_all_that_are_no_harder():
+def test_a_motion_includes_easier_ones():
     motion = RootMotion(0.5, 3.0)
     assert motion.includes(motion) and motion.includes(STILL) and not STILL.includes(motion)
     for harder in (RootMotion(0.5 * SLACK + 1e-3, 3.0), RootMotion(0.5, 3.0 * SLACK + 1e-3)):

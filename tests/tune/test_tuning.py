@@ -87,6 +87,19 @@ def test_tuning_measures_chooses_verifies_and_caches(scene):
     assert stricter["reference"]["chaotic"] and not found["reference"]["chaotic"]
 
 
+def test_a_promise_holds_for_easier_motions(scene):
+    """Roots of the scene are at rest: those of a copy that a hand moves are outside of what is promised."""
+    moved = scene.parent / "moved.toml"
+    hand = "roots = { times = [0.0, 0.25], move = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]] }\n"
+    driven = SCENE.replace('in.groom = "groom"', 'in = { groom = "groom", ends = "hand" }')
+    moved.write_text(f'{driven}[hand]\ntype = "drive_ends"\nin.groom = "groom"\nat = 1\n{hand}')
+    found, _ = tune(scene, "--tolerance", "20mm", "--check", "--also", str(moved), "--also", str(scene))
+    assert found["holds_for"] == {"speed": 0.0, "acceleration": 0.0}
+    assert {name: also["within"] for name, also in found["also"].items()} == {str(moved): False, str(scene): True}
+    assert found["also"][str(moved)]["speed"] == pytest.approx(0.4, rel=0.7)
+    assert found["check"]["chosen"]["error"] <= 0.02 and found["kept"]
+
+
 def test_empty_tolerance_is_bad_input(scene):
     command = ["tune", str(scene), "--node", "hair", "--tolerance", "2"]
     result = CliRunner().invoke(commands, command, prog_name="hairpipe")

@@ -168,8 +168,8 @@ def tune(
     else:
         rows = table(report.rows(tuned), report.ALIGN)
         faults, tried = ([*map(one_line, lines)] for lines in (report.fault_lines(tuned), report.trial_lines(tuned)))
-        said = report.conclusion(tuned) + report.motion_lines(tuned, motions)
-        parts = (report.header(tuned), [rows], faults, tried, said)
+        sentences = report.conclusion(tuned) + report.motion_lines(tuned, motions)
+        parts = (report.header(tuned), [rows], faults, tried, sentences)
         click.echo("\n\n".join("\n".join(lines) for lines in parts if lines))
         if fragment is not None and not output:
             click.echo(f"\n{fragment}", nl=False)

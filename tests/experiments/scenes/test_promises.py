@@ -94,7 +94,7 @@ def test_nothing_is_promised_of_a_harder_motion():
     assert promises.summary([harder])[2].endswith(": 1 outside")
 
 
-def test_a_choice_that_fails_its_check_is_no_promise():
+def test_a_failed_check_promises_nothing():
     fails = replace(TUNED, check=check(found(3.1, refused="the floor of chaos is above the tolerance"), found(3.0)))
     refused = promise(1, fails, None, None)
     assert promises.worst(refused) == "refused"
