@@ -27,8 +27,8 @@ def turned_outward(body: Body) -> Body:
     turned = facing_inward(body.mesh)
     if not turned.any():
         return body
-    count, total = int(turned.sum()), len(turned)
-    warnings.warn(f"{count:,} of {total:,} triangles of the body face inward: they are turned outward", stacklevel=2)
+    count = f"{turned.sum():,} of {len(turned):,}"
+    warnings.warn(f"{count} triangles of the body face inward: they are turned outward", stacklevel=2)
     return replace(body, mesh=turn(body.mesh, turned))
 
 
@@ -60,7 +60,8 @@ def facing_inward(mesh: Mesh) -> np.ndarray:
         return (np.bincount(own, values, 2 * count) - np.bincount(other, values, 2 * count))[own]
 
     facing = np.bincount(own, areas, 2 * count)
-    front, whole = facing[own], facing[own] + facing[other]
+    front = facing[own]
+    whole = front + facing[other]
     seen = on_sides(areas * seen_sides(merged, normalized(vectors)))
     bulge = on_sides(cones(merged, vectors, np.minimum(own, other)))
     sure = (np.abs(seen) > CLEAR * whole) & (np.sign(seen) == np.sign(bulge))
@@ -78,12 +79,14 @@ def merge_points(mesh: Mesh) -> Mesh:
 def two_sides(triangles: np.ndarray) -> np.ndarray:
     """Number the sides of parts, (2 m,) int32: those of triangles (m, 3) as they are, then of reversed ones; pure."""
     corners = triangles.astype(np.int64)  # products of two vertex numbers do not fit into 32 bits
-    tails, heads = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
+    tails = corners.ravel()
+    heads = np.roll(corners, -1, axis=1).ravel()
     edges = np.minimum(tails, heads) * (corners.max() + 1) + np.maximum(tails, heads)
     order = np.argsort(edges, kind="stable")
     starts = np.flatnonzero(np.diff(edges[order], prepend=-1))
     pairs = starts[np.diff(starts, append=len(order)) == 2]
-    first, second = order[pairs], order[pairs + 1]
+    first = order[pairs]
+    second = order[pairs + 1]
     alike = (tails[first] == heads[second]) & (tails[first] != heads[first])
     count = len(corners)
     a, b = first // 3, second // 3
