@@ -157,7 +157,9 @@ def conclusion(tuned: Tuned) -> list[str]:
             f"error {shown(choice.measured, tolerance)}",
             f"{choice.measured.seconds:.3g} s a frame, not {full.seconds:.3g}: {saved}",
             *promise_lines(tuned),
-            f"holds for motions whose roots reach no more than {tuned.motion} over half a second",
+            f"holds for motions whose roots reach no more than {tuned.motion} over half a second"
+            if tuned.motion.speed > 0.0
+            else "holds where roots are at rest",
         ]
     if tuned.stopped is not None:
         lines.append(f"stopped after {duration(tuned.stopped)} of processor time: the best so far; --time allows more")

@@ -106,6 +106,7 @@ def test_a_combination_that_fails_the_check_is_named():
 def test_motions_of_other_graphs_are_within_the_promise_or_not():
     moving = replace(TUNED, motion=RootMotion(0.5, 3.0))
     assert report.conclusion(moving)[-1].endswith("no more than 0.5 m/s and 3 m/s^2 over half a second")
+    assert report.conclusion(TUNED)[-1] == "holds where roots are at rest"
     others = {"nod.toml": RootMotion(0.4, 3.0), "run.toml": RootMotion(0.4, 9.0)}
     assert report.motion_lines(moving, others) == [
         "nod.toml: roots reach 0.4 m/s and 3 m/s^2: within these motions",
