@@ -17,7 +17,6 @@ CELLS = 96.0
 """Samples of the flood along the longest side of the mesh."""
 CLEAR = 0.1
 """Share of the area of a part, seen from outside, from which its side is known."""
-
 MOST = 0.9
 """Share of the area of known parts that faces inward from which the file is inside out, as a mirrored one is."""
 
