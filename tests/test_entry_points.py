@@ -58,6 +58,7 @@ STARTED = {
     "experiments picture": "picture",
     "experiments redraw": "redraw",
     "experiments particles": "particles",
+    "experiments page-frame": "page-frame shot.toml",
     "experiments faults": "faults",
     "experiments machines": "machines",
     "experiments parity": "parity",
@@ -93,6 +94,8 @@ it.measure_luminance = lambda *_: []
 it.measure_picture.__defaults__ = ((60, 6), (30, 9)), 2""",
     "experiments redraw": """from hairpipe.graphs.experiments.bench.pictures import redraw as it
 it.measure_redraw = lambda *_: it.make_report("redraw", {"redraw": [{"strands": 1}]})""",
+    "experiments page-frame": """from hairpipe.graphs.experiments.bench.pictures import page_frame as it
+it.measure_page_frame = lambda *_: it.make_report("page_frame", {"page": [{"part": "edit"}]})""",
     "experiments particles": """from hairpipe.graphs.experiments.bench import particles as it
 it.measure_particles.__defaults__ = (150,), (1, 2), 0, 1""",
     "experiments machines": """from hairpipe.graphs.experiments.bench.machines import trials as it

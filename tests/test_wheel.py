@@ -7,7 +7,7 @@ from pathlib import Path
 
 from .sources import HOME, SOURCES, imports_of, length_of, module_of, name_of, tree_of
 
-MOST_LINES_OF_THE_WHEEL = 69_700
+MOST_LINES_OF_THE_WHEEL = 69_300
 """Of `hairpipe/`; nodes and graphs apart. We aim at 50,000: what goes out lowers it."""
 
 

@@ -143,6 +143,32 @@ def page(folder: Path, as_json: bool) -> None:
     print_report(measure_page(folder), as_json)
 
 
+@bench.command("page-frame")
+@click.argument("graph", default="demo")
+@click.option(
+    "--edit",
+    metavar="NODE.SETTING",
+    default="hair.material.diameter",
+    show_default=True,
+    help="Number that is edited.",
+)
+@options.overrides
+@options.as_json
+@record
+def page_frame(graph: str, edit: str, overrides: dict[str, str], as_json: bool) -> None:
+    """Measure the page of `hairpipe view`: time from an edit to the first new frame in the viewport, by part.
+
+    GRAPH has a node `hair`. Workers are those of earlier runs; medians of five edits. The page is in a browser, where
+    chromium is installed; without one, requests are sent as the page sends them, and nothing is drawn. The second table
+    is the server's part in processor seconds.
+    """
+    from hairpipe.api.source import find_graph
+    from hairpipe.graphs.experiments.bench.pictures.page_frame import measure_page_frame
+
+    path = find_graph(graph)
+    print_report(measure_page_frame(str(path), overrides, edit), as_json, [path])
+
+
 @bench.command()
 @click.option("--strands", type=click.IntRange(min=1), default=100_000, show_default=True, help="Number of strands.")
 @click.option("--points", type=click.IntRange(2, 1000), default=25, show_default=True, help="Points of a strand.")

@@ -56,35 +56,18 @@ def paper(
 
 @bench.command("first-frame")
 @click.argument("graph", default="demo")
-@click.option("--page", "on_page", is_flag=True, help="Time from an edit on the page of `view` to the drawn frame.")
-@click.option(
-    "--edit",
-    metavar="NODE.SETTING",
-    default="hair.material.diameter",
-    show_default=True,
-    help="Number that is edited, with --page.",
-)
 @options.overrides
 @options.as_json
 @record
-def first_frame(graph: str, on_page: bool, edit: str, overrides: dict[str, str], as_json: bool) -> None:
+def first_frame(graph: str, overrides: dict[str, str], as_json: bool) -> None:
     """Measure the first frame after an edit: processor seconds of a new worker, by phase.
 
     GRAPH has a node `hair`. Kernels are compiled before, and the inputs of `hair` are computed in a temporary store.
-
-    With --page: time from an edit to the first new frame in the viewport, by part, with workers of earlier runs;
-    medians of five edits. The page is in a browser, where chromium is installed; without one, requests are sent as the
-    page sends them, and nothing is drawn. The second table is the server's part in processor seconds.
     """
     from hairpipe.api.source import find_graph
-
-    path = find_graph(graph)
-    if on_page:
-        from hairpipe.bench.page_frame import measure_page_frame
-
-        return print_report(measure_page_frame(str(path), overrides, edit), as_json, [path])
     from hairpipe.bench.first_frame import measure_first_frame
 
+    path = find_graph(graph)
     print_report(measure_first_frame(path, overrides), as_json, [path])
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from hairpipe.bench.browser import browser_path, open_browser
 from hairpipe.bench.report import Report, make_report
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.bench.pictures.browser import browser_path, open_browser
 from hairpipe.page.packing import script
 from hairpipe.page.shapes import strands_document
 

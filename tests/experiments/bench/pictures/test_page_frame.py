@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
-from hairpipe.bench import page_frame
-from hairpipe.bench.page_frame import (
+from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.bench.pictures import page_frame
+from hairpipe.graphs.experiments.bench.pictures.page_frame import (
     ASKED,
     BEGUN,
     EDITED,
@@ -19,7 +20,6 @@ from hairpipe.bench.page_frame import (
     measured,
     values_of,
 )
-from hairpipe.errors import BadInput
 
 
 def measured_tables(path, target) -> list[list[dict[str, Any]]]:

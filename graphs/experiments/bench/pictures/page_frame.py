@@ -12,10 +12,10 @@ from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 from hairpipe.api.draft import Draft, load_draft
-from hairpipe.bench.browser import browser_path, open_browser
 from hairpipe.bench.first_frame import HAIR
 from hairpipe.bench.report import Case, Report, make_report
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.bench.pictures.browser import browser_path, open_browser
 from hairpipe.page.documents import draft_document, state_document
 from hairpipe.page.editing.edits import edited
 from hairpipe.page.packing import script
