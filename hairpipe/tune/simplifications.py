@@ -40,14 +40,20 @@ ORDER = ("model", "precision", "segments", "steps", "voxels", "*", "keys", "part
 
 def simplifications(graph: Graph, name: str) -> list[Simplification]:
     """List the simplifications of a simulation, axis by axis; BadInput for another node."""
+    node = model_in(graph, name)
+    found = [*of_segments(graph, node), *of_steps(graph, node), *of_voxels(graph, node), *of_keys(node)]
+    return sorted([*of_node(graph, node), *found], key=lambda part: place_of(part.axis))
+
+
+def model_in(graph: Graph, name: str) -> Node:
+    """Return the node of that name, which simulates hair; BadInput for another one."""
     node = graph.node(name)
     if not is_model(node):
         known = ", ".join(f"--node {other.name}" for other in graph.nodes.values() if is_model(other))
         what = f"'{name}' is a {node.type.name}, which does not simulate hair"
         right = f"a graph with a node that takes a Groom and gives Strands and a state, at `{OUTPUT}` and `state`"
         raise BadInput(what, where=graph.path, right=known or right)
-    found = [*of_segments(graph, node), *of_steps(graph, node), *of_voxels(graph, node), *of_keys(node)]
-    return sorted([*of_node(graph, node), *found], key=lambda part: place_of(part.axis))
+    return node
 
 
 def is_model(node: Node) -> bool:

@@ -18,7 +18,7 @@ from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.results import Results
 from hairpipe.tune.root_motion import STILL, RootMotion, hardest
 from hairpipe.tune.sampling import PATCHES, Sample, choose_sample, other_sample
-from hairpipe.tune.simplifications import simplifications, touches
+from hairpipe.tune.simplifications import model_in, simplifications, touches
 from hairpipe.tune.study import Interrupted, Request, Study
 from hairpipe.tune.variants import simplified, with_node
 
@@ -137,14 +137,8 @@ def measured_and_chosen(request: Request, echo: Callable[[str], None]) -> Tuned:
                 if study.has_time():
                     singles |= zip(some, study.confirm_all([part] for part in some), strict=True)
     second = Checking(request, other_sample([sample], shot.frames, shot.fps, scene.motion, scene.strands), scene, echo)
-    choice = choose(
-        full,
-        singles,
-        request.tolerance.value,
-        study.confirm,
-        study.has_time,
-        second.passes if request.check else lambda parts: True,
-    )
+    passes = second.passes if request.check else lambda parts: True
+    choice = choose(full, singles, request.tolerance.value, study.confirm, study.has_time, passes)
     stopped = study.limit if study.stopped else None
     affordable, check = None, None
     if request.budget is not None and (choice.parts is None or choice.measured.seconds > request.budget):
@@ -208,8 +202,12 @@ def described(sample: Sample, total: int) -> str:
 
 
 def look_at(request: Request) -> Scene:
-    """Count the strands of a scene, measure the acceleration of its roots, and find whether hair may be chaotic."""
+    """Count the strands of a scene, measure the motion of its roots, and find whether hair may be chaotic.
+
+    Raises BadInput where the node does not simulate hair, or what it needs cannot be computed.
+    """
     shot = request.shot
+    model_in(shot.graph, request.hair)
     tables = request.shot.tables
     edges = tables[request.hair]["in"]
     groom = shot.nodes[request.hair].edges["groom"].node

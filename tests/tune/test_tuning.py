@@ -100,6 +100,17 @@ def test_a_promise_holds_for_easier_motions(scene):
     assert found["check"]["chosen"]["error"] <= 0.02 and found["kept"]
 
 
+@pytest.mark.parametrize(("name", "message"), [("groom", "does not simulate hair"), ("wool", "no node 'hair'")])
+def test_another_graph_without_the_simulation_is_bad_input(scene, name, message):
+    """At once, not after the measurements: [hair] of that graph is a groom, or has another name."""
+    other = scene.parent / f"{name}.toml"
+    renamed = SCENE.replace("[hair", f"[{name}") if name == "wool" else SCENE.partition("[hair]")[0]
+    other.write_text(renamed.replace("[groom]", "[hair]") if name == "groom" else renamed)
+    command = ["tune", str(scene), "--node", "hair", "--tolerance", "20mm", "--also", str(other)]
+    result = CliRunner().invoke(commands, command, prog_name="hairpipe")
+    assert result.exit_code == 2 and message in result.stderr and "measuring" not in result.stderr
+
+
 def test_empty_tolerance_is_bad_input(scene):
     command = ["tune", str(scene), "--node", "hair", "--tolerance", "2"]
     result = CliRunner().invoke(commands, command, prog_name="hairpipe")

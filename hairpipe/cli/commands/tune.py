@@ -152,8 +152,8 @@ def tune(
     others = {other: hairpipe.load(other, cache=cache) for other in also}
     request = Request(shot, node, tolerance, runner(engine, quiet=quiet), budget, check, looks=looks, time=time)
     try:
-        tuned = find(request, echo if not quiet else lambda line: None)
         motions = {other: look_at(replace(request, shot=moved)).hardest for other, moved in others.items()}
+        tuned = find(request, echo if not quiet else lambda line: None)
     except Interrupted:
         echo("hairpipe: interrupted; measurements are kept, and the same command resumes")
         sys.exit(INTERRUPTED)

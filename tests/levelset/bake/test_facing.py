@@ -8,9 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from hairpipe.body.preparation import drop_unused
 from hairpipe.body.shapes import build_box, build_cylinder, join
 from hairpipe.data import Mesh
 from hairpipe.groom.grow.closing import closed
+from hairpipe.io.body import read_body
 from hairpipe.levelset.bake.facing import facing_inward, turn, turned_outward
 from hairpipe.nodes.grow_groom import grow_groom
 from hairpipe.nodes.load_body import load_body
@@ -97,6 +99,14 @@ def test_degenerate_meshes_are_left_alone():
     needle = Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]), np.array([[0, 1, 2]], np.int32))
     for mesh in (point, needle):
         assert not facing_inward(mesh).any()
+
+
+@pytest.mark.parametrize("file", ["body_makehuman/base.obj", "sintel/sintel.obj", "sintel/sintel-eyes.obj"])
+def test_real_bodies_are_left_as_they_are(shared, file):
+    """With eyes, teeth, lashes, clothes and cubes at the joints; all parts are found if the file is inside out."""
+    mesh = drop_unused(read_body(shared / file)).mesh
+    assert not facing_inward(mesh).any()
+    assert facing_inward(reversed_where(mesh, np.array(True))).all()
 
 
 def test_texture_coordinates_stay_at_their_corners():
