@@ -10,6 +10,7 @@ from hairpipe.groom.resampling import divide
 from hairpipe.groom.strand_arrays import offsets_of
 
 SEGMENTS = 50  # of a strand of which nothing is said
+NOWHERE = (1.0, 0.0, 0.0)  # barycentric coordinates of roots without a body
 FINE = 64  # pieces of the parabola to a segment
 
 
@@ -50,10 +51,15 @@ def unbound(strands: np.ndarray, root_frames: np.ndarray) -> Groom:
         offsets=offsets_of(np.full(count, points)),
         ids=np.arange(count, dtype=np.int32),
         root_triangles=np.zeros(count, np.int32),
-        root_barycentrics=np.tile([1.0, 0.0, 0.0], (count, 1)),
+        root_barycentrics=np.tile(NOWHERE, (count, 1)),
         root_frames=root_frames,
         root_uv=np.zeros((count, 2), np.float32),
     )
+
+
+def is_bound(groom: Groom) -> bool:
+    """Whether strands grow on a body; pure. Those of `unbound` do not."""
+    return bool((groom.root_barycentrics != NOWHERE).any() or groom.root_triangles.any())
 
 
 def arched(arch: float, length: float, segments: int) -> np.ndarray:

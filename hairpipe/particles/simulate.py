@@ -18,14 +18,14 @@ from hairpipe.particles.model import Model, Moving, build_model, inverse_masses,
 from hairpipe.particles.printed.explicit_steps import advance_explicitly
 from hairpipe.particles.printed.pair_forces import PrintedLaw, push_pairs
 from hairpipe.particles.sag_free import rest_lengths
-from hairpipe.particles.settings import Interaction, ParticleSettings, Printed
+from hairpipe.particles.settings import Interaction, ParticleContact, ParticleSettings, Printed
 from hairpipe.particles.step import Forces, Springs, advance
 from hairpipe.sim.air.loose_fibres import LooseFibres, add_wind
 from hairpipe.sim.boundary import Driver, motion_of_roots, velocities_around_roots
 from hairpipe.sim.build import bodies_of
 from hairpipe.sim.cuts import rigid_over_cut
 from hairpipe.sim.settings import BodyContact
-from hairpipe.sim.shot import Frame
+from hairpipe.sim.shot import Frame, warn_of_connections
 
 MOST_NAMED = 10
 DENSE = 0.99
@@ -100,6 +100,7 @@ class ParticleSimulation:
 
     def start(self, frame: Frame) -> ParticleState:
         """Return particles where their roots are; BadInput where all of them are inside a body."""
+        warn_of_connections(self.groom, frame, contact=self.settings.contact != ParticleContact())
         return start(self.particles, self.prepared, frame, self._bodies_at(frame))
 
     def advance(self, state: ParticleState, frame: Frame) -> ParticleState:

@@ -6,8 +6,10 @@ A hair model provides a `Simulation`; the sequence of a shot is the same for all
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar
+from warnings import warn
 
-from hairpipe.data import BodyParts, Density, Groom, LevelSet, Pins
+from hairpipe.data import BodyParts, Density, Groom, LevelSet, Mesh, Pins
+from hairpipe.groom.strands import is_bound
 from hairpipe.sim.boundary import Driver
 from hairpipe.sim.cuts import driver_before, parts_at_cut, pins_at_cut, surfaces_at_cut
 
@@ -73,6 +75,22 @@ def next_state(simulation: Simulation[S], previous: S | None, frame: Frame) -> S
         previous = simulation.move_over_cut(previous, (frame.drivers[0], before))
         frame = after_cut(frame, before)
     return simulation.advance(previous, frame)
+
+
+def warn_of_connections(groom: Groom, frame: Frame, *, contact: bool) -> None:
+    """Warn where hair has no contact although it has a body, or does not move although bodies may.
+
+    contact  whether settings of contact are given
+    """
+    driver = frame.drivers[1]
+    if frame.surfaces or frame.parts:
+        if driver is None and is_bound(groom):
+            message = "bodies without in.body: roots stay at rest, also where the bodies move"
+            warn(f"{message} (in.body = the body that the groom was grown on)", stacklevel=3)
+    elif isinstance(driver, Mesh) or contact:
+        source = "in.body" if isinstance(driver, Mesh) else "contact"
+        message = f"{source} without in.surface and in.parts: hair passes through bodies"
+        warn(f"{message} (in.surface = a bake_levelset of the body, or in.parts = a bake_parts)", stacklevel=3)
 
 
 def after_cut(frame: Frame, before: Driver) -> Frame:

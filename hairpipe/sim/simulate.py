@@ -36,7 +36,7 @@ from hairpipe.sim.integrators.restoration import converted, restored
 from hairpipe.sim.integrators.step_size import TooManySteps, crossing_limit, limits_of, next_step
 from hairpipe.sim.interactions import with_interactions
 from hairpipe.sim.locks.locked_frame import advance_locked, check_locks
-from hairpipe.sim.settings import Scene
+from hairpipe.sim.settings import BodyContact, Scene
 from hairpipe.sim.shot import Frame
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.statics.sag_free import find_initial_state
@@ -59,8 +59,12 @@ class StrandSimulation:
         return self.hair.groom
 
     def start(self, frame: Frame) -> HairState:
-        """Return the groom where its roots are; warns of deep roots, of energy from a solver and of soft strands."""
+        """Return the groom where its roots are.
+
+        Warns of absent connections, deep roots, energy from a solver, and soft strands.
+        """
         scene = self._scene_at(frame)
+        shot.warn_of_connections(self.groom, frame, contact=scene.contact != BodyContact())
         state = start(self.hair, frame.drivers[1], scene)
         warn_of_deep_roots(self.hair, state.positions, self._bodies_at(frame))
         warn_of_sweep(scene)

@@ -11,7 +11,7 @@ from hairpipe.particles.links import link
 from hairpipe.particles.model import build_model
 from hairpipe.particles.neighbours import densities, near_pairs
 from hairpipe.particles.sampling import sample
-from hairpipe.particles.settings import Interaction, RestTension
+from hairpipe.particles.settings import Interaction, ParticleContact, RestTension
 from hairpipe.particles.simulate import ParticleSimulation, cloud_of, laws_of, move_over_cut, start
 from hairpipe.sim.shot import Frame, next_state
 
@@ -154,6 +154,15 @@ def test_particles_start_with_their_roots_as_they_move(shot, place_plate):
     assert begun.points == pytest.approx(hair.particles.points + np.array([1.0, 0.0, 0.0]), abs=1e-12)
     assert begun.velocities == pytest.approx(np.tile([0.0, 2.0, 0.0], (len(begun.points), 1)), abs=1e-9)
     assert cloud_of(begun).velocities.dtype == np.float32
+
+
+def test_hair_without_a_body_to_touch_is_named(shot, place_plate):
+    hair = shot()
+    settings = replace(hair.settings, contact=ParticleContact(friction=0.9))
+    for driver, given in ((place_plate(), hair.settings), (None, settings)):
+        simulation = ParticleSimulation(hair.particles, hair.prepared, given)
+        with pytest.warns(UserWarning, match="without in.surface and in.parts: hair passes through bodies"):
+            next_state(simulation, None, Frame((driver, driver), (), (), 0.0, FRAME))
 
 
 def test_hair_that_is_not_finite_is_named_and_a_body_around_all_of_it_refused(shot, ball):

@@ -1,0 +1,53 @@
+"""Connections that are absent are named at the first frame of a shot."""
+
+import warnings
+from dataclasses import replace
+
+import pytest
+
+from hairpipe.groom.strands import lay_strands
+from hairpipe.levelset.bake.whole import bake
+from hairpipe.sim.hair_model import build_hair
+from hairpipe.sim.material import Material
+from hairpipe.sim.settings import BodyContact
+from hairpipe.sim.shot import Frame, next_state
+from hairpipe.sim.simulate import StrandSimulation
+
+
+@pytest.fixture
+def shot(scene, straight):
+    return scene([straight(0.1, 10, [1.0, 0.2, 0.0]) for _ in range(3)])
+
+
+@pytest.fixture
+def block(box):
+    return bake(box((-0.2, -0.2, -0.2), (0.2, -0.05, 0.2)), 0.01, 3.0)
+
+
+def frame_of(driver, *surfaces):
+    return Frame((driver, driver), [(surface, surface) for surface in surfaces], (), 0.0, 1 / 24)
+
+
+def begin(shot, frame, **scene):
+    next_state(StrandSimulation(shot.hair, replace(shot.scene, **scene)), None, frame)
+
+
+def test_a_body_without_level_set_and_a_level_set_without_body_are_named(shot, block):
+    with pytest.warns(UserWarning, match=r"^in.body without in.surface and in.parts: .* \(in.surface = a bake_lev"):
+        begin(shot, frame_of(shot.body))
+    with pytest.warns(UserWarning, match=r"^bodies without in.body: roots stay at rest, .* \(in.body = the body that"):
+        begin(shot, frame_of(None, block))
+
+
+def test_settings_of_contact_without_a_body_to_touch_are_named(shot):
+    with pytest.warns(UserWarning, match=r"^contact without in.surface and in.parts: hair passes through bodies"):
+        begin(shot, frame_of(None), contact=BodyContact(friction=0.5))
+
+
+def test_whole_scenes_and_hair_alone_are_not_warned_of(shot, block):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        begin(shot, frame_of(shot.body, block))
+        begin(shot, frame_of(None))
+        shot.hair = build_hair(lay_strands(2, 0.1, 10, (1.0, 0.0, 0.0), (0.0, 0.0, 0.01), None, 0.0), Material(), "rod")
+        begin(shot, frame_of(None, block))  # on no body: its roots rest
