@@ -9,7 +9,7 @@ from hairpipe.api.cache import open_store
 from hairpipe.api.shot import Shot
 from hairpipe.api.source import Source, read_source
 from hairpipe.errors import BadInput
-from hairpipe.graph.edit.saving import save_text
+from hairpipe.graph.edit.saving import locked, save_text
 from hairpipe.graph.file.bounds import Bounds, entered
 from hairpipe.graph.file.edges import Incomplete, read_edges
 from hairpipe.graph.file.graph import Edge
@@ -77,7 +77,7 @@ class Draft:
         if not fits:
             raise BadInput("not the path of a new graph", where=path, right="a name such as fringe.toml")
         draft = Draft(Source(GraphText(path, self.text)), self.shot.cache)
-        draft.save()
+        draft.save(None)
         return draft
 
     def write_new(self, name: str, data: bytes) -> str:
@@ -116,12 +116,19 @@ class Draft:
         """Read the text that the file has now; None for a missing one."""
         return read_graph_text(self.shot.path).text if self.shot.path.exists() else None
 
-    def save(self) -> None:
-        """Write the text into the file; BadInput for a shipped graph, and a file that cannot be written."""
+    def save(self, seen: str | None) -> None:
+        """Write the text into the file; BadInput for a shipped graph, another text, and a file that cannot be written.
+
+        seen  text that the file had when it was last read, None for none; a file that was deleted since is written again
+        """
         if self.shipped:
             raise BadInput("not a file of yours", where=self._source.shipped, right="save as")
+        path = self.shot.path
         try:
-            save_text(self.shot.path, self.text)
+            with locked(path):
+                if self.read_file() not in (None, seen):
+                    raise BadInput("another program has changed the file", where=path, right="choose a version")
+                save_text(path, self.text)
         except OSError as error:
             raise BadInput(f"cannot be written: {error.strerror}", where=self.shot.path) from None
 

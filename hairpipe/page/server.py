@@ -250,13 +250,20 @@ class Handler:
             return JSONResponse({"fault": str(fault)}, 404)
         return JSONResponse(found) if isinstance(found, dict) else Response(found[0], media_type=TYPES[found[1]])
 
-    def wait(self, request: Request) -> Response:
-        """The latest revision, once it is newer than that of the page, and the one of the graph."""
+    async def wait(self, request: Request) -> Response:
+        """The latest revision, once it is newer than that of the page, and the one of the graph.
+
+        A page that waits holds no thread: there are few of them, for requests that work.
+        """
         seen = request.query_params.get("seen", "0")
         if not seen.isdecimal() or len(seen) > MOST_DIGITS:
             return PlainTextResponse("seen: not the number of a revision", 400)
-        revision, graph = self._session.wait(int(seen), LONGEST_WAIT)
-        return JSONResponse({"revision": revision, "graph": graph})
+        session, loop, news = self._session, asyncio.get_running_loop(), asyncio.Event()
+        with session.heard(lambda: loop.call_soon_threadsafe(news.set)):
+            if session.revision <= int(seen) and not session.closed:
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(news.wait(), LONGEST_WAIT)
+        return JSONResponse({"revision": session.revision, "graph": session.drawn})
 
     def explain(self, request: Request) -> Response:
         """Explanation of a result."""

@@ -4,8 +4,8 @@ import json
 import os
 import threading
 import time
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -50,19 +50,18 @@ class Session:
 
     def __init__(self, given: Shot | Draft, frames: FrameSet = None, wedge: str | None = None) -> None:
         draft = given if isinstance(given, Draft) else load_draft(given.given, cache=given.cache)
-        shot = draft.shot
+        shot = self._shot = draft.shot
+        self._seen = self._look()  # before the file is read: later changes are noticed
         self._wedge = wedge
         self._history = History(draft.text, draft.read_file())
         self.frames = None if frames is None else list(shot.graph.select(read_frames(frames)))
         self._draft = draft
-        self._shot = shot
         self._lock = threading.RLock()
-        self._changed = threading.Condition(self._lock)
+        self._listeners: set[Callable[[], None]] = set()
         self._woken = threading.Event()
         self._runs = Runs(self._lock, self._progress, self._woken.set, self._replan)
         self._players: list[Playing] = []
         self._note = self._lost = ""  # faults of the file, and of the plan
-        self._seen: Any = None
         self._cache = Cache(shot.cache)
         self._hosts: Mapping[Task, str] = {}
         self._strokes: list[Path] = []
@@ -82,8 +81,8 @@ class Session:
             self._runs.close()
         for player in self._players:
             player.close()
-        with self._changed:
-            self._changed.notify_all()
+        for call in tuple(self._listeners):
+            call()
         self._remove_strokes()
 
     def _remove_strokes(self) -> None:
@@ -96,14 +95,19 @@ class Session:
                 if path.name not in saved:
                     path.unlink(missing_ok=True)
 
-    def wait(self, seen: int, most: float) -> tuple[int, int]:
-        """Wait for a newer revision, at most for a time [s]; return the latest revision, and that of the graph.
+    @property
+    def closed(self) -> bool:
+        """Whether the session was closed."""
+        return not self._open
 
-        A closed session returns at once.
-        """
-        with self._changed:
-            self._changed.wait_for(lambda: self.revision > seen or not self._open, most)
-            return self.revision, self.drawn
+    @contextmanager
+    def heard(self, call: Callable[[], None]) -> Iterator[None]:
+        """Call a function, from any thread, after every change of the page, and when the session is closed."""
+        self._listeners.add(call)
+        try:
+            yield
+        finally:
+            self._listeners.discard(call)
 
     def document(self, name: str, most: int | None = None) -> Packed:
         """Make a document by name; KeyError for an unknown one, BadInput for one removed from the cache.
@@ -169,10 +173,12 @@ class Session:
     def save(self) -> None:
         """Write the graph file; BadInput for a shipped graph, one that another program changed, or no permission."""
         with self._lock:
-            if self._draft.read_file() != self._history.disk:
-                self._reload()
-                raise BadInput("another program has changed the file", where=self._shot.path, right="choose a version")
-            self._draft.save()
+            try:
+                self._draft.save(self._history.disk)
+            except BadInput:
+                if self._draft.read_file() != self._history.disk:
+                    self._reload()
+                raise
             self._written()
 
     def save_as(self, name: str) -> None:
@@ -309,10 +315,11 @@ class Session:
 
     def _advance(self, graph: bool = True) -> None:
         """Announce a change of the results, and of the graph."""
-        with self._changed:
+        with self._lock:
             self.revision += 1
             self.drawn = self.revision if graph else self.drawn
-            self._changed.notify_all()
+        for call in tuple(self._listeners):
+            call()
 
     def _progress(self) -> None:
         self._advance(graph=False)
@@ -330,7 +337,9 @@ class Session:
         history = self._history
         try:
             text = self._draft.read_file()
-            if text in (history.disk, None):
+            if text is None:
+                history.disk = None
+            elif text == history.disk:
                 self._take(self._draft.with_text(self._draft.text))
             elif not history.unsaved or text == history.text:
                 self._push("changed by another program", text, base=text)
@@ -341,18 +350,22 @@ class Session:
             self._note = str(fault)
         self._advance()
 
+    def _look(self) -> tuple[tuple[int, int], list[tuple[int, int]]]:
+        """Return stamps of the graph file, and of the folders of results in the cache."""
+        folders = sorted((self._shot.cache / "actions").glob("??"))
+        return stamp(self._shot.path), [stamp(path) for path in folders]
+
     def _follow(self) -> None:
         """Poll the cache, its leases and the graph file, which other processes may change."""
         while self._open:
             begun = time.monotonic()
             woken = self._woken.is_set()
             self._woken.clear()
-            file = stamp(self._shot.path)
-            seen = file, [stamp(path) for path in sorted((self._shot.cache / "actions").glob("??"))]
+            seen = self._look()
             with self._lock:
-                if self._seen is not None and self._seen[0] != file:
+                if self._seen[0] != seen[0]:
                     self._reload()
-                elif self._lost or self._seen not in (None, seen):
+                elif self._lost or self._seen != seen:
                     self._replan()
                 elif woken:
                     self._progress()

@@ -1,6 +1,9 @@
 """Edits of the live page: nodes, wires, undo, saving, and changes of the file by another program."""
 
 import random
+import threading
+import tomllib
+from contextlib import closing, suppress
 
 import pytest
 
@@ -159,6 +162,38 @@ def test_a_change_by_another_program_is_a_conflict_until_a_version_is_chosen(ses
         (folder / "shot.toml").write_text(SHOT)
         until(lambda: session._history.text == SHOT)
     assert session._history.text == SHOT and graph(session)["edits"] == []
+
+
+def test_no_edit_of_two_servers_on_one_file_is_lost(shot, folder):
+    def edit(session, names):
+        for name in names:
+            session.change("annotate", {"name": name, "value": {"text": name, "at": [0, 0]}})
+            while graph(session)["edits"]:
+                try:
+                    session.save()
+                except BadInput:
+                    with suppress(BadInput):  # resolved by the poll meanwhile
+                        session.resolve("both")
+
+    names = [[f"{side}{number}" for number in range(10)] for side in "ab"]
+    with closing(Session(shot)) as one, closing(Session(shot)) as other:
+        threads = [threading.Thread(target=edit, args=given) for given in zip((one, other), names, strict=True)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(60)
+    assert tomllib.loads((folder / "shot.toml").read_text())["layout"].keys() == {*names[0], *names[1]}
+
+
+def test_a_deleted_file_is_saved_again_under_its_name(session, folder):
+    session.edit("picture.red", "0.75")
+    (folder / "shot.toml").unlink()
+    session.save()
+    assert "red = 0.75" in (folder / "shot.toml").read_text() and graph(session)["edits"] == []
+    (folder / "shot.toml").unlink()
+    until(lambda: graph(session)["edits"] == ["a new file"])
+    session.save()
+    assert "red = 0.75" in (folder / "shot.toml").read_text()
 
 
 @pytest.mark.parametrize(

@@ -178,6 +178,21 @@ def test_the_end_waits_for_no_page(served):
     assert time.monotonic() - begun < 10 and served.session._players[-1].ended
 
 
+def test_many_waiting_pages_delay_no_request(served):
+    """More than there are threads for requests that work."""
+    waiting = [threading.Thread(target=ask, args=(served, "wait?seen=999")) for _ in range(60)]
+    for thread in waiting:
+        thread.start()
+    time.sleep(0.3)
+    begun = time.monotonic()
+    assert ask(served, "data/graph.js")[0] == 200
+    assert time.monotonic() - begun < 5
+    served.session.edit("hair.strands", "301")  # news for all
+    for thread in waiting:
+        thread.join(10)
+        assert not thread.is_alive()
+
+
 @pytest.mark.parametrize("seen", ["9" * 5000, "-1", "", "x", "1e3"])
 def test_a_number_that_no_page_sends_is_refused(served, seen):
     status, text, _ = ask(served, f"wait?seen={seen}")
