@@ -7,8 +7,10 @@ one works in folders that are strangers', and a `json.py` next to a graph is not
 import ctypes
 import json
 import os
+import resource
 import signal
 import sys
+import time
 from contextlib import suppress
 
 PR_SET_PDEATHSIG = 1
@@ -49,3 +51,18 @@ def die_with_parent() -> None:
     """Ask Linux to kill this process when its parent ends; elsewhere it may notice that a pipe is closed."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+_counted = [0.0]
+"""Processor time of children that have not ended [s]."""
+
+
+def count_time(seconds: float) -> None:
+    """Add processor time of a child that has not ended [s]."""
+    _counted[0] += seconds
+
+
+def processor_time() -> float:
+    """Processor time of this process, of its children that have ended, and of the works of others [s]."""
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.process_time() + children.ru_utime + children.ru_stime + _counted[0]

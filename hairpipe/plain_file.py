@@ -81,6 +81,15 @@ def content(path: Path, right: str, most: int | None = None) -> bytes:
         raise BadInput(f"the file cannot be read: {describe_fault(fault)}", where=path, right=right) from None
 
 
+def stamp_of(file: str) -> tuple[int, ...]:
+    """Return inode, size, modification and status change of a file or folder [ns]; nothing where it is missing."""
+    try:
+        found = Path(file).stat()
+    except (OSError, ValueError):
+        return ()
+    return found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+
+
 def describe_fault(fault: OSError | ValueError) -> str:
     """Return what the system says of a fault."""
     return getattr(fault, "strerror", None) or str(fault)

@@ -15,7 +15,7 @@ from .sources import HOME, PACKAGES, SOURCES, imports_of, module_of, name_of, tr
 
 ORDER = (
     *("errors", "units", "simplification"),  # what everything may need
-    *("plain_file", "child", "processor", "openvdb_library"),
+    *("plain_file", "child", "wire", "apart", "processor", "openvdb_library"),
     *("kernels", "data", "spatial", "volume", "body", "levelset", "groom", "scripted_ends"),
     *("sim", "particles", "measure"),
 )
@@ -36,7 +36,7 @@ WITHIN = {
     "experiments.studies": "theory accuracy integrators interpolation contact knots",
 }
 """The same within a room, for its folders and files: one imports from itself and from those before it."""
-BASE = {"errors", "units", "simplification", "plain_file", "child", "processor", "openvdb_library", "data"}
+BASE = {"errors", "units", "simplification", "plain_file", "child", "apart", "processor", "openvdb_library", "data"}
 PURE = {
     "graph.node.messages",  # names what is wrong, on one line
     "graph.file.overrides",  # edits tables of a graph file
@@ -79,6 +79,7 @@ ROOMS = {
     "validate": {*BASE, "api", "results.recording", "results.file"},
     "cli": {
         "api",
+        "apart",
         "bench",
         "child",
         "errors",

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hairpipe.apart import work_apart
 from hairpipe.data import Body, Mesh, Skeleton
 from hairpipe.errors import BadInput
 from hairpipe.io.gltf.document import SUFFIXES as GLTF
@@ -11,7 +12,6 @@ from hairpipe.io.gltf.joints_of_skins import read_body as read_gltf_body
 from hairpipe.io.makehuman import read_skeleton, read_weights
 from hairpipe.io.mesh_cache.ply_mesh import read_ply_mesh
 from hairpipe.io.obj import read_obj
-from hairpipe.io.usd.apart import work_apart
 
 USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 

@@ -36,7 +36,7 @@ def check(file: Path, client: str | None, as_json: bool) -> None:
     Each finding is a line: severity, rule, path @ time, fault. Exit code 0: no findings, 1: findings, 2: FILE cannot be
     read.
     """
-    from hairpipe.io.usd.apart import work_apart
+    from hairpipe.apart import work_apart
 
     check_plain(file, "a USD file")
     findings = work_apart(lint_file, file, client)

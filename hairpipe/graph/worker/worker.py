@@ -9,7 +9,6 @@ import gc
 import inspect
 import json
 import os
-import resource
 import select
 import sys
 import threading
@@ -23,7 +22,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from hairpipe.child import die_with_parent
+from hairpipe.child import die_with_parent, processor_time
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.file.trust import grant
@@ -199,12 +198,6 @@ def failure(error: Exception) -> Reply:
         kind = "disk" if full else "diverged" if type(error) is ArithmeticError else "node"
         message = f"{type(error).__name__}: {error}"
     return {"failure": {"kind": kind, "message": message, "traceback": traceback.format_exc()}}
-
-
-def processor_time() -> float:
-    """Processor time of this process and of its children that have ended [s]."""
-    children = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return time.process_time() + children.ru_utime + children.ru_stime
 
 
 def is_closed(connection: Connection) -> bool:

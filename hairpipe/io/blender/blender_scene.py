@@ -4,8 +4,8 @@ import os
 from pathlib import Path
 from typing import Any
 
+from hairpipe.apart import work_apart
 from hairpipe.io.blender.process import run_program
-from hairpipe.io.usd.apart import work_apart
 from hairpipe.io.usd.drawn_prims import Drawn, find_drawn
 
 NO_JOB = "JOB: dict[str, Any] = {}"

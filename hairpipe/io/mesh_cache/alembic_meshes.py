@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hairpipe.apart import recall
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, join_shapes, read_at
@@ -27,11 +28,10 @@ def read(path: Path, group: str | None, instant: Instant | None) -> Shape:
     Raises BadInput where the library is missing, the file is damaged, or it has no such meshes.
     """
     checked_size(path, "an Alembic file")
-    library = import_alembic(path)
+    import_alembic(path)
     try:
-        if instant is None:
-            return AlembicMeshes(library, path, group, 1.0).shape(0)
-        return read_at(AlembicMeshes(library, path, group, instant.fps), instant)
+        meshes = recall(AlembicMeshes, path, group, 1.0 if instant is None else instant.fps)
+        return meshes.shape(0) if instant is None else read_at(meshes, instant)
     except RuntimeError as error:
         what = f"not a readable Alembic file: {str(error).splitlines()[0][:160]}"
         raise BadInput(what, where=path, right="a file in the format Ogawa") from None
@@ -57,9 +57,10 @@ class AlembicMeshes:
     Raises BadInput where there are no meshes; warns of other shapes.
     """
 
-    def __init__(self, library: Any, path: Path, group: str | None, fps: float) -> None:
-        self.library, self.path, self.rate = library, path, fps
-        archive = library.Abc.IArchive(str(path))
+    def __init__(self, path: Path, group: str | None, fps: float) -> None:
+        self.library, self.path, self.rate = import_alembic(path), path, fps
+        self.files = [path]
+        archive = self.library.Abc.IArchive(str(path))
         shapes = [item for item in below(archive.getTop()) if _fits(item.getFullName(), group)]
         self.pieces = [piece for piece in map(self._piece, shapes) if piece is not None]
         if not self.pieces:

@@ -8,6 +8,7 @@ from hairpipe.errors import BadInput
 from hairpipe.io.gltf.document import SUFFIXES as GLTF
 from hairpipe.io.gltf.document import list_files as list_parts
 from hairpipe.io.gltf.document import named
+from hairpipe.plain_file import stamp_of
 
 USD = (".usd", ".usda", ".usdc", ".usdz")
 NUMBERED = (".obj", ".ply")
@@ -82,19 +83,11 @@ def list_layers(path: Path) -> dict[str, Path]:
     """Return the files that a stage is composed of, and those of its value clips, by relative paths."""
     known = _known.get(path)
     if known is None or any(stamp_of(file) != stamp for file, stamp in known[0].items()):
-        from hairpipe.io.usd.apart import work_apart
+        from hairpipe.apart import work_apart
         from hairpipe.io.usd.layer_files import list_files as composed
+        from hairpipe.io.usd.layer_files import with_folders
 
         found = work_apart(composed, path)
-        stamps = {str(place): stamp_of(str(place)) for file in found for place in (file, file.parent)}
+        stamps = {str(place): stamp_of(str(place)) for place in with_folders(found)}
         _known[path] = known = stamps, named(path, found)
     return known[1]
-
-
-def stamp_of(file: str) -> tuple[int, ...]:
-    """Return inode, size, modification and status change of a file or folder [ns]; nothing where it is missing."""
-    try:
-        found = Path(file).stat()
-    except OSError:
-        return ()
-    return found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns

@@ -3,11 +3,12 @@
 from functools import lru_cache
 from pathlib import Path
 
+from hairpipe.apart import work_apart
 from hairpipe.errors import BadInput
-from hairpipe.io.mesh_cache.files import ALEMBIC, GLTF, NUMBERED, SUFFIXES, USD, list_files, stamp_of
+from hairpipe.io.mesh_cache.files import ALEMBIC, GLTF, NUMBERED, SUFFIXES, USD, list_files
 from hairpipe.io.mesh_cache.joint_motion import JointMotion
 from hairpipe.io.mesh_cache.moving import Instant, Shape, read_at
-from hairpipe.io.usd.apart import work_apart
+from hairpipe.plain_file import stamp_of
 
 
 def read_moving(path: Path, group: str | None, clip: str | None, instant: Instant) -> Shape:

@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.io.mesh_cache.files import alone, is_sequence, numbered, stamp_of
+from hairpipe.io.mesh_cache.files import alone, is_sequence, numbered
 from hairpipe.io.mesh_cache.moving import Points, Shape
 from hairpipe.io.mesh_cache.ply_mesh import read_ply_mesh, read_ply_points
 from hairpipe.io.obj import read_polygons
 from hairpipe.io.text import LARGEST, MOST_BYTES, parse_number
-from hairpipe.plain_file import content
+from hairpipe.plain_file import content, stamp_of
 
 
 class Sequence:

@@ -38,6 +38,11 @@ def list_files(path: Path) -> list[Path]:
     return [Path(file) for file in sizes if sizes[file] or Path(file).exists()]
 
 
+def with_folders(files: Iterable[Path]) -> list[Path]:
+    """Return files and their folders, which change where another file appears that a stage refers to; pure."""
+    return list(dict.fromkeys(place for file in files for place in (file, file.parent)))
+
+
 def find_layers(path: Path) -> Layers:
     """Open all layers of a stage, and find the files of its value clips.
 

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
+from hairpipe.apart import work_apart
 from hairpipe.data import Body
 from hairpipe.data.curves import Curves
-from hairpipe.io.usd.apart import work_apart
 from hairpipe.io.usd.groom import curves
 from hairpipe.io.usd.meshes import skinned_meshes
 

@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 from pxr import Tf, Usd, UsdGeom
 
+from hairpipe.apart import extend_time
 from hairpipe.errors import BadInput
 from hairpipe.io.usd.layer_files import find_layers
 from hairpipe.plain_file import checked_size
@@ -41,6 +42,7 @@ def open_stage(path: Path) -> Usd.Stage:
     check_file(path)
     with usd_faults(path):
         layers = find_layers(path)  # keeps the layers open until the stage has them
+        extend_time(layers.bytes)
         stage = Usd.Stage.Open(str(path))
         del layers
     return stage

@@ -19,7 +19,7 @@ SCRIPT = """
 import sys, warnings
 from pathlib import Path
 from hairpipe.errors import BadInput
-from hairpipe.io.usd import apart
+from hairpipe import apart
 from hairpipe.io.usd.groom import curves
 from hairpipe.io.usd.meshes import skinned_meshes
 from hairpipe.io.usd.check.lint import lint

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from pxr import Sdf
 
+from hairpipe.apart import work_apart
 from hairpipe.cli.housekeeping.usd import lint_file
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.apart import work_apart
 from hairpipe.io.usd.layer_files import find_layers
 from hairpipe.io.usd.read import read_body, read_curves
 from hairpipe.io.usd.stage import open_stage
@@ -89,7 +89,7 @@ def doubling(tmp_path: Path) -> Path:
     ("limit", "most", "message"),
     [
         ("RLIMIT_DATA", (1 << 28, 1 << 28), "takes more than 0.25 GiB of memory"),
-        ("RLIMIT_CPU", (2, -1), "takes more than 60 s of processor time, and 1 s per MB of its layers"),
+        ("RLIMIT_CPU", (2, -1), "takes more than 60 s of processor time, and 1 s per MB of its files"),
     ],
 )
 @pytest.mark.slow

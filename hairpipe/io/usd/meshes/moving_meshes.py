@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 from pxr import Usd, UsdGeom, UsdSkel, Vt
 
+from hairpipe.apart import recall
 from hairpipe.errors import BadInput
 from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, join_shapes, read_at
+from hairpipe.io.usd.layer_files import list_files, with_folders
 from hairpipe.io.usd.meshes.mesh import polygon_owners, read_mesh
 from hairpipe.io.usd.meshes.skeleton import Binding, filled, find_bindings, turn_codes, weight_codes
 from hairpipe.io.usd.stage import (
@@ -27,7 +29,7 @@ from hairpipe.io.usd.stage import (
 def read(path: Path, prim: str | None, instant: Instant) -> Shape:
     """Read the visible meshes at or under a prim, or those that a pattern names, at an instant."""
     with usd_faults(path):
-        return read_at(MovingMeshes(path, prim), instant)
+        return read_at(recall(MovingMeshes, path, prim), instant)
 
 
 class MovingMeshes:
@@ -38,6 +40,7 @@ class MovingMeshes:
 
     def __init__(self, path: Path, prim: str | None) -> None:
         self.stage = open_stage(path)
+        self.files = with_folders(list_files(path))
         self.meshes = [UsdGeom.Mesh(p) for p in shown(self.stage, prim, UsdGeom.Mesh)]
         _refuse_instancers(self.stage, self.meshes, prim)
         bindings = find_bindings(self.stage, shapes=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
-from hairpipe.io.usd.apart import work_apart
+from hairpipe.apart import work_apart
 from hairpipe.io.usd.check.lint import lint
 
 HAIR, MATERIAL, SURFACE = "/shot/hair", "/shot/Looks/hair", "/shot/Looks/hair/surface"

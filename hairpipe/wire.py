@@ -27,13 +27,13 @@ def pack(value: Any) -> bytes:
     """
     arrays: list[np.ndarray] = []
     head = json.dumps(plain(value, arrays)).encode()
-    return b"\n".join([head, b"".join(array.tobytes() for array in arrays)])
+    return b"".join([head, b"\n", *(np.ascontiguousarray(array).data for array in arrays)])
 
 
-def unpack(data: bytes) -> Any:
+def unpack(data: bytes | bytearray) -> Any:
     """Read a value; ValueError, KeyError or TypeError for invalid data."""
-    head, _, rest = data.partition(b"\n")
-    return Reader(rest).build(json.loads(head))
+    end = data.find(b"\n")
+    return Reader(memoryview(data)[end + 1 :]).build(json.loads(data[:end]))
 
 
 def plain(value: Any, arrays: list[np.ndarray]) -> Any:
@@ -68,7 +68,7 @@ def fields_of(kind: type) -> tuple[str, ...]:
 class Reader:
     """Builder of values from JSON and the bytes of their arrays."""
 
-    def __init__(self, rest: bytes) -> None:
+    def __init__(self, rest: memoryview) -> None:
         self.rest = rest
         self.at = 0
 

@@ -8,7 +8,7 @@ import pytest
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.io.usd.check.finding import Fault, Finding
-from hairpipe.io.usd.wire import pack, unpack
+from hairpipe.wire import pack, unpack
 
 
 @pytest.mark.parametrize(

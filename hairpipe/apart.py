@@ -1,0 +1,383 @@
+"""Work on foreign files in a child process with limits of memory and time, because a damaged file can end its reader.
+
+Of 1 000 crate files with one to four bytes changed thirteen ended OpenUSD with a segmentation fault, and so does a text
+file of 200 000 nested prims; others fill all memory, as 2 kB of references that double at each level, or compute
+without end. No check of a header detects these.
+
+The child stays: to open a file again for each frame of a shot costs more than to read it. It does one work after the
+other, keeps what `recall` has opened while its files are unchanged, and ends with this process, after a minute without
+work, and where a work crashes it. Such a work is repeated once in a new child, unless it was the first one there: what
+a work returns does not depend on those before it.
+"""
+
+import atexit
+import gc
+import importlib
+import math
+import os
+import resource
+import select
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol, TypeVar
+
+from hairpipe.child import command, count_time, die_with_parent, environment
+from hairpipe.errors import BadInput
+from hairpipe.plain_file import stamp_of
+from hairpipe.wire import pack, unpack
+
+MEMORY = 4 << 30  # bytes: far more than a frame of any shot; OpenUSD refuses a damaged count beyond it
+# Of processor time for a work, and bytes of files for each second more: ten times as long as a lint takes.
+SECONDS, RATE = 60, 1e6
+PATIENCE = 10  # wall-clock time over processor time, for busy computers
+IDLE = 60.0
+"""Time without work after which a child ends [s]."""
+KEPT = 4
+"""Number of opened files that a child keeps."""
+TICK = 20_000_000
+"""Largest delay of the clock of a file system [ns]."""
+LINE = 160
+"""Largest length of a message of another program."""
+FULL = 3
+"""Exit code of a child without memory."""
+ONE_THREAD = {"PXR_WORK_THREAD_LIMIT": "1"}
+"""Environment of a child: a thread of OpenUSD without memory may end by a segmentation fault."""
+OVERDUE = (signal.SIGXCPU, signal.SIGALRM)
+LENGTH = struct.Struct("<q")
+Result = TypeVar("Result")
+
+
+class Opened(Protocol):
+    """What is built from files, and names them."""
+
+    @property
+    def files(self) -> Iterable[Path]:
+        """All files and folders on which it depends."""
+        ...
+
+
+Found = TypeVar("Found", bound=Opened)
+
+
+def work_apart(work: Callable[..., Result], path: Path, *arguments: Any) -> Result:
+    """Return `work(path, *arguments)`, done in a child process, with its warnings and BadInput.
+
+    work  a function of a module; its arguments and result are values that `wire` supports
+
+    Raises BadInput where the work raises any exception but for a missing module, and where the process crashes or
+    exceeds its limits of memory and time.
+    """
+    request = pack((work.__module__, work.__name__, _folder(), path, arguments))
+    with _lock:
+        result, warned = _answer(request, path)
+    for warning in warned:
+        warnings.warn(warning, UserWarning, stacklevel=2)
+    if isinstance(result, BadInput):
+        raise result
+    return result
+
+
+def recall(build: Callable[..., Found], *arguments: Any) -> Found:
+    """Return `build(*arguments)`; in a child, what an earlier work has built, as long as its files are unchanged.
+
+    Warnings of the first time are given each time.
+
+    build      a function or class of a module
+    arguments  values that can be compared, such as paths and texts
+    """
+    return build(*arguments) if _service is None else _service.recall(build, arguments)
+
+
+def extend_time(size: int) -> None:
+    """Give the present work of a child the processor time for further files of a size [bytes]."""
+    if _service is not None:
+        _service.limit_time(size)
+
+
+class Child:
+    """A child process that does works; `is_fresh` until it has done one."""
+
+    def __init__(self) -> None:
+        self.is_fresh = True
+        self.counted = 0.0
+        self.log = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the process
+        self.process = subprocess.Popen(
+            command(f"from {__name__} import serve; serve()"),
+            bufsize=0,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self.log,
+            env=environment() | ONE_THREAD,
+        )
+
+    def ask(self, request: bytes) -> tuple[Any, list[str]] | None:
+        """Return result and warnings of a work; None where the process has ended."""
+        self.log.seek(0)
+        self.log.truncate()
+        try:
+            send(self.process.stdin, request)
+            answer = receive(self.process.stdout)
+        except BrokenPipeError:
+            return None
+        if answer is None:
+            return None
+        result, warned, spent = unpack(answer)
+        self.count(spent)
+        self.is_fresh = False
+        return result, warned
+
+    def count(self, spent: float) -> None:
+        """Count the processor time of the process until now [s]."""
+        count_time(spent - self.counted)
+        self.counted = spent
+
+    def end(self, kill: bool = False) -> tuple[int, str]:
+        """End the process, unless it has ended; return its exit code and what it printed."""
+        if kill:
+            self.process.kill()
+        self.process.wait()
+        self.count(0.0)  # the system counts children that have ended
+        self.log.seek(0)
+        printed = self.log.read().decode(errors="replace")
+        self.leave()
+        return self.process.returncode, printed
+
+    def leave(self) -> None:
+        """Close the files of this process that lead to the child."""
+        for file in (self.process.stdin, self.process.stdout, self.log):
+            if file is not None:
+                file.close()
+
+
+_lock = threading.Lock()
+_kept: list[Child] = []
+"""The child of this process, if it has one."""
+
+
+def _answer(request: bytes, path: Path) -> tuple[Any, list[str]]:
+    """Return result and warnings of a work; repeat it where a child that did others before has ended."""
+    while True:
+        child = _kept.pop() if _kept else Child()
+        try:
+            answer = child.ask(request)
+        except BaseException:
+            child.end(kill=True)
+            raise
+        if answer is not None and _is_unlimited():
+            _kept.append(child)
+        code, printed = (0, "") if _kept else child.end(kill=answer is not None)
+        if answer is not None:
+            return answer
+        if child.is_fresh or -code in OVERDUE:
+            raise _death(code, printed, path)
+
+
+def _is_unlimited() -> bool:
+    """Return whether the system lets a process run for any time; it kills one at the limit, without a message."""
+    return resource.getrlimit(resource.RLIMIT_CPU)[1] == resource.RLIM_INFINITY
+
+
+@atexit.register
+def _end_child() -> None:
+    while _kept:
+        _kept.pop().end(kill=True)
+
+
+def _leave_child() -> None:
+    """Leave the child to the process from which this one was forked."""
+    global _lock
+    _lock = threading.Lock()
+    while _kept:
+        child = _kept.pop()
+        child.leave()
+        child.process.returncode = 0
+
+
+os.register_at_fork(after_in_child=_leave_child)
+
+
+def _folder() -> str | None:
+    """Return the current folder; None where it is gone."""
+    try:
+        return os.getcwd()  # noqa: PTH109 - a text
+    except FileNotFoundError:
+        return None
+
+
+def _death(code: int, printed: str, path: Path) -> Exception:
+    """Return why a child has ended."""
+    if -code in OVERDUE:
+        what = f"takes more than {SECONDS} s of processor time, and {1e6 / RATE:g} s per MB of its files"
+        return BadInput(what, where=path, right="fewer nested references or instances")
+    if code == FULL or "bad_alloc" in printed:
+        what = f"takes more than {most_memory() / 2**30:.2g} GiB of memory"
+        return BadInput(what, where=path, right="a smaller file")
+    if code >= 0:
+        return RuntimeError(f"{path} was not read:\n{printed}")
+    cause = signal.Signals(-code).name
+    return BadInput(f"the reader crashes on the file ({cause})", where=path, right="a file that is not damaged")
+
+
+def most_memory() -> int:
+    """Return the memory limit of a child [bytes]: MEMORY, or the lower limit of this process."""
+    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    return MEMORY if hard == resource.RLIM_INFINITY else min(MEMORY, hard)
+
+
+def limit_memory() -> None:
+    """Limit the memory of this process, without mapped files, to `most_memory`."""
+    most = most_memory()
+    resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+
+
+def send(pipe: Any, data: bytes) -> None:
+    """Write data and, before them, their length to an unbuffered pipe."""
+    for part in (LENGTH.pack(len(data)), data):
+        left = memoryview(part)
+        while left:
+            left = left[pipe.write(left) :]
+
+
+def receive(pipe: Any) -> bytearray | None:
+    """Read data from an unbuffered pipe; None where the other end is closed."""
+    head = _exactly(pipe, LENGTH.size)
+    return None if head is None else _exactly(pipe, *LENGTH.unpack(head))
+
+
+def _exactly(pipe: Any, size: int) -> bytearray | None:
+    data = bytearray(size)
+    left = memoryview(data)
+    while left:
+        count = pipe.readinto(left)
+        if not count:
+            return None
+        left = left[count:]
+    return data
+
+
+class Kept(NamedTuple):
+    """What was built, its warnings, and the stamps of its files; none where it is not kept."""
+
+    value: Any
+    warned: list[str]
+    stamps: dict[str, tuple[int, ...]]
+
+
+class Service:
+    """State of a child: what it keeps, and the limits of its present work."""
+
+    def __init__(self) -> None:
+        self.kept: dict[Any, Kept] = {}
+        self.own, self.hard = resource.getrlimit(resource.RLIMIT_CPU)
+        self.begun = 0.0
+        self.is_recalled = False
+
+    def limit_time(self, size: int) -> None:
+        """Limit the processor time of the present work, on files of a size [bytes], and its duration."""
+        seconds = SECONDS + int(size / RATE)
+        # The system sends SIGKILL at the hard limit, without a message.
+        limits = [seconds, *(limit for limit in (self.own, self.hard - 1) if limit >= 0)]
+        resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(self.begun) + min(limits), self.hard))
+        signal.alarm(PATIENCE * seconds)
+
+    def carry_out(
+        self, module: str, name: str, folder: str | None, path: Any, arguments: tuple[Any, ...]
+    ) -> tuple[Any, list[str]]:
+        """Do a work; return its result, or why there is none, and its warnings."""
+        self.begun = time.process_time()
+        self.limit_time(path.stat().st_size if isinstance(path, Path) and path.is_file() else 0)
+        if folder is not None and folder != _folder():
+            self.kept.clear()
+            os.chdir(folder)
+        self.is_recalled = False
+        self.forget_changed()
+        work = getattr(importlib.import_module(module), name)
+        with recorded() as warned:
+            try:
+                result = work(path, *arguments)
+            except BadInput as fault:
+                result = fault
+            except (MemoryError, ImportError):
+                raise
+            except Exception as error:
+                cause = f"{type(error).__name__}: {' '.join(str(error).split())[:LINE]}"
+                named = f"{path.suffix.lower()} file" if isinstance(path, Path) and path.suffix else "file"
+                result = BadInput(f"not a readable {named} ({cause})", where=path, right="a file that is not damaged")
+        return result, warned
+
+    def recall(self, build: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+        """Return what was built before; otherwise build it, and keep it if its files have not changed meanwhile."""
+        key = build, arguments
+        found = self.kept.pop(key, None)
+        self.is_recalled = found is not None
+        found = found or self.build(build, arguments)
+        if found.stamps:
+            self.kept[key] = found
+        while len(self.kept) > KEPT:
+            del self.kept[next(iter(self.kept))]
+        for warning in found.warned:
+            warnings.warn(warning, UserWarning, stacklevel=4)
+        return found.value
+
+    def build(self, build: Callable[..., Any], arguments: tuple[Any, ...]) -> Kept:
+        """Build something; without stamps where one of its files has changed since the begin, or is missing."""
+        begun = time.time_ns() - TICK
+        with recorded() as warned:
+            value = build(*arguments)
+        stamps = {str(file): stamp_of(str(file)) for file in value.files}
+        is_settled = all(stamp and stamp[-1] < begun for stamp in stamps.values())
+        return Kept(value, warned, stamps if is_settled else {})
+
+    def forget_changed(self) -> None:
+        """Forget what is not as its files are."""
+        for key, found in list(self.kept.items()):
+            if any(stamp_of(file) != stamp for file, stamp in found.stamps.items()):
+                del self.kept[key]
+
+
+@contextmanager
+def recorded() -> Iterator[list[str]]:
+    """Collect the warnings for users in this block."""
+    found = list[str]()
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always", UserWarning)
+        yield found
+    found += [str(w.message) for w in warned if w.category is UserWarning]
+
+
+_service: Service | None = None
+"""That of this process, if it is such a child."""
+
+
+def serve() -> None:
+    """Do the works that are asked for on standard input, until it is closed or nothing is asked for."""
+    global _service
+    die_with_parent()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends what it has asked for
+    asked, answers = (os.fdopen(os.dup(place), mode, buffering=0) for place, mode in ((0, "rb"), (1, "wb")))
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # prints of a library must not be part of the answer
+    limit_memory()
+    service = _service = Service()
+    while select.select([asked], [], [], IDLE)[0]:
+        request = receive(asked)
+        if request is None:
+            return
+        try:
+            result, warned = service.carry_out(*unpack(request))
+            answer = pack((result, warned, time.process_time()))
+        except MemoryError:
+            os._exit(FULL)
+        signal.alarm(0)
+        send(answers, answer)
+        del result, request, answer
+        if not service.is_recalled:
+            gc.collect()  # a layer of OpenUSD that something refers to is not read again
