@@ -2,6 +2,7 @@
 other's processes up.
 """
 
+import shutil
 import signal
 import time
 
@@ -39,6 +40,22 @@ def test_two_runs_on_machines_that_know_nothing_of_each_other_share_the_work(sho
     outcomes = [shot.outcome(process) for process in [shot.start(jobs=1, TOY_MACHINE=name) for name in "ab"]]
     assert [outcome["failures"] for outcome in outcomes] == [[], []]
     assert shot.tally() == PLAIN and sum(outcome["evaluated"] for outcome in outcomes) == 22
+    assert list((shot.store.root / "lease").iterdir()) == []
+
+
+def test_links_to_nothing_in_place_of_leases_cost_no_time_and_are_named(shot):
+    shot.run()
+    keys = list(shot.store.record_keys())
+    shutil.rmtree(shot.store.root / "actions")
+    for key in keys:
+        (shot.store.root / "lease" / key).symlink_to("nowhere")
+    shot.tally()
+    warnings = []
+    begun = time.monotonic()
+    outcome = shot.run(report=lambda event: event.kind == "warning" and warnings.append(event.message))
+    assert outcome.exit_code == 0 and shot.tally() == PLAIN and time.monotonic() - begun < 30.0
+    (warning,) = warnings
+    assert warning.startswith("22 damaged leases were removed, the first /")
     assert list((shot.store.root / "lease").iterdir()) == []
 
 

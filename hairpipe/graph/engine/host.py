@@ -55,14 +55,15 @@ class Host:
         self.machine, self.threads = machine, threads
         self.store = Store(Path(offer.store))
         self.leases = Leases(self.store)
-        self.leases.sweep()
         self.hello: dict[str, Any] = {"store": offer.store, "codec": offer.codec, "folder": offer.folder}
         self.hello |= {"trusted": offer.trusted, "memory": MEMORY, "processor_class": processor_class()}
         self.hello |= {"sources": reader.stamps, "outlives": outlives}
         self.modules = sorted(set(offer.modules))
         self.reader, self.spare = reader, spare
         self.kernels: dict[str, str] | None = None
-        self.warnings: list[str] = []
+        damaged = self.leases.sweep()
+        message = f"{len(damaged)} damaged leases were removed"
+        self.warnings = [f"{message}, the first {damaged[0]}"] if damaged else []
         self.members: list[Member] = []
         self._codes = codes or {}
         self._stamps: dict[tuple[str, str], list[int]] = {}

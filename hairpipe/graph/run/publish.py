@@ -9,7 +9,7 @@ from hairpipe.graph.file.graph import Graph
 from hairpipe.graph.node.signature import DATA_SUFFIXES
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.ledger import Ledger
-from hairpipe.graph.store.atomic import keep_mode, open_made, replacing, sweep
+from hairpipe.graph.store.atomic import keep_mode, open_made, reopening, replacing, sweep
 from hairpipe.graph.store.digest import hasher
 from hairpipe.graph.store.fingerprint import CHUNK, fingerprint
 from hairpipe.graph.store.listing import read_listing
@@ -111,6 +111,7 @@ def digest_there(place: Path, store: Store) -> str | None:
     return fingerprint(place, store)
 
 
+@reopening
 def copy_object(store: Store, name: str, path: Path) -> None:
     """Copy the bytes of an object to a path; LostObject where they do not match its name.
 

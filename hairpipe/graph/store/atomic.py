@@ -3,6 +3,9 @@
 A temporary file is named after the process that makes it, and renewed while it is in the making. So any process can
 detect left-over files: those of processes of this machine that have ended, and those that were not renewed for a day.
 Names are random, and files are created, never followed through links.
+
+A network file system may lose a file between its opening and its reading: whatever reads or writes the store is
+`reopening`.
 """
 
 import errno
@@ -10,10 +13,11 @@ import io
 import os
 import shutil
 import stat
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import wraps
 from pathlib import Path
-from typing import IO
+from typing import IO, ParamSpec, TypeVar
 
 from hairpipe.graph.store.holder import has_ended, make_name
 from hairpipe.graph.store.renewal import renewal
@@ -24,7 +28,32 @@ SHARED = stat.S_ISGID | stat.S_IWGRP
 """Permissions of a folder whose files belong to its group."""
 GROUP = stat.S_IRGRP | stat.S_IWGRP
 
+REOPENINGS = 3
+"""Number of times that a file is opened again after a stale handle."""
+
 _PREFIX, _SUFFIX = ".hairpipe-", ".tmp"
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def reopening(act: Callable[P, T]) -> Callable[P, T]:
+    """Return a function that does the same and begins again after a stale file handle, three times at most.
+
+    NFS loses the handle of a file that another machine has replaced or removed; to open the path again finds the new
+    file, or none.
+    """
+
+    @wraps(act)
+    def call(*given: P.args, **named: P.kwargs) -> T:
+        for _ in range(REOPENINGS):
+            try:
+                return act(*given, **named)
+            except OSError as error:
+                if error.errno != errno.ESTALE:
+                    raise
+        return act(*given, **named)
+
+    return call
 
 
 @contextmanager
@@ -126,6 +155,7 @@ def _fill(file: io.FileIO, data: bytes) -> None:
     os.fsync(file.fileno())
 
 
+@reopening
 def write_text(path: Path, text: str, folder: Path | None = None, *, lasting: bool = True) -> None:
     """Write a text file atomically; see `replacing`."""
     with replacing(path, folder, lasting=lasting) as temporary, open_made(temporary) as file:

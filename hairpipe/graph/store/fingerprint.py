@@ -5,6 +5,7 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
+from hairpipe.graph.store.atomic import reopening
 from hairpipe.graph.store.digest import digest, hasher, parsed
 from hairpipe.graph.store.store import Store
 
@@ -52,6 +53,7 @@ def is_changed(path: str, stamp: list[int]) -> bool:
         return True
 
 
+@reopening
 def digest_file(path: Path) -> str:
     """Digest the bytes of a file."""
     state = hasher("file")

@@ -6,31 +6,37 @@ creation of its successor:
 
     lease/<key>          of the first holder, whose name is in the file
     lease/<key>.<name>   of the holder that took over from the one of this name
-    lease/<file>.0       of the holder that took over a file without a name: its holder ended before it wrote one
+    lease/<file>.0       of the holder that took over a file without a name, see below
 
 A name is used once, so that of any number of processes that see the same lease expire one creates the successor. A
 holder that gives a lease back creates that file first: from then on nobody can take over. No lock is used, since many
 network file systems grant a lock to each machine. A slow holder whose lease was taken over finishes: at worst an action
 is evaluated twice, with the same result.
+
+The name is written at once, by one call, after the file is created. A file that stays empty is of a holder that ended
+in between, or whose disk is full. Anything else without a name is damaged, and no lease: a link, a folder, other bytes.
 """
 
 import json
 import os
 import socket
+import stat
 import time
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from hairpipe.graph.store.atomic import discard, is_at
-from hairpipe.graph.store.digest import DIGEST_BYTES, parsed
+from hairpipe.graph.store.atomic import discard, is_at, reopening
+from hairpipe.graph.store.digest import DIGEST_BYTES, is_key, parsed
 from hairpipe.graph.store.holder import FORM, has_ended, make_name
 from hairpipe.graph.store.renewal import renewal
 from hairpipe.graph.store.store import Store
 
 EXPIRY = 60.0
 """Time without a renewal after which a lease has expired; six renewals [s]."""
+EMPTY = 5.0
+"""The same of a file without bytes [s]."""
 KEY = 2 * DIGEST_BYTES
 """Length of a key, with which the name of a lease file begins."""
 READABLE = 0o644
@@ -42,15 +48,17 @@ LONGEST = 1 << 12
 class Lease(NamedTuple):
     """A lease file as found.
 
-    name   of its holder; empty where none was written
-    host   of its holder, for people
-    stamp  changes when the lease is renewed
+    name      of its holder; empty where none can be read
+    host      of its holder, for people
+    stamp     changes when the lease is renewed
+    patience  time without a renewal after which it has expired [s]; 0 where it is damaged
     """
 
     path: Path
     name: str
     host: str
     stamp: int
+    patience: float
 
     @property
     def successor(self) -> Path:
@@ -137,18 +145,25 @@ class Leases:
         found = {key: self.holder(key) for key in sorted(listed.intersection(keys))}
         return {key: lease for key, lease in found.items() if lease is not None}
 
-    def sweep(self) -> None:
-        """Give back the leases of processes of this machine that have ended; others are removed after a day."""
+    def sweep(self) -> list[Path]:
+        """Give back the leases of processes of this machine that have ended; others are removed after a day.
+
+        Returns the damaged ones, which are removed.
+        """
+        damaged: list[Path] = []
         with suppress(OSError):  # no folder, or one that cannot be written to
             for path in sorted(self._folder.iterdir()):
                 key = path.name[:KEY]
-                lease = read_lease(path)
-                if lease is None or not has_ended(lease.name):
+                lease = read_lease(path) if is_key(key) else None
+                if lease is None or (lease.patience and not has_ended(lease.name)):
                     continue
-                if path.name != key and not (self._folder / key).exists():
+                if not lease.patience:
+                    damaged.append(path)
+                if path.name != key and not os.path.lexists(self._folder / key):
                     discard(path)  # its holder could not remove it after the lease itself
                 elif self.acquire(key):
                     self.release(key)
+        return damaged
 
     def close(self) -> None:
         """Give all leases back."""
@@ -170,14 +185,14 @@ class Leases:
 
     def _has_expired(self, lease: Lease) -> bool:
         """Whether a lease has expired, as far as this process knows."""
-        if has_ended(lease.name):
+        if has_ended(lease.name) or not lease.patience:
             return True
         now = self._clock()
         stamp, since = self._seen.get((lease.path, lease.name), (None, now))
         if stamp != lease.stamp:
             since = now
         self._seen[lease.path, lease.name] = lease.stamp, since
-        return now - since >= EXPIRY
+        return now - since >= lease.patience
 
     def _name_at(self, path: Path) -> str | None:
         found = read_lease(path)
@@ -194,13 +209,24 @@ def read_lease(path: Path) -> Lease | None:
 
     It is opened, since a client of a network file system asks the server for the stamp then.
     """
-    name = host = ""
+    text = None
     try:
-        if path.is_file():
-            with suppress(ValueError, TypeError, KeyError), path.open("rb") as file:
-                fields = parsed(file.read(LONGEST))
-                name, host = str(fields["holder"]), str(fields["host"])
-        stamp = path.stat().st_mtime_ns
+        if not stat.S_ISREG(path.lstat().st_mode):
+            return Lease(path, "", "", 0, 0.0)
+        with suppress(OSError):  # that of another user may not be readable
+            text = _beginning(path)
+        stamp = path.lstat().st_mtime_ns
     except OSError:
         return None
-    return Lease(path, name if FORM.fullmatch(name) else "", host, stamp)
+    with suppress(ValueError, TypeError, KeyError):
+        fields = parsed(text or "null")
+        name, host = str(fields["holder"]), str(fields["host"])
+        if FORM.fullmatch(name):
+            return Lease(path, name, host, stamp, EXPIRY)
+    return Lease(path, "", "", stamp, EXPIRY if text is None else 0.0 if text else EMPTY)
+
+
+@reopening
+def _beginning(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(LONGEST)

@@ -6,6 +6,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 from unicodedata import category
 
+from hairpipe.graph.store.atomic import reopening
 from hairpipe.graph.store.digest import digest, parsed
 from hairpipe.graph.store.record import is_object
 from hairpipe.graph.store.store import LostObject, Store
@@ -54,6 +55,7 @@ def read_listing(store: Store, name: str) -> Listing:
     return found
 
 
+@reopening
 def parse_listing(path: Path) -> Listing | None:
     """Read a file as a listing; None where it is none. Only its name tells that it is as written."""
     try:

@@ -21,7 +21,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.store.atomic import discard, is_stale, now_in, sweep, write_text
+from hairpipe.graph.store.atomic import discard, is_stale, now_in, reopening, sweep, write_text
 from hairpipe.graph.store.digest import digest, is_key, parsed
 from hairpipe.graph.store.record import Record, is_object, read_record, write_record
 
@@ -128,7 +128,7 @@ class Store:
         """Size of an object [bytes]; None where it is missing. Anything but a file in its place is removed."""
         path = self.object_path(name)
         try:
-            status = path.stat()
+            status = reopening(path.stat)()
         except OSError:
             return None
         if stat.S_ISREG(status.st_mode):
@@ -161,6 +161,7 @@ class Store:
             with suppress(OSError):
                 discard(path)
 
+    @reopening
     def room(self, path: Path) -> Path:
         """Create the folders of a file, and remove whatever blocks them or its place; returns its path."""
         if path.is_dir():
@@ -188,6 +189,7 @@ class Store:
                     os.chown(folder, -1, root.st_gid)
                     folder.chmod(stat.S_IMODE(root.st_mode) | stat.S_ISGID)
 
+    @reopening
     def _text(self, path: Path) -> str | None:
         """Read a text; None where there is no file, empty where there is something else."""
         try:

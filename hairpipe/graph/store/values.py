@@ -18,7 +18,7 @@ from typing import Any, NoReturn, Protocol, cast
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.signature import File, Spent
-from hairpipe.graph.store.atomic import flush, open_made, replacing
+from hairpipe.graph.store.atomic import flush, open_made, reopening, replacing
 from hairpipe.graph.store.fingerprint import CHUNK, digest_file
 from hairpipe.graph.store.lease import Leases, lease_of
 from hairpipe.graph.store.listing import Listing, read_listing
@@ -157,7 +157,7 @@ class Values:
         """Read a tree and check its digest; a file that cannot be read for lack of permission is kept."""
         with suppress(FileNotFoundError, BadInput):
             if self.store.has(name):
-                tree = self.codec.read(self.store.object_path(name))
+                tree = reopening(self.codec.read)(self.store.object_path(name))
                 if self.codec.digest_tree(tree) + ".h5" == name:
                     return tree
         self._lose(name)
@@ -210,7 +210,7 @@ class Values:
         """Store the bytes of a file; one of the workspace is not copied, where the file system has hard links."""
         path = path.resolve()
         name = digest_file(path) + ".bin"
-        size = path.stat().st_size
+        size = reopening(path.stat)().st_size
         if workspace is not None and path.is_relative_to(workspace.resolve()) and not self.store.has(name):
             path.chmod(0o444)
             flush(path)
@@ -219,6 +219,7 @@ class Values:
                 return Output(name, size)
         return Output(name, self._write(name, size, lambda to: copy_file(path, to)))
 
+    @reopening
     def _write(self, name: str, expected: int, write: Callable[[Path], None]) -> int:
         """Write an object unless it is there; returns its size [bytes]."""
         size = self.store.size(name)

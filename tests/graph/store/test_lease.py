@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from hairpipe.graph.store import lease, renewal
-from hairpipe.graph.store.lease import EXPIRY, Leases, read_lease
+from hairpipe.graph.store.lease import EMPTY, EXPIRY, Leases, read_lease
 from hairpipe.graph.store.store import Store
 from tests.sources import HOME
 
@@ -168,15 +168,65 @@ def test_a_slow_holder_leaves_the_lease_to_the_one_that_took_over(store, clock):
     assert files_of(store) == []
 
 
-def test_file_in_place_of_a_lease_expires(store, clock):
-    (store.root / "lease" / ONE / "within").mkdir(parents=True)
-    os.mkfifo(store.root / "lease" / OTHER)
+def put_folder(path):
+    (path / "within").mkdir(parents=True)
+
+
+def put_link(target):
+    return lambda path: path.symlink_to(target)
+
+
+def put_bytes(data):
+    return lambda path: path.write_bytes(data)
+
+
+def put_old(path):
+    path.write_text("no lease")
+    os.utime(path, (4e9, 4e9))  # a stamp of the future
+
+
+DAMAGE = {
+    "folder": put_folder,
+    "pipe": os.mkfifo,
+    "link to nothing": put_link("nowhere"),
+    "link to itself": put_link(ONE),
+    "link to a lease": put_link(OTHER),
+    "bytes": put_bytes(b"\xff\x00garbage"),
+    "zeros": put_bytes(bytes(64)),
+    "a list": put_bytes(b"[1, 2]"),
+    "a name of a wrong type": put_bytes(b'{"holder": 7, "host": "a"}'),
+    "half a lease": put_bytes(b'{"holder": "0123456789ab-1-1-0123'),
+    "future": put_old,
+}
+
+
+@pytest.mark.parametrize("put", DAMAGE.values(), ids=DAMAGE)
+def test_a_damaged_lease_is_taken_over_at_once(store, put, clock):
+    """By exactly one of several, who all see it."""
+    assert Leases(store).acquire(OTHER)
+    put(store.root / "lease" / ONE)
+    contenders = [Leases(store, clock) for _ in range(3)]
+    assert contenders[0].holder(ONE) is None
+    assert [leases.acquire(ONE) for leases in contenders] == [True, False, False]
+    contenders[0].close()
+    assert files_of(store) == [OTHER]
+    put(store.root / "lease" / ONE)
+    assert Leases(store).sweep() == [store.root / "lease" / ONE] and files_of(store) == [OTHER]
+
+
+def test_a_lease_without_bytes_may_be_in_the_making_and_expires_soon(store, clock):
+    (store.root / "lease").mkdir(parents=True)
+    (store.root / "lease" / ONE).touch()
     leases = Leases(store, clock)
-    assert not leases.acquire(ONE) and not leases.acquire(OTHER)
-    clock.now += EXPIRY
-    assert leases.acquire(ONE) and leases.acquire(OTHER)
-    leases.close()
-    assert files_of(store) == []
+    assert leases.sweep() == [] and not leases.acquire(ONE)
+    clock.now += EMPTY
+    assert EMPTY < EXPIRY / 10 and leases.acquire(ONE)
+
+
+def test_files_of_others_in_the_folder_of_leases_stay(store):
+    (store.root / "lease").mkdir(parents=True)
+    (store.root / "lease" / "README").write_text("of somebody")
+    assert Leases(store).sweep() == [] and files_of(store) == ["README"]
 
 
 def test_a_store_that_may_not_be_written_to_is_an_error_and_nothing_to_wait_for(store, monkeypatch):

@@ -1,12 +1,18 @@
 """Values of a store: those at hand and those from the disk are one and the same."""
 
+import errno
+import os
+import shutil
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from hairpipe.graph.node.signature import File
 from hairpipe.graph.store.lease import Leases
+from hairpipe.graph.store.record import Record
 from hairpipe.graph.store.store import LostObject, Store
 from hairpipe.graph.store.values import Values, check_space, codec_named
 from hairpipe.io import hdf5
@@ -57,6 +63,61 @@ def test_a_file_whose_list_of_companions_is_missing_is_lost(tmp_path):
     with pytest.raises(LostObject, match=name):
         values.get(name, File)
     assert values.lost() == name
+
+
+class Stale:
+    """A function of files whose handle is stale for a number of calls in a row."""
+
+    def __init__(self, function, times):
+        self.function, self.left = function, times
+
+    def __get__(self, path, owner):
+        return partial(self, path)
+
+    def __call__(self, *given, **named):
+        self.left -= 1
+        if self.left >= 0:
+            raise OSError(errno.ESTALE, f"errno = {errno.ESTALE}")  # in words, as HDF5 reports it
+        return self.function(*given, **named)
+
+
+CALLS = {"read_text": (Path, "read_text"), "open": (Path, "open"), "stat": (Path, "stat"), "os.open": (os, "open")}
+CALLS |= {"HDF5": (hdf5.h5py, "File"), "rename": (Path, "replace")}
+
+
+@pytest.mark.parametrize(("owner", "name"), CALLS.values(), ids=CALLS)
+def test_a_stale_handle_of_the_store_is_opened_again_three_times(tmp_path, monkeypatch, owner, name):
+    """Whatever is read and written: records, values, files with companions. With more, the fault is reported."""
+    store = Store(tmp_path / "store")
+    (tmp_path / "a.txt").write_text("a")
+    file = File(tmp_path / "a.txt", {"b": tmp_path / "a.txt"})
+    touched = []
+
+    def use(step, times):
+        with monkeypatch.context() as patch:
+            fault = Stale(getattr(owner, name), times)
+            patch.setattr(owner, name, fault)
+            found = step()
+        touched.append(fault.left < 0)
+        return found
+
+    def try_all(times):
+        values = Values(store, hdf5, 1 << 20)
+        output = use(lambda: values.put(np.arange(3.0), np.ndarray, None), times)
+        files = use(lambda: values.put(file, File, None), times)
+        parts = {"type": "a", "code": "b", "settings": {}, "inputs": {}, "time": None}
+        record = Record("0" * 40, "a", None, parts, {"": output}, None, 1.0, (), 1.0)
+        use(lambda: store.add(record), times)
+        assert use(lambda: store.find(record.key), times) == record
+        fresh = Values(store, hdf5, 1 << 20)
+        assert use(lambda: fresh.get(output.object, np.ndarray), times).tolist() == [0.0, 1.0, 2.0]
+        assert use(lambda: fresh.get(files.object, File), times).companions["b"].read_text() == "a"
+
+    try_all(3)
+    assert any(touched)
+    shutil.rmtree(store.root)
+    with pytest.raises((OSError, AssertionError, LostObject)):
+        try_all(4)
 
 
 def test_space_is_looked_for_where_a_store_will_be(tmp_path):
