@@ -136,7 +136,8 @@ to = click.option(
     multiple=True,
     metavar="NODE",
     shell_complete=complete_node,
-    help="Node to compute, with its dependencies only; repeatable.",
+    callback=lambda ctx, param, texts: tuple(name for text in texts for name in text.split()),
+    help="Node to compute, or several in quotes, with its dependencies only; repeatable.",
 )
 wedge = click.option(
     "--wedge", metavar="WEDGE", shell_complete=complete_wedge, help="Wedge of which all variants are computed."

@@ -14,7 +14,9 @@ from hairpipe.farm.steps import Step
 
 MOST_TASKS = 1024
 """Number of tasks that a step of Open Job Description may have."""
-GRAPH, CACHE, PART = "{{Param.Graph}}", "{{Param.Cache}}", "{{Task.Param.Part}}"
+GRAPH, CACHE = "{{Param.Graph}}", "{{Param.Cache}}"
+NAMES = {"--to": "Nodes", "--only": "Frames"}
+"""Names of the parameters of tasks by option."""
 
 
 def write_commands(steps: Iterable[Step], graph: str, cache: Path) -> str:
@@ -32,16 +34,19 @@ def write_openjd(steps: Iterable[Step], graph: str, cache: Path) -> str:
     before = None
     written = []
     for step in steps:
-        if len(step.parts) > MOST_TASKS:
-            raise BadInput(f"{len(step.parts)} tasks in '{step.name}'", right=f"at most {MOST_TASKS}: a larger --chunk")
-        part = [step.option, PART] if step.option else []
+        if len(step) > MOST_TASKS:
+            right = f"at most {MOST_TASKS}: a larger --chunk, or fewer variants"
+            raise BadInput(f"{len(step)} tasks in '{step.name}'", right=right)
+        part = [word for option in step.parts for word in (option, f"{{{{Task.Param.{NAMES[option]}}}}}")]
         arguments = ["run", GRAPH, "--cache", CACHE, *step.arguments, *part]
         entry: dict[str, Any] = {"name": step.name}
         if before is not None:
             entry["dependencies"] = [{"dependsOn": before}]
-        if step.option:
-            parts = {"name": "Part", "type": "STRING", "range": list(step.parts)}
-            entry["parameterSpace"] = {"taskParameterDefinitions": [parts]}
+        if step.parts:  # of several parameters, a task for each combination
+            defined = [
+                {"name": NAMES[option], "type": "STRING", "range": list(of)} for option, of in step.parts.items()
+            ]
+            entry["parameterSpace"] = {"taskParameterDefinitions": defined}
         entry["script"] = {"actions": {"onRun": {"command": "hairpipe", "args": arguments}}}
         written.append(entry)
         before = step.name

@@ -5,6 +5,8 @@ Their order saves time and changes no result: a command computes whatever it nee
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain, product
+from math import prod
 
 from hairpipe.api.reports import Level
 from hairpipe.api.selection import fold_frames
@@ -18,18 +20,21 @@ class Step:
     """Commands that can run at the same time.
 
     arguments  of all of them, after `hairpipe run GRAPH`
-    option     that takes the part of each; empty for a single command
-    parts      values of that option
+    parts      values of options by option: a command for each combination; empty for a single command
     """
 
     name: str
     arguments: tuple[str, ...]
-    option: str = ""
-    parts: tuple[str, ...] = ()
+    parts: dict[str, tuple[str, ...]]
+
+    def __len__(self) -> int:
+        """Return the number of commands."""
+        return prod(map(len, self.parts.values()))
 
     def commands(self) -> Iterator[tuple[str, ...]]:
         """Iterate over the arguments of each command."""
-        yield from ([(*self.arguments, self.option, part) for part in self.parts] if self.option else [self.arguments])
+        for values in product(*self.parts.values()):
+            yield (*self.arguments, *chain.from_iterable(zip(self.parts, values, strict=True)))
 
 
 def build_steps(levels: Sequence[Level], frames: Sequence[int], chunk: int, common: Sequence[str]) -> list[Step]:
@@ -43,11 +48,9 @@ def build_steps(levels: Sequence[Level], frames: Sequence[int], chunk: int, comm
     chunks = tuple(fold_frames(frames[start : start + chunk]) for start in range(0, len(frames), chunk))
     steps = []
     for level in levels:
-        named = tuple(word for name in level.nodes for word in ("--to", name))
-        if level.divided == "nodes":
-            steps.append(Step(level.name, shared, "--to", level.nodes))
-        elif level.divided == "frames":
-            steps.append(Step(level.name, (*shared, *named), "--only", chunks))
-        else:
-            steps.append(Step(level.name, (*shared, *named)))
+        groups = level.groups
+        parts = {"--to": tuple(map(" ".join, groups))} if len(groups) > 1 else {}
+        parts |= {"--only": chunks} if level.by_frame else {}
+        named = [word for name in groups[0] for word in ("--to", name)] if len(groups) == 1 else []
+        steps.append(Step(level.name, (*shared, *named), parts))
     return steps

@@ -7,6 +7,7 @@ import shlex
 import subprocess
 import sys
 from collections import Counter
+from math import prod
 from pathlib import Path
 
 import pytest
@@ -59,9 +60,23 @@ def test_steps_follow_the_graph(wedged, hairpipe):
     parts = [
         step["parameterSpace"]["taskParameterDefinitions"][0]["range"] for step in steps if "parameterSpace" in step
     ]
-    assert parts == [["1-4", "5-6"], ["sum"], ["1-4", "5-6"]]
+    assert parts == [["1-4", "5-6"], ["1-4", "5-6"]]
     (scans,) = [line for line in lines_of(hairpipe, "--wedge steps") if "sum[step=2]" in line]
     assert scans[-2:] == ["--to", "sum[step=2]"]
+
+
+def test_variants_are_tasks_of_their_own_after_what_they_share(wedged, hairpipe):
+    """With one frame, a shot cannot be divided otherwise."""
+    wedged.write_text(wedged.read_text().replace("[1.0, 2.0]", str([float(step) for step in range(1, 17)])))
+    hairpipe("farm shot.toml --wedge steps --frames 1 --chunk 10 -o job")
+    steps = json.loads(Path("job", "job.json").read_text())["steps"]
+    spaces = {s["name"]: s.get("parameterSpace", {"taskParameterDefinitions": []}) for s in steps}
+    tasks = {name: prod(len(p["range"]) for p in space["taskParameterDefinitions"]) for name, space in spaces.items()}
+    assert tasks["once"] == 1 and next(iter(tasks)) == "once"
+    assert tasks["scans-1"] == tasks["frames-2-variants"] == tasks["collect-variants"] == 16
+    lines = lines_of(hairpipe, "--wedge steps --frames 1")
+    assert len(lines) == sum(tasks.values())
+    assert ["--to", "drawing[step=3] soft[step=3]", "--only", "1"] in [line[-4:] for line in lines]
 
 
 @pytest.mark.parametrize("seed", [0, 1])

@@ -39,7 +39,8 @@ def farm(
     """Write the commands that compute a shot in parts, for a farm. Nothing is computed.
 
     The parts are values for the shot, frames that need no simulation, simulations (a task each), frames that need
-    them, and files of all frames. The order saves time and changes no result: a task computes whatever it needs that
+    them, and files of all frames. Of a wedge, what the variants share comes first, then a task for each variant, or for
+    its frames. The order saves time and changes no result: a task computes whatever it needs that
     is not in the cache, which all machines share. A task ends with exit code 0 where all that it was asked for is
     computed, and with 75 where another one still computes it: run it again.
     """
@@ -56,5 +57,5 @@ def farm(
     path = Path(graph)
     text = write(steps, str(path.absolute()) if path.exists() else graph, cache.absolute())
     write_text(output / name, text)
-    tasks = sum(len(step.parts) or 1 for step in steps)
+    tasks = sum(map(len, steps))
     click.echo(f"{output / name}: {tasks} tasks in {len(steps)} steps")
