@@ -4,9 +4,12 @@ import errno
 import os
 import stat
 from pathlib import Path
+from typing import Literal
 
 from hairpipe.errors import BadInput
 
+Absent = Literal["refuse", "warn"]
+"""What is done where a file names another one that does not exist."""
 SYSTEM = ("/proc", "/sys")
 """Places of special files: reading one may wait for ever (`/proc/kmsg`), or give what has no end."""
 KINDS = {

@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 from hairpipe.body.scalp import Scalp
 from hairpipe.data import Body
 from hairpipe.graph import node
-from hairpipe.io.gltf.document import list_files
+from hairpipe.io.mesh_cache.files import list_parts
+from hairpipe.plain_file import Absent
 from hairpipe.units import Interval, Metres, Reads, Suffixes
 
 
@@ -14,7 +15,7 @@ from hairpipe.units import Interval, Metres, Reads, Suffixes
 def load_body(
     *,
     file: Annotated[
-        Path, Suffixes((".obj", ".usd", ".usda", ".usdc", ".usdz", ".gltf", ".glb", ".abc", ".ply")), Reads(list_files)
+        Path, Suffixes((".obj", ".usd", ".usda", ".usdc", ".usdz", ".gltf", ".glb", ".abc", ".ply")), Reads(list_parts)
     ],
     group: str | None = None,
     skeleton: Path | None = None,
@@ -22,6 +23,7 @@ def load_body(
     unit: Annotated[Metres, Interval(ge=1e-6, le=1e6)] = 1.0,
     up: Literal["y", "z"] = "y",
     time_code: float | None = None,
+    absent: Absent = "refuse",
     joint: str = "head",
     scalp: Scalp | None = None,
 ) -> Body:
@@ -37,6 +39,7 @@ def load_body(
     unit       metres per unit of an OBJ, PLY or Alembic file; a correction factor for a USD file, which states its unit
     up         vertical axis of such a file, or of a USD file that states a wrong one; Z-up bodies face -Y
     time_code  time code of a USD file; by default the first with samples of all meshes and curves
+    absent     treatment of absent files that a USD stage names: refuse, or warn and read the rest
     joint      name of the only joint of a body without a skeleton, for the mapping to a clip
     scalp      hairline that defines the map "scalp"; if absent, the map of the file
     """
@@ -44,5 +47,5 @@ def load_body(
     from hairpipe.io.body import read_body
     from hairpipe.levelset.bake.facing import turned_outward
 
-    body = read_body(file, group=group, skeleton=skeleton, weights=weights, time=time_code)
+    body = read_body(file, group=group, skeleton=skeleton, weights=weights, time=time_code, absent=absent)
     return turned_outward(prepare(body, unit=unit, up=up, joint=joint, scalp=scalp))

@@ -6,7 +6,9 @@ from typing import Annotated, Literal
 from hairpipe.data import Body, Groom
 from hairpipe.graph import node
 from hairpipe.groom.cutting import SHORTEST
-from hairpipe.units import Ge, Gt, Interval, Metres, Suffixes
+from hairpipe.io.mesh_cache.files import list_parts
+from hairpipe.plain_file import Absent
+from hairpipe.units import Ge, Gt, Interval, Metres, Reads, Suffixes
 
 
 @node(frames="once")
@@ -16,10 +18,12 @@ def load_groom(
     file: Annotated[
         Path,
         Suffixes((".usd", ".usda", ".usdc", ".usdz", ".abc", ".hair", ".data", ".bin", ".ply", ".obj", ".tfx")),
+        Reads(list_parts),
     ],
     unit: Annotated[Metres, Gt(0.0)] = 1.0,
     up: Literal["y", "z"] = "y",
     time_code: float | None = None,
+    absent: Absent = "refuse",
     select: Literal["all", "guides", "hair"] = "all",
     points: Literal["equal", "file"] = "equal",
     segments: Annotated[int, Interval(ge=1, le=10_000)] | None = None,
@@ -41,6 +45,7 @@ def load_groom(
     unit            metres per unit of a file that states none (all but USD)
     up              vertical axis of such a file
     time_code       time code of a USD file; by default that of the body, or the first with all samples
+    absent          treatment of absent files that a USD stage names: refuse, or warn and read the rest
     select          strands of the file: all, only those marked as guides, or only the others
     points          segments of strands: equal (of one length, as simulations need; strands that have them are
                     unchanged) or file (between the points of the file, for export)
@@ -66,9 +71,8 @@ def load_groom(
         raise BadInput('segments with points = "file"', right='one of them, or points = "equal"')
     cut = None if points == "file" else Cut(segments, segment_length, shortest)
     time = scalp.time if time_code is None else time_code
-    curves = read_strands(file, unit, up, time, guides=select != "all")
     try:
-        curves = selected(curves, select)
+        curves = selected(read_strands(file, unit, up, time, guides=select != "all", absent=absent), select)
         return adopt(
             scalp,
             curves,

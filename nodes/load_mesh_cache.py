@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 from hairpipe.data import Body, Mesh
 from hairpipe.graph import Cuts, Time, node
 from hairpipe.io.mesh_cache.files import GLTF, SUFFIXES, list_files
+from hairpipe.plain_file import Absent
 from hairpipe.units import Gt, Interval, Metres, Reads, Suffixes
 
 
@@ -24,6 +25,7 @@ def load_mesh_cache(
     start: float | None = None,
     speed: Annotated[float, Gt(0)] = 1.0,
     velocities: Literal["file", "samples"] = "file",
+    absent: Absent = "refuse",
 ) -> Mesh:
     """Read an animated mesh with the velocity of every vertex, from USD, Alembic, glTF or a sequence of files.
 
@@ -42,6 +44,7 @@ def load_mesh_cache(
                 shot; by default `at`, for glTF 0
     speed       playback speed: 0.5 is half the recorded speed
     velocities  velocity of the vertices: file (that of the file, if there is one) or samples (slope of the points)
+    absent      treatment of absent files that a USD stage names: refuse, or warn and read the rest
     """
     from hairpipe.body.preparation import follow
     from hairpipe.io.mesh_cache.formats import read_moving
@@ -54,5 +57,5 @@ def load_mesh_cache(
     reference = None if rest is None else rest.time
     first = start if start is not None else 0 if file.suffix.lower() in GLTF else at
     instant = Instant(first, elapsed(time.frame), sides, velocities, reference, time.fps, speed)
-    mesh, owners = read_moving(file, group, clip, instant)
+    mesh, owners = read_moving(file, group, clip, instant, absent)
     return follow(rest, mesh, owners, unit=unit, up=up)

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 from hairpipe.data import Body, Pose
 from hairpipe.graph import Cuts, Time, node
 from hairpipe.io.mesh_cache.files import GLTF, USD, list_files
+from hairpipe.plain_file import Absent
 from hairpipe.units import Degrees, Ge, Gt, Metres, Reads, Seconds, Suffixes
 
 
@@ -29,6 +30,7 @@ def load_motion(
     skip: Annotated[int, Ge(0)] | None = None,
     floor: Literal["clip", "feet"] | None = None,
     joints: tuple[tuple[str, str], ...] = (),
+    absent: Absent = "refuse",
 ) -> Pose:
     """Compute the pose of the body from a BVH clip, or from the joints of a glTF or UsdSkel file.
 
@@ -52,10 +54,10 @@ def load_motion(
                to the whole clip, so that an edit of its end may move all frames); by default feet for a single pose,
                else clip with a warning
     joints     pairs of joint names of the body and of the clip, if names differ
+    absent     treatment of absent files that a USD stage names: refuse, or warn and read the rest
     """
     from hairpipe.body.mocap.approach import approach
     from hairpipe.body.mocap.posing import Playback, pose_at
-    from hairpipe.errors import BadInput
     from hairpipe.io.mesh_cache.formats import recall_joints
     from hairpipe.io.mesh_cache.joint_motion import clip_of, pose_of, sample_pose, weighted
     from hairpipe.io.mesh_cache.moving import Instant
@@ -66,12 +68,9 @@ def load_motion(
         return (max(since, 0.0) if settle > 0.0 else since) * speed
 
     since = (time.frame - at) / time.fps
-    is_bvh = file.suffix.lower() == ".bvh"
-    if is_bvh and (clip or group):
-        raise BadInput("a BVH file has one clip", where=file, right="no clip and no group")
     sides = tuple((elapsed(cut - 1), elapsed(cut)) for cut in cuts)
     playback = Playback(up=up, reference=reference, unit=unit, skip=skip, joints=joints, floor=floor, yaw=yaw)
-    motion = None if is_bvh else recall_joints(file, group, clip, time.fps)
+    motion = recall_joints(file, group, clip, time.fps, absent)
     moment = Instant(start * time.fps, elapsed(time.frame), sides, fps=time.fps, speed=speed)
     sampled = sample_pose(motion, moment) if motion and (motion.shapes or playback == Playback()) else None
     pose = pose_of(motion, rest.skeleton, sampled) if motion and sampled and playback == Playback() else None

@@ -155,13 +155,20 @@ CLIPS = [
     Case("stretched_head/graph.toml", "body", right=is_followed_or_named),
     Case("teleport_cut/graph.toml", "cut", right=is_still_at_the_cut),
 ]
+STAGES = [
+    Case("missing_reference/collider.toml", "all", refused=r"garment_v012\.usda does not exist"),
+    Case("missing_reference/groom.toml", "groom", silent=".", right=has(48)),
+    Case("missing_reference/body.toml", "head", silent="."),
+]
 SURFACES = [
     Case("thin_ear/graph.toml", "surface", warned="does not stop hair"),
     Case("mixed_winding_hollow/graph.toml", "surface", right=is_solid),
 ]
 
 
-@pytest.mark.parametrize("case", [*USD, *CLIPS, *SURFACES], ids=lambda case: case.graph.removesuffix("/graph.toml"))
+@pytest.mark.parametrize(
+    "case", [*USD, *CLIPS, *STAGES, *SURFACES], ids=lambda case: case.graph.removesuffix("/graph.toml")
+)
 def test_the_outcome_is_right(case, folder):
     if case.refused is not None:
         with pytest.raises(hairpipe.BadInput, match=case.refused) as fault:

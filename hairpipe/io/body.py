@@ -12,6 +12,7 @@ from hairpipe.io.gltf.joints_of_skins import read_body as read_gltf_body
 from hairpipe.io.makehuman import read_skeleton, read_weights
 from hairpipe.io.mesh_cache.ply_mesh import read_ply_mesh
 from hairpipe.io.obj import read_obj
+from hairpipe.plain_file import Absent
 
 USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
@@ -23,6 +24,7 @@ def read_body(
     skeleton: Path | None = None,
     weights: Path | None = None,
     time: float | None = None,
+    absent: Absent = "refuse",
 ) -> Body:
     """Read mesh, skeleton, weights and painted maps; a file without a skeleton gives a body without joints.
 
@@ -31,7 +33,7 @@ def read_body(
     group              to read: a group or object of an OBJ file, path of a prim of a USD file, name of a node of a glTF
                        file; None for all
     skeleton, weights  files of a MakeHuman rig, for an OBJ file whose vertices they count
-    time               code at which a USD file is read, see `hairpipe.io.usd.read.read_body`
+    time, absent       of a USD file, see `hairpipe.io.usd.read.read_body`
 
     Raises BadInput where a file cannot be read, the suffix is unknown, or settings exclude each other.
     """
@@ -44,7 +46,7 @@ def read_body(
             raise BadInput("USD files contain their skeleton", where="skeleton", right="no skeleton and weights")
         from hairpipe.io.usd.read import read_body as read_usd_body
 
-        return read_usd_body(path, group, time)
+        return read_usd_body(path, group, time, absent)
     if time is not None:
         raise BadInput("the file has no time codes", where="time_code", right="no time_code, or a USD file")
     if path.suffix.lower() in GLTF:

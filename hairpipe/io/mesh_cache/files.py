@@ -6,7 +6,7 @@ from pathlib import Path
 
 from hairpipe.errors import BadInput
 from hairpipe.io.gltf.document import SUFFIXES as GLTF
-from hairpipe.io.gltf.document import list_files as list_parts
+from hairpipe.io.gltf.document import list_files as list_buffers
 from hairpipe.io.gltf.document import named
 from hairpipe.plain_file import stamp_of
 
@@ -19,7 +19,10 @@ LAST_NUMBER = re.compile(r"\d+(?=\.\w+$)")
 Stamps = dict[str, tuple[int, ...]]
 
 _known: dict[Path, tuple[Stamps, dict[str, Path]]] = {}
-"""Files of stages, with the stamps of these and of their folders: as long as all are unchanged, so is the list."""
+"""Files of stages, with the stamps of these and of their folders: as long as all are unchanged, so is the list.
+
+Files that do not exist have stamps, too: the stage is composed of them as soon as they do.
+"""
 
 
 def list_files(path: Path) -> dict[str, Path]:
@@ -31,7 +34,12 @@ def list_files(path: Path) -> dict[str, Path]:
     """
     if is_sequence(path):
         return {str(number): file for number, file in numbered(path).items()}
-    return list_layers(path) if path.suffix.lower() in USD and path.is_file() else list_parts(path)
+    return list_parts(path)
+
+
+def list_parts(path: Path) -> dict[str, Path]:
+    """Return the files of a mesh, hair or motion that is not a sequence, as of `list_files`."""
+    return list_layers(path) if path.suffix.lower() in USD and path.is_file() else list_buffers(path)
 
 
 def is_sequence(path: Path) -> bool:
@@ -80,7 +88,7 @@ def alone(path: Path) -> dict[int, Path]:
 
 
 def list_layers(path: Path) -> dict[str, Path]:
-    """Return the files that a stage is composed of, and those of its value clips, by relative paths."""
+    """Return the existing files that a stage is composed of, and those of its value clips, by relative paths."""
     known = _known.get(path)
     if known is None or any(stamp_of(file) != stamp for file, stamp in known[0].items()):
         from hairpipe.apart import work_apart
@@ -89,5 +97,5 @@ def list_layers(path: Path) -> dict[str, Path]:
 
         found = work_apart(composed, path)
         stamps = {str(place): stamp_of(str(place)) for place in with_folders(found)}
-        _known[path] = known = stamps, named(path, found)
+        _known[path] = known = stamps, named(path, [file for file in found if file.exists()])
     return known[1]

@@ -7,6 +7,7 @@ from typing import Literal
 from hairpipe.data.curves import Curves
 from hairpipe.errors import BadInput
 from hairpipe.io.body import USD_SUFFIXES
+from hairpipe.plain_file import Absent
 
 PLAIN = (".abc", ".hair", ".data", ".bin", ".ply", ".obj", ".tfx")
 """Suffixes of files that state neither unit nor axis."""
@@ -14,19 +15,23 @@ SUFFIXES = (*USD_SUFFIXES, *PLAIN)
 Up = Literal["y", "z"]
 
 
-def read_strands(path: Path, unit: float, up: Up, time: float | None, guides: bool = False) -> Curves:
+def read_strands(
+    path: Path, unit: float, up: Up, time: float | None, guides: bool = False, absent: Absent = "refuse"
+) -> Curves:
     """Return the strands of a file, in metres with Y up.
 
     unit, up  unit [m] and axis of a file that states neither
     time      time code of a file with samples
     guides    whether curves of purpose guide are read in any case
+    absent    whether absent files of a stage are refused, or warned of
+
     Raises BadInput, with the place, where the file cannot be read.
     """
     suffix = path.suffix.lower()
     if suffix in USD_SUFFIXES:
         from hairpipe.io.usd.read import read_curves
 
-        return read_curves(path, time=time, guides=guides)
+        return read_curves(path, time=time, guides=guides, absent=absent)
     if suffix not in PLAIN:
         right = f"{', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
         raise BadInput(f"hair is not read from {suffix or 'such'} files", where=path, right=right)

@@ -33,9 +33,8 @@ class Layers:
 
 
 def list_files(path: Path) -> list[Path]:
-    """Return the existing files that a stage is composed of, that of the path first."""
-    sizes = find_layers(path).sizes
-    return [Path(file) for file in sizes if sizes[file] or Path(file).exists()]
+    """Return the files that a stage is composed of, that of the path first, and those that do not exist."""
+    return [Path(file) for file in find_layers(path).sizes]
 
 
 def with_folders(files: Iterable[Path]) -> list[Path]:
@@ -46,7 +45,7 @@ def with_folders(files: Iterable[Path]) -> list[Path]:
 def find_layers(path: Path) -> Layers:
     """Open all layers of a stage, and find the files of its value clips.
 
-    Composition reports missing or damaged ones.
+    Composition reports missing or damaged ones, see `hairpipe.io.usd.absent`.
 
     Raises BadInput if one of them is not a regular file.
     """
@@ -103,9 +102,14 @@ def expand(template: str, start: float, end: float, stride: float) -> Iterator[s
 
 
 def _files(layer: Sdf.Layer, names: Iterable[str]) -> list[str]:
-    """Return the existing files of the names in a layer; for a file in a package, the package."""
-    found = (Ar.GetResolver().Resolve(layer.ComputeAbsolutePath(name)).GetPathString() for name in names if name)
-    return [file.partition("[")[0] for file in found if file]
+    """Return the files of the names in a layer; for a file in a package, the package."""
+    return [resolve(layer, name) for name in names if name]
+
+
+def resolve(layer: Sdf.Layer, name: str) -> str:
+    """Return the path of a file by its name in a layer, whether it exists or not; for one in a package, the package."""
+    place = layer.ComputeAbsolutePath(name)
+    return (Ar.GetResolver().Resolve(place).GetPathString() or place).partition("[")[0]
 
 
 def _plain_size(file: str, stage: Path) -> int:

@@ -7,24 +7,32 @@ from hairpipe.data import Body
 from hairpipe.data.curves import Curves
 from hairpipe.io.usd.groom import curves
 from hairpipe.io.usd.meshes import skinned_meshes
+from hairpipe.plain_file import Absent
 
 
-def read_body(path: Path, prim: str | None = None, time: float | None = None) -> Body:
+def read_body(path: Path, prim: str | None = None, time: float | None = None, absent: Absent = "refuse") -> Body:
     """Read the meshes of a stage as one body at rest, with the UsdSkel skeletons that move them.
 
     Polygons are triangulated. Float primvars on vertices become maps, `st` texture coordinates; invisible meshes and
     those of purpose proxy or guide are omitted. Bound meshes are in the rest pose of their skeleton, others in their
     pose at one time; without any skeleton the body has no joints.
 
-    prim  path of a mesh or of a parent of meshes; by default the whole stage
-    time  time code; by default the first at which all meshes and curves have samples, with a warning for a moving body
+    prim    path of a mesh or of a parent of meshes; by default the whole stage
+    time    time code; by default the first at which all meshes and curves have samples, and a warning if the body moves
+    absent  whether absent files of the stage are refused, or warned of
 
     Raises BadInput if the file, or what it says, cannot be used; the message names the prim.
     """
-    return work_apart(skinned_meshes.read, path, prim, time)
+    return work_apart(skinned_meshes.read, path, prim, time, absent)
 
 
-def read_curves(path: Path, prim: str | None = None, time: float | None = None, guides: bool = False) -> Curves:
+def read_curves(
+    path: Path,
+    prim: str | None = None,
+    time: float | None = None,
+    guides: bool = False,
+    absent: Absent = "refuse",
+) -> Curves:
     """Read all BasisCurves and cubic NurbsCurves of a stage at one time as strands, root first.
 
     Invisible curves and those of purpose proxy are omitted; those of purpose guide, too, where there are others.
@@ -35,7 +43,8 @@ def read_curves(path: Path, prim: str | None = None, time: float | None = None, 
     prim    path of curves or of a parent of curves; by default the whole stage
     time    as of `read_body`
     guides  whether curves of purpose guide are read in any case
+    absent  as of `read_body`
 
     Raises BadInput if the file, or what it says, cannot be used; the message names the prim and the curve.
     """
-    return work_apart(curves.read, path, prim, time, guides)
+    return work_apart(curves.read, path, prim, time, guides, absent)

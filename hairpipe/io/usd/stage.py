@@ -13,8 +13,9 @@ from pxr import Tf, Usd, UsdGeom
 
 from hairpipe.apart import extend_time
 from hairpipe.errors import BadInput
+from hairpipe.io.usd.absent import check_whole
 from hairpipe.io.usd.layer_files import find_layers
-from hairpipe.plain_file import checked_size
+from hairpipe.plain_file import Absent, checked_size
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 NAMED = 5  # number of shapes in a message
@@ -48,21 +49,19 @@ def open_stage(path: Path) -> Usd.Stage:
     return stage
 
 
-def open_alone(path: Path, time: float | None = None) -> Usd.Stage:
-    """Open a stage that consists of one file, since other files could change without a change of this one.
+def open_whole(path: Path, prim: str | None, absent: Absent) -> Usd.Stage:
+    """Open the file as a stage of which a node reads a prim, None for all.
 
-    time  time code, see `time_of`; by default that of `common_time`
-
-    Raises BadInput as `open_stage` does, and if there are other files.
+    Raises BadInput as `open_stage` does, and for absent files as `check_whole` does.
     """
     stage = open_stage(path)
-    files = {Path(layer.realPath.partition("[")[0]).resolve() for layer in stage.GetUsedLayers() if layer.realPath}
-    others = sorted(file.name for file in files - {path.resolve()})
-    if others:
-        what = f"the file is composed of others, such as {others[0]}, whose changes would not be detected"
-        raise BadInput(what, where=path, right="one file, as usdcat --flatten makes it")
-    stage.GetSessionLayer().startTimeCode = (common_time(stage) or 0.0) if time is None else time
+    check_whole(stage, prim, absent)
     return stage
+
+
+def go_to(stage: Usd.Stage, time: float | None) -> None:
+    """Set the time of a stage, see `time_of`; by default that of `common_time`."""
+    stage.GetSessionLayer().startTimeCode = (common_time(stage) or 0.0) if time is None else time
 
 
 def time_of(prim: Usd.Prim) -> Usd.TimeCode:

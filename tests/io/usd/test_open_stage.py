@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.stage import open_alone, open_stage
+from hairpipe.io.usd.stage import open_stage
 
 TEXT = b'#usda 1.0\ndef Xform "a"\n{\n    float b = \n}\n'
 
@@ -55,15 +55,3 @@ def test_unreadable_files_are_refused(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.setattr(os, "access", lambda *_: False)  # whoever may read everything is not refused
     with pytest.raises(BadInput, match=r"a\.usda: the file cannot be read: Permission denied"):
         open_stage(tmp_path / "a.usda")
-
-
-def test_a_body_or_hair_that_is_spread_over_files_is_refused(tmp_path: Path) -> None:
-    """Results are keyed by the bytes of the one that is named."""
-    for name, text in (
-        ("part.usda", '#usda 1.0\n(defaultPrim = "a")\ndef Mesh "a" {}\n'),
-        ("whole.usda", '#usda 1.0\ndef "b" (references = @./part.usda@) {}\n'),
-    ):
-        (tmp_path / name).write_text(text)
-    assert open_alone(tmp_path / "part.usda").GetPrimAtPath("/a")
-    with pytest.raises(BadInput, match=r"composed of others, such as part.usda.*usdcat --flatten"):
-        open_alone(tmp_path / "whole.usda")

@@ -24,10 +24,11 @@ from hairpipe.io.usd.groom.attributes import (
 )
 from hairpipe.io.usd.groom.splines import Nurbs, polyline
 from hairpipe.io.usd.stage import (
+    go_to,
     location,
     move,
     numbers,
-    open_alone,
+    open_whole,
     place,
     read_time,
     shaped,
@@ -35,14 +36,18 @@ from hairpipe.io.usd.stage import (
     time_of,
     usd_faults,
 )
+from hairpipe.plain_file import Absent
 
 NAMED = 5  # number of curves in a message
 
 
-def read(path: Path, prim: str | None, time: float | None = None, guides: bool = False) -> Curves:
+def read(
+    path: Path, prim: str | None, time: float | None = None, guides: bool = False, absent: Absent = "refuse"
+) -> Curves:
     """Read the visible curves at or under a prim; see `hairpipe.io.usd.read.read_curves`."""
     with usd_faults(path):
-        stage = open_alone(path, time)
+        stage = open_whole(path, prim, absent)
+        go_to(stage, time)
         kinds = (UsdGeom.BasisCurves, UsdGeom.NurbsCurves)
         found = shown(stage, prim, *kinds, guides="also" if guides else "only")
         prims = [(UsdGeom.NurbsCurves if p.IsA(UsdGeom.NurbsCurves) else UsdGeom.BasisCurves)(p) for p in found]

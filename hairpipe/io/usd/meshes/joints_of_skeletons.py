@@ -19,18 +19,19 @@ from hairpipe.io.usd.meshes.skeleton import (
     turn_codes,
     weight_codes,
 )
-from hairpipe.io.usd.stage import columns, common_time, location, open_stage, place, shown, time_of, usd_faults
+from hairpipe.io.usd.stage import columns, common_time, location, open_whole, place, shown, time_of, usd_faults
+from hairpipe.plain_file import Absent
 
 Queries = Sequence[UsdSkel.SkeletonQuery]
 
 
-def read(path: Path, group: str | None) -> JointMotion:
+def read(path: Path, group: str | None, absent: Absent = "refuse") -> JointMotion:
     """Read the skeletons of the meshes at or under a prim, as `read_body` joins them; all of a stage without meshes.
 
     Raises BadInput where there are none, or nothing moves them.
     """
     with usd_faults(path):
-        stage = open_stage(path)
+        stage = open_whole(path, group, absent)
         session = stage.GetSessionLayer()
         session.startTimeCode = common_time(stage) or 0.0
         queries, animators, names = _find_skeletons(stage, group)

@@ -17,19 +17,20 @@ from hairpipe.io.usd.stage import (
     location,
     move,
     numbers,
-    open_stage,
+    open_whole,
     place,
     shown,
     spaces_of,
     time_of,
     usd_faults,
 )
+from hairpipe.plain_file import Absent
 
 
-def read(path: Path, prim: str | None, instant: Instant) -> Shape:
+def read(path: Path, prim: str | None, instant: Instant, absent: Absent = "refuse") -> Shape:
     """Read the visible meshes at or under a prim, or those that a pattern names, at an instant."""
     with usd_faults(path):
-        return read_at(recall(MovingMeshes, path, prim), instant)
+        return read_at(recall(MovingMeshes, path, prim, absent), instant)
 
 
 class MovingMeshes:
@@ -38,8 +39,8 @@ class MovingMeshes:
     Raises BadInput for a stage without meshes, or with a PointInstancer among them.
     """
 
-    def __init__(self, path: Path, prim: str | None) -> None:
-        self.stage = open_stage(path)
+    def __init__(self, path: Path, prim: str | None, absent: Absent = "refuse") -> None:
+        self.stage = open_whole(path, prim, absent)
         self.files = with_folders(list_files(path))
         self.meshes = [UsdGeom.Mesh(p) for p in shown(self.stage, prim, UsdGeom.Mesh)]
         _refuse_instancers(self.stage, self.meshes, prim)

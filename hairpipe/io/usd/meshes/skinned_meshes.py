@@ -24,7 +24,8 @@ from hairpipe.io.usd.meshes.skeleton import (
     read_rig,
     skin_at_rest,
 )
-from hairpipe.io.usd.stage import columns, move, numbers, open_alone, place, read_time, shown, usd_faults
+from hairpipe.io.usd.stage import columns, go_to, move, numbers, open_whole, place, read_time, shown, usd_faults
+from hairpipe.plain_file import Absent
 
 
 @dataclass(frozen=True)
@@ -48,10 +49,11 @@ class Piece:
     keys: list[Key]
 
 
-def read(path: Path, prim: str | None, time: float | None = None) -> Body:
+def read(path: Path, prim: str | None, time: float | None = None, absent: Absent = "refuse") -> Body:
     """Read the visible meshes at or under a prim as one body; see `hairpipe.io.usd.read.read_body`."""
     with usd_faults(path):
-        stage = open_alone(path, time)
+        stage = open_whole(path, prim, absent)
+        go_to(stage, time)
         meshes = [UsdGeom.Mesh(p) for p in shown(stage, prim, UsdGeom.Mesh)]
         bindings = find_bindings(stage)
         rigs = _read_rigs([bindings[mesh.GetPath()] for mesh in meshes if mesh.GetPath() in bindings])
