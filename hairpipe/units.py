@@ -12,6 +12,7 @@ from typing import Annotated
 from annotated_types import Ge, Gt, Interval, Le, Lt, MinLen
 
 __all__ = [
+    "Calls",
     "Degrees",
     "DegreesPerSecond",
     "Fraction",
@@ -64,6 +65,17 @@ class Reads:
     """
 
     files: Callable[[Path], dict[str, Path]]
+
+
+@dataclass(frozen=True)
+class Calls:
+    """The libraries that one choice of a setting calls, whose versions key its results; others need no import of them.
+
+    libraries  names of their modules
+    """
+
+    choice: str
+    libraries: tuple[str, ...]
 
 
 Metres = Annotated[float, Unit("m")]

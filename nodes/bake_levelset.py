@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from hairpipe.data import LevelSet, Mesh
 from hairpipe.graph import node
-from hairpipe.units import Gt, Interval, Metres, Voxels
+from hairpipe.units import Calls, Gt, Interval, Metres, Voxels
 
 
 @node(frames="each")
@@ -16,7 +16,7 @@ def bake_levelset(
     half_width: Annotated[Voxels, Interval(ge=2.0, le=64.0)] = 8.0,
     holes: Literal["fill", "refuse"] = "fill",
     thickness: Annotated[Metres, Gt(0)] | None = None,
-    engine: Literal["hairpipe", "openvdb"] = "hairpipe",
+    engine: Annotated[Literal["hairpipe", "openvdb"], Calls("openvdb", ("openvdb", "bpy", "pyopenvdb"))] = "hairpipe",
 ) -> LevelSet:
     """Compute signed distance and velocity of the body, in a narrow band around its surface.
 

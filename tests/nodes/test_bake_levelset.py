@@ -6,7 +6,12 @@ import pytest
 from hairpipe import openvdb_library
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
+from hairpipe.graph.file.load import load_graph
+from hairpipe.graph.key import code
+from hairpipe.graph.plan.resolve import Resolver
+from hairpipe.graph.store.store import Store
 from hairpipe.nodes.bake_levelset import bake_levelset
+from tests.sources import HOME
 
 TETRAHEDRON = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
 FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], np.int32)
@@ -57,3 +62,24 @@ def test_holes_are_refused_on_request():
         filled = bake_levelset(opened, voxel=0.05, half_width=4.0)
     whole = bake_levelset(Mesh(TETRAHEDRON, FACES), voxel=0.05, half_width=4.0)
     assert np.allclose(filled.distance, whole.distance, atol=1e-6)
+
+
+def test_versions_of_openvdb_key_its_own_distances_alone(monkeypatch, tmp_path):
+    """To install Blender, or another release of it, recomputes nothing of the demo, but what OpenVDB computed."""
+    path = HOME / "graphs" / "demo.toml"
+
+    def keys(**versions):
+        installed = code.version.__wrapped__
+        monkeypatch.setattr(code, "version", lambda name: versions.get(name) or installed(name))
+        found = {}
+        for engine in ("hairpipe", "openvdb"):
+            graph = load_graph(path, {"surface.engine": engine})
+            resolver = Resolver(graph, Store(tmp_path), graph.frames[:1])
+            found[engine] = {name: (resolver.codes[name].digest, resolver.settings[name]) for name in graph.nodes}
+        monkeypatch.undo()
+        return found
+
+    without, with_blender = keys(bpy="none", openvdb="none"), keys(bpy="5.0.1", openvdb="none")
+    assert without["hairpipe"] == with_blender["hairpipe"]
+    changed = {name for name, parts in without["openvdb"].items() if parts != with_blender["openvdb"][name]}
+    assert changed == {"surface"}

@@ -15,7 +15,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.engine.member import Member, environment, start
 from hairpipe.graph.engine.offer import Offer, code_difference
 from hairpipe.graph.engine.protocol import Job, Reply
-from hairpipe.graph.key.code import CodeReader
+from hairpipe.graph.key.code import CodeReader, differing_versions, version
 from hairpipe.graph.store.failure_note import forget_failure, note_failure
 from hairpipe.graph.store.fingerprint import fingerprint, is_changed, stamp_of
 from hairpipe.graph.store.lease import Leases
@@ -150,6 +150,9 @@ class Host:
             if code.digest != job.parts["code"]:
                 raise code_difference(self.machine, job.type, code, self.store.recall(job.parts["code"]))
             self._codes[job.module] = code.digest
+        for name, theirs in differing_versions(job.parts["settings"]).items():
+            what = f"{self.machine} has other code of '{job.type}': {name} {version(name)} in place of {theirs}"
+            raise BadInput(what, right="install the same versions there, and retry")
 
     def _stamp(self, path: str, digest: str) -> list[int]:
         """Stamp an input file that has this digest; BadInput where it has another one."""

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 from annotated_types import Ge, GroupedMetadata, Gt, Le, Lt, MaxLen, MinLen
 
 from hairpipe.graph.node.declare import NodeType, text_of, without_none
-from hairpipe.units import Reads, Suffixes, Unit
+from hairpipe.units import Calls, Reads, Suffixes, Unit
 
 KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "a text", Path: "a file"}
 BOUNDS = {Gt: "> {gt:g}", Ge: ">= {ge:g}", Lt: "< {lt:g}", Le: "<= {le:g}"}
@@ -65,6 +65,10 @@ class Field:
     def reads(self) -> Callable[[Path], dict[str, Path]] | None:
         """Function that finds the files that are read for one of this setting; None if it is that file alone."""
         return next((m.files for m in metadata(self.annotation) if isinstance(m, Reads)), None)
+
+    def libraries(self, choice: Any) -> tuple[str, ...]:
+        """Names of the modules of libraries that a choice calls, in addition to the imports of the node."""
+        return next((m.libraries for m in metadata(self.annotation) if isinstance(m, Calls) and m.choice == choice), ())
 
     @property
     def range(self) -> str:

@@ -79,16 +79,22 @@ def build_plain(kind: Any, value: Any) -> Any:
     return Path(value) if kind is Path else value
 
 
-def map_files(fields: Iterable[Field], plain: Plain, change: Callable[[str, str], Any], prefix: str = "") -> Plain:
+def map_files(fields: Iterable[Field], plain: Plain, change: Callable[[str, str], Any]) -> Plain:
     """Return plain settings with every file replaced by `change(dotted name, path)`."""
+    return map_values(fields, plain, lambda field, name, value: change(name, value) if field.base is Path else value)
+
+
+def map_values(
+    fields: Iterable[Field], plain: Plain, change: Callable[[Field, str, Any], Any], prefix: str = ""
+) -> Plain:
+    """Return plain settings with every value but None replaced by `change(field, dotted name, value)`."""
     changed = dict(plain)
     for field in fields:
         value = plain[field.name]
         name = prefix + field.name
-        if value is not None and field.group:
-            changed[field.name] = map_files(field.group, value, change, name + ".")
-        elif value is not None and field.base is Path:
-            changed[field.name] = change(name, value)
+        if value is not None:
+            inner = field.group
+            changed[field.name] = map_values(inner, value, change, name + ".") if inner else change(field, name, value)
     return changed
 
 

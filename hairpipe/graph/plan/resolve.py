@@ -5,9 +5,9 @@ from typing import Any
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Edge, Graph, Node
-from hairpipe.graph.key.code import Code, CodeReader
-from hairpipe.graph.node.fields import fields_of
-from hairpipe.graph.node.settings import map_files
+from hairpipe.graph.key.code import Code, CodeReader, keyed_choice
+from hairpipe.graph.node.fields import Field, fields_of
+from hairpipe.graph.node.settings import map_values
 from hairpipe.graph.plan.arguments import Named, name_inputs
 from hairpipe.graph.plan.tasks import Inputs, Source, Task, sources, unroll
 from hairpipe.graph.store.digest import Parts, key_parts
@@ -95,10 +95,17 @@ class Resolver:
         return {node.name: codes[node.type.module] for node in nodes}
 
     def _key_settings(self, node: Node) -> dict[str, Any]:
-        """Return settings as part of a key: files by their bytes, and by the suffix, which determines the format."""
+        """Return settings as part of a key.
 
-        def by_content(setting: str, file: str) -> dict[str, Any]:
-            contents = {name: content_of(path) for name, path in self.graph.read(node, setting, file).items()}
+        Files are keyed by their bytes, and by the suffix, which determines the format; a choice that calls libraries
+        with their versions.
+        """
+
+        def as_key(field: Field, setting: str, value: Any) -> Any:
+            if field.base is not Path:
+                libraries = field.libraries(value)
+                return keyed_choice(value, libraries) if libraries else value
+            contents = {name: content_of(path) for name, path in self.graph.read(node, setting, value).items()}
             return contents.get("", contents)
 
         def content_of(path: Path) -> dict[str, str]:
@@ -108,7 +115,7 @@ class Resolver:
                 raise BadInput(f"{path} cannot be read: {error.strerror}", where=f"[{node.name}]") from None
             return {"file": content, "suffix": path.suffix.lower()}
 
-        return map_files(fields_of(node.type), node.settings, by_content)
+        return map_values(fields_of(node.type), node.settings, as_key)
 
     def _key_time(self, node: Node, task: Task) -> dict[str, Any] | None:
         """Return the time parameters of the node as part of a key, without cuts if there are none."""

@@ -1,7 +1,5 @@
 """The level set of a body with the distances of OpenVDB's conversion of a mesh, for comparison."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from hairpipe.data import LevelSet, Mesh
@@ -10,11 +8,6 @@ from hairpipe.levelset.bake.closed_surface import closed_surface
 from hairpipe.levelset.bake.whole import bake_solid
 from hairpipe.levelset.grid_layout import BRICK, lattice_around
 from hairpipe.openvdb_library import ask
-
-if TYPE_CHECKING:  # Keys include all imports: distances depend on the version of the module, of which bpy has a copy.
-    import bpy  # noqa: F401
-    import openvdb  # noqa: F401  # pyright: ignore[reportMissingImports]
-    import pyopenvdb  # noqa: F401  # pyright: ignore[reportMissingImports]
 
 
 def bake_by_openvdb(mesh: Mesh, voxel: float, half_width: float, open_edges: str) -> LevelSet:

@@ -8,6 +8,7 @@ from collections import Counter
 from dataclasses import asdict, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
@@ -121,6 +122,16 @@ def test_other_versions_are_named_with_both(shot, sent, monkeypatch):
     monkeypatch.setattr(offering, "VERSIONS", "hairpipe 99, Python 3.11")
     with pytest.raises(BadInput, match=r"other has hairpipe 99, Python 3.11 .install hairpipe "):
         accept(sent, "other")
+
+
+def test_other_versions_of_what_a_choice_calls_are_named(shot, sent):
+    job = job_of(shot)
+    keyed = {"group": {"engine": {"choice": "fast", "versions": {"numpy": "0.1"}}}}
+    host = host_for(sent)
+    failure = evaluated(host, replace(job, parts=job.parts | {"settings": job.parts["settings"] | keyed}))["failure"]
+    host.close()
+    here = np.__version__
+    assert failure["message"].startswith(f"other has other code of 'make_seed': numpy {here} in place of 0.1 (install")
 
 
 def test_another_class_of_processor_is_named(shot, sent, monkeypatch):
