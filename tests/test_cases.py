@@ -161,6 +161,15 @@ STAGES = [
     Case("missing_reference/body.toml", "head", silent="."),
 ]
 SURFACES = [
+    *(
+        Case(f"windows_paths/{name}.toml", "head", refused=right)
+        for name, right in {
+            "backslash_h": r"is an escape: write / or",
+            "backslash_t": r"is an escape: write / or",
+            "literal": r"/ separates folders \('assets/turn.usda'\)",
+            "drive": r"is on a drive of Windows",
+        }.items()
+    ),
     Case("thin_ear/graph.toml", "surface", warned="does not stop hair"),
     Case("mixed_winding_hollow/graph.toml", "surface", right=is_solid),
 ]

@@ -1,5 +1,6 @@
 """Builds a graph from tables; all names, types, edges and settings are checked."""
 
+import re
 from collections.abc import Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -13,7 +14,7 @@ from hairpipe.graph.file.graph import FRAME_MARK, Graph, Node, project_of
 from hairpipe.graph.file.like import write_out
 from hairpipe.graph.file.muting import muted_nodes, passed_by
 from hairpipe.graph.file.overrides import LAYOUT, nodes_of, parse_value, put
-from hairpipe.graph.file.read import GraphText, read_graph_text
+from hairpipe.graph.file.read import ESCAPE, GraphText, read_graph_text
 from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.file.trust import Untrusted
 from hairpipe.graph.file.wedge import read_wedges
@@ -28,6 +29,8 @@ SCHEMA = 1
 KEYS = ("schema", "frames", "fps", "preroll", "cuts")
 MOST_LETTERS = 100
 NAME = f"a letter, then letters, digits, - and _, at most {MOST_LETTERS} in all"
+SHORT_ESCAPE = re.compile(r"[\b\t\n\f\r]")
+DRIVE = re.compile(r"[A-Za-z]:[\\/]|\\\\")
 CHECKPOINT = 24
 """Default interval of checkpoints: a resumed simulation recomputes at most this many frames."""
 
@@ -218,7 +221,17 @@ def check_file(text: GraphText, node: str, node_type: NodeType, dotted: str, fil
         fault = f"is not a file that {node_type.name} reads"
         right = field.allowed
     if fault:
+        fault, right = explain_windows(file) or (fault, right)
         raise BadInput(f"{dotted} = {file[:200]!r} {fault}", where=text.place(node, names), right=right)
+
+
+def explain_windows(file: str) -> tuple[str, str] | None:
+    """Return what is wrong with a path that is written as on Windows, and what would be right; None for any other."""
+    if SHORT_ESCAPE.search(file):
+        return "has a control character", ESCAPE
+    if DRIVE.match(file):
+        return "is on a drive of Windows", "a path on this machine, with /"
+    return ("does not exist: / separates folders", repr(file.replace("\\", "/"))) if "\\" in file else None
 
 
 def read_publish(publish: Any, folder: Path, node_type: NodeType, where: str) -> Path | None:
@@ -229,6 +242,8 @@ def read_publish(publish: Any, folder: Path, node_type: NodeType, where: str) ->
         raise BadInput(f"{node_type.name} has no file to publish", where=where, right="a node whose output is a File")
     if not isinstance(publish, str) or not publish.strip("/.") or "\0" in publish or publish.endswith("/"):
         raise BadInput(f"publish = {brief(publish)} is not a path", where=where, right='"../out/shot.####.usd"')
+    if fault := explain_windows(publish):
+        raise BadInput(f"publish = {publish!r} {fault[0]}", where=where, right=fault[1])
     path = (folder / publish).resolve()
     marks = len(FRAME_MARK.findall(path.name))
     if "#" in str(Path(publish).parent) or marks > 1:

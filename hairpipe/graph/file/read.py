@@ -18,6 +18,8 @@ MOST_NAMES = 16
 """Maximum number of names in a dotted key: the memory of `tomllib` is quadratic in it."""
 NAME = r"""(?:(?<![\w-])[\w-]++|"[^"\n]*"|'[^'\n]*')"""
 DOTTED = re.compile(rf"(?:{NAME}[ \t]*+\.[ \t]*+){{{MOST_NAMES}}}")
+LINE = re.compile(r"\(at line (\d+), ")
+ESCAPE = """a backslash in "..." is an escape: write / or '...'"""
 HEADER = re.compile(r"""\s*\[\s*(?:(wedge\.[\w-]+|[\w-]+)|["']([^"']*)["'])\s*[\].]""")
 """Header of a table; that of a wedge has two names."""
 
@@ -37,7 +39,9 @@ class GraphText:
             self.tables: dict[str, Any] = tomllib.loads(text.replace("\r\n", "\n"))
         except (ValueError, RecursionError) as error:
             what = "nested too deeply" if isinstance(error, RecursionError) else str(error)
-            raise BadInput(f"not valid TOML: {what}", where=path) from None
+            place = LINE.search(what)
+            escaped = place is not None and "\\" in self._lines[int(place[1]) - 1]
+            raise BadInput(f"not valid TOML: {what}", where=path, right=ESCAPE if escaped else None) from None
 
     def edited(self, tables: dict[str, Any]) -> "GraphText":
         """Return the same text with other tables; names that are absent from the text have no line."""
