@@ -62,9 +62,11 @@ class Reads:
     """The files that are read for a file of a setting, all of which key a result, where it is not that file alone.
 
     files  returns their paths, by names that do not change when all of them move; BadInput where one is missing
+    mark   text in the name of a file that stands for several
     """
 
     files: Callable[[Path], dict[str, Path]]
+    mark: str = "#"
 
 
 @dataclass(frozen=True)

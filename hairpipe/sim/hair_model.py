@@ -11,8 +11,9 @@ from hairpipe.data import Groom
 from hairpipe.data.lengths import segment_lengths
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import name_strands
+from hairpipe.groom.painting.paint import ReadImage
 from hairpipe.groom.painting.painted import Varied
-from hairpipe.groom.painting.variation import ReadImage, values_of
+from hairpipe.groom.painting.variation import values_of
 from hairpipe.sim.axis import axis_of, following_masses
 from hairpipe.sim.layout import Layout, lay_out
 from hairpipe.sim.material import Material, VariedMaterial

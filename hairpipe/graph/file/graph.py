@@ -121,7 +121,7 @@ class Graph:
         """
         field = field_at(node.type, setting.split("."))
         path = self.file(file)
-        return field.reads(path) if field and field.reads else {"": path}
+        return field.reads.files(path) if field and field.reads else {"": path}
 
     def settings(self, node: Node) -> dict[str, Any]:
         """Return settings with absolute paths of files."""

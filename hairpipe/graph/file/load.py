@@ -205,9 +205,9 @@ def check_file(text: GraphText, node: str, node_type: NodeType, dotted: str, fil
     names = dotted.split(".")
     field = field_at(node_type, names)
     right = RIGHT if is_data(file) else f"a file, relative to {text.path.parent}"
-    if field is not None and field.reads and FRAME_MARK.search(path.name):
+    if field is not None and field.reads and field.reads.mark in path.name:
         try:
-            path = next(iter(field.reads(path).values()))
+            path = next(iter(field.reads.files(path).values()))
         except BadInput as error:
             raise BadInput(error.what, where=text.place(node, names), right=error.right) from None
     try:

@@ -5,7 +5,7 @@ import inspect
 import json
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import takewhile
@@ -62,9 +62,9 @@ class Field:
         return next((m.names for m in metadata(self.annotation) if isinstance(m, Suffixes)), ())
 
     @property
-    def reads(self) -> Callable[[Path], dict[str, Path]] | None:
-        """Function that finds the files that are read for one of this setting; None if it is that file alone."""
-        return next((m.files for m in metadata(self.annotation) if isinstance(m, Reads)), None)
+    def reads(self) -> Reads | None:
+        """The files that are read for one of this setting; None if it is that file alone."""
+        return next((m for m in metadata(self.annotation) if isinstance(m, Reads)), None)
 
     def libraries(self, choice: Any) -> tuple[str, ...]:
         """Names of the modules of libraries that a choice calls, in addition to the imports of the node."""

@@ -2,30 +2,35 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+from warnings import warn
 
 import numpy as np
 
 from hairpipe.data import Body
 from hairpipe.errors import BadInput
 from hairpipe.groom.painting.painted import Paint, Painted
+from hairpipe.groom.painting.tiles import EDGE, MARK, list_tiles, tiles_at
 from hairpipe.groom.random_streams import stream
 from hairpipe.spatial.triangles import Sites, blend_corners, site_uv
 
 Coat = Callable[[Sites], np.ndarray]
 """Paint as a function: sites (k,) to values 0..1, (k,)."""
+ReadImage = Callable[[Path], np.ndarray]
+"""Returns the image in a file, (height, width) float64 in 0..1, the top row first."""
 
 
 @dataclass(frozen=True)
 class Canvas:
     """A body with the sources of its paint and random numbers.
 
-    read_image  function that returns the image in a file, (height, width) float64 in 0..1, the top row first
+    read_image  reads the images of settings
     seed        seed of all random numbers
     """
 
     body: Body
-    read_image: Callable[[Path], np.ndarray]
+    read_image: ReadImage
     seed: int
 
     def coat(self, paint: Paint | Painted, name: str) -> Coat | None:
@@ -35,7 +40,7 @@ class Canvas:
         if paint.map is not None:
             return vertex_coat(self.body, paint.map, name)
         if paint.image is not None:
-            return image_coat(self.body, self.read_image(paint.image), name)
+            return image_coat(self.body, paint.image, self.read_image, name)
         return None
 
     def numbers(self, setting: Painted, name: str, sites: Sites) -> np.ndarray:
@@ -60,11 +65,34 @@ def maps_at(body: Body, sites: Sites) -> dict[str, np.ndarray]:
     return {name: vertex_coat(body, name, name)(sites) for name in body.maps}
 
 
-def image_coat(body: Body, picture: np.ndarray, where: str) -> Coat:
-    """Return the paint of a picture laid over the texture coordinates of the body."""
+def image_coat(body: Body, image: Path, read_image: ReadImage, where: str) -> Coat:
+    """Return the paint of an image laid over the texture coordinates of the body."""
     if body.mesh.uv is None:
         raise BadInput("the body has no texture coordinates for an image", where=where, right="a vertex map")
-    return lambda sites: sample_picture(picture, site_uv(body.mesh, sites))
+    read = cache(read_image)
+    read(next(iter(list_tiles(image).values())))  # a file that cannot be read is named where nothing is painted, too
+    return lambda sites: sample_image(image, read, site_uv(body.mesh, sites), where)
+
+
+def sample_image(image: Path, read_image: ReadImage, uv: np.ndarray, where: str) -> np.ndarray:
+    """Return an image, or its tiles, at texture coordinates (k, 2), (k,).
+
+    Warns of coordinates outside a picture without tiles, whose border is continued there. Raises BadInput as
+    `list_tiles`, `tiles_at` and `read_image`.
+    """
+    tiles = list_tiles(image)
+    if "" in tiles:
+        if (np.abs(uv - 0.5) > 0.5 + EDGE).any():
+            message = f"{where}: roots with texture coordinates outside 0..1 take the border of {image.name}"
+            warn(f"{message} (name.{MARK}.png reads tiles)", stacklevel=2)
+        return sample_picture(read_image(image), uv)
+    files = {int(number): file for number, file in tiles.items()}
+    numbers, inside = tiles_at(uv, set(files), where)
+    values = np.empty(len(uv))
+    for number in np.unique(numbers).tolist():
+        here = numbers == number
+        values[here] = sample_picture(read_image(files[number]), inside[here])
+    return values
 
 
 def sample_picture(picture: np.ndarray, uv: np.ndarray) -> np.ndarray:

@@ -4,7 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from hairpipe.units import Degrees, Fraction, Ge, Gt, Interval, Metres
+from hairpipe.groom.painting.tiles import MARK, list_tiles
+from hairpipe.units import Degrees, Fraction, Ge, Gt, Interval, Metres, Reads
+
+Image = Annotated[Path, Reads(list_tiles, MARK)]
+"""A picture, or its tiles."""
 
 
 @dataclass(frozen=True)
@@ -12,11 +16,11 @@ class Paint:
     """Values 0..1 painted on the body, as a vertex map or as an image over its texture coordinates.
 
     map    name of a vertex map of the body
-    image  path of an image file: black is 0, white is 1
+    image  path of an image file, or of tiles, name.<UDIM>.png: black is 0, white is 1
     """
 
     map: str | None = None
-    image: Path | None = None
+    image: Image | None = None
 
 
 @dataclass(frozen=True)
@@ -27,14 +31,14 @@ class Painted:
     low        value at a paint of 0
     variation  relative variation: each strand has a random factor in [1 - variation, 1 + variation]
     map        name of a vertex map of the body that scales the value
-    image      path of an image file that scales the value: black is 0, white is 1
+    image      path of an image file, or of tiles, name.<UDIM>.png, that scales the value: black is 0, white is 1
     """
 
     value: float
     low: float = 0.0
     variation: Fraction = 0.0
     map: str | None = None
-    image: Path | None = None
+    image: Image | None = None
 
 
 @dataclass(frozen=True)
@@ -65,8 +69,8 @@ class Varied(Painted):
     variation  relative variation: each strand has a random factor in [1 - variation, 1 + variation]
     map        name of a map of the groom that scales the value: a vertex map of its scalp, a primvar of its file, or a
                group, which is 1 on its strands and 0 on others
-    image      path of an image file, over the texture coordinates of roots, that scales the value: black is 0, white
-               is 1
+    image      path of an image file, or of tiles, name.<UDIM>.png, over the texture coordinates of roots, that scales
+               the value: black is 0, white is 1
     profile    factors along a strand: fractions of the length from the root, ascending, each with its factor, linear
                between them, and equal beyond the first and last; by default 1
     groups     factors of groups of the groom, each ["name", factor]; 1 for others

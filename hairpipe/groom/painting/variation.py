@@ -1,7 +1,5 @@
 """Settings that vary from strand to strand and along strands."""
 
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any, get_type_hints
 
 import numpy as np
@@ -11,13 +9,10 @@ from hairpipe.data.curves import labels_of
 from hairpipe.data.lengths import fractions_along
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import name_strands
-from hairpipe.groom.painting.paint import sample_picture
+from hairpipe.groom.painting.paint import ReadImage, sample_image
 from hairpipe.groom.painting.painted import Profile, Varied, VariedWidth
 from hairpipe.groom.random_streams import chances
 from hairpipe.groom.sampling import members_of
-
-ReadImage = Callable[[Path], np.ndarray]
-"""Returns the image in a file, see `groom/painting/paint.py`."""
 
 
 def values_of(setting: Varied | float, groom: Groom, name: str, read_image: ReadImage | None = None) -> Any:
@@ -99,7 +94,7 @@ def _paint(setting: Varied, groom: Groom, name: str, read_image: ReadImage | Non
         return None
     if read_image is None or not groom.root_uv.any():
         raise BadInput("the roots have no texture coordinates for an image", where=name, right="a map")
-    return sample_picture(read_image(setting.image), groom.root_uv.astype(float))
+    return sample_image(setting.image, read_image, groom.root_uv.astype(float), name)
 
 
 def _group_factors(setting: Varied, groom: Groom, name: str) -> np.ndarray:

@@ -6,7 +6,7 @@ import numpy as np
 
 from hairpipe.data import Groom
 from hairpipe.errors import BadInput
-from hairpipe.groom.painting.variation import ReadImage
+from hairpipe.groom.painting.paint import ReadImage
 from hairpipe.sim.build import gravity_of
 from hairpipe.sim.hair_model import build_models
 from hairpipe.sim.material import VariedMaterial

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hairpipe.data import Groom
-from hairpipe.groom.painting.variation import ReadImage, values_of
+from hairpipe.groom.painting.paint import ReadImage
+from hairpipe.groom.painting.variation import values_of
 from hairpipe.sim.material import Material, RoundFibre, VariedMaterial
 
 

@@ -1,5 +1,6 @@
 """Numbers by paint and by chance."""
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -7,8 +8,12 @@ import pytest
 
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
-from hairpipe.groom.painting.paint import Canvas, sample_picture
+from hairpipe.graph.file.load import load_graph
+from hairpipe.graph.plan.resolve import Resolver
+from hairpipe.graph.store.store import Store
+from hairpipe.groom.painting.paint import Canvas, sample_image, sample_picture
 from hairpipe.groom.painting.painted import Paint, Painted
+from hairpipe.groom.painting.tiles import list_tiles
 from hairpipe.spatial.triangles import Sites, site_points
 
 
@@ -86,3 +91,71 @@ def test_invalid_paint_is_refused(body):
     with pytest.raises(BadInput, match="its maps: none"):
         bare.coat(Paint(map="ramp"), "density")
     assert canvas.coat(Paint(), "density") is None
+
+
+@pytest.fixture
+def tiles(tmp_path):
+    """Four tiles of one value each, and a file that is not a tile."""
+    values = {"1001": 0.2, "1002": 0.4, "1011": 0.6, "1012": 0.8}
+    for number in values:
+        (tmp_path / f"skin.{number}.png").touch()
+    (tmp_path / "skin.0999.png").touch()
+    return tmp_path / "skin.<UDIM>.png", lambda path: np.full((2, 2), values[path.name.split(".")[1]])
+
+
+def test_tiles_are_numbered_by_column_and_row(tiles):
+    image, read = tiles
+    uv = np.array([[0.3, 0.9], [1.3, 0.9], [0.3, 1.9], [1.3, 1.9], [2.0, 0.5], [1.5, 2.0], [2.0, 2.0], [1.0, 0.0]])
+    assert sample_image(image, read, uv, "length").tolist() == [0.2, 0.4, 0.6, 0.8, 0.4, 0.8, 0.8, 0.4]
+    assert sorted(list_tiles(image)) == ["1001", "1002", "1011", "1012"]
+
+
+def test_each_tile_is_a_picture_of_its_own(tmp_path):
+    for number in ("1001", "1002"):
+        (tmp_path / f"a.{number}.png").touch()
+    uv = np.array([[1.25, 0.5], [0.25, 0.5]])
+    assert sample_image(tmp_path / "a.<UDIM>.png", ramp_picture, uv, "length").tolist() == pytest.approx([0.25, 0.25])
+
+
+@pytest.mark.parametrize(
+    ("place", "message"),
+    [
+        ([2.5, 0.5], r"length: tile 1003 is missing, with 1 roots \(a file of that number, next to 1001\)"),
+        ([-0.5, 0.5], r"texture coordinates \(-0.5, 0.5\) of a root are in no tile"),
+        ([10.5, 0.5], r"in no tile \(0 to 10 along u"),
+    ],
+)
+def test_a_tile_that_is_needed_and_missing_is_named(tiles, place, message):
+    image, read = tiles
+    with pytest.raises(BadInput, match=message):
+        sample_image(image, read, np.array([[0.5, 0.5], place]), "length")
+    with pytest.raises(BadInput, match=r"there are no tiles \(hair.1001.png\)"):
+        sample_image(image.with_name("hair.<UDIM>.png"), read, np.array([[0.5, 0.5]]), "length")
+
+
+def test_coordinates_outside_a_picture_are_warned_of():
+    uv = np.array([[0.5, 0.5], [1.5, 0.5]])
+    with pytest.warns(UserWarning, match=r"length: roots with texture coordinates outside 0..1 .*border of a.png"):
+        assert sample_image(Path("a.png"), ramp_picture, uv, "length")[1] == pytest.approx(1.0, abs=0.01)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sample_image(Path("a.png"), ramp_picture, np.array([[0.0, 1.0], [1.0, 0.0]]), "length")
+
+
+def test_all_tiles_key_a_result_and_a_path_without_tiles_is_refused(tiles, tmp_path):
+    image, _ = tiles
+    path = tmp_path / "shot.toml"
+    text = 'schema = 1\nframes = [1, 2]\nfps = 24\n[head]\ntype = "make_bust"\n[groom]\ntype = "grow_groom"\n'
+    path.write_text(f'{text}in.scalp = "head"\nlength = {{ value = 0.1, image = "{image.name}" }}\n')
+
+    def keyed():
+        graph = load_graph(path)
+        return Resolver(graph, Store(tmp_path / "store"), graph.frames[:1]).settings["groom"]["length"]["image"]
+
+    before = keyed()
+    assert sorted(before) == ["1001", "1002", "1011", "1012"]
+    image.with_name("skin.1011.png").write_text("other")
+    assert {number for number, file in keyed().items() if file != before[number]} == {"1011"}
+    path.write_text(path.read_text().replace("skin", "hair"))
+    with pytest.raises(BadInput, match=r"shot.toml:9: \[groom\]: there are no tiles \(hair.1001.png\)"):
+        load_graph(path)
