@@ -18,6 +18,7 @@ def export_alembic(
     *,
     target: Literal["unreal", "houdini", "blender"] = "unreal",
     parting: Annotated[Degrees, Interval(gt=0.0, le=180.0)] = 30.0,
+    hairs: Annotated[int, Interval(ge=1)] | None = None,
 ) -> Annotated[File, Suffixes((".abc",))]:
     """Write a groom for Unreal, Houdini or Blender in Alembic, with the attributes of Unreal's groom specification.
 
@@ -27,6 +28,7 @@ def export_alembic(
     target   format of the attributes: unreal (centimetres and its axes: rotation 0, scale 1 at import), houdini
              (rest shape) or blender
     parting  maximum angle between a strand and its guides at rest, from root to tip
+    hairs    number of hairs that the strands represent, as in `export_usd`; if absent, widths are diameters
     """
     from hairpipe.groom.keys.guides import with_guides
     from hairpipe.io.groom_shot import GroomShot
@@ -34,5 +36,5 @@ def export_alembic(
 
     path = workspace / "groom.abc"
     whole, frames, closest = with_guides(groom, hair, keys, key_hair, parting)
-    write_alembic(path, GroomShot(whole, frames, closest, None, time.fps), target)
+    write_alembic(path, GroomShot(whole, frames, closest, None, time.fps, hairs), target)
     return File(path)

@@ -19,6 +19,7 @@ def export_groom(
     *,
     target: Literal["unreal", "houdini", "blender"] = "unreal",
     parting: Annotated[Degrees, Interval(gt=0.0, le=180.0)] = 30.0,
+    hairs: Annotated[int, Interval(ge=1)] | None = None,
 ) -> Annotated[File, Suffixes((".usd", ".usdc"))]:
     """Write a groom for Unreal, Houdini or Blender: hair and guides in one USD file, in the types that each reads.
 
@@ -28,11 +29,12 @@ def export_groom(
 
     target   format of the primvars: unreal (centimetres, Z up, GroomAPI), houdini (rest shape) or blender
     parting  maximum angle between a strand and its guides at rest, from root to tip
+    hairs    number of hairs that the strands represent, as in `export_usd`; if absent, widths are diameters
     """
     from hairpipe.groom.keys.guides import with_guides
     from hairpipe.io.usd.groom.groom_targets import GroomShot, write_groom
 
     path = workspace / "groom.usdc"
     whole, frames, closest = with_guides(groom, hair, keys, key_hair, parting)
-    write_groom(path, GroomShot(whole, frames, closest, scalp, time.fps), target)
+    write_groom(path, GroomShot(whole, frames, closest, scalp, time.fps, hairs), target)
     return File(path)

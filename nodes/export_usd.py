@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from hairpipe.data import Groom, Mesh, Strands
 from hairpipe.data.hair import HairState
 from hairpipe.graph import Cuts, File, Frames, Time, Workspace, node
-from hairpipe.units import Suffixes
+from hairpipe.units import Interval, Suffixes
 
 
 @node(frames="once")
@@ -22,6 +22,7 @@ def export_usd(
     *,
     layout: Literal["single", "clips"] = "single",
     curve: Literal["catmull_rom", "bspline"] = "catmull_rom",
+    hairs: Annotated[int, Interval(ge=1)] | None = None,
     name: str = "shot",
 ) -> Annotated[File, Suffixes((".usd", ".usdc"))]:
     """Write hair as smooth curves and the body as a mesh, with velocities, to USD.
@@ -37,6 +38,8 @@ def export_usd(
     layout  file layout: a single file, or one file per frame, joined by the first as value clips
     curve   curve basis: catmull_rom through the points of the hair, or bspline with the points as its control polygon,
             whose distance from the points `usd check` reports
+    hairs   number of hairs that the strands represent: they are drawn hairs / strands times as wide, narrowing to
+            their tips, and `primvars:hairDiameter` has their diameters; if absent, widths are diameters
     name    name of the root prim and of the folders of clips and level sets; shots in one folder need different names
     """
     from hairpipe.errors import BadInput
@@ -51,5 +54,5 @@ def export_usd(
         raise BadInput("keys without the groom", right="in.groom: that of all hair")
     simulated = None if keys is None or groom is None else keys_among(groom, keys) >= 0
     path = workspace / f"{name}.usdc"
-    shot = Shot(hair, body, groom, time.fps, name, files, states, simulated, curve, cuts)
+    shot = Shot(hair, body, groom, time.fps, name, files, states, simulated, curve, cuts, hairs)
     return File(path, (write_clips if layout == "clips" else write_shot)(path, shot))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hairpipe.data import Body, Groom, Strands
+from hairpipe.data.drawn_widths import drawn_widths
 from hairpipe.errors import BadInput
 
 DIAMETER = 80e-6
@@ -28,6 +29,7 @@ class GroomShot:
     hair     all strands of the groom at every frame; None: at rest
     closest  ids of three guides of each strand, and their weights, (S, 3) each
     scalp    body at rest
+    hairs    number of hairs that the strands represent in a picture; None: widths are diameters
     """
 
     groom: Groom
@@ -35,6 +37,7 @@ class GroomShot:
     closest: tuple[np.ndarray, np.ndarray] | None
     scalp: Body | None
     fps: float
+    hairs: int | None = None
 
     def pieces(self, apart: bool) -> dict[str, np.ndarray]:
         """Return the strands, (n,), of each object: hair, and guides where they are apart."""
@@ -47,6 +50,15 @@ class GroomShot:
         return None if not self.hair else self.at(next(iter(self.hair)))
 
     def widths(self, hair: Strands | None) -> np.ndarray:
+        """Return widths at all points, (p,) [m]: diameters, or widths with which the strands represent more hairs."""
+        diameters = self.diameters(hair)
+        if self.hairs is None:
+            return diameters
+        guides = 0 if self.groom.guides is None else np.count_nonzero(self.groom.guides)
+        drawn = len(self.groom.ids) - guides or guides
+        return drawn_widths(diameters, self.groom.offsets, self.hairs / drawn)
+
+    def diameters(self, hair: Strands | None) -> np.ndarray:
         """Return diameters at all points, (p,) [m].
 
         They are those of the hair at a frame where they vary along it, else of the groom, if it has any.

@@ -18,6 +18,8 @@ from mathutils import Vector
 
 JOB: dict[str, Any] = {}
 SAMPLES, WIDTH, HEIGHT = 32, 640, 640
+SURROUNDINGS = (0.3, 0.32, 0.36)
+"""Radiance around the scene, linear."""
 
 
 def main() -> None:
@@ -85,7 +87,8 @@ def render(scene: Any, picture: str) -> None:
     for item in (camera, sun):
         scene.collection.objects.link(item)
     scene.world = bpy.data.worlds.new("world")
-    scene.world.color = (0.4, 0.4, 0.4)
+    scene.world.use_nodes = True
+    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (*SURROUNDINGS, 1.0)
     scene.camera = camera
     scene.render.engine = "CYCLES"
     scene.cycles.samples = SAMPLES

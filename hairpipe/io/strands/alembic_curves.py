@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hairpipe.data.curves import Curves, numbered
+from hairpipe.data.drawn_widths import DIAMETERS
 from hairpipe.errors import BadInput
 from hairpipe.io.mesh_cache.alembic_meshes import import_alembic
 from hairpipe.io.strands.plain import Up, plain_curves
@@ -26,7 +27,7 @@ VECTORS = ("V2f", "V2d", "V3f", "C3f", "C4f", "V3d", "N3f", "P3f", "V3i")
 PREFIX = "groom_"
 READ = ("id", "guide", "group_id", "group_name", "root_uv", "width", "color", "version_major", "version_minor")
 """Parameters that have a meaning, with the prefix or without it."""
-KNOWN = {"rest", *READ, *(PREFIX + name for name in READ)}
+KNOWN = {"rest", DIAMETERS, *READ, *(PREFIX + name for name in READ)}
 THROUGH = ("kNoBasis", "kCatmullromBasis")
 """Bases of cubic curves whose points lie on the curve, or that have none."""
 
@@ -106,7 +107,7 @@ def read_alembic(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
     if unread:
         warnings.warn(f"{path}: parameters that are not read: {', '.join(unread)}", stacklevel=2)
     more = {
-        "widths": joined([p.at_points("width", 1) for p in pieces], pieces, np.nan, True),
+        "widths": joined([widths_in(p) for p in pieces], pieces, np.nan, True),
         "colours": joined([p.at_points("color", 3) for p in pieces], pieces, 0.0, True),
         "root_uv": joined([p.at_strands("root_uv") for p in pieces], pieces, 0.0, False),
         "guides": joined([p.at_strands("guide") for p in pieces], pieces, 0.0, False),
@@ -129,6 +130,12 @@ def read_alembic(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
         groups, names = numbered(np.concatenate(list(named)))
         found = replace(found, groups=groups, group_names=names)
     return found
+
+
+def widths_in(piece: Piece) -> np.ndarray | None:
+    """Return the diameters of the curves of an object at all points, (p, 1), else their widths; None without."""
+    diameters = piece.at_points(DIAMETERS, 1)
+    return piece.at_points("width", 1) if diameters is None else diameters
 
 
 def joined_maps(pieces: list[Piece]) -> dict[str, np.ndarray]:

@@ -17,6 +17,7 @@ import numpy as np
 
 from hairpipe import __version__
 from hairpipe.data.curves import labels_of
+from hairpipe.data.drawn_widths import DIAMETERS
 from hairpipe.errors import BadInput
 from hairpipe.io.groom_shot import GroomShot
 from hairpipe.io.mesh_cache.alembic_meshes import import_alembic
@@ -167,6 +168,9 @@ class Curves:
             self._parameter("V3f", GUIDED[1], array("V3fArray", weights), uniform)
         if groom.colours is not None:
             self._parameter("V3f", "groom_color", array("V3fArray", groom.colours[self.rows]), vertex(self.library))
+        if shot.hairs is not None:
+            diameters = array("FloatArray", shot.diameters(shot.first())[self.rows] / self.target.metres)
+            self._parameter("Float", DIAMETERS, diameters, vertex(self.library))
         if self.target.rest:
             self._parameter("V3f", "rest", self._vectors(groom.points), vertex(self.library))
 

@@ -15,6 +15,7 @@ from pxr import Kind, Sdf, Tf, Usd, UsdGeom, Vt
 
 from hairpipe import __version__
 from hairpipe.data import Groom, Mesh, Strands
+from hairpipe.data.drawn_widths import drawn_widths
 from hairpipe.data.hair import HairState
 from hairpipe.errors import BadInput
 from hairpipe.io.usd.samples import declare_locks, hold_body, hold_hair, locks_of, sample_body, sample_hair
@@ -39,6 +40,7 @@ class Shot:
     simulated  hairs that are not interpolated, (S,) bool; None: all, without a mark
     curve  type of the curves: through the points of the hair, or with them as control points
     cuts  frames at which the shot is cut, noted for the lint
+    hairs  number of hairs that the strands represent in a picture; None: widths are diameters
     """
 
     hair: Mapping[int, Strands]
@@ -51,13 +53,20 @@ class Shot:
     simulated: np.ndarray | None = None
     curve: Literal["catmull_rom", "bspline"] = "catmull_rom"
     cuts: tuple[int, ...] = ()
+    hairs: int | None = None
 
 
 @dataclass(frozen=True)
 class Frame:
-    """Hair and body at one frame; ids of the guides of strands, (S,), see `locks_of`."""
+    """Hair and body at one frame.
+
+    hair       with the widths of a picture
+    diameters  of the hair at its points where widths are others, (p,) [m]
+    locks      ids of the guides of strands, (S,), see `locks_of`
+    """
 
     hair: Strands
+    diameters: np.ndarray | None
     body: Mesh | None
     locks: np.ndarray | None
 
@@ -147,10 +156,14 @@ def _first_frame(shot: Shot) -> Frame:
 def _load(shot: Shot, frame: int) -> Frame:
     hair = shot.hair[frame]
     widths = shot.groom.widths if hair.widths is None and shot.groom is not None else hair.widths
+    diameters = None
+    if shot.hairs is not None:
+        diameters = hair.widths_at_points() if widths is None else widths
+        widths = drawn_widths(diameters, hair.offsets, shot.hairs / (len(hair.offsets) - 1))
     if widths is not None:
         hair = replace(hair, widths=widths, diameter=float(widths.max()))  # that extents have room for
     locks = None if shot.states is None else locks_of(shot.states[frame], shot.groom, len(hair.offsets) - 1)
-    return Frame(hair, None if shot.body is None else shot.body[frame], locks)
+    return Frame(hair, diameters, None if shot.body is None else shot.body[frame], locks)
 
 
 def _begin_shot(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
@@ -165,7 +178,7 @@ def _begin_shot(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
     model = Usd.ModelAPI(stage.GetDefaultPrim())
     model.SetKind(Kind.Tokens.component)
     model.SetAssetName(shot.name)
-    author_hair(_hair(stage), first.hair, shot.groom, shot.simulated, BASES[shot.curve])
+    author_hair(_hair(stage), first.hair, first.diameters, shot.groom, shot.simulated, BASES[shot.curve])
     if first.body is not None:
         author_body(_body(stage), first.body)
     return stage

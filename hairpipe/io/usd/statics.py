@@ -4,6 +4,7 @@ import numpy as np
 from pxr import Gf, Sdf, UsdGeom, UsdShade, UsdUtils, Vt
 
 from hairpipe.data import Groom, Mesh, Strands
+from hairpipe.data.drawn_widths import DIAMETERS
 from hairpipe.errors import BadInput
 from hairpipe.io.usd.samples import integers, vectors
 
@@ -25,10 +26,16 @@ BASES = {"catmull_rom": TOKENS.catmullRom, "bspline": TOKENS.bspline}
 
 
 def author_hair(
-    prim: UsdGeom.BasisCurves, strands: Strands, groom: Groom | None, simulated: np.ndarray | None, basis: str
+    prim: UsdGeom.BasisCurves,
+    strands: Strands,
+    diameters: np.ndarray | None,
+    groom: Groom | None,
+    simulated: np.ndarray | None,
+    basis: str,
 ) -> None:
     """Author the strands, their width, ids and material, and from the groom their rest and roots.
 
+    diameters  diameters at points where the widths of the strands are others, (p,) [m]: `hairDiameter`
     simulated  strands that are not interpolated, (S,) bool: `groom_guide`, the name in Unreal and Alembic grooms
     basis      basis of the curves, one of BASES
 
@@ -38,6 +45,9 @@ def author_hair(
     author_curves(prim, counts, basis)
     prim.CreateWidthsAttr(Vt.FloatArray.FromNumpy(np.ascontiguousarray(strands.widths_at_points(), np.float32)))
     prim.SetWidthsInterpolation(TOKENS.vertex)
+    if diameters is not None:
+        values = Vt.FloatArray.FromNumpy(np.ascontiguousarray(diameters, np.float32))
+        _primvar(prim, DIAMETERS, TYPES.FloatArray, TOKENS.vertex, values)
     if groom is None:
         _primvar(prim, "hairId", TYPES.IntArray, TOKENS.uniform, integers(np.arange(len(counts))))
     else:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from hairpipe.data import Mesh, Strands
+from hairpipe.data.drawn_widths import tapers
 from hairpipe.errors import BadInput
 from hairpipe.render.camera import NEAR, Camera
 from hairpipe.render.cycles.process import run_blender
@@ -14,7 +15,6 @@ from hairpipe.render.film import EDGE, backdrop, develop
 from hairpipe.render.framing import Shot, frame_hair, place_camera
 from hairpipe.render.lights import Light, studio
 from hairpipe.render.portrait import NOBODY, SCALP, check, drawn_width, relative_widths
-from hairpipe.render.raster.lines import TAPER
 from hairpipe.render.shading.fibre import INDEX, ROUGHNESS, absorption_of
 from hairpipe.render.shading.kajiya_kay import TILT, strand_colours
 from hairpipe.render.shading.scalp_tint import hair_share
@@ -109,13 +109,6 @@ def trace_hair(
         "wall": np.dstack([wall, np.ones(wall.shape[:2])]),
     }
     return run_blender(scene, arrays, folder)
-
-
-def tapers(offsets: np.ndarray) -> np.ndarray:
-    """Width of strands at their points over that at the root, 0 at the tip, as in the preview, (p,)."""
-    counts = np.diff(offsets)
-    left = np.repeat(offsets[1:] - 1, counts) - np.arange(offsets[-1])
-    return np.sqrt(np.minimum(left / np.repeat(TAPER * (counts - 1), counts), 1.0))
 
 
 def absorptions(colour: np.ndarray, offsets: np.ndarray) -> np.ndarray:

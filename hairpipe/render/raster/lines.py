@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.data.drawn_widths import TAPER
 from hairpipe.render.camera import NEAR
 from hairpipe.render.raster.fragments import BLOCK, Tile, add_fragment, develop_tile, make_tile
 from hairpipe.render.raster.tiles import TILE, Curves, is_seen, list_by_tile
@@ -14,8 +15,6 @@ BEND = 0.25
 """Largest deviation of a straight piece from its curve [pixels of the film]."""
 MOST_PIECES = 16
 """Of a segment, however it bends."""
-TAPER = 0.35
-"""Part of a strand, at its tip, over which it narrows to nothing."""
 ROOT = 4.0
 """Length over which a strand widens from zero at its root, over its width."""
 

@@ -140,6 +140,26 @@ def test_widths_change_over_time(tmp_path, suffix):
         assert np.concatenate([np.array(piece) for piece in pieces]) == pytest.approx(wide[k], rel=1e-6)
 
 
+@pytest.mark.filterwarnings("ignore:.*not read", "ignore:.*not used", "ignore:.*is read")
+@pytest.mark.parametrize("suffix", [".abc", ".usdc"])
+@pytest.mark.parametrize("target", list(TARGETS))
+def test_strands_that_represent_many_hairs_are_drawn_wide(tmp_path, target, suffix):
+    """Three strands represent 30 hairs, the fourth is a guide."""
+    shot, path = replace(moving(range(1001, 1003)), hairs=30), tmp_path / f"a{suffix}"
+    (write_alembic if suffix == ".abc" else write_groom)(path, shot, target)
+    if suffix == ".abc":
+        widths = np.array(curves_of(path, "hair")[1].getWidthsParam().getExpandedValue().getVals())
+        found = read_alembic(path, TARGETS[target].metres)
+    else:
+        stage = Usd.Stage.Open(str(path))
+        widths = np.array(UsdGeom.BasisCurves(stage.GetPrimAtPath("/groom/hair")).GetWidthsAttr().Get())
+        found = read_curves(path, time=1001, guides=True)
+    at_roots = TARGETS[target].metres * widths[: 3 * POINTS : POINTS]
+    assert at_roots == pytest.approx(10.0 * shot.groom.widths[: 3 * POINTS : POINTS], rel=1e-6)
+    assert (widths[POINTS - 1 :: POINTS] == 0.0).all()
+    assert found.widths == pytest.approx(shot.groom.widths, rel=1e-6)
+
+
 @pytest.mark.filterwarnings("ignore:.*not read")
 def test_guides_and_rest_shape_come_back(tmp_path):
     shot, path = moving(range(0)), tmp_path / "a.abc"

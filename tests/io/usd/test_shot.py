@@ -218,6 +218,29 @@ def test_widths_of_a_file_go_out_again_and_extents_have_room_for_them(write, sho
     np.testing.assert_allclose([lower, upper], [points.min(axis=0) - 2.5e-3, points.max(axis=0) + 2.5e-3], atol=1e-7)
 
 
+@pytest.mark.parametrize("tapered", [False, True])
+def test_strands_that_represent_many_hairs_are_drawn_wide(write, shot, tapered) -> None:
+    """The widths are hairs / strands times the diameters up to .65 of a strand, and fall to 0 at its tip."""
+    along = np.tile(np.linspace(8e-5, 4e-5, 5), 6) if tapered else np.full(30, 8e-5)
+    groom = dataclasses.replace(shot.groom, widths=along if tapered else None)
+    path = write(dataclasses.replace(shot, groom=groom, hairs=120))
+    opened = Opened(path)
+    widths = np.array(opened.hair.GetWidthsAttr().Get()).reshape(6, 5)
+    np.testing.assert_allclose(widths[:, :3], 20.0 * along.reshape(6, 5)[:, :3], rtol=1e-6)
+    assert (widths[:, 4] == 0.0).all() and (widths[:, 3] > 0.0).all() and (widths[:, 3] < widths[:, 2]).all()
+    np.testing.assert_allclose(UsdGeom.PrimvarsAPI(opened.hair).GetPrimvar("hairDiameter").Get(), along, rtol=1e-6)
+    np.testing.assert_allclose(read_curves(path, None).widths, along, rtol=1e-6)
+    lower, upper = np.array(opened.hair.GetExtentAttr().Get(1002))
+    points = shot.hair[1002].points
+    np.testing.assert_allclose([lower, upper], [points.min(axis=0) - 8e-4, points.max(axis=0) + 8e-4], atol=1e-7)
+    assert [str(finding) for finding in lint(path)] == []
+
+
+def test_strands_are_not_thinner_than_hair(write, shot: Shot) -> None:
+    opened = Opened(write(dataclasses.replace(shot, hairs=3)))
+    np.testing.assert_allclose(opened.hair.GetWidthsAttr().Get(), 8e-5, rtol=1e-6)
+
+
 def test_hair_alone_is_numbered(write, shot: Shot) -> None:
     opened = Opened(write(dataclasses.replace(shot, body=None, groom=None)))
     primvars = UsdGeom.PrimvarsAPI(opened.hair)

@@ -4,8 +4,9 @@ import numba
 import numpy as np
 import pytest
 
+from hairpipe.data.drawn_widths import TAPER
 from hairpipe.render.raster.fragments import OPAQUE, SKIN, develop_tile, make_tile
-from hairpipe.render.raster.lines import ROOT, TAPER, draw_line, draw_strands
+from hairpipe.render.raster.lines import ROOT, draw_line, draw_strands
 from hairpipe.render.raster.tiles import lay_curves
 
 DEPTHS = np.array([-1.0, 0.0, 0.5, 1.0, 1.5]) * SKIN

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from pxr import UsdGeom
 
+from hairpipe.data.drawn_widths import DIAMETERS
 from hairpipe.io.usd.stage import location, shaped, time_of
 
 IDS = ("hairId", "groom_id", "id")
@@ -23,7 +24,7 @@ DRAWN = ("displayOpacity", "skinprim", "skinprimuv", "lockId", *ROOT_UV, *COLOUR
 """Primvars that are read where they have a value for each curve, and those computed here: places of roots, locks."""
 GUIDED = ("groom_closest_guides", "groom_guide_weights")
 """Primvars of the guides of each strand, and of their weights: Unreal's; not read."""
-KNOWN = {*IDS, *REST, *DRAWN, "widths"}
+KNOWN = {*IDS, *REST, *DRAWN, "widths", DIAMETERS}
 """Primvars that have a meaning; others are maps."""
 LARGEST = np.iinfo(np.int32).max
 NONE = np.iinfo(np.int64).min
@@ -56,11 +57,14 @@ def strand_ids(curves: UsdGeom.Curves, count: int) -> np.ndarray:
 def widths(curves: UsdGeom.Curves, counts: np.ndarray) -> list[np.ndarray]:
     """Return the widths along each curve in units of the curves, (n,) float64; NaN if unknown.
 
+    They are the diameters of the hair, where the file has these in addition to the widths of a picture.
     A curve has one width, as many as points, or as many as ends of spans (varying).
 
     counts  of the points of each curve, (S,)
     """
-    values = _primvar(curves, "widths", 1)
+    values = _primvar(curves, DIAMETERS, 1)
+    if values is None:
+        values = _primvar(curves, "widths", 1)
     if values is None and curves.GetWidthsAttr().HasValue():
         attribute = curves.GetWidthsAttr()
         values = shaped(attribute.Get(time_of(curves.GetPrim())), attribute)

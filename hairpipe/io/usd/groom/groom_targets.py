@@ -16,6 +16,7 @@ from pxr import Sdf, Usd, UsdGeom, Vt
 from hairpipe import __version__
 from hairpipe.data import Strands
 from hairpipe.data.curves import labels_of
+from hairpipe.data.drawn_widths import DIAMETERS
 from hairpipe.io.groom_shot import GroomShot
 from hairpipe.io.usd.groom.attributes import GUIDED, KNOWN
 from hairpipe.io.usd.samples import extent, hold_body, integers, vectors
@@ -114,6 +115,9 @@ def author(
     prim.CreateExtentAttr(extent(points, widths.max(initial=0.0) / 2))
     prim.CreateWidthsAttr(floats(widths))
     prim.SetWidthsInterpolation(TOKENS.vertex)
+    if shot.hairs is not None:
+        diameters = floats(shot.diameters(shot.first())[rows] / target.metres)
+        primvar(prim, DIAMETERS, TYPES.FloatArray, TOKENS.vertex, diameters)
     for name in target.rest:
         primvar(prim, name, TYPES.Point3fArray, TOKENS.vertex, vectors(points))
     uniform = {target.ids: groom.ids, "groom_guide": groom.guides, "groom_group_id": groom.groups}
