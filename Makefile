@@ -17,7 +17,7 @@ menu:
 	@echo "make check   lint, format and types"
 	@echo "make figures write recorded results into the pages; record with hairpipe run GRAPH --record"
 	@echo "make film    compute and record the films of the gallery, GRAPH=demo for one of them"
-	@echo "make pictures   make the pictures of the page in its tutorial, in a browser"
+	@echo "make pictures   make the pictures of the tutorials, in a browser and in Blender"
 	@echo "make docs    build the documentation: out/docs/index.html"
 	@echo "make clean   remove the environment and the results, not the cache"
 
@@ -57,6 +57,8 @@ film: $(VENV)/tested
 
 pictures: $(VENV)/tested
 	PAGE_PICTURES=$(CURDIR)/docs/tutorials/pictures $(RUN) pytest tests/page/test_fringe.py
+	$(VENV)/bin/hairpipe run graphs/demo.toml --frames 1001-1004 --to usd
+	$(VENV)/bin/hairpipe blender out/demo/shot.usd --picture docs/tutorials/pictures/blender.webp
 
 docs: $(VENV)/tested
 	$(RUN) sphinx -q -W --keep-going -E -j auto docs out/docs

@@ -10,7 +10,7 @@ from hairpipe.plain_file import check_plain
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Blender file to save, .blend.")
-@click.option("--picture", type=click.Path(path_type=Path), help="Picture of the first frame to render, .png.")
+@click.option("--picture", type=click.Path(path_type=Path), help="Picture of the first frame to render, .png or .webp.")
 def blender(file: Path, output: Path | None, picture: Path | None) -> None:
     """Import a USD shot into Blender.
 
@@ -23,11 +23,11 @@ def blender(file: Path, output: Path | None, picture: Path | None) -> None:
     if output is None and picture is None:
         click.echo(script_of(file), nl=False)
         return
-    for path, suffix in ((output, ".blend"), (picture, ".png")):
+    for path, suffixes in ((output, (".blend",)), (picture, (".png", ".webp"))):
         if path is not None:
-            if path.suffix.lower() != suffix:
-                raise click.UsageError(f"{path}: a file that ends in {suffix} is needed")
-            check_plain(path, f"a {suffix} file")
+            if path.suffix.lower() not in suffixes:
+                raise click.UsageError(f"{path}: a file that ends in {' or '.join(suffixes)} is needed")
+            check_plain(path, f"a {path.suffix} file")
             path.parent.mkdir(parents=True, exist_ok=True)
     make_scene(file, output, picture)
     for path in (output, picture):

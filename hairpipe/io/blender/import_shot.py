@@ -17,7 +17,7 @@ import bpy
 from mathutils import Vector
 
 JOB: dict[str, Any] = {}
-SAMPLES, WIDTH, HEIGHT = 32, 640, 640
+SAMPLES, WIDTH, HEIGHT, QUALITY = 64, 640, 640, 80
 SURROUNDINGS = (0.3, 0.32, 0.36)
 """Radiance around the scene, linear."""
 
@@ -94,7 +94,8 @@ def render(scene: Any, picture: str) -> None:
     scene.cycles.samples = SAMPLES
     scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
     scene.render.resolution_percentage = 100
-    scene.render.image_settings.file_format = "PNG"
+    scene.render.image_settings.file_format = "WEBP" if picture.lower().endswith(".webp") else "PNG"
+    scene.render.image_settings.quality = QUALITY
     scene.render.filepath = picture
     bpy.ops.render.render(write_still=True)
 
