@@ -119,7 +119,7 @@ class Draft:
     def save(self, seen: str | None) -> None:
         """Write the text into the file; BadInput for a shipped graph, another text, and a file that cannot be written.
 
-        seen  text that the file had when it was last read, None for none; a file that was deleted since is written again
+        seen  text that the file had when last read, None for none; a file that was deleted since is written again
         """
         if self.shipped:
             raise BadInput("not a file of yours", where=self._source.shipped, right="save as")

@@ -57,7 +57,7 @@ class Session:
         self.frames = None if frames is None else list(shot.graph.select(read_frames(frames)))
         self._draft = draft
         self._lock = threading.RLock()
-        self._listeners: set[Callable[[], None]] = set()
+        self._listeners: set[Callable[[], object]] = set()
         self._woken = threading.Event()
         self._runs = Runs(self._lock, self._progress, self._woken.set, self._replan)
         self._players: list[Playing] = []
@@ -101,7 +101,7 @@ class Session:
         return not self._open
 
     @contextmanager
-    def heard(self, call: Callable[[], None]) -> Iterator[None]:
+    def heard(self, call: Callable[[], object]) -> Iterator[None]:
         """Call a function, from any thread, after every change of the page, and when the session is closed."""
         self._listeners.add(call)
         try:

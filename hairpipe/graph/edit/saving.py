@@ -31,8 +31,8 @@ def save_settings(path: Path, settings: Mapping[str, Any]) -> None:
 def locked(path: Path) -> Iterator[None]:
     """Lock a graph file while it is compared and written, against other processes of this user.
 
-    The lock is a file in the state folder of the user, as the graph file itself is replaced by each write. A user without
-    a home has no lock. BadInput for a lock that another process keeps.
+    The lock is a file in the state folder of the user, as the graph file itself is replaced by each write. A user
+    without a home has no lock. BadInput for a lock that another process keeps.
     """
     with ExitStack() as stack:
         with suppress(OSError):
