@@ -190,6 +190,49 @@ def test_length_is_painted_in_the_viewport_mirrored_and_undone(session, opened, 
         assert page.driver.execute_script("return document.body.dataset.errors") == "0"
 
 
+BUST = GRAPH.replace("make_skin", "make_bust").replace('{ map = "scalp" }', '{ map = "length" }')
+RECORD = """window.dabs = []; brush.radius = 0.02; brush.falloff = 0; brush.value = 0;
+const own = Texels.prototype.dab;
+Texels.prototype.dab = function (cover, place, normal, brush) { dabs.push([place, normal]); own.call(this, cover, place, normal, brush); };"""
+
+
+@pytest.mark.kernels
+@pytest.mark.slow
+def test_a_stroke_on_the_bust_paints_all_skin_below_it_and_no_other(opened, folder):
+    (folder / "bust.toml").write_text(BUST)
+    shot = hairpipe.load(folder / "bust.toml", cache=folder / "cache")
+    assert shot.run(jobs=1).ok
+    mesh = shot.get("skin").mesh
+    session = Session(shot)
+    with served(session) as address:
+        page = Page(opened(address), session)
+        do(page.driver, "selectNode('hair')")
+        page.find("#paint").click()
+        page.until(lambda: page.driver.find_elements("css selector", "#brush"))
+        assert "overlap" not in page.find("#note").text
+        page.driver.execute_script("return beginPainting('length')")
+        page.driver.execute_script(RECORD + "viewer.camera.yaw = 0.9; viewer.camera.pitch = 0; viewer.redraw()")
+        drag(
+            page, (0.03, 0.27, 0.09), (0.07, 0.24, 0.02), (0.06, 0.17, 0.0), (0.13, 0.12, 0.0)
+        )  # from cheek to shoulder
+        page.until(lambda: "image" in str(given(session)["length"]))
+        dabs = np.array(page.driver.execute_script("return dabs"))
+        picture = read_image(folder / given(session)["length"]["image"])
+    corners, shares = mesh.points[mesh.triangles], np.random.default_rng(1).dirichlet((1, 1, 1), (6, 1)).swapaxes(0, 1)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    painted, kept = [], []
+    for share in shares[0]:
+        places, (u, v) = share @ corners, (share @ mesh.uv.astype(float)).T
+        values = picture[((1 - v) * 512).astype(int), (u * 512).astype(int)]
+        away = np.linalg.norm(places[:, None] - dabs[None, :, 0], axis=2)
+        faces = (normals @ dabs[:, 1].T > 0.3) & (away < 0.02 - 0.004)  # by two texels
+        painted.extend(values[faces.any(axis=1)])
+        kept.extend(values[(away > 0.02 + 0.008).all(axis=1)])
+    assert len(painted) > 3000 and max(painted) == 0.0
+    assert len(kept) > 50_000 and min(kept) == 1.0
+
+
 @pytest.mark.slow
 def test_a_body_without_texture_coordinates_is_named(session, opened, folder):
     (folder / "painted.toml").write_text(GRAPH.replace('"make_skin"', '"make_skin"\nbare = true'))

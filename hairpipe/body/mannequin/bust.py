@@ -7,6 +7,7 @@ import numpy as np
 from hairpipe.body.mannequin.anatomy import BUST
 from hairpipe.body.mannequin.blended_shapes import evaluate, project
 from hairpipe.body.mannequin.relaxation import relax
+from hairpipe.body.mannequin.unwrapping import Chart, unwrapped
 from hairpipe.body.scalp import Scalp, height_above, smooth_step
 from hairpipe.data import Body, Mesh, Skeleton
 from hairpipe.spatial.isosurface import extract_surface
@@ -30,18 +31,22 @@ EARS = (0.0, 0.330, 0.0)  # the point between the ear canals
 
 HAIRLINE = Scalp(front=42.0, temple=42.0, sideburn=12.0, ear=29.0, behind=-26.0, nape=-37.0, edge=7.0)
 LENGTHS = Scalp(front=62.0, temple=62.0, sideburn=55.0, ear=55.0, behind=10.0, nape=-5.0, edge=50.0)
+CHARTS = (Chart((0.33, 0.67), 0.32), Chart((0.775, 0.225), 0.215), Chart((0.885, 0.885), 0.1))
+"""Places in the texture of the head, seen from the crown, of the shoulders, seen from above, and of the base."""
+NECK, EDGE = 0.19, 0.02  # heights of the cuts between them; that of the neck tilts as the weights do
 SHORTEST = 0.6  # length of the hair at the hairline, as a share of that at the crown
 
 
 def build_bust() -> Body:
-    """Return the bust [m]: a closed mesh, four joints, weights, uv about the crown, maps "scalp", "length". Pure."""
+    """Return the bust [m]: a closed mesh, four joints, weights, uv without overlap, maps "scalp", "length". Pure."""
     points, triangles = polygonise()
     around = points - np.array(EARS)
     maps = {
         "scalp": height_above(HAIRLINE, around),
         "length": SHORTEST + (1.0 - SHORTEST) * height_above(LENGTHS, around),
     }
-    mesh = Mesh(points, triangles, uv=crown_uv(around)[triangles].astype(np.float32))
+    uv = unwrapped(points, triangles, parts_of(points, triangles), CHARTS)
+    mesh = Mesh(points, triangles, uv=uv.astype(np.float32))
     joints = np.tile(np.arange(len(JOINTS), dtype=np.int32), (len(points), 1))
     return Body(mesh, build_skeleton(), joints, blend_weights(points), maps)
 
@@ -83,9 +88,7 @@ def blend_weights(points: np.ndarray) -> np.ndarray:
     return -np.diff(np.stack([*above, np.zeros(len(points))], axis=1), axis=1)
 
 
-def crown_uv(around: np.ndarray) -> np.ndarray:
-    """Return texture coordinates (n, 2): the crown at (1/2, 1/2), the angle from it as distance, the front below."""
-    flat = np.hypot(around[:, 0], around[:, 2])
-    angle = np.arctan2(flat, around[:, 1]) / (2.0 * np.pi)
-    direction = around[:, (0, 2)] * (1.0, -1.0) / np.maximum(flat, 1e-12)[:, None]
-    return 0.5 + angle[:, None] * direction
+def parts_of(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Return the chart of each triangle (m,): head, shoulders and base, cut at the neck and at the lower edge."""
+    _, y, z = points[triangles].mean(axis=1).T
+    return np.where(y + 0.48 * z > NECK, 0, np.where(y > EDGE, 1, 2))

@@ -42,7 +42,8 @@ async function beginPainting(target) {
   endPainting();
   viewer ??= new Viewer(/** @type {HTMLElement} */ (document.getElementById("stage")), () => {});
   const scene = /** @type {Scene} */ (viewer.scene), texels = new Texels(placesOf(found, [found.arrays.points.length / 3]), scene.facesOf(found.meta.faces, faces).rows, uv, PAINT_SIZE);
-  Object.assign(brush, { node: app.node, target, texels, item: paintedMesh(scene, texels, uv), source: "" });
+  const scalp = (await hairpipe.get(body.replace(/mesh$/, "maps"))).arrays.scalp;
+  Object.assign(brush, { node: app.node, target, texels, item: paintedMesh(scene, texels, uv, scalp), source: "" });
   await takeSource(body);
   showPainting();
 }
@@ -85,7 +86,8 @@ function showPainting() {
   viewer.legend.replaceChildren();
   if (viewer.framed !== `paint ${brush.node}`) viewer.camera.frame(item.low, item.high);
   viewer.framed = `paint ${brush.node}`;
-  viewer.note.textContent = "drag on the body to paint, with Ctrl to paint the opposite; drag beside it to turn, right drag to move; [ and ] change the radius";
+  const shared = Math.round(100 * (brush.texels?.overlap ?? 0)), overlap = shared ? `; ${shared} % of its texture coordinates overlap, where paint shows in several places` : "";
+  viewer.note.textContent = `drag on the body to paint, with Ctrl to paint the opposite; drag beside it to turn, right drag to move; [ and ] change the radius; hair grows within the white line${overlap}`;
   if (!document.getElementById("brush")) stage.append(brushTools());
   viewer.redraw();
 }

@@ -1,25 +1,29 @@
 "use strict";
-// A mesh with the image that is painted on it, from dark blue for 0 to yellow for 1.
+// A mesh with the image that is painted on it, from dark blue for 0 to yellow for 1, and pale where no hair grows.
 
 const PAINT_VERTEX = `#version 300 es
-layout(location=0) in vec3 place; layout(location=1) in vec3 normal; layout(location=2) in vec2 uv;
-uniform mat4 view; uniform vec3 lamp; out vec2 at; out float lit;
-void main() { gl_Position = view * vec4(place, 1.0); at = vec2(uv.x, 1.0 - uv.y); lit = 0.55 + 0.45 * abs(dot(normalize(normal), lamp)); }`;
+layout(location=0) in vec3 place; layout(location=1) in vec3 normal; layout(location=2) in vec2 uv; layout(location=3) in float scalp;
+uniform mat4 view; uniform vec3 lamp; out vec2 at; out float lit; out float grows;
+void main() { grows = scalp; gl_Position = view * vec4(place, 1.0); at = vec2(uv.x, 1.0 - uv.y); lit = 0.55 + 0.45 * abs(dot(normalize(normal), lamp)); }`;
 const PAINT_FRAGMENT = `#version 300 es
-precision mediump float; in vec2 at; in float lit; uniform sampler2D paint; out vec4 pixel;
+precision mediump float; in vec2 at; in float lit; in float grows; uniform sampler2D paint; out vec4 pixel;
 void main() {
   float value = texture(paint, at).r;
   vec3 colour = value < 0.5 ? mix(vec3(0.16, 0.17, 0.36), vec3(0.13, 0.57, 0.55), 2.0 * value) : mix(vec3(0.13, 0.57, 0.55), vec3(0.99, 0.91, 0.20), 2.0 * value - 1.0);
+  float line = 1.0 - smoothstep(0.0, 1.5, abs(grows - 0.5) / max(fwidth(grows), 1e-5));
+  colour = mix(mix(vec3(0.72, 0.64, 0.60), colour, 0.35 + 0.65 * smoothstep(0.3, 0.7, grows)), vec3(1.0), 0.8 * line);
   pixel = vec4(colour * lit, 1.0);
 }`;
 
-/** Put a mesh and its image on the graphics card; `update` takes a changed image. @param {Scene} scene @param {Texels} texels @param {Float32Array} uv @returns {Item & {update: () => void}} */
-function paintedMesh(scene, texels, uv) {
+/** Put a mesh and its image on the graphics card; `update` takes a changed image.
+ * @param {Scene} scene @param {Texels} texels @param {Float32Array} uv @param {Numbers | undefined} scalp density of hair at each vertex, 0 to 255; hair grows everywhere without @returns {Item & {update: () => void}} */
+function paintedMesh(scene, texels, uv, scalp) {
   const { gl } = scene, { places, triangles, size } = texels, corners = triangles.length, before = scene.work.bytes;
   const smooth = normalsOf(places, triangles), spread = (/** @type {Float32Array} */ values) => Float32Array.from({ length: 3 * corners }, (_, i) => values[3 * triangles[Math.floor(i / 3)] + (i % 3)]);
   const program = programOf(gl, PAINT_VERTEX, PAINT_FRAGMENT), array = gl.createVertexArray(), texture = gl.createTexture();
   gl.bindVertexArray(array);
-  const held = [spread(places), spread(smooth), Float32Array.from({ length: 2 * corners }, (_, i) => uv[(i % 2) * corners + (i >> 1)])].map((data, k) => {
+  const held = [spread(places), spread(smooth), Float32Array.from({ length: 2 * corners }, (_, i) => uv[(i % 2) * corners + (i >> 1)]),
+    Float32Array.from({ length: corners }, (_, i) => (scalp ? scalp[triangles[i]] / 255 : 1))].map((data, k) => {
     const buffer = scene.buffer(data);
     gl.enableVertexAttribArray(k);
     gl.vertexAttribPointer(k, data.length / corners, gl.FLOAT, false, 0, 0);

@@ -113,12 +113,29 @@ def test_hair_is_longest_at_the_crown(bust):
     assert all(values.min() >= 0.0 and values.max() <= 1.0 for values in bust.maps.values())
 
 
-def test_texture_of_the_scalp_has_neither_seam_nor_fold(bust):
-    on_scalp = (bust.maps["scalp"][bust.mesh.triangles] > 0.5).all(axis=1)
-    u, v = np.moveaxis(bust.mesh.uv[on_scalp].astype(float), -1, 0)
-    areas = (u[:, 1] - u[:, 0]) * (v[:, 2] - v[:, 0]) - (u[:, 2] - u[:, 0]) * (v[:, 1] - v[:, 0])
-    assert (areas > 0.0).all()
-    assert bust.mesh.uv.min() >= 0.0 and bust.mesh.uv.max() <= 1.0
+def test_no_texel_lies_in_two_triangles(bust):
+    uv, size = bust.mesh.uv.astype(float), 1024
+    count = np.zeros((size, size), int)
+    for (ax, ay), (bx, by), (cx, cy) in uv * size - 0.5:
+        across = np.arange(np.ceil(min(ax, bx, cx)), max(ax, bx, cx))
+        up = np.arange(np.ceil(min(ay, by, cy)), max(ay, by, cy))
+        x, y = np.meshgrid(across, up, indexing="ij")
+        sides = [(bx - ax, by - ay, ax, ay), (cx - bx, cy - by, bx, by), (ax - cx, ay - cy, cx, cy)]
+        inside = np.all([dx * (y - oy) - dy * (x - ox) > 1e-9 for dx, dy, ox, oy in sides], axis=0)
+        np.add.at(count, (x[inside].astype(int), y[inside].astype(int)), 1)
+    assert count.max() == 1 and count.mean() > 0.45
+    areas = np.cross(uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0])
+    assert (areas > 0.0).all() and uv.min() >= 0.0 and uv.max() <= 1.0
+
+
+def test_texels_of_the_scalp_are_of_even_size(bust):
+    """Between half of and twice the median, so that a painted map is equally sharp everywhere."""
+    points, triangles = bust.mesh.points, bust.mesh.triangles
+    on_scalp = (bust.maps["scalp"][triangles] > 0.5).all(axis=1)
+    corners, uv = points[triangles[on_scalp]], bust.mesh.uv[on_scalp].astype(float)
+    skin = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    sizes = np.sqrt(skin / np.cross(uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0])) / 512
+    assert 0.0005 < 0.5 * np.median(sizes) < sizes.min() and sizes.max() < 2.0 * np.median(sizes) < 0.004
 
 
 def test_ears_are_where_the_hairline_is_drawn_from(bust):
