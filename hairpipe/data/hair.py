@@ -49,6 +49,8 @@ class HairState:
     touching         contact with bodies; None: there are none, or it is unknown
     impulses         impulses of goals on strands in the last frame [N s], (strands, 3) float64, of followers 0; None:
                      there are no goals
+    grown            size of the skin at the roots over that at the first frame
+    grown_reported   the last such ratio that was reported; 1: none was
     """
 
     positions: np.ndarray
@@ -64,6 +66,8 @@ class HairState:
     locks: LockState | None = None
     touching: Touching | None = None
     impulses: np.ndarray | None = None
+    grown: float = 1.0
+    grown_reported: float = 1.0
 
     def leaders(self, strands: int) -> np.ndarray:
         """Return the strand by whose simulation each of so many moves, itself if it is simulated, (strands,) int32."""

@@ -5,15 +5,18 @@ from warnings import warn
 
 import numpy as np
 
+from hairpipe.data import Groom, Mesh
 from hairpipe.data.hair import HairState
 from hairpipe.data.lengths import segment_lengths
 from hairpipe.groom.binding import name_strands
 from hairpipe.levelset.collider import Collider, SdfSample
+from hairpipe.sim.boundary import Driver
 from hairpipe.sim.contact.body.length_projection import STRETCH
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.settings import Scene
 from hairpipe.sim.state import State
 from hairpipe.sim.strands.interface import may_be_lost
+from hairpipe.spatial.triangles import area_vectors
 
 SHALLOW = 2e-3
 """A root that lies so little below the skin is an ordinary one [m], whatever its segments are."""
@@ -21,6 +24,10 @@ FEW = 0.01
 """Share of the strands that may repeat steps in a frame without a warning."""
 MORE = 1.1
 """Smallest ratio of a new stretch to the reported one."""
+GROWN = 1.1
+"""Smallest ratio of the size of skin that is reported, of later to earlier skin or the opposite."""
+GROWN_MORE = 1.4
+"""The same of a size to the one that was reported last."""
 _FREE = 0.1  # taken as the limit where a scene has none
 _EXACT = 0.005
 
@@ -94,6 +101,33 @@ def warn_of_stretch(hair: HairModel, positions: np.ndarray, scene: Scene, frame:
         stacklevel=3,
     )
     return float(stretch[worst])
+
+
+def warn_of_growth(
+    groom: Groom, drivers: tuple[Driver, Driver], frame: int, grown: float, reported: float
+) -> tuple[float, float]:
+    """Warn of skin that has grown, or shrunk, at the roots since the first frame: hair keeps its length.
+
+    drivers   bodies at the previous frame and at this one; ends are of constant size
+    grown     size of the skin at the previous frame over that at the first, the median over strands
+    reported  the last ratio that was reported; only a ratio that differs from it by a margin is reported again
+
+    Returns the ratio at this frame, and the last one that was reported.
+    """
+    here = [Mesh(b.points, b.triangles[groom.root_triangles]) for b in drivers if isinstance(b, Mesh)]
+    if len(here) < 2:
+        return grown, reported
+    first, second = (np.linalg.norm(area_vectors(skin), axis=1) for skin in here)
+    has_area = (first > 0.0) & (second > 0.0)
+    if has_area.any():
+        grown *= float(np.sqrt(np.median(second[has_area] / first[has_area])))
+    change = abs(np.log(grown / reported))
+    if not change > np.log(GROWN if reported == 1.0 else GROWN_MORE):
+        return grown, reported
+    done = "grown" if grown > 1.0 else "shrunk"
+    message = f"the skin at the roots has {done} by {100.0 * abs(grown - 1.0):.0f} % since the first frame"
+    warn(f"{message}, at frame {frame}, and hair keeps its length (a body of constant size)", stacklevel=3)
+    return grown, grown
 
 
 def warn_of_lost(hair: HairModel, before: HairState, after: HairState, frame: int) -> None:

@@ -24,6 +24,7 @@ from hairpipe.sim.build import bodies_of, check_scheme, gravity_of, integrator_o
 from hairpipe.sim.cuts import move_over_cut
 from hairpipe.sim.diagnostics import (
     warn_of_deep_roots,
+    warn_of_growth,
     warn_of_held,
     warn_of_lost,
     warn_of_stretch,
@@ -72,7 +73,7 @@ class StrandSimulation:
         return state
 
     def advance(self, state: HairState, frame: Frame) -> HairState:
-        """Return the hair at a frame; warns of strands that were lost and of stretch."""
+        """Return the hair at a frame; warns of strands that were lost, of stretch, and of skin that grows."""
         hair = self.hair
         scene = self._scene_at(frame)
         bodies = self._bodies_at(frame)
@@ -87,7 +88,10 @@ class StrandSimulation:
         else:
             moved = advance_locked(hair, state, frame, scene, simulate)
         warn_of_lost(hair, state, moved, frame.number)
-        return replace(moved, stretched=warn_of_stretch(hair, moved.positions, scene, frame.number, state.stretched))
+        stretched = warn_of_stretch(hair, moved.positions, scene, frame.number, state.stretched)
+        size = state.grown, state.grown_reported
+        grown, reported = warn_of_growth(hair.groom, frame.drivers, frame.number, *size)
+        return replace(moved, stretched=stretched, grown=grown, grown_reported=reported)
 
     def move_over_cut(self, state: HairState, drivers: tuple[Driver, Driver]) -> HairState:
         """Return the hair moved with its roots, see `hairpipe.sim.cuts`."""

@@ -8,9 +8,17 @@ import pytest
 from hairpipe.levelset.bake.whole import bake
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_stretch, warn_of_sweep, warn_of_weight
+from hairpipe.sim.diagnostics import (
+    warn_of_deep_roots,
+    warn_of_growth,
+    warn_of_stretch,
+    warn_of_sweep,
+    warn_of_weight,
+)
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Collisions, StrainLimit
+from hairpipe.sim.shot import Frame
+from hairpipe.sim.simulate import StrandSimulation
 
 
 @pytest.fixture
@@ -44,6 +52,38 @@ def test_the_largest_stretch_is_named_once_and_again_when_it_has_grown(shot):
         warnings.simplefilter("error")
         assert warn_of_stretch(shot.hair, x, scene, 8, reported) == reported
     assert reported == pytest.approx(2.3)
+
+
+def grow(groom, body, factors):
+    """Report bodies that are scaled frame by frame; the messages, and the ratio at the end."""
+    size, messages = (1.0, 1.0), []
+    bodies = [replace(body, points=factor * body.points) for factor in factors]
+    for frame in range(1, len(bodies)):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            size = warn_of_growth(groom, (bodies[frame - 1], bodies[frame]), frame, *size)
+        messages += [str(warning.message) for warning in caught]
+    return messages, size[0]
+
+
+def test_skin_that_grows_is_named_at_first_and_when_it_has_grown_much_more(shot):
+    messages, ratio = grow(shot.hair.groom, shot.body, [1.0 + 0.6 * frame / 11 for frame in range(12)])
+    assert ratio == pytest.approx(1.6)
+    assert [message.partition(",")[0] for message in messages] == [
+        "the skin at the roots has grown by 11 % since the first frame",
+        "the skin at the roots has grown by 60 % since the first frame",
+    ]
+    messages, ratio = grow(shot.hair.groom, shot.body, [1.0, 0.85])
+    assert ratio == pytest.approx(0.85) and "has shrunk by 15 %" in messages[0]
+    assert grow(shot.hair.groom, shot.body, [1.0, 1.05, 0.95, 1.0])[0] == []
+
+
+def test_a_shot_names_skin_that_grows(shot):
+    larger = replace(shot.body, points=1.2 * shot.body.points)
+    simulation = StrandSimulation(shot.hair, shot.scene)
+    with pytest.warns(UserWarning, match="has grown by 20 % .*at frame 1, and hair keeps its length"):
+        state = simulation.advance(shot.state, Frame((shot.body, larger), (), (), 0.0, 1 / 24))
+    assert state.grown == state.grown_reported == pytest.approx(1.2)
 
 
 def test_the_published_solver_of_contact_is_warned_of(shot):
