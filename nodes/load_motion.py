@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from hairpipe.data import Body, Pose
-from hairpipe.graph import Cuts, Time, node
+from hairpipe.graph import Cuts, First, Time, node
 from hairpipe.io.mesh_cache.files import GLTF, USD, list_files
 from hairpipe.plain_file import Absent
 from hairpipe.units import Degrees, Ge, Gt, Metres, Reads, Seconds, Suffixes
@@ -15,12 +15,13 @@ def load_motion(
     rest: Body,
     time: Time,
     cuts: Cuts,
+    first: First = First(1001),  # noqa: B008 - a number
     *,
     file: Annotated[Path, Suffixes((".bvh", *GLTF, *USD)), Reads(list_files)],
     clip: str | None = None,
     group: str | None = None,
-    at: int = 1001,
-    start: Seconds = 0.0,
+    at: int | None = None,
+    start: Seconds | None = None,
     settle: Annotated[Seconds, Ge(0.0)] = 0.0,
     speed: Annotated[float, Gt(0)] = 1.0,
     unit: Annotated[Metres, Gt(0)] | None = None,
@@ -39,10 +40,11 @@ def load_motion(
     `up`, `reference`, `yaw`, `skip`, `floor` and `joints`. Weights of blend shapes and morph targets go by name.
 
     file       path of the BVH clip, glTF or USD file
-    clip       name of an animation of a glTF file, or a pattern of names (*) to join some; by default the first
+    clip       name of an animation of a glTF file, or a pattern of names (*) to join some; by default the first take
     group      path of the meshes of a USD file, or name of a node of a glTF file, whose joints are read
-    at         frame of the shot at clip time `start`; the body is still outside the clip
-    start      time in the clip at the frame `at`; a clip of USD begins at its first sample
+    at         frame of the shot at clip time `start`, by default 1001; the body is still outside the clip
+    start      time in the clip at the frame `at`; a clip of USD or glTF begins at its first sample. By default 0, but
+               without `at` a USD or glTF file that reaches the frames of the shot keeps its times
     settle     duration before `at` in which the body moves from rest to its first pose; see `preroll` of a graph
     speed      playback speed: 0.5 is half the recorded speed
     unit       metres per unit of the clip; by default the ratio of leg lengths, or 1 without legs
@@ -59,24 +61,25 @@ def load_motion(
     from hairpipe.body.mocap.approach import approach
     from hairpipe.body.mocap.posing import Playback, pose_at
     from hairpipe.io.mesh_cache.formats import recall_joints
-    from hairpipe.io.mesh_cache.joint_motion import clip_of, pose_of, sample_pose, weighted
-    from hairpipe.io.mesh_cache.moving import Instant
+    from hairpipe.io.mesh_cache.joint_motion import clip_of, pose_of, sample_pose, start_of, weighted
+    from hairpipe.io.mesh_cache.moving import AT, Instant
     from hairpipe.io.mocap.bvh import recall_bvh
 
     def elapsed(frame: int) -> float:
-        since = (frame - at) / time.fps
+        since = (frame - anchor) / time.fps
         return (max(since, 0.0) if settle > 0.0 else since) * speed
 
-    since = (time.frame - at) / time.fps
+    anchor, reach = (AT, first) if at is None else (at, None)
+    since = (time.frame - anchor) / time.fps
     sides = tuple((elapsed(cut - 1), elapsed(cut)) for cut in cuts)
     playback = Playback(up=up, reference=reference, unit=unit, skip=skip, joints=joints, floor=floor, yaw=yaw)
     motion = recall_joints(file, group, clip, time.fps, absent)
-    moment = Instant(start * time.fps, elapsed(time.frame), sides, fps=time.fps, speed=speed)
+    moment = Instant(start, elapsed(time.frame), sides, anchor, reach, fps=time.fps, speed=speed)
     sampled = sample_pose(motion, moment) if motion and (motion.shapes or playback == Playback()) else None
     pose = pose_of(motion, rest.skeleton, sampled) if motion and sampled and playback == Playback() else None
     if pose is None:
-        played = clip_of(motion) if motion else recall_bvh(file)
-        begun = [(start + before, start + after) for before, after in sides]
-        pose = pose_at(rest.skeleton, played, start + elapsed(time.frame), speed, playback, begun)
+        begin, played = (start_of(motion, moment), clip_of(motion)) if motion else (start or 0.0, recall_bvh(file))
+        begun = [(begin + before, begin + after) for before, after in sides]
+        pose = pose_at(rest.skeleton, played, begin + elapsed(time.frame), speed, playback, begun)
     pose = weighted(pose, motion.shapes, sampled, rest.shapes) if motion and sampled else pose
     return approach(rest, pose, -since, settle) if settle > 0.0 > since else pose

@@ -24,13 +24,13 @@ An input is annotated with its type `T`, or with what the node sees of it over t
 `Frames[Spent]`, `Reached[Spent]`  the time that each result took, of a node with values of any type
 
 A parameter of type `Time` gives the frame and its length, one of type `Cuts` the frames at which the shot is cut, one
-of type `Workspace` an empty folder for a `File`, a value that the graph can publish. A node raises `BadInput` for input
-that the user can fix; its warnings are reported.
+of type `First` the first frame of the shot, one of type `Workspace` an empty folder for a `File`, a value that the
+graph can publish. A node raises `BadInput` for input that the user can fix; its warnings are reported.
 `@flat_group("settings")` makes the fields of that group settings of the node itself.
 """
 
 from hairpipe.graph.node.declare import node
 from hairpipe.graph.node.flat_group import flat_group
-from hairpipe.graph.node.signature import Cuts, File, Frames, Pair, Reached, Spent, Time, Workspace
+from hairpipe.graph.node.signature import Cuts, File, First, Frames, Pair, Reached, Spent, Time, Workspace
 
-__all__ = ["Cuts", "File", "Frames", "Pair", "Reached", "Spent", "Time", "Workspace", "flat_group", "node"]
+__all__ = ["Cuts", "File", "First", "Frames", "Pair", "Reached", "Spent", "Time", "Workspace", "flat_group", "node"]

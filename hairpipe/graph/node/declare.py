@@ -9,7 +9,18 @@ from types import SimpleNamespace
 from typing import Annotated, Any, Literal, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.node.signature import DATA_SUFFIXES, Cuts, File, Frames, Pair, Reached, Spent, Time, Workspace
+from hairpipe.graph.node.signature import (
+    DATA_SUFFIXES,
+    Cuts,
+    File,
+    First,
+    Frames,
+    Pair,
+    Reached,
+    Spent,
+    Time,
+    Workspace,
+)
 from hairpipe.units import Suffixes
 
 Mode = Literal["once", "each", "scan"]
@@ -73,7 +84,8 @@ class NodeType:
     writes          suffixes under which its File may be published, in lower case
     state           output that a scan receives back as `previous`
     asks_time       names of its parameters that take the time,
-    asks_cuts       the cuts of the shot, and
+    asks_cuts       the cuts of the shot,
+    asks_first      the first frame of the shot, and
     asks_workspace  a folder to write in
     prepare         computes the value of the parameter `prepared`; None if absent
     tuning          module that lists simplifications, see `hairpipe/simplification.py`; None: none
@@ -90,6 +102,7 @@ class NodeType:
     state: str | None
     asks_time: tuple[str, ...]
     asks_cuts: tuple[str, ...]
+    asks_first: tuple[str, ...]
     asks_workspace: tuple[str, ...]
     prepare: Preparation | None
     tuning: str | None = None
@@ -159,7 +172,7 @@ def read_signature(function: Callable[..., Any], mode: Mode, prepare: Callable[.
         if parameter.annotation is parameter.empty or not named:
             refuse(f"parameter '{parameter.name}' without a type", "every parameter is named and annotated")
     inputs = [p for p in plain if p.kind is not p.KEYWORD_ONLY]
-    special = {p.name for p in inputs if hints[p.name] in (Time, Cuts, Workspace) or p.name == "previous"}
+    special = {p.name for p in inputs if hints[p.name] in (Time, Cuts, First, Workspace) or p.name == "previous"}
     outputs, writes = read_outputs(hints.get("return"), refuse)
     declared = NodeType(
         name=function.__name__,
@@ -173,6 +186,7 @@ def read_signature(function: Callable[..., Any], mode: Mode, prepare: Callable[.
         state=read_state(mode, hints if "previous" in special else {}, outputs, refuse),
         asks_time=tuple(name for name in special if hints[name] is Time),
         asks_cuts=tuple(name for name in special if hints[name] is Cuts),
+        asks_first=tuple(name for name in special if hints[name] is First),
         asks_workspace=tuple(name for name in special if hints[name] is Workspace),
         prepare=None,
     )

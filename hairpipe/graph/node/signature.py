@@ -39,6 +39,10 @@ A `once` node receives the cuts within the run, an `each` node all cuts, a scan 
 """
 
 
+First = NewType("First", int)
+"""First frame of the shot, without preroll: a longer range at its end does not change it."""
+
+
 class Frames(Mapping[int, T]):
     """A value at every frame of the run, by frame number; loaded on access and not cached.
 

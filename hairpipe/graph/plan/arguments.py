@@ -5,7 +5,7 @@ from typing import Any
 
 from hairpipe.graph.node.declare import NodeType, Socket
 from hairpipe.graph.node.settings import build_settings
-from hairpipe.graph.node.signature import Cuts, Frames, Pair, Reached, Spent, Time, Workspace
+from hairpipe.graph.node.signature import Cuts, First, Frames, Pair, Reached, Spent, Time, Workspace
 from hairpipe.graph.plan.tasks import Inputs, Source
 
 Named = dict[str, Any]
@@ -46,19 +46,20 @@ def build_arguments(
     node_type: NodeType,
     named: Named,
     settings: dict[str, Any],
-    moment: tuple[Time, Cuts],
+    moment: tuple[Time, Cuts, First],
     folder: Workspace | None,
     load: Load,
 ) -> dict[str, Any]:
     """Build the arguments of a node from the names of its inputs and plain settings.
 
-    moment  time and cuts for the node
+    moment  time, cuts and first frame for the node
     folder  workspace, for a node with this parameter
     """
     arguments = build_inputs(node_type.sockets.values(), named, load)
-    time, cuts = moment
+    time, cuts, first = moment
     arguments |= dict.fromkeys(node_type.asks_time, time)
     arguments |= dict.fromkeys(node_type.asks_cuts, cuts)
+    arguments |= dict.fromkeys(node_type.asks_first, first)
     arguments |= dict.fromkeys(node_type.asks_workspace, folder)
     if node_type.state is not None:
         previous = named["previous"]

@@ -62,9 +62,9 @@ class Resolver:
         return self.frames[0] if task.frame is None else task.frame
 
     def time_of(self, task: Task) -> dict[str, Any]:
-        """Return frame, frames per second and cuts of a task."""
+        """Return frame, frames per second and cuts of a task, and the first frame of the shot."""
         cuts = self.graph.cuts_of(self.graph.nodes[task.node], task.frame, self.frames)
-        return {"frame": self.frame_of(task), "fps": self.graph.fps, "cuts": list(cuts)}
+        return {"frame": self.frame_of(task), "fps": self.graph.fps, "cuts": list(cuts), "first": self.graph.frames[0]}
 
     def find(self, task: Task, key: str) -> Record | None:
         """Find the result of a task in the store; the state of a scan may be missing unless it is demanded."""
@@ -120,7 +120,8 @@ class Resolver:
     def _key_time(self, node: Node, task: Task) -> dict[str, Any] | None:
         """Return the time parameters of the node as part of a key, without cuts if there are none."""
         time = self.time_of(task)
-        asked = (["frame", "fps"] if node.type.asks_time else []) + (["cuts"] if node.type.asks_cuts else [])
+        asks = {("frame", "fps"): node.type.asks_time, ("cuts",): node.type.asks_cuts, ("first",): node.type.asks_first}
+        asked = [name for names, asking in asks.items() if asking for name in names]
         return {name: time[name] for name in asked if time[name] != []} or None
 
 

@@ -11,7 +11,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.engine.member import environment
 from hairpipe.graph.file.graph import Graph, Node
 from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.node.signature import Time
+from hairpipe.graph.node.signature import First, Time
 from hairpipe.graph.plan.arguments import build_arguments, name_inputs
 from hairpipe.graph.plan.planner import Planner
 from hairpipe.graph.plan.preparation import Preparations
@@ -85,7 +85,8 @@ class Player:
         settings = self.graph.settings(node)
         inputs = inputs_of(self.graph, Task(node.name, frame), (frame,))
         named = name_inputs(kind, inputs, (frame,), self._name)
-        moment = Time(frame, self.graph.fps), self.graph.cuts_of(node, frame, (frame,))
+        cuts = self.graph.cuts_of(node, frame, (frame,))
+        moment = Time(frame, self.graph.fps), cuts, First(self.graph.frames[0])
         arguments = build_arguments(kind, named, settings, moment, None, self._load)
         prepared = self._preparations.prepare(kind, named, settings, self._load)
         begun = time.perf_counter()

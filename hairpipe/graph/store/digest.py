@@ -75,7 +75,7 @@ def key_parts(
 
     settings  checked values; a file is there by the digest of its bytes
     inputs    by socket, or `socket.0` ...: a digest, [previous, current], [[frame, digest], ...] or None
-    time      frame, fps and cuts where the node asks for them, else None
+    time      frame, fps, cuts and first frame of the shot where the node asks for them, else None
     """
     return {"type": type_name, "code": code, "settings": settings, "inputs": inputs, "time": time}
 

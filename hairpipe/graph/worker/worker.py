@@ -28,7 +28,7 @@ from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.file.trust import grant
 from hairpipe.graph.node.declare import NodeType
 from hairpipe.graph.node.messages import recorded_warnings
-from hairpipe.graph.node.signature import Cuts, Time, Workspace
+from hairpipe.graph.node.signature import Cuts, First, Time, Workspace
 from hairpipe.graph.plan.arguments import build_arguments
 from hairpipe.graph.plan.preparation import Preparations
 from hairpipe.graph.store.atomic import workspace
@@ -98,7 +98,8 @@ class Worker:
         node_type = self.registry.find(job["type"])
         with workspace(self.store.temporary) if node_type.asks_workspace else nullcontext() as folder:
             inputs = job["parts"]["inputs"]
-            moment = Time(job["time"]["frame"], job["time"]["fps"]), Cuts(tuple(job["time"]["cuts"]))
+            given = job["time"]
+            moment = Time(given["frame"], given["fps"]), Cuts(tuple(given["cuts"])), First(given["first"])
             arguments = build_arguments(
                 node_type,
                 job["parts"]["inputs"],

@@ -1,6 +1,7 @@
 """Nodes of a glTF file over time: their transforms, and the weights of morph targets."""
 
 import warnings
+from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
 from typing import Any, NamedTuple
 
@@ -63,8 +64,24 @@ def slerp(first: np.ndarray, second: np.ndarray, share: float) -> np.ndarray:
     return (np.sin((1.0 - share) * angle) * first + np.sin(share * angle) * second) / np.sin(angle)
 
 
+def find_take(clips: Sequence[Mapping[str, Any]]) -> list[int]:
+    """Return the indices of the animations that play together with the first: those that move nothing that it moves.
+
+    Programs write an animation for each object and for its shape keys; others move the same nodes in another way. Pure.
+    """
+    moved = set[tuple[Any, Any]]()
+    found = list[int]()
+    for number, clip in enumerate(clips):
+        targets = [channel.get("target", {}) for channel in clip.get("channels", ())]
+        own = {(target.get("node"), target.get("path")) for target in targets}
+        if moved.isdisjoint(own):
+            found.append(number)
+            moved |= own
+    return found
+
+
 class Animation:
-    """The nodes of the scene of a file, and one of its animations; none if nothing `moves`.
+    """The nodes of the scene of a file, and its animations of one take; none if nothing `moves`.
 
     tracks   by node and property
     parents  of all nodes, -1 at roots
@@ -107,11 +124,13 @@ class Animation:
             raise BadInput(f"there is no animation {clip!r}", where=document.path, right=right)
         if not clips:
             return {}
-        if clip is None and len(clips) > 1:
-            message = f"{document.path} has the animations {', '.join(names[:12])}: {names[0]} is read"
-            warnings.warn(f"{message}; `clip` selects another", stacklevel=2)
         if clip is None:
-            chosen = chosen[:1]
+            numbers = find_take(clips)
+            chosen = [clips[number] for number in numbers]
+            if len(numbers) < len(clips):
+                read = ", ".join(names[number] for number in numbers[:12])
+                message = f"{document.path} has the animations {', '.join(names[:12])}: {read} is read"
+                warnings.warn(f"{message}; `clip` selects another", stacklevel=2)
         found = {}
         for sampler, channel in ((c["samplers"], channel) for c in chosen for channel in c.get("channels", ())):
             target = channel.get("target", {})

@@ -186,4 +186,4 @@ def read_joints(path: Path, group: str | None, clip: str | None, fps: float) -> 
     named = name_weights(pieces)
     weights = np.array([[*weights_of(pieces, named, float(code / fps)).values()] for code in pieces.codes])
     shapes = tuple(weights_of(pieces, named, None))
-    return JointMotion(joints.skeleton(), np.array(moved), pieces.codes, fps, 0.0, shapes, weights)
+    return JointMotion(joints.skeleton(), np.array(moved), pieces.codes, fps, float(pieces.codes[0]), shapes, weights)

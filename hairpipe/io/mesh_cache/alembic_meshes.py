@@ -12,7 +12,7 @@ import numpy as np
 from hairpipe.apart import recall
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
-from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, join_shapes, read_at
+from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, join_shapes, read_at, sampled
 from hairpipe.io.polygons import triangulate, warn_of_unused
 from hairpipe.plain_file import checked_size
 
@@ -66,7 +66,8 @@ class AlembicMeshes:
         if not self.pieces:
             right = "a visible polygon mesh or subdivision surface"
             raise BadInput(f"no mesh{'' if group is None else f' at or under {group}'}", where=path, right=right)
-        times = np.sort(np.concatenate([times for piece in self.pieces for times in piece.times()]))
+        groups = [times for piece in self.pieces for times in piece.times()]
+        times = np.array(sorted(sampled(groups) or groups[0]))
         self.seconds = times[np.insert(np.diff(times) > EXACT, 0, True)]
         self.codes = self.seconds * fps
         self.own = [piece.has_velocities for piece in self.pieces]
@@ -105,9 +106,9 @@ class Piece:
         self.polygons = self._polygons(0)
         self.changes = str(schema.getTopologyVariance()).endswith("kHeterogenousTopology")
 
-    def times(self) -> list[np.ndarray]:
+    def times(self) -> list[list[float]]:
         """Return the times of all samples of points and transforms [s]."""
-        return [times_of(schema) for schema in (self.schema, *self.spaces)]
+        return [times_of(schema).tolist() for schema in (self.schema, *self.spaces)]
 
     def shape(self, time: float) -> Shape:
         """Read the triangles and points at a time; BadInput where counts, indices and points do not agree."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from hairpipe.data import BlendShapes, Mesh, Pose, Skeleton
 from hairpipe.data.clip import Clip
-from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, read_at
+from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, place, read_at
 from hairpipe.io.rigging import rigid
 
 ALIKE = 1e-6
@@ -57,16 +57,25 @@ class JointMotion:
 def sample_pose(motion: JointMotion, instant: Instant) -> Pose:
     """Return joints and weights at an instant, in the order of the motion.
 
-    instant  its start is a time of the clip, in frames of the shot
+    instant  its start is a time of the clip [s], or None
     """
-    start = motion.start + instant.start / instant.fps * motion.rate
-    found, _ = read_at(motion, replace(instant, start=start))
+    start = None if instant.start is None else motion.start + instant.start * motion.rate
+    found, _ = read_at(motion, replace(instant, start=start), lambda code: (code - motion.start) / motion.rate)
     joints = len(motion.skeleton.names)
     transforms, rates = (np.zeros((joints, 4, 4)) for _ in range(2))
     transforms[:, 3, 3] = 1.0
     for result, columns in ((transforms, found.points), (rates, found.rates)):
         result[:, :3] = columns[: 4 * joints].reshape(-1, 4, 3).swapaxes(1, 2)
     return Pose(transforms, rates, found.points[4 * joints :, 0], found.rates[4 * joints :, 0])
+
+
+def start_of(motion: JointMotion, instant: Instant) -> float:
+    """Return the time of the clip at the frame `at` of an instant, as of `sample_pose` [s]; pure."""
+    return (
+        (place(motion.codes, motion.rate, instant) - motion.start) / motion.rate
+        if instant.start is None
+        else instant.start
+    )
 
 
 def pose_of(motion: JointMotion, skeleton: Skeleton, sampled: Pose) -> Pose | None:

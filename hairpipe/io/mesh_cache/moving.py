@@ -1,7 +1,7 @@
 """An animated mesh at one instant, from the samples around it, which are read one by one."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -11,6 +11,10 @@ from hairpipe.data import Mesh
 from hairpipe.io.mesh_cache.stencil import stencil_at
 from hairpipe.io.polygons import merge_meshes
 
+AT = 1001
+"""Frame of the shot at which a file begins, or the first of a later shot, where its own times are before the shot."""
+ROUNDED = 1e-3
+"""Difference of a number of samples per frame from a whole one, or from a whole number of frames per sample."""
 SLOW, ALIKE = 0.01, 0.5
 """Root mean square of velocities that are not compared [m/s], and largest difference of others, as a share."""
 
@@ -19,18 +23,22 @@ SLOW, ALIKE = 0.01, 0.5
 class Instant:
     """What is read from an animated mesh.
 
-    start       time code of the file, see `Source.rate`
+    start       time code of the file at the frame `at`, see `Source.rate`; None for that of `place`
     elapsed     time since then [s]
     cuts        the same of the last frame before each cut, and of the first after it, ascending [s]
+    at          a frame of the shot
+    first       first frame of the shot; None for a first sample that belongs at the frame `at`
     velocities  "file", or "samples": slope of the points
     reference   time code of the sample that gives the triangles; None for the first
-    fps         time codes per second of a format without any [1/s]
+    fps         frames of the shot per second [1/s]
     speed       factor of the velocities
     """
 
-    start: float
+    start: float | None
     elapsed: float
     cuts: tuple[tuple[float, float], ...] = ()
+    at: int = AT
+    first: int | None = None
     velocities: str = "file"
     reference: float | None = None
     fps: float = 24.0
@@ -83,21 +91,81 @@ class Source(Protocol):
         ...
 
 
-def read_at(source: Source, instant: Instant) -> Shape:
+def sampled(groups: Iterable[Sequence[float]]) -> set[float]:
+    """Return the times of all properties that vary: one with a single sample is constant, whatever its time. Pure."""
+    given = [set(times) for times in groups]
+    return set().union(*(times for times in given if len(times) > 1))
+
+
+def place(codes: np.ndarray, rate: float, instant: Instant) -> float:
+    """Return the time code that belongs at the frame `at`, the rule of all formats; pure.
+
+    Times are those of the file where it reaches the shot, else it begins at the frame AT, or at the first of a later
+    shot. With a frame `at` of the user it begins there.
+
+    codes, rate  time codes of a file, ascending, (t,), and their number per second
+    """
+    if instant.start is not None:
+        return instant.start
+    ahead = 0
+    if instant.first is not None:
+        if len(codes) == 1 or frames_of(codes, rate, instant, instant.at)[1] >= instant.first:
+            return float(instant.at)
+        ahead = max(instant.first - instant.at, 0)
+    return float(codes[0] - ahead / instant.fps * instant.speed * rate)
+
+
+def frames_of(codes: np.ndarray, rate: float, instant: Instant, start: float) -> tuple[float, float]:
+    """Return the frames of the shot that show the first and last time code, if `start` belongs at `at`; pure."""
+    first, last = (instant.at + (float(code) - start) / rate * instant.fps / instant.speed for code in codes[[0, -1]])
+    return first, last
+
+
+def _warn_of_times(
+    codes: np.ndarray, rate: float, instant: Instant, start: float, written: Callable[[float], float]
+) -> None:
+    """Warn where times of file and shot do not meet, with the settings that make them meet.
+
+    written  value of the setting `start` for a time code
+    """
+    first, last = (f"{round(frame, 2):g}" for frame in frames_of(codes, rate, instant, start))
+    gaps = np.diff(codes) / rate
+    apart = float(np.median(gaps))
+    gap = f"1/{1.0 / apart:.5g} s" if apart < 1.0 else f"{apart:.5g} s"
+    what = f"the file has {len(codes)} samples, {gap} apart (time codes {codes[0]:g} to {codes[-1]:g})"
+    if instant.start is None and instant.first is not None and start != instant.at:
+        own = " to ".join(f"{round(frame, 2):g}" for frame in frames_of(codes, rate, instant, instant.at))
+        begin = max(instant.at, instant.first)
+        message = f"{what}, which cover frames {own} of this shot: they begin at frame {begin} instead"
+        kept = f"at = {instant.at} with start = {written(instant.at):g} keeps their times"
+        warnings.warn(f"{message} (at = {begin} states this, {kept})", stacklevel=3)
+    if not codes[0] - 1.0 < start + instant.elapsed * rate < codes[-1] + 1.0:
+        message = f"{what}, at the frames {first} to {last} of this shot: outside of them it holds still"
+        warnings.warn(f"{message} (at = 1001 shows the first sample at frame 1001)", stacklevel=3)
+    share = apart * instant.fps
+    is_met = any(round(x) >= 1 and abs(x - round(x)) <= ROUNDED for x in (share, 1.0 / share))
+    if instant.speed == 1.0 and len(gaps) > 1 and np.ptp(gaps) <= ROUNDED * apart and not is_met:
+        message = f"{what}, the frames {first} to {last} of this shot 1/{instant.fps:g} s: frames lie between samples"
+        right = f"speed = {share:.5g}, or fps = {1.0 / apart:.5g} of the graph, has one sample a frame"
+        warnings.warn(f"{message} ({right})", stacklevel=3)
+
+
+def read_at(source: Source, instant: Instant, written: Callable[[float], float] = float) -> Shape:
     """Return the mesh at an instant, with velocities: no more samples than one are in memory at a time.
 
-    Warns where velocities of the file are not those of its points.
+    Warns where velocities of the file are not those of its points, and where its times do not meet those of the shot.
+
+    written  value of the setting `start` for a time code
     """
     reference = 0 if instant.reference is None else int(np.abs(source.codes - instant.reference).argmin())
     shape = source.shape(reference)
     own = [instant.velocities == "file" and has for has in source.own]
     times = source.codes / source.rate
-    start = instant.start / source.rate
+    code = place(source.codes, source.rate, instant)
+    start = code / source.rate
     at = start + instant.elapsed
-    if not times[0] - 1.0 / source.rate < at < times[-1] + 1.0 / source.rate and len(times) > 1:
-        ends = f"{source.codes[0]:g} to {source.codes[-1]:g}"
-        message = f"the file has the time codes {ends}: outside of them the mesh holds still (see `at` and `start`)"
-        warnings.warn(message, stacklevel=2)
+    if len(times) > 1:
+        _warn_of_times(source.codes, source.rate, instant, code, written)
     cuts = [(start + before, start + after) for before, after in instant.cuts]
     stencils = {kind: stencil_at(times, at, cuts, kind) for kind in {*own, False}}
     points = np.zeros_like(shape.mesh.points)

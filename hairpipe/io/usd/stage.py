@@ -52,11 +52,27 @@ def open_stage(path: Path) -> Usd.Stage:
 def open_whole(path: Path, prim: str | None, absent: Absent) -> Usd.Stage:
     """Open the file as a stage of which a node reads a prim, None for all.
 
-    Raises BadInput as `open_stage` does, and for absent files as `check_whole` does.
+    Raises BadInput as `open_stage` does, for absent files as `check_whole` does, and for rates that are not positive.
     """
     stage = open_stage(path)
+    _check_rates(stage)
     check_whole(stage, prim, absent)
     return stage
+
+
+def _check_rates(stage: Usd.Stage) -> None:
+    """Refuse layers whose time codes have no duration; warn of rates that differ, by which USD scales time codes."""
+    rate, root = stage.GetTimeCodesPerSecond(), stage.GetRootLayer()
+    for layer in stage.GetUsedLayers(includeClipLayers=False):
+        own = layer.timeCodesPerSecond
+        if not (np.isfinite(own) and own > 0.0):
+            right = "a positive number, such as 24"
+            raise BadInput(f"timeCodesPerSecond is {own:g}", where=layer.realPath or stage_path(stage), right=right)
+        if layer != root and own != rate and not layer.anonymous and layer.ListAllTimeSamples():
+            stated = "" if root.HasTimeCodesPerSecond() else ", as it states none"
+            what = f"{layer.realPath} has {own:g} time codes a second, {root.GetDisplayName()} {rate:g}{stated}"
+            kept = f"timeCodesPerSecond = {own:g} in {root.GetDisplayName()} keeps them"
+            warnings.warn(f"{what}: its time codes are multiplied by {rate / own:.5g} ({kept})", stacklevel=3)
 
 
 def go_to(stage: Usd.Stage, time: float | None) -> None:
@@ -92,6 +108,12 @@ def _samples(prim: Usd.Prim) -> Iterator[list[float]]:
     """Yield the time codes of the points of a shape, and of each transform above it."""
     yield UsdGeom.PointBased(prim).GetPointsAttr().GetTimeSamples()
     yield from (space.GetTimeSamples() for space in spaces_of(prim))
+
+
+def transform_codes(prim: Usd.Prim) -> Iterator[list[float]]:
+    """Yield the time codes of each operation of the transforms that move a prim."""
+    for space in spaces_of(prim):
+        yield from (operation.GetTimeSamples() for operation in space.GetOrderedXformOps())
 
 
 def spaces_of(prim: Usd.Prim) -> Iterator[UsdGeom.Xformable]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.stage import open_stage
+from hairpipe.io.usd.stage import open_stage, open_whole
 
 TEXT = b'#usda 1.0\ndef Xform "a"\n{\n    float b = \n}\n'
 
@@ -55,3 +55,27 @@ def test_unreadable_files_are_refused(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.setattr(os, "access", lambda *_: False)  # whoever may read everything is not refused
     with pytest.raises(BadInput, match=r"a\.usda: the file cannot be read: Permission denied"):
         open_stage(tmp_path / "a.usda")
+
+
+def write_rates(folder: Path, outer: str, inner: str) -> Path:
+    """Write a stage with a sublayer that has samples, with rates of both."""
+    (folder / "in.usda").write_text(
+        f'#usda 1.0\n({inner}\n)\ndef "x" {{\n double y.timeSamples = {{ 1: 2, 2: 3 }}\n}}\n'
+    )
+    (folder / "out.usda").write_text(f"#usda 1.0\n({outer}\n subLayers = [@in.usda@]\n)\n")
+    return folder / "out.usda"
+
+
+@pytest.mark.parametrize("rate", ["0", "-24", "nan", "inf"])
+@pytest.mark.parametrize("layer", ["out.usda", "in.usda"])
+def test_a_rate_that_is_not_positive_is_refused(tmp_path: Path, rate: str, layer: str) -> None:
+    rates = {"out.usda": "", "in.usda": ""} | {layer: f"timeCodesPerSecond = {rate}"}
+    with pytest.raises(BadInput, match=rf"{layer}: timeCodesPerSecond is {rate}"):
+        open_whole(write_rates(tmp_path, *rates.values()), None, "refuse")
+
+
+def test_layers_of_another_rate_are_named_with_the_remedy(tmp_path: Path) -> None:
+    path = write_rates(tmp_path, "", "timeCodesPerSecond = 25")
+    message = r"in\.usda has 25 time codes a second, out\.usda 24, as it states none.* multiplied by 0\.96 "
+    with pytest.warns(UserWarning, match=message + r"\(timeCodesPerSecond = 25 in out\.usda keeps them"):
+        assert open_whole(path, None, "refuse").GetAttributeAtPath("/x.y").GetTimeSamples() == [0.96, 1.92]

@@ -9,6 +9,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from hairpipe.errors import BadInput
 from hairpipe.io.mesh_cache.joint_motion import JointMotion
+from hairpipe.io.mesh_cache.moving import sampled
 from hairpipe.io.usd.meshes.blend_shapes import Names, name_weights, weights_at
 from hairpipe.io.usd.meshes.skeleton import (
     Binding,
@@ -39,8 +40,10 @@ def read(path: Path, group: str | None, absent: Absent = "refuse") -> JointMotio
         firsts = np.cumsum([0] + [len(rig.joints) for rig in rigs]).tolist()
         skeleton = join_rigs([replace(rig, first=first) for rig, first in zip(rigs, firsts, strict=False)])
         unbind = np.linalg.inv(np.concatenate([rig.world for rig in rigs])) @ skeleton.rest
-        turns = filled({code for query in queries for code in turn_codes(query)})
-        codes = np.array(sorted(turns | {code for query in animators for code in weight_codes(query)}))
+        turns = [codes for query in queries for codes in turn_codes(query)]
+        weighed = [weight_codes(query) for query in animators]
+        constant = {code for group in (*turns, *weighed) for code in group}
+        codes = np.array(sorted(filled(sampled(turns)) | sampled(weighed) or constant))
         shapes = tuple(weights_at(animators, names))
         world = np.empty((len(codes), *unbind.shape))
         weights = np.empty((len(codes), len(shapes)))

@@ -8,7 +8,7 @@ from pxr import Usd, UsdGeom, UsdSkel, Vt
 
 from hairpipe.apart import recall
 from hairpipe.errors import BadInput
-from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, join_shapes, read_at
+from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, join_shapes, read_at, sampled
 from hairpipe.io.usd.layer_files import list_files, with_folders
 from hairpipe.io.usd.meshes.mesh import polygon_owners, read_mesh
 from hairpipe.io.usd.meshes.skeleton import Binding, filled, find_bindings, turn_codes, weight_codes
@@ -22,6 +22,7 @@ from hairpipe.io.usd.stage import (
     shown,
     spaces_of,
     time_of,
+    transform_codes,
     usd_faults,
 )
 from hairpipe.plain_file import Absent
@@ -85,15 +86,16 @@ class MovingMeshes:
 
     def _find_codes(self) -> np.ndarray:
         """Return the time codes of all samples of points, of transforms above them, and of their skeletons."""
-        codes = set[float]()
-        turns = set[float]()
+        points = list[Sequence[float]]()
+        turns = list[Sequence[float]]()
         for mesh, binding in zip(self.meshes, self.bindings, strict=True):
-            codes |= {*mesh.GetPointsAttr().GetTimeSamples(), *mesh.GetVelocitiesAttr().GetTimeSamples()}
-            turns |= {code for space in spaces_of(mesh.GetPrim()) for code in space.GetTimeSamples()}
+            points += mesh.GetPointsAttr().GetTimeSamples(), mesh.GetVelocitiesAttr().GetTimeSamples()
+            turns += transform_codes(mesh.GetPrim())
             if binding is not None:
-                turns |= turn_codes(binding.skeleton)
-                codes |= weight_codes(binding.skeleton)
-        return np.array(sorted(codes | filled(turns)) or [0.0])
+                turns += turn_codes(binding.skeleton)
+                points.append(weight_codes(binding.skeleton))
+        constant = {code for group in (*points, *turns) for code in group}
+        return np.array(sorted(sampled(points) | filled(sampled(turns)) or constant or {0.0}))
 
 
 def _polygons(mesh: UsdGeom.Mesh) -> tuple[np.ndarray, np.ndarray, int]:

@@ -1,6 +1,6 @@
 """UsdSkel skeletons of a stage, and the meshes they move."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +9,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 from hairpipe.data import Skeleton
 from hairpipe.errors import BadInput
 from hairpipe.io.rigging import find_tips, rigid
-from hairpipe.io.usd.stage import columns, location, place, spaces_of
+from hairpipe.io.usd.stage import columns, location, place, transform_codes
 
 REST = Usd.TimeCode.EarliestTime()
 ROUNDED = 1e-9
@@ -94,17 +94,17 @@ def _query(cache: UsdSkel.Cache, skeleton: UsdSkel.Skeleton) -> UsdSkel.Skeleton
     return query
 
 
-def turn_codes(query: UsdSkel.SkeletonQuery) -> set[float]:
-    """Return the time codes of all samples of the transforms of a skeleton, its joints and its parents."""
+def turn_codes(query: UsdSkel.SkeletonQuery) -> Iterator[list[float]]:
+    """Yield the time codes of the transforms of a skeleton: of its parents, and of its joints."""
     animation = query.GetAnimQuery()
-    codes = {code for space in spaces_of(query.GetPrim()) for code in space.GetTimeSamples()}
-    return codes | {*animation.GetJointTransformTimeSamples()} if animation else codes
+    yield from transform_codes(query.GetPrim())
+    yield animation.GetJointTransformTimeSamples() if animation else []
 
 
-def weight_codes(query: UsdSkel.SkeletonQuery) -> set[float]:
+def weight_codes(query: UsdSkel.SkeletonQuery) -> list[float]:
     """Return the time codes of all samples of the weights of blend shapes of a skeleton."""
     animation = query.GetAnimQuery()
-    return {*animation.GetBlendShapeWeightTimeSamples()} if animation else set()
+    return animation.GetBlendShapeWeightTimeSamples() if animation else []
 
 
 def filled(codes: set[float]) -> set[float]:
