@@ -129,6 +129,33 @@ def without_velocities(path: Path) -> None:
     layer.Save()
 
 
+def swings(strands: np.ndarray) -> np.ndarray:
+    """Return unit offsets of points, alternately, sideways of strands, (s, 6, 3); none of the root."""
+    along = strands[:, -1] - strands[:, 0]
+    aside = np.cross(along, [0.3, 0.5, 0.8])
+    aside /= np.linalg.norm(aside, axis=1, keepdims=True)
+    return aside[:, None] * np.array([0, 1, -1, 1, -1, 1])[None, :, None]
+
+
+def in_doubles(stage: Usd.Stage) -> None:
+    """Plant doubles in an attribute that is declared as the schema has it: what flattening makes of declared ones."""
+    attribute = stage.GetAttributeAtPath(f"{HAIR}.points")
+    values = {time: np.array(attribute.Get(time), np.float64) for time in attribute.GetTimeSamples()}
+    stage.GetPrimAtPath(HAIR).RemoveProperty("points")
+    layer = stage.GetRootLayer()
+    made = Sdf.AttributeSpec(layer.GetPrimAtPath(HAIR), "points", TYPES.Point3dArray)
+    for time, points in values.items():
+        layer.SetTimeSample(made.path, time, Vt.Vec3dArray.FromNumpy(points))
+    made.SetInfo("typeName", "point3f[]")
+
+
+def rest_in_doubles(stage: Usd.Stage) -> None:
+    values = np.array(stage.GetAttributeAtPath(f"{HAIR}.primvars:pref").Get(), np.float64)
+    stage.GetPrimAtPath(HAIR).RemoveProperty("primvars:pref")
+    api = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath(HAIR))
+    api.CreatePrimvar("pref", TYPES.Point3dArray, TOKENS.vertex).Set(Vt.Vec3dArray.FromNumpy(values))
+
+
 def far(stage: Usd.Stage) -> None:
     """Plant points a kilometre away, and bring them back by a translate."""
     edit(HAIR, "points", lambda p: np.add(p, [1000, 0, 0]))(stage)
@@ -178,6 +205,14 @@ DEFECTS: dict[str, tuple[Plant, str, str]] = {
     "no width": (edit(HAIR, "widths", lambda w: 0 * w), "widths", f"{HAIR}.widths"),
     "widths of centimetres": (boxed(edit(HAIR, "widths", lambda w: 100 * w)), "size", f"{HAIR}.widths"),
     "widths of one": (boxed(edit(HAIR, "widths", lambda w: 0 * w + 1)), "size", f"{HAIR}.widths"),
+    "zigzags": (strands(lambda s: s + 8e-3 * swings(s)), "zigzag", f"{HAIR}.points"),
+    "points in doubles": (in_doubles, "doubles", f"{HAIR}.points"),
+    "rest in doubles": (rest_in_doubles, "doubles", f"{HAIR}.primvars:pref"),
+    "colours to 255": (
+        put(HAIR, "primvars:displayColor", [Gf.Vec3f(23, 255, 4)]),
+        "colours",
+        f"{HAIR}.primvars:displayColor",
+    ),
     "primvars:widths": (
         put(HAIR, "primvars:widths", [1.0], TYPES.FloatArray),
         "two-of-one",
@@ -391,6 +426,24 @@ def test_names_the_defect_and_nothing_else(
     plant(head)
     seen = found(head)
     assert {rule for rule, _ in seen} == set(rules.split()) and {path for _, path in seen} == set(paths.split())
+
+
+@pytest.mark.parametrize("points_a_turn", [3, 4, 7])
+def test_curls_are_not_zigzags(head: Usd.Stage, found: Callable, points_a_turn: int) -> None:
+    """Around every strand, to 4 mm, at rest and in motion."""
+    phases = 2.0 * np.pi * np.arange(COUNT) / points_a_turn
+
+    def curled(points: np.ndarray) -> np.ndarray:
+        strands = points.reshape(-1, COUNT, 3)
+        along = (strands[:, -1] - strands[:, 0]) / np.linalg.norm(strands[:, -1] - strands[:, 0], axis=1)[:, None]
+        first = np.cross(along, [0.3, 0.5, 0.8])
+        first /= np.linalg.norm(first, axis=1)[:, None]
+        second = np.cross(along, first)
+        round_it = (np.cos(phases) - 1.0)[:, None] * first[:, None] + np.sin(phases)[:, None] * second[:, None]
+        return (strands + 4e-3 * round_it).reshape(-1, 3)
+
+    points(curled)(head)
+    assert "zigzag" not in {rule for rule, _ in found(head)}
 
 
 def test_silent_on_the_head(head: Usd.Stage, found: Callable) -> None:

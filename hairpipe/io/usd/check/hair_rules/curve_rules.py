@@ -53,9 +53,21 @@ def hair_basis(curves: Snapshot) -> Iterator[Fault]:
     if kind == TOKENS.linear:
         return
     if basis != TOKENS.catmullRom:
-        yield Fault(curves.path("basis"), f"is {basis}, which misses the simulated points; use catmullRom", curves.code)
+        far = f"passes them at up to {_gap(curves):.2g}" if basis == TOKENS.bspline and curves.sound else "misses them"
+        message = f"is {basis}: the curve {far}, which is right for control points; for simulated points use catmullRom"
+        yield Fault(curves.path("basis"), message, curves.code)
     if wrap != TOKENS.pinned:
         yield Fault(curves.path("wrap"), f"is {wrap}, which ends before the root and the tip; use pinned", curves.code)
+
+
+def _gap(curves: Snapshot) -> float:
+    """Return the largest distance of a uniform cubic B-spline from its inner control points, in their unit."""
+    points = curves.points.astype(np.float64)
+    inner = np.ones(max(len(points) - 2, 0), bool)
+    for ends in (curves.roots, curves.tips):
+        inner[ends[(ends > 0) & (ends < len(points) - 1)] - 1] = False
+    apart = np.linalg.norm(points[:-2] - 2.0 * points[1:-1] + points[2:], axis=1) / 6.0
+    return float(apart[inner].max(initial=0.0))
 
 
 def widths(curves: Snapshot) -> Iterator[Fault]:

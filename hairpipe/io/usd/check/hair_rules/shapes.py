@@ -11,6 +11,9 @@ from hairpipe.io.usd.check.snapshot import Snapshot
 TOKENS = UsdGeom.Tokens
 USUAL = {"pref": TOKENS.vertex, "hairId": TOKENS.uniform, "st": TOKENS.uniform}
 """Interpolation of values of hair: one rest position per point, one id and one place on the skin per strand."""
+SINGLE = {"points": 3, "velocities": 3, "accelerations": 3, "normals": 3, "extent": 3, "widths": 1, "primvars:pref": 3}
+"""Attributes of single precision, with their numbers of components."""
+BRIGHTEST = 1.001  # largest component of a colour, with room for rounding
 ALIKE = 5.0  # largest ratio of the sizes of default and sampled shapes
 TOUCH, SLACK = 1e-5, 0.1  # tolerances of an extent that is too small or too large, over the box of the points
 
@@ -24,6 +27,26 @@ def finite(shape: Snapshot) -> Iterator[Fault]:
             bad = np.flatnonzero(~np.isfinite(array.reshape(len(array), -1)).all(axis=1))
             message = f"element {bad[0]}{_owner(shape, attribute.GetName(), bad[0])} is not finite; {len(bad)} such"
             yield Fault(str(attribute.GetPath()), message, shape.code)
+
+
+def doubles(shape: Snapshot) -> Iterator[Fault]:
+    """Find points and their like with values of doubles; OpenUSD validates the declared types of the schema only."""
+    for name, columns in SINGLE.items():
+        array = shape.array(name, columns)
+        if array is None or array.dtype != np.float64:
+            continue
+        attribute = shape.prim.GetAttribute(name)
+        if all(spec.typeName == attribute.GetTypeName() for spec in attribute.GetPropertyStack()):
+            yield Fault(shape.path(name), "has values of doubles, which clients drop; floats are right", shape.code)
+
+
+def colours(shape: Snapshot) -> Iterator[Fault]:
+    """Find colours of 0 to 255 in place of 0 to 1: everything is white."""
+    for name in ("primvars:displayColor", "primvars:groom_color"):
+        array = shape.array(name, 3)
+        if array is not None and array.max(initial=0) > BRIGHTEST:
+            message = f"is up to {array.max():.4g}; 0 to 1 is right, and 255 is 1"
+            yield Fault(shape.path(name), message, shape.code)
 
 
 def _owner(shape: Snapshot, name: str, element: int) -> str:
@@ -126,6 +149,8 @@ def _half_width(shape: Snapshot) -> float:
 
 RULES = (
     Rule("finite", "error", finite),
+    Rule("doubles", "error", doubles),
+    Rule("colours", "error", colours),
     Rule("mesh-faces", "error", mesh_faces),
     Rule("element-count", "error", element_count),
     Rule("hair-interpolation", "warning", hair_interpolation),

@@ -19,6 +19,8 @@ APART = 8.0  # length ratio of a segment over time from which a single strand is
 TORN = (0.2, 2.0)  # of one segment over time
 SPIKE, ALONE = 8.0, 40.0  # length over the other segments of a strand: of many strands, and of a single one
 LEAST = 3  # fewest points of a strand with an outlier
+BEND, OPPOSITE = 0.2, -0.7  # change of direction over a segment, and cosine between two, of a zigzag
+ALTERNATING = 3  # fewest pairs of opposite changes in a row
 SOME = 0.01  # share of strands from which a rule reports
 SHORT = 0.2  # of the median length: shorter segments are ignored
 MUCH = 4.0  # ratio of misfits of tips and roots from which strands are reversed
@@ -68,6 +70,31 @@ def spikes(track: Track, hair: Snapshot) -> Iterator[Fault]:
     if spiked.mean() > SOME or (spiked & (longest > ALONE * others)).any():
         message = f"strand {np.argmax(spiked)} has a segment {SPIKE:g} times as long as its others"
         yield Fault(track.path("points"), f"{message}; {spiked.sum()} such strands", hair.code)
+
+
+def zigzags(track: Track, hair: Snapshot) -> Iterator[Fault]:
+    """Find strands whose points alternate from side to side, or forwards and backwards.
+
+    The direction changes at four points in a row, every time nearly opposite to the change before. The changes of a
+    helix with n points a turn are 360 / n degrees apart: with 2.7 and more it has no zigzags.
+    """
+    if not hair.sound or hair.counts.max() < ALTERNATING + 3:
+        return
+    edges = np.diff(hair.points.astype(np.float64), axis=0)
+    lengths = np.linalg.norm(edges, axis=1)
+    turns = np.diff(edges, axis=0)
+    sizes = np.linalg.norm(turns, axis=1)
+    sharp = sizes > BEND * np.minimum(lengths[:-1], lengths[1:])
+    opposite = (turns[:-1] * turns[1:]).sum(axis=1) < OPPOSITE * sizes[:-1] * sizes[1:]
+    swings = opposite & sharp[:-1] & sharp[1:]  # of the points i to i + 3
+    rows = np.logical_and.reduce([swings[k : len(swings) + 1 + k - ALTERNATING] for k in range(ALTERNATING)])
+    owners = np.repeat(np.arange(len(hair.counts)), hair.counts)
+    begins = np.flatnonzero(rows)
+    whole = owners[begins] == owners[begins + ALTERNATING + 2]
+    found = np.unique(owners[begins[whole]])
+    if len(found) > SOME * len(hair.counts):
+        message = f"of strand {found[0]} alternate from side to side; {len(found)} such strands"
+        yield Fault(track.path("points"), f"{message}; points are in order, curls have 3 or more a turn", hair.code)
 
 
 def stretch(track: Track, hair: Snapshot) -> Iterator[Fault]:
@@ -210,6 +237,7 @@ def _unlike(these: np.ndarray, those: np.ndarray) -> float:
 FRAME_RULES = (
     Rule("collapsed", "error", collapsed),
     Rule("spike", "warning", spikes),
+    Rule("zigzag", "warning", zigzags),
     Rule("stretch", "error", stretch),
     Rule("widths-steady", "warning", widths_steady),
     Rule("rounded", "warning", rounded),
