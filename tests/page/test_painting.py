@@ -193,7 +193,10 @@ def test_length_is_painted_in_the_viewport_mirrored_and_undone(session, opened, 
 BUST = GRAPH.replace("make_skin", "make_bust").replace('{ map = "scalp" }', '{ map = "length" }')
 RECORD = """window.dabs = []; brush.radius = 0.02; brush.falloff = 0; brush.value = 0;
 const own = Texels.prototype.dab;
-Texels.prototype.dab = function (cover, place, normal, brush) { dabs.push([place, normal]); own.call(this, cover, place, normal, brush); };"""
+Texels.prototype.dab = function (cover, place, normal, brush) {
+  dabs.push([place, normal]);
+  own.call(this, cover, place, normal, brush);
+};"""
 
 
 @pytest.mark.kernels

@@ -1,9 +1,9 @@
 """Texture coordinates without overlap: each part of a surface is flattened onto a disc.
 
 A part with one boundary is embedded by weighted averages: the boundary lies on a circle, and every other vertex is a
-positively weighted average of its neighbours, so that no triangle is folded (Tutte 1963). Weights are the mean values of
-Floater 2003, divided by the stretch of each neighbour, repeatedly (Yoshizawa, Belyaev, Seidel 2004): triangles of equal
-area have nearly equal areas in the picture.
+positively weighted average of its neighbours, so that no triangle is folded (Tutte 1963). Weights are the mean values
+of Floater 2003, divided by the stretch of each neighbour, repeatedly (Yoshizawa, Belyaev, Seidel 2004): triangles of
+equal area have nearly equal areas in the picture.
 """
 
 from typing import NamedTuple
@@ -87,7 +87,7 @@ def loop_length(points: np.ndarray) -> float:
 def embedded(
     points: np.ndarray, triangles: np.ndarray, rim: np.ndarray, circle: np.ndarray, stretch: np.ndarray
 ) -> np.ndarray:
-    """Return places (n, 2), those of `rim` given, the others averages of their neighbours by mean values over stretch."""
+    """Return places (n, 2), those of `rim` given, each other one the average of its neighbours. Pure."""
     rows, columns, values = [], [], []
     for k in range(3):
         here, ahead, behind = (triangles[:, (k + j) % 3] for j in range(3))
