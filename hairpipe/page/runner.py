@@ -12,6 +12,9 @@ from hairpipe.api.graph_shot import Member
 from hairpipe.errors import BadInput
 from hairpipe.page.documents import ending
 
+NOTHING: dict[str, Any] = {"failures": [], "computed": 0, "reused": 0, "took": 0.0, "interrupted": False}
+"""End of a run without results."""
+
 
 @dataclass(frozen=True)
 class Job:
@@ -19,6 +22,7 @@ class Job:
 
     to     requested nodes, with their dependencies; empty for all
     wedge  wedge whose variants are run; None for the graph itself
+    quiet  whether nothing is published: the page runs it by itself
     """
 
     graph: str
@@ -27,6 +31,7 @@ class Job:
     to: list[str]
     cache: str
     wedge: str | None
+    quiet: bool = False
 
     @property
     def text(self) -> str:
@@ -36,24 +41,33 @@ class Job:
 
 def main() -> None:
     """Read jobs from the input until its end, run each, and write its events and its end as lines of JSON."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
     spare: list[Member] = []
-    with suppress(KeyboardInterrupt):  # of a run that has just ended
-        for line in sys.stdin:
-            send({"kind": "ended", **end_of(Job(**json.loads(line)), spare)})
+    for line in sys.stdin:
+        ended = NOTHING | {"interrupted": True}
+        with suppress(KeyboardInterrupt):  # of a run that has just ended
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            ended = end_of(Job(**json.loads(line)), spare)
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+        send({"kind": "ended", **ended})
 
 
 def end_of(job: Job, spare: list[Member]) -> dict[str, Any]:
     """Run a job with spare workers, and describe its end."""
-    ended = {"failures": list[str](), "computed": 0, "reused": 0, "took": 0.0, "interrupted": False}
     try:
         shot = load_draft(job.graph, job.edited, cache=job.cache).shot
+        if job.quiet:
+            shot = shot.edited({name: without_publishing(table) for name, table in shot.tables.items()})
         run = (shot if job.wedge is None else shot.wedge(job.wedge)).with_workers(spare).run
         return ending(run(job.frames, to=job.to, progress=send_event, keep_going=True))
     except BadInput as fault:
-        return ended | {"failures": [str(fault)]}
+        return NOTHING | {"failures": [str(fault)]}
     except KeyboardInterrupt:
-        return ended | {"interrupted": True}
+        return NOTHING | {"interrupted": True}
+
+
+def without_publishing(table: Any) -> Any:
+    """Return the table of a node without the place of its published files; other values as they are."""
+    return {name: value for name, value in table.items() if name != "publish"} if isinstance(table, dict) else table
 
 
 def send_event(event: Any) -> None:

@@ -66,14 +66,25 @@ class Runs:
         }
 
     def add(self, request: Request) -> None:
-        """Begin a run, after those in the queue; BadInput for one that is there."""
+        """Begin a run, after those in the queue; BadInput for one that is there.
+
+        A quiet run, which the page has begun by itself, gives way to any other one.
+        """
         if request.job in [other.job for other in self._queue]:
             raise BadInput("a run is in progress or waits", where=request.label, right="another one after an edit")
         self._asked += 1
+        self._queue[1:] = [other for other in self._queue[1:] if not other.job.quiet]
         self._queue.append(request._replace(number=self._asked))
+        if self._queue[0].job.quiet and len(self._queue) > 1:
+            self._interrupt()
         if len(self._queue) == 1:
             self.last = {"number": self.last["number"]}
             self._begin()
+
+    @property
+    def asked(self) -> bool:
+        """Whether a run that somebody has asked for is active or waits."""
+        return not all(request.job.quiet for request in self._queue)
 
     def drop(self, number: int) -> None:
         """Remove a waiting run by its number; BadInput where there is none."""
@@ -89,6 +100,12 @@ class Runs:
             self._stopped = True
             # A run without a message has no workers, and may not handle interrupts yet.
             self.process.send_signal(signal.SIGINT if self.statuses else signal.SIGTERM)
+
+    def _interrupt(self) -> None:
+        """Interrupt the active run, once it has begun a task: the process and its workers stay for the next one."""
+        self._stopped = True
+        if self.statuses and self.process is not None and self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
 
     def rest(self) -> None:
         """End the process of runs after a while without any."""
@@ -139,7 +156,12 @@ class Runs:
                 if message["kind"] == "ended":
                     self._end(message)
                 elif message["kind"] in STATUSES:
-                    self.statuses[Task(message["node"], message["frame"])] = STATUSES[message["kind"]]
+                    first, self.statuses[Task(message["node"], message["frame"])] = (
+                        not self.statuses,
+                        STATUSES[message["kind"]],
+                    )
+                    if first and self._stopped:
+                        self._interrupt()
                     (self._changed if message["kind"] == "started" else self._found)()
         process.wait()
         with self._lock:

@@ -119,6 +119,7 @@ def application(session: Session, token: str, origin: str) -> Starlette:
         Route("/wait", handler.wait),
         Route("/files", handler.files),
         Route("/explain", handler.explain),
+        Route("/work", handler.work),
         Route("/play/{node}", handler.play),
         Route("/{deed}", handler.act, methods=["POST"]),
     ]
@@ -265,6 +266,14 @@ class Handler:
                     await asyncio.wait_for(news.wait(), LONGEST_WAIT)
         return JSONResponse({"revision": session.revision, "graph": session.drawn})
 
+    def work(self, request: Request) -> Response:
+        """Missing results up to a node, at all frames and at one."""
+        try:
+            query = request.query_params
+            return JSONResponse(self._session.work(query.get("node", ""), int(query.get("frame", "")[:MOST_DIGITS])))
+        except (BadInput, ValueError) as fault:
+            return JSONResponse({"fault": str(fault)}, 404)
+
     def explain(self, request: Request) -> Response:
         """Explanation of a result."""
         frame = request.query_params.get("frame", "")
@@ -294,6 +303,7 @@ class Handler:
             "revert": lambda given: self._session.revert(),
             "save": lambda given: self._session.save(),
             "run": lambda given: self._session.run([str(name) for name in given.get("to", [])]),
+            "cook": lambda given: self._session.cook(str(given["node"]), int(given["frame"])),
             "stop": lambda given: self._session.stop(),
             "stroke": lambda given: self._session.stroke(given),
             "drop": lambda given: self._session.drop(int(given["number"])),

@@ -4,6 +4,7 @@ import json
 import os
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -35,6 +36,8 @@ from hairpipe.page.stream import Show, playable
 
 MOST_STRANDS = 4000
 """Number of drawn strands of a groom at most, unless the page asks for another one."""
+CHEAP, MOST_COOKED = 20.0, 24
+"""Largest time [s] and number of results that the page computes by itself."""
 PAUSE = 0.7
 """Interval of polling the cache and the graph file [s], at once after a result of a run; longer if polling is slow."""
 
@@ -66,6 +69,7 @@ class Session:
         self._hosts: Mapping[Task, str] = {}
         self._strokes: list[Path] = []
         self._costs: dict[str, float] = {}
+        self._cooked: tuple[str, str, int] | None = None  # text, node and frame of the last run by itself
         self.revision = self.drawn = 0
         self._shelf = Shelf(MOST_STRANDS)
         self._take(draft)
@@ -228,6 +232,52 @@ class Session:
             self._runs.add(Request(job, edits[-1].label if edits else self._shot.path.name, self._shot.program))
             self._note, self._costs = "", {}
             self._advance(graph=False)
+
+    def work(self, node: str, frame: int) -> dict[str, Any]:
+        """Describe the missing results up to a node, at all frames and at one; BadInput for an unknown one.
+
+        `reason` says why `cook` does not compute the latter; it is empty where it does.
+        """
+        with self._lock:
+            whole, now = (self._shot.plan(frames, to=[node]) for frames in (self.frames, [frame]))
+            keys = {entry.task: entry.key for entry in self._plan}
+            missing = [entry for entry in now if entry.status != "cached"]
+            scans = {e.task.node for e in missing if self._shot.nodes[e.task.node].type.mode == "scan"}
+            seconds = self._seconds(missing)
+            reason = ""
+            if scans:
+                reason = f"simulation {', '.join(sorted(scans))}"
+            elif any(keys.get(entry.task) != entry.key for entry in missing):
+                reason = "other frames"
+            elif (seconds or 0.0) > CHEAP or len(missing) > MOST_COOKED:
+                reason = f"{len(missing)} results"
+            left = [entry for entry in whole if entry.status != "cached"]
+            counts = dict(Counter(entry.task.node for entry in left))
+            return {"counts": counts, "seconds": self._seconds(left), "now": len(missing), "reason": reason}
+
+    def _seconds(self, missing: list[Entry]) -> float | None:
+        """Return the expected time of missing results [s]; None where that of one is not known."""
+        names = {entry.task.node for entry in missing}
+        self._costs |= self._shot.costs(names - self._costs.keys())
+        return sum(self._costs[e.task.node] for e in missing) if names <= self._costs.keys() else None
+
+    def cook(self, node: str, frame: int) -> None:
+        """Begin to compute a node at a frame, once for each text, in place of an earlier such run.
+
+        Nothing begins during a run that somebody has asked for; BadInput for work that is not cheap.
+        """
+        with self._lock:
+            cooked = self._draft.text, node, frame
+            if self._runs.asked or self._cooked == cooked or self._wedge is not None:
+                return
+            work = self.work(node, frame)
+            if work["reason"]:
+                raise BadInput(work["reason"], where=node, right="run")
+            if work["now"]:
+                self._cooked = cooked
+                job = Job(self._shot.given, self._draft.text, [frame], [node], str(self._shot.cache), None, quiet=True)
+                self._runs.add(Request(job, f"{node}@{frame}", self._shot.program))
+                self._advance(graph=False)
 
     def stop(self) -> None:
         """Interrupt the active run, whose results are kept; those that wait are dropped."""

@@ -3,8 +3,10 @@
 import json
 import threading
 import time
+from contextlib import closing
 from itertools import islice
 from pathlib import Path
+from unittest.mock import ANY
 
 import numpy as np
 import pytest
@@ -80,6 +82,49 @@ def test_a_run_computes_the_plan_and_saving_changes_one_value(session, folder):
         'type = "paint"\nin.hair = "hair"\n', 'type = "paint"\nin.hair = "hair"\nred = 0.625\n'
     )
     assert session.document("graph")[0]["edits"] == []
+
+
+def idle(session):
+    return not session.document("state")[0]["verdict"]["running"]
+
+
+def test_the_selected_node_is_computed_at_one_frame(session, folder):
+    session.edit("picture.red", "0.45")
+    assert session.work("picture", 3) == {"counts": {"picture": 5}, "seconds": ANY, "now": 1, "reason": ""}
+    session.change("edit", {"target": "picture.publish", "text": '"out/####.png"'})
+    session.cook("picture", 3)
+    until(lambda: idle(session))
+    assert states(session, "picture") == ["run", "run", "computed", "run", "run"] and not (folder / "out").exists()
+    session.cook("picture", 3)
+    assert idle(session), "nothing is missing"
+
+
+def test_neither_a_simulation_nor_another_frame_is_computed_unasked(session, shot):
+    session.edit("hair.wave.height", "0.06")
+    with pytest.raises(BadInput, match="simulation lag"):
+        session.cook("lag", 2)
+    with closing(Session(shot, "1-2")) as part:
+        part.edit("hair.wave.height", "0.06")
+        assert part.work("hair", 2)["reason"] == "" and part.work("hair", 4)["reason"] == "other frames"
+    assert session.work("lag", 2)["counts"] == {"hair": 5, "lag": 5} and idle(session)
+
+
+def test_a_run_by_itself_gives_way_and_keeps_its_process(session):
+    session.edit("picture.red", "0.35")
+    session.cook("picture", 1)
+    until(lambda: idle(session))
+    process = session._runs.process.pid
+    session.edit("hair.strands", "80000")
+    session.cook("picture", 2)
+    session.edit("hair.strands", "299")
+    session.cook("picture", 2)
+    assert [one["label"] for one in session._runs.document()["queue"]] == ["picture@2"] * 2
+    session.run(["picture"])
+    assert [one["label"] for one in session._runs.document()["queue"]] == ["picture@2", "hair.strands = 299"]
+    session.cook("picture", 4)
+    until(lambda: idle(session))
+    assert states(session, "picture") == ["computed"] * 5 and session._runs.last["failures"] == []
+    assert session._runs.process.pid == process
 
 
 def test_a_run_is_stopped(session):

@@ -5,6 +5,7 @@
  *   warnings?: string[], outputs?: Record<string, string>, pictures?: Record<string, string>, inputs?: Record<string, string>}} Cell */
 
 /** @typedef {{graph: any, state: any, live: boolean, compare: boolean, apart: boolean, chosen: Set<string>, places: Record<string, number[]>, past: Map<string, Cell>, fresh: boolean, answered: number, awaited: (() => string | undefined) | null, strands: number, showing: Promise<void>, node: string, output: string, frame: number, channel: string, picked: {node: string, strand: number} | null, pinned: Pinned | null, base: any, wedge: any, variant: number, pareto: Record<string, string>,
+ *   ahead: {node: string, counts: Record<string, number>, seconds: number | null, now: number, reason: string} | null,
  *   views: Array<[string[], () => void]>, on: (parts: string[], view: () => void) => void, set: (changes: Record<string, any>) => void,
  *   nodeNamed: (name: string) => any, cell: (node: string, frame?: number) => Cell | undefined,
  *   document: (node: string, output: string, kind: string, frame?: number) => string | null}} App */
@@ -28,6 +29,8 @@ const app = {
   /** What is kept for comparison. */
   pinned: null,
   base: null, wedge: null, variant: -1, pareto: {},
+  /** What a run to the selected node computes. */
+  ahead: null,
   views: [],
 
   /** Call a view when one of these parts changes. @param {string[]} parts @param {() => void} view */

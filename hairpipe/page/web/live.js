@@ -13,6 +13,8 @@ async function act(deed, given = {}) {
 async function follow() {
   drawControls();
   app.on(["state", "graph"], () => app.graph && app.state && drawControls());
+  app.on(["state", "graph", "node", "frame"], () => app.graph && app.state && cookSoon());
+  cookSoon();
   let lost = false;
   document.addEventListener("pointerdown", () => lost || sayControls(""), true);
   for (let seen = 0; ; ) {
@@ -33,6 +35,23 @@ async function follow() {
 function renew(graph) {
   for (const name of graph ? ["graph", "state", "wedge"] : ["state", "wedge"]) hairpipe.raw.delete(name);
   return refresh();
+}
+
+/** Pause after a change, before the selected node is computed [ms]. */
+const COOK_PAUSE = 250;
+let cooking = 0;
+
+/** Ask, soon after the last change, what the selected node lacks, and compute it at this frame where that is cheap. */
+function cookSoon() {
+  clearTimeout(cooking);
+  const { node, frame } = app, isComplete = (app.state.nodes[node]?.cells ?? []).every((/** @type {Cell} */ cell) => cell.outputs);
+  if (app.wedge || app.graph.conflict || !node || isComplete) return void (app.ahead && app.set({ ahead: null }));
+  cooking = window.setTimeout(async () => {
+    const work = await (await fetch(`work?node=${node}&frame=${frame}`)).json().catch(() => ({ fault: "none" }));
+    if (app.node !== node || app.frame !== frame) return;
+    app.set({ ahead: work.fault ? null : { node, ...work } });
+    if (!work.fault && work.now && !work.reason) await act("cook", { node, frame });
+  }, COOK_PAUSE);
 }
 
 /** @param {string} text */

@@ -13,6 +13,7 @@ function drawPanel() {
     element("h2", {}, node.name, element("small", {}, node.type.name)),
     ...docParts(node, panel.querySelector(`.doc details[data-node="${node.name}"]`)),
     element("p", { class: "state" }, element("i", { style: `background:${stateColour(cell?.state ?? "")}` }), cellText(node.name, app.frame)),
+    ...aheadParts(node.name),
     ...(app.live ? [explanation(node.name, cell, panel.querySelector(`.explain[data-node="${node.name}"]`))] : []),
     ...inputRows(node),
     element("h3", {}, "settings"),
@@ -22,6 +23,15 @@ function drawPanel() {
   if (node.publish) parts.push(element("p", {}, `published as ${node.publish}`));
   parts.push(...shot);
   panel.replaceChildren(...parts);
+}
+
+/** What a run to the node computes, and the button for it. @param {string} node @returns {HTMLElement[]} */
+function aheadParts(node) {
+  const { ahead } = app, counts = Object.entries(ahead?.counts ?? {});
+  if (!ahead || ahead.node !== node || !counts.length) return [];
+  const button = element("button", { id: "run-to", onclick: () => edit("run", { to: [node] }) }, "run to this node");
+  const words = [counts.map(([name, count]) => `${name} ${count}`).join(", "), ...(ahead.seconds === null ? [] : [timeText(ahead.seconds)]), ...(ahead.reason && ahead.now ? [`this frame waits for a run: ${ahead.reason}`] : [])];
+  return [element("p", { class: "ahead" }, button, element("small", { title: "missing results of each node, and their expected time" }, words.join(" · ")))];
 }
 
 /** What a node does, with all but the first paragraph folded. @param {any} node @param {HTMLDetailsElement | null} before @returns {HTMLElement[]} */
@@ -109,4 +119,4 @@ function spoken(value) {
   return typeof value === "number" ? numberText(value) : Array.isArray(value) ? `[${value.map(spoken).join(", ")}]` : String(value);
 }
 
-app.on(["node", "frame", "state", "graph"], () => app.graph && app.state && drawPanel());
+app.on(["node", "frame", "state", "graph", "ahead"], () => app.graph && app.state && drawPanel());
