@@ -59,6 +59,7 @@ class Runs:
         """Describe the queue, the time since the active run began [s], and the end of the last run."""
         return ({} if self._queue else self.last) | {
             "running": bool(self._queue),
+            "asked": self.asked,
             "queue": [{"number": request.number, "label": request.label} for request in self._queue],
             "since": time.monotonic() - self._begun if self._queue else 0.0,
             "failures": self.last.get("failures", []),

@@ -211,6 +211,7 @@ def test_live_a_run_of_another_process_is_followed(opened, shot, folder):
     lease = folder / "cache" / "lease" / next(e.key for e in changed.plan() if str(e.task) == "hair@1")
     session = Session(shot)
     session.edit("hair.strands", "310")
+    session.cook = lambda node, frame: None
     with served(session) as address:
         driver = opened(address)
         until = """const done = arguments[0];
@@ -227,3 +228,19 @@ def test_live_a_run_of_another_process_is_followed(opened, shot, folder):
         subprocess.run(run, cwd=folder, check=True)
         driver.execute_async_script(until % "viewer?.items.at(-1)?.places.length === 310 * 12 * 3")
         assert driver.execute_script("return [app.cell('hair').state, document.body.dataset.errors]") == ["cached", "0"]
+
+
+@pytest.mark.slow
+def test_live_an_edit_shows_the_selected_node_by_itself_and_names_what_a_run_costs(live):
+    do(live.driver, "selectNode('hair'); app.set({ frame: 3 })")
+    live.session.edit("hair.strands", "211")
+    live.settle()
+    slider = live.find('[data-setting="strands"] input[type=range]')
+    live.until(lambda: live.driver.execute_script("return viewer.items.at(-1)?.lengths?.length") == 211)
+    assert slider.is_displayed(), "only the state in the panel was drawn again"
+    live.until(lambda: "hair 4" in live.find("#panel .ahead").text)
+    do(live.driver, "selectNode('lag')")
+    live.until(lambda: "waits for a run: simulation lag" in live.find("#panel .ahead").text)
+    live.find("#run-to").click()
+    live.until(lambda: live.driver.execute_script("return app.cell('lag').state") == "computed", 40)
+    assert live.driver.execute_script("return app.cell('reach').state") == "run"

@@ -61,7 +61,7 @@ function sayControls(text) {
 }
 
 function drawControls() {
-  const { running, missing } = (app.wedge ?? app.base).verdict, { edits, undo, redo, conflict, saved } = app.graph;
+  const { asked: running, missing } = (app.wedge ?? app.base).verdict, { edits, undo, redo, conflict, saved } = app.graph;
   const button = (/** @type {string} */ text, /** @type {boolean} */ can, /** @type {string} */ deed, /** @type {any} */ given = {}) => {
     const made = element("button", { id: `do-${text.split(" ")[0]}`, onclick: () => edit(deed, given) }, text);
     if (!can) made.setAttribute("disabled", "");

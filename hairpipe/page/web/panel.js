@@ -4,16 +4,18 @@
 function drawPanel() {
   const panel = /** @type {HTMLElement} */ (document.getElementById("panel")), node = app.nodeNamed(app.node);
   if (isInUse(panel)) return;
+  const cell = node && app.cell(node.name), { frames, fps, preroll, edits } = app.graph;
+  const shown = JSON.stringify([node, edits, frames, fps, preroll, [...openTables], cell?.frame, node && upstream(node.name, "maps")]);
+  if (panel.dataset.shown === shown) return drawState(node); // what one points at stays where it is
+  panel.dataset.shown = shown;
   const shot = app.live ? [shotFields()] : [];
   if (!node) return void panel.replaceChildren(element("p", {}, app.live ? "Shift-A over the graph adds a node." : ""), ...shot);
   const settings = node.type.settings, absent = settings.filter((/** @type {any} */ field) => isAbsent(field, node.settings));
   const folded = panel.querySelector("details.absent"), open = folded instanceof HTMLDetailsElement && folded.open;
-  const cell = app.cell(node.name);
   const parts = [
     element("h2", {}, node.name, element("small", {}, node.type.name)),
     ...docParts(node, panel.querySelector(`.doc details[data-node="${node.name}"]`)),
-    element("p", { class: "state" }, element("i", { style: `background:${stateColour(cell?.state ?? "")}` }), cellText(node.name, app.frame)),
-    ...aheadParts(node.name),
+    element("p", { class: "state" }), element("p", { class: "ahead" }),
     ...(app.live ? [explanation(node.name, cell, panel.querySelector(`.explain[data-node="${node.name}"]`))] : []),
     ...inputRows(node),
     element("h3", {}, "settings"),
@@ -23,15 +25,19 @@ function drawPanel() {
   if (node.publish) parts.push(element("p", {}, `published as ${node.publish}`));
   parts.push(...shot);
   panel.replaceChildren(...parts);
+  drawState(node);
 }
 
-/** What a run to the node computes, and the button for it. @param {string} node @returns {HTMLElement[]} */
-function aheadParts(node) {
+/** State of the selected result, what a run to its node computes, and the button for it. @param {any} node */
+function drawState(node) {
+  if (!node) return;
+  const state = /** @type {HTMLElement} */ (document.querySelector("#panel .state")), line = /** @type {HTMLElement} */ (document.querySelector("#panel .ahead"));
+  drawInto(state, element("i", { style: `background:${stateColour(app.cell(node.name)?.state ?? "")}` }), cellText(node.name, app.frame));
   const { ahead } = app, counts = Object.entries(ahead?.counts ?? {});
-  if (!ahead || ahead.node !== node || !counts.length) return [];
-  const button = element("button", { id: "run-to", onclick: () => edit("run", { to: [node] }) }, "run to this node");
+  if (!ahead || ahead.node !== node.name || !counts.length) return line.replaceChildren();
   const words = [counts.map(([name, count]) => `${name} ${count}`).join(", "), ...(ahead.seconds === null ? [] : [timeText(ahead.seconds)]), ...(ahead.reason && ahead.now ? [`this frame waits for a run: ${ahead.reason}`] : [])];
-  return [element("p", { class: "ahead" }, button, element("small", { title: "missing results of each node, and their expected time" }, words.join(" · ")))];
+  drawInto(line, element("button", { id: "run-to", onclick: () => edit("run", { to: [node.name] }) }, "run to this node"),
+    element("small", { title: "missing results of each node, and their expected time" }, words.join(" · ")));
 }
 
 /** What a node does, with all but the first paragraph folded. @param {any} node @param {HTMLDetailsElement | null} before @returns {HTMLElement[]} */

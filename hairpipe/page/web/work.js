@@ -29,10 +29,10 @@ function workOf(nodes, types, costs) {
 
 /** The runs, and what they still take. */
 function drawWork() {
-  const { queue = [], costs = {}, machine } = (app.wedge ?? app.base).verdict, line = document.getElementById("work");
+  const { queue = [], asked, costs = {}, machine } = (app.wedge ?? app.base).verdict, line = document.getElementById("work");
   if (!line || !app.live) return;
   const work = workOf(app.base.nodes, app.graph.nodes, costs), bytes = work.reduce((all, one) => all + one.bytes, 0);
-  const parts = queue.length ? [...runParts(queue, work), ...askingParts()] : [];
+  const parts = asked ? [...runParts(queue, work), ...askingParts()] : [];
   const little = machine && (machine.disk < LITTLE_DISK || machine.disk < bytes);
   const need = little && bytes ? `, ${sizeText(bytes)} needed` : "";
   drawInto(line, ...parts, element("span", { class: "room" },
@@ -58,9 +58,9 @@ function askingParts() {
 
 /** Follow the runs: ask once for notifications when one is long, and tell of the end of such a one. */
 function followRuns() {
-  const { running, since = 0, last } = (app.wedge ?? app.base).verdict;
+  const { asked, since = 0, last } = (app.wedge ?? app.base).verdict;
   clearTimeout(runs.timer);
-  if (running && !runs.asked) runs.timer = window.setTimeout(askToNotify, Math.max(0, 1000 * (runs.long - since)));
+  if (asked && !runs.asked) runs.timer = window.setTimeout(askToNotify, Math.max(0, 1000 * (runs.long - since)));
   if (last && runs.ended >= 0 && last.number > runs.ended && last.took > runs.long && !last.interrupted) notifyOf(last);
   runs.ended = last?.number ?? runs.ended;
 }
