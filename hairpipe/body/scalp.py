@@ -1,10 +1,12 @@
 """Scalp of a head: a hairline of elevations seen from the point between the ears."""
 
+import re
 from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 
+from hairpipe.body.mocap.roles import Role, find_roles
 from hairpipe.data import Body
 from hairpipe.errors import BadInput
 from hairpipe.units import Degrees, Interval, Metres
@@ -16,7 +18,7 @@ Elevation = Annotated[Degrees, Interval(ge=-89.0, le=89.0)]
 class Scalp:
     """Hairline on a body without a scalp map: elevations of the line, seen from between the ears.
 
-    joint     name of the joint of the head
+    joint     name of the joint of the head; by default the joint with that role, as in mixamorig:Head
     up        vertical offset from the joint to the point between the ear canals
     forward   forward offset from the joint to the point between the ear canals
     at        position of the point between the ear canals, for a body without a skeleton
@@ -43,6 +45,8 @@ class Scalp:
 
 
 HEAD, CROWN = 0.2, 0.13  # height of a head above the chin, and of its crown above the ear canals [m]
+RIGIFY = re.compile(r"(^|\W|_)spine[._]006$")
+"""Name of the head of Blender's Rigify."""
 AZIMUTHS = (0.0, 45.0, 76.0, 98.0, 130.0, 180.0)  # of front, temple, sideburn, ear, behind and nape [deg from +Z]
 
 
@@ -61,13 +65,25 @@ def paint_scalp(body: Body, rule: Scalp) -> np.ndarray:
 
     Raises BadInput where the body has no such joint.
     """
-    if rule.joint not in body.skeleton.names:
-        names = ", ".join(body.skeleton.names[:12])
-        raise BadInput(f"the body has no joint {rule.joint!r}", where="scalp.joint", right=f"one of {names}")
-    joint = body.skeleton.names.index(rule.joint)
+    joint = find_joint(body.skeleton.names, rule.joint)
     centre = body.skeleton.rest[joint, :3, 3] + (0.0, rule.up, rule.forward) if rule.at is None else np.array(rule.at)
     moved = np.where(body.joints == joint, body.weights, 0.0).sum(axis=1)
     return height_above(rule, body.mesh.points - centre) * smooth_step(moved, 0.0, 0.25)
+
+
+def find_joint(names: tuple[str, ...], joint: str) -> int:
+    """Return the index of a joint by its name or, for the default one, of that which plays the head; pure.
+
+    Raises BadInput where there is none.
+    """
+    if joint in names:
+        return names.index(joint)
+    heads = find_roles(names).get(Role("head"), []) or [k for k, name in enumerate(names) if RIGIFY.search(name)]
+    heads = heads if joint == Scalp.joint else []
+    if not heads:
+        right = f"one of {', '.join(names[:12])}"
+        raise BadInput(f"the body has no joint {joint!r}", where="scalp.joint", right=right)
+    return heads[0]
 
 
 def height_above(rule: Scalp, directions: np.ndarray) -> np.ndarray:

@@ -57,6 +57,24 @@ def test_a_missing_joint_is_named():
         paint_scalp(make_body(np.zeros((1, 3)), np.array([[0.0, 1.0]])), Scalp(joint="skull"))
 
 
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("mixamorig:Neck", "mixamorig:Head"),
+        ("J_Bip_C_Neck", "J_Bip_C_Head"),
+        ("DEF-spine.005", "DEF-spine.006"),
+        ("DEF_spine_005", "DEF_spine_006"),
+        ("Bip01 Neck", "Bip01 Head"),
+        ("C_neck", "C_Head"),
+    ],
+)
+def test_the_head_of_usual_rigs_is_found_by_default(names):
+    top = np.array([[0.0, 1.4, 0.0]] * 2)
+    body = make_body(top, np.array([[0.0, 1.0], [1.0, 0.0]]))
+    body = replace(body, skeleton=replace(body.skeleton, names=names))
+    np.testing.assert_allclose(paint_scalp(body, replace(RULE, joint=Scalp().joint)), [1.0, 0.0])
+
+
 def test_point_between_the_ears_can_be_given():
     points = np.array([[0.0, 1.4, 0.0], [0.0, 2.3, 0.0], [0.0, 1.9, 0.0]])
     body = make_body(points, np.tile([0.0, 1.0], (3, 1)))

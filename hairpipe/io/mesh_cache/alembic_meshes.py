@@ -175,7 +175,11 @@ class Piece:
         _, corners = self.polygons
         if len(values) == len(corners):
             return values
-        return values[corners] if len(values) == count else None
+        if len(values) == count:
+            return values[corners]
+        what = f"there are {len(values)} texture coordinates for {len(corners)} corners of {count} points"
+        warnings.warn(f"{self.where}: {what}: the mesh is read without them", stacklevel=2)
+        return None
 
     def _spaces(self, item: Any) -> Iterator[Any]:
         """Yield the transforms above a mesh, from the inner one."""

@@ -79,8 +79,13 @@ def start_of(motion: JointMotion, instant: Instant) -> float:
 
 
 def pose_of(motion: JointMotion, skeleton: Skeleton, sampled: Pose) -> Pose | None:
-    """Return a sampled pose as that of a skeleton; None, with a warning, where joints at rest are not its own. Pure."""
+    """Return a sampled pose as that of a skeleton; None, with a warning, where joints at rest are not its own.
+
+    Joints rest where a motion has weights of blend shapes alone. Pure.
+    """
     own = motion.skeleton
+    if not own.names:
+        return Pose(skeleton.rest.copy(), np.zeros_like(skeleton.rest))
     order = [own.names.index(name) for name in skeleton.names if name in own.names]
     if len(order) < len(skeleton.names) or np.abs(own.rest[order] - skeleton.rest).max() > ALIKE:
         message = "the joints at rest are not those of the body, to which the motion is retargeted"

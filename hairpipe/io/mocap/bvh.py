@@ -1,6 +1,7 @@
 """Biovision hierarchy files (.bvh): motion capture as text."""
 
 import re
+import warnings
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
@@ -92,9 +93,13 @@ def _read_values(path: Path, lines: list[str], first: int, frames: int, width: i
         values = None
     if values is None or not (np.abs(values) <= LARGEST).all():
         raise _bad_word(path, lines, first)
-    if len(values) != frames * width:
+    if len(values) > frames * width and len(values) % width == 0:
+        extra = len(values) // width - frames
+        message = f"{path}: the file has {frames + extra} frames, its header states {frames}: the last {extra}"
+        warnings.warn(f"{message} {'is' if extra == 1 else 'are'} left out", stacklevel=2)
+    elif len(values) != frames * width:
         raise _bad_count(path, lines, first, frames, width)
-    return values.reshape(frames, width)
+    return values[: frames * width].reshape(frames, width)
 
 
 def _bad_word(path: Path, lines: list[str], first: int) -> BadInput:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pxr import Tf, Usd, UsdGeom
+from pxr import Sdf, Tf, Usd, UsdGeom
 
 from hairpipe.apart import extend_time
 from hairpipe.errors import BadInput
@@ -17,6 +17,8 @@ from hairpipe.io.usd.absent import check_whole
 from hairpipe.io.usd.layer_files import find_layers
 from hairpipe.plain_file import Absent, checked_size
 
+DOUBLES = ("metersPerUnit", "timeCodesPerSecond", "framesPerSecond", "startTimeCode", "endTimeCode")
+"""Numbers of a layer, for which other programs write floats and whole numbers."""
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 NAMED = 5  # number of shapes in a message
 LINE = 160  # maximum length of a message of OpenUSD
@@ -44,9 +46,19 @@ def open_stage(path: Path) -> Usd.Stage:
     with usd_faults(path):
         layers = find_layers(path)  # keeps the layers open until the stage has them
         extend_time(layers.bytes)
+        for layer in layers.open:
+            _hold_doubles(layer)
         stage = Usd.Stage.Open(str(path))
         del layers
     return stage
+
+
+def _hold_doubles(layer: Sdf.Layer) -> None:
+    """Set the numbers of a layer as doubles, in memory, where OpenUSD fails at a float."""
+    root = layer.pseudoRoot
+    for name in DOUBLES if layer.permissionToEdit else ():
+        if root.HasInfo(name):
+            root.SetInfo(name, float(root.GetInfo(name)))
 
 
 def open_whole(path: Path, prim: str | None, absent: Absent) -> Usd.Stage:

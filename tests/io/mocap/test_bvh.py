@@ -74,6 +74,12 @@ def test_all_the_ways_to_write_one_clip(tmp_path, change):
     assert_is_plain(read_text_as_bvh(tmp_path, change(PLAIN)))
 
 
+def test_more_rows_than_the_header_states_are_named_and_left_out(tmp_path):
+    text = PLAIN.rstrip("\n") + "\n" + PLAIN.rstrip("\n").rpartition("\n")[2] + "\n"
+    with pytest.warns(UserWarning, match="has 3 frames, its header states 2: the last 1 is left out"):
+        assert_is_plain(read_text_as_bvh(tmp_path, text))
+
+
 def test_several_roots_and_two_end_sites_are_read(tmp_path):
     joint = "{\nOFFSET 0 0 0\nCHANNELS 1 Xrotation\nEnd Site\n{\nOFFSET 1 0 0\n}\n}\n"
     text = f"HIERARCHY\nROOT a\n{joint}ROOT b\n{joint}MOTION\nFrames: 1\nFrame Time: 1\n1 2\n"

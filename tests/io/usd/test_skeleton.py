@@ -6,7 +6,10 @@ from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
 from hairpipe.data import Body
 from hairpipe.errors import BadInput
+from hairpipe.graph import Time
 from hairpipe.io.usd.meshes.skinned_meshes import read
+from hairpipe.nodes.load_body import load_body
+from hairpipe.nodes.load_motion import load_motion
 
 JOINTS = ["hips", "hips/spine", "hips/spine/head", "hips/spine/tail"]
 ORIGINS = [(0, 1, 0), (0, 2, 0), (0, 4, 0), (1, 2, 0)]
@@ -180,6 +183,29 @@ def smile(stage: Usd.Stage) -> UsdSkel.BlendShape:
     binding.CreateBlendShapesAttr(["smile"])
     binding.CreateBlendShapeTargetsRel().SetTargets([shape.GetPath()])
     return shape
+
+
+def test_a_face_whose_skeleton_has_no_joints_keeps_its_shapes(new_stage, saved) -> None:
+    """The pose of such a file is that of rest, with its weights."""
+    stage = new_stage("Y", 1.0)
+    mesh = character(stage)
+    smile(stage)
+    for name in ("primvars:skel:jointIndices", "primvars:skel:jointWeights", "primvars:skel:geomBindTransform"):
+        mesh.GetPrim().RemoveProperty(name)
+    skeleton = stage.GetPrimAtPath("/char/skeleton")
+    for name in ("joints", "bindTransforms", "restTransforms"):
+        skeleton.RemoveProperty(name)
+    animation = UsdSkel.Animation.Define(stage, "/char/animation")
+    animation.CreateBlendShapesAttr(["smile"])
+    for frame, weight in ((1001, 0.0), (1005, 1.0)):
+        animation.CreateBlendShapeWeightsAttr().Set([weight], frame)
+    UsdSkel.BindingAPI.Apply(skeleton).CreateAnimationSourceRel().SetTargets([animation.GetPath()])
+    file = saved(stage)
+    body = load_body(file=file)
+    assert body.skeleton.names == ("head",) and body.shapes.names == ("smile",)
+    pose = load_motion(body, Time(1003, 24.0), (), file=file)
+    np.testing.assert_array_equal(pose.transforms, body.skeleton.rest)
+    np.testing.assert_allclose(pose.weights, [0.5], atol=1e-6)
 
 
 def test_blend_shapes_without_a_skeleton_are_named(new_stage, saved) -> None:

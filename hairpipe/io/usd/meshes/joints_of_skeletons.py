@@ -39,7 +39,7 @@ def read(path: Path, group: str | None, absent: Absent = "refuse") -> JointMotio
         rigs = [read_rig(query, 0) for query in queries]
         firsts = np.cumsum([0] + [len(rig.joints) for rig in rigs]).tolist()
         skeleton = join_rigs([replace(rig, first=first) for rig, first in zip(rigs, firsts, strict=False)])
-        unbind = np.linalg.inv(np.concatenate([rig.world for rig in rigs])) @ skeleton.rest
+        unbind = np.linalg.inv(np.concatenate([np.empty((0, 4, 4)), *(rig.world for rig in rigs)])) @ skeleton.rest
         turns = [codes for query in queries for codes in turn_codes(query)]
         weighed = [weight_codes(query) for query in animators]
         constant = {code for group in (*turns, *weighed) for code in group}
@@ -48,11 +48,11 @@ def read(path: Path, group: str | None, absent: Absent = "refuse") -> JointMotio
         world = np.empty((len(codes), *unbind.shape))
         weights = np.empty((len(codes), len(shapes)))
         for sample, session.startTimeCode in enumerate(codes.tolist()):
-            world[sample] = np.concatenate([_pose(query) for query in queries]) @ unbind
+            world[sample] = np.concatenate([np.empty((0, 4, 4)), *map(_pose, queries)]) @ unbind
             weights[sample] = [*weights_at(animators, names).values()]
     if not len(codes):
         right = "a Skeleton whose skel:animationSource has samples"
-        raise BadInput("no animation moves the joints", where=location(queries[0].GetPrim()), right=right)
+        raise BadInput("no animation moves the joints", where=location(animators[0].GetPrim()), right=right)
     return JointMotion(skeleton, world, codes, stage.GetTimeCodesPerSecond(), float(codes[0]), shapes, weights)
 
 
@@ -74,9 +74,11 @@ def _find_skeletons(stage: Usd.Stage, group: str | None) -> tuple[Queries, Queri
     bindings = find_bindings(stage)
     animated = find_bindings(stage, shapes=True)
     meshes = shown(stage, group, UsdGeom.Mesh)
-    if not any(mesh.GetPath() in bindings for mesh in meshes):
+    if not any(mesh.GetPath() in animated for mesh in meshes):
         where = f"{stage.GetRootLayer().realPath} {group or ''}".rstrip()
-        raise BadInput("no mesh is bound to a Skeleton", where=where, right="skel:skeleton and joint influences")
+        raise BadInput(
+            "no mesh is bound to a Skeleton", where=where, right="skel:skeleton and joint influences, or blend shapes"
+        )
     names = name_weights([UsdGeom.Mesh(mesh) for mesh in meshes], [animated.get(mesh.GetPath()) for mesh in meshes])
     return _skeletons_of(bindings, meshes), _skeletons_of(animated, meshes), names
 

@@ -96,16 +96,22 @@ def _solid_faces(prim: UsdGeom.Mesh, count: int) -> np.ndarray:
 
 
 def _read_uv(prim: UsdGeom.Mesh, vertices: np.ndarray, n: int) -> np.ndarray | None:
-    """Return the texture coordinates `st` of the face corners, (c, 2) float32, or None where there are none."""
+    """Return the texture coordinates `st` of the face corners, (c, 2) float32; None without.
+
+    Warns of another number of them, as a mesh with edited faces may have.
+    """
     primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("st")
     if not primvar.HasValue():
         return None
     values = _flat(primvar, 2).astype(np.float32)
-    if primvar.GetInterpolation() in PER_VERTEX:
-        _check_count(primvar, values, n)
-        return values[vertices]
-    _check_count(primvar, values, len(vertices))
-    return values
+    is_vertex = primvar.GetInterpolation() in PER_VERTEX
+    try:
+        _check_count(primvar, values, n if is_vertex else len(vertices))
+    except BadInput as fault:
+        message = f"{fault.where} {fault.what}, not {fault.right}: the mesh is read without texture coordinates"
+        warnings.warn(message, stacklevel=3)
+        return None
+    return values[vertices] if is_vertex else values
 
 
 def _read_maps(prim: UsdGeom.Mesh, n: int) -> dict[str, np.ndarray]:

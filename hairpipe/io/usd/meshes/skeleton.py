@@ -55,7 +55,8 @@ class Rig:
 def find_bindings(stage: Usd.Stage, shapes: bool = False) -> dict[Sdf.Path, Binding]:
     """Return the binding of every mesh that a skeleton moves.
 
-    A skeleton is inherited by all prims under its root; a mesh without joints is not bound.
+    A skeleton is inherited by all prims under its root; a mesh without joints is not bound. A skeleton
+    without joints may animate blend shapes.
 
     shapes  whether a mesh is bound by blend shapes, too
 
@@ -68,8 +69,11 @@ def find_bindings(stage: Usd.Stage, shapes: bool = False) -> dict[Sdf.Path, Bind
         root = UsdSkel.Root(prim)
         if root and cache.Populate(root, predicate):
             for binding in cache.ComputeSkelBindings(root, predicate):
-                query = _query(cache, binding.GetSkeleton())
-                skins = [s for s in binding.GetSkinningTargets() if _names_joints(s) or (shapes and s.HasBlendShapes())]
+                targets = binding.GetSkinningTargets()
+                bound = [_names_joints(skin) for skin in targets]
+                query = _query(cache, binding.GetSkeleton(), any(bound) or not any(s.HasBlendShapes() for s in targets))
+                pairs = zip(targets, bound, strict=True)
+                skins = [skin for skin, is_bound in pairs if is_bound or (shapes and skin.HasBlendShapes())]
                 found |= {skin.GetPrim().GetPath(): Binding(query, skin) for skin in skins}
     return found
 
@@ -83,9 +87,9 @@ def has_blend_shapes(mesh: UsdGeom.Mesh) -> bool:
     return bool(UsdSkel.BindingAPI(mesh).GetBlendShapeTargetsRel().GetTargets())
 
 
-def _query(cache: UsdSkel.Cache, skeleton: UsdSkel.Skeleton) -> UsdSkel.SkeletonQuery:
+def _query(cache: UsdSkel.Cache, skeleton: UsdSkel.Skeleton, jointed: bool) -> UsdSkel.SkeletonQuery:
     query = cache.GetSkelQuery(skeleton)
-    if not query or not query.GetJointOrder():
+    if not query or (jointed and not query.GetJointOrder()):
         _, why = UsdSkel.Topology(skeleton.GetJointsAttr().Get() or []).Validate()
         right = "each joint once, a parent before its children"
         raise BadInput(
