@@ -26,7 +26,7 @@ MORE = 1.1
 """Smallest ratio of a new stretch to the reported one."""
 GROWN = 1.1
 """Smallest ratio of the size of skin that is reported, of later to earlier skin or the opposite."""
-GROWN_MORE = 1.4
+GROWN_MORE = 1.2
 """The same of a size to the one that was reported last."""
 _FREE = 0.1  # taken as the limit where a scene has none
 _EXACT = 0.005

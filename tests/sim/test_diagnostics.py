@@ -67,11 +67,10 @@ def grow(groom, body, factors):
 
 
 def test_skin_that_grows_is_named_at_first_and_when_it_has_grown_much_more(shot):
-    messages, ratio = grow(shot.hair.groom, shot.body, [1.0 + 0.6 * frame / 11 for frame in range(12)])
-    assert ratio == pytest.approx(1.6)
+    messages, ratio = grow(shot.hair.groom, shot.body, [1.0 + 0.0251 * frame for frame in range(25)])
+    assert ratio == pytest.approx(1.6024)
     assert [message.partition(",")[0] for message in messages] == [
-        "the skin at the roots has grown by 11 % since the first frame",
-        "the skin at the roots has grown by 60 % since the first frame",
+        f"the skin at the roots has grown by {percent} % since the first frame" for percent in (10, 33, 60)
     ]
     messages, ratio = grow(shot.hair.groom, shot.body, [1.0, 0.85])
     assert ratio == pytest.approx(0.85) and "has shrunk by 15 %" in messages[0]
