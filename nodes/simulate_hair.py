@@ -21,12 +21,14 @@ class Hair(NamedTuple):
     state: HairState
 
 
-def model_strands(groom: Groom, material: VariedMaterial, model: ModelName, construction: Construction) -> "HairModels":
+def model_strands(
+    groom: Groom, material: VariedMaterial, model: ModelName, construction: Construction, curvature: float
+) -> "HairModels":
     """Model the strands of a groom, for the whole shot."""
     from hairpipe.io.image import read_image
     from hairpipe.sim.hair_model import build_models
 
-    return build_models(groom, material, model, construction, read_image)
+    return build_models(groom, material, model, construction, read_image, curvature)
 
 
 @node(frames="scan", prepare=model_strands, tuning="hairpipe.sim.strands.tuning")
@@ -59,7 +61,5 @@ def simulate_hair(
     drivers = driver_of(body, ends) or (None, None)
     hair = choose_precision(settings.precision, prepared, settings, bodies=solid, first=previous is None)
     began = (time.frame - 1) * time.dt
-    cut = time.frame in cuts
-    frame = Frame(drivers, surface or (), parts or (), began, time.dt, cut, target, pins or ())
-    state = next_state(hair, previous, frame, settings)
-    return Hair(strands_of(hair, state), state)
+    frame = Frame(drivers, surface or (), parts or (), began, time.dt, time.frame in cuts, target, pins or ())
+    return Hair(strands_of(hair, state := next_state(hair, previous, frame, settings)), state)

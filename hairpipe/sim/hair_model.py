@@ -78,13 +78,17 @@ class HairModel:
 
 @dataclass(frozen=True, eq=False)
 class HairModels:
-    """The strands of a groom in single precision and in double, each built when it is first asked for, and kept."""
+    """The strands of a groom in single precision and in double, each built when it is first asked for, and kept.
+
+    curvature  share of the curvature of the groom that is at rest
+    """
 
     groom: Groom
     fibres: Fibres
     kind: ModelKind
     construction: Construction = DEFAULT
     read_image: ReadImage | None = None
+    curvature: float = 1.0
     _built: dict[Precision, HairModel] = field(default_factory=dict, init=False)
 
     def in_precision(self, precision: Precision) -> HairModel:
@@ -95,7 +99,7 @@ class HairModels:
         if precision not in self._built:
             check_segments(self.groom)
             layout = lay_out(self.groom.offsets, self.kind.shape, DTYPES[precision])
-            model, rest = self.kind.build(layout, self.groom, self.fibres, self.construction)
+            model, rest = self.kind.build(layout, self.groom, self.fibres, self.construction, self.curvature)
             finer = partial(self.in_precision, "double") if precision == "single" else None
             more = {"in_double": finer, "read_image": self.read_image, "diameters": self.fibres.widths}
             self._built[precision] = HairModel(self.groom, layout, model, rest, self.fibres.diameter, **more)
@@ -113,9 +117,14 @@ def build_models(
     model: ModelName,
     construction: Construction = DEFAULT,
     read_image: ReadImage | None = None,
+    curvature: float = 1.0,
 ) -> HairModels:
-    """Model the strands of a groom by a model of the house; BadInput as `fibres_of`."""
-    return HairModels(groom, fibres_of(groom, material, read_image), strand_models()[model], construction, read_image)
+    """Model the strands of a groom by a model of the house, with a share of its curvature at rest.
+
+    Raises BadInput as `fibres_of`.
+    """
+    fibres = fibres_of(groom, material, read_image)
+    return HairModels(groom, fibres, strand_models()[model], construction, read_image, curvature)
 
 
 def build_hair(

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
+from hairpipe.errors import BadInput
 from hairpipe.groom.painting.painted import Varied
 from hairpipe.sim.air.wind import Wind
 from hairpipe.sim.goal.strength import Goal
@@ -87,6 +88,11 @@ class Stiction:
     force: Force = Force(2e-5)
     closest: Annotated[int, Interval(ge=1, le=16)] = 5
     damping: Annotated[float, Ge(0.0)] = 0.5
+
+    def __post_init__(self) -> None:
+        if not self.release > self.reach:
+            what = f"the release distance, {self.release:g} m, is not more than the reach, {self.reach:g} m"
+            raise BadInput(what, right="a larger release, or a smaller reach")
 
 
 @dataclass(frozen=True)
@@ -310,10 +316,18 @@ class HairSettings(Scene):
                   segments), chain (straight hair without twist)
     precision     floating-point precision of the solver: automatic uses single precision where that is safe
     material      material of the fibre, which determines the spring constants
+    curvature     share of the groom's curvature that is at rest: 1 (the groom is the rest shape) to 0 (straight hair,
+                  combed into the shape of the groom, from which it starts)
     construction  parameters of the network, for experiments with its parts
     """
 
     model: ModelName = "rod"
     precision: Literal["automatic", "double", "single"] = "automatic"
     material: VariedMaterial = VariedMaterial()  # noqa: RUF009 (frozen)
+    curvature: Fraction = 1.0
     construction: Construction = Construction()  # noqa: RUF009
+
+    def __post_init__(self) -> None:
+        if self.curvature != 1.0 and self.sag_free is not None:
+            what = f"curvature = {self.curvature:g} contradicts sag_free, whose rest shape holds the groom up"
+            raise BadInput(what, right="curvature = 1, or no sag_free")

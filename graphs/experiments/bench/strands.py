@@ -65,7 +65,7 @@ def hang(count: int, segments: int, dtype: DTypeLike, model: ModelName = "networ
     groom = unbound(np.tile(strand, (count, 1, 1)), np.tile(np.eye(3, 4), (count, 1, 1)))
     kind = strand_models()[model]
     layout = lay_out(groom.offsets, kind.shape, dtype)
-    built, rest = kind.build(layout, groom, fibres_of(groom, Material()), Construction())
+    built, rest = kind.build(layout, groom, fibres_of(groom, Material()), Construction(), 1.0)
     rest = rest.astype(dtype)
     roots = rest.reshape(layout.blocks, -1, *rest.shape[1:])[:, : kind.shape.clamped]
     ends = np.concatenate([roots, np.zeros_like(roots)], axis=1)

@@ -1,12 +1,16 @@
 """Changes to the tables of a graph before the checks, by the command line or by variants.
 
-A target is `node.setting` or `node.group.setting`.
+A target is `node.setting` or `node.group.setting`. Of a setting that is a number or a table of factors, `length` and
+`length.value` are the same: the others of the table stay.
 """
 
 import tomllib
 from typing import Any
 
 from hairpipe.errors import BadInput
+from hairpipe.graph.file.data_folder import KEY
+from hairpipe.graph.node.declare import RESERVED
+from hairpipe.graph.node.fields import SHORTHAND
 from hairpipe.graph.node.messages import listed, nearest
 
 Tables = dict[str, Any]
@@ -28,10 +32,20 @@ def put(tables: Tables, target: str, value: Any) -> None:
         raise BadInput(f"cannot set '{target}'", where="--set", right=known)
     table = tables[node]
     for name in names[:-1]:
-        table = table.setdefault(name, {})
-        if not isinstance(table, dict):
+        if isinstance(table.get(name), bool):
             raise BadInput(f"'{name}' in '{target}' is not a group", where="--set", right="node.setting=value")
-    table[names[-1]] = value
+        table[name] = table = table_of(table.get(name, {}))
+    last = names[-1]
+    is_group = isinstance(table.get(last), dict) and table[last].keys() != {KEY} and names[0] not in RESERVED
+    if is_group and not isinstance(value, dict | bool):
+        table[last][SHORTHAND] = value
+    else:
+        table[last] = value
+
+
+def table_of(value: Any) -> Tables:
+    """Return a table, or the table with a plain value that stands for it."""
+    return value if isinstance(value, dict) else {SHORTHAND: value}
 
 
 def drop(tables: Tables, target: str) -> None:

@@ -24,6 +24,7 @@ from hairpipe.graph.file.overrides import WEDGE, nodes_of
 from hairpipe.graph.file.read import GraphText
 from hairpipe.graph.file.variant_names import short_names, variant_name
 from hairpipe.graph.node.declare import RESERVED
+from hairpipe.graph.node.fields import SHORTHAND
 from hairpipe.graph.node.messages import brief, nearest
 
 KEYS = ("axes", "joint", "where", "show", "measures", "stop")
@@ -134,13 +135,14 @@ class WedgeReader:
         return BadInput(what, where=self._text.place(f"{WEDGE}.{self._name}", names), right=right)
 
     def axes(self) -> dict[str, tuple[Any, ...]]:
-        """Read the axes, one for each setting."""
+        """Read the axes, one for each setting: `node.length.value` is `node.length`."""
         given = self._table.get("axes")
         if not isinstance(given, dict) or not given:
             what = "no axes" if given is None else f"axes = {brief(given)} is not a table of axes"
             raise self.fault(what, ["axes"], "axes.NODE.SETTING = [0.1, 0.2]")
         axes: dict[str, tuple[Any, ...]] = {}
-        for target, value in flat(given):
+        for given_target, value in flat(given):
+            target = given_target.removesuffix(f".{SHORTHAND}") if given_target.count(".") > 1 else given_target
             node, _, setting = target.partition(".")
             if node not in self._nodes or not setting or setting.split(".")[0] in RESERVED:
                 right = nearest(node, list(self._nodes)) if node not in self._nodes else "axes.NODE.SETTING"
@@ -168,7 +170,8 @@ class WedgeReader:
 
     def kept(self, axes: Mapping[str, Any], settings: list[dict[str, Any]]) -> list[dict[str, Any]]:
         """Return the variants for which every comparison of `where` holds."""
-        known = {alias: target for target, name in short_names(axes).items() for alias in (target, name)}
+        known = {f"{target}.{SHORTHAND}": target for target in axes}
+        known |= {alias: target for target, name in short_names(axes).items() for alias in (target, name)}
         for comparison in self.comparisons("where", '[["hair.air.drag", "<", 2.0]]'):
             if comparison.left not in known:
                 raise self.fault(

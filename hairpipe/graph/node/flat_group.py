@@ -12,7 +12,8 @@ def flat_group(name: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
 
     name  of the parameter, annotated with a frozen dataclass whose docstring, or that of its base, documents its fields
 
-    In a graph file the fields are settings of the node. The function receives the group.
+    In a graph file the fields are settings of the node. The function receives the group. A group that raises BadInput
+    refuses its fields when the graph file is read.
     """
 
     def flatten(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -21,17 +22,20 @@ def flat_group(name: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
         fields = dataclasses.fields(group)
         names = {field.name for field in fields}
 
+        def grouped(settings: dict[str, Any]) -> dict[str, Any]:
+            own = {key: value for key, value in settings.items() if key not in names}
+            return own | {name: group(**{key: value for key, value in settings.items() if key in names})}
+
         @wraps(function)
         def flat(*arguments: Any, **settings: Any) -> Any:
-            own = {key: value for key, value in settings.items() if key not in names}
-            shared = {key: value for key, value in settings.items() if key in names}
-            return function(*arguments, **own, **{name: group(**shared)})
+            return function(*arguments, **grouped(settings))
 
         parameters = []
         for parameter in inspect.signature(function).parameters.values():
             parameters += [keyword_of(field, hints) for field in fields] if parameter.name == name else [parameter]
         signature = inspect.signature(function).replace(parameters=parameters)
         flat.__signature__ = signature  # type: ignore[attr-defined]
+        flat.grouped = grouped  # type: ignore[attr-defined]
         annotations = {parameter.name: parameter.annotation for parameter in parameters}
         flat.__annotations__ = {**annotations, "return": function.__annotations__["return"]}
         explained = (function, *(base for base in group.__mro__ if dataclasses.is_dataclass(base)))

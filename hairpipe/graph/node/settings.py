@@ -45,7 +45,9 @@ def check_settings(node_type: NodeType, given: Plain, place: Place) -> Plain:
         raise BadInput(f"settings cannot be read: {error}", where=place([])) from None
     plain = model.model_dump(mode="json")
     try:
-        build_settings(node_type, plain)
+        built = build_settings(node_type, plain)
+        if grouped := getattr(node_type.function, "grouped", None):
+            grouped(built)
     except (ValueError, BadInput) as error:
         raise BadInput(str(error), where=place([])) from None
     return plain

@@ -45,12 +45,15 @@ class Chain(NamedTuple):
     shape = SHAPE
 
 
-def build_chain(layout: Layout, groom: Groom, fibres: Fibres, construction: Construction) -> tuple[Chain, np.ndarray]:
-    """Make the chains of a groom of straight strands; the construction does not affect a chain.
+def build_chain(
+    layout: Layout, groom: Groom, fibres: Fibres, construction: Construction, curvature: float
+) -> tuple[Chain, np.ndarray]:
+    """Make the chains of a groom of strands that are straight at rest; the construction does not affect a chain.
 
-    returns  the chains, and their particles at rest [m], (rows, 3, W)
+    curvature  share of the curvature of the groom that is at rest
+    returns    the chains, and their particles in the shape of the groom [m], (rows, 3, W)
 
-    Raises BadInput if a strand is not straight.
+    Raises BadInput if a strand is not straight at rest.
     """
     rest = layout.empty(3, dtype=np.float64)
     chain = Chain(layout.first, layout.empty(), layout.empty(1), layout.empty(2))
@@ -61,7 +64,8 @@ def build_chain(layout: Layout, groom: Groom, fibres: Fibres, construction: Cons
         particles = np.concatenate([2 * axis[:, :1] - axis[:, 1:2], axis], axis=1)
         edges = np.diff(particles, axis=1)
         lengths = np.linalg.norm(edges, axis=2)
-        _check_straight(edges / lengths[:, :, None])
+        if curvature:
+            _check_straight(edges / lengths[:, :, None])
         segment = lengths[:, 1:].mean(1)
         after = SHAPE.segments(axis.shape[1] - 1)
         dense = fibre.segments.line_density[:, after]

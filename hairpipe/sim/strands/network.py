@@ -23,6 +23,7 @@ from hairpipe.sim.strands.forces.altitude import linearise_altitude
 from hairpipe.sim.strands.forces.assembly import add_spring, add_tetrahedron
 from hairpipe.sim.strands.forces.spring import critical_damping, linearise_spring
 from hairpipe.sim.strands.interface import ModelKind, register_model
+from hairpipe.sim.strands.rest_shape import unbent
 
 SHAPE = Shape(reach=3, clamped=lattice.CLAMPED, stride=2)
 
@@ -47,7 +48,7 @@ class Network(NamedTuple):
 
 
 def build_of_groom(
-    layout: Layout, groom: Groom, fibres: Fibres, construction: Construction
+    layout: Layout, groom: Groom, fibres: Fibres, construction: Construction, curvature: float
 ) -> tuple[Network, np.ndarray]:
     """Make the networks of a groom, see `build_network`.
 
@@ -61,7 +62,7 @@ def build_of_groom(
             where="groom",
             right="segments longer than hair is thick: fewer of them, or those strands left out",
         )
-    return build_network(layout, groom.points, groom.root_frames, fibres, construction)
+    return build_network(layout, groom.points, groom.root_frames, fibres, construction, curvature)
 
 
 def warn_of_softening(groom: Groom, fibres: Fibres) -> None:
@@ -105,13 +106,19 @@ def least_softenings(groom: Groom, fibres: Fibres) -> np.ndarray:
 
 
 def build_network(
-    layout: Layout, points: np.ndarray, frames: np.ndarray, fibres: Fibres, construction: Construction
+    layout: Layout,
+    points: np.ndarray,
+    frames: np.ndarray,
+    fibres: Fibres,
+    construction: Construction,
+    curvature: float = 1.0,
 ) -> tuple[Network, np.ndarray]:
-    """Make the network whose rest shape is the groom.
+    """Make the network of a groom.
 
-    points   of the groom [m], (p, 3)
-    frames   frames of its roots, of which the first three columns are used, (strands, 3, 3 or more)
-    returns  the network, and its particles at rest [m], (rows, 3, W)
+    points     of the groom [m], (p, 3)
+    frames     frames of its roots, of which the first three columns are used, (strands, 3, 3 or more)
+    curvature  share of the curvature of the groom that is at rest
+    returns    the network, and its particles in the shape of the groom [m], (rows, 3, W)
     """
     rest = layout.empty(3, dtype=np.float64)
     network = Network(layout.first, layout.empty(), layout.empty(3), layout.empty(7), layout.empty(4))
@@ -122,15 +129,16 @@ def build_network(
         length = np.linalg.norm(np.diff(axis, axis=1), axis=2).mean(1)
         normals = lattice.first_normals(axis, frames[layout.strands[blocks].reshape(-1)])
         after = SHAPE.segments(axis.shape[1] - 1)
-        fit = _fit(axis, normals, length, fibre, construction)
-        particles = lattice.perturb(axis, fit.normals, fit.turns)
+        straightened = unbent(axis, normals, curvature)
+        fit = _fit(straightened, normals, length, fibre, construction)
+        particles, resting = (lattice.perturb(shape, fit.normals, fit.turns) for shape in (axis, straightened))
         edges = edge_constants(fibre.segments, length[:, None])
         joints = spring_constants(fibre.points, construction, length[:, None])[1:] * fit.factors[:, None]
         masses = lattice.masses(length, fibre.segments.line_density[:, after], construction.off_axis_mass)
         layout.scatter(particles, blocks, rest)
         layout.scatter(masses, blocks, network.mass)
-        layout.scatter(_inverse(lattice.rest_lengths(particles)), blocks, network.inverse_lengths)
-        layout.scatter(_inverse(lattice.rest_heights(particles)), blocks, network.inverse_heights)
+        layout.scatter(_inverse(lattice.rest_lengths(resting)), blocks, network.inverse_lengths)
+        layout.scatter(_inverse(lattice.rest_heights(resting)), blocks, network.inverse_heights)
         layout.scatter(constants_by_particle(edges, joints), blocks, network.constants)
     return network, rest
 

@@ -44,6 +44,11 @@ def test_a_setting_may_be_one_quoted_name():
     assert wedge('axes."seed.bent.strength" = [1]').axes == wedge("axes.seed.bent.strength = [1]").axes
 
 
+def test_an_axis_of_a_setting_and_of_its_value_are_the_same():
+    one, other = (wedge(f"axes.seed.{name} = [1, 2]") for name in ("bent", "bent.value"))
+    assert one.variants == other.variants == {"bent=1": {"seed.bent": 1}, "bent=2": {"seed.bent": 2}}
+
+
 def test_a_range_has_the_numbers_that_one_would_write():
     assert values("{ from = 0.1, to = 0.3, count = 3 }") == (0.1, 0.2, 0.3)
     assert values("{ from = 0.001, to = 10, count = 5, log = true }") == (0.001, 0.01, 0.1, 1.0, 10.0)

@@ -41,6 +41,7 @@ from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.fibres import Fibre, Fibres
 from hairpipe.sim.strands.forces.spring import critical_damping
 from hairpipe.sim.strands.interface import ModelKind, StiffnessPart, register_model
+from hairpipe.sim.strands.rest_shape import unbent
 from hairpipe.sim.strands.rod.balance import balance
 from hairpipe.sim.strands.rod.frames import BENDING, GHOST, TENSION, TWIST, TWISTING, frame_at
 from hairpipe.sim.strands.rod.rows import (
@@ -84,10 +85,13 @@ class Rod(NamedTuple):
     shape = SHAPE
 
 
-def build_rod(layout: Layout, groom: Groom, fibres: Fibres, construction: Construction) -> tuple[Rod, np.ndarray]:
-    """Make the rods whose rest shape is a groom, of round section; the construction does not affect a rod.
+def build_rod(
+    layout: Layout, groom: Groom, fibres: Fibres, construction: Construction, curvature: float
+) -> tuple[Rod, np.ndarray]:
+    """Make the rods of a groom, of round section; the construction does not affect a rod.
 
-    returns  the rods, and their rows at rest [m], (rows, 3, W)
+    curvature  share of the curvature of the groom that is at rest
+    returns    the rods, and their rows in the shape of the groom [m], (rows, 3, W)
     """
     rest = layout.empty(3, dtype=np.float64)
     rod = Rod(layout.first, layout.empty(), layout.empty(RESTS), layout.empty(1), layout.empty_blocks(2))
@@ -96,7 +100,10 @@ def build_rod(layout: Layout, groom: Groom, fibres: Fibres, construction: Constr
         axis = groom.points[places]
         frames = groom.root_frames[layout.strands[blocks].reshape(-1)]
         fibre = fibres.of(places)
-        rows, mass, natural = shape_at_rest(axis, lattice.first_normals(axis, frames), fibre)
+        normals = lattice.first_normals(axis, frames)
+        rows, mass, natural = shape_at_rest(axis, normals, fibre)
+        if curvature != 1.0:
+            natural = shape_at_rest(unbent(axis, normals, curvature), normals, fibre)[2]
         layout.scatter(rows, blocks, rest)
         layout.scatter(mass, blocks, rod.mass)
         layout.scatter(natural, blocks, rod.inverse_lengths)
