@@ -173,6 +173,7 @@ def wedge_document(wedge: WedgeShot, plan: Plan, suffix: Suffix, output: RunOutp
     return {
         "name": wedge.definition.name,
         "names": list(wedge.definition.short_names.values()),
+        "targets": list(wedge.definition.short_names),
         "joint": wedge.definition.joint,
         "show": wedge.definition.show or [list(wedge.original.nodes)[-1]],
         "variants": [{"name": row.pop("variant"), **row} for row in rows],

@@ -244,3 +244,40 @@ def test_live_an_edit_shows_the_selected_node_by_itself_and_names_what_a_run_cos
     live.find("#run-to").click()
     live.until(lambda: live.driver.execute_script("return app.cell('lag').state") == "computed", 40)
     assert live.driver.execute_script("return app.cell('reach').state") == "run"
+
+
+SEARCH = """const [text, done] = arguments;
+hairpipe.plain("catalogue").then(({ types }) =>
+  done(ranked(types, text).map(({ type, setting }) => [type.name, categoryOf(type), setting])));"""
+
+
+@pytest.mark.parametrize(
+    "text, name, category, setting",
+    [
+        ("wind", "simulate_hair", "simulate", "air"),
+        ("collision", "simulate_hair", "simulate", "contact"),
+        ("curl", "grow_groom", "groom", "curl"),
+        ("import", "load_body", "import", ""),
+        ("friction", "simulate_hair", "simulate", "contact.friction"),
+        ("sdf", "bake_levelset", "levelset", ""),
+    ],
+)
+def test_live_nodes_are_found_by_settings_and_words_of_other_programs(live, text, name, category, setting):
+    found = {one[0]: one[1:] for one in live.driver.execute_async_script(SEARCH, text)}
+    assert name in found and found[name][0] == category and found[name][1].startswith(setting)
+    assert "flipbook" not in found
+
+
+def test_live_the_middle_button_turns_the_view_and_a_double_click_shows_all(live):
+    do(live.driver, "selectNode('hair'); app.set({ frame: 1 })")
+    state = "const { yaw, target, distance } = viewer.camera; return [yaw, target, distance]"
+    yaw, target, distance = live.driver.execute_script(state)
+    live.driver.execute_script(
+        """for (const [type, x] of [["pointerdown", 100], ["pointermove", 160], ["pointerup", 160]])
+        viewer.canvas.dispatchEvent(new PointerEvent(type, { button: 1, clientX: x, clientY: 100, pointerId: 1 }));
+        viewer.camera.distance *= 5;"""
+    )
+    turned, same, _ = live.driver.execute_script(state)
+    assert turned != yaw and same == target
+    live.driver.execute_script("viewer.canvas.dispatchEvent(new MouseEvent('dblclick'))")
+    assert live.driver.execute_script(state)[2] < 2 * distance

@@ -61,6 +61,17 @@ def test_page_of_a_wedge_shows_its_run(opened, wedge_report):
     assert "--wedge" not in driver.find_element("css selector", "#verdict code").text
 
 
+def test_the_panel_shows_the_values_of_the_variant(opened, wedge_report):
+    driver = opened(wedge_report)
+    shown = lambda: driver.find_element("css selector", '#panel [data-setting="red"] span').text  # noqa: E731
+    driver.execute_script("selectNode('picture'); selectVariant(0)")
+    assert shown() == "0.2"
+    driver.execute_script("selectVariant(3)")
+    assert shown() == "0.8"
+    driver.execute_script("selectVariant(-1)")
+    assert shown() == "0.5", "that of the graph file"
+
+
 def test_equal_strands_of_variants_are_shared(opened, wedge_report):
     driver = opened(wedge_report)
     script = "return app.wedge.states.map((nodes) => cellOf(nodes, 'hair', 1).outputs[''])"

@@ -48,7 +48,8 @@ class Camera {
     /** @type {{x: number, y: number, pan: boolean, moved: boolean} | null} */
     let held = null;
     canvas.addEventListener("pointerdown", (event) => {
-      held = { x: event.clientX, y: event.clientY, pan: event.shiftKey || event.button !== 0, moved: false };
+      held = { x: event.clientX, y: event.clientY, pan: event.shiftKey || event.button === 2, moved: false };
+      if (event.button === 1) event.preventDefault(); // no scrolling
       canvas.setPointerCapture(event.pointerId);
     });
     canvas.addEventListener("pointermove", (event) => {

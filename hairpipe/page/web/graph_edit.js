@@ -40,6 +40,9 @@ function listenToEdits() {
   document.addEventListener("keydown", (event) => void keyOf(event));
 }
 
+/** Whether the next drag chooses nodes in a box. */
+let boxNext = false;
+
 /** Last place of the pointer on the graph. */
 let pointer = { x: 300, y: 300 };
 
@@ -49,7 +52,8 @@ function beginGesture(svg, event) {
   svg.focus({ preventScroll: true });
   const { socket, node, wire, annotation } = graphTarget(event);
   const start = { x: event.clientX, y: event.clientY, moved: false, names: /** @type {string[]} */ ([]), wire: /** @type {any} */ (null) };
-  if (socket) held = { ...start, kind: "wire", wire: wireAt(socket) };
+  if (boxNext) [boxNext, held] = [false, { ...start, kind: "box" }];
+  else if (socket) held = { ...start, kind: "wire", wire: wireAt(socket) };
   else if (node) {
     if (event.shiftKey) app.chosen.has(node) ? app.chosen.delete(node) : app.chosen.add(node);
     else if (!app.chosen.has(node)) app.chosen = new Set([node]);

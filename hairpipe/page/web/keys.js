@@ -30,12 +30,28 @@ async function keyOf(event) {
     [!typing && key === "f2" && Boolean(app.node), () => askName(app.node, x, y)],
     [!typing && !command && !event.shiftKey && key === "a", () => ((app.chosen = app.chosen.size ? new Set() : new Set(app.graph.nodes.map((/** @type {any} */ n) => n.name))), paintGraph())],
     [!typing && !command && key === "l", layOutAgain],
-    [!typing && key === "home", showAll],
+    [!typing && key === "home", () => (document.getElementById("stage")?.matches(":hover") ? viewer?.frameAll() : showAll())],
+    [!typing && !command && key === "b", () => (boxNext = true, sayControls("drag a box around nodes"))],
+    [!typing && event.key === "?", showKeys],
   ];
   const found = keys.find(([holds]) => holds);
   if (!found) return;
   event.preventDefault();
   await found[1]();
+}
+
+/** Keys and gestures of the page. */
+const KEYS = [
+  ["drag, middle drag", "turn the view"], ["Shift drag, right drag", "move the view"], ["wheel", "zoom"], ["Home, double click", "show all, in the view or the graph below the pointer"], ["Space, ← →", "play, step"],
+  ["Shift-A", "add a node"], ["drag, B", "move nodes, choose nodes in a box"], ["A", "choose all or none"], ["X, M, Shift-D, F2", "delete, mute, duplicate, rename"], ["F, N, L", "frame, note, lay out again"],
+  ["Ctrl-C, X, V", "copy, cut, paste"], ["Ctrl-Z, Ctrl-Shift-Z, Ctrl-S", "undo, redo, save"], ["[ ], Ctrl drag, Escape", "radius of the brush, the opposite value, end of painting"], ["?", "this list"],
+];
+
+/** Open or close the list of keys. */
+function showKeys() {
+  const open = document.getElementById("keys");
+  if (open) return open.remove();
+  document.body.append(element("div", { id: "keys", onclick: () => showKeys() }, element("dl", {}, ...KEYS.flatMap(([keys, what]) => [element("dt", {}, keys), element("dd", {}, what)]))));
 }
 
 /** Copy nodes to the lower right. @param {string[]} names */

@@ -5,7 +5,7 @@ function drawPanel() {
   const panel = /** @type {HTMLElement} */ (document.getElementById("panel")), node = app.nodeNamed(app.node);
   if (isInUse(panel)) return;
   const cell = node && app.cell(node.name), { frames, fps, preroll, edits } = app.graph;
-  const shown = JSON.stringify([node, edits, frames, fps, preroll, [...openTables], cell?.frame, node && upstream(node.name, "maps")]);
+  const shown = JSON.stringify([node, edits, frames, fps, preroll, [...openTables], app.variant, cell?.frame, node && upstream(node.name, "maps")]);
   if (panel.dataset.shown === shown) return drawState(node); // what one points at stays where it is
   panel.dataset.shown = shown;
   const shot = app.live ? [shotFields()] : [];
@@ -102,7 +102,22 @@ function settingRows(field, values, given, above) {
     return [element("div", { class: "row group", title, "data-group": names.join(".") }, groupName(field, names, true)),
       ...field.group.flatMap((/** @type {any} */ one) => settingRows(one, value, inner, names))];
   }
+  const varied = variedValue(`${app.node}.${names.join(".")}`);
+  if (varied !== undefined) return [variedRow(field, names, varied)];
   return [rowOf(field, names, isSet, app.live ? editorOf(field, value, `${app.node}.${names.join(".")}`) : element("span", {}, spoken(value)))];
+}
+
+/** Value of a setting in the selected variant of the wedge; undefined for one that the wedge does not vary. @param {string} target */
+function variedValue(target) {
+  const place = (app.wedge?.targets ?? []).findIndex((/** @type {string} */ one) => one === target || one === `${target}.value`), variant = app.wedge?.variants[app.variant];
+  return place < 0 || !variant ? undefined : variant.settings[app.wedge.names[place]];
+}
+
+/** A setting that the wedge varies, with its value in the selected variant. @param {any} field @param {string[]} names @param {any} value @returns {HTMLElement} */
+function variedRow(field, names, value) {
+  const row = rowOf(field, names, false, element("span", { title: "value of this variant" }, spoken(value)));
+  row.classList.add("varied");
+  return row;
 }
 
 /** What a setting is, with unit, range and default. @param {any} field */
@@ -125,4 +140,4 @@ function spoken(value) {
   return typeof value === "number" ? numberText(value) : Array.isArray(value) ? `[${value.map(spoken).join(", ")}]` : String(value);
 }
 
-app.on(["node", "frame", "state", "graph", "ahead"], () => app.graph && app.state && drawPanel());
+app.on(["node", "frame", "state", "graph", "ahead", "variant"], () => app.graph && app.state && drawPanel());

@@ -1,7 +1,7 @@
 "use strict";
 // A small window at a place of the page: a line to type in, with a list of what it finds, or alone.
 
-/** Ask for a line. @param {{x: number, y: number, text: string, hint: string, find?: (text: string) => Array<{value: string, note: string, colour?: string}>, done: (value: string) => unknown}} asked */
+/** Ask for a line. @param {{x: number, y: number, text: string, hint: string, find?: (text: string) => Array<{value: string, note: string, colour?: string, category?: string}>, done: (value: string) => unknown}} asked */
 function openPopup({ x, y, text, hint, find, done }) {
   closePopup();
   const line = /** @type {HTMLInputElement} */ (element("input", { placeholder: hint, spellcheck: "false", "aria-label": hint }));
@@ -10,9 +10,9 @@ function openPopup({ x, y, text, hint, find, done }) {
   let [chosen, found] = [0, find ? find(text) : []];
   const end = (/** @type {string} */ value) => (closePopup(), done(value));
   const draw = () => {
-    list.replaceChildren(...found.map(({ value, note, colour }, place) => element("li", {
+    list.replaceChildren(...found.map(({ value, note, colour, category = "" }, place) => element("li", {
       class: place === chosen ? "on" : "", "data-value": value, onpointerdown: (/** @type {Event} */ event) => (event.preventDefault(), end(value)),
-    }, element("i", { style: `background:${colour ?? "none"}` }), element("b", {}, value), element("small", {}, note))));
+    }, element("i", { style: `background:${colour ?? "none"}` }), element("b", {}, value), element("small", {}, note), element("span", { class: "category" }, category))));
     list.querySelector(".on")?.scrollIntoView({ block: "nearest" });
   };
   line.addEventListener("input", () => find && ([chosen, found] = [0, find(line.value)], draw()));

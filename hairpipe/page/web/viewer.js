@@ -22,6 +22,7 @@ class Viewer {
     /** Items of what is compared, or of before the last edit. @type {Item[]} */ this.ghost = [];
     stage.append(this.canvas, this.note, this.legend, this.knife);
     this.camera.listen(this.canvas, () => this.redraw(), (x, y) => app.set({ picked: this.pick(x, y) }));
+    this.canvas.addEventListener("dblclick", () => this.frameAll());
     new ResizeObserver(() => this.redraw()).observe(this.canvas);
     if (!gl) failed();
   }
@@ -46,6 +47,15 @@ class Viewer {
     this.note.textContent = [before, ...made.map((item) => item.note)].filter(Boolean).join(", ");
     document.body.dataset.ghost = String(past.length && !layers.length ? 1 : past.length ? 2 : 0);
     void drawPicked();
+    this.redraw();
+  }
+
+  /** Look at all that is drawn. */
+  frameAll() {
+    const shown = this.items.length ? this.items : this.ghost;
+    if (!shown.length) return;
+    const ends = (/** @type {"low" | "high"} */ end, /** @type {(...values: number[]) => number} */ most) => [0, 1, 2].map((k) => most(...shown.map((item) => item[end][k])));
+    this.camera.frame(ends("low", Math.min), ends("high", Math.max));
     this.redraw();
   }
 
