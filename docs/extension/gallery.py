@@ -1,4 +1,4 @@
-"""`{gallery} FOLDER`: cards of the graphs of a folder: film, picture, opening comment, commands, cost."""
+"""`{gallery} FOLDER`: cards of the graphs of a folder: film or picture, opening comment, command, cost."""
 
 from pathlib import Path
 from typing import ClassVar
@@ -16,7 +16,7 @@ PICTURES = HOME / "graphs/assets/pictures"
 class Gallery(MarkdownDirective):
     """The graphs of a folder below `graphs/`, or without a name of `graphs/` itself.
 
-    A graph shows its film and the picture of its name; a line `graph  path` names another one. With `:moving:` only
+    A graph shows its film, or else the picture of its name; a line `graph  path` names another one. With `:moving:` only
     graphs with a film have a card.
     """
 
@@ -35,11 +35,10 @@ class Gallery(MarkdownDirective):
         """Write the card of a graph."""
         name = name_of(path)
         film = film_of(path)
-        shown = [f"![Film of {name}](/films/{film.graph}.webp)"] if film else []
-        shown += [f"![{name}](/../{picture.relative_to(HOME).as_posix()})"] if picture.is_file() else []
-        commands = [f"    hairpipe run graphs/{name}.toml", *([f"    {film.command}"] if film else [])]
-        cost = cost_of(film) if film else ""
-        return joined([f"### {name}", " ".join(shown), opening_of(path), "\n".join(commands), cost])
+        still = f"![{name}](/../{picture.relative_to(HOME).as_posix()})" if picture.is_file() else ""
+        shown = f"![Film of {name}](/films/{film.graph}.webp)" if film else still
+        cost = [cost_of(film)] if film else []
+        return joined([f"### {name}", shown, opening_of(path), f"    hairpipe run {name}", *cost])
 
 
 def name_of(path: Path) -> str:
@@ -54,15 +53,10 @@ def film_of(path: Path) -> Film | None:
 
 
 def cost_of(film: Film) -> str:
-    """Write what the film took when it was recorded, and with which settings."""
+    """Write what the film took when it was recorded."""
     results, values = measured(film)
-    cost = (
-        f"The film: {values['pictures']} pictures, {film.path.stat().st_size / 1e3:.0f} kB; "
-        f"{values['processor']:.0f} s of the processor, {values['size [MB]']:.0f} MB of results"
-    )
-    made = f"commit {results.commit[:7]} ({state_of(film.results_path).word}), {results.machine.processor}"
-    settings = ", ".join(f"`{assignment}`" for assignment in film.settings)
-    return f"{cost}; {made}{'; with ' if settings else ''}{settings}"
+    made = f"commit {results.commit[:7]}, {state_of(film.results_path).word}"
+    return f"Film: {values['pictures']} pictures, {values['processor']:.0f} s of the processor ({made})"
 
 
 def opening_of(path: Path) -> str:
