@@ -16,8 +16,8 @@ PICTURES = HOME / "graphs/assets/pictures"
 class Gallery(MarkdownDirective):
     """The graphs of a folder below `graphs/`, or without a name of `graphs/` itself.
 
-    A graph shows its film, or else the picture of its name; a line `graph  path` names another one. With `:moving:` only
-    graphs with a film have a card.
+    A graph shows its film, or else the picture of its name; a line `graph  path` names another one. With `:moving:`
+    only graphs with a film have a card.
     """
 
     option_spec: ClassVar = {"moving": directives.flag}

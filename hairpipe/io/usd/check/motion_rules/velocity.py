@@ -135,8 +135,10 @@ def _step_by_step(track: Track) -> Iterator[Fault]:
         larger = max(step.authored, step.seen)
         if step.misfit > max(MISFIT * larger, step.noise) and larger > SLIGHT * usual:
             text = f"are {step.authored / step.seen:.2g} times the motion of the points" if step.seen else MOVES_NONE
-            message = f"{text} to {step.after:g}"
-            yield Fault(track.path("velocities"), f"{message}; units per second are right", step.code)
+            why = (
+                "of another unit or frame, or the shape accelerates within the frame, as hair from rest in a wind does"
+            )
+            yield Fault(track.path("velocities"), f"{text} to {step.after:g}: {why}", step.code)
 
 
 def _steps(track: Track) -> Iterator[Step]:
