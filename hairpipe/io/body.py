@@ -52,7 +52,7 @@ def read_body(
     if path.suffix.lower() in GLTF:
         if skeleton is not None:
             raise BadInput("glTF files contain their skeleton", where="skeleton", right="no skeleton and weights")
-        return read_gltf_body(path, group)
+        return work_apart(read_gltf_body, path, group)
     if path.suffix.lower() not in (".obj", ".ply", ".abc"):
         right = ".obj, .ply, .abc, USD, .gltf or .glb"
         raise BadInput(f"bodies are not read from {path.suffix or 'such'} files", where=path, right=right)
@@ -63,16 +63,16 @@ def read_body(
     if skeleton is None or weights is None:
         nobody = Skeleton((), np.zeros(0, np.int32), np.zeros((0, 4, 4)), np.zeros((0, 3)))
         return Body(mesh, nobody, np.zeros((len(mesh.points), 0), np.int32), np.zeros((len(mesh.points), 0)))
-    joints = read_skeleton(skeleton, mesh.points)
-    return Body(mesh, joints, *read_weights(weights, joints.names, len(mesh.points)))
+    joints = work_apart(read_skeleton, skeleton, mesh.points)
+    return Body(mesh, joints, *work_apart(read_weights, weights, joints.names, len(mesh.points)))
 
 
 def read_mesh(path: Path, group: str | None) -> Mesh:
     """Read the triangles of an OBJ, PLY or Alembic file."""
     if path.suffix.lower() == ".obj":
-        return read_obj(path, group)
+        return work_apart(read_obj, path, group)
     if path.suffix.lower() == ".ply":
-        return read_ply_mesh(path, group).mesh
+        return work_apart(read_ply_mesh, path, group).mesh
     from hairpipe.io.mesh_cache.alembic_meshes import read_rest
 
     return work_apart(read_rest, path, group).mesh

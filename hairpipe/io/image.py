@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, UnidentifiedImageError
 
+from hairpipe.apart import work_apart
 from hairpipe.errors import BadInput
 from hairpipe.plain_file import checked_size
 
@@ -15,6 +16,11 @@ EIGHT_BITS, SIXTEEN_BITS = 255.0, 65535.0
 
 
 def read_image(path: Path) -> np.ndarray:
+    """Return an image as values 0..1, (height, width) float64, the top row first, decoded in a child process."""
+    return work_apart(decode_image, path)
+
+
+def decode_image(path: Path) -> np.ndarray:
     """Return an image as values 0..1, (height, width) float64, the top row first; of colours the luma, alpha ignored.
 
     Values are those of the file over the largest possible one: paint is a number, not light, so that gamma is kept.

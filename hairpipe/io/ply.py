@@ -9,14 +9,17 @@ property list uchar int vertex_indices
 end_header
 """
 
+import re
+import struct
 from abc import ABC, abstractmethod
+from array import array
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.io.text import MOST_BYTES
+from hairpipe.io.text import MOST_BYTES, parse_numbers
 from hairpipe.plain_file import content
 
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
@@ -25,7 +28,11 @@ TYPES = {
     **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"},
     **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
 }
+LETTERS = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d"}
+"""Characters of `struct` for the types."""
 HEADER_BYTES = 1 << 16
+DIGITS = "[0-9]{1,18}"
+BLANKS = np.frombuffer(b" \t\n\v\f\r", np.uint8)
 
 
 class Lists(NamedTuple):
@@ -67,9 +74,9 @@ def read_ply(path: Path) -> dict[str, Columns]:
     data = content(path, "a .ply file")
     order, elements, begin = read_header(data, path)
     if order:
-        rows: Rows = BinaryRows(data, order, path, begin)
+        rows: Rows = BinaryRows(data[begin:], order, path)
     elif len(data) <= MOST_BYTES:
-        rows = TextRows(data[begin:].split(), path)
+        rows = TextRows(data[begin:], path)
     else:
         right = f"a binary one, or text of at most {MOST_BYTES:,} bytes"
         raise BadInput(f"the file is too large: {len(data):,} bytes", where=path, right=right)
@@ -90,7 +97,7 @@ def read_header(data: bytes, path: Path) -> tuple[str, list[Element], int]:
                 return ORDERS[form], elements, begin
             case ["format", name, _] if name in ORDERS:
                 form = name
-            case ["element", name, count] if count.isdecimal():
+            case ["element", name, count] if re.fullmatch(DIGITS, count):
                 elements.append(Element(name, int(count), []))
             case ["property", "list", length, kind, name] if elements and {length, kind} <= TYPES.keys():
                 elements[-1].properties.append(Property(name, TYPES[kind], TYPES[length]))
@@ -110,105 +117,167 @@ def read_element(element: Element, rows: "Rows") -> Columns:
     names = [p.name for p in element.properties]
     if len(set(names)) < len(names):
         raise BadInput(f"two properties of {element.name} have one name", where=rows.path, right="different names")
-    if not any(p.length for p in element.properties):
-        return rows.table(element)
-    rows.check(element, element.rows * len(names))
-    values: dict[str, list[np.ndarray]] = {name: [] for name in names}
-    for _ in range(element.rows):
-        for p in element.properties:
-            count = int(rows.take(element, p.length, 1)[0]) if p.length else 1
-            values[p.name].append(rows.take(element, p.kind, count))
-    columns = {name: np.concatenate([*found, np.empty(0)]) for name, found in values.items()}
-    return {
-        p.name: Lists(np.array([len(row) for row in values[p.name]], np.int64), columns[p.name])
-        if p.length
-        else columns[p.name]
-        for p in element.properties
-    }
+    return rows.take(element)
 
 
 class Rows(ABC):
-    """Values of a file, read one after the other."""
+    """Values of a file in units of bytes, or of numbers of a text, read one element after the other.
 
-    path: Path
+    data  units, (n,) uint8 or float64
+    at    first unit that is not read yet
+    """
 
-    @property
-    @abstractmethod
-    def left(self) -> int:
-        """Return the number of bytes, or words, that are not read yet."""
-
-    @abstractmethod
-    def take(self, element: Element, kind: str, count: int) -> np.ndarray:
-        """Return the next values of a type, (count,)."""
+    def __init__(self, data: np.ndarray, path: Path) -> None:
+        self.data, self.path, self.at = data, path, 0
 
     @abstractmethod
-    def table(self, element: Element) -> Columns:
-        """Return the properties of an element without lists."""
+    def size(self, kind: str) -> int:
+        """Return the number of units of a value."""
+
+    @abstractmethod
+    def decode(self, units: np.ndarray, kind: str) -> np.ndarray:
+        """Return the values that units hold."""
+
+    @abstractmethod
+    def number(self, kind: str, at: int) -> float:
+        """Return the value at a unit."""
 
     def check(self, element: Element, needed: int) -> None:
-        """Raise BadInput where an element needs more bytes, or words, than are left."""
-        if not 0 <= needed <= self.left:
-            what = f"{element.rows} rows of {element.name} need {needed} values or bytes more, the file has {self.left}"
+        """Raise BadInput where an element needs more units than are left."""
+        if needed > len(self.data) - self.at:
+            left = len(self.data) - self.at
+            what = f"{element.rows} rows of {element.name} need {needed} values or bytes more, the file has {left}"
             raise BadInput(what, where=self.path, right="a whole file")
+
+    def take(self, element: Element) -> Columns:
+        """Return the properties of an element, whose rows are next."""
+        sizes = [self.size(p.length or p.kind) for p in element.properties]
+        self.check(element, element.rows * sum(sizes))
+        lengths = self._lengths(element, sizes)
+        spans = np.concatenate(
+            [
+                np.stack([np.full(element.rows, size), count * self.size(p.kind)], axis=1)
+                if p.length
+                else np.full((element.rows, 1), size)
+                for p, size, count in zip(element.properties, sizes, lengths, strict=True)
+            ],
+            axis=1,
+        )
+        ends = self.at + np.cumsum(spans).reshape(spans.shape)
+        begin, self.at = self.at, int(ends[-1, -1]) if element.rows else self.at
+        columns: Columns = {}
+        place = 0
+        for p, count in zip(element.properties, lengths, strict=True):
+            place += p.length is not None
+            units = self._between(ends[:, place] - spans[:, place], ends[:, place], begin)
+            values = self.decode(units, p.kind)
+            columns[p.name] = Lists(count, values) if p.length else values
+            place += 1
+        return columns
+
+    def _between(self, begins: np.ndarray, ends: np.ndarray, first: int) -> np.ndarray:
+        """Return the units of all rows from a begin to an end, which follow each other."""
+        edges = np.zeros(self.at - first + 1, np.int8)
+        filled = begins < ends
+        edges[begins[filled] - first] += 1
+        edges[ends[filled] - first] -= 1
+        return self.data[first : self.at][np.cumsum(edges[:-1], dtype=np.int8).view(bool)]
+
+    def _lengths(self, element: Element, sizes: list[int]) -> list[np.ndarray]:
+        """Return the number of values of each row for each list, (n,); empty for a single value."""
+        found = [np.empty(0, np.int64)] * len(sizes)
+        lists = [n for n, p in enumerate(element.properties) if p.length]
+        if not lists or not element.rows:
+            return found
+        counts, places, end = self._follow(element, sizes, 1)
+        width = end - self.at
+        alike = min(element.rows, (len(self.data) - self.at) // width)
+        table = self.data[self.at : self.at + alike * width].reshape(alike, width)
+        spans = [slice(place, place + sizes[n]) for n, place in zip(lists, places, strict=True)]
+        if alike == element.rows and all((table[:, span] == table[0, span]).all() for span in spans):
+            counts = np.repeat(counts, element.rows, axis=0)
+        else:
+            counts, _, _ = self._follow(element, sizes, element.rows)
+        for column, n in enumerate(lists):
+            found[n] = counts[:, column]
+        return found
+
+    def _follow(self, element: Element, sizes: list[int], rows: int) -> tuple[np.ndarray, list[int], int]:
+        """Return the lengths of the lists of some rows, (rows, lists), their places in the last one, and its end."""
+        counts = array("q")
+        places = list[int]()
+        at = self.at
+        whole = [(p.length, size, self.size(p.kind)) for p, size in zip(element.properties, sizes, strict=True)]
+        for _ in range(rows):
+            begin = at
+            places.clear()
+            for length, size, item in whole:
+                if length:
+                    places.append(at - begin)
+                    count = self._length(element, length, at)
+                    counts.append(count)
+                    at += count * item
+                at += size
+        if at > len(self.data):
+            what = f"the lists of {element.name} end {at - len(self.data)} values or bytes after the file"
+            raise BadInput(what, where=self.path, right="a whole file")
+        return np.array(counts, np.int64).reshape(rows, -1), places, at
+
+    def _length(self, element: Element, kind: str, at: int) -> int:
+        """Return the length of a list; BadInput where there is none or it is longer than the file."""
+        found = self.number(kind, at) if at + self.size(kind) <= len(self.data) else -1
+        if not 0 <= found <= len(self.data) or found != int(found):
+            what = f"a list of {element.name} has {found:g} values"
+            raise BadInput(what, where=self.path, right=f"0 to {len(self.data) - at}: the file has no more")
+        return int(found)
 
 
 class BinaryRows(Rows):
-    """Values of a binary file from a byte on."""
+    """Values of a binary file, in bytes."""
 
-    def __init__(self, data: bytes, order: str, path: Path, at: int) -> None:
-        self.data, self.order, self.path, self.at = data, order, path, at
+    def __init__(self, data: bytes, order: str, path: Path) -> None:
+        super().__init__(np.frombuffer(data, np.uint8), path)
+        self.order, self.bytes = order, data
 
-    @property
-    def left(self) -> int:
-        """Return the number of values that are not read yet."""
-        return len(self.data) - self.at
+    def size(self, kind: str) -> int:
+        """Return the number of bytes of a value."""
+        return int(kind[1])
 
-    def take(self, element: Element, kind: str, count: int) -> np.ndarray:
-        """Return the next values of a type, (count,)."""
-        found = np.dtype(self.order + kind)
-        self.check(element, count * found.itemsize)
-        self.at += count * found.itemsize
-        return np.frombuffer(self.data, found, count, self.at - count * found.itemsize)
+    def number(self, kind: str, at: int) -> float:
+        """Return the value at a byte."""
+        return struct.unpack_from(self.order + LETTERS[kind], self.bytes, at)[0]
 
-    def table(self, element: Element) -> Columns:
-        """Return the properties of an element without lists."""
-        kind = np.dtype([(p.name, self.order + p.kind) for p in element.properties])
-        self.check(element, element.rows * kind.itemsize)
-        rows = np.frombuffer(self.data, kind, element.rows, self.at)
-        self.at += rows.nbytes
-        return {p.name: rows[p.name] for p in element.properties}
+    def decode(self, units: np.ndarray, kind: str) -> np.ndarray:
+        """Return the values that bytes hold."""
+        whole = len(units) // self.size(kind) * self.size(kind)
+        return np.ascontiguousarray(units[:whole]).view(self.order + kind)
 
 
 class TextRows(Rows):
-    """Words of a text file."""
+    """Numbers of a text file."""
 
-    def __init__(self, words: list[bytes], path: Path) -> None:
-        self.words, self.path, self.at = words, path, 0
+    def __init__(self, text: bytes, path: Path) -> None:
+        count = np.count_nonzero(np.diff(np.isin(np.frombuffer(text, np.uint8), BLANKS).view(np.int8), prepend=1) < 0)
+        found = parse_numbers(text, int(count))
+        if found is None:
+            bad = next((w for w in re.finditer(rb"\S+", text) if not _is_number(w[0])), None)
+            what = f"{bad[0][:20].decode('latin-1') if bad else 'a word'!r} is not a number"
+            raise BadInput(what, where=path, right="numbers")
+        super().__init__(found, path)
+        self.numbers = memoryview(found)
 
-    @property
-    def left(self) -> int:
-        """Return the number of values that are not read yet."""
-        return len(self.words) - self.at
+    def size(self, kind: str) -> int:
+        """Return the number of numbers of a value."""
+        return 1
 
-    def take(self, element: Element, kind: str, count: int) -> np.ndarray:
-        """Return the next values of a type, (count,)."""
-        self.check(element, count)
-        words = self.words[self.at : self.at + count]
-        self.at += count
-        try:
-            with np.errstate(invalid="ignore"):
-                return np.array(words, "S32").astype(np.float64).astype(kind)
-        except ValueError:
-            bad = next(word for word in words if not _is_number(word))
-            what = f"{bad[:20].decode('latin-1')!r} in element {element.name} is not a number"
-            raise BadInput(what, where=self.path, right="numbers") from None
+    def number(self, kind: str, at: int) -> float:
+        """Return a number of the text."""
+        return self.numbers[at]
 
-    def table(self, element: Element) -> Columns:
-        """Return the properties of an element without lists."""
-        self.check(element, element.rows * len(element.properties))
-        rows = self.take(element, "f8", element.rows * len(element.properties))
-        columns = rows.reshape(element.rows, len(element.properties)).T
-        return {p.name: column for p, column in zip(element.properties, columns, strict=True)}
+    def decode(self, units: np.ndarray, kind: str) -> np.ndarray:
+        """Return the numbers as values of a type."""
+        with np.errstate(invalid="ignore"):
+            return units.astype(kind)
 
 
 def _is_number(word: bytes) -> bool:

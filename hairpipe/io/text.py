@@ -1,12 +1,15 @@
 """Text files with any line ends and a byte order mark; faults are reported in one sentence."""
 
+import warnings
 from pathlib import Path
+
+import numpy as np
 
 from hairpipe.errors import BadInput
 from hairpipe.plain_file import content
 
 MOST_BYTES = 64 << 20
-"""Largest size of a text file: parsed, it takes up to thirty times as much memory [bytes]."""
+"""Largest size of a text file: parsed, it takes up to twenty times as much memory [bytes]."""
 LARGEST = 1e12  # far above positions, angles and times; squares and products of such numbers are finite
 
 
@@ -31,3 +34,19 @@ def parse_number(word: str) -> float | None:
     except ValueError:
         return None
     return value if abs(value) <= LARGEST else None
+
+
+def parse_numbers(words: bytes, count: int, kind: type = np.float64) -> np.ndarray | None:
+    """Return numbers between blanks, (count,), in memory of their size; None where there are others.
+
+    kind  float64, of any number of digits and also not finite, or int64, the nearest one
+    """
+    if not count:
+        return np.empty(0, kind) if not words.strip() else None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # of a word that is not a number, where numpy stops
+            found = np.fromstring(words, kind, sep=" ")
+    except ValueError:
+        return None
+    return found if len(found) == count else None

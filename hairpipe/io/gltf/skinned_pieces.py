@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from hairpipe.apart import recall
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.io.gltf.animation import Animation
@@ -51,6 +52,7 @@ class SkinnedPieces:
     def __init__(self, path: Path, group: str | None, clip: str | None, fps: float, moves: bool = True) -> None:
         self.path, self.rate = path, fps
         self.document = Document(path)
+        self.files = self.document.files()
         self.animation = Animation(self.document, clip, moves)
         self.pieces = [piece for node in self.animation.order for piece in self._pieces(node, group)]
         if not self.pieces:
@@ -196,4 +198,4 @@ def weld(piece: Piece) -> Piece:
 
 def read_moving(path: Path, group: str | None, clip: str | None, instant: Instant) -> Shape:
     """Read the meshes of a clip at an instant."""
-    return read_at(SkinnedPieces(path, group, clip, instant.fps), instant)
+    return read_at(recall(SkinnedPieces, path, group, clip, instant.fps), instant)

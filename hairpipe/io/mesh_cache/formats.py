@@ -7,7 +7,7 @@ from hairpipe.apart import work_apart
 from hairpipe.errors import BadInput
 from hairpipe.io.mesh_cache.files import ALEMBIC, GLTF, NUMBERED, SUFFIXES, USD, list_files
 from hairpipe.io.mesh_cache.joint_motion import JointMotion
-from hairpipe.io.mesh_cache.moving import Instant, Shape, read_at
+from hairpipe.io.mesh_cache.moving import Instant, Shape
 from hairpipe.plain_file import Absent, stamp_of
 
 BVH = ".bvh"
@@ -27,7 +27,7 @@ def read_moving(path: Path, group: str | None, clip: str | None, instant: Instan
     if suffix in GLTF:
         from hairpipe.io.gltf.skinned_pieces import read_moving as read_clip
 
-        return read_clip(path, group, clip, instant)
+        return work_apart(read_clip, path, group, clip, instant)
     if suffix in USD:
         from hairpipe.io.usd.meshes import moving_meshes
 
@@ -37,9 +37,9 @@ def read_moving(path: Path, group: str | None, clip: str | None, instant: Instan
 
         return work_apart(alembic_meshes.read, path, group, instant)
     if suffix in NUMBERED:
-        from hairpipe.io.mesh_cache.sequence import Sequence
+        from hairpipe.io.mesh_cache import sequence
 
-        return read_at(Sequence(path, group, instant.fps), instant)
+        return work_apart(sequence.read, path, group, instant)
     raise BadInput(f"meshes are not read from {suffix or 'such'} files", where=path, right=", ".join(SUFFIXES))
 
 
@@ -69,7 +69,7 @@ def _read_joints(
     if path.suffix.lower() in GLTF:
         from hairpipe.io.gltf.joints_of_skins import read_joints
 
-        return read_joints(path, group, clip, fps)
+        return work_apart(read_joints, path, group, clip, fps)
     from hairpipe.io.usd.meshes import joints_of_skeletons
 
     return work_apart(joints_of_skeletons.read, path, group, absent)

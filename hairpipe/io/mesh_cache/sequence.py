@@ -1,20 +1,16 @@
 """OBJ or PLY files, a numbered sequence or one alone: polygons of the first file, points of each."""
 
-import hashlib
 import warnings
-from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
+from hairpipe.apart import recall
 from hairpipe.errors import BadInput
 from hairpipe.io.mesh_cache.files import alone, is_sequence, numbered
-from hairpipe.io.mesh_cache.moving import Points, Shape
+from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, read_at
 from hairpipe.io.mesh_cache.ply_mesh import read_ply_mesh, read_ply_points
-from hairpipe.io.obj import read_polygons
-from hairpipe.io.text import LARGEST, MOST_BYTES, parse_number
-from hairpipe.plain_file import content, stamp_of
+from hairpipe.io.obj import read_points, read_polygons
 
 
 class Sequence:
@@ -33,7 +29,7 @@ class Sequence:
         self.files = list(files.values())
         self.read_shape, self.read_points = READERS[path.suffix.lower()]
         self.codes = np.array(list(files), np.float64)
-        self.first = recall_first(self.files[0], group, stamp_of(str(self.files[0])))
+        self.first = recall(First, self.files[0], group)
         gaps = np.diff(self.codes)
         if len(gaps) and gaps.max() > gaps.min():
             after = int(self.codes[np.argmax(gaps)])
@@ -57,18 +53,19 @@ class Sequence:
         return [(points, None)]
 
 
-class First(NamedTuple):
+class First:
     """Triangles of the first file, and digest of its polygons."""
 
-    shape: Shape
-    faces: bytes
+    def __init__(self, path: Path, group: str | None) -> None:
+        read_shape, read_points = READERS[path.suffix.lower()]
+        self.files = [path]
+        self.shape: Shape = read_shape(path, group)
+        self.faces = read_points(path)[1]
 
 
-@lru_cache(maxsize=1)
-def recall_first(path: Path, group: str | None, stamp: tuple[int, ...]) -> First:
-    """Read the first file once per process, as long as its stamp is the same."""
-    read_shape, read_points = READERS[path.suffix.lower()]
-    return First(read_shape(path, group), read_points(path)[1])
+def read(path: Path, group: str | None, instant: Instant) -> Shape:
+    """Read the mesh of a sequence at an instant."""
+    return read_at(Sequence(path, group, instant.fps), instant)
 
 
 def read_obj_shape(path: Path, group: str | None = None) -> Shape:
@@ -76,38 +73,5 @@ def read_obj_shape(path: Path, group: str | None = None) -> Shape:
     return Shape(*read_polygons(path, group))
 
 
-def read_obj_points(path: Path) -> tuple[np.ndarray, bytes]:
-    """Return the vertices of an OBJ file, (n, 3) float64, and a digest of its faces.
-
-    Raises BadInput, with the line, where one is not three numbers.
-    """
-    vertices: list[list[bytes]] = []
-    lines: list[int] = []
-    faces = hashlib.blake2b()
-    for number, line in enumerate(content(path, "an OBJ file", MOST_BYTES).splitlines(), start=1):
-        words = line.split()
-        if words and words[0] == b"v":
-            vertices.append(words[1:4])
-            lines.append(number)
-        elif words and words[0] == b"f":
-            faces.update(b" ".join(words) + b"\n")
-    try:
-        points = np.array(vertices, np.float64).reshape(-1, 3)
-    except ValueError:
-        points = np.full((len(vertices), 3), np.nan)
-    if not (np.abs(points) <= LARGEST).all():
-        _name_fault(path, vertices, lines)
-    return points, faces.digest()
-
-
-def _name_fault(path: Path, vertices: list[list[bytes]], lines: list[int]) -> None:
-    """Raise BadInput for the first vertex that is not three usable numbers."""
-    for words, line in zip(vertices, lines, strict=True):
-        texts = [word.decode("latin-1") for word in words]
-        if len(texts) < 3 or None in map(parse_number, texts):
-            what = f"{' '.join(texts)[:60]!r} are not three usable numbers"
-            raise BadInput(what, where=f"{path}, line {line}", right="v x y z")
-
-
-READERS = {".obj": (read_obj_shape, read_obj_points), ".ply": (read_ply_mesh, read_ply_points)}
+READERS = {".obj": (read_obj_shape, read_points), ".ply": (read_ply_mesh, read_ply_points)}
 """Readers of triangles, and of points with a digest of the polygons, by suffix."""

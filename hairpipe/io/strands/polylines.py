@@ -24,16 +24,15 @@ def read_obj_strands(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
     up    axis of the file
     Raises BadInput, with the line, where the file cannot be read, has no lines, or has lines that branch or close.
     """
-    points, lines, owners = read_lines(path)
-    edges = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in lines])
+    points, corners, sizes, owners, labels = read_lines(path)
+    edges = np.delete(np.stack([corners[:-1], corners[1:]], axis=1), np.cumsum(sizes)[:-1] - 1, axis=0)
     order, counts = chains(edges, len(points), path)
-    firsts = order[np.cumsum(counts) - counts]
-    labels = np.full(len(points), "", object)
-    for line, name in zip(lines, owners, strict=True):
-        labels[line] = name
-    if len(set(owners)) < 2:
+    if len(np.unique(owners)) < 2:
         return plain_curves(points[order], counts, unit, up)
-    groups, names = numbered(labels[firsts].astype(str))
+    firsts = order[np.cumsum(counts) - counts]
+    owner = np.zeros(len(points), np.int64)
+    owner[corners] = np.repeat(owners, sizes)
+    groups, names = numbered(np.array(labels)[owner[firsts]])
     return replace(plain_curves(points[order], counts, unit, up, groups=groups), group_names=names)
 
 
@@ -99,9 +98,10 @@ def chains(edges: np.ndarray, count: int, path: Path) -> tuple[np.ndarray, np.nd
         what = f"{degree.max()} edges meet at vertex {degree.argmax()}"
         raise BadInput(what, where=path, right="at most 2: strands do not branch")
     near = np.full((count, 2), -1, np.int64)
-    for a, b in edges.tolist():
-        near[a, int(near[a, 0] >= 0)] = b
-        near[b, int(near[b, 0] >= 0)] = a
+    ends = edges.ravel()
+    by_end = np.argsort(ends, kind="stable")
+    is_second = np.diff(ends[by_end], prepend=-1) == 0
+    near[ends[by_end], is_second.astype(np.int64)] = edges[:, ::-1].ravel()[by_end]
     neighbours = near.tolist()
     used = np.zeros(count, bool)
     order, counts = list[int](), list[int]()

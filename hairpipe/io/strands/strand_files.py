@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
+from hairpipe.apart import work_apart
 from hairpipe.data.curves import Curves
 from hairpipe.errors import BadInput
 from hairpipe.io.body import USD_SUFFIXES
@@ -35,7 +36,7 @@ def read_strands(
     if suffix not in PLAIN:
         right = f"{', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
         raise BadInput(f"hair is not read from {suffix or 'such'} files", where=path, right=right)
-    return plain_reader(suffix)(path, unit, up)
+    return work_apart(plain_reader(suffix), path, unit, up)
 
 
 def plain_reader(suffix: str) -> Callable[[Path, float, Up], Curves]:

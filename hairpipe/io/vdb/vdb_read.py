@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hairpipe.apart import work_apart
 from hairpipe.errors import BadInput
 from hairpipe.io.vdb.vdb_header import Cursor, Unread, checked_count, open_archive, read_metadata
 from hairpipe.levelset.grid_layout import BRICK
@@ -68,9 +69,15 @@ class _Coding(NamedTuple):
 
 
 def read_voxels(path: Path, name: str) -> Voxels:
+    """Read the grid of a name in a child process; see `read_here`."""
+    return work_apart(read_here, path, name)
+
+
+def read_here(path: Path, name: str) -> Voxels:
     """Read the grid of a name; kinds of files that are not read here are read by OpenVDB, where it is installed.
 
-    Raises BadInput for a missing grid, for one of points or vectors, and for a damaged or another file.
+    OpenVDB's process has the limits of this one. Raises BadInput for a missing grid, for one of points or vectors, and
+    for a damaged or another file.
     """
     checked_size(path, "a readable OpenVDB file")
     try:

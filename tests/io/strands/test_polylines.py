@@ -98,7 +98,7 @@ BAD = {
         ("ply\nformat odd 1.0\nend_header\n", "line 2: 'format odd 1.0' is not a statement"),
         (PLY.format("", "0 0 0 1 0 0"), "no strands among the elements vertex"),
         (PLY.format("", "0 0 0 1 0"), "2 rows of vertex need 6 values or bytes more, the file has 5"),
-        (PLY.format("", "0 0 0 1 x 0"), "'x' in element vertex is not a number"),
+        (PLY.format("", "0 0 0 1 x 0"), "'x' is not a number"),
         (PLY.format("element strand 1\nproperty int nsegs\n", "0 0 0 1 0 0 4"), "nsegs of 1 strands give 5 points"),
         (PLY.format("element strand 1\nproperty float nsegs\n", "0 0 0 1 0 0 nan"), "nsegs of row 0 is nan"),
         (PLY.format("element edge 1\nproperty int vertex1\nproperty int vertex2\n", "0 0 0 1 0 0 0 9"), "vertex 9"),

@@ -13,7 +13,7 @@ from hairpipe.data import Density
 from hairpipe.errors import BadInput
 from hairpipe.io.vdb import vdb_read, vdb_write
 from hairpipe.io.vdb.vdb_grids import density_grids
-from hairpipe.io.vdb.vdb_read import read_voxels
+from hairpipe.io.vdb.vdb_read import read_here
 from hairpipe.volume.density import density_of_voxels
 
 CELL = 0.01
@@ -37,7 +37,7 @@ def written(fog, tmp_path):
 
 
 def back(path):
-    found = read_voxels(path, "density")
+    found = read_here(path, "density")
     return density_of_voxels(found.indices, found.values, found.voxel, found.translation)
 
 
@@ -103,7 +103,7 @@ def test_blosc_of_openvdb_is_read(blosc_file):
     pytest.importorskip("blosc")
     path, expected = blosc_file
     assert b"blosc + active values" in path.read_bytes()
-    found = read_voxels(path, "density")
+    found = read_here(path, "density")
     assert (len(found.values), found.voxel) == (len(expected) + 511, CELL)
     assert by_place(found.indices, found.values).items() >= expected.items()
     data, rng = path.read_bytes(), np.random.default_rng(7)
@@ -112,19 +112,19 @@ def test_blosc_of_openvdb_is_read(blosc_file):
         damaged[rng.integers(len(data) // 2, len(data))] = rng.integers(256)
         path.write_bytes(damaged)
         with contextlib.suppress(BadInput):
-            read_voxels(path, "density")
+            read_here(path, "density")
 
 
 def test_openvdb_reads_what_is_not_read_here(blosc_file, openvdb, monkeypatch, tmp_path):
     """Blosc without its library, a mask, a file without a table of grids; points are refused by name."""
     path, expected = blosc_file
     monkeypatch.setitem(sys.modules, "blosc", None)
-    found = read_voxels(path, "density")
+    found = read_here(path, "density")
     assert (len(found.values), found.voxel) == (len(expected) + 511, CELL)
     assert by_place(found.indices, found.values).items() >= expected.items()
     monkeypatch.setattr(vdb_read, "find_openvdb", lambda: None)
     with pytest.raises(BadInput, match=r"compressed by Blosc \(pip install 'hairpipe\[vdb\]'"):
-        read_voxels(path, "density")
+        read_here(path, "density")
 
 
 def test_openvdb_reads_masks_and_streams(openvdb, tmp_path):
@@ -133,21 +133,21 @@ def test_openvdb_reads_masks_and_streams(openvdb, tmp_path):
     mask.fill((-3, 0, 0), (20, 8, 9), True)
     path = tmp_path / "mask.vdb"
     openvdb.write(str(path), [mask, vectors, points])
-    found = read_voxels(path, "mask")
+    found = read_here(path, "mask")
     assert set(found.values.tolist()) == {1.0} and len(found.values) == 24 * 9 * 10
     assert (found.indices.min(axis=0).tolist(), found.indices.max(axis=0).tolist()) == ([-3, 0, 0], [20, 8, 9])
     with pytest.raises(
         BadInput, match=r"mask\.vdb, grid 'vel': OpenVDB failed: the grid is one of vec3s, not of numbers"
     ):
-        read_voxels(path, "vel")
+        read_here(path, "vel")
     with pytest.raises(BadInput, match="the grid 'dust' holds points"):
-        read_voxels(path, "dust")
+        read_here(path, "dust")
     stream = bytearray(path.read_bytes())
     stream[20] = 0  # without a table of the places of grids
     path.write_bytes(stream)
-    assert len(read_voxels(path, "mask").values) == 24 * 9 * 10
+    assert len(read_here(path, "mask").values) == 24 * 9 * 10
     with pytest.raises(BadInput, match="the grid is one of ptdataidx32, not of numbers"):
-        read_voxels(path, "dust")
+        read_here(path, "dust")
 
 
 def test_a_density_between_nodes_keeps_its_amount_and_its_middle(fog):
@@ -165,13 +165,13 @@ def test_other_grids_are_refused(written, monkeypatch):
     path = written()
     monkeypatch.setattr(vdb_read, "find_openvdb", lambda: None)
     with pytest.raises(BadInput, match=r"no grid 'smoke'.*density, hair_vel"):
-        read_voxels(path, "smoke")
+        read_here(path, "smoke")
     with pytest.raises(BadInput, match="the grid is a Tree_vec3s"):
-        read_voxels(path, "hair_vel")
+        read_here(path, "hair_vel")
     data = path.read_bytes()
     path.write_bytes(data.replace(b"UniformScaleMap", b"NonlinearFrstum"))
     with pytest.raises(BadInput, match="is placed by a NonlinearFrstum"):
-        read_voxels(path, "density")
+        read_here(path, "density")
 
 
 def test_damage_gives_a_message_and_nothing_else(written):
