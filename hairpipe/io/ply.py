@@ -264,7 +264,7 @@ class TextRows(Rows):
             what = f"{bad[0][:20].decode('latin-1') if bad else 'a word'!r} is not a number"
             raise BadInput(what, where=path, right="numbers")
         super().__init__(found, path)
-        self.numbers = memoryview(found)
+        self.numbers = found.data
 
     def size(self, kind: str) -> int:
         """Return the number of numbers of a value."""
