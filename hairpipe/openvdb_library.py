@@ -56,7 +56,7 @@ def ask(task: Literal["version", "read", "levelset"], where: object, **given: An
     Raises BadInput, with the place `where`, where there is no module, or where it refuses or its process ends.
     """
     if find_openvdb() is None:
-        right = "a Python environment with openvdb, or pip install 'hairpipe[cycles]', which has a copy"
+        right = "Python with openvdb, or pip install 'hairpipe[cycles]' with Python 3.11 or 3.13, which has a copy"
         raise BadInput("OpenVDB's Python module is not installed", where=where, right=right)
     packed = io.BytesIO()
     np.savez(packed, task=task, **given)

@@ -33,7 +33,7 @@ def render_cycles(
 ) -> Annotated[File, Suffixes((".png",))]:
     """Render the hair and the body as PNG with Blender's Cycles, in the frame and studio of `preview`.
 
-    Needs Blender as a Python module: `pip install 'hairpipe[cycles]'`.
+    Needs Blender as a Python module: `pip install 'hairpipe[cycles]'`, with Python 3.11 or 3.13.
 
     width      width of the picture
     height     height of the picture

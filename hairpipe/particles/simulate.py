@@ -21,6 +21,7 @@ from hairpipe.particles.sag_free import rest_lengths
 from hairpipe.particles.settings import Interaction, ParticleContact, ParticleSettings, Printed
 from hairpipe.particles.step import Forces, Springs, advance
 from hairpipe.sim.air.loose_fibres import LooseFibres, add_wind
+from hairpipe.sim.air.wind import warn_of_storm
 from hairpipe.sim.boundary import Driver, motion_of_roots, velocities_around_roots
 from hairpipe.sim.build import bodies_of
 from hairpipe.sim.cuts import rigid_over_cut
@@ -101,6 +102,7 @@ class ParticleSimulation:
     def start(self, frame: Frame) -> ParticleState:
         """Return particles where their roots are; BadInput where all of them are inside a body."""
         warn_of_connections(self.groom, frame, contact=self.settings.contact != ParticleContact())
+        warn_of_storm(self.settings.wind)
         return start(self.particles, self.prepared, frame, self._bodies_at(frame))
 
     def advance(self, state: ParticleState, frame: Frame) -> ParticleState:

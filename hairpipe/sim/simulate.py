@@ -11,6 +11,7 @@ from hairpipe.data.hair import HairState
 from hairpipe.errors import BadInput
 from hairpipe.levelset.collider import Collider
 from hairpipe.sim import shot
+from hairpipe.sim.air.wind import warn_of_storm
 from hairpipe.sim.boundary import (
     ClampPath,
     Driver,
@@ -62,13 +63,14 @@ class StrandSimulation:
     def start(self, frame: Frame) -> HairState:
         """Return the groom where its roots are.
 
-        Warns of absent connections, deep roots, energy from a solver, and soft strands.
+        Warns of absent connections, deep roots, energy from a solver, storms, and soft strands.
         """
         scene = self._scene_at(frame)
         shot.warn_of_connections(self.groom, frame, contact=scene.contact != BodyContact())
         state = start(self.hair, frame.drivers[1], scene)
         warn_of_deep_roots(self.hair, state.positions, self._bodies_at(frame))
         warn_of_sweep(scene)
+        warn_of_storm(scene.wind)
         warn_of_weight(self.hair, scene)
         return state
 

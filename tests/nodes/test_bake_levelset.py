@@ -50,7 +50,10 @@ def test_openvdb_is_an_engine(openvdb):
 
 def test_a_missing_openvdb_is_named(monkeypatch):
     monkeypatch.setattr(openvdb_library, "find_openvdb", lambda: None)
-    with pytest.raises(BadInput, match=r"bake_levelset: OpenVDB's Python module is not installed \(a Python .*cycles"):
+    with pytest.raises(
+        BadInput,
+        match=r"bake_levelset: OpenVDB's Python module is not installed \(Python .*cycles\]' with Python 3.11 or 3.13",
+    ):
         bake_levelset(Mesh(TETRAHEDRON, FACES), voxel=0.05, half_width=4.0, engine="openvdb")
 
 

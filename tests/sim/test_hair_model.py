@@ -1,5 +1,6 @@
 """What a groom must have to be simulated, and what is said of it."""
 
+import re
 import warnings
 from dataclasses import replace
 
@@ -8,6 +9,7 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.groom.helix import Helix, wound
+from hairpipe.groom.strands import unbound
 from hairpipe.sim.hair_model import build_hair, build_models
 from hairpipe.sim.material import Material
 from hairpipe.sim.precision import choose_precision
@@ -42,7 +44,24 @@ def test_segments_shorter_than_hair_is_thick_are_refused_by_name(groom):
         build_hair(groom(0.01, 0.00005), Material(), "network")
 
 
-def test_curls_are_named_where_springs_hold_them_and_not_where_rods_do(groom):
+@pytest.mark.parametrize(("segments", "coarse"), [(25, True), (66, True), (72, False)])
+def test_curls_of_few_segments_a_turn_are_named_with_the_number_that_they_need(segments, coarse):
+    """A turn of radius 4 and pitch 8 mm is 26.4 mm of hair, 12 segments a turn are 68 of 0.15 m; chords count."""
+    curl = wound(Helix(0.004, 0.008), 0.15, segments)
+    turns = np.ptp(curl[:, 2]) / 0.008
+    curly = unbound(curl[None], np.eye(3, 4)[None])
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        choose_precision("double", build_models(curly, Material(), "rod"), Scene(), bodies=True, first=True)
+    if not coarse:
+        assert not caught
+        return
+    (warning,) = caught
+    found = re.search(r"1 of 1 .* too stiff: strands 0 \(segments = (\d+) of the groom\)", str(warning.message))
+    assert found and int(found[1]) == np.ceil(12.0 * turns)
+
+
+def test_curls_are_named_where_springs_hold_them(groom):
     """A straight strand, one that bends by less than a turn, a curl, and a straight one that is rough."""
     whole, at = groom(*[0.01] * 4), np.arange(11)[:, None]
     strands = whole.points.reshape(4, 11, 3).copy()
@@ -55,6 +74,5 @@ def test_curls_are_named_where_springs_hold_them_and_not_where_rods_do(groom):
         UserWarning, match=r"1 of 4 strands are curls: strands 2; .* error of up to 10 %, or they do not come to rest"
     ):
         choose_precision("double", build_models(curly, Material(), "network"), Scene(), bodies=True, first=True)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with pytest.warns(UserWarning, match=r"1 of 4 strands are curls of 2.9 segments a turn .*: strands 2 "):
         choose_precision("double", build_models(curly, Material(), "rod"), Scene(), bodies=True, first=True)

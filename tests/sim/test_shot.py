@@ -7,6 +7,7 @@ import pytest
 
 from hairpipe.groom.strands import lay_strands
 from hairpipe.levelset.bake.whole import bake
+from hairpipe.sim.air.wind import Wind
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import BodyContact
@@ -42,6 +43,14 @@ def test_a_body_without_level_set_and_a_level_set_without_body_are_named(shot, b
 def test_settings_of_contact_without_a_body_to_touch_are_named(shot):
     with pytest.warns(UserWarning, match=r"^contact without in.surface and in.parts: hair passes through bodies"):
         begin(shot, frame_of(None), contact=BodyContact(friction=0.5))
+
+
+def test_wind_above_any_storm_is_named(shot, block):
+    with pytest.warns(UserWarning, match=r"^wind.velocity has 1,000 m/s, above 115 m/s, .*\(velocities are in m/s\)"):
+        begin(shot, frame_of(shot.body, block), wind=Wind(velocity=(0.0, 0.0, -1000.0)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        begin(shot, frame_of(shot.body, block), wind=Wind(velocity=(0.0, 30.0, -100.0)))
 
 
 def test_whole_scenes_and_hair_alone_are_not_warned_of(shot, block):

@@ -45,5 +45,5 @@ def blender(module: str) -> list[str]:
     if found := which("blender"):
         code = IN_BLENDER.format(folder=os.fspath(Path(__file__).parent), program=module.rpartition(".")[2])
         return [found, "--background", "--factory-startup", "--python-exit-code", "1", "--python-expr", code]
-    right = "blender in the PATH, or pip install 'hairpipe[cycles]'"
+    right = "blender in the PATH, or pip install 'hairpipe[cycles]' with Python 3.11 or 3.13"
     raise BadInput("Blender is not installed", where="bpy", right=right)

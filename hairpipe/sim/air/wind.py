@@ -1,10 +1,14 @@
 """Settings of the wind of a shot, in physical units."""
 
 from dataclasses import dataclass
+from math import hypot
 from typing import Annotated
+from warnings import warn
 
 from hairpipe.units import Ge, Gt, Interval, KilogramsPerCubicMetre, Metres, MetresPerSecond, PascalSeconds, Seconds
 
+STORM = 115.0
+"""Speed of the strongest gust that was measured near the ground, in 1996, rounded up [m/s]."""
 Velocity = tuple[MetresPerSecond, MetresPerSecond, MetresPerSecond]
 
 
@@ -66,3 +70,11 @@ class Wind:
     coefficients: Coefficients | None = None
     gusts: Gusts | None = None
     shielding: Shielding | None = None
+
+
+def warn_of_storm(wind: Wind | None) -> None:
+    """Warn of a mean velocity above that of any storm."""
+    speed = 0.0 if wind is None else hypot(*wind.velocity)
+    if speed > STORM:
+        message = f"wind.velocity has {speed:,.0f} m/s, above {STORM:.0f} m/s, the strongest gust ever measured"
+        warn(f"{message} (velocities are in m/s)", stacklevel=3)

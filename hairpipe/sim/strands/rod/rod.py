@@ -25,11 +25,16 @@ prediction. At rest a row has
 Source: Bergou et al., Discrete Elastic Rods, 2008, and Discrete Viscous Threads, 2010.
 """
 
+from math import ceil
 from typing import NamedTuple
+from warnings import warn
 
 import numpy as np
 
 from hairpipe.data import Groom
+from hairpipe.groom.binding import name_strands
+from hairpipe.groom.curl_axis import curls_of
+from hairpipe.groom.helix import turn_of
 from hairpipe.kernels import sym3
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load, maximum
@@ -58,6 +63,8 @@ from hairpipe.sim.strands.rod.vertex import bend, force_of, geometric, gradients
 
 SHAPE = Shape(reach=2, clamped=3, stride=1, unknowns=4, before=1, after=1)
 RESTS = 6
+SEGMENTS_A_TURN = 12
+"""Number of segments a turn below which a curl is warned of."""
 LEAST = 0.25
 """Share of the twist stiffness of a straight rod, at its tip, up to which a pivot counts as indefinite."""
 TURN = 0.5
@@ -114,6 +121,19 @@ def build_rod(
         series = 1 / np.sum(1 / natural[:, SHAPE.clamped - 1 : -2, TWISTING], axis=1)
         layout.scatter(np.stack([mean, LEAST * mean**2 * series], axis=1)[:, None], blocks, rod.scale)
     return rod, rest
+
+
+def warn_of_coarse_curls(groom: Groom, fibres: Fibres) -> None:
+    """Warn of curls with too few segments a turn: at 4.4 a turn they sag 14.5 % too little."""
+    ends = np.stack([groom.offsets[:-1], groom.offsets[1:]], axis=1)
+    turns = {k: turn_of(groom.points[slice(*ends[k])]) for k in curls_of(groom)}
+    coarse = [k for k, turn in turns.items() if turn < SEGMENTS_A_TURN]
+    if coarse:
+        worst = min(coarse, key=lambda k: turns[k])
+        needed = ceil((np.diff(ends[worst])[0] - 1) * SEGMENTS_A_TURN / turns[worst])
+        message = f"{len(coarse)} of {len(groom.ids)} strands are curls of {turns[worst]:.2g} segments a turn or more"
+        short = f"with fewer than {SEGMENTS_A_TURN} they are too stiff: {name_strands(groom.ids[coarse])}"
+        warn(f"{message}, and {short} (segments = {needed} of the groom)", stacklevel=3)
 
 
 def shape_at_rest(axis: np.ndarray, normals: np.ndarray, fibre: Fibre) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -247,6 +267,7 @@ ROD = register_model(
         follow_solve,
         _least_pivot,
         _largest_turn,
+        warn=warn_of_coarse_curls,
         equilibrium=balance,
         single_limit=700.0,
     )
