@@ -27,7 +27,7 @@ WITHIN = {
         goal.strength settings contact.hair.couplings interactions goal.impulse goal.pull air hair_model goal cuts shot
         contact.scale contact.contact_points contact.body contact.ccd contact.hair filters volume_target solve
         surroundings integrators build diagnostics statics precision locks simulate""",
-    "io": """text polygons groom_shot mocap makehuman obj ply rigging mesh_cache.stencil mesh_cache.moving
+    "io": """text polygons subdivision groom_shot mocap makehuman obj ply rigging mesh_cache.stencil mesh_cache.moving
         mesh_cache.joint_motion gltf vdb.vdb_header vdb usd usd.check.finding usd.check.snapshot
         usd.check.track usd.check.scene
         usd.check.nearest usd.check.roots usd.check.stage_rules usd.check.motion_rules usd.check.hair_rules

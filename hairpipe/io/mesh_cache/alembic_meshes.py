@@ -14,6 +14,7 @@ from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, join_shapes, read_at, sampled
 from hairpipe.io.polygons import triangulate, warn_of_unused
+from hairpipe.io.subdivision import warn_of_cage
 from hairpipe.plain_file import checked_size
 
 EXACT = 1e-6
@@ -78,7 +79,10 @@ class AlembicMeshes:
         kinds = {"IPolyMesh": geometry.IPolyMesh, "ISubD": geometry.ISubD}
         kind = next((kind for kind in kinds.values() if kind.matches(header)), None)
         if kind is not None and not geometry.IsAncestorInvisible(item, self.library.Abc.ISampleSelector()):
-            return Piece(self.library, self.path, item, kind(item.getParent(), item.getName()).getSchema())
+            piece = Piece(self.library, self.path, item, kind(item.getParent(), item.getName()).getSchema())
+            if kind is geometry.ISubD:
+                piece.warn_of_cage()
+            return piece
         if kind is not None or any(k.matches(header) for k in (geometry.ICurves, geometry.INuPatch, geometry.IPoints)):
             why = "which is invisible" if kind else "which is not a mesh"
             warnings.warn(f"{self.path} {item.getFullName()}, {why}, is not read", stacklevel=2)
@@ -105,6 +109,13 @@ class Piece:
         self.has_velocities = bool(velocities and velocities.valid()) and not moves
         self.polygons = self._polygons(0)
         self.changes = str(schema.getTopologyVariance()).endswith("kHeterogenousTopology")
+
+    def warn_of_cage(self) -> None:
+        """Warn where the first sample, of a subdivision surface, is not near that surface."""
+        sizes, corners = self.polygons
+        points = self._points(0)[0]
+        if len(corners) and sizes.sum() == len(corners) and 0 <= corners.min() <= corners.max() < len(points):
+            warn_of_cage(self.where, points, sizes, corners, "catmullClark")
 
     def times(self) -> list[list[float]]:
         """Return the times of all samples of points and transforms [s]."""

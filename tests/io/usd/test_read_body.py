@@ -1,5 +1,6 @@
 """Meshes come in metres, Y up, outside out, with their maps; broken ones are refused with the place."""
 
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -90,6 +91,18 @@ def test_lays_texture_coordinates_on_the_corners(new_stage, saved, interpolation
     mesh = read(saved(stage), None).mesh
     np.testing.assert_array_equal(mesh.uv[..., 0], mesh.triangles)
     np.testing.assert_array_equal(mesh.uv[..., 1], -mesh.triangles)
+
+
+@pytest.mark.parametrize(("scheme", "named"), [("catmullClark", True), ("none", False), (None, False)])
+def test_a_cage_is_named_where_its_scheme_is_authored(new_stage, saved, scheme: str | None, named: bool) -> None:
+    stage = new_stage()
+    mesh = cube(stage)
+    if scheme:
+        mesh.CreateSubdivisionSchemeAttr(scheme)
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        read(saved(stage), None)
+    assert ["/body is a subdivision surface" in str(w.message) for w in warned] == [True] * named
 
 
 def test_texture_coordinates_of_another_number_are_named_and_left_out(new_stage, saved) -> None:

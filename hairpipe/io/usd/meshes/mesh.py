@@ -9,6 +9,7 @@ from pxr import Sdf, UsdGeom
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.io.polygons import triangulate
+from hairpipe.io.subdivision import warn_of_cage
 from hairpipe.io.usd.stage import checked, location, move, numbers, time_of
 
 PER_VERTEX = (UsdGeom.Tokens.vertex, UsdGeom.Tokens.varying)
@@ -49,6 +50,20 @@ def read_mesh(prim: UsdGeom.Mesh, points: np.ndarray, matrix: np.ndarray) -> Pai
     maps = _read_maps(prim, len(points))
     _warn_of_unused(prim, maps)
     return Painted(mesh, maps)
+
+
+def warn_of_scheme(prim: UsdGeom.Mesh) -> None:
+    """Warn of a mesh whose authored subdivision scheme makes another surface of it than its polygons.
+
+    Every mesh has the scheme catmullClark by default; that of a file without one is not known to be meant.
+    """
+    scheme = prim.GetSubdivisionSchemeAttr()
+    if scheme.HasAuthoredValue() and scheme.Get() in (UsdGeom.Tokens.catmullClark, UsdGeom.Tokens.loop):
+        points = numbers(prim.GetPointsAttr(), 3)
+        counts = numbers(prim.GetFaceVertexCountsAttr(), kind=np.int64)
+        vertices = numbers(prim.GetFaceVertexIndicesAttr(), kind=np.int64)
+        _check_faces(prim, counts, vertices, len(points))
+        warn_of_cage(location(prim.GetPrim()), points, counts, vertices, scheme.Get())
 
 
 def polygon_owners(prim: UsdGeom.Mesh) -> np.ndarray:

@@ -10,7 +10,7 @@ from hairpipe.apart import recall
 from hairpipe.errors import BadInput
 from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, join_shapes, read_at, sampled
 from hairpipe.io.usd.layer_files import list_files, with_folders
-from hairpipe.io.usd.meshes.mesh import polygon_owners, read_mesh
+from hairpipe.io.usd.meshes.mesh import polygon_owners, read_mesh, warn_of_scheme
 from hairpipe.io.usd.meshes.skeleton import Binding, filled, find_bindings, turn_codes, weight_codes
 from hairpipe.io.usd.stage import (
     columns,
@@ -52,6 +52,8 @@ class MovingMeshes:
         self.own = [self._has_velocities(*pair) for pair in zip(self.meshes, self.bindings, strict=True)]
         self._go_to(self.codes[0])
         self.polygons = [_polygons(mesh) for mesh in self.meshes]
+        for mesh in self.meshes:
+            warn_of_scheme(mesh)
 
     def shape(self, sample: int) -> Shape:
         """Read the triangles at a sample, and all points there."""

@@ -12,7 +12,7 @@ from hairpipe.data import Body, Bound, DualQuaternions
 from hairpipe.io.polygons import merge_meshes
 from hairpipe.io.rigging import Key, join_shapes, merge_maps, stack_influences
 from hairpipe.io.usd.meshes.blend_shapes import Names, name_weights, read_keys
-from hairpipe.io.usd.meshes.mesh import Painted, read_mesh
+from hairpipe.io.usd.meshes.mesh import Painted, read_mesh, warn_of_scheme
 from hairpipe.io.usd.meshes.skeleton import (
     REST,
     Binding,
@@ -64,6 +64,8 @@ def read(path: Path, prim: str | None, time: float | None = None, absent: Absent
             _read_piece(mesh, bindings.get(mesh.GetPath()), rigs, _Shapes(animator, names))
             for mesh, animator in zip(meshes, animators, strict=True)
         ]
+        for mesh in meshes:
+            warn_of_scheme(mesh)
         time = read_time([mesh.GetPrim() for mesh in meshes if mesh.GetPath() not in bindings], time)
     mesh = merge_meshes([piece.painted.mesh for piece in pieces])
     joints = stack_influences([piece.joints for piece in pieces])
