@@ -15,6 +15,7 @@ from hairpipe.graph.store.fingerprint import fingerprint
 from hairpipe.graph.store.lease import Leases
 from hairpipe.graph.store.record import Record
 from hairpipe.graph.store.store import Store
+from hairpipe.plain_file import check_plain
 
 
 class Resolver:
@@ -109,6 +110,7 @@ class Resolver:
             return contents.get("", contents)
 
         def content_of(path: Path) -> dict[str, str]:
+            check_plain(path, "a file")
             try:
                 content = self.files[node.name][str(path)] = fingerprint(path, self.store)
             except OSError as error:

@@ -22,6 +22,11 @@ RIGHT = "a glTF 2.0 file, .gltf or .glb"
 HEADER, JSON, BINARY = b"glTF", b"JSON", b"BIN\0"
 MOST_JSON = 256 << 20
 """Largest size of the JSON [bytes]; the largest of characters is a few MB."""
+MOST_ITEMS = 4_000_000
+"""Largest number of items of the JSON: each takes about 100 bytes of memory."""
+MOST_COUNT = 1 << 26
+"""Largest number of elements of an accessor."""
+LISTS = ("accessors", "animations", "buffers", "bufferViews", "meshes", "nodes", "scenes", "skins")
 KINDS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 UNUSED = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_", "KHR_mesh_quantization")
@@ -42,6 +47,11 @@ def named(path: Path, files: list[Path]) -> dict[str, Path]:
     return {os.path.relpath(file, path.parent): file for file in files} if len(files) > 1 else {"": path}
 
 
+def refuse_constant(name: str) -> None:
+    """Refuse NaN and Infinity, which JSON does not have."""
+    raise ValueError(name)
+
+
 class Document:
     """The JSON of a file, and its binary data.
 
@@ -60,13 +70,20 @@ class Document:
                 self.binary = self._chunk(np.memmap(path, np.uint8, "r"), rest, BINARY)
         if len(data) > MOST_JSON:
             raise BadInput(f"its JSON has {len(data):,} bytes", where=path, right=f"at most {MOST_JSON:,}")
+        text = bytes(data)
+        items = sum(map(text.count, (b",", b"[", b"{")))
+        if items > MOST_ITEMS:
+            raise BadInput(f"its JSON has {items:,} items", where=path, right=f"at most {MOST_ITEMS:,}")
         try:
-            self.json = json.loads(bytes(data))
+            self.json = json.loads(text, parse_constant=refuse_constant)
         except (ValueError, RecursionError):
             raise BadInput("its JSON cannot be read", where=path, right=RIGHT) from None
         version = str(self.get("asset").get("version")) if isinstance(self.json, dict) else "unknown"
         if not version.startswith("2."):
             raise BadInput(f"the version of glTF is {version[:20]}", where=path, right="2.0")
+        for name in LISTS:
+            if not isinstance(self.get(name), list) or not all(isinstance(item, dict) for item in self.get(name)):
+                raise BadInput(f"{name} are not a list of objects", where=path, right=RIGHT)
         others = [name for name in self.json.get("extensionsRequired", ()) if not str(name).startswith(UNUSED)]
         if others:
             right = "a file without it: no compression"
@@ -87,13 +104,33 @@ class Document:
 
     def files(self) -> list[Path]:
         """Return the file and those of its buffers."""
-        texts = [buffer.get("uri", "data:") for buffer in self.get("buffers")]
-        return [self.path, *(self.path.parent / unquote(text) for text in texts if not text.startswith("data:"))]
+        texts = [str(buffer.get("uri", "data:")) for buffer in self.get("buffers")]
+        return [self.path, *(self._beside(text) for text in texts if not text.startswith("data:"))]
+
+    def _beside(self, text: str) -> Path:
+        """Return the file of a reference; BadInput where it is not a regular file below the folder of this one."""
+        right = f"a buffer in the folder of {self.path.name}"
+        name = unquote(text)
+        if "\0" in name:
+            raise BadInput(f"the file {text[:60]!r} cannot exist", where=self.path, right=right)
+        file = self.path.parent / name
+        folders = self.path.parent.resolve(), self.path.resolve().parent
+        if not any(file.resolve().is_relative_to(folder) for folder in folders):
+            raise BadInput(f"the file {text[:60]!r} is outside of its folder", where=self.path, right=right)
+        checked_size(file, right)
+        return file
+
+    def item(self, name: str, index: Any) -> dict[str, Any]:
+        """Return an object of a list of the JSON; ValueError for another index."""
+        items = self.get(name)
+        if type(index) is not int or not 0 <= index < len(items):
+            raise ValueError(f"{name} have no index {str(index)[:20]}")
+        return items[index]
 
     def buffer(self, index: int) -> np.ndarray:
         """Return the bytes of a buffer, mapped from its file."""
         if index not in self.buffers:
-            text = self.get("buffers")[index].get("uri")
+            text = self.item("buffers", index).get("uri")
             if text is None:
                 self.buffers[index] = self.binary
             elif text.startswith("data:"):
@@ -102,9 +139,7 @@ class Document:
                 except binascii.Error:
                     raise BadInput(f"buffer {index} is not in base 64", where=self.path, right=RIGHT) from None
             else:
-                file = self.path.parent / unquote(text)
-                checked_size(file, f"a buffer of {self.path.name}")
-                self.buffers[index] = np.memmap(file, np.uint8, "r")
+                self.buffers[index] = np.memmap(self._beside(text), np.uint8, "r")
         return self.buffers[index]
 
     def numbers(self, index: int, columns: int) -> np.ndarray:
@@ -114,21 +149,22 @@ class Document:
         """
         where = f"{self.path}, accessor {index}"
         try:
-            accessor = self.get("accessors")[index]
+            accessor = self.item("accessors", index)
             kind = np.dtype(KINDS[accessor["componentType"]])
             if COLUMNS.get(accessor["type"]) != columns:
                 raise BadInput(f"is a {accessor['type']}", where=where, right=f"{columns} numbers each")
-            shape = (accessor["count"], columns)
-            values = np.zeros(shape, kind)
+            shape = (self._count(accessor["count"]), columns)
+            values = np.zeros(shape if "bufferView" not in accessor else 0, kind)
             if "bufferView" in accessor:
                 values = self._view(accessor["bufferView"], accessor.get("byteOffset", 0), kind, shape)
             if "sparse" in accessor:
                 sparse = accessor["sparse"]
                 chosen, given = sparse["indices"], sparse["values"]
                 integers = np.dtype(KINDS[chosen["componentType"]])
-                rows = self._view(chosen["bufferView"], chosen.get("byteOffset", 0), integers, (sparse["count"], 1))
+                count = self._count(sparse["count"])
+                rows = self._view(chosen["bufferView"], chosen.get("byteOffset", 0), integers, (count, 1))
                 values = values.copy()
-                shape = (sparse["count"], columns)
+                shape = (count, columns)
                 values[rows[:, 0]] = self._view(given["bufferView"], given.get("byteOffset", 0), kind, shape)
         except (KeyError, IndexError, TypeError, ValueError) as error:
             raise BadInput(f"is invalid ({error})", where=where, right="an accessor within its buffer") from None
@@ -139,9 +175,15 @@ class Document:
             raise BadInput("has numbers that are not finite", where=where, right="finite numbers")
         return values[:, 0] if columns == 1 else values
 
+    def _count(self, count: Any) -> int:
+        """Return a number of elements; ValueError for a number that no file has."""
+        if type(count) is not int or not 0 <= count <= MOST_COUNT:
+            raise ValueError(f"the count {str(count)[:20]}")
+        return count
+
     def _view(self, index: int, offset: int, kind: np.dtype, shape: tuple[int, int]) -> np.ndarray:
         """Return elements of a view of a buffer; ValueError where they are not within it."""
-        view = self.get("bufferViews")[index]
+        view = self.item("bufferViews", index)
         begin = view.get("byteOffset", 0) + offset
         stride = view.get("byteStride") or kind.itemsize * shape[1]
         data = self.buffer(view["buffer"])

@@ -17,6 +17,8 @@ from hairpipe.io.mesh_cache.moving import Instant, Points, Shape, join_shapes, r
 from hairpipe.io.polygons import warn_of_unused
 
 KNOWN = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "COLOR_0")
+MOST_FRAMES = 1_000_000
+"""Largest number of frames of an animation."""
 TRIANGLES = 4
 """Mode of primitives: others are strips, fans, lines and points."""
 
@@ -60,6 +62,9 @@ class SkinnedPieces:
             raise BadInput(f"no mesh{'' if group is None else f' named {group}'}", where=path, right=right)
         self.skins = {p.skin: self._bind(p.skin) for p in self.pieces if p.skin is not None}
         first, last = self.animation.span or (0.0, 0.0)
+        if not 0.0 <= (last - first) * fps <= MOST_FRAMES:
+            right = f"at most {MOST_FRAMES:,} frames"
+            raise BadInput(f"the animation takes {last - first:g} s", where=path, right=right)
         whole = np.arange(np.ceil(first * fps), np.floor(last * fps) + 1.0)
         codes = np.sort([first * fps, *whole, last * fps])
         self.codes = codes[np.insert(np.diff(codes) > 1e-6, 0, True)]

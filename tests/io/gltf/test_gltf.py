@@ -2,6 +2,7 @@
 
 import base64
 import json
+import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -149,6 +150,7 @@ def test_an_unknown_clip_is_refused_with_the_known_ones(tmp_path):
 
 def test_buffers_are_files_of_a_key(tmp_path):
     file = write(tmp_path / "a.gltf", broken(lambda c: c["buffers"][0].update(uri="b%20c.bin")))
+    (tmp_path / "b c.bin").write_bytes(b"0")
     assert list_files(file) == {"a.gltf": file, "b c.bin": tmp_path / "b c.bin"}
 
 
@@ -338,3 +340,38 @@ def test_joints_of_a_file_move_another_body():
     turns = [p.transforms[:, :3, :3] @ own.skeleton.rest[:, :3, :3].swapaxes(1, 2) for p in (exact, found)]
     np.testing.assert_allclose(turns[1], turns[0], atol=1e-6)
     assert np.abs(turns[0] - np.eye(3)).max() > 0.3
+
+
+def only_buffer(folder: Path, uri: str) -> Path:
+    """Write a file with one buffer."""
+    content = {"asset": {"version": "2.0"}, "buffers": [{"uri": uri, "byteLength": 4}]}
+    (folder / "a.gltf").write_text(json.dumps(content))
+    return folder / "a.gltf"
+
+
+@pytest.mark.parametrize(
+    ("uri", "message"),
+    [
+        ("pipe", "it is a pipe"),
+        ("zero", "outside of its folder"),
+        ("../secret", "outside of its folder"),
+        ("%2e%2e/secret", "outside of its folder"),
+        ("/etc/passwd", "outside of its folder"),
+        ("a%00b", "cannot exist"),
+        ("none", "No such file"),
+    ],
+)
+def test_a_buffer_is_a_file_in_the_folder_of_its_document(tmp_path: Path, uri: str, message: str):
+    folder = tmp_path / "inside"
+    folder.mkdir()
+    (tmp_path / "secret").write_bytes(b"1234")
+    (folder / "zero").symlink_to("/dev/zero")
+    os.mkfifo(folder / "pipe")
+    with pytest.raises(BadInput, match=message):
+        list_files(only_buffer(folder, uri))
+
+
+def test_a_json_of_too_many_items_is_refused_before_it_is_parsed(tmp_path: Path):
+    (tmp_path / "a.gltf").write_bytes(b"[" + b"[]," * 3_000_000 + b"0]")
+    with pytest.raises(BadInput, match=r"its JSON has 6,000,00\d items"):
+        list_files(tmp_path / "a.gltf")

@@ -1,0 +1,221 @@
+"""Damaged files of every format end in a value or one BadInput, within the limits of a child, and in no other way.
+
+`python -m tests.io.test_fuzz FORMAT NUMBER` tries so many of a format, or of `all`, and prints what came of them.
+"""
+
+import base64
+import json
+import random
+import re
+import struct
+import sys
+import tempfile
+import warnings
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from hairpipe.errors import BadInput
+from hairpipe.io.body import read_body
+from hairpipe.io.image import read_image
+from hairpipe.io.mesh_cache.formats import read_moving
+from hairpipe.io.mesh_cache.moving import Instant
+from hairpipe.io.mocap.bvh import read_bvh
+from hairpipe.io.strands.strand_files import read_strands
+
+SAMPLE = 12
+"""Number of damages of each format in the tests."""
+NUMBERS = ["0", "-1", "3", "1e9", "1e300", "NaN", "-inf", "99999999999", '"x"', "[]", "null", "{}"]
+POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "<f4")
+OBJ = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\ng a\nf 1/1 2/1 3/1 4/1\nl 1 2 3\n"
+PLY = """ply
+format {} 1.0
+element vertex 4
+property float x
+property float y
+property float z
+element face 1
+property list uchar int vertex_indices
+end_header
+"""
+BVH = """HIERARCHY
+ROOT hips
+{
+  OFFSET 0 1 0
+  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
+  End Site
+  {
+    OFFSET 0 1 0
+  }
+}
+MOTION
+Frames: 2
+Frame Time: 0.04
+0 1 0 0 0 0
+0 1 0 10 0 0
+"""
+USDA = """#usda 1.0
+(
+  metersPerUnit = 1
+  upAxis = "Y"
+)
+def Mesh "m" {
+  int[] faceVertexCounts = [4]
+  int[] faceVertexIndices = [0, 1, 2, 3]
+  point3f[] points.timeSamples = { 1: [(0,0,0),(1,0,0),(1,1,0),(0,1,0)], 2: [(0,0,1),(1,0,1),(1,1,1),(0,1,1)] }
+}
+"""
+
+
+def gltf_of() -> bytes:
+    """A square with a morph target that moves, in one JSON."""
+    arrays = [
+        POINTS,
+        POINTS[::-1],
+        np.array([0, 1, 2, 0, 2, 3], "<u2"),
+        np.array([0, 1], "<f4"),
+        np.array([0, 1], "<f4"),
+    ]
+    kinds = [("VEC3", 5126), ("VEC3", 5126), ("SCALAR", 5123), ("SCALAR", 5126), ("SCALAR", 5126)]
+    starts = np.cumsum([0] + [array.nbytes for array in arrays]).tolist()
+    data = base64.b64encode(b"".join(array.tobytes() for array in arrays)).decode()
+    views = [
+        {"buffer": 0, "byteOffset": start, "byteLength": array.nbytes}
+        for array, start in zip(arrays, starts, strict=False)
+    ]
+    accessors = [
+        {"bufferView": n, "componentType": kind, "type": shape, "count": len(array)}
+        for n, ((shape, kind), array) in enumerate(zip(kinds, arrays, strict=True))
+    ]
+    primitive = {"attributes": {"POSITION": 0}, "indices": 2, "targets": [{"POSITION": 1}]}
+    target = {"node": 0, "path": "weights"}
+    return json.dumps(
+        {
+            "asset": {"version": "2.0"},
+            "scene": 0,
+            "scenes": [{"nodes": [0]}],
+            "nodes": [{"mesh": 0, "children": [1], "translation": [0, 0, 1]}, {"rotation": [0, 0, 0, 1]}],
+            "meshes": [{"primitives": [primitive]}],
+            "animations": [{"samplers": [{"input": 3, "output": 4}], "channels": [{"sampler": 0, "target": target}]}],
+            "buffers": [{"uri": f"data:;base64,{data}", "byteLength": starts[-1]}],
+            "bufferViews": views,
+            "accessors": accessors,
+        }
+    ).encode()
+
+
+def image_of(folder: Path) -> bytes:
+    Image.fromarray(np.arange(256, dtype=np.uint8).reshape(16, 16)).save(folder / "seed.png")
+    return (folder / "seed.png").read_bytes()
+
+
+def abc_of(folder: Path) -> bytes:
+    """A square that moves."""
+    from tests.io.mesh_cache.test_alembic_meshes import SQUARE, add_mesh, write
+
+    write(folder / "seed.abc", lambda top, times: add_mesh(top, times, "m", lambda k: SQUARE + k))
+    return (folder / "seed.abc").read_bytes()
+
+
+def usdc_of(folder: Path) -> bytes:
+    from pxr import Sdf
+
+    (folder / "seed.usda").write_text(USDA)
+    Sdf.Layer.FindOrOpen(str(folder / "seed.usda")).Export(str(folder / "seed.usdc"))
+    return (folder / "seed.usdc").read_bytes()
+
+
+def moving(path: Path) -> object:
+    return read_body(path), read_moving(path, None, None, Instant(0, 0.02))
+
+
+def hair(path: Path) -> object:
+    return read_strands(path, 1.0, "y", None)
+
+
+FACE = struct.pack("<B4i", 4, 0, 1, 2, 3)
+TFX = struct.pack("<f2I", 4.0, 2, 2) + struct.pack("<I", 160) + bytes(144) + np.ones((4, 4), "<f4").tobytes()
+HAIR = (
+    struct.pack("<4s4I5f88s", b"HAIR", 2, 4, 3, 0, 0.1, 0, 1, 1, 1, b"") + struct.pack("<2H", 1, 1) + POINTS.tobytes()
+)
+DATA = b"".join([struct.pack("<i", 2), *(struct.pack("<i", 2) + POINTS[:2].tobytes() for _ in range(2))])
+FORMATS: dict[str, tuple[Callable[[Path], bytes], Callable[[Path], object]]] = {
+    "obj": (lambda _: OBJ.encode(), lambda path: (moving(path), hair(path))),
+    "ply": (lambda _: (PLY.format("ascii") + "0 0 0 1 0 0 1 1 0 0 1 0\n4 0 1 2 3\n").encode(), moving),
+    "binary.ply": (lambda _: PLY.format("binary_little_endian").encode() + POINTS.tobytes() + FACE, moving),
+    "gltf": (lambda _: gltf_of(), moving),
+    "abc": (abc_of, moving),
+    "usda": (lambda _: USDA.encode(), moving),
+    "usdc": (usdc_of, moving),
+    "bvh": (lambda _: BVH.encode(), read_bvh),
+    "tfx": (lambda _: TFX, hair),
+    "hair": (lambda _: HAIR, hair),
+    "data": (lambda _: DATA, hair),
+    "png": (image_of, read_image),
+}
+"""Seed and readers by the end of a file's name."""
+
+
+def damaged(data: bytes, chance: random.Random) -> bytes:
+    """Change bytes, cut the end, double or leave out a part, or put another number in place of one."""
+    place, other = (chance.randrange(len(data)) for _ in range(2))
+    begin, end = min(place, other), max(place, other)
+    kind = chance.choice(["bytes", "bytes", "cut", "double", "omit", "number", "number", "word"])
+    if kind == "cut":
+        return data[:place]
+    if kind in ("double", "omit"):
+        return data[:begin] + (data[begin:end] * 2 if kind == "double" else b"") + data[end:]
+    if kind == "bytes":
+        changed = bytearray(data)
+        for _ in range(chance.randint(1, 4)):
+            changed[chance.randrange(len(data))] = chance.choice([0, 1, 127, 128, 255, chance.randrange(256)])
+        return bytes(changed)
+    found = list(re.finditer(rb"-?\d[\d.]*" if kind == "number" else rb"[\w.]+", data))
+    if not found:
+        return data[:begin]
+    match = chance.choice(found)
+    return data[: match.start()] + chance.choice(NUMBERS).encode() + data[match.end() :]
+
+
+def outcomes(name: str, number: int, folder: Path, seed: int = 0) -> Counter[str]:
+    """Read damaged files of a format; return how many gave a value and how many a message.
+
+    AssertionError, with the file kept, for any other end.
+    """
+    make, read = FORMATS[name]
+    good = make(folder)
+    path = folder / f"seed_and.{name}"
+    path.write_bytes(good)
+    read(path)
+    chance = random.Random(f"{name} {seed}")
+    found = Counter[str]()
+    for _ in range(number):
+        path.write_bytes(damaged(good, chance))
+        try:
+            read(path)
+            found["values"] += 1
+        except BadInput as fault:
+            text = str(fault)
+            assert "\n" not in text and path.name in text, text
+            found["last defence" if "not a readable" in text and "Error: " in text else "messages"] += 1
+            found["crashes"] += "the reader crashes" in text
+    return found
+
+
+@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.filterwarnings("ignore")
+def test_damaged_files_are_values_or_one_message(tmp_path: Path, name: str):
+    if name == "abc":
+        pytest.importorskip("alembic3d")
+    assert sum(outcomes(name, SAMPLE, tmp_path).values()) >= SAMPLE
+
+
+if __name__ == "__main__":
+    warnings.simplefilter("ignore")
+    for one in FORMATS if sys.argv[1] == "all" else sys.argv[1:2]:
+        with tempfile.TemporaryDirectory() as place:
+            print(one, dict(outcomes(one, int(sys.argv[2]), Path(place))), flush=True)
