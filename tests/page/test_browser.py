@@ -6,6 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 
+from hairpipe.api.draft import EMPTY, load_draft
 from hairpipe.api.shot import load
 from hairpipe.api.source import shipped_graphs
 from hairpipe.page.documents import graph_document
@@ -16,7 +17,7 @@ from hairpipe.page.session import Session
 from ..cli.commands.test_watch import ELSEWHERE
 from ..pages import data_of
 from .conftest import SHOT, START
-from .live_page import do, pixels, served
+from .live_page import Page, do, pixels, served
 
 pytestmark = pytest.mark.slow
 
@@ -281,3 +282,19 @@ def test_live_the_middle_button_turns_the_view_and_a_double_click_shows_all(live
     assert turned != yaw and same == target
     live.driver.execute_script("viewer.canvas.dispatchEvent(new MouseEvent('dblclick'))")
     assert live.driver.execute_script(state)[2] < 2 * distance
+
+
+def test_live_an_empty_graph_offers_templates(opened, tmp_path):
+    session = Session(load_draft(str(tmp_path / "new.toml"), EMPTY, cache=tmp_path / "cache"))
+    session.cook = lambda node, frame: None
+    with served(session) as address:
+        page = Page(opened(address), session)
+        lacks = {"bust with fringe": set(), "bust in motion": {"motion"}, "my character": {"head"}}
+        for title, files in lacks.items():
+            page.find(f'[data-template="{title}"]').click()
+            page.until(lambda: len(session.draft.tables) > 1)
+            assert not page.driver.find_elements("css selector", "#templates")
+            faults = {name for name, fault in session.draft.faults.items() if "is incomplete" not in fault}
+            assert faults == files
+            page.driver.execute_script("return edit('undo')")
+            page.until(lambda: page.driver.find_elements("css selector", "#templates"))

@@ -22,7 +22,7 @@ from hairpipe.cli import options
     help="Port of the server; by default any free port.",
 )
 @click.option("--no-browser", is_flag=True, help="Print the address without opening a browser.")
-@click.option("--new", is_flag=True, help="Begin an empty graph; the first save writes its file.")
+@click.option("--new", is_flag=True, help="Begin an empty graph, as for a missing file; the first save writes it.")
 @options.cache
 def view(
     graph: str,
@@ -51,7 +51,8 @@ def view(
     from hairpipe.page.server import Server
     from hairpipe.page.session import Session
 
-    draft = asking(lambda: load_draft(graph, EMPTY if new else None, cache=cache))
+    is_new = new or (graph.endswith(".toml") and not Path(graph).exists())
+    draft = asking(lambda: load_draft(graph, EMPTY if is_new else None, cache=cache))
     session = Session(draft, frames, wedge)
     for target, text in overrides.items():
         session.edit(target, text)

@@ -23,6 +23,8 @@ function takeBackdrop(name) {
 async function showStage() {
   const stage = /** @type {HTMLElement} */ (document.getElementById("stage"));
   drawChoices();
+  if (!app.graph.nodes.length) return offerTemplates(stage);
+  document.getElementById("templates")?.remove();
   if (!app.nodeNamed(app.node)) return;
   if (player.stop && player.node === app.node) return;
   if (brush.texels && brush.node === app.node) return showPainting();
@@ -127,4 +129,4 @@ function pastLayers(node, output) {
   return layersAt({ graph: app.graph, state: { ...state, nodes }, frame: app.frame }, node, output);
 }
 
-app.on(["strands", "node", "output", "frame", "channel", "pinned", "state", "compare", "apart"], () => app.node && (app.showing = showStage()));
+app.on(["strands", "node", "output", "frame", "channel", "pinned", "state", "compare", "apart"], () => app.graph && (app.showing = showStage()));
