@@ -2,13 +2,17 @@
 
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from hairpipe.api.shot import Shot, load
 from hairpipe.api.source import shipped_graphs
+from hairpipe.graph.file.graph import Graph
+from hairpipe.graph.worker.machine_code import kernels_parent
 
 FRAMES = 2
 """Number of computed frames: the first of a simulation is its start, and the second its first step."""
+NOTICE = "kernels are compiled, once, in about a minute (`hairpipe warm` compiles them ahead)"
+OURS = "hairpipe.nodes."
 
 
 def shots_to_warm() -> list[str]:
@@ -29,3 +33,11 @@ def warming(shot: Shot) -> Iterator[tuple[Shot, list[int]]]:
             load(tables, cache=folder, folder=shot.path.parent),
             list(range(begin, min(begin + FRAMES, shot.graph.frames[1] + 1))),
         )
+
+
+def compiles_first(graph: Graph) -> bool:
+    """Whether a run of a graph compiles kernels since this user has none: it has nodes of the house."""
+    with suppress(OSError):  # no home: kernels are not kept
+        if next(kernels_parent().glob("*/*.nbc"), None) is not None:
+            return False
+    return any(node.type.module.startswith(OURS) for node in graph.nodes.values())

@@ -6,6 +6,7 @@ from types import TracebackType
 from typing import Protocol, Self
 
 from hairpipe.api.reports import Event, Graph, Progress
+from hairpipe.api.warming import NOTICE, compiles_first
 from hairpipe.cli.lines import Lines, NoProgress
 
 
@@ -32,10 +33,14 @@ class RunDisplay:
         self.progress = Progress(graph, jobs)
         self._said: set[tuple[str, str]] = set()
         self._drawing = choose_drawing(self.progress, quiet)
+        self._compiles = not quiet and compiles_first(graph)
 
     def __call__(self, event: Event) -> None:
         """Show an event; the same warning of a node once for all frames."""
         self.progress.update(event)
+        if event.kind == "started" and self._compiles:
+            self._compiles = False
+            self._drawing.echo(NOTICE)
         if event.kind == "warning" and event.task is not None:
             if (event.task.node, event.message) not in self._said:
                 self._said.add((event.task.node, event.message))
