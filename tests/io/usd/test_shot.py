@@ -238,6 +238,11 @@ def test_strands_that_represent_many_hairs_are_drawn_wide(write, shot, tapered) 
     assert [str(finding) for finding in lint(path)] == []
 
 
+def test_few_strands_of_many_hairs_have_the_size_of_hair(write, shot: Shot) -> None:
+    """They are drawn 8 mm wide."""
+    assert [str(finding) for finding in lint(write(dataclasses.replace(shot, hairs=600)))] == []
+
+
 def test_strands_are_not_thinner_than_hair(write, shot: Shot) -> None:
     opened = Opened(write(dataclasses.replace(shot, hairs=3)))
     np.testing.assert_allclose(opened.hair.GetWidthsAttr().Get(), 8e-5, rtol=1e-6)

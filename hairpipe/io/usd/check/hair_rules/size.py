@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from pxr import UsdGeom, UsdVol
 
+from hairpipe.data.drawn_widths import DIAMETERS
 from hairpipe.io.usd.check.finding import Fault, Rule
 from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
@@ -66,8 +67,9 @@ def _scale(shape: Snapshot, scene: Scene) -> float:
 
 
 def _width(hair: Snapshot, scene: Scene) -> float | None:
-    """Return the median of the widths that are not 0 [m], None where there are none."""
-    widths = hair.array("widths")
+    """Return the median of the diameters, else of the widths, that are not 0 [m], None where there are none."""
+    widths = hair.array(f"primvars:{DIAMETERS}")
+    widths = hair.array("widths") if widths is None else widths
     thick = np.empty(0) if widths is None else widths[np.isfinite(widths) & (widths > 0)]
     return float(np.median(thick)) * _scale(hair, scene) if len(thick) else None
 
