@@ -32,6 +32,24 @@ class Touching:
 
 
 @value
+class Shear:
+    """Tangential elongations of the contacts between strands at the end of a step.
+
+    segments     pairs of segments of the groom in contact, first < second, in lexicographic order, (n, 2) int32
+    elongations  way of the first point along the contact against the second, which friction opposes [m], (n, 3) float64
+    """
+
+    segments: np.ndarray
+    elongations: np.ndarray
+
+    def renumbered(self, numbers: np.ndarray) -> "Shear":
+        """Return them under other, ascending numbers of points, (P,), without those of negative ones; pure."""
+        segments = numbers[self.segments].astype(np.int32)
+        known = (segments >= 0).all(axis=1)
+        return Shear(segments[known], self.elongations[known])
+
+
+@value
 class HairState:
     """Everything the next frame needs, in the layout of the simulation: particles in rows, strands in the last axis.
 
@@ -47,6 +65,7 @@ class HairState:
     stretched        largest stretch of a segment that was reported; 1: none was
     locks            state of locks; None: every hair is simulated. Of followers only the axis is up to date
     touching         contact with bodies; None: there are none, or it is unknown
+    shear            contact between strands; None: there is none, or it is unknown
     impulses         impulses of goals on strands in the last frame [N s], (strands, 3) float64, of followers 0; None:
                      there are no goals
     grown            size of the skin at the roots over that at the first frame
@@ -65,6 +84,7 @@ class HairState:
     stretched: float
     locks: LockState | None = None
     touching: Touching | None = None
+    shear: Shear | None = None
     impulses: np.ndarray | None = None
     grown: float = 1.0
     grown_reported: float = 1.0

@@ -23,6 +23,7 @@ from hairpipe.sim.boundary import WORLD
 from hairpipe.sim.contact.body.body_contacts import BodyContacts
 from hairpipe.sim.contact.body.fold_preservation import turns_of
 from hairpipe.sim.contact.hair.exclusions import REST
+from hairpipe.sim.contact.hair.friction import no_shear
 from hairpipe.sim.contact.hair.hair_contacts import HairContacts
 from hairpipe.sim.contact.hair.stiction import Connections, same_hair_keys
 from hairpipe.sim.contact.scale import USUAL, Scale, scale_of
@@ -145,7 +146,7 @@ def _hair_contacts(
         collisions = replace(collisions, thickness=thickness)
     stuck = Connections(state.stuck, state.stuck_at)
     widths = single if hair.widths is None else hair.widths
-    return HairContacts(hair.layout.offsets, stiction, collisions, stuck, at_rest, widths, grips, thick, scale)
+    return HairContacts(hair.layout.offsets, stiction, collisions, stuck, at_rest, widths, grips, thick, scale, state.shear or no_shear())
 
 
 def _factored(setting: V, hair: HairModel, name: str) -> tuple[V, np.ndarray]:

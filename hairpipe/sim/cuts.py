@@ -114,4 +114,5 @@ def move_over_cut(hair: HairModel, state: HairState, drivers: tuple[Driver, Driv
         velocities=apply_rigid(turned, relative, strands) + follow(after, groom, positions, layout),
         accelerations=apply_rigid(turned, state.accelerations, strands),
         touching=None,
+        shear=None,
     )

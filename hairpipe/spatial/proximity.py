@@ -3,8 +3,10 @@
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.vec3 import cross, dot, minus, row
 from hairpipe.spatial.pair_search import in_order, search
-from hairpipe.spatial.pairs import Pairs, chosen, known_pairs, measure
+from hairpipe.spatial.pairs import Pairs, chosen, key_of, known_pairs, measure
 from hairpipe.spatial.segment_tree import build_tree, find_frame
 from hairpipe.spatial.segments import all_segments, refuse_lost
 
@@ -48,16 +50,22 @@ def pairs_about(
     return measure(points, in_order(found, len(points)))
 
 
-def approaches(pairs: Pairs, among: np.ndarray) -> Pairs:
+CROSS = 0.1
+"""Square of the sine of the angle above which two segments cross, and do not run along each other."""
+
+
+def approaches(pairs: Pairs, among: np.ndarray, points: np.ndarray) -> Pairs:
     """Keep the local minima of distance: of consecutive segments near the same one, the nearest; pure.
 
-    pairs  in order; among  those that matter, (n,) bool
+    pairs   in order; among  those that matter, (n,) bool
+    points  [m], (P, 3)
 
     Where a strand runs along another one, most of its segments are near three of the other's. What is left are the
-    contacts of two lines: one where they cross, at a joint of the second strand too, and one for every segment of the
-    first where they run along each other.
+    contacts of two lines: one where they cross, at joints too, and one for every segment of the first where they run
+    along each other. Without the first rule a joint that another strand slides over would push it back from its sides.
     """
-    return chosen(pairs, _nearest(pairs.segments, pairs.distances, among))
+    keep = _nearest(pairs.segments, pairs.distances, among)
+    return chosen(pairs, _without_corners(pairs, key_of(pairs.segments), keep, points))
 
 
 @njit(cache=True, parallel=True)
@@ -75,3 +83,29 @@ def _nearest(segments, distances, among):
         farther = (before and distances[k - 1] <= distance) or (after and distances[k + 1] < distance)
         keep[k] = among[k] and not farther
     return keep
+
+
+@njit(cache=True, parallel=True)
+def _without_corners(pairs, keys, keep, points):
+    """Leave out of the pairs to keep those that cross at a joint of the first, where the next segment is nearer."""
+    segments, fractions, distances = pairs.segments, pairs.fractions, pairs.distances
+    kept = np.empty(len(keep), np.bool_)
+    for k in prange(len(keep)):
+        first, second, at = segments[k, 0], segments[k, 1], fractions[k, 0]
+        kept[k] = keep[k]
+        if keep[k] and (at == 0.0 or at == 1.0) and _cross(points, first, second):
+            step = -1 if at == 0.0 else 1
+            key = np.int64(first + step) << 32 | np.int64(second)
+            beyond = np.searchsorted(keys, key)
+            if beyond < len(keys) and keys[beyond] == key and keep[beyond]:
+                farther = distances[k] - distances[beyond]
+                kept[k] = farther < 0.0 or (farther == 0.0 and step > 0)
+    return kept
+
+
+@inlined
+def _cross(points, i, j):
+    """Whether two segments cross: |u x v|^2 > CROSS u.u v.v."""
+    u, v = minus(row(points, i + 1), row(points, i)), minus(row(points, j + 1), row(points, j))
+    n = cross(u, v)
+    return dot(n, n) > CROSS * dot(u, u) * dot(v, v)

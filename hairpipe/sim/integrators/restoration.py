@@ -36,6 +36,7 @@ def restored(hair: HairModel, state: HairState, driver: Driver) -> tuple[HairSta
         fresh=state.fresh | ~finite,
         tensions=np.where(lost, 0.0, state.tensions).astype(state.tensions.dtype),
         touching=state.touching and state.touching.renumbered(numbers),
+        shear=state.shear and state.shear.renumbered(numbers),
     )
     return mended, ~finite
 

@@ -71,6 +71,7 @@ class Guides:
             inverse_lengths=None if lengths is None else _taken(lengths, *layouts, self.strands),
             stuck=self.numbers[state.stuck].astype(np.int32),
             touching=None if state.touching is None else state.touching.renumbered(self.numbers),
+            shear=None if state.shear is None else state.shear.renumbered(self.numbers),
         )
 
     def put(self, state: HairState, moved: HairState) -> HairState:
@@ -85,7 +86,8 @@ class Guides:
             impulses = np.zeros((len(self.whole.groom.ids), 3))
             impulses[self.strands] = moved.impulses
         touching = None if moved.touching is None else moved.touching.renumbered(self.points)
-        kept = {"fresh": fresh, "stuck": stuck, "touching": touching, "impulses": impulses}
+        shear = None if moved.shear is None else moved.shear.renumbered(self.points)
+        kept = {"fresh": fresh, "stuck": stuck, "touching": touching, "shear": shear, "impulses": impulses}
         return replace(moved, **rows, **kept, inverse_lengths=state.inverse_lengths)
 
     def motion_of(self, moved: HairState, driver: Driver) -> GuideMotion:

@@ -6,11 +6,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from hairpipe.data.hair import HairState
+from hairpipe.data.hair import HairState, Shear
 from hairpipe.sim.contact.ccd.collision import collide
 from hairpipe.sim.contact.contact_points import REACH, Contacts, find_contacts
 from hairpipe.sim.contact.hair.couplings import Couplings, Joined, join, part_of
 from hairpipe.sim.contact.hair.exclusions import intersection, union
+from hairpipe.sim.contact.hair.friction import anchor, no_shear, sheared
 from hairpipe.sim.contact.hair.impulses import sweep
 from hairpipe.sim.contact.hair.repulsion import linearise as linearise_contacts
 from hairpipe.sim.contact.hair.stiction import Connections, connect, no_connections, release, room, stiffest
@@ -36,6 +37,7 @@ class HairContacts(Interaction):
     grips        square roots of the forces of stiction of segments over that of the settings, (P,)
     thick        thicknesses of segments over that of the settings, (P,); two segments collide at their mean
     scale        factors on times and speeds of contact
+    shear        tangential elongations of present contacts
     """
 
     couples: ClassVar[bool] = True
@@ -48,6 +50,7 @@ class HairContacts(Interaction):
     grips: np.ndarray
     thick: np.ndarray
     scale: Scale = USUAL
+    shear: Shear = field(default_factory=no_shear)
     _crossed: float = field(default=0.0, init=False)
     _reach: float = field(init=False)
     _near: np.ndarray = field(init=False)
@@ -55,6 +58,7 @@ class HairContacts(Interaction):
     _never: np.ndarray = field(init=False)
     _ignored: np.ndarray = field(init=False)
     _contacts: Contacts | None = field(default=None, init=False)
+    _anchors: np.ndarray = field(init=False)
     _places: Joined = field(init=False)
 
     def __post_init__(self) -> None:
@@ -80,6 +84,7 @@ class HairContacts(Interaction):
             self._ignored = union(self.at_rest[1], key_of(self.connections.segments))
         if self._coupled is not None:
             self._contacts = find_contacts(pairs, points, velocities, self._coupled, self._apart, self.scale)
+            self._anchors = anchor(self._contacts, points, self.shear, self._coupled)
         self._places = join(self.connections, *([] if self._contacts is None else [self._contacts]))
         if self._contacts is not None:
             # Not the same twice: it is what most memory goes into.
@@ -106,7 +111,7 @@ class HairContacts(Interaction):
         if self._coupled is None:
             return empty_pairs()
         aside = union(self.at_rest[1], key_of(fresh.segments))
-        return approaches(near, within(near, count, REACH * self._coupled.thickness.value, aside, self._apart))
+        return approaches(near, within(near, count, REACH * self._coupled.thickness.value, aside, self._apart), points)
 
     @property
     def places(self) -> Joined:
@@ -121,10 +126,12 @@ class HairContacts(Interaction):
             linearise_connections(self.connections, at, self.stiction, own, self.widths, self.grips)
         if self._contacts is not None and self._coupled is not None:
             rest = part_of(couplings, stuck, len(couplings.acts))
-            linearise_contacts(self._contacts, at, self._coupled, rest, self.scale)
+            linearise_contacts(self._contacts, self._anchors, at, self._coupled, rest, self.scale)
 
     def finish_solves(self, end: StepEnd) -> None:
-        """Free what only the solves of a step need."""
+        """Note how far contacts have slid in a step, and free what only its solves need."""
+        if self._contacts is not None:
+            self.shear = sheared(self._contacts, end.points, self._anchors)
         self._places = join(no_connections())
         self._contacts = None
 
@@ -149,8 +156,8 @@ class HairContacts(Interaction):
         return 0.0 if self.stiction is None else stiffest(self.connections, masses, self.stiction, self.grips)
 
     def remember(self, state: HairState) -> HairState:
-        """Return the state with the connections that there are; pure."""
-        return replace(state, stuck=self.connections.segments, stuck_at=self.connections.fractions)
+        """Return the state with the connections and contacts that there are; pure."""
+        return replace(state, stuck=self.connections.segments, stuck_at=self.connections.fractions, shear=self.shear)
 
     @property
     def _coupled(self) -> Collisions | None:

@@ -34,35 +34,38 @@ still holds: the two loads add up to one.
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.kernels.vec3 import dot, minus, scaled
+from hairpipe.kernels.vec3 import dot, flattened, length, minus, plus, row, scaled
 from hairpipe.sim.contact.contact_points import RELAXATION, Contacts, between, inverse_mass
 from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
+from hairpipe.sim.contact.hair.friction import tangential_stiffness
 from hairpipe.sim.contact.scale import USUAL, Scale
 from hairpipe.sim.interactions import Prediction
 from hairpipe.sim.settings import Collisions
 
-CREEP = 1e-4
-"""Tangential speed at which a contact that sticks reaches the limit of friction, at the usual scale [m/s]."""
-_FIRMEST = 1e2
-"""Damper of friction over the mass that it stops: more stops nothing better, and is hard to solve for."""
 
 
-def linearise(contacts: Contacts, at: Prediction, collisions: Collisions, out: Couplings, scale: Scale = USUAL) -> None:
+def linearise(
+    contacts: Contacts,
+    anchors: np.ndarray,
+    at: Prediction,
+    collisions: Collisions,
+    out: Couplings,
+    scale: Scale = USUAL,
+) -> None:
     """Linearise contact forces at a prediction, in place: sets all of out except segments and fractions.
 
-    scale  factors on times and speeds
+    anchors  of the contacts [m], (n, 3), see `friction.anchor`
+    scale    factors on times and speeds
 
     Contacts of non-finite strands, or between two inactive strands, do not act.
     """
-    stiffness = collisions.stiffness
     viscosity = collisions.stiffness * RELAXATION * scale.time
-    law = (stiffness, viscosity, collisions.friction, CREEP * scale.speed)
-    _linearise(out, contacts, at, law)
+    _linearise(out, contacts, anchors, at, (collisions.stiffness, viscosity, collisions.friction))
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _linearise(out, contacts, at, law):
-    stiffness, viscosity, friction, creep = law
+def _linearise(out, contacts, anchors, at, law):
+    stiffness, viscosity, friction = law
     points, velocities, masses, weights, span = at.points, at.velocities, at.masses, at.weights, at.span
     segments, fractions = contacts.segments, contacts.fractions
     # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
@@ -72,7 +75,8 @@ def _linearise(out, contacts, at, law):
         if not (at.active[segments[i, 0]] or at.active[segments[i, 1]]):
             continue
         n = (contacts.normals[i, 0], contacts.normals[i, 1], contacts.normals[i, 2])
-        overlap = contacts.thickness[i] - dot(n, between(points, segments, fractions, i))
+        apart = between(points, segments, fractions, i)
+        overlap = contacts.thickness[i] - dot(n, apart)
         u = between(velocities, segments, fractions, i)
         coming = between(at.lagged_velocity, segments, fractions, i)
         un, closing = dot(n, u), dot(n, coming)
@@ -81,13 +85,15 @@ def _linearise(out, contacts, at, law):
         force, load = stiffness * overlap - viscosity * un, stiffness * ahead - viscosity * closing
         # A loaded contact acts one step longer than it pushes: hair at rest would lose and catch it in turns.
         if np.isfinite(force + load) and (contacts.loads[i] > 0.0 or (ahead > 0.0 and load > 0.0)):
-            ut, slip = minus(u, scaled(un, n)), minus(coming, scaled(closing, n))
             w = inverse_mass(masses, segments, fractions, i)
             along = span * (h * stiffness + viscosity)
             # The load of the last step holds a stack at rest; what stops the pair alone is the load of an impact.
             limit = friction * max(contacts.loads[i], load / (1.0 + along * w))
-            across = min(span * limit / max(np.sqrt(dot(slip, slip)) - limit * span * w, creep), _FIRMEST / w)
+            s = flattened(plus(row(anchors, i), apart), n)
+            there = flattened(plus(s, scaled(h, minus(coming, u))), n)  # By the lagged velocity, as above.
+            slowed = 0.0 if contacts.loads[i] > 0.0 else span * h * limit * w
+            firm = tangential_stiffness(stiffness, length(there), limit, slowed)
             acts[i] = True
-            exerted[i, ALONG], exerted[i, ACROSS] = along, across
+            exerted[i, ALONG], exerted[i, ACROSS] = along, span * h * firm
             for c in range(3):
-                exerted[i, DIRECTION + c], exerted[i, PUSH + c] = n[c], span * force * n[c] - across * ut[c]
+                exerted[i, DIRECTION + c], exerted[i, PUSH + c] = n[c], span * (force * n[c] - firm * s[c])

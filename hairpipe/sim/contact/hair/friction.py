@@ -1,0 +1,100 @@
+"""Coulomb friction between hairs: a spring along the contact that slips at the limit of friction.
+
+After Cundall and Strack, A discrete numerical model for granular assemblies, Geotechnique 29, 1979. The two points of a
+contact with the load N have moved along it, since it began, by the elongation s of a spring with its stiffness k:
+
+    f_t = -k s,   |s| <= mu N / k
+
+Hair that sticks is held without creep, and hair that slides by mu N, at any speed, mass and step. In a stage of
+duration t and weight h the spring is implicit. With the elongation s_p at the prediction and s = s_p + h J dv,
+
+    f_t = -c s,   c = min(k, mu N / |s_p|),   M_t = t h c (I - n n^T)
+
+This is the force of Coulomb's law where hair slides as predicted, and less where friction slows it: it never turns a
+motion around. A contact that carried nothing at the start of the step begins by an impact. It takes from |s_p| the way
+t h mu N / m by which friction slows two free segments, 1/m = sum w^2 / m_i, which makes the impulse that of the law.
+
+A contact that slides over a joint becomes one of the next segment: a pair without an elongation takes over that of a
+pair next to it.
+"""
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.data.hair import Shear
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.vec3 import dot, flattened, length, minus, plus, row, scaled
+from hairpipe.sim.contact.contact_points import Contacts, between
+from hairpipe.sim.settings import Collisions
+from hairpipe.spatial.pairs import key_of
+
+AROUND = ((0, 0), (0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1))
+"""Steps from a pair of segments to itself and to those next to it."""
+
+
+def no_shear() -> Shear:
+    """Make the elongations of no contacts."""
+    return Shear(np.empty((0, 2), np.int32), np.empty((0, 3)))
+
+
+def anchor(contacts: Contacts, points: np.ndarray, known: Shear, collisions: Collisions) -> np.ndarray:
+    """Return what J x has to be added to for the elongations of contacts in a step [m], (n, 3); pure.
+
+    points  at the start of the step [m], (P, 3)
+    known   elongations at the end of the previous step
+    """
+    anchors = np.empty((len(contacts.loads), 3))
+    limit = collisions.friction / collisions.stiffness
+    _anchor(anchors, contacts, points, key_of(known.segments), known.elongations, limit)
+    return anchors
+
+
+def sheared(contacts: Contacts, points: np.ndarray, anchors: np.ndarray) -> Shear:
+    """Return the elongations of the contacts that are closed at points [m], (P, 3), at the end of a step; pure."""
+    elongations = np.empty_like(anchors)
+    closed = np.empty(len(anchors), np.bool_)
+    _shear(elongations, closed, contacts, points, anchors)
+    return Shear(contacts.segments[closed], elongations[closed])
+
+
+@inlined
+def tangential_stiffness(stiffness, elongation, limit, slowed):
+    """Return c = min(k, mu N / |s_p|) [N/m].
+
+    elongation  |s_p| [m]; limit  mu N [N]; slowed  the way that friction takes off |s_p| [m]
+    """
+    return min(stiffness, limit / max(elongation - slowed, 1e-12)) if limit > 0.0 else 0.0
+
+
+@njit(cache=True, parallel=True)
+def _anchor(anchors, contacts, points, keys, elongations, per_load):
+    segments, fractions, loads, normals = contacts.segments, contacts.fractions, contacts.loads, contacts.normals
+    for i in prange(len(anchors)):
+        s = (0.0, 0.0, 0.0)
+        if loads[i] > 0.0:
+            k = _find(keys, segments[i, 0], segments[i, 1])
+            if k >= 0:
+                s = flattened(row(elongations, k), row(normals, i))
+                s = scaled(min(per_load * loads[i] / max(length(s), 1e-12), 1.0), s)
+        anchors[i, 0], anchors[i, 1], anchors[i, 2] = minus(s, between(points, segments, fractions, i))
+
+
+@inlined
+def _find(keys, first, second):
+    """Return the place of a pair of segments among sorted keys, else of a pair next to it; -1 without any."""
+    for a, b in AROUND:
+        key = np.int64(first + a) << 32 | np.int64(second + b)
+        k = np.searchsorted(keys, key)
+        if k < len(keys) and keys[k] == key:
+            return k
+    return -1
+
+
+@njit(cache=True, parallel=True)
+def _shear(elongations, closed, contacts, points, anchors):
+    segments, fractions, normals, thickness = contacts.segments, contacts.fractions, contacts.normals, contacts.thickness
+    for i in prange(len(closed)):
+        apart, n = between(points, segments, fractions, i), row(normals, i)
+        closed[i] = dot(n, apart) < thickness[i]  # Not for NaN: a lost strand touches nothing.
+        s = flattened(plus(row(anchors, i), apart), n)
+        elongations[i, 0], elongations[i, 1], elongations[i, 2] = s
