@@ -93,7 +93,7 @@ def test_approaches_are_the_near_pairs_that_have_no_nearer_neighbour(scene):
         for (i, j), distance in distances.items()
         if not (distances.get((i, j - 1), np.inf) <= distance or distances.get((i, j + 1), np.inf) < distance)
     ]
-    found = approaches(near, every(near))
+    found = approaches(near, every(near), points)
     assert [tuple(pair) for pair in found.segments.tolist()] == expected
 
 
@@ -107,7 +107,7 @@ def test_a_strand_across_a_joint_approaches_it_once():
     points, offsets = lines(across, along)
     near = near_pairs(points, offsets, 0.2)
     assert len(near.distances) == 2
-    assert len(approaches(near, every(near)).distances) == 1
+    assert len(approaches(near, every(near), points).distances) == 1
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.013, 0.05, 0.087])
@@ -116,7 +116,7 @@ def test_a_strand_along_another_approaches_it_with_every_segment(shift):
     points, offsets = lines(one, one + np.array([0.001, 0.0, shift]))
     near = near_pairs(points, offsets, 0.002)
     assert len(near.distances) >= 18
-    found = approaches(near, every(near))
+    found = approaches(near, every(near), points)
     np.testing.assert_array_equal(np.unique(found.segments[:, 0]), np.arange(10))
     assert len(found.distances) <= 12
 
@@ -125,7 +125,7 @@ def test_every_turn_of_a_coil_is_approached():
     turns = np.linspace(0.0, 3.0, 61)[:, None]
     coil = np.concatenate([np.cos(2 * np.pi * turns), np.sin(2 * np.pi * turns), 0.01 * turns], axis=1)
     near = near_pairs(coil, np.array([0, 61], np.int32), 0.025)
-    found = approaches(near, every(near))
+    found = approaches(near, every(near), points)
     first = found.segments[found.segments[:, 0] == 5, 1]
     assert np.any(abs(first - 25) <= 1) and np.any(abs(first - 45) <= 1)
 
@@ -138,5 +138,5 @@ def test_of_near_pairs_those_nearer_and_not_ignored_are_marked(scene):
     marked = within(everything, len(points), 0.6 * reach, ignored)
     for found, wanted in zip(everything, expected, strict=True):
         np.testing.assert_array_equal(found[marked], wanted)
-    for found, wanted in zip(approaches(everything, marked), approaches(expected, every(expected)), strict=True):
+    for found, wanted in zip(approaches(everything, marked, points), approaches(expected, every(expected), points), strict=True):
         np.testing.assert_array_equal(found, wanted)

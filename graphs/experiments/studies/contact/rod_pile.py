@@ -7,6 +7,7 @@ from scipy import sparse
 
 from hairpipe.sim.contact.contact_points import REACH, Contacts, find_contacts
 from hairpipe.sim.contact.hair.couplings import Couplings, couplings_at, matrices
+from hairpipe.sim.contact.hair.friction import anchor, no_shear
 from hairpipe.sim.contact.hair.impulses import sweep
 from hairpipe.sim.contact.hair.repulsion import linearise
 from hairpipe.sim.interactions import Prediction
@@ -88,7 +89,8 @@ def system(pile: Pile, law: Collisions, dt: float) -> tuple[sparse.csr_matrix, n
         time=dt,
         seconds=dt,
     )
-    linearise(contacts, at, law, couplings)
+    anchors = anchor(contacts, pile.points, no_shear(), law)
+    linearise(contacts, anchors, at, law, couplings)
     couplings = Couplings(*(array[couplings.acts] for array in couplings))
     J = relative(couplings, len(pile.points))[:, free]
     A = MASS * sparse.eye(len(free)) + J.T @ stiffness(couplings) @ J
