@@ -146,7 +146,18 @@ def _hair_contacts(
         collisions = replace(collisions, thickness=thickness)
     stuck = Connections(state.stuck, state.stuck_at)
     widths = single if hair.widths is None else hair.widths
-    return HairContacts(hair.layout.offsets, stiction, collisions, stuck, at_rest, widths, grips, thick, scale, state.shear or no_shear())
+    return HairContacts(
+        hair.layout.offsets,
+        stiction,
+        collisions,
+        stuck,
+        at_rest,
+        widths,
+        grips,
+        thick,
+        scale,
+        state.shear or no_shear(),
+    )
 
 
 def _factored(setting: V, hair: HairModel, name: str) -> tuple[V, np.ndarray]:

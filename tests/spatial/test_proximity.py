@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.spatial.pairs import empty_pairs, key_of, within
-from hairpipe.spatial.proximity import approaches, near_pairs
+from hairpipe.spatial.proximity import CROSS, approaches, near_pairs
 
 ROUNDING = 1e-9
 
@@ -88,11 +88,23 @@ def test_approaches_are_the_near_pairs_that_have_no_nearer_neighbour(scene):
     points, offsets, reach = scene
     near = near_pairs(points, offsets, reach)
     distances = dict(zip(map(tuple, near.segments.tolist()), near.distances.tolist(), strict=True))
-    expected = [
-        (i, j)
+    fractions = dict(zip(distances, near.fractions[:, 0].tolist(), strict=True))
+    nearest = {
+        (i, j): distance
         for (i, j), distance in distances.items()
         if not (distances.get((i, j - 1), np.inf) <= distance or distances.get((i, j + 1), np.inf) < distance)
-    ]
+    }
+
+    def is_corner(i, j):
+        """Whether the pair crosses at an end of the first segment, beyond which the next is nearer."""
+        u, v = points[i + 1] - points[i], points[j + 1] - points[j]
+        if np.sum(np.cross(u, v) ** 2) <= CROSS * (u @ u) * (v @ v):
+            return False
+        before, after = nearest.get((i - 1, j), np.inf), nearest.get((i + 1, j), np.inf)
+        at, distance = fractions[i, j], nearest[i, j]
+        return (at == 0.0 and before <= distance) or (at == 1.0 and after < distance)
+
+    expected = [pair for pair in nearest if not is_corner(*pair)]
     found = approaches(near, every(near), points)
     assert [tuple(pair) for pair in found.segments.tolist()] == expected
 
@@ -101,10 +113,12 @@ def lines(*strands):
     return np.concatenate(strands), np.cumsum([0, *map(len, strands)]).astype(np.int32)
 
 
-def test_a_strand_across_a_joint_approaches_it_once():
+@pytest.mark.parametrize("joint", ["first", "second"])
+@pytest.mark.parametrize("shift", [0.0, 0.02])
+def test_a_strand_across_a_joint_approaches_it_once(joint, shift):
     along = np.linspace(-1.0, 1.0, 5)[:, None] * [0.0, 0.0, 1.0]
-    across = np.array([[-0.3, 0.1, 0.0], [0.3, 0.1, 0.0]])
-    points, offsets = lines(across, along)
+    across = np.array([[-0.3, 0.1, shift], [0.3, 0.1, shift]])
+    points, offsets = lines(*((along, across) if joint == "first" else (across, along)))
     near = near_pairs(points, offsets, 0.2)
     assert len(near.distances) == 2
     assert len(approaches(near, every(near), points).distances) == 1
@@ -125,7 +139,7 @@ def test_every_turn_of_a_coil_is_approached():
     turns = np.linspace(0.0, 3.0, 61)[:, None]
     coil = np.concatenate([np.cos(2 * np.pi * turns), np.sin(2 * np.pi * turns), 0.01 * turns], axis=1)
     near = near_pairs(coil, np.array([0, 61], np.int32), 0.025)
-    found = approaches(near, every(near), points)
+    found = approaches(near, every(near), coil)
     first = found.segments[found.segments[:, 0] == 5, 1]
     assert np.any(abs(first - 25) <= 1) and np.any(abs(first - 45) <= 1)
 
@@ -138,5 +152,7 @@ def test_of_near_pairs_those_nearer_and_not_ignored_are_marked(scene):
     marked = within(everything, len(points), 0.6 * reach, ignored)
     for found, wanted in zip(everything, expected, strict=True):
         np.testing.assert_array_equal(found[marked], wanted)
-    for found, wanted in zip(approaches(everything, marked, points), approaches(expected, every(expected), points), strict=True):
+    for found, wanted in zip(
+        approaches(everything, marked, points), approaches(expected, every(expected), points), strict=True
+    ):
         np.testing.assert_array_equal(found, wanted)

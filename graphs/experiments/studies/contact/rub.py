@@ -46,8 +46,8 @@ class Rub:
     collisions: Collisions
     model: ModelName = "rod"
     segments: int = 25
-    steps: StepControl = StepControl()
-    scheme: Scheme = Scheme()
+    steps: StepControl = StepControl()  # noqa: RUF009 (frozen)
+    scheme: Scheme = Scheme()  # noqa: RUF009
 
 
 def rub_tables(rub: Rub, speeds: Sequence[float], shares: Sequence[float]) -> tuple[Table, Table]:

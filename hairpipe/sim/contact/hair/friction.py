@@ -92,7 +92,12 @@ def _find(keys, first, second):
 
 @njit(cache=True, parallel=True)
 def _shear(elongations, closed, contacts, points, anchors):
-    segments, fractions, normals, thickness = contacts.segments, contacts.fractions, contacts.normals, contacts.thickness
+    segments, fractions, normals, thickness = (
+        contacts.segments,
+        contacts.fractions,
+        contacts.normals,
+        contacts.thickness,
+    )
     for i in prange(len(closed)):
         apart, n = between(points, segments, fractions, i), row(normals, i)
         closed[i] = dot(n, apart) < thickness[i]  # Not for NaN: a lost strand touches nothing.

@@ -1,22 +1,16 @@
-"""Repulsion between hairs by springs with friction in the linear system of a stage, as stacks need.
+"""Repulsion between hairs by springs in the linear system of a stage, as stacks need, with friction.
 
 Along the normal of a contact, one-sided,
 
     f_n = max(0, k (thickness - g) - c n.u),    g = n.J x,    u = J v,    M_n = t (h k + c) n n^T,
 
-and tangentially Coulomb friction, a damper with the strength of friction at the prediction,
+h and t being the weight of the stage's end and its duration, see `sim/contact/hair/couplings.py`. Along the contact
+acts Coulomb's friction, see `friction.py`. Its load N is that at the start of the step or, if larger, the force that
+would stop the two segments alone: the first is right for hair at rest, where the second ignores the stack above, and
+the second for impacts.
 
-    f_t = -b u_t,   b = mu N / max(|u_t| - mu N t / m, creep),   M_t = t b (I - n n^T),   1/m = sum w^2 / m_i,
-
-h and t being the weight of the stage's end and its duration, see `sim/contact/hair/couplings.py`.
-
-A single sliding contact then has the friction mu N exactly, one that friction can stop within the stage stops, and
-friction never reverses it; a sticking contact creeps at less than `CREEP`. N is its load at the start of the step or,
-if larger, the force that would stop the two segments alone: the first is right for hair at rest, where the second
-ignores the stack above, and the second for impacts.
-
-If the solve is linearised at rest (backward Euler, the paper's half steps), the prediction has no velocity, and u_t in
-b, N and new contacts are computed from the motion with lagged_velocity.
+If the solve is linearised at rest (backward Euler, the paper's half steps), the prediction has no velocity, and the
+way along the contact, N and new contacts are computed from the motion with lagged_velocity.
 
 A contact acts if it would push at the prediction, or did so in the step before: it is released one step late. By the
 prediction alone, which lacks the forces of the stage, a trembling contact at rest falls by h^2 g, half its thickness,
@@ -41,7 +35,6 @@ from hairpipe.sim.contact.hair.friction import tangential_stiffness
 from hairpipe.sim.contact.scale import USUAL, Scale
 from hairpipe.sim.interactions import Prediction
 from hairpipe.sim.settings import Collisions
-
 
 
 def linearise(

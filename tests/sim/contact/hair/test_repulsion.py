@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from hairpipe.sim.contact.contact_points import find_contacts
 from hairpipe.sim.contact.hair.couplings import Couplings, matrices
+from hairpipe.sim.contact.hair.friction import anchor, no_shear
 from hairpipe.sim.contact.hair.repulsion import linearise
 from hairpipe.sim.interactions import Prediction
 from hairpipe.sim.settings import Collisions, Thickness
@@ -18,17 +19,18 @@ MASS = 4e-8
 
 def couplings_of(pairs, points, velocities, law=LAW, h=H, at=None):
     contacts = find_contacts(pairs, points, velocities, law)
-    return exerted(contacts, points if at is None else at, velocities, law, h)
+    return exerted(contacts, points if at is None else at, velocities, law, h, began=points)
 
 
-def exerted(contacts, points, velocities, law=LAW, h=H, active=None, lagged_velocity=None):
+def exerted(contacts, points, velocities, law=LAW, h=H, active=None, lagged_velocity=None, began=None):
     # In double precision, of which a step keeps half.
     count, pairs = len(points), len(contacts.loads)
     couplings = Couplings(contacts.segments, contacts.fractions, np.empty(pairs, np.bool_), np.zeros((pairs, 8)))
     masses, active = np.full(count, MASS), np.ones(count, np.bool_) if active is None else active
     lagged_velocity = velocities if lagged_velocity is None else lagged_velocity
     at = Prediction(points, velocities, lagged_velocity, masses, np.full(count, h), active, h, h, h)
-    linearise(contacts, at, law, couplings)
+    anchors = anchor(contacts, points if began is None else began, no_shear(), law)
+    linearise(contacts, anchors, at, law, couplings)
     return couplings
 
 
@@ -108,22 +110,24 @@ def test_approaching_segments_are_repelled_at_rest(cross):
 
 @pytest.mark.parametrize("speed", [1e-3, 0.01, 1.0])
 @pytest.mark.parametrize("share", [0.0, 1.0])
-def test_a_lone_contact_slides_by_coulombs_law_or_stops(cross, jacobian_of, speed, share):
+def test_an_impact_slides_by_coulombs_law_or_stops(cross, jacobian_of, speed, share):
     """Rod on rod, pressed together by its overlap; one solve, linearised at rest and at the speed that it has."""
     points, pairs = cross(2.9e-4)
     velocities = np.outer([1, 1, 0, 0], [speed, 0.0, 0.0])
     guess = share * velocities
-    couplings = exerted(find_contacts(pairs, points, velocities, LAW), points, guess, lagged_velocity=velocities)
+    contacts = find_contacts(pairs, points, velocities, LAW)
+    contacts = contacts._replace(loads=np.zeros(1))
+    couplings = exerted(contacts, points + H * guess, guess, lagged_velocity=velocities, began=points)
     J = jacobian_of(pairs, 4)
     A = np.kron(np.eye(4), MASS * np.eye(3)) + J.T @ matrices(couplings)[0] @ J
     dv = np.linalg.solve(A, MASS * (velocities - guess).ravel() + J.T @ couplings.push[0])
     impulse = couplings.push[0] - matrices(couplings)[0] @ (J @ dv)
     after = (J @ (guess.ravel() + dv))[0]
-    limit = H * LAW.friction * LAW.stiffness * 1e-5
+    limit = LAW.friction * impulse[1]
     if limit / MASS < speed:
         assert -impulse[0] == pytest.approx(limit, rel=1e-6)
     else:
-        assert 0 <= after < 1e-4
+        assert 0 <= after < 0.3 * speed
     assert -impulse[0] <= limit * (1 + 1e-9) and 0 <= after <= speed
 
 
