@@ -81,10 +81,10 @@ def surroundings_of(
 ) -> Surroundings:
     """Collect the interactions of a frame, which is computed about an origin [m], (3,).
 
-    This function defines the order of interactions: wind, bodies, the strain limit, pairs of hair, hair as a volume,
+    This function defines the order of interactions: wind, bodies, pairs of hair, the strain limit, hair as a volume,
     then those of the scene. They act in this order at the start of a step, in solves, and in the nine steps (5:
-    bodies, 6: hair); corrections at the end of a step of the other schemes run in reverse order: crossings of hair,
-    then strain, then bodies.
+    bodies, 6: hair); corrections at the end of a step of the other schemes run in reverse order: strain, then
+    crossings of hair, which the strain limit would bring about, then bodies.
     """
     offsets = hair.layout.offsets
     scale = hair_scale(hair, scene)
@@ -95,10 +95,10 @@ def surroundings_of(
         acting.append(StillAir(hair.masses * hair.values_of(scene.air.drag, "air.drag")[0]))
     if bodies:
         acting.append(_body_contacts(hair, model, state, bodies, scene))
-    if scene.strain is not None:
-        acting.append(StrainFilter(model, scene.strain.tolerance))
     if scene.stiction is not None or scene.collisions is not None:
         acting.append(_hair_contacts(hair, state, scene.stiction, scene.collisions, scale))
+    if scene.strain is not None:
+        acting.append(StrainFilter(model, scene.strain.tolerance))
     if scene.volume is not None:
         acting.append(_volume_filter(hair, scene.volume))
     return Surroundings(model, hair.layout, [*acting, *own_interactions(scene)], began, origin, scale.speed)

@@ -1,14 +1,16 @@
-"""Hair that has come to rest on a body reports the velocity of its motion."""
+"""Hair at rest on a body, and on other hair."""
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicHermiteSpline
 
 from hairpipe.body.shapes import build_box
+from hairpipe.graphs.experiments.studies.contact.rub import ends_at, lay_crossed
 from hairpipe.levelset.bake.whole import bake
 from hairpipe.sim.build import bodies_of
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
-from hairpipe.sim.settings import BodyContact, Scene
+from hairpipe.sim.settings import BodyContact, Collisions, Scene, Thickness
 from hairpipe.sim.simulate import advance_frame, start, strands_of
 
 from ..conftest import groom_of
@@ -31,3 +33,19 @@ def test_hair_at_rest_reports_the_velocity_of_its_motion(model):
     assert np.abs(now.velocities - FPS * (now.points - before.points)).max() < 1e-5
     assert np.abs(now.points - before.points).max() < 1e-6
     assert now.points[-1, 1] < -0.01  # It hangs over the edge.
+
+
+@pytest.mark.kernels
+def test_soft_heavy_hair_comes_to_rest_on_hair():
+    """Its weight strains it by less than the strain limit, which may not draw it through the hair below."""
+    collisions = Collisions(Thickness(5e-4))
+    scene = Scene(collisions=collisions)
+    soft = Material(young=2e6, density=1e4, softening=1.0)
+    hair = build_hair(lay_crossed(1.5e-3, 25, 0.0, 0.015), soft, "rod")
+    still = CubicHermiteSpline([0.0, 10.0], np.zeros((2, 3)), np.zeros((2, 3)))
+    ends = ends_at(still, 0.0)
+    state = start(hair, ends, scene)
+    for frame in range(36):
+        state = advance_frame(hair, state, (ends, ends), (), 1.0 / FPS, scene, frame / FPS)
+    tip = hair.layout.axis(state.positions)[-1]
+    assert tip[1] > -0.02  # Half of it hangs down from the hair below; without that it would hang from its root.

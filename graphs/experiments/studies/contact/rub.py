@@ -83,33 +83,33 @@ def ratios(rub: Rub, keys: list[tuple[float, float, float]]) -> Iterator[tuple[f
     keys  time [s], way [m] and speed [m/s] of the root along the hair below
     """
     height = rub.collisions.thickness.value + APART
-    hair = build_hair(_lay(height, rub.segments), Material(), rub.model)
+    hair = build_hair(lay_crossed(height, rub.segments), Material(), rub.model)
     scene = Scene(0.0, Air(Drag(DRAG)), steps=rub.steps, collisions=rub.collisions, scheme=rub.scheme)
     down = -(PRESSED + APART)
     pressing = [(-PRESS, 0.0, 0.0, 0.0, 0.0), (-PRESS / 3, 0.0, down, 0.0, 0.0), (0.0, 0.0, down, 0.0, 0.0)]
     times, x, y, vx, vy = np.array([*pressing, *((t, way, down, speed, 0.0) for t, way, speed in keys)]).T
     root = CubicHermiteSpline(times, np.stack([x, y, 0 * x], 1), np.stack([vx, vy, 0 * vx], 1))
-    state = start(hair, _ends(root, -PRESS), scene)
+    state = start(hair, ends_at(root, -PRESS), scene)
     for frame in range(round((times[-1] + PRESS) / FRAME)):
         before, now = frame * FRAME - PRESS, (frame + 1) * FRAME - PRESS
-        ends = _ends(root, before), _ends(root, now)
+        ends = ends_at(root, before), ends_at(root, now)
         state = advance_frame(hair, state, ends, (), FRAME, scene, frame * FRAME)
         lag, deflection, _ = hair.layout.axis(state.positions)[-1] - hair.groom.points[-1] - root(now)
         if now > 0.0:
             yield now, -lag / deflection
 
 
-def _lay(height: float, segments: int) -> Groom:
-    """Lay a hair along x, and one along z above it [m]."""
+def lay_crossed(height: float, segments: int, first: float = FIRST, over: float = OVER) -> Groom:
+    """Lay a hair along x, and one along z at a height above it, at `first` along x and `over` beyond it [m]."""
     along = np.linspace(0.0, 1.0, segments + 1)[:, None]
     below = np.array([-0.5 * SUPPORT, 0.0, 0.0]) + SUPPORT * along * [1.0, 0.0, 0.0]
-    above = np.array([FIRST, height, OVER - LENGTH]) + LENGTH * along * [0.0, 0.0, 1.0]
+    above = np.array([first, height, over - LENGTH]) + LENGTH * along * [0.0, 0.0, 1.0]
     frames = [np.column_stack([x, [0, 1, 0], np.cross(x, [0, 1, 0]), p[0]]) for x, p in ((X, below), (Z, above))]
     return unbound(np.stack([below, above]), np.stack(frames))
 
 
-def _ends(root: CubicHermiteSpline, time: float) -> Ends:
-    """Hold both ends of the hair below, and lead the root of the other one."""
+def ends_at(root: CubicHermiteSpline, time: float) -> Ends:
+    """Hold both ends of the hair below, and lead the root of the other one along a way [m], at a time [s]."""
     still, rest, free = np.eye(3, 4), np.zeros((3, 4)), np.full((3, 4), np.nan)
     led, rate = still.copy(), rest.copy()
     led[:, 3], rate[:, 3] = root(time), root(time, 1)
