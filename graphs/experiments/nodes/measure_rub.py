@@ -31,7 +31,7 @@ def measure_rub(
 
     speeds      speeds of steady sliding
     shares      shares of the limit of friction at which hair is held for a second
-    model       strand model
+    model       strand model of both hairs
     segments    number of segments of both hairs
     collisions  contact between the hairs
     steps       limits on the time step

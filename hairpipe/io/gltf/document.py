@@ -105,9 +105,9 @@ class Document:
     def files(self) -> list[Path]:
         """Return the file and those of its buffers."""
         texts = [str(buffer.get("uri", "data:")) for buffer in self.get("buffers")]
-        return [self.path, *(self._beside(text) for text in texts if not text.startswith("data:"))]
+        return [self.path, *(self._file_of(text) for text in texts if not text.startswith("data:"))]
 
-    def _beside(self, text: str) -> Path:
+    def _file_of(self, text: str) -> Path:
         """Return the file of a reference; BadInput where it is not a regular file below the folder of this one."""
         right = f"a buffer in the folder of {self.path.name}"
         name = unquote(text)
@@ -139,7 +139,7 @@ class Document:
                 except binascii.Error:
                     raise BadInput(f"buffer {index} is not in base 64", where=self.path, right=RIGHT) from None
             else:
-                self.buffers[index] = np.memmap(self._beside(text), np.uint8, "r")
+                self.buffers[index] = np.memmap(self._file_of(text), np.uint8, "r")
         return self.buffers[index]
 
     def numbers(self, index: int, columns: int) -> np.ndarray:

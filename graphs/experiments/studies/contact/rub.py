@@ -109,8 +109,8 @@ def lay_crossed(height: float, segments: int, first: float = FIRST, over: float 
 
 
 def ends_at(root: CubicHermiteSpline, time: float) -> Ends:
-    """Hold both ends of the hair below, and lead the root of the other one along a way [m], at a time [s]."""
+    """Hold both ends of the hair below, and move the root of the other one along a way [m], at a time [s]."""
     still, rest, free = np.eye(3, 4), np.zeros((3, 4)), np.full((3, 4), np.nan)
-    led, rate = still.copy(), rest.copy()
-    led[:, 3], rate[:, 3] = root(time), root(time, 1)
-    return Ends(np.stack([still, led]), np.stack([rest, rate]), np.stack([still, free]), np.stack([rest, free]))
+    moved, rate = still.copy(), rest.copy()
+    moved[:, 3], rate[:, 3] = root(time), root(time, 1)
+    return Ends(np.stack([still, moved]), np.stack([rest, rate]), np.stack([still, free]), np.stack([rest, free]))
