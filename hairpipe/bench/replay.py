@@ -6,7 +6,7 @@ from warnings import warn
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
-from hairpipe.graph.node.signature import Time
+from hairpipe.graph.node.signature import First, Time
 from hairpipe.graph.plan.arguments import build_arguments, name_inputs
 from hairpipe.graph.plan.preparation import Preparations
 from hairpipe.graph.plan.tasks import Source, Task, inputs_of
@@ -55,7 +55,8 @@ class Replay:
         node = self.graph.nodes[self.name]
         frames = tuple(self.graph.all_frames)
         sources = name_inputs(node.type, inputs_of(self.graph, Task(self.name, self.frame), frames), frames, itself)
-        moment = Time(self.frame, self.graph.fps), self.graph.cuts_of(node, self.frame, frames)
+        cuts = self.graph.cuts_of(node, self.frame, frames)
+        moment = Time(self.frame, self.graph.fps), cuts, First(self.graph.frames[0])
         settings = self.graph.settings(node)
         prepared = self._preparations.prepare(node.type, sources, settings, self._load)
         for message in prepared.warnings:
