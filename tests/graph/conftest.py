@@ -72,7 +72,8 @@ def local_engine(shot, spare=None, sources=None) -> LocalEngine:
     return LocalEngine(Host(offer, "here", 1, reader, {"none": "code"}, spare))
 
 
-NO_JOB = Job("0" * 40, "a", None, "no_such_type", "none", {"code": "code", "inputs": {}}, {}, {}, {}, (), None, False)
+NO_PARTS = {"code": "code", "settings": {}, "inputs": {}}
+NO_JOB = Job("0" * 40, "a", None, "no_such_type", "none", NO_PARTS, {}, {}, {}, (), None, False)
 """A job that fails."""
 
 

@@ -19,7 +19,7 @@ def quiet(line):
 def forget_leases(monkeypatch):
     """Break the code: no lease is given back."""
     monkeypatch.setattr(Leases, "release", lambda leases, key: None)
-    monkeypatch.setattr(Leases, "sweep", lambda leases: None)
+    monkeypatch.setattr(Leases, "sweep", lambda leases: [])
 
 
 @pytest.fixture

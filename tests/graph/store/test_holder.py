@@ -33,10 +33,11 @@ def test_nothing_is_known_of_another_machine_and_of_other_names(monkeypatch):
 def test_a_fork_has_a_name_of_its_own():
     before = make_name()
     read, write = os.pipe()
-    if not os.fork():
+    child = os.fork()
+    if not child:
         os.write(write, make_name().encode())
         os._exit(0)
-    os.wait()
+    os.waitpid(child, 0)
     found = os.read(read, 200).decode()
     os.close(read)
     os.close(write)
