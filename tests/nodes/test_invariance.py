@@ -89,7 +89,7 @@ def frames_of(take: Take, step) -> list:
 
 
 def strands_by(groom: Groom, model: str = "network", bodies: str = "", **settings):
-    prepared = model_strands(groom, Material(), model, Construction())
+    prepared = model_strands(groom, Material(), model, Construction(), 1.0)
     settings = {"model": model, "precision": "double", "sag_free": SagFree("settle"), **settings}
 
     def step(body, box, state, time, cuts):
