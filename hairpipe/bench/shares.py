@@ -18,6 +18,7 @@ _FILES = {
         "couplings",
         "coupling_operator",
         "repulsion",
+        "friction",
         "contact_points",
         "hair_contacts",
         "pcg",

@@ -259,7 +259,9 @@ class Handler:
         seen = request.query_params.get("seen", "0")
         if not seen.isdecimal() or len(seen) > MOST_DIGITS:
             return PlainTextResponse("seen: not the number of a revision", 400)
-        session, loop, news = self._session, asyncio.get_running_loop(), asyncio.Event()
+        session = self._session
+        loop = asyncio.get_running_loop()
+        news = asyncio.Event()
         with session.heard(lambda: loop.call_soon_threadsafe(news.set)):
             if session.revision <= int(seen) and not session.closed:
                 with suppress(TimeoutError):

@@ -81,10 +81,12 @@ def test_hair_on_the_bust_lies_on_the_head_and_leaves_the_face_free(bust: Body, 
 
 def test_an_image_thins_the_hair_out(bust: Body, tmp_path: Path) -> None:
     picture = np.zeros((64, 64), np.uint8)
-    picture[:, 21:] = 255  # the crown is at a third of the bust's texture, the left ear to the right of it
+    picture[:, 26:] = 255  # in the bust's texture hair is at 0.1 < u < 0.6, and on the left half at u > 0.4
     Image.fromarray(picture).save(tmp_path / "half.png")
     groom = grow_groom(bust, **given(strands=200, segments=4, density={"image": str(tmp_path / "half.png")}))
-    assert (groom.root_uv[:, 0] > 0.31).all() and groom.points[groom.offsets[:-1], 0].min() > -0.01
+    assert (groom.root_uv[:, 0] > 0.39).all() and groom.points[groom.offsets[:-1], 0].min() > -0.01
+    everywhere = grow_groom(bust, **given(strands=200, segments=4))
+    assert (everywhere.root_uv[:, 0] < 0.39).mean() > 0.5, "most hair would grow where the picture is dark"
     with pytest.raises(BadInput, match="has no map 'beard'"):
         grow_groom(bust, **given(density={"map": "beard"}))
 

@@ -51,7 +51,8 @@ def flattened(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     rim = np.roll(rim, -np.argmax(points[rim, 2]))
     for hole in holes:  # closed by a fan about its middle
         fan = np.stack([np.full(len(hole), len(points)), np.roll(hole, -1), hole], axis=1)
-        triangles, points = np.concatenate([triangles, fan]), np.concatenate([points, [points[hole].mean(axis=0)]])
+        triangles = np.concatenate([triangles, fan])
+        points = np.concatenate([points, [points[hole].mean(axis=0)]])
     steps = np.linalg.norm(points[np.roll(rim, -1)] - points[rim], axis=1)
     angles = 2.0 * np.pi * (np.cumsum(steps) - steps) / steps.sum() - 0.5 * np.pi
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)

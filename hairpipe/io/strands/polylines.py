@@ -24,16 +24,18 @@ def read_obj_strands(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
     up    axis of the file
     Raises BadInput, with the line, where the file cannot be read, has no lines, or has lines that branch or close.
     """
-    points, corners, sizes, owners, labels = read_lines(path)
-    edges = np.delete(np.stack([corners[:-1], corners[1:]], axis=1), np.cumsum(sizes)[:-1] - 1, axis=0)
-    order, counts = chains(edges, len(points), path)
-    if len(np.unique(owners)) < 2:
-        return plain_curves(points[order], counts, unit, up)
+    lines = read_lines(path)
+    edges = np.stack([lines.corners[:-1], lines.corners[1:]], axis=1)
+    edges = np.delete(edges, np.cumsum(lines.sizes)[:-1] - 1, axis=0)
+    order, counts = chains(edges, len(lines.points), path)
+    points = lines.points[order]
+    if len(np.unique(lines.owners)) < 2:
+        return plain_curves(points, counts, unit, up)
+    owner = np.zeros(len(lines.points), np.int64)
+    owner[lines.corners] = np.repeat(lines.owners, lines.sizes)
     firsts = order[np.cumsum(counts) - counts]
-    owner = np.zeros(len(points), np.int64)
-    owner[corners] = np.repeat(owners, sizes)
-    groups, names = numbered(np.array(labels)[owner[firsts]])
-    return replace(plain_curves(points[order], counts, unit, up, groups=groups), group_names=names)
+    groups, names = numbered(np.array(lines.names)[owner[firsts]])
+    return replace(plain_curves(points, counts, unit, up, groups=groups), group_names=names)
 
 
 def read_ply_strands(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:

@@ -66,7 +66,8 @@ def _left_out(stage: Usd.Stage) -> Iterator[Gap]:
 def _described(found: re.Match[str]) -> tuple[str, str]:
     """Return what is absent, and where it is named, from a message of OpenUSD."""
     parts = found.groupdict()
-    file, name = Path(parts["file"]), parts["name"]
+    file = Path(parts["file"])
+    name = parts["name"]
     where = f"{file} {parts['prim']}" if parts.get("prim", "/") != "/" else str(file)
     if target := parts.get("target"):
         what = "a defaultPrim" if target == "defaultPrim" else f"the prim {target}"

@@ -74,7 +74,8 @@ def open_whole(path: Path, prim: str | None, absent: Absent) -> Usd.Stage:
 
 def _check_rates(stage: Usd.Stage) -> None:
     """Refuse layers whose time codes have no duration; warn of rates that differ, by which USD scales time codes."""
-    rate, root = stage.GetTimeCodesPerSecond(), stage.GetRootLayer()
+    rate = stage.GetTimeCodesPerSecond()
+    root = stage.GetRootLayer()
     for layer in stage.GetUsedLayers(includeClipLayers=False):
         own = layer.timeCodesPerSecond
         if not (np.isfinite(own) and own > 0.0):

@@ -24,7 +24,8 @@ def unbent(axis: np.ndarray, normals: np.ndarray, curvature: float) -> np.ndarra
     found[:, 0] = now = tangents[:, 0]
     director = turned = normals
     for i in range(1, tangents.shape[1]):
-        before, after = tangents[:, i - 1], tangents[:, i]
+        before = tangents[:, i - 1]
+        after = tangents[:, i]
         cosine = np.sum(before * after, axis=1, keepdims=True)
         across = after - cosine * before
         sine = np.linalg.norm(across, axis=1, keepdims=True)

@@ -63,7 +63,8 @@ def sliding_ratio(rub: Rub, speed: float) -> float:
     """Return the mean ratio of tangential and normal force of a hair that slides steadily at a speed [m/s]."""
     slow = min(speed, SLOW)
     onset = START + 1.5 * rub.collisions.friction * PRESSED / slow
-    begun, fast = slow * (onset - 0.5 * START), 0.5 * (slow + speed) * RAMP
+    begun = slow * (onset - 0.5 * START)
+    fast = 0.5 * (slow + speed) * RAMP
     keys = [(START, 0.5 * slow * START, slow), (onset, begun, slow), (onset + RAMP, begun + fast, speed)]
     steady = max(LEAST_WAY / speed, LEAST_TIME)
     end = onset + RAMP + steady, begun + fast + speed * steady, speed
@@ -91,7 +92,8 @@ def ratios(rub: Rub, keys: list[tuple[float, float, float]]) -> Iterator[tuple[f
     root = CubicHermiteSpline(times, np.stack([x, y, 0 * x], 1), np.stack([vx, vy, 0 * vx], 1))
     state = start(hair, ends_at(root, -PRESS), scene)
     for frame in range(round((times[-1] + PRESS) / FRAME)):
-        before, now = frame * FRAME - PRESS, (frame + 1) * FRAME - PRESS
+        before = frame * FRAME - PRESS
+        now = (frame + 1) * FRAME - PRESS
         ends = ends_at(root, before), ends_at(root, now)
         state = advance_frame(hair, state, ends, (), FRAME, scene, frame * FRAME)
         lag, deflection, _ = hair.layout.axis(state.positions)[-1] - hair.groom.points[-1] - root(now)
@@ -110,7 +112,10 @@ def lay_crossed(height: float, segments: int, first: float = FIRST, over: float 
 
 def ends_at(root: CubicHermiteSpline, time: float) -> Ends:
     """Hold both ends of the hair below, and move the root of the other one along a way [m], at a time [s]."""
-    still, rest, free = np.eye(3, 4), np.zeros((3, 4)), np.full((3, 4), np.nan)
-    moved, rate = still.copy(), rest.copy()
+    still = np.eye(3, 4)
+    rest = np.zeros((3, 4))
+    free = np.full((3, 4), np.nan)
+    moved = still.copy()
+    rate = rest.copy()
     moved[:, 3], rate[:, 3] = root(time), root(time, 1)
     return Ends(np.stack([still, moved]), np.stack([rest, rate]), np.stack([still, free]), np.stack([rest, free]))

@@ -99,7 +99,8 @@ def _shear(elongations, closed, contacts, points, anchors):
         contacts.thickness,
     )
     for i in prange(len(closed)):
-        apart, n = between(points, segments, fractions, i), row(normals, i)
+        apart = between(points, segments, fractions, i)
+        n = row(normals, i)
         closed[i] = dot(n, apart) < thickness[i]  # Not for NaN: a lost strand touches nothing.
         s = flattened(plus(row(anchors, i), apart), n)
         elongations[i, 0], elongations[i, 1], elongations[i, 2] = s
