@@ -1,10 +1,12 @@
 """Rods of two points, laid crosswise on a fixed row: the smallest pile."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
 
+from hairpipe.data.hair import Shear
 from hairpipe.sim.contact.contact_points import REACH, Contacts, find_contacts
 from hairpipe.sim.contact.hair.couplings import Couplings, couplings_at, matrices
 from hairpipe.sim.contact.hair.friction import anchor, no_shear
@@ -23,10 +25,12 @@ class Pile:
     """Rods at an instant; those of the lowest layer are held.
 
     points, velocities  two of every rod, four of every layer [m], [m/s], (4 layers + 4, 3)
+    shear               elongations of contacts
     """
 
     points: np.ndarray
     velocities: np.ndarray
+    shear: Shear = field(default_factory=no_shear)
 
     @property
     def masses(self) -> np.ndarray:
@@ -71,7 +75,16 @@ def sweep_over(pile: Pile, law: Collisions, dt: float, *, elastic: bool) -> None
     sweep(pairs, pile.points, pile.velocities, pile.masses, law, dt, elastic=elastic)
 
 
-def system(pile: Pile, law: Collisions, dt: float) -> tuple[sparse.csr_matrix, np.ndarray]:
+class PileSystem(NamedTuple):
+    """The linear system A dv = b of the free points of a pile, its contacts and their anchors, see `friction.py`."""
+
+    A: sparse.csr_matrix
+    b: np.ndarray
+    contacts: Contacts
+    anchors: np.ndarray
+
+
+def system(pile: Pile, law: Collisions, dt: float) -> PileSystem:
     """Make the linear system (M + J^T M_c J) dv = J^T push of the free points, linearised at x + dt v."""
     masses = pile.masses
     free = np.arange(12 * (len(pile.points) // 4 - 1)) + 12
@@ -89,12 +102,12 @@ def system(pile: Pile, law: Collisions, dt: float) -> tuple[sparse.csr_matrix, n
         time=dt,
         seconds=dt,
     )
-    anchors = anchor(contacts, pile.points, no_shear(), law)
+    anchors = anchor(contacts, pile.points, pile.shear, law)
     linearise(contacts, anchors, at, law, couplings)
     couplings = Couplings(*(array[couplings.acts] for array in couplings))
     J = relative(couplings, len(pile.points))[:, free]
     A = MASS * sparse.eye(len(free)) + J.T @ stiffness(couplings) @ J
-    return sparse.csr_matrix(A), J.T @ couplings.push.ravel()
+    return PileSystem(sparse.csr_matrix(A), J.T @ couplings.push.ravel(), contacts, anchors)
 
 
 def relative(couplings: Couplings | Contacts, points: int) -> sparse.csr_matrix:

@@ -19,6 +19,7 @@ from hairpipe.graphs.experiments.studies.contact.rod_pile import (
     sweep_over,
     system,
 )
+from hairpipe.sim.contact.hair.friction import sheared
 from hairpipe.sim.settings import Collisions
 
 DROP = 2e-5
@@ -77,8 +78,7 @@ def swept(law: Collisions, dt: float, layers: int) -> Iterator[float]:
 def coupled(law: Collisions, dt: float, layers: int) -> list[float]:
     """List the greatest error of any approach after 0, 1, 2 ... conjugate gradients [m/s]: of what is exact."""
     pile = landing(law, dt, layers)
-    A, b = system(pile, law, dt)
-    contacts = pile.contacts(law)
+    A, b, contacts, _ = system(pile, law, dt)
     exact = spsolve(A.tocsc(), b)
     found = [np.zeros_like(b)]
     cg(A, b, rtol=1e-10, atol=0.0, M=alone(A, 2 * layers), callback=lambda x: found.append(x.copy()))
@@ -109,7 +109,8 @@ def fall_swept(pile: Pile, law: Collisions, dt: float) -> None:
 
 def fall_coupled(pile: Pile, law: Collisions, dt: float) -> None:
     """Advance by a linearly implicit step, in place."""
-    A, b = system(pile, law, dt)
+    A, b, contacts, anchors = system(pile, law, dt)
     b[1::3] -= MASS * GRAVITY * dt
     pile.velocities[4:] += spsolve(A.tocsc(), b).reshape(-1, 3)
     pile.points += dt * pile.velocities
+    pile.shear = sheared(contacts, pile.points, anchors)
