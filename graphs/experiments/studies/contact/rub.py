@@ -19,15 +19,15 @@ from hairpipe.sim.settings import Air, Collisions, Drag, Scene, Scheme, StepCont
 from hairpipe.sim.simulate import advance_frame, start
 from hairpipe.sim.strands.registry import ModelName
 
-LENGTH, SUPPORT, OVER = 0.03, 0.02, 0.003
+LENGTH, SUPPORT, OVER = 0.03, 0.024, 0.003
 """Lengths of the cantilever, and of the hair below it, which is held at both ends; length beyond their contact [m]."""
-PRESSED, APART, FIRST = 2e-3, 1e-3, -6e-3
+PRESSED, APART, FIRST = 2e-3, 1e-3, -0.01
 """Way of the root down from contact, its distance before, and its first place along the hair below [m]."""
 PRESS, START, RAMP = 0.6, 0.1, 0.25
 """Durations in which the root presses and rests, begins to move, and reaches its speed [s]."""
 SLOW = 2e-3
 """Speed at which hair begins to slide [m/s]: at once at a higher one, and the cantilever swings for long."""
-LEAST_WAY, LEAST_TIME = 3e-3, 0.08
+LEAST_WAY, LEAST_TIME = 3e-3, 0.16
 """Way and time of steady sliding: joints of several segments, and periods of the cantilever [m], [s]."""
 FRAME = 1 / 48
 DRAG = 1.0

@@ -28,10 +28,10 @@ still holds: the two loads add up to one.
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.kernels.vec3 import dot, flattened, length, minus, plus, row, scaled
+from hairpipe.kernels.vec3 import dot, flattened, plus, row
 from hairpipe.sim.contact.contact_points import RELAXATION, Contacts, between, inverse_mass
 from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
-from hairpipe.sim.contact.hair.friction import tangential_stiffness
+from hairpipe.sim.contact.hair.friction import spring
 from hairpipe.sim.contact.scale import USUAL, Scale
 from hairpipe.sim.interactions import Prediction
 from hairpipe.sim.settings import Collisions
@@ -52,13 +52,14 @@ def linearise(
 
     Contacts of non-finite strands, or between two inactive strands, do not act.
     """
-    viscosity = collisions.stiffness * RELAXATION * scale.time
-    _linearise(out, contacts, anchors, at, (collisions.stiffness, viscosity, collisions.friction))
+    law = collisions.stiffness, RELAXATION * scale.time, collisions.friction
+    _linearise(out, contacts, anchors, at, law)
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def _linearise(out, contacts, anchors, at, law):
-    stiffness, viscosity, friction = law
+    stiffness, relaxation, friction = law
+    viscosity = stiffness * relaxation
     points, velocities, masses, weights, span = at.points, at.velocities, at.masses, at.weights, at.span
     segments, fractions = contacts.segments, contacts.fractions
     # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
@@ -83,10 +84,11 @@ def _linearise(out, contacts, anchors, at, law):
             # The load of the last step holds a stack at rest; what stops the pair alone is the load of an impact.
             limit = friction * max(contacts.loads[i], load / (1.0 + along * w))
             s = flattened(plus(row(anchors, i), apart), n)
-            there = flattened(plus(s, scaled(h, minus(coming, u))), n)  # By the lagged velocity, as above.
-            slowed = 0.0 if contacts.loads[i] > 0.0 else span * h * limit * w
-            firm = tangential_stiffness(stiffness, length(there), limit, slowed)
+            slowed = 0.0 if contacts.loads[i] > 0.0 else span * (h + relaxation) * limit * w
+            c, e = spring(s, flattened(u, n), flattened(coming, n), h, stiffness, relaxation, limit, slowed)
             acts[i] = True
-            exerted[i, ALONG], exerted[i, ACROSS] = along, span * h * firm
-            for c in range(3):
-                exerted[i, DIRECTION + c], exerted[i, PUSH + c] = n[c], span * (force * n[c] - firm * s[c])
+            exerted[i, ALONG] = along
+            exerted[i, ACROSS] = span * (h + relaxation) * c
+            for a in range(3):
+                exerted[i, DIRECTION + a] = n[a]
+                exerted[i, PUSH + a] = span * (force * n[a] - c * e[a])
