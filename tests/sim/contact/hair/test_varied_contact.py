@@ -139,11 +139,11 @@ def fallen(scene, strands, factors, touching):
 
 
 def test_a_thick_hair_rests_on_a_thin_one_at_their_mean_thickness(scene):
-    """As two hairs of that thickness do, but for times of contact, which follow the value of the setting."""
+    """As two hairs of that thickness do, up to what friction holds: times of contact follow the value of the setting."""
     unequal = fallen(scene, crossing(0.0), (1.0, 0.2), {"collisions": Collisions(Thickness(1e-3, map="own"))})
     equal = fallen(scene, crossing(0.0), (1.0, 1.0), {"collisions": Collisions(Thickness(6e-4))})
     assert 0.9 * 6e-4 < lowest_gap(unequal) < 1.05 * 6e-4
-    np.testing.assert_allclose(unequal.axis, equal.axis, rtol=0, atol=4e-5)
+    np.testing.assert_allclose(unequal.axis, equal.axis, rtol=0, atol=1e-4)
 
 
 def test_pairs_of_two_thicknesses_in_one_groom_rest_as_each_alone(scene):
