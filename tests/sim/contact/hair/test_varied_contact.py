@@ -139,7 +139,7 @@ def fallen(scene, strands, factors, touching):
 
 
 def test_a_thick_hair_rests_on_a_thin_one_at_their_mean_thickness(scene):
-    """As two hairs of that thickness do, up to what friction holds: times of contact follow the value of the setting."""
+    """As two hairs of that thickness do, up to what friction holds: times of contact follow the setting."""
     unequal = fallen(scene, crossing(0.0), (1.0, 0.2), {"collisions": Collisions(Thickness(1e-3, map="own"))})
     equal = fallen(scene, crossing(0.0), (1.0, 1.0), {"collisions": Collisions(Thickness(6e-4))})
     assert 0.9 * 6e-4 < lowest_gap(unequal) < 1.05 * 6e-4
