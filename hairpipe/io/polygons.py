@@ -22,8 +22,8 @@ def triangulate(corners: np.ndarray, sizes: np.ndarray) -> np.ndarray:
         fan = np.stack([np.zeros(size - 2), np.arange(1, size - 1), np.arange(2, size)], axis=1).astype(np.int64)
         local = np.tile(fan, (len(which), 1, 1))
         if size > 3:
-            for i in np.flatnonzero(~_is_convex(polygons)):
-                local[i] = cut_ears(polygons[i])
+            concave = ~_is_convex(polygons)
+            local[concave] = cut_ears(polygons[concave])
         parts.append((local + starts[which][:, None, None]).reshape(-1, 3))
         order.append(np.repeat(which, size - 2))
     return np.concatenate(parts)[np.argsort(np.concatenate(order), kind="stable")]
@@ -42,41 +42,58 @@ def _is_convex(polygons: np.ndarray) -> np.ndarray:
     return (np.einsum("pij,pj->pi", turns, newell_normal(polygons)) >= 0.0).all(axis=1)
 
 
-def cut_ears(polygon: np.ndarray) -> np.ndarray:
-    """Return the triangles of one simple polygon (size, 3), clipping ears, (size-2, 3). Pure.
+def cut_ears(polygons: np.ndarray) -> np.ndarray:
+    """Return the triangles of simple polygons of one size (p, size, 3), clipping ears, (p, size - 2, 3) int64. Pure.
 
     A polygon that crosses itself may have no ears: then the most convex corner is clipped.
     """
-    flat = _flatten(polygon)
-    left = list(range(len(polygon)))
-    triangles = []
-    while len(left) > 3:
-        turns = [_area(flat[[left[i - 1], left[i], left[(i + 1) % len(left)]]]) for i in range(len(left))]
-        ears = [i for i in range(len(left)) if turns[i] > 0.0 and not _holds_any(flat, left, i)]
-        ear = ears[0] if ears else int(np.argmax(turns))
-        triangles.append([left[ear - 1], left[ear], left[(ear + 1) % len(left)]])
-        left.pop(ear)
-    return np.array([*triangles, left])
+    count, size = polygons.shape[:2]
+    flat = _flatten(polygons)
+    left = np.tile(np.arange(size), (count, 1))
+    triangles = np.empty((count, size - 2, 3), np.int64)
+    for place, number in enumerate(range(size, 3, -1)):
+        ears = _find_ears(flat)[:, None]
+        triangles[:, place] = np.take_along_axis(left, (ears + np.arange(-1, 2)) % number, axis=1)
+        kept = np.arange(number) != ears
+        left = left[kept].reshape(count, number - 1)
+        flat = flat[kept].reshape(count, number - 1, 2)
+    triangles[:, -1] = left
+    return triangles
 
 
-def _flatten(polygon: np.ndarray) -> np.ndarray:
-    """Project a polygon along the axis nearest to its normal, counter-clockwise, (size, 2)."""
-    normal = newell_normal(polygon)
-    axis = int(np.argmax(np.abs(normal)))
-    flat = polygon[:, [(axis + 1) % 3, (axis + 2) % 3]]
-    return flat if normal[axis] >= 0.0 else flat[:, ::-1]
+def _flatten(polygons: np.ndarray) -> np.ndarray:
+    """Project polygons along the axis nearest to the normal of each, counter-clockwise, (p, size, 2)."""
+    normals = newell_normal(polygons)
+    axes = np.abs(normals).argmax(axis=1)[:, None]
+    is_seen_from_behind = np.take_along_axis(normals, axes, axis=1) < 0.0
+    columns = (axes + np.where(is_seen_from_behind, (2, 1), (1, 2))) % 3
+    return np.take_along_axis(polygons, columns[:, None], axis=2)
 
 
-def _area(triangle: np.ndarray) -> float:
-    (ax, ay), (bx, by), (cx, cy) = triangle
-    return (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+def _find_ears(flat: np.ndarray) -> np.ndarray:
+    """Return the first convex corner whose triangle has no other corner, or else the most convex one, (p,)."""
+    number = flat.shape[1]
+    turns = _areas(np.roll(flat, 1, axis=1), flat, np.roll(flat, -1, axis=1))
+    found = turns.argmax(axis=1)
+    pending = np.arange(len(flat))
+    for ear in range(number):
+        tried = pending[turns[pending, ear] > 0.0]
+        ordered = flat[tried[:, None], (np.arange(number) + ear - 1) % number]
+        a, b, c = (ordered[:, [k]] for k in range(3))
+        others = ordered[:, 3:]
+        is_inside = np.all([_areas(p, q, others) >= 0.0 for p, q in ((a, b), (b, c), (c, a))], axis=0)
+        ended = tried[~is_inside.any(axis=1)]
+        found[ended] = ear
+        pending = np.setdiff1d(pending, ended, assume_unique=True)
+        if not len(pending):
+            break
+    return found
 
 
-def _holds_any(flat: np.ndarray, left: list[int], ear: int) -> bool:
-    """Whether the triangle at a corner contains another remaining corner."""
-    a, b, c = (flat[left[(ear + step) % len(left)]] for step in (-1, 0, 1))
-    others = [left[(ear + step) % len(left)] for step in range(2, len(left) - 1)]
-    return any(all(_area(np.array([p, q, flat[o]])) >= 0.0 for p, q in ((a, b), (b, c), (c, a))) for o in others)
+def _areas(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """Return twice the areas of triangles in a plane, (..., 2) each, positive where counter-clockwise, (...,)."""
+    ab, ac = b - a, c - a
+    return ab[..., 0] * ac[..., 1] - ac[..., 0] * ab[..., 1]
 
 
 def merge_meshes(meshes: Sequence[Mesh]) -> Mesh:
