@@ -12,8 +12,9 @@ import sys
 import tempfile
 import warnings
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from PIL import Image
 from hairpipe.errors import BadInput
 from hairpipe.io.body import read_body
 from hairpipe.io.image import read_image
-from hairpipe.io.mesh_cache.formats import read_moving
+from hairpipe.io.mesh_cache.formats import read_moving, recall_joints
 from hairpipe.io.mesh_cache.moving import Instant
 from hairpipe.io.mocap.bvh import read_bvh
 from hairpipe.io.strands.strand_files import read_strands
@@ -108,6 +109,23 @@ def gltf_of() -> bytes:
     ).encode()
 
 
+def skinned_of() -> bytes:
+    """A strip with joints and morph targets, in one JSON."""
+    from tests.io.gltf.test_gltf import morphing
+
+    return json.dumps(morphing([0.5, 0.0])).encode()
+
+
+def glb_of() -> bytes:
+    """The same with a binary buffer."""
+    content = json.loads(skinned_of())
+    data = base64.b64decode(content["buffers"][0].pop("uri").partition(",")[2])
+    text = json.dumps(content).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(data), b"BIN\0") + data
+    return struct.pack("<4s2I", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
 def image_of(folder: Path) -> bytes:
     Image.fromarray(np.arange(256, dtype=np.uint8).reshape(16, 16)).save(folder / "seed.png")
     return (folder / "seed.png").read_bytes()
@@ -133,6 +151,10 @@ def moving(path: Path) -> object:
     return read_body(path), read_moving(path, None, None, Instant(0, 0.02))
 
 
+def joints(path: Path) -> object:
+    return moving(path), recall_joints(path, None, None, 24.0)
+
+
 def hair(path: Path) -> object:
     return read_strands(path, 1.0, "y", None)
 
@@ -147,7 +169,9 @@ FORMATS: dict[str, tuple[Callable[[Path], bytes], Callable[[Path], object]]] = {
     "obj": (lambda _: OBJ.encode(), lambda path: (moving(path), hair(path))),
     "ply": (lambda _: (PLY.format("ascii") + "0 0 0 1 0 0 1 1 0 0 1 0\n4 0 1 2 3\n").encode(), moving),
     "binary.ply": (lambda _: PLY.format("binary_little_endian").encode() + POINTS.tobytes() + FACE, moving),
-    "gltf": (lambda _: gltf_of(), moving),
+    "gltf": (lambda _: gltf_of(), joints),
+    "skinned.gltf": (lambda _: skinned_of(), joints),
+    "glb": (lambda _: glb_of(), joints),
     "abc": (abc_of, moving),
     "usda": (lambda _: USDA.encode(), moving),
     "usdc": (usdc_of, moving),
@@ -181,6 +205,28 @@ def damaged(data: bytes, chance: random.Random) -> bytes:
     return data[: match.start()] + chance.choice(NUMBERS).encode() + data[match.end() :]
 
 
+def places_of(content: Any) -> Iterator[tuple[Any, Any]]:
+    """Yield all objects and lists in a JSON, with the keys of each."""
+    for key in content if isinstance(content, dict) else range(len(content)) if isinstance(content, list) else ():
+        yield content, key
+        yield from places_of(content[key])
+
+
+def damaged_json(data: bytes, chance: random.Random) -> bytes:
+    """Replace a value in a JSON, or leave out a member or an item."""
+    content = json.loads(data)
+    places = list(places_of(content))
+    inside, key = chance.choice(places)
+    other, at = chance.choice(places)
+    if chance.random() < 0.25:
+        del inside[key]
+    else:
+        inside[key] = chance.choice(
+            [0, -1, 1, 7, 0.5, 1e9, 10**400, True, "x", "\ud800", [], [[]], {}, None, json.loads(json.dumps(other[at]))]
+        )
+    return json.dumps(content).encode()
+
+
 def outcomes(name: str, number: int, folder: Path, seed: int = 0) -> Counter[str]:
     """Read damaged files of a format; return how many gave a value and how many a message.
 
@@ -194,7 +240,8 @@ def outcomes(name: str, number: int, folder: Path, seed: int = 0) -> Counter[str
     chance = random.Random(f"{name} {seed}")
     found = Counter[str]()
     for _ in range(number):
-        path.write_bytes(damaged(good, chance))
+        is_json = good.startswith(b"{") and chance.random() < 0.5
+        path.write_bytes((damaged_json if is_json else damaged)(good, chance))
         try:
             read(path)
             found["values"] += 1

@@ -72,7 +72,7 @@ def find_take(clips: Sequence[Mapping[str, Any]]) -> list[int]:
     moved = set[tuple[Any, Any]]()
     found = list[int]()
     for number, clip in enumerate(clips):
-        targets = [channel.get("target", {}) for channel in clip.get("channels", ())]
+        targets = [channel["target"] for channel in clip["channels"]]
         own = {(target.get("node"), target.get("path")) for target in targets}
         if moved.isdisjoint(own):
             found.append(number)
@@ -102,17 +102,18 @@ class Animation:
         roots = [node for node in range(len(self.nodes)) if node not in children]
         if scenes:
             roots = scenes[document.json.get("scene", 0)].get("nodes", [])
-        order: list[int] = []
+        order = dict[int, None]()
         pending = list(reversed(roots))
         while pending:
             node = pending.pop()
-            order.append(node)
+            if node in order:
+                where = f"{document.path}, nodes[{node}]"
+                raise BadInput("its nodes are not a tree", where=where, right="each node below one other, once")
+            order[node] = None
             below = self.nodes[node].get("children", ())
             self.parents[list(below)] = node
             pending += reversed(below)
-            if len(order) > len(self.nodes):
-                raise BadInput("its nodes are not a tree", where=document.path, right="each node below one other")
-        return order
+        return list(order)
 
     def _read_tracks(self, clip: str | None) -> dict[tuple[int, str], Track]:
         document = self.document
@@ -132,13 +133,15 @@ class Animation:
                 message = f"{document.path} has the animations {', '.join(names[:12])}: {read} is read"
                 warnings.warn(f"{message}; `clip` selects another", stacklevel=2)
         found = {}
-        for sampler, channel in ((c["samplers"], channel) for c in chosen for channel in c.get("channels", ())):
-            target = channel.get("target", {})
-            node, what = target.get("node"), target.get("path")
+        for samplers, channel in ((c["samplers"], channel) for c in chosen for channel in c["channels"]):
+            node, what = (channel["target"].get(name) for name in ("node", "path"))
             if node is None or what not in (*WIDTHS, "weights"):
                 warnings.warn(f"{document.path}: a channel for {what} is not read", stacklevel=2)
                 continue
-            found[node, what] = self._read_track(sampler[channel["sampler"]], what)
+            if channel["sampler"] >= len(samplers):
+                where = f"{document.path}, animation of node {node}"
+                raise BadInput(f"there is no sampler {channel['sampler']}", where=where, right=f"below {len(samplers)}")
+            found[node, what] = self._read_track(samplers[channel["sampler"]], what)
         return found
 
     def _read_track(self, sampler: dict[str, Any], what: str) -> Track:
@@ -147,8 +150,10 @@ class Animation:
         kind = sampler.get("interpolation", "LINEAR")
         rows = (len(times), 3) if kind == "CUBICSPLINE" else (len(times),)
         where = f"{self.document.path}, accessor {sampler['output']}"
-        if not len(times) or values.size % np.prod(rows) or (np.diff(times) <= 0.0).any():
-            raise BadInput("values do not fit ascending times", where=where, right=f"a multiple of {len(times)} values")
+        is_ascending = len(times) > 0 and (np.diff(times) > 0.0).all()
+        if not is_ascending or len(values) % np.prod(rows) or (what in WIDTHS and len(values) != np.prod(rows)):
+            right = f"{'' if what in WIDTHS else 'a multiple of '}{np.prod(rows)} values, for ascending times"
+            raise BadInput(f"{len(values)} values do not fit the times", where=where, right=right)
         return Track(times, values.reshape(*rows, -1), kind)
 
     @property
@@ -164,6 +169,9 @@ class Animation:
             parent = self.parents[node]
             local = self._local(node, time)
             world[node] = world[parent] @ local if parent >= 0 else local
+        if not np.isfinite(world).all():
+            where = f"{self.document.path}, nodes[{int(np.argmin(np.isfinite(world).all(axis=(1, 2))))}]"
+            raise BadInput("the transform is not finite", where=where, right="smaller scales and translations")
         return world
 
     def _local(self, node: int, time: float | None) -> np.ndarray:

@@ -5,7 +5,6 @@ neither skins nor animations. Source: glTF 2.0 Specification, Khronos Group 2021
 """
 
 import base64
-import binascii
 import json
 import os
 from pathlib import Path
@@ -15,6 +14,8 @@ from urllib.parse import unquote
 import numpy as np
 
 from hairpipe.errors import BadInput
+from hairpipe.io.gltf.schema import check
+from hairpipe.io.text import LARGEST
 from hairpipe.plain_file import checked_size
 
 SUFFIXES = (".gltf", ".glb")
@@ -26,7 +27,6 @@ MOST_ITEMS = 4_000_000
 """Largest number of items of the JSON: each takes about 100 bytes of memory."""
 MOST_COUNT = 1 << 26
 """Largest number of elements of an accessor."""
-LISTS = ("accessors", "animations", "buffers", "bufferViews", "meshes", "nodes", "scenes", "skins")
 KINDS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 UNUSED = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_", "KHR_mesh_quantization")
@@ -78,13 +78,11 @@ class Document:
             self.json = json.loads(text, parse_constant=refuse_constant)
         except (ValueError, RecursionError):
             raise BadInput("its JSON cannot be read", where=path, right=RIGHT) from None
-        version = str(self.get("asset").get("version")) if isinstance(self.json, dict) else "unknown"
+        check(self.json, path)
+        version = str(self.json["asset"]["version"])
         if not version.startswith("2."):
             raise BadInput(f"the version of glTF is {version[:20]}", where=path, right="2.0")
-        for name in LISTS:
-            if not isinstance(self.get(name), list) or not all(isinstance(item, dict) for item in self.get(name)):
-                raise BadInput(f"{name} are not a list of objects", where=path, right=RIGHT)
-        others = [name for name in self.json.get("extensionsRequired", ()) if not str(name).startswith(UNUSED)]
+        others = [name for name in self.get("extensionsRequired") if not name.startswith(UNUSED)]
         if others:
             right = "a file without it: no compression"
             raise BadInput(f"the file requires the extension {others[0]}, which is not read", where=path, right=right)
@@ -98,45 +96,42 @@ class Document:
             )
         return data[begin + 8 : begin + 8 + length]
 
-    def get(self, name: str) -> Any:
-        """Return an object or a list of the JSON, empty where there is none."""
-        return self.json.get(name) or ({} if name == "asset" else [])
+    def get(self, name: str) -> list[Any]:
+        """Return a list of the JSON, empty where there is none."""
+        return self.json.get(name, [])
 
     def files(self) -> list[Path]:
         """Return the file and those of its buffers."""
-        texts = [str(buffer.get("uri", "data:")) for buffer in self.get("buffers")]
+        texts = [buffer.get("uri", "data:") for buffer in self.get("buffers")]
         return [self.path, *(self._file_of(text) for text in texts if not text.startswith("data:"))]
 
     def _file_of(self, text: str) -> Path:
         """Return the file of a reference; BadInput where it is not a regular file below the folder of this one."""
         right = f"a buffer in the folder of {self.path.name}"
-        name = unquote(text)
-        if "\0" in name:
-            raise BadInput(f"the file {text[:60]!r} cannot exist", where=self.path, right=right)
-        file = self.path.parent / name
+        file = self.path.parent / unquote(text)
         folders = self.path.parent.resolve(), self.path.resolve().parent
-        if not any(file.resolve().is_relative_to(folder) for folder in folders):
+        try:
+            is_inside = any(file.resolve().is_relative_to(folder) for folder in folders)
+        except (ValueError, RuntimeError):  # of a name that no file can have, and of links to each other
+            raise BadInput(f"the file {text[:60]!r} cannot exist", where=self.path, right=right) from None
+        if not is_inside:
             raise BadInput(f"the file {text[:60]!r} is outside of its folder", where=self.path, right=right)
-        checked_size(file, right)
+        try:
+            checked_size(file, right)
+        except BadInput as fault:
+            raise BadInput(f"the buffer {text[:60]!r}: {fault.what}", where=self.path, right=right) from None
         return file
-
-    def item(self, name: str, index: Any) -> dict[str, Any]:
-        """Return an object of a list of the JSON; ValueError for another index."""
-        items = self.get(name)
-        if type(index) is not int or not 0 <= index < len(items):
-            raise ValueError(f"{name} have no index {str(index)[:20]}")
-        return items[index]
 
     def buffer(self, index: int) -> np.ndarray:
         """Return the bytes of a buffer, mapped from its file."""
         if index not in self.buffers:
-            text = self.item("buffers", index).get("uri")
+            text = self.get("buffers")[index].get("uri")
             if text is None:
                 self.buffers[index] = self.binary
             elif text.startswith("data:"):
                 try:
                     self.buffers[index] = np.frombuffer(base64.b64decode(text.partition(",")[2]), np.uint8)
-                except binascii.Error:
+                except ValueError:
                     raise BadInput(f"buffer {index} is not in base 64", where=self.path, right=RIGHT) from None
             else:
                 self.buffers[index] = np.memmap(self._file_of(text), np.uint8, "r")
@@ -148,45 +143,37 @@ class Document:
         Raises BadInput where it is of another type, or beyond its buffer.
         """
         where = f"{self.path}, accessor {index}"
-        try:
-            accessor = self.item("accessors", index)
-            kind = np.dtype(KINDS[accessor["componentType"]])
-            if COLUMNS.get(accessor["type"]) != columns:
-                raise BadInput(f"is a {accessor['type']}", where=where, right=f"{columns} numbers each")
-            shape = (self._count(accessor["count"]), columns)
-            values = np.zeros(shape if "bufferView" not in accessor else 0, kind)
-            if "bufferView" in accessor:
-                values = self._view(accessor["bufferView"], accessor.get("byteOffset", 0), kind, shape)
-            if "sparse" in accessor:
-                sparse = accessor["sparse"]
-                chosen, given = sparse["indices"], sparse["values"]
-                integers = np.dtype(KINDS[chosen["componentType"]])
-                count = self._count(sparse["count"])
-                rows = self._view(chosen["bufferView"], chosen.get("byteOffset", 0), integers, (count, 1))
-                values = values.copy()
-                shape = (count, columns)
-                values[rows[:, 0]] = self._view(given["bufferView"], given.get("byteOffset", 0), kind, shape)
-        except (KeyError, IndexError, TypeError, ValueError) as error:
-            raise BadInput(f"is invalid ({error})", where=where, right="an accessor within its buffer") from None
+        accessor = self.get("accessors")[index]
+        kind = np.dtype(KINDS[accessor["componentType"]])
+        if COLUMNS.get(accessor["type"]) != columns:
+            raise BadInput(f"is a {accessor['type']}", where=where, right=f"{columns} numbers each")
+        count = accessor["count"]
+        if count > MOST_COUNT:
+            raise BadInput(f"has {count:,} elements", where=where, right=f"at most {MOST_COUNT:,}")
+        values = self._view(accessor, kind, (count, columns), where)
+        if sparse := accessor.get("sparse"):
+            integers = np.dtype(KINDS[sparse["indices"]["componentType"]])
+            rows = self._view(sparse["indices"], integers, (sparse["count"], 1), where)[:, 0]
+            if len(rows) and rows.max() >= count:
+                raise BadInput(f"replaces the element {rows.max()}", where=where, right=f"0 to {count - 1}")
+            values = values.copy()
+            values[rows] = self._view(sparse["values"], kind, (len(rows), columns), where)
         if accessor.get("normalized") and kind.kind in "iu":
             values = np.maximum(values / np.iinfo(kind).max, -1.0)
         values = values.astype(np.float64) if values.dtype.kind == "f" else values.astype(np.int64)
-        if not np.isfinite(values).all():
-            raise BadInput("has numbers that are not finite", where=where, right="finite numbers")
+        if not (np.abs(values) <= LARGEST).all():
+            raise BadInput("has numbers that are not usable", where=where, right=f"finite numbers up to {LARGEST:g}")
         return values[:, 0] if columns == 1 else values
 
-    def _count(self, count: Any) -> int:
-        """Return a number of elements; ValueError for a number that no file has."""
-        if type(count) is not int or not 0 <= count <= MOST_COUNT:
-            raise ValueError(f"the count {str(count)[:20]}")
-        return count
-
-    def _view(self, index: int, offset: int, kind: np.dtype, shape: tuple[int, int]) -> np.ndarray:
-        """Return elements of a view of a buffer; ValueError where they are not within it."""
-        view = self.item("bufferViews", index)
-        begin = view.get("byteOffset", 0) + offset
+    def _view(self, given: dict[str, Any], kind: np.dtype, shape: tuple[int, int], where: str) -> np.ndarray:
+        """Return elements of a view of a buffer, zeros without a view; BadInput where the buffer is too short."""
+        if "bufferView" not in given or not shape[0]:
+            return np.zeros(shape, kind)
+        view = self.get("bufferViews")[given["bufferView"]]
+        begin = view.get("byteOffset", 0) + given.get("byteOffset", 0)
         stride = view.get("byteStride") or kind.itemsize * shape[1]
         data = self.buffer(view["buffer"])
-        if min(begin, stride, shape[0]) < 0 or begin + stride * (shape[0] - 1) + kind.itemsize * shape[1] > len(data):
-            raise ValueError("beyond its buffer")
+        end = begin + stride * (shape[0] - 1) + kind.itemsize * shape[1]
+        if end > len(data):
+            raise BadInput(f"ends at byte {end:,} of a buffer of {len(data):,}", where=where, right="a whole buffer")
         return np.ndarray(shape, kind, np.ascontiguousarray(data), begin, (stride, kind.itemsize))

@@ -149,7 +149,9 @@ def name_weights(pieces: SkinnedPieces) -> dict[int, list[str]]:
     given = dict[int, list[str]]()
     for piece in pieces.pieces:
         mesh = pieces.document.get("meshes")[pieces.animation.nodes[piece.node]["mesh"]]
-        named = (mesh.get("extras") or {}).get("targetNames") or []
+        extras = mesh.get("extras")
+        named = extras.get("targetNames") if isinstance(extras, dict) else None
+        named = named if isinstance(named, list) else []
         count = len(piece.targets)
         names = [str(named[k]) if k < len(named) else f"target{k}" for k in range(count)]
         given[piece.node] = unique_names(names, range(count))

@@ -29,7 +29,7 @@ class Piece:
 
     points   at rest, in the space of the mesh [m], (n, 3) float64
     targets  displacements of the morph targets [m], (t, n, 3) float64
-    skin     index of the skin, or None
+    skin     index of the skin; None without one, or without joints of vertices
     joints   nodes that move a vertex, (n, k) int64; weights  (n, k) float64, rows of sum 1
     maps     painted vertex values by name, (n,) float64
     """
@@ -83,7 +83,10 @@ class SkinnedPieces:
     def at(self, time: float | None) -> list[np.ndarray]:
         """Return the points of the meshes at a time [s], or at rest for None [m], (n, 3) each."""
         world = self.animation.transforms(time)
-        return [self._deformed(piece, world, time) for piece in self.pieces]
+        found = [self._deformed(piece, world, time) for piece in self.pieces]
+        if not all(np.isfinite(points).all() for points in found):
+            raise BadInput("points are not finite", where=self.path, right="smaller scales, weights and translations")
+        return found
 
     def _deformed(self, piece: Piece, world: np.ndarray, time: float | None) -> np.ndarray:
         points = piece.points
@@ -105,11 +108,13 @@ class SkinnedPieces:
         """Return the joints of a skin, nodes (j,), and their inverse bind matrices, (j, 4, 4)."""
         given = self.document.get("skins")[skin]
         nodes = np.array(given["joints"], np.int64)
+        where = f"{self.path}, skin {skin}"
+        if lost := set(given["joints"]).difference(self.animation.order):
+            raise BadInput(f"the joint {min(lost)} is not in the scene", where=where, right="a node of the scene")
         if "inverseBindMatrices" not in given:
             return nodes, np.tile(np.eye(4), (len(nodes), 1, 1))
         found = self.document.numbers(given["inverseBindMatrices"], 16).reshape(-1, 4, 4)
         if len(found) < len(nodes):
-            where = f"{self.path}, skin {skin}"
             raise BadInput(f"there are {len(found)} inverse bind matrices", where=where, right=f"{len(nodes)}")
         return nodes, np.swapaxes(found, 1, 2)[: len(nodes)]
 
@@ -119,9 +124,13 @@ class SkinnedPieces:
             return []
         mesh = self.document.get("meshes")[given["mesh"]]
         name = f"{self.path}, mesh {mesh.get('name', given['mesh'])}"
-        parts = [p for p in mesh.get("primitives", ()) if p.get("mode", TRIANGLES) == TRIANGLES]
-        if len(parts) < len(mesh.get("primitives", ())):
+        parts = [p for p in mesh["primitives"] if p.get("mode", TRIANGLES) == TRIANGLES]
+        if len(parts) < len(mesh["primitives"]):
             warnings.warn(f"{name} has lines, points, strips or fans, which are not read", stacklevel=2)
+        counts = sorted({len(p.get("targets", ())) for p in parts})
+        if len(counts) > 1:
+            right = f"{counts[-1]} for each, or none"
+            raise BadInput(f"a primitive has {counts[0]} morph targets", where=name, right=right)
         return [weld(self._primitive(part, node, name)) for part in parts]
 
     def _fits(self, node: int, group: str | None) -> bool:
@@ -137,36 +146,50 @@ class SkinnedPieces:
         given = part.get("attributes", {})
         if "POSITION" not in given:
             raise BadInput("a primitive has no positions", where=where, right="the attribute POSITION")
-        numbers = self.document.numbers
-        points = numbers(given["POSITION"], 3).astype(float)
+        points = self.document.numbers(given["POSITION"], 3).astype(float)
         n = len(points)
-        corners = numbers(part["indices"], 1).astype(np.int64) if "indices" in part else np.arange(n)
+        if not n:
+            raise BadInput("a primitive has no positions", where=where, right="3 or more")
+
+        def numbers(index: int, columns: int) -> np.ndarray:
+            """Return a value of each vertex."""
+            found = self.document.numbers(index, columns)
+            if len(found) != n:
+                at = f"{self.path}, accessor {index}"
+                raise BadInput(f"{len(found)} elements for {n} vertices", where=at, right="as many as positions")
+            return found
+
+        corners = self.document.numbers(part["indices"], 1).astype(np.int64) if "indices" in part else np.arange(n)
         if len(corners) % 3 or (len(corners) and not 0 <= corners.min() <= corners.max() < n):
             raise BadInput("indices are not those of triangles", where=where, right=f"triples of 0 to {n - 1}")
         targets = [numbers(t["POSITION"], 3) if "POSITION" in t else np.zeros((n, 3)) for t in part.get("targets", ())]
-        skin = self.document.get("nodes")[node].get("skin")
-        joints, weights = self._influences(given, skin, node, n, where)
+        sets = [k for k in range(16) if f"JOINTS_{k}" in given and f"WEIGHTS_{k}" in given]
+        influences = [[numbers(given[f"{name}_{k}"], 4) for k in sets] for name in ("JOINTS", "WEIGHTS")]
+        skin = self.document.get("nodes")[node].get("skin") if sets else None
+        joints, weights = self._influences(*influences, skin, node, n, where)
         triangles = corners.reshape(-1, 3)
         uv = numbers(given["TEXCOORD_0"], 2)[triangles] * (1, -1) + (0, 1) if "TEXCOORD_0" in given else None
         scalars = self.document.get("accessors")
         painted = [k for k, index in given.items() if k.startswith("_") and scalars[index].get("type") == "SCALAR"]
         maps = {name[1:].lower(): numbers(given[name], 1).astype(float).clip(0.0, 1.0) for name in painted}
-        sets = [name for name in given if name.startswith(("JOINTS_", "WEIGHTS_"))]
-        warn_of_unused(where, given.keys() - {*KNOWN, *painted, *sets})
+        known = [name for name in given if name.startswith(("JOINTS_", "WEIGHTS_"))]
+        warn_of_unused(where, given.keys() - {*KNOWN, *painted, *known})
         stacked = np.array(targets, float).reshape(-1, n, 3)
         texture = None if uv is None else uv.astype(np.float32)
         return Piece(node, points, stacked, triangles, texture, skin, joints, weights, maps)
 
     def _influences(
-        self, given: dict[str, int], skin: int | None, node: int, n: int, where: str
+        self, indices: list[np.ndarray], shares: list[np.ndarray], skin: int | None, node: int, n: int, where: str
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the nodes that move vertices, (n, k), and their weights, (n, k), rows of sum 1."""
-        sets = [k for k in range(16) if f"JOINTS_{k}" in given and f"WEIGHTS_{k}" in given]
-        if skin is None or not sets:
+        """Return the nodes that move vertices, (n, k), and their weights, (n, k), rows of sum 1.
+
+        indices, shares  joints of the skin and weights, of each set of four
+        """
+        if skin is None:
             return np.full((n, 1), node), np.ones((n, 1))
         nodes = np.array(self.document.get("skins")[skin]["joints"], np.int64)
-        joints = np.concatenate([self.document.numbers(given[f"JOINTS_{k}"], 4) for k in sets], axis=1).astype(int)
-        weights = np.concatenate([self.document.numbers(given[f"WEIGHTS_{k}"], 4) for k in sets], axis=1).astype(float)
+        joints = np.concatenate(indices, axis=1).astype(int)
+        weights = np.concatenate(shares, axis=1).astype(float)
         if joints.min() < 0 or joints.max() >= len(nodes) or weights.min() < 0.0:
             right = f"joints 0 to {len(nodes) - 1}, weights of 0 or more"
             raise BadInput("a vertex has an invalid joint or weight", where=where, right=right)

@@ -122,16 +122,32 @@ def broken(change) -> dict:
     return content
 
 
+def chain(content: dict, number: int) -> None:
+    """Add nodes below each other, whose transforms cannot be multiplied."""
+    content["nodes"] += [{"matrix": [1e12] * 16, "children": [n + 2]} for n in range(number)] + [{}]
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         (lambda c: c.update(asset={"version": "1.0"}), r"a.gltf: the version of glTF is 1.0 \(2.0\)"),
         (lambda c: c.update(extensionsRequired=["KHR_draco_mesh_compression"]), "KHR_draco_mesh_compression, which is"),
-        (lambda c: c["accessors"][0].update(count=1000), r"a.gltf, accessor 0: is invalid \(beyond its buffer\)"),
-        (lambda c: c["accessors"][1].update(bufferView=99), "accessor 1: is invalid"),
+        (lambda c: c["accessors"][0].update(count=1000), "a.gltf, accessor 0: ends at byte 12,000 of a buffer of 68"),
+        (
+            lambda c: c["accessors"][1].update(bufferView=99),
+            r"a.gltf, accessors\[1\].bufferView: the value is 99 \(one of the 3 ",
+        ),
         (lambda c: c["nodes"][0].pop("mesh"), r"no mesh \(a node with a mesh"),
         (lambda c: (c.update(scenes=[{"nodes": [0]}]), c["nodes"][0].update(children=[0])), "not a tree"),
-        (lambda c: c["buffers"][0].update(uri="none.bin"), "none.bin"),
+        (lambda c: c["buffers"][0].update(uri="none.bin"), r"a.gltf: the buffer 'none.bin': the file cannot be read"),
+        (lambda c: c["nodes"][0].update(children=[1, 1]) or c["nodes"].append({}), r"nodes\[1\]: its nodes are not a"),
+        (lambda c: c["nodes"][0].update(mesh="x"), r"nodes\[0\].mesh: the value is 'x' \(one of the 1 meshes, from 0"),
+        (lambda c: c["nodes"][0].update(scale=[1, 1, 1e300]), r"nodes\[0\].scale: the value is .* \(3 numbers\)"),
+        (lambda c: c["animations"][0]["samplers"][0].pop("input"), r"samplers\[0\]: the value is missing \(input"),
+        (lambda c: c["animations"][0]["channels"][0].update(sampler=1), "node 0: there is no sampler 1"),
+        (lambda c: c["animations"][0]["samplers"][0].update(input=2), "accessor 2: is a VEC3"),
+        (lambda c: c["meshes"][0]["primitives"][0].update(targets=[{"POSITION": 2}]), "2 elements for 3 vertices"),
+        (lambda c: c["nodes"][0].update(matrix=[1e12] * 16, children=[1]) or chain(c, 40), "transform is not finite"),
     ],
 )
 def test_bad_files_are_refused(tmp_path, change, message):
