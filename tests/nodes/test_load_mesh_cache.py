@@ -114,6 +114,19 @@ def test_one_obj_file_holds_still(tmp_path, name):
     assert not mesh.velocities.any()
 
 
+def test_files_of_a_sequence_are_links_to_files_of_its_suffix_alone(tmp_path):
+    (tmp_path / "published").mkdir()
+    (tmp_path / "shot").mkdir()
+    file = write_sequence(tmp_path / "published")
+    for frame in FRAMES:
+        (tmp_path / "shot" / f"box.{frame}.obj").symlink_to(tmp_path / "published" / f"box.{frame}.obj")
+    np.testing.assert_array_equal(load(tmp_path / "shot" / file.name).points, load(file).points)
+    (tmp_path / "secret").write_text("v 1 2 3\n")
+    (tmp_path / "shot" / "box.1013.obj").symlink_to(tmp_path / "secret")
+    with pytest.raises(BadInput, match=r"box.1013.obj: the file is a link to .*/secret \(a link to a .obj file"):
+        load(tmp_path / "shot" / file.name)
+
+
 def test_one_file_of_a_sequence_is_read_with_a_word(tmp_path):
     write_sequence(tmp_path)
     with pytest.warns(UserWarning, match=r"box.1004.obj is one of 12 numbered files, .*box.####.obj reads all"):

@@ -1,5 +1,6 @@
 """Files of an animated mesh: a numbered sequence, the layers and value clips of a stage, or buffers of glTF."""
 
+import os
 import re
 import warnings
 from pathlib import Path
@@ -50,7 +51,9 @@ def is_sequence(path: Path) -> bool:
 def numbered(path: Path) -> dict[int, Path]:
     """Return the files of a sequence in the order of their numbers, which replace the only `####` of the name.
 
-    Numbers may be longer than the mark, and negative. Raises BadInput where there are none, or two of one number.
+    Numbers may be longer than the mark, and negative. Links are followed to files of the same suffix.
+
+    Raises BadInput where there are none, two of one number, or a link to a file of another suffix.
     """
     marks = list(MARK.finditer(path.name))
     if len(marks) != 1:
@@ -63,6 +66,10 @@ def numbered(path: Path) -> dict[int, Path]:
             what = f"{match[0]} and {found[number].name} have the same number"
             raise BadInput(what, where=path, right="one file for each number")
         found[number] = path.parent / match[0]
+        target = Path(os.path.realpath(found[number]))
+        if target.suffix.lower() != path.suffix.lower():
+            what = f"the file is a link to {target}"
+            raise BadInput(what, where=found[number], right=f"a link to a {path.suffix} file, or no link")
     if not found:
         right = f"files such as {MARK.sub(f'{1001:0{len(marks[0][0])}d}', path.name)}"
         raise BadInput("the sequence has no files", where=path, right=right)

@@ -248,6 +248,10 @@ def test_skeletons_without_motion_are_refused(new_stage, saved):
         load_motion(rest, Time(1001, 24.0), (), file=file, clip="walk")
     with pytest.raises(BadInput, match=r"a BVH file has one clip \(no clip and no group\)"):
         load_motion(rest, Time(1001, 24.0), (), file=Path("a.bvh"), group="/char")
+    stage = new_stage(name="walk.usda")
+    UsdSkel.Animation.Define(stage, "/walk").CreateJointsAttr(JOINTS)
+    with pytest.raises(BadInput, match=r"walk.usda /walk: the animation has no Skeleton, so that its joints at rest"):
+        load_motion(rest, Time(1001, 24.0), (), file=saved(stage))
     stage = new_stage(name="box.usda")
     mesh = UsdGeom.Mesh.Define(stage, "/box")
     mesh.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (0, 1, 0)])

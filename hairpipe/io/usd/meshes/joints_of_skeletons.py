@@ -71,6 +71,13 @@ def _find_skeletons(stage: Usd.Stage, group: str | None) -> tuple[Queries, Queri
     if skeletons and not any(prim.IsA(UsdGeom.Mesh) for prim in prims):
         queries = [UsdSkel.Cache().GetSkelQuery(skeleton) for skeleton in skeletons]
         return queries, queries, {}
+    if not skeletons and (lone := [prim for prim in prims if prim.IsA(UsdSkel.Animation)]):
+        right = "a stage that refers to this file, with the Skeleton, whose skel:animationSource is the animation"
+        raise BadInput(
+            "the animation has no Skeleton, so that its joints at rest are unknown",
+            where=location(lone[0]),
+            right=right,
+        )
     bindings = find_bindings(stage)
     animated = find_bindings(stage, shapes=True)
     meshes = shown(stage, group, UsdGeom.Mesh)
