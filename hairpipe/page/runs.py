@@ -37,6 +37,7 @@ class Request(NamedTuple):
 class Runs:
     """Queue of runs; the first is active. Methods are called with the lock of the session held.
 
+    job       of the active run, or else of the last one
     statuses  of the tasks that the active run, or else the last one, has reached
     last      end of the last run: number of runs so far, label, duration, and those of `documents.ending`
     """
@@ -51,6 +52,7 @@ class Runs:
         self._asked = 0
         self._begun = self._used = 0.0
         self._stopped = False
+        self.job: Job | None = None
         self.process: subprocess.Popen[str] | None = None
         self.statuses: dict[Task, Status] = {}
         self.last: Message = {"number": 0}
@@ -122,6 +124,7 @@ class Runs:
 
     def _begin(self) -> None:
         self.statuses, self._stopped, self._begun = {}, False, time.monotonic()
+        self.job = self._queue[0].job
         try:
             stdin = self._ready(self._queue[0].program).stdin
         except OSError as error:

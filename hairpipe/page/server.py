@@ -121,6 +121,7 @@ def application(session: Session, token: str, origin: str) -> Starlette:
         Route("/explain", handler.explain),
         Route("/work", handler.work),
         Route("/play/{node}", handler.play),
+        Route("/try", handler.trial, methods=["POST"]),
         Route("/{deed}", handler.act, methods=["POST"]),
     ]
     middleware = [Middleware(TrustedHostMiddleware, allowed_hosts=[HOST]), Middleware(Guard, origin=origin)]
@@ -294,6 +295,17 @@ class Handler:
         except BadInput as fault:
             return PlainTextResponse(str(fault), 409)
 
+    async def trial(self, request: Request) -> Response:
+        """Results with a value that is not set, or whether they are being computed."""
+        try:
+            given = json.loads(await body_of(request))
+            names = [str(given[name]) for name in ("target", "text", "node")]
+            return JSONResponse(await run_in_threadpool(self._session.trial, *names, int(given["frame"])))
+        except (KeyError, TypeError, ValueError, RecursionError):
+            return JSONResponse({"fault": "no such trial"}, 400)
+        except BadInput as fault:
+            return JSONResponse({"fault": str(fault)}, 409)
+
     async def act(self, request: Request) -> Response:
         """Do an action; the answer is the revision of the graph after it, or a fault."""
         deeds: dict[str, Callable[[dict[str, Any]], None]] = {
@@ -307,6 +319,7 @@ class Handler:
             "run": lambda given: self._session.run([str(name) for name in given.get("to", [])]),
             "cook": lambda given: self._session.cook(str(given["node"]), int(given["frame"])),
             "stop": lambda given: self._session.stop(),
+            "begin": lambda given: self._session.begin(str(given["name"])),
             "stroke": lambda given: self._session.stroke(given),
             "drop": lambda given: self._session.drop(int(given["number"])),
         }

@@ -21,12 +21,14 @@ from hairpipe.page.documents import (
     catalogue_document,
     draft_document,
     machine_document,
+    nodes_document,
     state_document,
     wedge_document,
 )
 from hairpipe.page.editing.edits import edited
 from hairpipe.page.editing.history import Deed, History, Step
 from hairpipe.page.editing.painting import write_stroke
+from hairpipe.page.editing.templates import copy_assets
 from hairpipe.page.packing import Packed
 from hairpipe.page.playing import Playing
 from hairpipe.page.runner import Job
@@ -67,7 +69,7 @@ class Session:
         self._note = self._lost = ""  # faults of the file, and of the plan
         self._cache = Cache(shot.cache)
         self._hosts: Mapping[Task, str] = {}
-        self._strokes: list[Path] = []
+        self._made: list[Path] = []  # images of strokes, and copies of files of templates
         self._costs: dict[str, float] = {}
         self._cooked: tuple[str, str, int] | None = None  # text, node and frame of the last run by itself
         self.revision = self.drawn = 0
@@ -87,15 +89,15 @@ class Session:
             player.close()
         for call in tuple(self._listeners):
             call()
-        self._remove_strokes()
+        self._remove_made()
 
-    def _remove_strokes(self) -> None:
-        """Remove the images of strokes that no graph file next to this one names."""
+    def _remove_made(self) -> None:
+        """Remove the files that the page has made and no graph file next to this one names."""
         saved = ""
         with suppress(OSError):
-            for path in self._strokes and self._shot.path.parent.glob("*.toml"):
+            for path in self._made and self._shot.path.parent.glob("*.toml"):
                 saved += path.read_text(errors="replace")
-            for path in self._strokes:
+            for path in self._made:
                 if path.name not in saved:
                     path.unlink(missing_ok=True)
 
@@ -156,8 +158,16 @@ class Session:
         """Write a painted picture next to the graph, for a setting to read it; BadInput as `write_stroke`."""
         with self._lock:
             file = write_stroke(self._draft, given)
-            self._strokes.append(self._shot.path.parent / file)
+            self._made.append(self._shot.path.parent / file)
             self.change("paint", {"target": given["target"], "file": file})
+
+    def begin(self, name: str) -> None:
+        """Begin an empty graph with a shipped one, whose files are copied next to it; BadInput as `copy_assets`."""
+        with self._lock:
+            edited(self._draft, "template", {"name": name})  # refused before anything is copied
+            files = copy_assets(self._draft, name)
+            self._made += [self._shot.path.parent / file for file in files]
+            self.change("template", {"name": name, "files": files})
 
     def undo(self, by: int = -1) -> None:
         """Undo the last edit, or do it again for 1; BadInput if there is none."""
@@ -192,9 +202,9 @@ class Session:
             self._written()
 
     def _written(self) -> None:
-        """Note that the file has the text of the page: its strokes stay, also if another file is written later."""
+        """Note that the file has the text of the page: what it names stays, also if another file is written later."""
         self._history.written(self._draft.text)
-        self._strokes = [path for path in self._strokes if path.name not in self._draft.text]
+        self._made = [path for path in self._made if path.name not in self._draft.text]
         self._advance()
 
     def resolve(self, keep: str) -> None:
@@ -240,20 +250,24 @@ class Session:
         """
         with self._lock:
             whole, now = (self._shot.plan(frames, to=[node]) for frames in (self.frames, [frame]))
-            keys = {entry.task: entry.key for entry in self._plan}
-            missing = [entry for entry in now if entry.status != "cached"]
-            scans = {e.task.node for e in missing if self._shot.nodes[e.task.node].type.mode == "scan"}
-            seconds = self._seconds(missing)
-            reason = ""
-            if scans:
-                reason = f"simulation {', '.join(sorted(scans))}"
-            elif any(keys.get(entry.task) != entry.key for entry in missing):
-                reason = "other frames"
-            elif (seconds or 0.0) > CHEAP or len(missing) > MOST_COOKED:
-                reason = f"{len(missing)} results"
-            left = [entry for entry in whole if entry.status != "cached"]
+            left, missing = missing_of(whole), missing_of(now)
             counts = dict(Counter(entry.task.node for entry in left))
+            reason = self._reason(self._shot, self._plan, missing)
             return {"counts": counts, "seconds": self._seconds(left), "now": len(missing), "reason": reason}
+
+    def _reason(self, shot: Shot, plan: Plan, missing: list[Entry]) -> str:
+        """Return why missing results of a shot are not computed unasked; empty where they are.
+
+        plan  of all frames of the page
+        """
+        keys = {entry.task: entry.key for entry in plan}
+        scans = {e.task.node for e in missing if shot.nodes[e.task.node].type.mode == "scan"}
+        if scans:
+            return f"simulation {', '.join(sorted(scans))}"
+        if any(keys.get(entry.task) != entry.key for entry in missing):
+            return "other frames"
+        costly = (self._seconds(missing) or 0.0) > CHEAP or len(missing) > MOST_COOKED
+        return f"{len(missing)} results" if costly else ""
 
     def _seconds(self, missing: list[Entry]) -> float | None:
         """Return the expected time of missing results [s]; None where that of one is not known."""
@@ -267,17 +281,36 @@ class Session:
         Nothing begins during a run that somebody has asked for; BadInput for work that is not cheap.
         """
         with self._lock:
-            cooked = self._draft.text, node, frame
-            if self._runs.asked or self._cooked == cooked or self._wedge is not None:
-                return
-            work = self.work(node, frame)
-            if work["reason"]:
-                raise BadInput(work["reason"], where=node, right="run")
-            if work["now"]:
-                self._cooked = cooked
-                job = Job(self._shot.given, self._draft.text, [frame], [node], str(self._shot.cache), None, quiet=True)
-                self._runs.add(Request(job, f"{node}@{frame}", self._shot.program))
-                self._advance(graph=False)
+            missing = missing_of(self._shot.plan([frame], to=[node]))
+            self._cook(self._draft, self._plan, missing, node, frame)
+
+    def _cook(self, draft: Draft, plan: Plan, missing: list[Entry], node: str, frame: int) -> None:
+        cooked = draft.text, node, frame
+        if not missing or self._runs.asked or self._cooked == cooked or self._wedge is not None:
+            return
+        reason = self._reason(draft.shot, plan, missing)
+        if reason:
+            raise BadInput(reason, where=node, right="run")
+        self._cooked = cooked
+        job = Job(draft.shot.given, draft.text, [frame], [node], str(draft.shot.cache), None, quiet=True)
+        self._runs.add(Request(job, f"{node}@{frame}", draft.shot.program))
+        self._advance(graph=False)
+
+    def trial(self, target: str, text: str, node: str, frame: int) -> dict[str, Any]:
+        """Begin to compute a node at a frame with another value of a setting, as `cook`; the graph is not changed.
+
+        `nodes` describes the results, once all are there; `begun` says whether they are being computed.
+        BadInput for a value that the graph refuses, and for work that is not cheap.
+        """
+        with self._lock:
+            draft = self._draft.with_text(edited(self._draft, "edit", {"target": target, "text": text})[0])
+            now = draft.shot.plan([frame], to=[node])
+            missing = missing_of(now)
+            if missing:
+                self._cook(draft, draft.shot.plan(self.frames), missing, node, frame)
+                return {"begun": self._cooked == (draft.text, node, frame) and self._runs.document()["running"]}
+            self._shelf.take(draft.shot, now)
+            return {"nodes": nodes_document(draft.shot, now, self._shelf.suffix, RunOutput({}, {}))}
 
     def stop(self) -> None:
         """Interrupt the active run, whose results are kept; those that wait are dropped."""
@@ -339,8 +372,10 @@ class Session:
         return document | {"verdict": document["verdict"] | self._run_state()}
 
     def _output(self, plan: Plan) -> RunOutput:
-        """Describe the active run, and what runs of other processes compute now."""
-        return RunOutput(self._runs.statuses, {}, self._cache.hosts(plan))
+        """Describe the active run, unless it is of a trial, and what runs of other processes compute now."""
+        job = self._runs.job
+        tried = job is not None and job.quiet and job.edited != self._draft.text
+        return RunOutput({} if tried else self._runs.statuses, {}, self._cache.hosts(plan))
 
     def _run_state(self) -> dict[str, Any]:
         """Describe the runs, what results of missing ones took before, and the resources of the machine."""
@@ -428,6 +463,11 @@ class Session:
             spent = time.monotonic() - begun
             time.sleep(2.0 * spent)
             self._woken.wait(max(0.0, PAUSE - 2.0 * spent))
+
+
+def missing_of(plan: Plan) -> list[Entry]:
+    """Return the entries of a plan whose results are not in the cache."""
+    return [entry for entry in plan if entry.status != "cached"]
 
 
 def stamp(path: Path) -> tuple[int, int]:

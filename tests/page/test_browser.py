@@ -247,6 +247,54 @@ def test_live_an_edit_shows_the_selected_node_by_itself_and_names_what_a_run_cos
     assert live.driver.execute_script("return app.cell('reach').state") == "run"
 
 
+@pytest.mark.slow
+def test_live_a_slider_that_is_dragged_shows_its_result_and_is_one_edit_on_release(live):
+    do(live.driver, "selectNode('hair'); app.set({ frame: 3 })")
+    text, steps = live.text, len(live.session._history.document()["edits"])
+    strands = "return viewer.items.at(-1)?.lengths?.length"
+    live.until(lambda: live.driver.execute_script(strands) == 300)
+    slider = live.find('[data-setting="strands"] input[type=range]')
+    drag = "const [slider, place] = arguments; slider.value = place; slider.dispatchEvent(new Event('input'))"
+    seen = set()
+    for place in (620, 640, 660):
+        live.driver.execute_script(drag, slider, place)
+        value = int(live.find('[data-setting="strands"] input').get_attribute("value"))
+        live.until(lambda value=value: live.driver.execute_script(strands) == value)
+        seen.add(value)
+    assert len(seen) == 3 and live.text == text
+    live.driver.execute_script("arguments[0].dispatchEvent(new Event('change'))", slider)
+    live.until(lambda: live.tables["hair"]["strands"] == value)
+    assert len(live.session._history.document()["edits"]) == steps + 1
+    assert live.driver.execute_script("return [viewer.items.at(-1).lengths.length, app.trial]") == [value, None]
+    assert live.session.document("state")[0]["nodes"]["hair"]["cells"][2]["state"] in ("cached", "computed")
+    live.driver.execute_script(drag, live.find('[data-setting="strands"] input[type=range]'), 620)
+    live.until(lambda: live.driver.execute_script("return app.trial !== null"))
+    live.driver.execute_script("dropTrial()")  # as a release where the drag began
+    live.until(lambda: live.driver.execute_script("return app.trial") is None)
+    live.until(lambda: live.driver.execute_script(strands) == value)
+
+
+def test_live_the_last_result_stays_in_view_and_is_marked(live):
+    live.session.cook = lambda node, frame: None
+    stale = lambda: [one.text for one in live.driver.find_elements("id", "stale")]  # noqa: E731
+    do(live.driver, "selectNode('picture'); app.set({ frame: 2 })")
+    shown = live.find(".book img").get_attribute("src")
+    live.session.edit("picture.red", "0.77")
+    live.until(lambda: stale() == ["stale: before the edit"])
+    assert live.find(".book img").get_attribute("src") == shown
+    do(live.driver, "selectNode('hair')")
+    assert stale() == []
+    live.session.change("shot", {"name": "frames", "text": "[1, 6]"})
+    live.until(lambda: live.driver.execute_script("return app.graph.frames[1]") == 6)
+    do(live.driver, "app.set({ frame: 6 })")
+    live.until(lambda: stale() == ["stale: frame 2"])
+    assert live.driver.execute_script("return [viewer.items.length, viewer.ghost.at(-1).lengths.length]") == [0, 300]
+    do(live.driver, "app.last.clear(); selectNode('reach')")
+    live.until(lambda: stale() == ["stale: frame 5"])
+    assert live.find(".table table").is_displayed(), "the nearest frame, where nothing was shown before"
+    assert live.driver.execute_script("return document.body.dataset.errors") == "0"
+
+
 SEARCH = """const [text, done] = arguments;
 hairpipe.plain("catalogue").then(({ types }) =>
   done(ranked(types, text).map(({ type, setting }) => [type.name, categoryOf(type), setting])));"""
@@ -289,7 +337,7 @@ def test_live_an_empty_graph_offers_templates(opened, tmp_path):
     session.cook = lambda node, frame: None
     with served(session) as address:
         page = Page(opened(address), session)
-        lacks = {"bust with fringe": set(), "bust in motion": {"motion"}, "my character": {"head"}}
+        lacks = {"demo": set(), "bust with fringe": set(), "bust in motion": {"motion"}, "my character": {"head"}}
         for title, files in lacks.items():
             page.find(f'[data-template="{title}"]').click()
             page.until(lambda: len(session.draft.tables) > 1)

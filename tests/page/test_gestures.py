@@ -98,6 +98,74 @@ def test_groups_are_switched_and_values_unset(live):
     live.until(lambda: "strands" not in live.tables["hair"])
 
 
+def choose_action(live, target, name):
+    live.actions().context_click(target).perform()
+    live.until(lambda: live.driver.find_elements("css selector", "#popup.menu"))
+    live.find(f'#popup.menu [data-action="{name}"]').click()
+    assert not live.driver.find_elements("id", "popup")
+
+
+def test_a_right_click_opens_the_actions_of_a_node_and_of_the_graph(live):
+    choose_action(live, live.node("picture"), "mute or unmute")
+    live.until(lambda: live.tables["picture"].get("mute"))
+    assert live.driver.execute_script("return [app.node, ...app.chosen]") == ["picture", "picture"]
+    choose_action(live, live.node("lag"), "rename")
+    live.actions().send_keys(live.Keys.CONTROL, "a").send_keys(live.Keys.NULL, "later", live.Keys.ENTER).perform()
+    live.until(lambda: "later" in live.tables)
+    live.session.edit("hair.strands", "240")
+    live.settle()
+    choose_action(live, live.node("hair"), "run to this node")
+    live.until(lambda: live.driver.execute_script("return app.cell('hair').state") == "computed", 40)
+    choose_action(live, live.node("later"), "delete")
+    live.until(lambda: "later" not in live.tables)
+    do(live.driver, "showAll()")
+    graph = live.find("#graph")
+    corner = [3 - int(graph.rect[side] / 2) for side in ("width", "height")]
+    live.actions().move_to_element_with_offset(graph, *corner).context_click().perform()
+    live.until(lambda: live.driver.find_elements("css selector", "#popup.menu"))
+    live.actions().send_keys(live.Keys.ENTER).perform()  # the first action
+    live.choose("make_ball")
+    live.until(lambda: "ball_2" in live.tables)
+    assert live.driver.execute_script("return document.body.dataset.errors") == "0"
+
+
+def test_keys_move_and_fold_nodes_and_close_the_settings(live):
+    live.node("hair").click()
+    place = live.driver.execute_script("return boxOfNode('hair')")
+    live.press("g")
+    live.actions().move_by_offset(40, 25).perform()
+    live.press(live.Keys.ESCAPE)
+    assert live.driver.execute_script("return [boxOfNode('hair').x, held]") == [place["x"], None]
+    live.press("g")
+    live.actions().move_by_offset(-30, 10).click().perform()
+    live.until(lambda: "hair" in live.tables.get("layout", {}))
+    assert live.tables["layout"]["hair"][0] < place["x"]
+    text = live.text
+    high = live.node("hair").rect["height"]
+    live.press("h")
+    assert live.node("hair").rect["height"] < 0.6 * high and live.text == text
+    live.press("h")
+    assert live.node("hair").rect["height"] == high
+    live.actions().move_to_element(live.find("#graph")).perform()
+    live.press(live.Keys.TAB)
+    assert not live.find("#panel").is_displayed()
+    live.press(live.Keys.TAB)
+    assert live.find("#panel").is_displayed()
+    live.press("?", live.Keys.SHIFT)
+    listed = [one.text for one in live.driver.find_elements("css selector", "#keys dt")]
+    assert {"G", "H", "B", "Tab", "Home", "Shift-D", "Ctrl-S"} <= set(listed)
+    live.find("#keys").click()
+
+
+def test_every_category_of_nodes_has_an_icon(live):
+    script = """const done = arguments[0];
+    hairpipe.plain("catalogue").then(({ types }) => done(types.map((type) => [type.name, categoryOf(type)])));"""
+    icons = live.driver.execute_script("return Object.keys(ICONS)")
+    without = {category for _, category in live.driver.execute_async_script(script) if category not in icons}
+    assert without <= {"normals", "pins", "table", "pointvalues"}
+    assert len(live.driver.find_elements("css selector", "#graph .node .icon")) == 7
+
+
 def test_old_hair_stays_until_there_is_new_hair_and_is_compared(live, folder):
     do(live.driver, "selectNode('hair'); app.set({ frame: 2 })")
     before = pixels(live.driver)

@@ -14,7 +14,7 @@ from hairpipe.errors import BadInput
 from hairpipe.io.image import read_image
 from hairpipe.page.session import Session
 
-from .live_page import Page, do, served
+from .live_page import Page, do, pixels, served
 from .test_viewport import PLACE
 
 GRAPH = """schema = 1
@@ -188,6 +188,29 @@ def test_length_is_painted_in_the_viewport_mirrored_and_undone(session, opened, 
         assert not page.driver.find_elements("css selector", "#brush")
         session.edit("skin.bare", "true")
         assert page.driver.execute_script("return document.body.dataset.errors") == "0"
+
+
+@pytest.mark.slow
+def test_hair_grows_where_the_density_is_painted(session, opened, folder):
+    values = np.zeros((64, 64), np.uint8)
+    values[:, 32:] = 255  # none at negative x
+    stroke(session, "hair.density", values)
+    with served(session) as address:
+        page = Page(opened(address), session)
+        do(page.driver, "selectNode('hair')")
+        page.find("#paint").click()
+        page.until(lambda: page.driver.find_elements("css selector", "#brush"))
+        for target in ("length", "density"):
+            page.driver.execute_script("return beginPainting(arguments[0])", target)
+            page.driver.execute_script("return followPainting()")
+            do(page.driver, "viewer.camera.yaw = viewer.camera.pitch = 0; viewer.redraw()")
+            picture = pixels(page.driver)
+            bald, grown = (
+                picture[round(y), round(x)]
+                for x, y in (page.driver.execute_script(PLACE, [side * 0.05, 0.08, 0.0]) for side in (-1, 1))
+            )
+            assert np.ptp(grown) > 80, "the colour of 1"
+            assert np.ptp(bald) < 60 and bald.min() > 60, "pale"
 
 
 BUST = GRAPH.replace("make_skin", "make_bust").replace('{ map = "scalp" }', '{ map = "length" }')

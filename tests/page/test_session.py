@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 import hairpipe.page.runs
+from hairpipe.api.draft import EMPTY, load_draft
+from hairpipe.api.shot import load
 from hairpipe.errors import BadInput
 from hairpipe.page.runner import Job
 from hairpipe.page.runs import Request, Runs
@@ -97,6 +99,24 @@ def test_the_selected_node_is_computed_at_one_frame(session, folder):
     assert states(session, "picture") == ["run", "run", "computed", "run", "run"] and not (folder / "out").exists()
     session.cook("picture", 3)
     assert idle(session), "nothing is missing"
+
+
+def test_a_value_that_is_dragged_is_computed_without_an_edit(session, shot):
+    text, revision = session._history.text, session.drawn
+    tried = lambda value: session.trial("hair.strands", value, "hair", 2)  # noqa: E731
+    assert tried("222") == {"begun": True}
+    until(lambda: "nodes" in tried("222"))
+    (cell,) = tried("222")["nodes"]["hair"]["cells"]
+    changed = shot.changed({"hair.strands": 222})
+    assert len(changed.get("hair@2").offsets) == 223 and cell["frame"] == 2
+    assert session.document(f"{cell['outputs']['']}.strands")[0]["total"] == 222
+    assert session._history.text == text and session.drawn == revision and states(session, "hair") == ["cached"] * 5
+    with pytest.raises(BadInput):
+        tried("0")
+    with pytest.raises(BadInput, match="simulation lag"):
+        session.trial("hair.strands", "223", "lag", 2)
+    session.edit("hair.strands", "222")
+    assert states(session, "hair") == ["run", "computed", "run", "run", "run"]
 
 
 def test_neither_a_simulation_nor_another_frame_is_computed_unasked(session, shot):
@@ -275,6 +295,26 @@ def test_a_result_is_explained(session):
     assert text.startswith("cached") and '"height": 0.03' in text
     with pytest.raises(BadInput):
         session.explain("hair", 9)
+
+
+def test_an_empty_graph_begins_with_a_shipped_one_and_copies_of_its_files(tmp_path):
+    file = tmp_path / "new.toml"
+    with closing(Session(load_draft(str(file), EMPTY, cache=tmp_path / "cache"))) as session:
+        with pytest.raises(BadInput, match="not a template"):
+            session.begin("../demo")
+        session.begin("demo")
+        assert session.document("graph")[0]["edits"] == ["begin with demo; assets/shake.bvh copied next to the graph"]
+        assert session.draft.shot.nodes.keys() == load("demo").nodes.keys() and not session.draft.faults
+        assert session.draft.shot.nodes["film"].publish == tmp_path / "out/demo/film.webp"
+        with pytest.raises(BadInput, match="not a template"):
+            session.begin("demo")
+        session.undo()
+        assert session._history.text == EMPTY
+    assert not (tmp_path / "assets" / "shake.bvh").exists(), "nothing was saved"
+    (tmp_path / "assets" / "shake.bvh").write_text("another motion")
+    with closing(Session(load_draft(str(file), EMPTY, cache=tmp_path / "cache"))) as session:
+        with pytest.raises(BadInput, match="another file"):
+            session.begin("demo")
 
 
 def test_runs_are_dropped_by_number_and_report_a_failed_start(monkeypatch):

@@ -3,6 +3,7 @@
 from typing import Any
 
 from hairpipe.api.draft import Draft
+from hairpipe.api.source import shipped_graphs
 from hairpipe.errors import BadInput
 from hairpipe.graph.edit import verbs
 from hairpipe.graph.edit.inline_table import literal_of, read_literal
@@ -137,6 +138,16 @@ def shot(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
     return verbs.with_header(draft.text, name, literal), f"{name} = {literal[:60]}"
 
 
+def template(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
+    """Begin an empty graph with the text of a shipped one, which then publishes below its own folder."""
+    name = str(given["name"])
+    if draft.tables or name not in shipped_graphs():
+        raise BadInput(f"'{name[:60]}' is not a template", right="an empty graph, and the name of a shipped one")
+    text = shipped_graphs()[name].read_text(encoding="utf-8").replace('publish = "../', 'publish = "')
+    copied = [f"{file} copied next to the graph" for file in given.get("files", [])]
+    return text, "; ".join([f"begin with {name}", *map(str, copied)])
+
+
 def move(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
     """Place nodes on the page; None for the automatic layout."""
     for name in given["positions"]:
@@ -165,7 +176,7 @@ def painted_group(draft: Draft, target: str) -> dict[str, Any]:
 EDITS = {
     "edit": set_value,
     **{f.__name__: f for f in (switch, add, remove, connect, disconnect, rename, mute, duplicate, move)},
-    **{f.__name__: f for f in (paste, annotate, shot, paint)},
+    **{f.__name__: f for f in (paste, annotate, shot, paint, template)},
     "unset": unset_value,
 }
 """Edits by the name of their request."""

@@ -11,7 +11,7 @@ async function openAdd(place, wire = {}) {
   const fits = types.filter((/** @type {any} */ type) => socketFor(type, wire) !== null);
   openPopup({
     ...place, text: "", hint: wire.source ? `node that takes ${wire.source.type}` : wire.feeds ? `node that gives ${wire.feeds.type}` : "node type",
-    find: (text) => ranked(fits, text).slice(0, 200).map(({ type, setting }) => ({ value: type.name, note: setting ? `setting ${setting}` : type.summary, category: categoryOf(type), colour: typeColour(String(Object.values(type.outputs)[0])) })),
+    find: (text) => ranked(fits, text).slice(0, 200).map(({ type, setting }) => ({ value: type.name, note: setting ? `setting ${setting}` : type.summary, category: categoryOf(type), icon: iconOf(categoryOf(type)) })),
     done: (name) => addNode(types.find((/** @type {any} */ type) => type.name === name), at, wire),
   });
 }
@@ -24,7 +24,7 @@ const SYNONYMS = {
   texture: ["image", "map"], fur: ["groom"], character: ["body"], video: ["flipbook"], film: ["flipbook"], movie: ["flipbook"],
 };
 /** Categories of nodes, by what their names begin with; others belong to what they give. @type {[RegExp, string][]} */
-const CATEGORIES = [[/^load_/, "import"], [/^export_/, "export"], [/^(measure|count|validate|compare|watch)_/, "measure"], [/^simulate_/, "simulate"]];
+const CATEGORIES = [[/^load_/, "import"], [/^export_/, "export"], [/^(measure|count|validate|compare|watch)_/, "measure"], [/^simulate_/, "simulate"], [/^(preview|render|flipbook|contact_sheet|join_pictures)/, "picture"]];
 
 /** Category of a type of nodes. @param {any} type @returns {string} */
 const categoryOf = (type) => CATEGORIES.find(([begin]) => begin.test(type.name))?.[1] ?? String(Object.values(type.outputs)[0]).toLowerCase();

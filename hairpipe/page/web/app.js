@@ -4,7 +4,10 @@
 /** @typedef {{frame: number | null, state: string, reason: string, seconds?: number, processor?: number, bytes?: number,
  *   warnings?: string[], outputs?: Record<string, string>, pictures?: Record<string, string>, inputs?: Record<string, string>}} Cell */
 
-/** @typedef {{graph: any, state: any, live: boolean, compare: boolean, apart: boolean, chosen: Set<string>, places: Record<string, number[]>, past: Map<string, Cell>, fresh: boolean, answered: number, awaited: (() => string | undefined) | null, strands: number, showing: Promise<void>, node: string, output: string, frame: number, channel: string, picked: {node: string, strand: number} | null, pinned: Pinned | null, base: any, wedge: any, variant: number, pareto: Record<string, string>,
+/** Results of a graph at a frame: they are named by their content, so edits and runs leave them as they were. @typedef {{graph: any, state: any, frame: number}} Result */
+/** Results at a frame with a value of a setting that is dragged. @typedef {Record<string, {cells: Cell[]}> | null} Trial */
+
+/** @typedef {{graph: any, state: any, live: boolean, compare: boolean, apart: boolean, chosen: Set<string>, folded: Set<string>, places: Record<string, number[]>, past: Map<string, Cell>, last: Map<string, Result>, trial: Trial, fresh: boolean, answered: number, awaited: (() => string | undefined) | null, strands: number, showing: Promise<void>, node: string, output: string, frame: number, channel: string, picked: {node: string, strand: number} | null, pinned: Pinned | null, base: any, wedge: any, variant: number, pareto: Record<string, string>,
  *   ahead: {node: string, counts: Record<string, number>, seconds: number | null, now: number, reason: string} | null,
  *   views: Array<[string[], () => void]>, on: (parts: string[], view: () => void) => void, set: (changes: Record<string, any>) => void,
  *   nodeNamed: (name: string) => any, cell: (node: string, frame?: number) => Cell | undefined,
@@ -15,10 +18,14 @@ const app = {
   graph: null, state: null, live: false, compare: false,
   /** Whether what is compared is side by side, not behind a slider. */
   apart: false,
-  /** Nodes that are chosen; places of all nodes in this page; results before an edit, by node@frame. */
-  chosen: new Set(), places: {}, past: new Map(), fresh: true, awaited: null,
+  /** Nodes that are chosen, and those of which the head alone is drawn; places of all nodes in this page; results before an edit, by node@frame. */
+  chosen: new Set(), folded: new Set(), places: {}, past: new Map(), fresh: true, awaited: null,
   /** Revision of the server's last answer to an edit; a graph with a lower one is older. */
   answered: 0,
+  /** What was shown last of each output of a variant; it stays in view until there is a new result. */
+  last: new Map(),
+  /** Results with the value of a slider that is dragged. */
+  trial: null,
   /** Number of the strand that was clicked on, of what a node made. */
   picked: null,
   /** Largest number of strands that are shown. */

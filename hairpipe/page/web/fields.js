@@ -7,7 +7,7 @@ const openTables = new Set();
 /** Set a setting; why it is refused is shown below its row. @param {HTMLElement} editor @param {string} target @param {string} text */
 async function commit(editor, target, text) {
   if (document.activeElement instanceof HTMLElement && editor.contains(document.activeElement)) document.activeElement.blur();
-  const row = editor.closest(".row"), fault = await act(text === "" ? "unset" : "edit", { target, text });
+  const row = editor.closest(".row"), fault = await endTrial(act(text === "" ? "unset" : "edit", { target, text }));
   row?.querySelector(".wrong")?.remove();
   if (fault) row?.append(element("span", { class: "wrong" }, fault));
 }
@@ -38,8 +38,9 @@ function numberField(field, value, target) {
   const range = softRange(field, value), known = typeof value === "number", base = known ? value : Number(field.default) || (range.log ? range.low : 0);
   const line = lineOf(known ? shortText(value) : "", "absent", (text) => commit(holder, target, text));
   const slider = /** @type {HTMLInputElement} */ (element("input", { type: "range", min: 0, max: STEPS, value: slideOf(range, base), class: known ? "" : "unknown", "aria-label": target, title: `${numberText(range.low)} ... ${numberText(range.high)}` }));
-  slider.addEventListener("input", () => (line.value = String(valueAt(range, Number(slider.value)))));
+  slider.addEventListener("input", () => (line.value = String(valueAt(range, Number(slider.value))), tryValue(target, line.value)));
   slider.addEventListener("change", () => commit(holder, target, line.value));
+  slider.addEventListener("pointerup", dropTrial);
   const holder = element("span", { class: "number" }, line, slider);
   return holder;
 }
@@ -58,7 +59,9 @@ function vectorField(field, count, value, target) {
   if (isColour && Array.isArray(value)) {
     const hex = `#${value.map((part) => Math.round(255 * part).toString(16).padStart(2, "0")).join("")}`;
     const picker = /** @type {HTMLInputElement} */ (element("input", { type: "color", value: hex, "aria-label": target }));
-    picker.addEventListener("change", () => commit(holder, target, written([1, 3, 5].map((at) => Number((parseInt(picker.value.slice(at, at + 2), 16) / 255).toFixed(3))))));
+    const picked = () => written([1, 3, 5].map((at) => Number((parseInt(picker.value.slice(at, at + 2), 16) / 255).toFixed(3))));
+    picker.addEventListener("input", () => tryValue(target, picked()));
+    picker.addEventListener("change", () => commit(holder, target, picked()));
     holder.append(picker);
   }
   return holder;

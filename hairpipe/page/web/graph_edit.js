@@ -37,7 +37,24 @@ function listenToEdits() {
     else if (annotation) askAnnotation(annotation, event.clientX, event.clientY);
   });
   svg.addEventListener("pointermove", (event) => (pointer = { x: event.clientX, y: event.clientY }));
+  svg.addEventListener("contextmenu", openActions);
   document.addEventListener("keydown", (event) => void keyOf(event));
+}
+
+/** Whether nodes follow the pointer without a button, until a click. */
+let grabbed = false;
+
+/** Let nodes follow the pointer. @param {string[]} names @param {{x: number, y: number}} at */
+function grabNodes(names, { x, y }) {
+  held = { kind: "move", x, y, moved: false, names, wire: null };
+  grabbed = true;
+}
+
+/** Put nodes that follow the pointer back. */
+function dropNodes() {
+  held = null;
+  grabbed = false;
+  drawGraph();
 }
 
 /** Whether the next drag chooses nodes in a box. */
@@ -48,7 +65,9 @@ let pointer = { x: 300, y: 300 };
 
 /** @param {SVGSVGElement} svg @param {PointerEvent} event */
 function beginGesture(svg, event) {
+  if (grabbed && event.button !== 0) return dropNodes();
   if (event.button !== 0) return;
+  if (grabbed) return; // its release ends the move
   svg.focus({ preventScroll: true });
   const { socket, node, wire, annotation } = graphTarget(event);
   const start = { x: event.clientX, y: event.clientY, moved: false, names: /** @type {string[]} */ ([]), wire: /** @type {any} */ (null) };
@@ -106,6 +125,7 @@ function refusal(wire, socket) {
 async function endGesture(event) {
   const gesture = /** @type {NonNullable<typeof held>} */ (held), [x, y] = graphPlace(event.clientX, event.clientY);
   held = null;
+  grabbed = false;
   document.querySelector("#graph .draft, #graph .lasso")?.remove();
   document.querySelectorAll("#graph .fits").forEach((socket) => socket.classList.remove("fits"));
   const [fx, fy] = graphPlace(gesture.x, gesture.y);

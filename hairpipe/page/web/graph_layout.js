@@ -1,7 +1,7 @@
 "use strict";
 // Places of nodes and ways of wires: laid out in columns, or as the file and the page have them.
 
-/** @typedef {{x: number, y: number, height: number, inputs: string[], outputs: string[]}} Box */
+/** @typedef {{x: number, y: number, height: number, inputs: string[], outputs: string[], folded: boolean}} Box */
 
 const BOX = { width: 158, head: 24, line: 15, gap: 26, column: 48 };
 
@@ -18,8 +18,8 @@ function layOut(graph, moved) {
   const boxes = new Map();
   for (const node of graph.nodes) {
     const inputs = inputsOf(node), outputs = Object.keys(node.type.outputs);
-    const height = BOX.head + BOX.line * Math.max(inputs.length + outputs.length, 1) + 8;
-    boxes.set(node.name, { x: 0, y: 0, height, inputs, outputs });
+    const folded = app.folded.has(node.name), height = BOX.head + (folded ? 0 : BOX.line * Math.max(inputs.length + outputs.length, 1) + 8);
+    boxes.set(node.name, { x: 0, y: 0, height, inputs, outputs, folded });
     layout.setNode(node.name, { width: BOX.width, height });
   }
   for (const node of graph.nodes) for (const edge of node.edges) if (boxes.has(edge.node)) layout.setEdge(edge.node, node.name, {}, `${edge.output} ${edge.plug}`);
@@ -69,10 +69,11 @@ function placedGraph(graph, boxes) {
 }
 
 /** Box of a node as it was drawn last. @param {string} name @returns {Box} */
-const boxOfNode = (name) => drawnBoxes.get(name) ?? { x: 0, y: 0, height: 0, inputs: [], outputs: [] };
+const boxOfNode = (name) => drawnBoxes.get(name) ?? { x: 0, y: 0, height: 0, inputs: [], outputs: [], folded: false };
 
-/** Height of a socket in its box. @param {Box} box @param {string} name @param {boolean} isOutput */
+/** Height of a socket in its box; in a folded one all lie on its head. @param {Box} box @param {string} name @param {boolean} isOutput */
 function socketHeight(box, name, isOutput) {
+  if (box.folded) return box.y;
   const place = isOutput ? box.outputs.indexOf(name) : box.outputs.length + box.inputs.indexOf(name);
   return box.y - box.height / 2 + BOX.head + BOX.line * (place + 0.5) + 2;
 }

@@ -81,13 +81,14 @@ function drawNode(node, box) {
     const given = { "data-owner": node.name, "data-side": isOutput ? "out" : "in", "data-name": name, "data-type": type };
     const free = !isOutput && !node.edges.some((/** @type {any} */ edge) => edge.plug === name);
     return [drawn("circle", { class: free ? "socket free" : "socket", cx: x, cy: y, r: 4.5, fill: typeColour(type), stroke: typeColour(type), ...given }, [drawn("title", {}, [`${name || "output"}: ${type}`])]),
-      label(name || type, isOutput ? x - 9 : x + 9, y + 4, isOutput ? "out" : "in")];
+      ...(box.folded ? [] : [label(name || type, isOutput ? x - 9 : x + 9, y + 4, isOutput ? "out" : "in")])];
   };
   const group = drawn("g", { class: "node", tabindex: 0, "data-node": node.name }, [
     drawn("rect", { class: "box", x: left, y: top, width: BOX.width, height: box.height, rx: 5 }),
     drawn("rect", { class: "head", x: left, y: top, width: BOX.width, height: BOX.head, rx: 5 }),
-    label(node.name, left + 8, top + 16, "name"),
-    drawn("text", { class: "seconds", x: left + 9, y: top + BOX.head + BOX.line * 0.5 + 6 }), // next to the first output
+    iconAt(categoryOf(node.type), left + 7, top + 6),
+    label(node.name, left + 24, top + 16, "name"),
+    ...(box.folded ? [] : [drawn("text", { class: "seconds", x: left + 9, y: top + BOX.head + BOX.line * 0.5 + 6 })]), // next to the first output
     ...box.outputs.flatMap((name) => socket(name, true, node.type.outputs[name])),
     ...box.inputs.flatMap((name) => socket(name, false, typeOfPlug(node, name))),
     drawn("title", {}, [`${node.type.name}: ${node.fault ?? node.type.summary}`]),
@@ -124,7 +125,8 @@ function paintGraph() {
     group.classList.toggle("selected", name === app.node);
     group.querySelector(".head")?.setAttribute("fill", stateColour(state));
     group.querySelector(".name")?.setAttribute("fill", inkOn(stateColour(state)));
-    /** @type {Element} */ (group.querySelector(".seconds")).textContent = seconds ? timeText(seconds) : WORDS[state];
+    group.querySelector(".icon")?.setAttribute("stroke", inkOn(stateColour(state)));
+    drawInto(group.querySelector(".seconds"), seconds ? timeText(seconds) : WORDS[state]);
   }
 }
 

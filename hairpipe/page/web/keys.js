@@ -10,48 +10,82 @@ function subjects() {
 /** The frame or note that is chosen. */
 const chosenAnnotation = () => annotationNamed([...app.chosen][0]);
 
+/** What is done by a key, or by the menu of a node or of the graph. In a field in which one types only some keys are taken.
+ * @typedef {{press: string[], name: string, menu?: "node" | "graph", typing?: boolean, can?: (names: string[]) => boolean, does: (names: string[], at: {x: number, y: number}) => unknown}} Action */
+
+const isSome = (/** @type {string[]} */ names) => names.length > 0;
+const isBelow = (/** @type {string} */ id) => Boolean(document.getElementById(id)?.matches(":hover"));
+
+/** The first of those with a key that can be done is done. @type {Action[]} */
+const ACTIONS = [
+  { press: ["ctrl+enter"], name: "run to this node", menu: "node", can: isSome, does: (names) => edit("run", { to: names }) },
+  { press: ["g"], name: "move", menu: "node", can: isSome, does: grabNodes },
+  { press: ["f2"], name: "rename", menu: "node", can: isSome, does: ([name], { x, y }) => askName(name, x, y) },
+  { press: ["shift+d"], name: "duplicate", menu: "node", can: isSome, does: duplicateNodes },
+  { press: ["m"], name: "mute or unmute", menu: "node", can: isSome, does: (names) => edit("mute", { nodes: names, on: !names.every((name) => app.nodeNamed(name).muted) }) },
+  { press: ["h"], name: "fold or unfold", menu: "node", can: isSome, does: foldNodes },
+  { press: ["f"], name: "frame around", menu: "node", can: isSome, does: askFrame },
+  { press: ["x", "delete"], name: "remove note or frame", can: () => Boolean(chosenAnnotation()), does: () => edit("annotate", { name: chosenAnnotation()?.name, value: null }) },
+  { press: ["x", "delete"], name: "delete", menu: "node", can: isSome, does: (names) => edit("remove", { nodes: names }) },
+  { press: ["shift+a"], name: "add node", menu: "graph", does: (_, at) => openAdd(at) },
+  { press: ["n"], name: "note", menu: "graph", does: askNote },
+  { press: ["a"], name: "choose all or none", menu: "graph", does: () => ((app.chosen = app.chosen.size ? new Set() : new Set(app.graph.nodes.map((/** @type {any} */ node) => node.name))), paintGraph()) },
+  { press: ["b"], name: "choose in a box", menu: "graph", does: () => ((boxNext = true), sayControls("drag a box around nodes")) },
+  { press: ["l"], name: "lay out again", menu: "graph", does: layOutAgain },
+  { press: ["home"], name: "show all, below the pointer", can: () => isBelow("stage"), does: () => viewer?.frameAll() },
+  { press: ["home"], name: "show all", menu: "graph", does: () => showAll() },
+  { press: ["tab"], name: "paint, over the viewport", can: () => isBelow("stage") && (Boolean(brush.texels) || canPaint()), does: togglePainting },
+  { press: ["tab"], name: "settings, over the graph", can: () => isBelow("graph"), does: () => (Object.assign(panes, { side: panes.side ? 0 : PRESETS.edit.side, preset: "" }), sizePanes()) },
+  { press: ["ctrl+z"], name: "undo", menu: "graph", does: () => edit("undo") },
+  { press: ["ctrl+shift+z", "ctrl+y"], name: "redo", does: () => edit("redo") },
+  { press: ["ctrl+s"], name: "save", typing: true, does: () => saveGraph(false) },
+  { press: ["ctrl+shift+s"], name: "save as", typing: true, does: () => saveGraph(true) },
+  { press: ["?"], name: "this list", does: () => showKeys() },
+];
+
+/** Gestures, and keys of other files, for the list. @type {[string, string][]} */
+const GESTURES = [
+  ["drag, middle drag", "turn the view"], ["Shift drag, right drag", "move the view"], ["wheel", "zoom"], ["double click", "show all"], ["right click", "menu of a node, or of the graph"], ["Space, ← →", "play, step"],
+  ["drag, Shift drag", "move nodes, choose in a box"], ["Ctrl-C, X, V", "copy, cut, paste"], ["[ ], Ctrl drag, Escape", "radius of the brush, the opposite value, end of painting"],
+];
+
+/** Key as it is printed. @param {string} press such as ctrl+shift+z */
+const keyText = (press) => press.split("+").map((part) => part[0].toUpperCase() + part.slice(1)).join("-");
+
 /** @param {KeyboardEvent} event */
 async function keyOf(event) {
-  const typing = event.target instanceof HTMLElement && event.target.matches("input:not([type=range]), select, textarea");
-  const command = event.ctrlKey || event.metaKey, key = event.key.toLowerCase(), names = subjects();
-  const [x, y] = [pointer.x, pointer.y];
-  /** @type {Array<[boolean, () => unknown]>} */
-  const keys = [
-    [command && key === "s", () => saveGraph(event.shiftKey)],
-    [!typing && command && key === "z", () => edit(event.shiftKey ? "redo" : "undo")],
-    [!typing && command && key === "y", () => edit("redo")],
-    [!typing && !command && event.shiftKey && key === "a", () => openAdd({ x, y })],
-    [!typing && !command && event.shiftKey && key === "d" && names.length > 0, () => duplicateNodes(names)],
-    [!typing && !command && (key === "x" || key === "delete") && Boolean(chosenAnnotation()), () => edit("annotate", { name: chosenAnnotation()?.name, value: null })],
-    [!typing && !command && !event.shiftKey && key === "f" && names.length > 0, () => askFrame(names)],
-    [!typing && !command && !event.shiftKey && key === "n", askNote],
-    [!typing && !command && (key === "x" || key === "delete") && names.length > 0, () => edit("remove", { nodes: names })],
-    [!typing && !command && key === "m" && names.length > 0, () => edit("mute", { nodes: names, on: !names.every((name) => app.nodeNamed(name).muted) })],
-    [!typing && key === "f2" && Boolean(app.node), () => askName(app.node, x, y)],
-    [!typing && !command && !event.shiftKey && key === "a", () => ((app.chosen = app.chosen.size ? new Set() : new Set(app.graph.nodes.map((/** @type {any} */ n) => n.name))), paintGraph())],
-    [!typing && !command && key === "l", layOutAgain],
-    [!typing && key === "home", () => (document.getElementById("stage")?.matches(":hover") ? viewer?.frameAll() : showAll())],
-    [!typing && !command && key === "b", () => (boxNext = true, sayControls("drag a box around nodes"))],
-    [!typing && event.key === "?", showKeys],
-  ];
-  const found = keys.find(([holds]) => holds);
+  const typing = event.target instanceof HTMLElement && event.target.matches("input:not([type=range]), select, textarea"), key = event.key.toLowerCase();
+  const press = [event.ctrlKey || event.metaKey ? "ctrl" : "", event.shiftKey && key !== "?" ? "shift" : "", key].filter(Boolean).join("+"), names = subjects();
+  if (grabbed && key === "escape") return dropNodes();
+  const found = ACTIONS.find((action) => action.press.includes(press) && (!typing || action.typing) && (action.can?.(names) ?? true));
   if (!found) return;
   event.preventDefault();
-  await found[1]();
+  await found.does(names, pointer);
 }
 
-/** Keys and gestures of the page. */
-const KEYS = [
-  ["drag, middle drag", "turn the view"], ["Shift drag, right drag", "move the view"], ["wheel", "zoom"], ["Home, double click", "show all, in the view or the graph below the pointer"], ["Space, ← →", "play, step"],
-  ["Shift-A", "add a node"], ["drag, B", "move nodes, choose nodes in a box"], ["A", "choose all or none"], ["X, M, Shift-D, F2", "delete, mute, duplicate, rename"], ["F, N, L", "frame, note, lay out again"],
-  ["Ctrl-C, X, V", "copy, cut, paste"], ["Ctrl-Z, Ctrl-Shift-Z, Ctrl-S", "undo, redo, save"], ["[ ], Ctrl drag, Escape", "radius of the brush, the opposite value, end of painting"], ["?", "this list"],
-];
+/** Open the menu of the node below the pointer, or of the graph. @param {MouseEvent} event */
+function openActions(event) {
+  const { node } = graphTarget(event), at = { x: event.clientX, y: event.clientY };
+  event.preventDefault();
+  pointer = at;
+  if (node && !app.chosen.has(node)) app.chosen = new Set([node]);
+  if (node) selectNode(node), paintGraph();
+  const names = subjects(), shown = ACTIONS.filter((action) => action.menu === (node ? "node" : "graph"));
+  openMenu({ ...at, items: shown.map(({ name, press, does }) => ({ name, key: keyText(press[0]), does: () => does(names, at) })) });
+}
 
 /** Open or close the list of keys. */
 function showKeys() {
-  const open = document.getElementById("keys");
+  const open = document.getElementById("keys"), keys = ACTIONS.map(({ press, name }) => [press.map(keyText).join(", "), name]);
   if (open) return open.remove();
-  document.body.append(element("div", { id: "keys", onclick: () => showKeys() }, element("dl", {}, ...KEYS.flatMap(([keys, what]) => [element("dt", {}, keys), element("dd", {}, what)]))));
+  document.body.append(element("div", { id: "keys", onclick: () => showKeys() }, element("dl", {}, ...[...keys, ...GESTURES].flatMap(([key, what]) => [element("dt", {}, key), element("dd", {}, what)]))));
+}
+
+/** Draw the heads of nodes alone, or all of them. @param {string[]} names */
+function foldNodes(names) {
+  const unfold = names.every((name) => app.folded.has(name));
+  for (const name of names) unfold ? app.folded.delete(name) : app.folded.add(name);
+  drawGraph();
 }
 
 /** Copy nodes to the lower right. @param {string[]} names */

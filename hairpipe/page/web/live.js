@@ -45,7 +45,7 @@ let cooking = 0;
 function cookSoon() {
   clearTimeout(cooking);
   const { node, frame } = app, isComplete = (app.state.nodes[node]?.cells ?? []).every((/** @type {Cell} */ cell) => cell.outputs);
-  if (app.wedge || app.graph.conflict || !node || isComplete) return void (app.ahead && app.set({ ahead: null }));
+  if (app.wedge || app.trial || trying.wanted || app.graph.conflict || !node || isComplete) return void (app.ahead && app.set({ ahead: null }));
   cooking = window.setTimeout(async () => {
     const work = await (await fetch(`work?node=${node}&frame=${frame}`)).json().catch(() => ({ fault: "none" }));
     if (app.node !== node || app.frame !== frame) return;

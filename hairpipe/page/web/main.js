@@ -14,10 +14,11 @@ function fault(message) {
 async function refresh() {
   const [graph, base] = await Promise.all([hairpipe.plain("graph"), hairpipe.plain("state")]);
   const wedge = base.wedge ? await hairpipe.plain("wedge") : null, chosen = app.graph ? app.variant : 0; // a wedge begins with its first variant
-  const variant = wedge?.variants[chosen] ? chosen : -1;
+  const variant = wedge?.variants[chosen] ? chosen : -1, before = app.trial ? app.base : app.state;
   Object.assign(app, { base, wedge });
+  if (!trying.wanted && graph.revision >= app.answered) app.trial = null;
   const state = stateOf(variant);
-  if (app.state) keepPast(app.state.nodes, state.nodes);
+  if (before) keepPast(before.nodes, state.nodes);
   const frame = app.frame >= graph.frames[0] && app.frame <= graph.frames[1] ? app.frame : frameToShow(graph, state);
   resolveTypes(graph);
   const node = graph.nodes.some((/** @type {any} */ one) => one.name === app.node) ? app.node : "";

@@ -5,10 +5,12 @@
 const PAINT_SIZE = 512;
 /** Distance between two dabs, over the radius. */
 const DAB_SPACING = 0.3;
+/** Setting that scales the density of hair. */
+const DENSITY = "density";
 
 /** The brush; radius [m]. While one paints: the setting, the image on its body, and the stroke that is drawn.
  * @type {{radius: number, falloff: number, strength: number, value: number, mirror: boolean, node: string, target: string, source: string, texels: Texels | null,
- *   item: (Item & {update: () => void}) | null, stroke: {before: Uint8Array, cover: Float32Array, last: number[], value: number} | null, sending: number, sent: Promise<unknown>}} */
+ *   item: PaintedItem | null, stroke: {before: Uint8Array, cover: Float32Array, last: number[], value: number} | null, sending: number, sent: Promise<unknown>}} */
 const brush = { radius: 0.025, falloff: 0.7, strength: 1, value: 0, mirror: false, node: "", target: "", source: "", texels: null, item: null, stroke: null, sending: 0, sent: Promise.resolve() };
 
 /** Settings of a node that read a map or an image, by dotted name. @param {any} node @returns {string[]} */
@@ -27,9 +29,9 @@ function paintedWithin(fields, above) {
 /** Whether maps of the selected node can be painted: it depends on a body at rest. */
 const canPaint = () => app.live && paintTargets(app.nodeNamed(app.node)).length > 0 && Boolean(upstream(app.node, "mesh", "Body"));
 
-/** What the setting reads now: its map or image. @returns {{map?: string, image?: string}} */
-function paintSource() {
-  const value = brush.target.split(".").reduce((/** @type {any} */ table, name) => table?.[name], app.nodeNamed(brush.node)?.settings);
+/** What a setting reads now: its map or image. @param {string} target @returns {{map?: string, image?: string}} */
+function paintSource(target) {
+  const value = target.split(".").reduce((/** @type {any} */ table, name) => table?.[name], app.nodeNamed(brush.node)?.settings);
   return { map: value?.map ?? undefined, image: value?.image ?? undefined };
 }
 
@@ -50,17 +52,23 @@ async function beginPainting(target) {
 
 /** Take the image or map that the setting reads, unless it is the one that is shown. @param {string} body document of its mesh */
 async function takeSource(body) {
-  const { texels, item } = brush, source = paintSource(), text = JSON.stringify(source);
+  const { texels, item } = brush, source = paintSource(brush.target), density = paintSource(DENSITY), text = JSON.stringify([source, density]);
   if (!texels || text === brush.source) return;
   brush.source = text;
-  const pixels = source.image ? await pixelsOf(source.image).catch(() => null) : new Uint8Array(PAINT_SIZE ** 2).fill(255);
-  const map = source.map && (await hairpipe.get(body.replace(/mesh$/, "maps"))).arrays[source.map];
+  const pixels = await sourceTexels(texels, body, source).catch(() => null), grown = brush.target === DENSITY ? null : await sourceTexels(texels, body, density).catch(() => new Uint8Array(PAINT_SIZE ** 2).fill(255));
   if (brush.source !== text || brush.texels !== texels || brush.stroke) return; // another one, meanwhile
   if (!pixels) return leavePainting(), void sayControls(document.body.dataset.refused = `${source.image} cannot be shown: browsers read PNG, JPEG and WebP`);
   texels.values = pixels;
-  if (map) texels.takeMap(map);
-  item?.update();
+  item?.update(grown);
   viewer?.redraw();
+}
+
+/** Values of a map or image, as large as painted ones; white for none. @param {Texels} texels @param {string} body document of its mesh @param {{map?: string, image?: string}} source */
+async function sourceTexels(texels, body, { map, image }) {
+  if (image) return pixelsOf(image);
+  const values = new Uint8Array(PAINT_SIZE ** 2).fill(255), vertices = map && (await hairpipe.get(body.replace(/mesh$/, "maps"))).arrays[map];
+  if (vertices) texels.takeMap(vertices, values);
+  return values;
 }
 
 /** Values of an image from 0 to 255, as large as painted ones; rejects for one that no browser reads. @param {string} path @returns {Promise<Uint8Array<ArrayBuffer>>} */
@@ -115,6 +123,11 @@ function brushTools() {
   return element("div", { id: "brush" }, choice, slider("value", 0, 1, 1, "", "0: the value `low` of the setting, 1: its value"), slider("radius", 0.002, 0.1, 1000, " mm", "radius on the skin"),
     slider("falloff", 0, 1, 1, "", "share of the radius over which a dab fades"), slider("strength", 0.02, 1, 1, "", "share of the value that one stroke paints"),
     element("label", { title: "paint the other side as well: x is mirrored" }, mirror, "mirror"), element("button", { title: "Escape", onclick: leavePainting }, "done"));
+}
+
+function togglePainting() {
+  if (brush.texels) leavePainting();
+  else void beginPainting(paintTargets(app.nodeNamed(app.node))[0]);
 }
 
 function leavePainting() {

@@ -13,7 +13,7 @@ function drawPanel() {
   const settings = node.type.settings, absent = settings.filter((/** @type {any} */ field) => isAbsent(field, node.settings));
   const folded = panel.querySelector("details.absent"), open = folded instanceof HTMLDetailsElement && folded.open;
   const parts = [
-    element("h2", {}, node.name, element("small", {}, node.type.name)),
+    element("h2", {}, iconOf(categoryOf(node.type)), node.name, element("small", {}, node.type.name)),
     ...docParts(node, panel.querySelector(`.doc details[data-node="${node.name}"]`)),
     element("p", { class: "state" }), element("p", { class: "ahead" }),
     ...(app.live ? [explanation(node.name, cell, panel.querySelector(`.explain[data-node="${node.name}"]`))] : []),

@@ -17,7 +17,7 @@ async function overFrames() {
   const names = framesOf(app.node).map((frame) => [frame, app.document(app.node, app.output, "table", frame)]);
   const known = names.filter(([, name]) => name);
   const found = await Promise.all(known.map(([, name]) => hairpipe.plain(/** @type {string} */ (name))));
-  return { names: ["frame", ...found[0].names], rows: found.map((table, i) => [known[i][0], ...table.rows[0]]) };
+  return found.length ? { names: ["frame", ...found[0].names], rows: found.map((table, i) => [known[i][0], ...table.rows[0]]) } : null; // of a stale result
 }
 
 /** @param {any} table @returns {HTMLElement} */

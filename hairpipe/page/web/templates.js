@@ -1,5 +1,5 @@
 "use strict";
-// Graphs to begin with, offered on the viewport of a graph without nodes: each is pasted as its text, which is one edit.
+// Graphs to begin with, offered on the viewport of a graph without nodes: a shipped one, or a text that is pasted. Each is one edit.
 
 const TEMPLATE_VIEW = `
 [body]
@@ -35,6 +35,7 @@ function offerTemplates(stage) {
   stage.classList.remove("solid");
   if (!app.live || document.getElementById("templates")) return;
   stage.append(element("div", { id: "templates", class: "none" }, element("p", {}, "An empty graph. Begin with"),
+    element("button", { "data-template": "demo", onclick: () => edit("begin", { name: "demo" }) }, element("b", {}, "demo"), element("small", {}, "our bust in a head shake, with all settings of the graph demo; its motion is copied next to the graph")),
     ...TEMPLATES.map(([title, note, text]) => element("button", { "data-template": title, onclick: () => edit("paste", { text }) }, element("b", {}, title), element("small", {}, note))),
     element("p", {}, "or add a node: Shift-A over the graph")));
 }

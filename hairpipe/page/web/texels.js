@@ -58,12 +58,12 @@ class Texels {
     return spots;
   }
 
-  /** Take the values of a vertex map. @param {Numbers} map */
-  takeMap(map) {
+  /** Take the values of a vertex map into an image. @param {Numbers} map @param {Uint8Array} values */
+  takeMap(map, values) {
     this.covered.forEach((texel, i) => {
       let value = 0;
       for (let corner = 0; corner < 3; corner++) value += this.weights[3 * i + corner] * map[this.triangles[3 * this.triangle[i] + corner]];
-      this.values[texel] = Math.round(value);
+      values[texel] = Math.round(value);
     });
   }
 

@@ -43,8 +43,7 @@ class Viewer {
       this.camera.frame(box.low, box.high);
       this.framed = app.node;
     }
-    const before = layers.length ? (past.length ? label : "") : "before the edit; a run shows the new result";
-    this.note.textContent = [before, ...made.map((item) => item.note)].filter(Boolean).join(", ");
+    this.note.textContent = [layers.length && past.length ? label : "", ...made.map((item) => item.note)].filter(Boolean).join(", ");
     document.body.dataset.ghost = String(past.length && !layers.length ? 1 : past.length ? 2 : 0);
     void drawPicked();
     this.redraw();

@@ -10,7 +10,8 @@ function selectVariant(variant) {
 
 /** State of the results of a variant; the verdict is on all variants, which are run together. @param {number} variant */
 function stateOf(variant) {
-  return variant < 0 || !app.wedge ? app.base : { ...app.base, nodes: app.wedge.states[variant], verdict: app.wedge.verdict };
+  if (!app.wedge) return app.trial ? { ...app.base, nodes: withTrial(app.base.nodes) } : app.base;
+  return variant < 0 ? app.base : { ...app.base, nodes: app.wedge.states[variant], verdict: app.wedge.verdict };
 }
 
 function drawWedge() {
