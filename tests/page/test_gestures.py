@@ -102,7 +102,7 @@ def choose_action(live, target, name):
     live.actions().context_click(target).perform()
     live.until(lambda: live.driver.find_elements("css selector", "#popup.menu"))
     live.find(f'#popup.menu [data-action="{name}"]').click()
-    assert not live.driver.find_elements("id", "popup")
+    assert not live.driver.find_elements("css selector", "#popup.menu")
 
 
 def test_a_right_click_opens_the_actions_of_a_node_and_of_the_graph(live):
@@ -110,7 +110,7 @@ def test_a_right_click_opens_the_actions_of_a_node_and_of_the_graph(live):
     live.until(lambda: live.tables["picture"].get("mute"))
     assert live.driver.execute_script("return [app.node, ...app.chosen]") == ["picture", "picture"]
     choose_action(live, live.node("lag"), "rename")
-    live.actions().send_keys(live.Keys.CONTROL, "a").send_keys(live.Keys.NULL, "later", live.Keys.ENTER).perform()
+    live.choose("later")
     live.until(lambda: "later" in live.tables)
     live.session.edit("hair.strands", "240")
     live.settle()
@@ -133,11 +133,12 @@ def test_keys_move_and_fold_nodes_and_close_the_settings(live):
     live.node("hair").click()
     place = live.driver.execute_script("return boxOfNode('hair')")
     live.press("g")
-    live.actions().move_by_offset(40, 25).perform()
+    live.actions().move_to_element(live.node("hair")).move_by_offset(40, 25).perform()
+    assert live.driver.execute_script("return boxOfNode('hair').x === arguments[0] && held.moved", place["x"])
     live.press(live.Keys.ESCAPE)
     assert live.driver.execute_script("return [boxOfNode('hair').x, held]") == [place["x"], None]
     live.press("g")
-    live.actions().move_by_offset(-30, 10).click().perform()
+    live.actions().move_to_element(live.node("hair")).move_by_offset(-30, 10).click().perform()
     live.until(lambda: "hair" in live.tables.get("layout", {}))
     assert live.tables["layout"]["hair"][0] < place["x"]
     text = live.text
@@ -162,7 +163,7 @@ def test_every_category_of_nodes_has_an_icon(live):
     hairpipe.plain("catalogue").then(({ types }) => done(types.map((type) => [type.name, categoryOf(type)])));"""
     icons = live.driver.execute_script("return Object.keys(ICONS)")
     without = {category for _, category in live.driver.execute_async_script(script) if category not in icons}
-    assert without <= {"normals", "pins", "table", "pointvalues"}
+    assert without <= {"normals", "pins", "pointvalues"}
     assert len(live.driver.find_elements("css selector", "#graph .node .icon")) == 7
 
 

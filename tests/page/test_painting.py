@@ -209,8 +209,7 @@ def test_hair_grows_where_the_density_is_painted(session, opened, folder):
                 picture[round(y), round(x)]
                 for x, y in (page.driver.execute_script(PLACE, [side * 0.05, 0.08, 0.0]) for side in (-1, 1))
             )
-            assert np.ptp(grown) > 80, "the colour of 1"
-            assert np.ptp(bald) < 60 and bald.min() > 60, "pale"
+            assert np.ptp(bald) < 0.6 * np.ptp(grown), "pale"
 
 
 BUST = GRAPH.replace("make_skin", "make_bust").replace('{ map = "scalp" }', '{ map = "length" }')

@@ -24,7 +24,7 @@ const SYNONYMS = {
   texture: ["image", "map"], fur: ["groom"], character: ["body"], video: ["flipbook"], film: ["flipbook"], movie: ["flipbook"],
 };
 /** Categories of nodes, by what their names begin with; others belong to what they give. @type {[RegExp, string][]} */
-const CATEGORIES = [[/^load_/, "import"], [/^export_/, "export"], [/^(measure|count|validate|compare|watch)_/, "measure"], [/^simulate_/, "simulate"], [/^(preview|render|flipbook|contact_sheet|join_pictures)/, "picture"]];
+const CATEGORIES = [[/^load_/, "import"], [/^(export|write)_/, "export"], [/^(measure|count|validate|compare|watch)_/, "measure"], [/^simulate_/, "simulate"], [/^(preview|render|flipbook|contact_sheet|join_pictures)/, "picture"]];
 
 /** Category of a type of nodes. @param {any} type @returns {string} */
 const categoryOf = (type) => CATEGORIES.find(([begin]) => begin.test(type.name))?.[1] ?? String(Object.values(type.outputs)[0]).toLowerCase();

@@ -34,7 +34,7 @@ const ACTIONS = [
   { press: ["l"], name: "lay out again", menu: "graph", does: layOutAgain },
   { press: ["home"], name: "show all, below the pointer", can: () => isBelow("stage"), does: () => viewer?.frameAll() },
   { press: ["home"], name: "show all", menu: "graph", does: () => showAll() },
-  { press: ["tab"], name: "paint, over the viewport", can: () => isBelow("stage") && (Boolean(brush.texels) || canPaint()), does: togglePainting },
+  { press: ["tab"], name: "paint, over the viewport", can: () => isBelow("stage") && (Boolean(brush.texels) || canPaint()), does: () => togglePainting() },
   { press: ["tab"], name: "settings, over the graph", can: () => isBelow("graph"), does: () => (Object.assign(panes, { side: panes.side ? 0 : PRESETS.edit.side, preset: "" }), sizePanes()) },
   { press: ["ctrl+z"], name: "undo", menu: "graph", does: () => edit("undo") },
   { press: ["ctrl+shift+z", "ctrl+y"], name: "redo", does: () => edit("redo") },
