@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from hairpipe.data import Mesh, Normals, Strands
+from hairpipe.data import Groom, Mesh, Normals, Strands
 from hairpipe.graph import File, Time, Workspace, node
 from hairpipe.render.framing import View
 from hairpipe.units import Degrees, Fraction, Interval, Metres, Pixels, Suffixes
@@ -10,11 +10,12 @@ from hairpipe.units import Degrees, Fraction, Interval, Metres, Pixels, Suffixes
 Place = tuple[Metres, Metres, Metres]
 
 
-@node(frames="each")
+@node(frames="each", unvaried=("framed",))
 def preview(
     hair: Strands,
     body: Mesh | None,
     normals: Normals | None,
+    framed: Groom | None,
     workspace: Workspace,
     time: Time,
     *,
@@ -38,7 +39,8 @@ def preview(
 
     width          width of the picture
     height         height of the picture
-    view           direction of view; the length of strands gives the scale, their roots the centre
+    view           direction of view; the length of strands gives the scale, or that of the groom at `in.framed`, which
+                   all variants of a wedge share; the roots give the centre
     eye            position of the camera, in place of that of `view`
     target         centre of the picture, in place of a point below the roots; fixes the camera
     fov            field of view across the shorter side
@@ -60,12 +62,13 @@ def preview(
     from hairpipe.groom.resampling import spline_knots
     from hairpipe.io.picture import write_png
     from hairpipe.render.film import linear
-    from hairpipe.render.framing import Shot
+    from hairpipe.render.framing import Shot, radius_of
     from hairpipe.render.portrait import draw_portrait
     from hairpipe.render.shading.dual import shade_dual
     from hairpipe.render.shading.kajiya_kay import shade_hair
 
-    shot = Shot(width, height, view, fov, eye, target, supersampling, turn * time.frame)
+    radius = None if framed is None else radius_of(framed.points, framed.offsets)
+    shot = Shot(width, height, view, fov, eye, target, supersampling, turn * time.frame, radius)
     if normals is not None and len(normals.vectors) != len(hair.points):
         what = f"{len(normals.vectors)} normals of {len(hair.points)} points"
         raise BadInput(what, where="in.normals", right="the normals of this hair")

@@ -11,7 +11,7 @@ from hairpipe.api.stopping import Stopping, read_table
 from hairpipe.data import Table
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
-from hairpipe.graph.file.merged import merged
+from hairpipe.graph.file.merged import merged, unvaried
 from hairpipe.graph.file.overrides import WEDGE
 from hairpipe.graph.file.variant_names import variant_name
 from hairpipe.graph.file.wedge import Wedge, find_wedge
@@ -29,7 +29,7 @@ class Variant:
     """A variant of a wedge.
 
     settings  differences to the graph file, by `node.setting` or `node.group.setting`
-    graph     the graph file with these settings; its results have the same keys in the wedge
+    graph     the graph file with these settings, and unvaried inputs; its results have the same keys in the wedge
     names     names of its nodes in the graph of all variants, by their names in the graph file
     """
 
@@ -55,6 +55,8 @@ class WedgeShot(GraphShot):
         alone = source.edited(tables)  # the wedges are checked once, not for every variant
         graphs = {label: self._graph_of(alone, label, settings) for label, settings in chosen.items()}
         self.original = self.graph
+        varied = {target.partition(".")[0] for target in self.definition.axes}
+        graphs = {label: unvaried(graph, self.original, varied) for label, graph in graphs.items()}
         self.graph, names = merged(graphs, self._name_of)
         self.variants = {label: Variant(label, chosen[label], graphs[label], names[label]) for label in graphs}
         self._check_stop()

@@ -11,7 +11,8 @@ LICENCES = ("dagre.LICENSE.txt", "uPlot.LICENSE.txt")
 STYLES = ("uPlot.min.css", "style.css")
 _NAMES = """core app panes popup graph_layout annotations graph_view add_node graph_edit clipboard keys frame_strip
     work log camera light channels shaders scene rays viewer picking texels painted_mesh paint play pictures tables
-    icons wedge_view slices templates stage profile soft_range trial files fields shot_fields panel verdict timeline live main"""
+    icons wedge_view slices templates stage profile soft_range trial files fields shot_fields panel verdict
+    timeline live main"""
 SCRIPTS = tuple(f"{name}.js" for name in _NAMES.split())
 """In the order of loading: the last one starts the page."""
 MARK = "<!-- scripts -->"

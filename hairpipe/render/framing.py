@@ -33,6 +33,7 @@ class Shot:
     target  point at the centre of the picture [m]
     grain   pixels of the film across one of the picture
     turn    rotation of the eye about the target, towards the left ear [degrees]
+    radius  half the length of the shorter side at the target, in place of that of the hair [m]
     """
 
     width: int
@@ -43,6 +44,7 @@ class Shot:
     target: Place | None = None
     grain: int = GRAIN
     turn: float = 0.0
+    radius: float | None = None
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,7 @@ class Framing:
     radius: float
 
 
-def frame_hair(points: np.ndarray, offsets: np.ndarray) -> Framing:
+def frame_hair(points: np.ndarray, offsets: np.ndarray, radius: float | None = None) -> Framing:
     """Frame the hair by its roots and its length, not by its positions.
 
     The spread of the roots and the median length of the strands are constant while the hair moves: the scale of the
@@ -65,13 +67,22 @@ def frame_hair(points: np.ndarray, offsets: np.ndarray) -> Framing:
 
     points   root first, strand after strand [m], (p, 3) float64
     offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
+    radius   of the picture [m]; None for that of this hair
     """
+    roots = points[offsets[:-1]]
+    centre = roots.mean(axis=0)
+    if radius is None:
+        radius = radius_of(points, offsets)
+    return Framing(centre - [0.0, DROP * radius, 0.0], radius)
+
+
+def radius_of(points: np.ndarray, offsets: np.ndarray) -> float:
+    """Return the radius of a picture of hair [m]; arguments as of `frame_hair`."""
     roots = points[offsets[:-1]]
     centre = roots.mean(axis=0)
     spread = float(np.sqrt(np.mean(np.sum((roots - centre) ** 2, axis=1))))
     length = float(np.median(strand_lengths(points, offsets)))
-    radius = max(1.6 * spread + 0.65 * length, 1e-3)
-    return Framing(centre - [0.0, DROP * radius, 0.0], radius)
+    return max(1.6 * spread + 0.65 * length, 1e-3)
 
 
 def place_camera(shot: Shot, framing: Framing) -> Camera:

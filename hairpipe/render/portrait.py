@@ -75,7 +75,7 @@ def expose_portrait(
     body = NOBODY if body is None else body
     check(hair, body)
     points = np.asarray(hair.points, float)
-    framing = frame_hair(points, hair.offsets)
+    framing = frame_hair(points, hair.offsets, shot.radius)
     camera = place_camera(shot, framing)
     width = thickness * drawn_width(hair, framing, camera, shot.grain)
     widths = width * relative_widths(hair)

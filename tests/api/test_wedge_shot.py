@@ -193,3 +193,44 @@ def test_a_variant_is_written_into_the_file(wedged):
     with pytest.raises(BadInput, match="is not allowed"):
         loaded.save({"move.step": -1.0})
     assert hairpipe.load(wedged).nodes["move"].settings["step"] == 2.0
+
+
+FRAMED = """schema = 1
+frames = [1, 2]
+fps = 24
+
+[tuft]
+type = "make_strands"
+strands = 3
+length = 0.1
+
+[same]
+type = "sample_groom"
+in.groom = "tuft"
+
+[hair]
+type = "simulate_hair"
+in.groom = "same"
+
+[picture]
+type = "preview"
+in = { hair = "hair", framed = "same" }
+
+[wedge.long]
+axes.tuft.length = [0.1, 0.2, 0.3]
+"""
+
+
+def test_pictures_of_all_variants_are_framed_by_the_groom_of_the_graph_file(tmp_path):
+    (tmp_path / "framed.toml").write_text(FRAMED)
+    shot = hairpipe.load(tmp_path / "framed.toml", cache=tmp_path / "cache")
+    wedge = shot.wedge("long")
+    for variant in wedge.variants.values():
+        picture = wedge.graph.nodes[variant.names["picture"]]
+        assert picture.edges["framed"].node == "same[unvaried]"
+        assert picture.edges["hair"].node == variant.names["hair"] != "hair"
+    keys = {entry.task.node: entry.key for entry in wedge.plan()}
+    own = {entry.task.node: entry.key for entry in shot.plan()}
+    assert keys["same[unvaried]"] == own["same"] and keys["tuft[unvaried]"] == own["tuft"]
+    pictures = [entry.key for entry in wedge.plan() if entry.task.node.startswith("picture")]
+    assert len(set(pictures)) == len(pictures) == 6

@@ -312,9 +312,9 @@ def test_an_empty_graph_begins_with_a_shipped_one_and_copies_of_its_files(tmp_pa
         assert session._history.text == EMPTY
     assert not (tmp_path / "assets" / "shake.bvh").exists(), "nothing was saved"
     (tmp_path / "assets" / "shake.bvh").write_text("another motion")
-    with closing(Session(load_draft(str(file), EMPTY, cache=tmp_path / "cache"))) as session:
-        with pytest.raises(BadInput, match="another file"):
-            session.begin("demo")
+    again = Session(load_draft(str(file), EMPTY, cache=tmp_path / "cache"))
+    with closing(again), pytest.raises(BadInput, match="another file"):
+        again.begin("demo")
 
 
 def test_runs_are_dropped_by_number_and_report_a_failed_start(monkeypatch):

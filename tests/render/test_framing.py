@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.data import Strands
-from hairpipe.render.framing import Framing, Shot, frame_hair, place_camera
+from hairpipe.render.framing import Framing, Shot, frame_hair, place_camera, radius_of
 
 
 def test_hair_that_swings_moves_neither_centre_nor_scale(hair: Strands) -> None:
@@ -20,6 +20,13 @@ def test_a_head_that_walks_and_turns_keeps_its_scale(hair: Strands) -> None:
     points = hair.points.astype(float)
     turned = points @ np.array([[0.6, 0, -0.8], [0, 1, 0], [0.8, 0, 0.6]]).T + [5.0, 0.3, -2.0]
     assert frame_hair(turned, hair.offsets).radius == pytest.approx(frame_hair(points, hair.offsets).radius)
+
+
+def test_a_given_radius_takes_the_place_of_that_of_the_hair(hair: Strands) -> None:
+    points = hair.points.astype(float)
+    own, wide = frame_hair(points, hair.offsets), frame_hair(points, hair.offsets, 0.7)
+    assert wide.radius == 0.7 and own.radius == radius_of(points, hair.offsets) != 0.7
+    assert wide.target[[0, 2]] == pytest.approx(own.target[[0, 2]])
 
 
 @pytest.mark.parametrize("size", [(300, 300), (400, 200), (200, 400)])

@@ -1,6 +1,6 @@
 """One graph of several variants, in which equal nodes occur once."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -37,6 +37,45 @@ def merged(
                 names[label][name] = node.name
     taken = frozenset(Edge(own[edge.node], edge.output) for own in names.values() for edge in first.taken)
     return replace(first, nodes=nodes, taken=taken), names
+
+
+def unvaried(graph: Graph, base: Graph, varied: Collection[str]) -> Graph:
+    """Return a variant in which the unvaried sockets of its nodes are connected to results of the graph file. Pure.
+
+    Nodes of the graph file whose results the variants change are added for them, as `node[unvaried]`.
+
+    base    the graph file
+    varied  names of the nodes with varied settings
+    """
+    changed = set(varied)
+    for node in base.nodes.values():  # in dependency order
+        if any(edge.node in changed for edge in node.edges.values()):
+            changed.add(node.name)
+    fixed = {
+        (node.name, plug): edge.node
+        for node in base.nodes.values()
+        for plug, edge in node.edges.items()
+        if node.type.socket(plug).name in node.type.unvaried and edge.node in changed
+    }
+    if not fixed:
+        return graph
+    names = {name: f"{name}{BEGIN}unvaried{END}" for name in base.upto(fixed.values()).nodes if name in changed}
+    nodes: dict[str, Node] = {}
+    for name, node in graph.nodes.items():
+        nodes[name] = replace(
+            node,
+            edges={plug: moved(edge, names) if (name, plug) in fixed else edge for plug, edge in node.edges.items()},
+        )
+        if name in names:
+            own = base.nodes[name]
+            edges = {plug: moved(edge, names) for plug, edge in own.edges.items()}
+            nodes[names[name]] = replace(own, name=names[name], edges=edges, publish=None)
+    return replace(graph, nodes=nodes, taken=frozenset(e for node in nodes.values() for e in node.edges.values()))
+
+
+def moved(edge: Edge, names: Mapping[str, str]) -> Edge:
+    """Return an edge from the node that has another name, if it has one."""
+    return Edge(names.get(edge.node, edge.node), edge.output)
 
 
 def origin(name: str) -> str:

@@ -89,6 +89,7 @@ class NodeType:
     asks_workspace  a folder to write in
     prepare         computes the value of the parameter `prepared`; None if absent
     tuning          module that lists simplifications, see `hairpipe/simplification.py`; None: none
+    unvaried        sockets that all variants of a wedge connect to results of the graph file
     """
 
     name: str
@@ -106,6 +107,7 @@ class NodeType:
     asks_workspace: tuple[str, ...]
     prepare: Preparation | None
     tuning: str | None = None
+    unvaried: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         """Write name, inputs and outputs with their types."""
@@ -135,7 +137,11 @@ class NodeType:
 
 
 def node(
-    *, frames: Mode, prepare: Callable[..., Any] | None = None, tuning: str | None = None
+    *,
+    frames: Mode,
+    prepare: Callable[..., Any] | None = None,
+    tuning: str | None = None,
+    unvaried: tuple[str, ...] = (),
 ) -> Callable[[Function], Function]:
     """Declare a function as a node type and return it unchanged; BadInput for an invalid signature.
 
@@ -144,10 +150,11 @@ def node(
              is the parameter `prepared`, which the node must not change. A worker calls the function once for equal
              inputs and settings; the result is neither stored nor part of a key
     tuning   module that lists simplifications, see `hairpipe/simplification.py`; not part of a key
+    unvaried  sockets that all variants of a wedge connect to results of the graph file, without the varied settings
     """
 
     def declare(function: Function) -> Function:
-        found = replace(read_signature(function, frames, prepare), tuning=tuning)
+        found = replace(read_signature(function, frames, prepare), tuning=tuning, unvaried=unvaried)
         function.__node__ = found  # type: ignore[attr-defined]
         return function
 
