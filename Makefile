@@ -17,7 +17,7 @@ menu:
 	@echo "make check   lint, format and types"
 	@echo "make figures write recorded results into the pages; record with hairpipe run GRAPH --record"
 	@echo "make film    compute and record the films of the gallery, GRAPH=demo for one of them"
-	@echo "make pictures   make the pictures of the tutorials, in a browser and in Blender"
+	@echo "make pictures   make the pictures of the tutorials and of the front page, in a browser and in Blender"
 	@echo "make docs    build the documentation: out/docs/index.html"
 	@echo "make clean   remove the environment and the results, not the cache"
 
@@ -56,8 +56,8 @@ film: $(VENV)/tested
 	$(VENV)/bin/python docs/film.py $(GRAPH)
 
 pictures: $(VENV)/tested
-	PAGE_PICTURES=$(CURDIR)/docs/tutorials/pictures $(RUN) pytest tests/page/test_fringe.py
 	$(VENV)/bin/hairpipe run graphs/demo.toml --frames 1001-1004 --to usd
+	PAGE_PICTURES=$(CURDIR)/docs/tutorials/pictures $(RUN) pytest -n 0 tests/page/test_fringe.py tests/page/test_front.py
 	$(VENV)/bin/hairpipe blender out/demo/shot.usd --picture docs/tutorials/pictures/blender.webp
 
 docs: $(VENV)/tested

@@ -12,6 +12,8 @@ from PIL import Image
 
 from hairpipe.page.server import Server
 
+WIDTH, HEIGHT = 1280, 800
+"""Size of the window of pictures of pages [pixels]."""
 SOCKET = '.socket[data-owner="{}"][data-side="{}"]'
 
 
@@ -33,6 +35,25 @@ def do(driver, script, *given):
     found = driver.execute_script(script, *given)
     driver.execute_async_script("const done = arguments[0]; requestAnimationFrame(() => setTimeout(done, 60));")
     return found
+
+
+@contextmanager
+def pictured(chromium):
+    """Give the window the size and the theme of pictures of pages."""
+    size = {"width": WIDTH, "height": HEIGHT, "deviceScaleFactor": 1, "mobile": False}
+    chromium.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    theme = {"features": [{"name": "prefers-color-scheme", "value": "light"}]}
+    chromium.execute_cdp_cmd("Emulation.setEmulatedMedia", theme)
+    yield
+    chromium.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    chromium.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+
+
+def write_picture(driver, path):
+    """Write the page as a picture."""
+    driver.execute_async_script("setTimeout(arguments[0], 700)")
+    image = Image.open(io.BytesIO(driver.get_screenshot_as_png())).convert("RGB")
+    image.save(path, quality=80, method=6)
 
 
 def pixels(driver, selector="#view"):

@@ -3,25 +3,22 @@
 With PAGE_PICTURES=FOLDER it has more hair, and writes the pictures of the tutorial (`make pictures`).
 """
 
-import io
 import os
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
 
 import hairpipe
 from hairpipe.api.draft import EMPTY, load_draft
 from hairpipe.page.session import Session
 
-from .live_page import SOCKET, Page, served
+from .live_page import SOCKET, Page, pictured, served, write_picture
 
 pytestmark = [pytest.mark.slow, pytest.mark.kernels]
 PICTURES = os.environ.get("PAGE_PICTURES")
 STRANDS, SEGMENTS, LAST = ("800", "10", "8") if PICTURES else ("40", "8", "3")
-WIDTH, HEIGHT = 1280, 800
 DONE = "return app.base.verdict.missing === 0 && !app.base.verdict.running"
 FRINGE = """schema = 1
 frames = [1, {last}]
@@ -114,25 +111,15 @@ class Person(Page):
     def picture(self, name):
         """Write the page as a picture of the tutorial, if these are asked for."""
         if PICTURES:
-            self.driver.execute_async_script("setTimeout(arguments[0], 700)")
-            image = Image.open(io.BytesIO(self.driver.get_screenshot_as_png())).convert("RGB")
-            image.save(Path(PICTURES) / f"page_{name}.webp", quality=80, method=6)
+            write_picture(self.driver, Path(PICTURES) / f"page_{name}.webp")
 
 
 @pytest.fixture
 def person(opened, chromium, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    chromium.execute_cdp_cmd(
-        "Emulation.setDeviceMetricsOverride",
-        {"width": WIDTH, "height": HEIGHT, "deviceScaleFactor": 1, "mobile": False},
-    )
-    theme = {"features": [{"name": "prefers-color-scheme", "value": "light"}]}
-    chromium.execute_cdp_cmd("Emulation.setEmulatedMedia", theme)
     session = Session(load_draft("fringe.toml", EMPTY, cache=os.environ.get("PAGE_CACHE", str(tmp_path / "cache"))))
-    with served(session) as address:
+    with pictured(chromium), served(session) as address:
         yield Person(opened(address), session)
-    chromium.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
-    chromium.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
 
 
 def test_an_empty_project_becomes_a_fringe_in_the_wind(person):
