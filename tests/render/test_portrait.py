@@ -9,7 +9,7 @@ import pytest
 from hairpipe.data import Mesh, Strands
 from hairpipe.errors import BadInput
 from hairpipe.render import shadows
-from hairpipe.render.framing import Shot
+from hairpipe.render.framing import Shot, radius_of
 from hairpipe.render.portrait import draw_portrait
 from hairpipe.render.shading.dual import shade_dual
 
@@ -30,6 +30,17 @@ def test_scene_and_camera_turned_together_give_the_same_picture(hair: Strands, h
     turned = take(turned_hair, turned_head, Shot(160, 160, eye=tuple(turn @ eye), target=tuple(turn @ target)))
     off = np.abs(still.astype(int) - turned)
     assert off.mean() < 0.1 and np.mean(off > 8) < 0.002
+
+
+def test_a_radius_of_twice_that_of_the_hair_halves_the_hair_in_the_picture(hair: Strands) -> None:
+    own = radius_of(hair.points.astype(float), hair.offsets)
+    rows = []
+    for shot in (Shot(160, 160, radius=own), Shot(160, 160, radius=2.0 * own)):
+        picture = take(hair, None, shot).astype(int)
+        covered = picture[..., 0] - picture[..., 2] > 24  # brown on grey
+        rows.append(np.ptp(np.flatnonzero(covered.any(axis=0))))
+    assert (take(hair, None, Shot(160, 160)) == take(hair, None, Shot(160, 160, radius=own))).all()
+    assert rows[1] == pytest.approx(0.5 * rows[0], abs=4)
 
 
 def test_the_camera_follows_a_head_that_walks(hair: Strands, head: Mesh) -> None:

@@ -42,7 +42,7 @@ function paintedMesh(scene, texels, uv, scalp) {
     for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, name, gl.CLAMP_TO_EDGE);
     for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, gl.LINEAR);
   };
-  const update = (/** @type {Uint8Array | null | undefined} */ density) => {
+  const update = (/** @type {[(Uint8Array | null)?]} */ ...[density]) => {
     upload(0, texels.values);
     if (density) upload(1, density);
     if (density !== undefined) own = density === null;

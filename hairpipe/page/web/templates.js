@@ -21,7 +21,7 @@ in = { groom = "groom", body = "body", surface = "surface" }
 
 [picture]
 type = "preview"
-in = { hair = "hair", body = "body" }
+in = { hair = "hair", body = "body", framed = "groom" }
 `;
 /** Title, explanation and text of each. @type {[string, string, string][]} */
 const TEMPLATES = [
