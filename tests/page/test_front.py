@@ -16,13 +16,13 @@ FRAME, STRANDS = 1004, 3000
 
 @pytest.mark.skipif("PAGE_PICTURES" not in os.environ, reason="computes the demo: make pictures")
 def test_the_page_of_the_demo_shows_its_hair(opened, chromium):
-    session = Session(load(GRAPHS / "demo.toml"))
+    session = Session(load(GRAPHS / "demo.toml", cache=os.environ.get("PAGE_CACHE")))
     with pictured(chromium), served(session) as address:
         page = Page(opened(address), session)
         page.driver.execute_script("selectNode('hair'); app.set({ frame: arguments[0] })", FRAME)
         drawn = "return viewer?.items.at(-1)?.lengths?.length"
         page.until(lambda: page.driver.execute_script(drawn) == STRANDS)
-        page.driver.execute_script("viewer.frameAll()")
+        page.driver.execute_script("showAll(); viewer.camera.distance *= 0.8; viewer.redraw()")
         assert not page.driver.find_elements("id", "stale")
         assert page.driver.execute_script("return document.body.dataset.errors") == "0"
         write_picture(page.driver, GRAPHS / "assets/pictures/page.webp")

@@ -125,7 +125,7 @@ function paintGraph() {
     group.classList.toggle("selected", name === app.node);
     group.querySelector(".head")?.setAttribute("fill", stateColour(state));
     group.querySelector(".name")?.setAttribute("fill", inkOn(stateColour(state)));
-    group.querySelector(".icon")?.setAttribute("stroke", inkOn(stateColour(state)));
+    group.querySelector(".icon")?.setAttribute("style", `color:${inkOn(stateColour(state))}`);
     drawInto(group.querySelector(".seconds"), seconds ? timeText(seconds) : WORDS[state]);
   }
 }
