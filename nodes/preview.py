@@ -15,9 +15,9 @@ def preview(
     hair: Strands,
     body: Mesh | None,
     normals: Normals | None,
-    framed: Groom | None,
     workspace: Workspace,
     time: Time,
+    framed: Groom | None = None,
     *,
     width: Annotated[Pixels, Interval(ge=16, le=4096)] = 720,
     height: Annotated[Pixels, Interval(ge=16, le=4096)] = 720,
@@ -58,24 +58,20 @@ def preview(
     from dataclasses import replace
     from functools import partial
 
-    from hairpipe.errors import BadInput
     from hairpipe.groom.resampling import spline_knots
     from hairpipe.io.picture import write_png
     from hairpipe.render.film import linear
     from hairpipe.render.framing import Shot, radius_of
     from hairpipe.render.portrait import draw_portrait
     from hairpipe.render.shading.dual import shade_dual
-    from hairpipe.render.shading.kajiya_kay import shade_hair
+    from hairpipe.render.shading.kajiya_kay import facing_of, shade_hair
 
     radius = None if framed is None else radius_of(framed.points, framed.offsets)
     shot = Shot(width, height, view, fov, eye, target, supersampling, turn * time.frame, radius)
-    if normals is not None and len(normals.vectors) != len(hair.points):
-        what = f"{len(normals.vectors)} normals of {len(hair.points)} points"
-        raise BadInput(what, where="in.normals", right="the normals of this hair")
     if curve == "bspline":
         points, velocities = (spline_knots(hull, hair.offsets) for hull in (hair.points, hair.velocities))
         hair = replace(hair, points=points, velocities=velocities)
-    facing = None if normals is None else lambert * normals.vectors.astype(float)
+    facing = facing_of(normals, len(hair.points), lambert)
     shade = shade_dual if shading == "dual" else partial(shade_hair, facing=facing)
     picture = draw_portrait(hair, body, shot, linear(colour), thickness, shade, shutter * time.dt, shadow)
     write_png(workspace / "picture.png", picture)

@@ -11,6 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from hairpipe.data import Normals
+from hairpipe.errors import BadInput
 from hairpipe.render.lights import Light, Shade
 
 AMBIENT = 0.12
@@ -71,6 +73,17 @@ def shade_hair(
         between = shadow.between(fibres.points + LIFT * shadow.cell * shadow.light.towards)
         add_light(shed, fibres, eye, shadow.light, between)
     return shed
+
+
+def facing_of(normals: Normals | None, count: int, share: float) -> np.ndarray | None:
+    """Return normals as long as their share of the diffuse light, (p, 3) float64; None without normals.
+
+    BadInput for another number of normals than that of the points.
+    """
+    if normals is not None and len(normals.vectors) != count:
+        what = f"{len(normals.vectors)} normals of {count} points"
+        raise BadInput(what, where="in.normals", right="the normals of this hair")
+    return None if normals is None else share * normals.vectors.astype(float)
 
 
 def lay_fibres(
