@@ -198,8 +198,6 @@ def test_hair_grows_where_the_density_is_painted(session, opened, folder):
     with served(session) as address:
         page = Page(opened(address), session)
         do(page.driver, "selectNode('hair')")
-        page.find("#paint").click()
-        page.until(lambda: page.driver.find_elements("css selector", "#brush"))
         for target in ("length", "density"):
             page.driver.execute_script("return beginPainting(arguments[0])", target)
             page.driver.execute_script("return followPainting()")
