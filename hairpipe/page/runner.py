@@ -77,8 +77,9 @@ def send_event(event: Any) -> None:
 
 
 def send(document: dict[str, Any]) -> None:
-    """Write a line, unless the reader has ended."""
+    """Write a line, unless the reader has ended; an interrupt comes before it or after it, never within."""
     try:
-        print(json.dumps(document), flush=True)
+        sys.stdout.buffer.write(json.dumps(document).encode() + b"\n")  # `print` writes the end of the line by itself
+        sys.stdout.buffer.flush()
     except BrokenPipeError:
         signal.raise_signal(signal.SIGINT)

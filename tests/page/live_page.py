@@ -1,7 +1,6 @@
 """A live page in a real browser, driven as a person does."""
 
 import io
-import json
 import threading
 import time
 import tomllib
@@ -33,7 +32,10 @@ def served(session):
 def do(driver, script, *given):
     """Run a script, and wait until what it began is drawn."""
     found = driver.execute_script(script, *given)
-    driver.execute_async_script("const done = arguments[0]; requestAnimationFrame(() => setTimeout(done, 60));")
+    drawn = """const [done] = arguments, look = (before) => app.showing.then(() => app.showing === before
+            ? requestAnimationFrame(() => setTimeout(done, 60)) : look(app.showing));
+        look(app.showing);"""
+    driver.execute_async_script(drawn)
     return found
 
 
@@ -97,12 +99,13 @@ class Page:
         self.settle()
 
     def settle(self):
-        """Wait until the page has the present revision."""
-        script = """const [text, done] = arguments;
-            const there = () => JSON.stringify(app.graph.undo) === text;
+        """Wait until the page has drawn the present graph."""
+        script = """const [revision, done] = arguments, there = () => app.graph.revision >= revision;
             const look = () => there() ? requestAnimationFrame(() => done(true)) : setTimeout(look, 20);
             look();"""
-        self.driver.execute_async_script(script, json.dumps(self.session._history.document()["undo"]))
+        with self.session._lock:  # a change announces its number last
+            drawn = self.session.drawn
+        self.driver.execute_async_script(script, drawn)
 
     def press(self, keys, *modifiers):
         actions = self.actions()

