@@ -167,13 +167,18 @@ function timeText(seconds) {
   return minutes < 60 ? `${minutes} min` : `${Math.floor(minutes / 60)}:${String(minutes % 60).padStart(2, "0")} h`;
 }
 
-/** Fill an element; what is the same as before stays, as a click on what is made anew meanwhile is lost. @param {Element | null} holder @param {...(Node | string)} parts */
+/** Fill an element; what is the same as before stays, as a click on what is made anew meanwhile is lost. So does a button of the same id,
+ * with its listeners, which therefore ask for what is selected when they are called. @param {Element | null} holder @param {...(Node | string)} parts */
 function drawInto(holder, ...parts) {
   if (!holder) return;
   parts.forEach((part, k) => {
     const made = typeof part === "string" ? document.createTextNode(part) : part, before = holder.childNodes[k];
     if (!before) holder.append(made);
-    else if (before !== made && !before.isEqualNode(made)) before.replaceWith(made);
+    else if (before === made || before.isEqualNode(made)) return;
+    else if (before instanceof HTMLButtonElement && made instanceof HTMLButtonElement && made.id && before.id === made.id) {
+      before.textContent = made.textContent;
+      [before.disabled, before.hidden] = [made.disabled, made.hidden];
+    } else before.replaceWith(made);
   });
   while (holder.childNodes.length > parts.length) holder.lastChild?.remove();
 }

@@ -63,20 +63,22 @@ function sayControls(text) {
 function drawControls() {
   const { asked: running, missing } = (app.wedge ?? app.base).verdict, { edits, undo, redo, conflict, saved } = app.graph;
   const button = (/** @type {string} */ text, /** @type {boolean} */ can, /** @type {string} */ deed, /** @type {any} */ given = {}) => {
-    const made = element("button", { id: `do-${text.split(" ")[0]}`, onclick: () => edit(deed, given) }, text);
-    if (!can) made.setAttribute("disabled", "");
+    const made = /** @type {HTMLButtonElement} */ (element("button", { id: `do-${text.split(" ")[0]}`, onclick: () => edit(deed, given) }, text));
+    made.disabled = !can;
     return made;
   };
   const controls = document.getElementById("controls"), shown = JSON.stringify([running || missing, edits, undo, redo, conflict, saved]);
-  if (!controls || controls.dataset.shown === shown) return; // A click on a button that is made anew meanwhile would be lost.
+  if (!controls || controls.dataset.shown === shown) return;
   controls.dataset.shown = shown;
-  controls.replaceChildren(
-    ...(running ? [button("stop", true, "stop"), " "] : []), button(running ? "run next" : `run ${missing ? `${missing} results` : ""}`, missing > 0, "run"),
+  const stop = button("stop", running, "stop");
+  stop.hidden = !running;
+  drawInto(controls,
+    stop, " ", button(running ? "run next" : `run ${missing ? `${missing} results` : ""}`, missing > 0, "run"),
     " ", button(`save ${edits.length || ""}`, edits.length > 0 && saved, "save"),
     " ", button("revert", edits.length > 0, "revert"),
     " ", button("undo", undo !== null, "undo"), " ", button("redo", redo !== null, "redo"),
     " ", element("button", { id: "do-save-as", title: "Ctrl-Shift-S", onclick: () => saveGraph(true) }, "save as"),
-    element("span", { class: "said" }),
+    controls.querySelector(".said") ?? element("span", { class: "said" }),
     ...(edits.length ? [element("details", { class: "edits" }, element("summary", {}, edits[edits.length - 1]), element("div", { class: "list" }, ...edits.map((/** @type {string} */ one) => element("p", {}, one))))] : []),
     ...(conflict ? [conflictBox(conflict)] : []),
   );

@@ -36,7 +36,7 @@ function drawState(node) {
   const { ahead } = app, counts = Object.entries(ahead?.counts ?? {});
   if (!ahead || ahead.node !== node.name || !counts.length) return line.replaceChildren();
   const words = [counts.map(([name, count]) => `${name} ${count}`).join(", "), ...(ahead.seconds === null ? [] : [timeText(ahead.seconds)]), ...(ahead.reason && ahead.now ? [`this frame waits for a run: ${ahead.reason}`] : [])];
-  drawInto(line, element("button", { id: "run-to", onclick: () => edit("run", { to: [node.name] }) }, "run to this node"),
+  drawInto(line, element("button", { id: "run-to", onclick: () => edit("run", { to: [app.node] }) }, "run to this node"),
     element("small", { title: "missing results of each node, and their expected time" }, words.join(" · ")));
 }
 
