@@ -113,7 +113,9 @@ def chromium() -> Iterator:
     for flag in FLAGS.split():
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
+    from .lasting import Driver
+
+    driver = Driver(options=options, service=webdriver.ChromeService(DRIVER))
     driver.set_script_timeout(30)
     yield driver
     driver.quit()

@@ -115,7 +115,7 @@ def test_a_right_click_opens_the_actions_of_a_node_and_of_the_graph(live):
     live.session.edit("hair.strands", "240")
     live.settle()
     choose_action(live, live.node("hair"), "run to this node")
-    live.until(lambda: live.driver.execute_script("return app.cell('hair').state") == "computed", 40)
+    live.until(lambda: live.driver.execute_script("return app.cell('hair').state") in ("computed", "cached"), 40)
     choose_action(live, live.node("later"), "delete")
     live.until(lambda: "later" not in live.tables)
     do(live.driver, "showAll()")

@@ -100,7 +100,7 @@ function drawChoices() {
   const button = (/** @type {string} */ text, /** @type {boolean} */ on, /** @type {Record<string, any>} */ changes) =>
     element("button", { class: on ? "on" : "", onclick: () => app.set(changes) }, text);
   const strands = node.kinds[app.output]?.includes("strands"), other = strands && otherStrands();
-  document.getElementById("choices")?.replaceChildren(
+  drawInto(document.getElementById("choices"),
     ...(outputs.length > 1 ? outputs.map(([name, type]) => button(name || String(type), name === app.output, { output: name })) : []),
     ...(strands && app.graph.playable?.includes(app.node)
       ? [element("button", { id: "live", class: player.stop ? "on" : "", title: "simulate it now, with the settings as they are", onclick: togglePlaying }, player.stop ? "stop playing" : "play live")] : []),
