@@ -22,7 +22,7 @@ from hairpipe.graph.plan.gc import Found, clean, verify
 from hairpipe.graph.run.events import Options
 from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
-from hairpipe.graphs.experiments.bench.toy_shot import Results, ToyShot, fault_of, results
+from hairpipe.graphs.experiments.bench.toy_shot import CHECKPOINT, Results, ToyShot, fault_of, results
 
 CheckValue = Callable[[Path], str]
 """Gives the digest of the value in a file, as for `verify`."""
@@ -68,7 +68,7 @@ class Count:
 
     @property
     def case(self) -> Case:
-        """The trials so far; done twice are evaluations that were made though their result was there."""
+        """The trials so far; done twice are evaluations that were made though their result was there, and its state."""
         campaign, kind = self.name
         trials = {"trials": self.tries, "same bytes": self.same, "refused": self.refused}
         return {"campaign": campaign, "kind": kind, **trials, "faults": len(self.faults), "done twice": self.twice}
@@ -174,10 +174,17 @@ def try_kills(shot: ToyShot, truth: Truth, chance: random.Random, times: int) ->
         shot.tally()
         fault = shot.finish(store) or compare(shot, truth, store)
         left = [path.name for path in (store / "tmp").glob("*")]
-        twice = sum(task in there for task in shot.tally())
+        twice = len(there.keys() & set(shot.tally()) - unsaved(there))
         counts[which].add(tagged(f"kill {number}", fault or (f"left {left}" if left else "")), twice=twice)
         shutil.rmtree(store, ignore_errors=True)
     return counts
+
+
+def unsaved(there: Results) -> set[tuple[str, int | None]]:
+    """Return the frames of the sum without a later state on disk, from which a killed run is continued."""
+    frames = [frame for node, frame in there if node == "sum" and frame is not None]
+    last = max((frame for frame in frames if frame % CHECKPOINT == 0), default=0)
+    return {("sum", frame) for frame in frames if frame > last}
 
 
 def flip(path: Path, chance: random.Random) -> None:

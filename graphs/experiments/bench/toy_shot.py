@@ -17,6 +17,8 @@ from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
 
 FRAMES = 8
+CHECKPOINT = 3
+"""Number of frames of the sum after which its state is written: a kill loses no more."""
 GRAPH = """schema = 1
 frames = [1, {frames}]
 fps = 24
@@ -28,7 +30,7 @@ in.seed = "seed"
 [sum]
 type = "add_up"
 in.number = "move"
-checkpoint = 3
+checkpoint = {checkpoint}
 [list]
 type = "write_list"
 in.numbers = "sum"
@@ -155,7 +157,7 @@ class ToyShot:
         self.out = folder / "out"
         nodes = folder / "nodes"
         nodes.mkdir(parents=True)
-        self.graph.write_text(GRAPH.format(frames=frames))
+        self.graph.write_text(GRAPH.format(frames=frames, checkpoint=CHECKPOINT))
         for name, text in NODES.items():
             (nodes / f"{name}.py").write_text(text)
         self.variables = {TALLY: str(folder / "tally"), "HAIRPIPE_TRUST": str(nodes)}
