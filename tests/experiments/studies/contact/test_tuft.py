@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from hairpipe.graph.file.load import load_graph
@@ -21,7 +22,7 @@ pytestmark = pytest.mark.kernels
 def tables(tmp_path_factory):
     """Give a table, by the measure and the model; every frame is a row."""
     graph = load_graph(TUFT, SMALL)
-    names = [f"{measure}_{model}" for measure in ("motion", "tuft") for model in ("plain", "ours", "touching")]
+    names = [f"motion_{model}" for model in ("plain", "ours", "touching")]
     graph, store = graph.upto(names), Store(tmp_path_factory.mktemp("tuft") / "cache")
     assert not run(graph, store, FRAMES, Options(jobs=1)).failures
     return {name: read_result(graph, store, Task(name, None), None, FRAMES) for name in names}
@@ -32,6 +33,18 @@ def test_soft_springs_stretch_and_our_model_does_not(tables):
     assert stretch["plain"] > 50.0 and stretch["ours"] < 2.0 and stretch["touching"] < 2.0
 
 
-def test_touching_tuft_stays_together(tables):
-    apart, together = (tables[f"tuft_{model}"]["spread of tips [mm]"][-1] for model in ("ours", "touching"))
-    assert together < 0.5 * apart  # 0.3 to 0.4 with small changes of contact: chaos
+def test_touching_tuft_stays_together(tmp_path):
+    """In the median of five tufts that differ by half a percent: hair in contact is chaotic."""
+    shares = [share_of_spread(stray, Store(tmp_path / "cache")) for stray in (3.98, 3.99, 4.0, 4.01, 4.02)]
+    assert np.median(shares) < 0.3
+
+
+def share_of_spread(stray, store):
+    """Spread of the tips of a tuft that touches itself, over that of one that does not."""
+    graph = load_graph(TUFT, SMALL | {"tuft.tuft.stray": str(stray)}).upto(["tuft_ours", "tuft_touching"])
+    assert not run(graph, store, FRAMES, Options(jobs=1)).failures
+    apart, together = (
+        read_result(graph, store, Task(f"tuft_{model}", None), None, FRAMES)["spread of tips [mm]"][-1]
+        for model in ("ours", "touching")
+    )
+    return together / apart
