@@ -172,6 +172,9 @@ def test_live_a_setting_is_edited_run_and_saved(opened, shot, folder):
     with served(Session(shot)) as address:
         driver = opened(address)
         do(driver, "selectNode('picture')")
+        outputs = """return Object.entries(app.state.nodes).flatMap(([node, { cells }]) =>
+            cells.map(({ frame, outputs }) => [node, frame, JSON.stringify(outputs)]))"""
+        before = {tuple(cell) for cell in driver.execute_script(outputs)}
         edit = """const field = document.querySelector('[data-setting="red"] input');
             field.value = arguments[0]; field.dispatchEvent(new Event('change'))"""
         wait = """const [text, done] = arguments;
@@ -193,7 +196,8 @@ def test_live_a_setting_is_edited_run_and_saved(opened, shot, folder):
         )  # of the frame shown by itself, or not yet
         do(driver, "document.getElementById('do-run').click()")
         driver.execute_async_script(wait, "run save 1")
-        assert driver.execute_script("return app.state.verdict.computed") in (4, 5)
+        changed = {tuple(cell) for cell in driver.execute_script(outputs)} - before
+        assert sorted(cell[:2] for cell in changed) == [("picture", frame) for frame in range(1, 6)]
         assert driver.execute_script("return app.state.verdict.missing") == 0
         assert (folder / "shot.toml").read_text() == SHOT
         explained = """const done = arguments[0];

@@ -14,8 +14,8 @@ needs_browser = pytest.mark.skipif(shutil.which("chromium") is None, reason="no 
 @pytest.mark.slow
 def test_work_of_the_browser_is_counted(tmp_path):
     idle = "<script>document.body.dataset.state = 'ready'</script>"
-    # In a function, whose variables are compiled; each turn needs the one before: about a second.
-    work = "const work = () => { let x = 0; for (let i = 0; i < 1e9; i++) x = Math.imul(x, 31) + i | 0; return x };"
+    # In a function, whose variables are compiled; each turn needs the one before: about two seconds.
+    work = "const work = () => { let x = 0; for (let i = 0; i < 2e9; i++) x = Math.imul(x, 31) + i | 0; return x };"
     busy = f"<script>{work} document.title = work();</script>"
     found = []
     for name, script in (("idle", idle), ("busy", busy + idle)):
@@ -23,7 +23,7 @@ def test_work_of_the_browser_is_counted(tmp_path):
         (tmp_path / name / "index.html").write_text(f"<body>{script}</body>")
         found += measure_page(tmp_path / name).tables["page"]
     assert found[0]["files"] == 1 and found[0]["size [bytes]"] == len(f"<body>{idle}</body>")
-    assert found[1]["opening [processor s]"] > found[0]["opening [processor s]"] + 0.4
+    assert found[1]["opening [processor s]"] > found[0]["opening [processor s]"] + 0.7
     assert READY == 'data-state="ready"'
 
 
