@@ -7,13 +7,23 @@ import time
 
 from hairpipe import child
 
-LINES = 4000
+LINES = 3000  # a pipe holds them unread
 SENDER = f"""
+import signal
 from hairpipe.page.runner import send
+sending = False
+def interrupt(*_):
+    global sending
+    if sending:
+        sending = False
+        raise KeyboardInterrupt
+signal.signal(signal.SIGINT, interrupt)
 print("ready", flush=True)
 for number in range({LINES}):
     try:
+        sending = True
         send({{"number": number}})
+        sending = False
     except KeyboardInterrupt:
         pass
 """
