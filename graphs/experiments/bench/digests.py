@@ -56,7 +56,7 @@ SCENES = {
     "rod, BDF2": paper(model="rod", scheme="bdf2"),
     "network, backward Euler": paper(scheme="backward_euler"),
     "network, nine steps": paper(scheme="nine_steps"),
-    "rod, nine steps": paper(model="rod", scheme="nine_steps"),
+    "rod, backward Euler": paper(model="rod", scheme="backward_euler"),
     "network, impulses pair by pair": paper(**{"collisions.solver": "sweep"}),
     "volume": Scene(
         "volume/head", "1001-1004", ("shake_volume", "shake_pressure", "shake_both"), {"groom.strands": 200}
