@@ -5,11 +5,11 @@ import sys
 
 import hairpipe
 from extension.films import FILMS, HOME, Film, films
-from hairpipe.api.selection import read_frames
-from hairpipe.cli.options import parsed
+from hairpipe.app.api.selection import read_frames
+from hairpipe.app.cli.options import parsed
 from hairpipe.errors import BadInput
-from hairpipe.io.picture import write_webp
-from hairpipe.results.recording import Recording
+from hairpipe.formats.pictures import write_webp
+from hairpipe.graphs.experiments.figures.recording import Recording
 
 QUALITY = 60
 """Quality of the compression: at 240 pixels higher values show no more."""

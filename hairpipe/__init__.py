@@ -13,9 +13,9 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from hairpipe.api.cache import Cache
-    from hairpipe.api.node_types import node_types
-    from hairpipe.api.shot import Shot, load
+    from hairpipe.app.api.cache import Cache
+    from hairpipe.app.api.node_types import node_types
+    from hairpipe.app.api.shot import Shot, load
     from hairpipe.errors import BadInput
 
 __version__ = "0.1.0"
@@ -23,10 +23,10 @@ __all__ = ["BadInput", "Cache", "Shot", "__version__", "load", "node_types"]
 
 _HOMES = {
     "BadInput": "hairpipe.errors",
-    "Cache": "hairpipe.api.cache",
-    "Shot": "hairpipe.api.shot",
-    "load": "hairpipe.api.shot",
-    "node_types": "hairpipe.api.node_types",
+    "Cache": "hairpipe.app.api.cache",
+    "Shot": "hairpipe.app.api.shot",
+    "load": "hairpipe.app.api.shot",
+    "node_types": "hairpipe.app.api.node_types",
 }
 """Modules that define the names above."""
 

@@ -2,9 +2,9 @@
 
 from typing import Annotated, Literal
 
-from hairpipe.data import LevelSet, Mesh
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.units import Calls, Gt, Interval, Metres, Voxels
+from hairpipe.values import LevelSet, Mesh
 
 
 @node(frames="each")
@@ -31,8 +31,7 @@ def bake_levelset(
                 accurate and needs its Python module
     """
     from hairpipe.errors import BadInput
-    from hairpipe.levelset.bake.openvdb_distance import bake_by_openvdb
-    from hairpipe.levelset.bake.whole import bake, bake_sheets
+    from hairpipe.levelset.bake import bake, bake_by_openvdb, bake_sheets
 
     if sheets is not None:
         if engine == "openvdb":

@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Body, BodyParts, Pose
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.units import Interval, Metres, Voxels
+from hairpipe.values import Body, BodyParts, Pose
 
 
 @node(frames="each")
@@ -22,6 +22,6 @@ def bake_parts(
     half_width  half width of the narrow band; hair outside it has no contact
     smallest    minimum extent of the skin of a bone with its own part; smaller ones belong to the part of their parent
     """
-    from hairpipe.levelset.bake.parts import bake_parts as bake
+    from hairpipe.levelset.bake_parts import bake_parts as bake
 
     return bake(rest, pose, voxel, half_width, smallest)

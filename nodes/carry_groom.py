@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Ends, Groom, Mesh, Strands
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.units import Interval, Metres
+from hairpipe.values import Ends, Groom, Mesh, Strands
 
 
 @node(frames="each")
@@ -16,6 +16,6 @@ def carry_groom(
     diameter  diameter of each strand
     """
     from hairpipe.groom.binding import rigid_strands
-    from hairpipe.sim.boundary import driver_of, motion_of_roots
+    from hairpipe.solve.boundary import driver_of, motion_of_roots
 
     return rigid_strands(groom, *motion_of_roots(driver_of(body, ends), groom), diameter)

@@ -2,9 +2,9 @@
 
 from typing import TYPE_CHECKING, Annotated
 
-from hairpipe.data import BodyParts, Cloud, Groom, LevelSet, Mesh, Particles, Strands
-from hairpipe.graph import Time, node
+from hairpipe.engine import Time, node
 from hairpipe.units import Interval, Metres
+from hairpipe.values import BodyParts, Cloud, Groom, LevelSet, Mesh, Particles, Strands
 
 if TYPE_CHECKING:
     from hairpipe.particles.skinning import Influences
@@ -41,7 +41,7 @@ def carry_strands(
     """
     import numpy as np
 
-    from hairpipe.groom.keys.push_out import pushed_out
+    from hairpipe.groom.push_out import pushed_out
     from hairpipe.particles.skinning import deformed
 
     shown = deformed(groom, cloud, particles, prepared, body, diameter)

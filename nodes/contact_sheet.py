@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from hairpipe.graph import File, Frames, Time, Workspace, node
+from hairpipe.engine import File, Frames, Time, Workspace, node
 from hairpipe.units import Ge, Suffixes
 
 
@@ -24,7 +24,7 @@ def contact_sheet(
     names    names of the films, written on the first picture of each
     times    times since the first frame, written on every picture
     """
-    from hairpipe.io.panels import check_names, write_below
+    from hairpipe.formats.pictures import check_names, write_below
 
     check_names(names, len(pictures))
     path = workspace / "sheet.png"

@@ -2,11 +2,10 @@
 
 from typing import Annotated
 
-from hairpipe.data import Ends, Groom
-from hairpipe.graph import Cuts, Time, node
-from hairpipe.scripted_ends.track import Track
-from hairpipe.scripted_ends.wave import Wave
+from hairpipe.body.scripted_motion import Track, Wave
+from hairpipe.engine import Cuts, Time, node
 from hairpipe.units import Ge, Seconds
+from hairpipe.values import Ends, Groom
 
 
 @node(frames="each")
@@ -29,7 +28,6 @@ def drive_ends(
     tips     motion of the tips by keys; if absent, tips are free; {} fixes them
     release  time of release of the tips, at the last frame not after it; if absent, tips stay held
     """
-    from hairpipe.scripted_ends.ends import drive
-    from hairpipe.scripted_ends.track import instant_of
+    from hairpipe.body.scripted_motion import drive, instant_of
 
     return drive(groom, instant_of(time.frame, at, time.fps, cuts), roots, wave, tips, release)

@@ -2,9 +2,9 @@
 
 from typing import Annotated, Literal
 
-from hairpipe.data import Groom, Strands
-from hairpipe.graph import File, Frames, Time, Workspace, node
+from hairpipe.engine import File, Frames, Time, Workspace, node
 from hairpipe.units import Degrees, Interval, Suffixes
+from hairpipe.values import Groom, Strands
 
 
 @node(frames="once")
@@ -30,9 +30,9 @@ def export_alembic(
     parting  maximum angle between a strand and its guides at rest, from root to tip
     hairs    number of hairs that the strands represent, as in `export_usd`; if absent, widths are diameters
     """
-    from hairpipe.groom.keys.guides import with_guides
-    from hairpipe.io.groom_shot import GroomShot
-    from hairpipe.io.strands.alembic_groom import write_alembic
+    from hairpipe.formats.alembic_groom import write_alembic
+    from hairpipe.formats.groom_shot import GroomShot
+    from hairpipe.groom.guides import with_guides
 
     path = workspace / "groom.abc"
     whole, frames, closest = with_guides(groom, hair, keys, key_hair, parting)

@@ -2,9 +2,9 @@
 
 from typing import Annotated, Literal
 
-from hairpipe.data import Body, Groom, Strands
-from hairpipe.graph import File, Frames, Time, Workspace, node
+from hairpipe.engine import File, Frames, Time, Workspace, node
 from hairpipe.units import Degrees, Interval, Suffixes
+from hairpipe.values import Body, Groom, Strands
 
 
 @node(frames="once")
@@ -31,8 +31,8 @@ def export_groom(
     parting  maximum angle between a strand and its guides at rest, from root to tip
     hairs    number of hairs that the strands represent, as in `export_usd`; if absent, widths are diameters
     """
-    from hairpipe.groom.keys.guides import with_guides
-    from hairpipe.io.usd.groom.groom_targets import GroomShot, write_groom
+    from hairpipe.formats.usd.groom_targets import GroomShot, write_groom
+    from hairpipe.groom.guides import with_guides
 
     path = workspace / "groom.usdc"
     whole, frames, closest = with_guides(groom, hair, keys, key_hair, parting)

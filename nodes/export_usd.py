@@ -2,10 +2,10 @@
 
 from typing import Annotated, Literal
 
-from hairpipe.data import Groom, Mesh, Strands
-from hairpipe.data.hair import HairState
-from hairpipe.graph import Cuts, File, Frames, Time, Workspace, node
+from hairpipe.engine import Cuts, File, Frames, Time, Workspace, node
 from hairpipe.units import Interval, Suffixes
+from hairpipe.values import Groom, Mesh, Strands
+from hairpipe.values.hair import HairState
 
 
 @node(frames="once")
@@ -43,10 +43,9 @@ def export_usd(
     name    name of the root prim and of the folders of clips and level sets; shots in one folder need different names
     """
     from hairpipe.errors import BadInput
-    from hairpipe.groom.keys.key_weights import keys_among
-    from hairpipe.io.usd.shot import Shot, write_clips, write_shot
-    from hairpipe.io.usd.volume import VolumeFile
-    from hairpipe.io.vdb.vdb_header import box
+    from hairpipe.formats.usd.shot import Shot, VolumeFile, write_clips, write_shot
+    from hairpipe.formats.vdb_read import box
+    from hairpipe.groom.keys import keys_among
 
     vdb = {} if volume is None else {frame: volume[frame].path for frame in volume.numbers}
     files = None if volume is None else {frame: VolumeFile(path, box(path)) for frame, path in vdb.items()}

@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Density, LevelSet
-from hairpipe.graph import File, Time, Workspace, node
+from hairpipe.engine import File, Time, Workspace, node
 from hairpipe.units import Suffixes
+from hairpipe.values import Density, LevelSet
 
 
 @node(frames="each")
@@ -16,8 +16,7 @@ def export_vdb(
     half  storage in 16 bits: nearly half the size, with a relative error of at most 1 / 2000
     """
     from hairpipe.errors import BadInput
-    from hairpipe.io.vdb.vdb_grids import density_grids, surface_grids
-    from hairpipe.io.vdb.vdb_write import write
+    from hairpipe.formats.vdb_write import density_grids, surface_grids, write
 
     grids = [*(surface_grids(surface) if surface else []), *(density_grids(density) if density else [])]
     if not grids:

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from hairpipe.graph import File, Frames, Time, Workspace, node
+from hairpipe.engine import File, Frames, Time, Workspace, node
 from hairpipe.units import Interval, Suffixes
 
 
@@ -22,7 +22,7 @@ def flipbook(
     scale    size ratio of the animation to the pictures
     quality  quality of the compression; higher values give larger files
     """
-    from hairpipe.io.picture import write_webp
+    from hairpipe.formats.pictures import write_webp
 
     path = workspace / "film.webp"
     write_webp(path, pictures.numbers, lambda n: pictures[n].path, fps=time.fps, scale=scale, quality=quality)

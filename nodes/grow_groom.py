@@ -2,12 +2,12 @@
 
 from typing import Annotated
 
-from hairpipe.data import Body, Groom
-from hairpipe.graph import node
-from hairpipe.groom.cutting import SHORTEST
-from hairpipe.groom.grow.style import Comb, Curl, Style
-from hairpipe.groom.painting.painted import Paint, PaintedDegrees, PaintedMetres
+from hairpipe.engine import node
+from hairpipe.groom.painting import Paint, PaintedDegrees, PaintedMetres
+from hairpipe.groom.resampling import SHORTEST
+from hairpipe.groom.style import Comb, Curl, Style
 from hairpipe.units import Ge, Gt, Interval, Metres
+from hairpipe.values import Body, Groom
 
 
 @node(frames="once")
@@ -45,10 +45,10 @@ def grow_groom(
     curl            helix around the path of each strand; if absent, hair is straight
     seed            seed of all random numbers
     """
-    from hairpipe.groom.cutting import Cut
-    from hairpipe.groom.grow.growing import grow
-    from hairpipe.groom.painting.paint import Canvas
-    from hairpipe.io.image import read_image
+    from hairpipe.formats.pictures import read_image
+    from hairpipe.groom.growing import grow
+    from hairpipe.groom.painting import Canvas
+    from hairpipe.groom.resampling import Cut
 
     style = Style(length, lift, bend, volume, comb, curl)
     cut = Cut(segments, segment_length, shortest)

@@ -1,7 +1,7 @@
 """One frame of hair as a still."""
 
-from hairpipe.data import Strands
-from hairpipe.graph import Frames, node
+from hairpipe.engine import Frames, node
+from hairpipe.values import Strands
 
 
 @node(frames="once")

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from hairpipe.data import BodyParts, Ends, Groom, LevelSet, Mesh, Strands
-from hairpipe.graph import Time, node
-from hairpipe.groom.keys.key_weights import KeyWeights, weigh_keys
+from hairpipe.engine import Time, node
+from hairpipe.groom.keys import KeyWeights, weigh_keys
 from hairpipe.units import Degrees, Fraction, Interval, Metres
+from hairpipe.values import BodyParts, Ends, Groom, LevelSet, Mesh, Strands
 
 
 @dataclass(frozen=True)
@@ -49,10 +49,9 @@ def interpolate_hair(
     import numpy as np
 
     from hairpipe.errors import BadInput
-    from hairpipe.groom.keys.clumping import clumped
-    from hairpipe.groom.keys.interpolating import interpolated
-    from hairpipe.groom.keys.push_out import pushed_out
-    from hairpipe.sim.boundary import driver_of, motion_of_roots
+    from hairpipe.groom.interpolating import clumped, interpolated
+    from hairpipe.groom.push_out import pushed_out
+    from hairpipe.solve.boundary import driver_of, motion_of_roots
 
     if not np.array_equal(hair.offsets, keys.offsets):
         raise BadInput("hair and keys are not the same strands", right="in.keys: the groom that is simulated")

@@ -1,7 +1,7 @@
 """Ends of several grooms as one list."""
 
-from hairpipe.data import Ends
-from hairpipe.graph import node
+from hairpipe.engine import node
+from hairpipe.values import Ends
 
 
 @node(frames="each")

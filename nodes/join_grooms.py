@@ -1,7 +1,7 @@
 """Several grooms as one."""
 
-from hairpipe.data import Groom
-from hairpipe.graph import node
+from hairpipe.engine import node
+from hairpipe.values import Groom
 
 
 @node(frames="once")

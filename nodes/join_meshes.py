@@ -1,7 +1,7 @@
 """Several bodies as one."""
 
-from hairpipe.data import Mesh
-from hairpipe.graph import node
+from hairpipe.engine import node
+from hairpipe.values import Mesh
 
 
 @node(frames="each")

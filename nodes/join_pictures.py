@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from hairpipe.graph import File, Workspace, node
+from hairpipe.engine import File, Workspace, node
 from hairpipe.units import Ge, Suffixes
 
 
@@ -15,7 +15,7 @@ def join_pictures(
     columns  number of pictures in a row
     names    names of the pictures, written on each
     """
-    from hairpipe.io.panels import check_names, write_below
+    from hairpipe.formats.pictures import check_names, write_below
 
     check_names(names, len(pictures))
     path = workspace / "pictures.png"

@@ -4,11 +4,11 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from hairpipe.body.scalp import Scalp
-from hairpipe.data import Body
-from hairpipe.graph import node
-from hairpipe.io.mesh_cache.files import list_parts
+from hairpipe.engine import node
+from hairpipe.formats.animated_meshes import list_parts
 from hairpipe.plain_file import Absent
 from hairpipe.units import Interval, Metres, Reads, Suffixes
+from hairpipe.values import Body
 
 
 @node(frames="once")
@@ -44,8 +44,8 @@ def load_body(
     scalp      hairline that defines the map "scalp"; if absent, the map of the file
     """
     from hairpipe.body.preparation import prepare
-    from hairpipe.io.body import read_body
-    from hairpipe.levelset.bake.facing import turned_outward
+    from hairpipe.formats.bodies import read_body
+    from hairpipe.levelset.facing import turned_outward
 
     body = read_body(file, group=group, skeleton=skeleton, weights=weights, time=time_code, absent=absent)
     return turned_outward(prepare(body, unit=unit, up=up, joint=joint, scalp=scalp))

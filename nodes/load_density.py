@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import Annotated
 
-from hairpipe.data import Density
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.units import Gt, Metres, Suffixes
+from hairpipe.values import Density
 
 
 @node(frames="once")
@@ -19,7 +19,7 @@ def load_density(
     grid  name of the grid in the file: numbers, not points or vectors
     unit  metres per unit of the file
     """
-    from hairpipe.io.vdb.vdb_read import read_voxels
+    from hairpipe.formats.vdb_read import read_voxels
     from hairpipe.volume.density import density_of_voxels
 
     found = read_voxels(file, grid)

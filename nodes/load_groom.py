@@ -3,12 +3,12 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
-from hairpipe.data import Body, Groom
-from hairpipe.graph import node
-from hairpipe.groom.cutting import SHORTEST
-from hairpipe.io.mesh_cache.files import list_parts
+from hairpipe.engine import node
+from hairpipe.formats.animated_meshes import list_parts
+from hairpipe.groom.resampling import SHORTEST
 from hairpipe.plain_file import Absent
 from hairpipe.units import Ge, Gt, Interval, Metres, Reads, Suffixes
+from hairpipe.values import Body, Groom
 
 
 @node(frames="once")
@@ -63,9 +63,9 @@ def load_groom(
                     file
     """
     from hairpipe.errors import BadInput
-    from hairpipe.groom.cutting import Cut
+    from hairpipe.formats.strand_files import read_strands
     from hairpipe.groom.importing import adopt, selected
-    from hairpipe.io.strands.strand_files import read_strands
+    from hairpipe.groom.resampling import Cut
 
     if points == "file" and (segments or segment_length):
         raise BadInput('segments with points = "file"', right='one of them, or points = "equal"')

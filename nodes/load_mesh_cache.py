@@ -3,11 +3,11 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
-from hairpipe.data import Body, Mesh
-from hairpipe.graph import Cuts, First, Time, node
-from hairpipe.io.mesh_cache.files import SUFFIXES, list_files
+from hairpipe.engine import Cuts, First, Time, node
+from hairpipe.formats.animated_meshes import SUFFIXES, list_files
 from hairpipe.plain_file import Absent
 from hairpipe.units import Gt, Interval, Metres, Reads, Suffixes
+from hairpipe.values import Body, Mesh
 
 
 @node(frames="each")
@@ -49,8 +49,8 @@ def load_mesh_cache(
     absent      treatment of absent files that a USD stage names: refuse, or warn and read the rest
     """
     from hairpipe.body.preparation import follow
-    from hairpipe.io.mesh_cache.formats import read_moving
-    from hairpipe.io.mesh_cache.moving import AT, Instant
+    from hairpipe.formats.animated_meshes import AT, Instant
+    from hairpipe.formats.animation_files import read_moving
 
     def elapsed(frame: int) -> float:
         return (frame - (AT if at is None else at)) / time.fps * speed

@@ -3,11 +3,11 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
-from hairpipe.data import Body, Pose
-from hairpipe.graph import Cuts, First, Time, node
-from hairpipe.io.mesh_cache.files import GLTF, USD, list_files
+from hairpipe.engine import Cuts, First, Time, node
+from hairpipe.formats.animated_meshes import GLTF, USD, list_files
 from hairpipe.plain_file import Absent
 from hairpipe.units import Degrees, Ge, Gt, Metres, Reads, Seconds, Suffixes
+from hairpipe.values import Body, Pose
 
 
 @node(frames="each")
@@ -58,12 +58,11 @@ def load_motion(
     joints     pairs of joint names of the body and of the clip, if names differ
     absent     treatment of absent files that a USD stage names: refuse, or warn and read the rest
     """
-    from hairpipe.body.mocap.approach import approach
-    from hairpipe.body.mocap.posing import Playback, pose_at
-    from hairpipe.io.mesh_cache.formats import recall_joints
-    from hairpipe.io.mesh_cache.joint_motion import clip_of, pose_of, sample_pose, start_of, weighted
-    from hairpipe.io.mesh_cache.moving import AT, Instant
-    from hairpipe.io.mocap.bvh import recall_bvh
+    from hairpipe.body.posing import Playback, approach, pose_at
+    from hairpipe.formats.animated_meshes import AT, Instant
+    from hairpipe.formats.animation_files import recall_joints
+    from hairpipe.formats.bvh import recall_bvh
+    from hairpipe.formats.joint_motion import clip_of, pose_of, sample_pose, start_of, weighted
 
     def elapsed(frame: int) -> float:
         since = (frame - anchor) / time.fps

@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Mesh
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.units import Gt, Metres
+from hairpipe.values import Mesh
 
 Size = Annotated[Metres, Gt(0.0)]
 Place = tuple[Metres, Metres, Metres]

@@ -2,9 +2,9 @@
 
 from typing import Annotated, Literal
 
-from hairpipe.data import Mesh
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.units import Gt, Interval, Metres
+from hairpipe.values import Mesh
 
 Direction = tuple[float, float, float]
 Place = tuple[Metres, Metres, Metres]

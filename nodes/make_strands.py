@@ -2,11 +2,11 @@
 
 from typing import Annotated
 
-from hairpipe.data import Groom
-from hairpipe.graph import node
-from hairpipe.groom.helix import Helix
-from hairpipe.groom.tuft import Tuft
+from hairpipe.engine import node
+from hairpipe.groom.curl import Helix
+from hairpipe.groom.strands import Tuft
 from hairpipe.units import Gt, Interval, Metres
+from hairpipe.values import Groom
 
 Direction = tuple[float, float, float]
 Shift = tuple[Metres, Metres, Metres]
@@ -37,9 +37,8 @@ def make_strands(
     arch            ratio of rise to span of a parabola towards +Y, or towards +Z for strands along Y
     tuft            further rows of strands; if absent, one row
     """
-    from hairpipe.groom.cutting import Cut
-    from hairpipe.groom.strands import SEGMENTS, lay_strands
-    from hairpipe.groom.tuft import gather_tuft
+    from hairpipe.groom.resampling import Cut
+    from hairpipe.groom.strands import SEGMENTS, gather_tuft, lay_strands
 
     count = int(Cut(segments, segment_length).wanted(length, SEGMENTS))
     row = lay_strands(strands, length, count, direction, spacing, curl, arch)

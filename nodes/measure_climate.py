@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Strands, Table
-from hairpipe.graph import Frames, Reached, Time, node
+from hairpipe.engine import Frames, Reached, Time, node
 from hairpipe.units import Ge, Gt, Metres, MetresPerSecondSquared
+from hairpipe.values import Strands, Table
 
 
 @node(frames="once")
@@ -41,9 +41,9 @@ def measure_climate(
     gravity        gravitational acceleration in the energy
     """
     from hairpipe.errors import BadInput
-    from hairpipe.measure.climate.climate import climate_table
-    from hairpipe.measure.climate.distances import Criteria
-    from hairpipe.measure.climate.ensemble import sides_of
+    from hairpipe.measure.climate import climate_table
+    from hairpipe.measure.distances import Criteria
+    from hairpipe.measure.ensemble import sides_of
 
     if len(members) != len(hair) or len(truth_members) != len(truth):
         counts = f"{len(members)} and {len(truth_members)} members, {len(hair)} and {len(truth)} edges"

@@ -1,7 +1,7 @@
 """Cohesion of hair made of particles."""
 
-from hairpipe.data import Cloud, Particles, Table
-from hairpipe.graph import Reached, node
+from hairpipe.engine import Reached, node
+from hairpipe.values import Cloud, Particles, Table
 
 
 @node(frames="once")

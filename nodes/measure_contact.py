@@ -1,7 +1,7 @@
 """Contact of hair with bodies, in numbers."""
 
-from hairpipe.data import BodyParts, LevelSet, Strands, Table
-from hairpipe.graph import Frames, Time, node
+from hairpipe.engine import Frames, Time, node
+from hairpipe.values import BodyParts, LevelSet, Strands, Table
 
 
 @node(frames="once")

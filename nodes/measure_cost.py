@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Table
-from hairpipe.graph import Reached, Spent, node
+from hairpipe.engine import Reached, Spent, node
 from hairpipe.units import Ge
+from hairpipe.values import Table
 
 
 @node(frames="once")
@@ -22,7 +22,7 @@ def measure_cost(
     warm   number of excluded frames after the first, for compilation and start of motion
     timed  number of included frames after those
     """
-    from hairpipe.measure.cost import cost_table
+    from hairpipe.measure.motion import cost_table
 
     seconds = [{frame: spent.processor for frame, spent in shot.items()} for shot in nodes]
     return cost_table(seconds, warm, timed)

@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Density, Strands
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.units import Interval, Metres
+from hairpipe.values import Density, Strands
 
 
 @node(frames="each")

@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import BodyParts, Groom, LevelSet, Strands, Table
-from hairpipe.graph import Frames, Reached, node
+from hairpipe.engine import Frames, Reached, node
 from hairpipe.units import Ge, Gt, MetresPerSecondSquared
+from hairpipe.values import BodyParts, Groom, LevelSet, Strands, Table
 
 
 @node(frames="once")

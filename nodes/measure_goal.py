@@ -1,8 +1,8 @@
 """Impulse of goals and pins."""
 
-from hairpipe.data import Groom, Table
-from hairpipe.data.hair import HairState
-from hairpipe.graph import Frames, Time, node
+from hairpipe.engine import Frames, Time, node
+from hairpipe.values import Groom, Table
+from hairpipe.values.hair import HairState
 
 
 @node(frames="once")
@@ -11,6 +11,6 @@ def measure_goal(groom: Groom, states: Frames[HairState], time: Time, *, group: 
 
     group  name of the group of the groom to which it is added; by default all strands
     """
-    from hairpipe.measure.goal import measure_impulses
+    from hairpipe.measure.motion import measure_impulses
 
     return measure_impulses(groom, states, group, time.fps)

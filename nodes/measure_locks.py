@@ -1,8 +1,8 @@
 """Cost and error of locks."""
 
-from hairpipe.data import Groom, Strands, Table
-from hairpipe.data.hair import HairState
-from hairpipe.graph import Frames, Reached, Time, node
+from hairpipe.engine import Frames, Reached, Time, node
+from hairpipe.values import Groom, Strands, Table
+from hairpipe.values.hair import HairState
 
 
 @node(frames="once")

@@ -1,7 +1,7 @@
 """Speed of hair as a whole."""
 
-from hairpipe.data import Strands, Table
-from hairpipe.graph import Cuts, Frames, Time, node
+from hairpipe.engine import Cuts, Frames, Time, node
+from hairpipe.values import Strands, Table
 
 
 @node(frames="once")

@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Strands, Table
-from hairpipe.graph import Frames, node
+from hairpipe.engine import Frames, node
 from hairpipe.units import Ge, Gt, Metres
+from hairpipe.values import Strands, Table
 
 
 @node(frames="once")
@@ -24,6 +24,6 @@ def measure_packing(
     near  maximum distance of points of two neighbouring strands
     skip  number of frames to exclude at the beginning
     """
-    from hairpipe.measure.packing import packing_table
+    from hairpipe.measure.contact import packing_table
 
     return packing_table(hair, reference, cell, near, skip)

@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Strands, Table
-from hairpipe.graph import Frames, node
+from hairpipe.engine import Frames, node
 from hairpipe.units import Interval
+from hairpipe.values import Strands, Table
 
 
 @node(frames="once")
@@ -17,6 +17,6 @@ def measure_patches(
 
     patches  number of patches of the sample, in order
     """
-    from hairpipe.measure.patches import measure_patches as measure
+    from hairpipe.measure.deviation import measure_patches as measure
 
     return measure(hair, reference, patches)

@@ -1,8 +1,8 @@
 """Values at the points of hair, for colours."""
 
-from hairpipe.data import BodyParts, Groom, LevelSet, PointValues, Strands
-from hairpipe.data.hair import HairState
-from hairpipe.graph import node
+from hairpipe.engine import node
+from hairpipe.values import BodyParts, Groom, LevelSet, PointValues, Strands
+from hairpipe.values.hair import HairState
 
 
 @node(frames="each")
@@ -15,7 +15,7 @@ def measure_points(
 ) -> PointValues:
     """Measure depth in bodies, stretch, tension and lock at every point, for colours in `hairpipe view`."""
     from hairpipe.measure.contact import still, still_parts
-    from hairpipe.measure.points import measure_points as measure
+    from hairpipe.measure.motion import measure_points as measure
 
     bodies = [*map(still, surfaces or ()), *map(still_parts, parts or ())]
     return measure(hair, groom, state, bodies)

@@ -1,7 +1,7 @@
 """Splitting and merging of hair made of particles."""
 
-from hairpipe.data import Cloud, Particles, Table
-from hairpipe.graph import Frames, node
+from hairpipe.engine import Frames, node
+from hairpipe.values import Cloud, Particles, Table
 
 
 @node(frames="once")

@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Density, Mesh
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.units import Interval
+from hairpipe.values import Density, Mesh
 
 
 @node(frames="each")
@@ -19,6 +19,6 @@ def mesh_shell(
     blur   standard deviation of the preceding blur, in cells; sparse hair needs more blur and larger cells
     level  density of the shell, relative to the median density around hair
     """
-    from hairpipe.volume.shell import shell_of
+    from hairpipe.volume.density import shell_of
 
     return shell_of(density, blur, level)

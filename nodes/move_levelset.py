@@ -1,8 +1,8 @@
 """Level set of a rigid body moved by keys."""
 
-from hairpipe.data import BodyParts, LevelSet
-from hairpipe.graph import Cuts, Time, node
-from hairpipe.scripted_ends.track import Track
+from hairpipe.body.scripted_motion import Track
+from hairpipe.engine import Cuts, Time, node
+from hairpipe.values import BodyParts, LevelSet
 
 
 @node(frames="each")
@@ -19,7 +19,6 @@ def move_levelset(
     at      frame of the shot at time zero of the keys
     motion  motion by keys, as in `move_mesh`
     """
-    from hairpipe.scripted_ends.bodies import moved_surface
-    from hairpipe.scripted_ends.track import instant_of
+    from hairpipe.body.scripted_motion import instant_of, moved_surface
 
     return moved_surface(surface, motion, instant_of(time.frame, at, time.fps, cuts))

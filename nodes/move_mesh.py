@@ -1,8 +1,8 @@
 """Mesh moved by keys."""
 
-from hairpipe.data import Mesh
-from hairpipe.graph import Cuts, Time, node
-from hairpipe.scripted_ends.track import Track
+from hairpipe.body.scripted_motion import Track
+from hairpipe.engine import Cuts, Time, node
+from hairpipe.values import Mesh
 
 
 @node(frames="each")
@@ -20,7 +20,6 @@ def move_mesh(
     motion  motion by keys: displacements from the place of the mesh, rotations about a pivot in space; `move_levelset`
             applies the same keys to a level set
     """
-    from hairpipe.scripted_ends.bodies import moved
-    from hairpipe.scripted_ends.track import instant_of
+    from hairpipe.body.scripted_motion import instant_of, moved
 
     return moved(mesh, motion, instant_of(time.frame, at, time.fps, cuts))

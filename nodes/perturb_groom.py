@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Groom
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.units import Ge, Gt, Metres
+from hairpipe.values import Groom
 
 
 @node(frames="once")
@@ -17,6 +17,6 @@ def perturb_groom(groom: Groom, *, member: Annotated[int, Ge(0)] = 0, tip: Annot
     member  number of the member of the ensemble
     tip     standard deviation of each component of the displacement of tips
     """
-    from hairpipe.groom.perturbing import perturbed
+    from hairpipe.groom.sampling import perturbed
 
     return perturbed(groom, member, tip)

@@ -2,12 +2,12 @@
 
 from typing import TYPE_CHECKING, Annotated
 
-from hairpipe.data import Groom, Mesh, Pins
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.units import Fraction, Gt, Hertz, Interval, Metres
+from hairpipe.values import Groom, Mesh, Pins
 
 if TYPE_CHECKING:
-    from hairpipe.sim.goal.pinning import Pinned
+    from hairpipe.shot.goals import Pinned
 
 Place = tuple[Metres, Metres, Metres]
 
@@ -16,7 +16,7 @@ def bind(
     groom: Groom, rest: Mesh | None, group: str | None, at: tuple[Fraction, ...], place: Place | None, reach: float
 ) -> "Pinned":
     """Bind the pinned points to the body at rest, for the whole shot."""
-    from hairpipe.sim.goal.pinning import pin
+    from hairpipe.shot.goals import pin
 
     return pin(groom, rest, group, at, place, reach)
 
@@ -48,8 +48,8 @@ def pin_hair(
     frequency  natural frequency of a free point about its place: the higher, the harder the pin
     damping    ratio of damping to critical damping, for motion relative to the body
     """
-    from hairpipe.sim.boundary import motion_of_sites
-    from hairpipe.sim.goal.pinning import check_mesh
+    from hairpipe.shot.goals import check_mesh
+    from hairpipe.solve.boundary import motion_of_sites
 
     check_mesh(prepared, body)
     motions, rates = motion_of_sites(body, *prepared.sites, prepared.frames)

@@ -1,7 +1,7 @@
 """The body at a frame."""
 
-from hairpipe.data import Body, Mesh, Pose
-from hairpipe.graph import node
+from hairpipe.engine import node
+from hairpipe.values import Body, Mesh, Pose
 
 
 @node(frames="each")

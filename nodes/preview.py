@@ -2,10 +2,10 @@
 
 from typing import Annotated, Literal
 
-from hairpipe.data import Groom, Mesh, Normals, Strands
-from hairpipe.graph import File, Time, Workspace, node
-from hairpipe.render.framing import View
+from hairpipe.engine import File, Time, Workspace, node
+from hairpipe.render.camera import View
 from hairpipe.units import Degrees, Fraction, Interval, Metres, Pixels, Suffixes
+from hairpipe.values import Groom, Mesh, Normals, Strands
 
 Place = tuple[Metres, Metres, Metres]
 
@@ -58,13 +58,13 @@ def preview(
     from dataclasses import replace
     from functools import partial
 
+    from hairpipe.formats.pictures import write_png
     from hairpipe.groom.resampling import spline_knots
-    from hairpipe.io.picture import write_png
+    from hairpipe.render.camera import Shot, radius_of
+    from hairpipe.render.dual_scattering import shade_dual
     from hairpipe.render.film import linear
-    from hairpipe.render.framing import Shot, radius_of
+    from hairpipe.render.kajiya_kay import facing_of, shade_hair
     from hairpipe.render.portrait import draw_portrait
-    from hairpipe.render.shading.dual import shade_dual
-    from hairpipe.render.shading.kajiya_kay import facing_of, shade_hair
 
     radius = None if framed is None else radius_of(framed.points, framed.offsets)
     shot = Shot(width, height, view, fov, eye, target, supersampling, turn * time.frame, radius)

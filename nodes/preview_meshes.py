@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Mesh
-from hairpipe.graph import File, Time, Workspace, node
+from hairpipe.engine import File, Time, Workspace, node
 from hairpipe.units import Degrees, Fraction, Gt, Interval, Metres, Pixels, Suffixes
+from hairpipe.values import Mesh
 
 Place = tuple[Metres, Metres, Metres]
 
@@ -37,9 +37,9 @@ def preview_meshes(
     """
     import numpy as np
 
-    from hairpipe.io.panels import check_names, write_side_by_side
+    from hairpipe.formats.pictures import check_names, write_side_by_side
+    from hairpipe.render.camera import Framing, Shot
     from hairpipe.render.film import linear
-    from hairpipe.render.framing import Framing, Shot
     from hairpipe.render.objects import draw_object
 
     check_names(names, len(meshes))

@@ -2,13 +2,13 @@
 
 from typing import TYPE_CHECKING, Annotated
 
-from hairpipe.data import Cloud, Mesh, Particles
-from hairpipe.graph import File, Workspace, node
-from hairpipe.render.framing import View
+from hairpipe.engine import File, Workspace, node
+from hairpipe.render.camera import View
 from hairpipe.units import Degrees, Fraction, Interval, Metres, Pixels, Suffixes
+from hairpipe.values import Cloud, Mesh, Particles
 
 if TYPE_CHECKING:
-    from hairpipe.render.billboards.cloud import CloudStyle
+    from hairpipe.render.cloud import CloudStyle
 
 Place = tuple[Metres, Metres, Metres]
 Colour = tuple[Fraction, Fraction, Fraction]
@@ -16,7 +16,7 @@ Colour = tuple[Fraction, Fraction, Fraction]
 
 def style(particles: Particles, colour: Colour, size: float) -> "CloudStyle":
     """Prepare the drawing of particles, for the whole shot."""
-    from hairpipe.render.billboards.cloud import style_cloud
+    from hairpipe.render.cloud import style_cloud
     from hairpipe.render.film import linear
 
     return style_cloud(particles, linear(colour), size)
@@ -50,9 +50,9 @@ def preview_particles(
     colour  colour of the hair: red, green and blue, sRGB
     size    size factor of a billboard, over the size that covers hair at the spacing at rest
     """
-    from hairpipe.io.picture import write_png
-    from hairpipe.render.billboards.cloud import draw_cloud
-    from hairpipe.render.framing import Shot
+    from hairpipe.formats.pictures import write_png
+    from hairpipe.render.camera import Shot
+    from hairpipe.render.cloud import draw_cloud
 
     path = workspace / "picture.png"
     write_png(path, draw_cloud(cloud, prepared, body, Shot(width, height, view, fov, eye, target)))

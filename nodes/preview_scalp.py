@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Body
-from hairpipe.graph import File, Workspace, node
+from hairpipe.engine import File, Workspace, node
 from hairpipe.units import Interval, Pixels, Suffixes
+from hairpipe.values import Body
 
 
 @node(frames="once")
@@ -22,9 +22,9 @@ def preview_scalp(
     width   width of the picture of each side
     height  height of the picture
     """
-    from hairpipe.io.panels import write_side_by_side
-    from hairpipe.render.framing import Shot
-    from hairpipe.render.hairline import draw_hairline
+    from hairpipe.formats.pictures import write_side_by_side
+    from hairpipe.render.camera import Shot
+    from hairpipe.render.objects import draw_hairline
 
     views = ("front", "side", "back")
     path = workspace / "picture.png"

@@ -2,10 +2,10 @@
 
 from typing import Annotated
 
-from hairpipe.data import Mesh, Strands
-from hairpipe.graph import File, Time, Workspace, node
-from hairpipe.render.framing import View
+from hairpipe.engine import File, Time, Workspace, node
+from hairpipe.render.camera import View
 from hairpipe.units import Degrees, Fraction, Interval, Metres, Pixels, Suffixes
+from hairpipe.values import Mesh, Strands
 
 Place = tuple[Metres, Metres, Metres]
 
@@ -49,11 +49,11 @@ def render_cycles(
     denoise    removal of the noise of few samples
     shutter    open share of the frame, for motion blur; 0 switches blur off
     """
-    from hairpipe.io.picture import write_png
-    from hairpipe.render.cycles.scene import Exposure, Fibre, render_hair
+    from hairpipe.formats.pictures import write_png
+    from hairpipe.render.camera import Shot
+    from hairpipe.render.cycles import Exposure, Fibre, render_hair
+    from hairpipe.render.fibre import pigment_colour
     from hairpipe.render.film import linear
-    from hairpipe.render.framing import Shot
-    from hairpipe.render.shading.fibre import pigment_colour
 
     shot = Shot(width, height, view, fov, eye, target)
     fibre = Fibre(thickness, pigment_colour(melanin, redness) if colour is None else linear(colour))

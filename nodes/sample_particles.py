@@ -2,10 +2,10 @@
 
 from typing import Annotated, Literal
 
-from hairpipe.data import Groom, Particles
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.particles.settings import Fibre
 from hairpipe.units import Fraction, Ge, Interval
+from hairpipe.values import Groom, Particles
 
 
 @node(frames="once")

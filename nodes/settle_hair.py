@@ -2,12 +2,12 @@
 
 from typing import Annotated
 
-from hairpipe.data import Groom
-from hairpipe.graph import node
-from hairpipe.sim.material import VariedMaterial
-from hairpipe.sim.strands.construction import Construction
-from hairpipe.sim.strands.registry import ModelName
+from hairpipe.engine import node
+from hairpipe.strands.interface import Construction
+from hairpipe.strands.material import VariedMaterial
+from hairpipe.strands.registry import ModelName
 from hairpipe.units import Interval, MetresPerSecondSquared
+from hairpipe.values import Groom
 
 
 @node(frames="once")
@@ -29,7 +29,7 @@ def settle_hair(
     construction  parameters of the network
     gravity       gravitational acceleration along -Y
     """
-    from hairpipe.io.image import read_image
-    from hairpipe.sim.statics.settle_groom import settle_groom
+    from hairpipe.formats.pictures import read_image
+    from hairpipe.shot.settle import settle_groom
 
     return settle_groom(groom, material, construction, gravity, model, read_image)

@@ -2,16 +2,16 @@
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from hairpipe.data import BodyParts, Density, Ends, Groom, LevelSet, Mesh, Pins, Strands
-from hairpipe.data.hair import HairState
-from hairpipe.graph import Cuts, Pair, Time, flat_group, node
-from hairpipe.sim.material import VariedMaterial
-from hairpipe.sim.settings import HairSettings
-from hairpipe.sim.strands.construction import Construction
-from hairpipe.sim.strands.registry import ModelName
+from hairpipe.engine import Cuts, Pair, Time, flat_group, node
+from hairpipe.shot.settings import HairSettings
+from hairpipe.strands.interface import Construction
+from hairpipe.strands.material import VariedMaterial
+from hairpipe.strands.registry import ModelName
+from hairpipe.values import BodyParts, Density, Ends, Groom, LevelSet, Mesh, Pins, Strands
+from hairpipe.values.hair import HairState
 
 if TYPE_CHECKING:
-    from hairpipe.sim.hair_model import HairModels
+    from hairpipe.strands.hair_model import HairModels
 
 
 class Hair(NamedTuple):
@@ -25,13 +25,13 @@ def model_strands(
     groom: Groom, material: VariedMaterial, model: ModelName, construction: Construction, curvature: float
 ) -> "HairModels":
     """Model the strands of a groom, for the whole shot."""
-    from hairpipe.io.image import read_image
-    from hairpipe.sim.hair_model import build_models
+    from hairpipe.formats.pictures import read_image
+    from hairpipe.strands.hair_model import build_models
 
     return build_models(groom, material, model, construction, read_image, curvature)
 
 
-@node(frames="scan", prepare=model_strands, tuning="hairpipe.sim.strands.tuning")
+@node(frames="scan", prepare=model_strands, tuning="hairpipe.shot.tuning")
 @flat_group("settings")
 def simulate_hair(
     groom: Groom,
@@ -52,10 +52,10 @@ def simulate_hair(
 
     Another model of hair is a node of its own, with strands and a state as outputs.
     """
-    from hairpipe.sim.boundary import driver_of
-    from hairpipe.sim.precision import choose_precision
-    from hairpipe.sim.shot import Frame
-    from hairpipe.sim.simulate import next_state, strands_of
+    from hairpipe.shot.precision import choose_precision
+    from hairpipe.shot.shot import Frame
+    from hairpipe.shot.simulate import next_state, strands_of
+    from hairpipe.solve.boundary import driver_of
 
     solid = bool(surface or parts)
     drivers = driver_of(body, ends) or (None, None)

@@ -2,10 +2,10 @@
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from hairpipe.data import BodyParts, Cloud, LevelSet, Mesh, Particles
-from hairpipe.data.particles import ParticleState
-from hairpipe.graph import Cuts, Pair, Time, flat_group, node
+from hairpipe.engine import Cuts, Pair, Time, flat_group, node
 from hairpipe.particles.settings import Interaction, ParticleSettings, Printed, RestTension
+from hairpipe.values import BodyParts, Cloud, LevelSet, Mesh, Particles
+from hairpipe.values.particles import ParticleState
 
 if TYPE_CHECKING:
     from hairpipe.particles.simulate import Prepared
@@ -50,7 +50,7 @@ def simulate_particles(
 ) -> LooseHair:
     """Simulate hair as loosely connected particles after Bando, Chen, Nishita 2003, for `carry_strands`."""
     from hairpipe.particles.simulate import ParticleSimulation, cloud_of
-    from hairpipe.sim.shot import Frame, next_state
+    from hairpipe.shot.shot import Frame, next_state
 
     began = (time.frame - 1) * time.dt
     cut = time.frame in cuts

@@ -1,7 +1,7 @@
 """Speed and stretch of hair at each frame of a simulation."""
 
-from hairpipe.data import Groom, Strands, Table
-from hairpipe.graph import node
+from hairpipe.engine import node
+from hairpipe.values import Groom, Strands, Table
 
 
 @node(frames="each")

@@ -2,9 +2,9 @@
 
 from typing import Annotated, Literal
 
-from hairpipe.data import Table
-from hairpipe.graph import File, Workspace, node
+from hairpipe.engine import File, Workspace, node
 from hairpipe.units import Suffixes
+from hairpipe.values import Table
 
 
 @node(frames="once")
@@ -20,7 +20,7 @@ def write_table(
     format  file format: csv with all digits for programs, markdown with four digits for people
     cases   names of the tables, in order, for a new first column "case"
     """
-    from hairpipe.io.table import lay_below, write_csv, write_markdown
+    from hairpipe.formats.tables import lay_below, write_csv, write_markdown
 
     write, name = {"csv": (write_csv, "table.csv"), "markdown": (write_markdown, "table.md")}[format]
     write(workspace / name, lay_below(tables, cases))

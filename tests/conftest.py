@@ -15,14 +15,14 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 
-from hairpipe.api.graph_shot import GraphShot
-from hairpipe.data import Mesh
-from hairpipe.graph.engine import member
-from hairpipe.graph.engine.member import Member
-from hairpipe.graph.file.data_folder import VARIABLE, data_folder
-from hairpipe.graph.worker.kernel_cache import guard_kernels
-from hairpipe.graph.worker.machine_code import share_kernels
+from hairpipe.app.api.graph_shot import GraphShot
+from hairpipe.engine.file.bounds import VARIABLE, data_folder
+from hairpipe.engine.hosts import member
+from hairpipe.engine.hosts.member import Member
+from hairpipe.engine.worker.kernel_cache import guard_kernels
+from hairpipe.engine.worker.machine_code import share_kernels
 from hairpipe.openvdb_library import find_openvdb, imported
+from hairpipe.values import Mesh
 
 from . import forked_workers as forked
 

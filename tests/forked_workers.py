@@ -18,7 +18,7 @@ import threading
 import traceback
 from pathlib import Path
 
-from hairpipe.graph.engine.member import interrupts_blocked
+from hairpipe.engine.hosts.member import interrupts_blocked
 
 READ_AT_IMPORT = ("LD_", "MKL_", "NPY_", "OPENBLAS_", "PYTHON", "VECLIB_")
 """Beginnings of the variables that must be those of the process which is forked: they were read while it imported."""
@@ -166,7 +166,7 @@ def become(request: dict, descriptors: list[int]) -> None:
 
 if __name__ == "__main__":
     sys.path[:] = json.loads(sys.argv[2])
-    from hairpipe.graph.worker import worker
+    from hairpipe.engine.worker import worker
 
     gc.freeze()
     low = int(sys.argv[1])

@@ -7,8 +7,8 @@ socket that takes it.
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from hairpipe.graph.file.graph import Graph, Node
-from hairpipe.graph.node.fields import Field, fields_of
+from hairpipe.engine.file.graph import Graph, Node
+from hairpipe.engine.node.settings import Field, fields_of
 
 Place = tuple[Path, str]
 """A graph file, and one of its nodes."""

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from hairpipe.cli.entry import commands
+from hairpipe.app.cli.entry import commands
 from hairpipe.graphs.experiments.bench.commands import bench
 
 HOME = Path(__file__).resolve().parents[1]

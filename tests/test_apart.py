@@ -16,8 +16,8 @@ import pytest
 from hairpipe import apart, child
 from hairpipe.apart import work_apart
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.read import read_body, read_curves
-from hairpipe.io.usd.stage import check_file
+from hairpipe.formats.usd.meshes import read_body, read_curves
+from hairpipe.formats.usd.stage import check_file
 
 from .sources import HOME
 from .works_apart import crash_the_second_time, end_by_signal, pid_of, recall_text, sleep_apart, spend_time

@@ -46,7 +46,7 @@ PURE = {
     "graph.worker.threading_layer",  # chooses a setting of numba
     "graph.store.ownership",  # names the folders of a user
 }
-"""What tools may use of the engine besides `hairpipe.api`: it neither loads, plans nor runs anything."""
+"""What tools may use of the engine besides `hairpipe.app.api`: it neither loads, plans nor runs anything."""
 ASKED = {"graph.file.trust"}  # before anything is loaded, a person is asked whether code is trusted
 ROOMS = {
     **{room: set(ORDER[:place]) for place, room in enumerate(ORDER)},
@@ -103,20 +103,20 @@ ROOMS = {
 OPENVDB = ("hairpipe/openvdb_library.py", "hairpipe/levelset/bake/")
 PLACES = {
     "pxr": "hairpipe/io/usd/",
-    "alembic3d": "hairpipe/io/mesh_cache/alembic_meshes.py",
+    "alembic3d": "hairpipe/formats/alembic_meshes.py",
     "bpy": ("hairpipe/render/cycles/", "hairpipe/io/blender/", *OPENVDB),
     **dict.fromkeys(("openvdb", "pyopenvdb"), OPENVDB),
-    "blosc": "hairpipe/io/vdb/vdb_read.py",
-    "h5py": "hairpipe/io/hdf5.py",
+    "blosc": "hairpipe/formats/vdb_read.py",
+    "h5py": "hairpipe/formats/hdf5.py",
     "PIL": "hairpipe/io/",
     "matplotlib": "graphs/experiments/chart/",
-    "pydantic": "hairpipe/graph/node/settings.py",
+    "pydantic": "hairpipe/engine/node/settings.py",
     "click": ("hairpipe/cli/", "graphs/experiments/bench/"),
-    "tomlkit": "hairpipe/graph/edit/inline_table.py",
+    "tomlkit": "hairpipe/engine/edit.py",
     "rich": "hairpipe/cli/",
-    "distributed": ("hairpipe/graph/engine/dask_engine.py", "hairpipe/bench/dask_cluster.py"),
-    "starlette": "hairpipe/page/server.py",
-    "uvicorn": "hairpipe/page/server.py",
+    "distributed": ("hairpipe/engine/hosts/dask_engine.py", "graphs/experiments/bench/engine/dask_cluster.py"),
+    "starlette": "hairpipe/app/page/server.py",
+    "uvicorn": "hairpipe/app/page/server.py",
     "sphinx": "docs/",
     "docutils": "docs/",
     "elastica": "graphs/experiments/peers/",
@@ -127,16 +127,16 @@ PLACES = {
 """Where alone a foreign library may be imported."""
 DATA_IMPORTS = {"numpy", "hairpipe", *sys.stdlib_module_names}
 HEAVY = {"numba", "scipy", *PLACES} - {"click"}
-CODE_GENERATORS = ("hairpipe/kernels/simd.py", "hairpipe/kernels/simd_vec4.py", "hairpipe/kernels/prefetch.py")
+CODE_GENERATORS = ("hairpipe/geometry/simd.py", "hairpipe/geometry/simd_vec4.py", "hairpipe/geometry/compile.py")
 """Its functions are called by numba, with types that numba chooses."""
 MOST_NODE_LINES = 60
 MOST_PARAMETERS, MOST_LONG_SIGNATURES = 8, 5
 LONG_SIGNATURES = {
-    "hairpipe/cli/commands/plan.py plan": "its parameters are the options of a command",
-    "hairpipe/api/graph_shot.py run": "its parameters are the options of a run",
-    "hairpipe/cli/commands/run.py run": "its parameters are the options of a command",
-    "hairpipe/cli/commands/tune.py tune": "its parameters are the options of a command",
-    "hairpipe/cli/commands/validate.py validate": "its parameters are the options of a command",
+    "hairpipe/app/cli/commands/plan.py plan": "its parameters are the options of a command",
+    "hairpipe/app/api/graph_shot.py run": "its parameters are the options of a run",
+    "hairpipe/app/cli/commands/run.py run": "its parameters are the options of a command",
+    "hairpipe/app/cli/commands/tune.py tune": "its parameters are the options of a command",
+    "graphs/experiments/commands/validate.py validate": "its parameters are the options of a command",
 }
 """The functions with more parameters, and why; those of nodes are settings, which a graph names."""
 
@@ -242,7 +242,7 @@ def test_no_node_imports_a_node_and_the_engine_only_by_its_public_names():
         for path in SOURCES
         if is_node(path)
         for target in imports_of(path)
-        if ".nodes." in target or (f"{target}.".startswith("hairpipe.graph.") and not public.fullmatch(target))
+        if ".nodes." in target or (f"{target}.".startswith("hairpipe.engine.") and not public.fullmatch(target))
     ]
     assert not wrong, "\n".join(wrong)
 
@@ -340,7 +340,7 @@ def test_every_function_is_annotated():
 
 
 def test_no_parallel_loop_writes_to_a_member_of_a_record_itself():
-    """Numba drops such writes without a word, see `hairpipe/kernels/compile.py`."""
+    """Numba drops such writes without a word, see `hairpipe/geometry/compile.py`."""
     wrong = [
         f"{name_of(path)}:{target.lineno} {function.name}: {ast.unparse(target)}"
         for path in SOURCES

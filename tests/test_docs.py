@@ -9,8 +9,8 @@ import pytest
 from PIL import Image
 
 import hairpipe
-from hairpipe.api.node_types import node_types
-from hairpipe.io.value import write_value
+from hairpipe.app.api.node_types import node_types
+from hairpipe.formats.values import write_value
 from hairpipe.nodes.make_bust import make_bust
 
 from .pages import DOCS, HOME, graphs_of, name_of, nodes_of, write_files

@@ -12,14 +12,14 @@ from urllib.parse import urlsplit
 import click
 import pytest
 
-from hairpipe.cli.entry import commands
+from hairpipe.app.cli.entry import commands
 
 from .page.conftest import write_shot
 from .pages import PAGES, command_of, commands_of
 
 WEDGE = '\n[wedge.feel]\naxes = { "hair.wave.height" = [0.03, 0.05] }\nshow = ["picture"]\n'
 STAGE = '#usda 1.0\n(\n    defaultPrim = "shot"\n    metersPerUnit = 1\n    upAxis = "Y"\n)\ndef Xform "shot"\n{\n}\n'
-MAIN = "from hairpipe.cli import main; main()"
+MAIN = "from hairpipe.app.cli import main; main()"
 BENCHES = "import runpy; runpy.run_module('hairpipe.graphs.experiments.bench', run_name='__main__')"
 STARTED = {
     "run": "run shot.toml -j1 -q",
@@ -76,7 +76,7 @@ STARTED = {
 """The words of each command."""
 UNTUNABLE = "def tune(*_): raise it.Untunable('small')\nit.tune = tune"
 SMALL = {
-    "tune": """from hairpipe.tune import study, tuning
+    "tune": """from hairpipe.app.tune import study, tuning
 def tune(*_): raise study.Interrupted
 tuning.tune = tune""",
     "convert": """from hairpipe.io.blender import convert as it
@@ -124,7 +124,7 @@ it.measure_scan = lambda *_: {"written [MB]": 0.1}""",
 it.try_faults.__defaults__ = it.Trials(kills=0, damages=1, cleanings=0, modules=()),""",
 }
 """Lines of Python that are carried out before, which make a command small: users have no option for it."""
-SHARED = """from hairpipe.graph.worker import machine_code
+SHARED = """from hairpipe.engine.worker import machine_code
 machine_code.share_kernels = machine_code.guard_kernels
 machine_code.guard_kernels()
 """

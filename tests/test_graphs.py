@@ -12,17 +12,17 @@ import numpy as np
 import pytest
 
 import hairpipe
-from hairpipe.data import Strands
-from hairpipe.graph.engine.member import Member
-from hairpipe.graph.file.graph import Edge, Graph
-from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.plan.planner import plan
-from hairpipe.graph.plan.tasks import Task, unroll
-from hairpipe.graph.results import read_result
-from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.scheduler import run
-from hairpipe.graph.store.store import Store
+from hairpipe.engine.file.graph import Edge, Graph
+from hairpipe.engine.file.load import load_graph
+from hairpipe.engine.hosts.member import Member
+from hairpipe.engine.plan.planner import plan
+from hairpipe.engine.plan.tasks import Task, unroll
+from hairpipe.engine.results import read_result
+from hairpipe.engine.run.events import Options
+from hairpipe.engine.run.scheduler import run
+from hairpipe.engine.store.store import Store
 from hairpipe.levelset.sample import Field, distance, field_of
+from hairpipe.values import Strands
 
 from .graph_cover import cover
 from .pages import data_of

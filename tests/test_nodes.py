@@ -11,15 +11,14 @@ from typing import Any, Literal, get_origin
 import pytest
 from annotated_types import Ge, Gt, Le, Lt
 
-from hairpipe.api.node_types import node_types
-from hairpipe.api.source import read_source
+from hairpipe.app.api.node_types import node_types
+from hairpipe.app.api.source import read_source
+from hairpipe.engine.file.overrides import nodes_of
+from hairpipe.engine.file.registry import Registry
+from hairpipe.engine.node.declare import NodeType
+from hairpipe.engine.node.settings import Field, check_settings, fields_of, metadata
+from hairpipe.engine.node.signature import File
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.overrides import nodes_of
-from hairpipe.graph.file.registry import Registry
-from hairpipe.graph.node.declare import NodeType
-from hairpipe.graph.node.fields import Field, fields_of, metadata
-from hairpipe.graph.node.settings import check_settings
-from hairpipe.graph.node.signature import File
 
 HOME = Path(__file__).resolve().parents[1]
 HEAVY = ("numba", "pxr", "h5py", "scipy", "matplotlib", "PIL")

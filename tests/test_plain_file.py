@@ -8,15 +8,14 @@ from pathlib import Path
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.io.body import read_body
-from hairpipe.io.hdf5 import read
-from hairpipe.io.image import read_image
-from hairpipe.io.makehuman import read_weights
-from hairpipe.io.mocap.bvh import read_bvh
-from hairpipe.io.picture import read_picture
-from hairpipe.io.strands.tfx import read_tfx
-from hairpipe.io.usd.stage import open_stage
-from hairpipe.io.vdb.vdb_header import inspect
+from hairpipe.formats.bodies import read_body
+from hairpipe.formats.bvh import read_bvh
+from hairpipe.formats.hdf5 import read
+from hairpipe.formats.makehuman import read_weights
+from hairpipe.formats.pictures import read_image, read_picture
+from hairpipe.formats.tfx import read_tfx
+from hairpipe.formats.usd.stage import open_stage
+from hairpipe.formats.vdb_read import inspect
 
 READERS: dict[str, Callable[[Path], object]] = {
     "a.obj": read_body,

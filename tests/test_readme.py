@@ -12,11 +12,10 @@ import numpy as np
 import pytest
 
 import hairpipe
-from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.file.registry import Registry
-from hairpipe.results.finding import find_results
-from hairpipe.results.pages import without_states, written_page
-from hairpipe.results.state import CURRENT
+from hairpipe.engine.file.load import load_graph
+from hairpipe.engine.file.registry import Registry
+from hairpipe.graphs.experiments.figures.pages import find_results, without_states, written_page
+from hairpipe.graphs.experiments.figures.recipe import CURRENT
 
 from .pages import (
     DECLARED,
@@ -101,7 +100,9 @@ def check_graph(params, overrides):
 def test_every_command_parses_and_names_what_there_is(page, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("HAIRPIPE_TRUST", str(tmp_path / "nodes"))
-    monkeypatch.setattr("hairpipe.results.bench_recording.commit_of", lambda folder: "0" * 40)  # nothing is recorded
+    monkeypatch.setattr(
+        "hairpipe.graphs.experiments.figures.bench_recording.commit_of", lambda folder: "0" * 40
+    )  # nothing is recorded
     write_files(page, tmp_path)
     (tmp_path / "head.usd").touch()  # which a tutorial makes
     goals = re.findall(r"^(\w+):", (HOME / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)

@@ -22,7 +22,7 @@ def quoted_in(path: Path) -> Iterator[str]:
 def test_no_module_of_the_wheel_serves_experiments_alone():
     """The product is what the command line, `import hairpipe` and the node types import, directly or through others."""
     paths = {module_of(path).removesuffix(".__init__"): path for path in SOURCES if is_in_wheel(path)}
-    queue = [name for name in paths if name == "hairpipe" or name.startswith(("hairpipe.cli", "hairpipe.nodes"))]
+    queue = [name for name in paths if name == "hairpipe" or name.startswith(("hairpipe.app.cli", "hairpipe.nodes"))]
     reached: set[str] = set()
     while queue:
         name = queue.pop()

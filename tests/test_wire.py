@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh
+from hairpipe.apart import pack, unpack
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.check.finding import Fault, Finding
-from hairpipe.wire import pack, unpack
+from hairpipe.formats.usd.check.finding import Fault, Finding
+from hairpipe.values import Mesh
 
 
 @pytest.mark.parametrize(
@@ -56,7 +56,8 @@ def test_nothing_else_is_sent(value):
 
 
 @pytest.mark.parametrize(
-    "name", ["subprocess:Popen", "os:system", "hairpipe.cli.entry:commands", "hairpipe.errors:BadInput", "hairpipe:x"]
+    "name",
+    ["subprocess:Popen", "os:system", "hairpipe.app.cli.entry:commands", "hairpipe.errors:BadInput", "hairpipe:x"],
 )
 def test_an_answer_names_no_code(name):
     with pytest.raises(TypeError):

@@ -9,9 +9,9 @@ from pathlib import Path
 import click
 import pytest
 
-from hairpipe.api.node_types import node_types
-from hairpipe.cli.entry import commands
-from hairpipe.graph.node.fields import Field, fields_of
+from hairpipe.app.api.node_types import node_types
+from hairpipe.app.cli.entry import commands
+from hairpipe.engine.node.settings import Field, fields_of
 from hairpipe.graphs.experiments.bench.commands import bench
 
 from .sources import HOME, SOURCES, name_of, tree_of

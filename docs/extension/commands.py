@@ -7,7 +7,7 @@ from typing import Any
 from sphinx.application import Sphinx
 
 from extension.markdown import MarkdownDirective, docstring, escaped, fence, joined, table
-from hairpipe.cli.entry import commands
+from hairpipe.app.cli.entry import commands
 
 
 class Commands(MarkdownDirective):

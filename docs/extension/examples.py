@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-from hairpipe.api.node_types import NodeType, fields_of
+from hairpipe.app.api.node_types import NodeType, fields_of
 
 HOME = Path(__file__).resolve().parents[2]
 COMMENTS_AT_END = re.compile(r"(?:\n#.*|\n\s*)+$")

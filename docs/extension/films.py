@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from hairpipe.results.file import COST, Results, read_results, results_path
+from hairpipe.graphs.experiments.figures.file import COST, Results, read_results, results_path
 
 HOME = Path(__file__).resolve().parents[2]
 FILMS = HOME / "docs/films"

@@ -8,7 +8,7 @@ from sphinx.application import Sphinx
 
 from extension.films import HOME, Film, films, measured
 from extension.markdown import MarkdownDirective, joined
-from hairpipe.results.state import state_of
+from hairpipe.graphs.experiments.figures.recipe import state_of
 
 PICTURES = HOME / "graphs/assets/pictures"
 

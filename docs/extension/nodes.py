@@ -9,7 +9,7 @@ from sphinx.application import Sphinx
 from extension.examples import example_of
 from extension.markdown import MarkdownDirective, blocks_of, docstring, escaped, fence, joined, table
 from extension.purposes import purpose_of
-from hairpipe.api.node_types import Field, NodeType, Socket, fields_of, fields_within, node_types
+from hairpipe.app.api.node_types import Field, NodeType, Socket, fields_of, fields_within, node_types
 
 MODES = {
     "once": "One value for the shot.",
@@ -65,9 +65,9 @@ def output_words(node_type: NodeType, name: str) -> str:
 
 def type_link(name: str) -> str:
     """Link the type of a value to its description, where it has one."""
-    import hairpipe.data
+    import hairpipe.values
 
-    return f"{{ref}}`{name} <value-{name}>`" if name in hairpipe.data.__all__ else name
+    return f"{{ref}}`{name} <value-{name}>`" if name in hairpipe.values.__all__ else name
 
 
 def explains(lines: list[str], node_type: NodeType) -> bool:

@@ -1,6 +1,6 @@
 """What node types are for, as their outputs say it: the pages of the reference are sorted by it."""
 
-from hairpipe.api.node_types import NodeType
+from hairpipe.app.api.node_types import NodeType
 
 PURPOSES = {
     "groom": {"Groom", "Ends", "Pins"},

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hairpipe.body.mannequin.bust import CROWN, JOINTS
-from hairpipe.data.clip import Clip
+from hairpipe.body.bust import CROWN, JOINTS
+from hairpipe.values.body import Clip
 
 ROTATIONS = ("Yrotation", "Xrotation", "Zrotation")
 

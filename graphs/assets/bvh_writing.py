@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hairpipe.data.clip import Clip
+from hairpipe.values.body import Clip
 
 
 def write_bvh(path: Path, clip: Clip) -> None:

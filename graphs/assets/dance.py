@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from bust_clip import bust_clip, rise
 
-from hairpipe.data.clip import Clip
 from hairpipe.graphs.assets.bvh_writing import write_bvh
+from hairpipe.values.body import Clip
 
 RATE = 60.0  # samples a second
 SECONDS = 10.4

@@ -2,14 +2,13 @@
 
 from pathlib import Path
 
-from hairpipe.body.mannequin.bust import build_bust
-from hairpipe.data import Groom
-from hairpipe.groom.cutting import Cut
-from hairpipe.groom.grow.growing import grow
-from hairpipe.groom.grow.style import Style
-from hairpipe.groom.painting.paint import Canvas
-from hairpipe.groom.painting.painted import PaintedDegrees, PaintedMetres
-from hairpipe.io.image import read_image
+from hairpipe.body.bust import build_bust
+from hairpipe.formats.pictures import read_image
+from hairpipe.groom.growing import grow
+from hairpipe.groom.painting import Canvas, PaintedDegrees, PaintedMetres
+from hairpipe.groom.resampling import Cut
+from hairpipe.groom.style import Style
+from hairpipe.values import Groom
 
 STRANDS, POINTS = 300, 12
 HEAD = """#usda 1.0

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from hairpipe.body.mannequin import bust
-from hairpipe.body.mannequin.anatomy import BUST
-from hairpipe.body.mannequin.blended_shapes import evaluate, project
-from hairpipe.body.mannequin.relaxation import relax
+from hairpipe.body import bust
+from hairpipe.body.anatomy import BUST
+from hairpipe.body.blended_shapes import evaluate, project
+from hairpipe.body.bust import relax
 from hairpipe.body.scalp import height_above
-from hairpipe.spatial.isosurface import extract_surface
+from hairpipe.geometry.isosurface import extract_surface
 
 COARSE = 1.9  # spacing of the samples over that of `make_bust`
 JAW = (0.0, 0.265, 0.09)  # [m]

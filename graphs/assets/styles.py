@@ -5,17 +5,16 @@ from pathlib import Path
 
 import numpy as np
 
-from hairpipe.body.mannequin.bust import EARS, build_bust
+from hairpipe.body.bust import EARS, build_bust
 from hairpipe.body.scalp import smooth_step
-from hairpipe.data import Body, Groom
+from hairpipe.formats.pictures import read_image
+from hairpipe.geometry.triangles import site_points, unit_normals
 from hairpipe.groom.binding import nearest_sites
-from hairpipe.groom.cutting import Cut
-from hairpipe.groom.grow.growing import grow
-from hairpipe.groom.grow.style import Comb, Style
-from hairpipe.groom.painting.paint import Canvas
-from hairpipe.groom.painting.painted import Painted, PaintedDegrees, PaintedMetres
-from hairpipe.io.image import read_image
-from hairpipe.spatial.triangles import site_points, unit_normals
+from hairpipe.groom.growing import grow
+from hairpipe.groom.painting import Canvas, Painted, PaintedDegrees, PaintedMetres
+from hairpipe.groom.resampling import Cut
+from hairpipe.groom.style import Comb, Style
+from hairpipe.values import Body, Groom
 
 TIE = np.array([0.0, 0.375, -0.118])
 """Place of the hair tie [m]: `pin_hair` of graphs/styles.toml has it, too."""

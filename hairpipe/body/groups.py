@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.data import Body
+from hairpipe.values import Body
 
 
 class Groups(NamedTuple):

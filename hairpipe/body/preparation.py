@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from hairpipe.body.rigid import Z_UP
+from hairpipe.body.rotations import Z_UP
 from hairpipe.body.scalp import Scalp, between_ears, paint_scalp
-from hairpipe.data import BlendShapes, Body, DualQuaternions, Mesh, Skeleton
 from hairpipe.errors import BadInput
+from hairpipe.values import BlendShapes, Body, DualQuaternions, Mesh, Skeleton
 
 LARGEST_HEAD = 0.35  # from the chin up, with hair that is modelled [m]
 SMALLEST, LARGEST = 0.05, 4.0  # [m] of a head and of a person, with room to spare

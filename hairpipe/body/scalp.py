@@ -6,10 +6,10 @@ from typing import Annotated
 
 import numpy as np
 
-from hairpipe.body.mocap.roles import Role, find_roles
-from hairpipe.data import Body
+from hairpipe.body.roles import Role, find_roles
 from hairpipe.errors import BadInput
 from hairpipe.units import Degrees, Interval, Metres
+from hairpipe.values import Body
 
 Elevation = Annotated[Degrees, Interval(ge=-89.0, le=89.0)]
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from hairpipe.body.rigid import frame_along
-from hairpipe.data import Mesh
+from hairpipe.body.rotations import frame_along
 from hairpipe.errors import BadInput
+from hairpipe.values import Mesh
 
 Vector = tuple[float, float, float]
 

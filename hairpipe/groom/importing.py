@@ -1,4 +1,9 @@
-"""Strands made elsewhere become a groom: thinned, cut into equal segments, bound to the body."""
+"""Strands made elsewhere become a groom: thinned, cut into equal segments, bound to the body.
+
+Choice of the shape of a file, points or rest points, whose roots lie on the body.
+
+Strands of reconstructions on a body: turned root first, and moved or cut where they are inside it.
+"""
 
 import warnings
 from collections.abc import Iterator
@@ -8,18 +13,182 @@ from typing import Literal
 
 import numpy as np
 
-from hairpipe.data import Body, Groom
-from hairpipe.data.curves import Curves
-from hairpipe.data.lengths import strand_lengths, unequal
 from hairpipe.errors import BadInput
-from hairpipe.groom.binding import bind_roots, bind_tips, name_strands, root_frames
-from hairpipe.groom.cutting import ROUNDING, Cut
-from hairpipe.groom.painting.paint import maps_at
-from hairpipe.groom.placing import placed
-from hairpipe.groom.resampling import equal_segments
-from hairpipe.groom.rooting import Inside, freed, rooted, taken
+from hairpipe.geometry.triangle_tree import Tree, project, tree_over
+from hairpipe.geometry.triangles import Sites, site_uv
+from hairpipe.groom.binding import bind_roots, bind_tips, name_strands, nearest_sites, root_frames
+from hairpipe.groom.painting import maps_at
+from hairpipe.groom.resampling import ROUNDING, Cut, equal_segments
 from hairpipe.groom.strand_arrays import offsets_of, points_of_strands, take_strands
-from hairpipe.spatial.triangles import Sites, site_uv
+from hairpipe.levelset.bake import bake
+from hairpipe.levelset.collider import SdfSample
+from hairpipe.levelset.collider_field import ColliderField, build_collider_field
+from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.values import Body, Groom, Mesh
+from hairpipe.values.groom import Curves, strand_lengths, unequal
+
+
+def placed(mesh: Mesh, curves: Curves) -> Curves:
+    """Return the curves as they grow from a mesh, without a rest shape or spare points; pure.
+
+    The rest shape is used if its roots lie at least as near to the skin as those of the points: hair and body of a
+    file may be of different times. Curves are used with pinned ends if these lie nearer to the skin: B-splines of hair
+    whose first control vertex is the root, as written by Blender, would otherwise begin off the skin. Distances are
+    compared by their median over the strands.
+    """
+    tree = tree_over(mesh.points[mesh.triangles])
+    rest = curves.points if curves.rest is None else curves.rest
+    shapes = [(shape, spare) for spare in (curves.spare, 0 * curves.spare) for shape in (rest, curves.points)]
+    distances = [off(tree, shape, curves.offsets, spare) for shape, spare in shapes]
+    shape, spare = shapes[int(np.argmin(distances))]
+    first = curves.offsets[:-1] + spare
+    last = curves.offsets[1:] - spare
+    counts = last - first
+    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+    rows = np.arange(offsets[-1]) + np.repeat(first - offsets[:-1], counts)
+    spare = np.zeros_like(curves.spare)
+    widths, colours = (None if values is None else values[rows] for values in (curves.widths, curves.colours))
+    more = {"rest": None, "widths": widths, "colours": colours}
+    return replace(curves, points=shape[rows], offsets=offsets, spare=spare, **more)
+
+
+def off(tree: Tree, points: np.ndarray, offsets: np.ndarray, spare: np.ndarray) -> float:
+    """Return how far roots lie from the skin [m], on the median."""
+    roots = points[offsets[:-1] + spare]
+    finite = np.isfinite(roots).all(axis=1)
+    return float(np.median(project(tree, roots[finite])[1])) if finite.any() else np.inf
+
+
+Inside = Literal["keep", "push", "cut"]
+SAMPLES, FINEST, COARSEST = 200, 0.5e-3, 4e-3
+"""Samples of the level set along the largest side of the body, and limits of their spacing [m]."""
+DEPTH = 0.2e-3
+"""Depth under the skin that counts as inside [m]: roots on triangles between curved samples are no deeper."""
+PUSHES, HALVINGS = 4, 24
+BAND = 4.0  # half width of the level set, in samples; the inside is sampled coarsely beyond
+
+
+def taken(
+    curves: Curves, strands: np.ndarray, rows: np.ndarray | None = None, counts: np.ndarray | None = None
+) -> Curves:
+    """Return some of the curves, in the order in which they are named; pure.
+
+    rows, counts  their points, strand after strand, and the number of points of each; by default all they have
+    """
+    rows = points_of_strands(strands, curves.offsets) if rows is None else rows
+    counts = np.diff(curves.offsets)[strands] if counts is None else counts
+    per_point = {name: rows for name in ("points", "rest", "widths", "colours")}
+    per_strand = {name: strands for name in ("ids", "held", "spare", "root_uv", "groups", "guides")}
+    found = {name: (getattr(curves, name), kept) for name, kept in (per_point | per_strand).items()}
+    fields = {n: None if values is None else np.ascontiguousarray(values[kept]) for n, (values, kept) in found.items()}
+    maps = {name: values[strands] for name, values in curves.maps.items()}
+    return replace(curves, offsets=offsets_of(counts), maps=maps, **fields)
+
+
+def rooted(mesh: Mesh, curves: Curves, reach: float) -> Curves:
+    """Return the strands whose nearer end is within reach [m] of a body, from this end on; pure.
+
+    Warns of the numbers of strands that are turned, and of those left out, by their ids; raises BadInput if none is
+    left.
+    """
+    ends = curves.offsets[:-1], curves.offsets[1:] - 1
+    first, last = (nearest_sites(mesh, curves.points[end])[1] for end in ends)
+    turned = last < first
+    found = np.minimum(first, last) <= reach
+    strands = np.flatnonzero(found)
+    if not len(strands):
+        right = f"one end within reach = {reach:g} m of the body"
+        raise BadInput("no strand begins or ends at the body", right=right)
+    if not found.all():
+        gone = curves.ids[~found]
+        message = f"{len(gone)} strands are left out, as neither end is within reach = {reach:g} m of the body"
+        warnings.warn(f"{message}: {name_strands(gone)}", stacklevel=3)
+    if turned[found].any():
+        warnings.warn(
+            f"{turned[found].sum()} of {found.sum()} strands are turned: their last point is the root", stacklevel=3
+        )
+    counts = np.diff(curves.offsets)
+    rows = np.arange(len(curves.points))
+    back = np.repeat(curves.offsets[:-1] + curves.offsets[1:] - 1, counts) - rows
+    rows = np.where(np.repeat(turned, counts), back, rows)
+    return taken(curves, strands, rows[np.repeat(found, counts)], counts[strands])
+
+
+def freed(mesh: Mesh, curves: Curves, inside: Inside) -> Curves:
+    """Return the strands outside of a body: what is inside before the first point outside is cut off; pure.
+
+    inside  later points inside are pushed out to the nearest place of the skin, or the strand is cut before them
+
+    Warns of the numbers of strands and points that are changed, and of strands that are left out since they are inside
+    as a whole. Raises BadInput if none is left, or where the body encloses nothing.
+    """
+    side = float(np.ptp(mesh.points, axis=0).max())
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # holes and thin parts: `bake_levelset` of the shot reports them
+        level = bake(mesh, float(np.clip(side / SAMPLES, FINEST, COARSEST)), BAND)
+    body = build_collider_field(level, level, 1.0, Interpolation.linear)
+    points = curves.points.copy()
+    deep = _sampled(body, points).distance < -DEPTH
+    starts = curves.offsets[:-1].astype(np.int64)
+    ends = curves.offsets[1:].astype(np.int64)
+    outside = np.where(deep, len(points), np.arange(len(points)))
+    first = np.minimum.reduceat(outside, starts)
+    kept = first < ends
+    buried = kept & (first > starts)
+    at = first[buried]
+    begins = np.where(buried, first - 1, starts)
+    points[at - 1] = crossings(body, points[at - 1], points[at])  # a root on the skin
+    deep[at - 1] = False
+    later = deep & (np.arange(len(points)) > np.repeat(first, ends - starts)) & np.repeat(kept, ends - starts)
+    touched = np.add.reduceat(later, starts) > 0
+    if inside == "push":
+        points = pushed(body, points, later)
+        lasts = ends
+    else:
+        reached = np.minimum.reduceat(np.where(later, np.arange(len(points)), len(points)), starts)
+        lasts = np.minimum(ends, reached)
+        kept &= lasts - begins > 1
+    whole = np.flatnonzero(kept)
+    if not len(whole):
+        raise BadInput("all strands are inside the body", right="strands outside, in the unit of the body")
+    if not kept.all():
+        warnings.warn(
+            f"{(~kept).sum()} strands are left out, inside the body: {name_strands(curves.ids[~kept])}", stacklevel=3
+        )
+    if buried.any():
+        warnings.warn(f"{buried.sum()} strands are cut where they leave the body, which is their root", stacklevel=3)
+    if touched.any():
+        what = f"{later.sum()} points of {touched.sum()} strands are inside the body"
+        done = "are pushed out" if inside == "push" else "end the strands"
+        warnings.warn(f"{what} and {done}", stacklevel=3)
+    counts = (lasts - begins)[whole]
+    rows = np.arange(counts.sum()) + np.repeat(begins[whole] - (np.cumsum(counts) - counts), counts)
+    return taken(replace(curves, points=points), whole, rows, counts)
+
+
+def crossings(body: ColliderField, inside: np.ndarray, outside: np.ndarray) -> np.ndarray:
+    """Return where segments leave a body, from places inside to places outside, (n, 3) [m] each, by bisection; pure."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (inside + outside)
+        within = (_sampled(body, middle).distance < 0.0)[:, None]
+        inside, outside = np.where(within, middle, inside), np.where(within, outside, middle)
+    return outside
+
+
+def pushed(body: ColliderField, points: np.ndarray, deep: np.ndarray) -> np.ndarray:
+    """Return points [m], (P, 3), of which some, (P,) bool, are moved along the normal out of a body; pure."""
+    points = points.copy()
+    for _ in range(PUSHES):
+        found = _sampled(body, points[deep])
+        points[deep] -= np.minimum(found.distance, 0.0)[:, None] * found.normal
+    return points
+
+
+def _sampled(body: ColliderField, points: np.ndarray) -> SdfSample:
+    found = SdfSample.blank(len(points))
+    body.probe(np.ascontiguousarray(points), 0.0, found)
+    return found
+
 
 Tips = Literal["file", "free", "held"]
 EQUAL = 1e-6

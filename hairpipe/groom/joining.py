@@ -5,11 +5,11 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from hairpipe.data import Ends, Groom
-from hairpipe.data.curves import labels_of, numbered
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import FREE, TIPS
 from hairpipe.groom.strand_arrays import offsets_of
+from hairpipe.values import Ends, Groom
+from hairpipe.values.groom import labels_of, numbered
 
 
 def joined_strands(grooms: tuple[Groom, ...], groups: tuple[str, ...] = ()) -> Groom:

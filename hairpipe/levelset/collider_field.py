@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.data import LevelSet
-from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import Vector, length, minus, row, scaled
+from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.vec3 import Vector, length, minus, row, scaled
 from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
 from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.levelset.interpolation import (
@@ -37,6 +36,7 @@ from hairpipe.levelset.sphere_tracing import (
     time_on,
     traced,
 )
+from hairpipe.values import LevelSet
 
 CHUNK = 512
 """Points that a thread takes at a time."""

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.kernels.compile import inlined
+from hairpipe.geometry.compile import inlined
 from hairpipe.levelset.sample import FAR_OUTSIDE, Field, brick_at, distance, gradient, velocity
 
 

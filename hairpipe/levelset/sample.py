@@ -1,6 +1,6 @@
 """Read a level set at a point: distance, gradient, velocity, by trilinear interpolation.
 
-This differs from dense grids (`volume/trilinear.py`): bricks are in any order, each with all the samples of its
+This differs from dense grids (`volume/transfer.py`): bricks are in any order, each with all the samples of its
 voxels, and the samples are subtracted in single precision.
 """
 
@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.data import LevelSet
-from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import Vector
+from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.vec3 import Vector
 from hairpipe.levelset.grid_layout import BRICK
+from hairpipe.values import LevelSet
 
 FAR_OUTSIDE, FAR_INSIDE = LevelSet.FAR_OUTSIDE, LevelSet.FAR_INSIDE
 

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import Vector, length, minus, plus, row, scaled
+from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.vec3 import Vector, length, minus, plus, row, scaled
 from hairpipe.levelset.collider import Walk
 
 MARGIN = 1.25

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.spatial import KDTree
 
-from hairpipe.data import Cloud, Particles, Table
-from hairpipe.data.lengths import strand_lengths
-from hairpipe.data.table import table_of_rows
+from hairpipe.values import Cloud, Particles, Table
+from hairpipe.values.groom import strand_lengths
+from hairpipe.values.table import table_of_rows
 
 FEW = 0.05
 """Share of each half that the gap may exclude: the particles nearest to the other half."""

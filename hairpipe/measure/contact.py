@@ -1,18 +1,61 @@
-"""Contact of hair with bodies: penetration depth, speed and stretch."""
+"""Contact of hair with bodies: penetration depth, speed and stretch.
+
+Pinching: points inside bodies for which there is no free place outside.
+
+Packing of hair: density, volume, and relative speed of neighbours.
+
+Distances within a tuft, and crossings of two locks.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from scipy.spatial import KDTree
 
-from hairpipe.data import BodyParts, LevelSet, Strands, Table
-from hairpipe.data.lengths import segment_lengths
-from hairpipe.data.table import table_of_rows
+from hairpipe.errors import BadInput
+from hairpipe.groom.strand_arrays import at_shares
 from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.levelset.collider_field import build_collider_field
+from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.levelset.parts.collider_parts import build_collider_parts
-from hairpipe.measure.pinching import is_pinched
+from hairpipe.measure.deviation import deviation
+from hairpipe.values import BodyParts, LevelSet, Strands, Table
+from hairpipe.values.groom import segment_lengths
+from hairpipe.values.table import table_of_rows
+from hairpipe.volume.strand_samples import reach_of, sample_strands
+
+ROOM = 1e-3
+"""Distance from the body of a free position: the default thickness of hair [m]."""
+_STEPS = 12
+_ENOUGH = 0.5  # of the clearance; distances are not exact
+_FARTHEST = 2.0  # length of the traced path, over the sum of depth and clearance
+
+
+def is_pinched(points: np.ndarray, depths: np.ndarray, bodies: Sequence[Collider]) -> np.ndarray:
+    """Return the points inside bodies without free space, as where two bodies overlap, (P,); pure.
+
+    points  [m], (P, 3); depths  depths inside the bodies [m], (P,)
+    bodies  at time zero
+
+    A path out is traced along the normals, out of every body that it enters, up to twice the sum of depth and
+    clearance: a point is pinched if there is no free position on it. It is not pinched if the path ends at an
+    undefined normal.
+    """
+    places = points.copy()
+    pinched = np.ones(len(points), bool)
+    reach = _FARTHEST * (depths + ROOM)
+    for _ in range(_STEPS):
+        probe = SdfSample.blank(len(points), 2.0 * ROOM)
+        for body in bodies:
+            body.probe(places, 0.0, probe)
+        near = np.linalg.norm(places - points, axis=1) <= reach
+        outside = (probe.distance > _ENOUGH * ROOM) & near
+        lost = (probe.distance < 0.0) & ~probe.normal.any(axis=1)
+        pinched &= ~(outside | lost)
+        places += np.maximum(ROOM - probe.distance, 0.0)[:, None] * probe.normal
+    return pinched
+
 
 COLUMNS = (
     "time [s]",
@@ -94,3 +137,145 @@ def depths(hair: Strands, bodies: Sequence[Collider]) -> np.ndarray:
 def free_points(hair: Strands) -> np.ndarray:
     """Return all points but the roots [m], (P - S, 3)."""
     return np.delete(hair.points.astype(float), hair.offsets[:-1], axis=0)
+
+
+LEVELS = np.linspace(0.5, 1.0, 9)
+"""Shares of the length at which strands are sampled, in the outer half."""
+
+CROSSING_COLUMNS = ("time [s]", "crossed pairs [%]", "crossed hairs [%]")
+
+
+def measure_crossing(hair: Mapping[int, Strands], count: int, fps: float) -> Table:
+    """Return a row for every frame, of two locks; time zero is the first.
+
+    count  of strands in the first lock, which come first
+
+    crossed pairs  of one hair of each lock, in the opposite order of their roots along the line from the mean root of
+                   the first lock to that of the second, at the same share of length, in the outer half
+    crossed hairs  hairs crossed in more than half of their pairs, over all these shares
+    Raise BadInput where one lock has no strands.
+    """
+    frames = list(hair)
+    total = len(hair[frames[0]].offsets) - 1
+    if not 0 < count < total:
+        raise BadInput(f"{count} of {total} strands leave none for a second lock", where="in.lock", right="fewer")
+    rows = []
+    for frame in frames:
+        roots = hair[frame].points[hair[frame].offsets[:-1]].astype(float)
+        way = roots[count:].mean(axis=0) - roots[:count].mean(axis=0)
+        places = at_levels(hair[frame]) @ way
+        crossed = places[:, :count, None] > places[:, None, count:]
+        hairs = np.concatenate([crossed.mean(axis=axes) > 0.5 for axes in ((0, 2), (0, 1))])
+        rows.append(((frame - frames[0]) / fps, 100.0 * crossed.mean(), 100.0 * hairs.mean()))
+    return table_of_rows(CROSSING_COLUMNS, rows)
+
+
+def at_levels(hair: Strands, levels: np.ndarray = LEVELS) -> np.ndarray:
+    """Return the position of every strand at shares of its length [m], (levels, S, 3)."""
+    strands, shares = (grid.ravel() for grid in np.meshgrid(np.arange(len(hair.offsets) - 1), levels))
+    places = at_shares(hair.points.astype(float), hair.offsets, strands, shares)
+    return places.reshape(len(levels), -1, 3)
+
+
+def nearest(levels: np.ndarray) -> np.ndarray:
+    """Return the mean distance to the nearest other strand at every level [m], (levels,)."""
+    return np.array([KDTree(points).query(points, 2)[0][:, 1].mean() for points in levels])
+
+
+PACKING_COLUMNS = (
+    "neighbours [m/s]",
+    "nearest strand [mm]",
+    "volume [l]",
+    "density 99 % [km/l]",
+    "overlap [1]",
+    "strand error [% of length]",
+)
+DENSEST = 0.99
+"""Quantile of the density around hair."""
+PER_OCTAVE = 2
+"""Bins of the histogram of density to a doubling of it."""
+
+
+def packing_table(
+    hair: Mapping[int, Strands], reference: Mapping[int, Strands], cell: float, near: float, skip: int
+) -> Table:
+    """Return one row, means over the frames; of speeds and errors, root mean squares.
+
+    cell  side of the cubes in which hair is counted [m]
+    near  distance up to which points of two strands are neighbours [m]
+    skip  frames at the beginning that are excluded
+
+    neighbours      relative speed of a point, roots excluded, and the nearest point of another strand
+    nearest strand  mean distance at the same share of the length, see `tuft`
+    volume          of cells with hair: length of hair over the density around it, summed up
+    density         length of hair per volume: the 99 % quantile, by length of hair
+    overlap         of the histograms of density, by length of hair, of hair and reference: 1 if equal
+    strand error    against the reference, see `deviation`
+    Raise BadInput where strands do not correspond, or no frames are left.
+    """
+    frames = list(hair)[skip:]
+    if not frames:
+        raise BadInput("no frames are left to measure", right=f"more than {skip} frames")
+    rows = []
+    for frame in frames:
+        now, true = hair[frame], reference[frame]
+        try:
+            error = deviation(now, true).whole_percent
+        except ValueError as wrong:
+            raise BadInput(f"hair and reference do not correspond: {wrong}", right="the same groom") from None
+        density, length = densities(now, cell)
+        order = np.argsort(density)
+        share = np.cumsum(length[order]) / length.sum()
+        densest = density[order][np.searchsorted(share, DENSEST)]
+        both = overlap((density, length), densities(true, cell))
+        gaps = nearest(at_levels(now)).mean()
+        squares = relative_speed(now, near) ** 2, error**2
+        rows.append((squares[0], 1e3 * gaps, 1e3 * np.sum(length / density), 1e-6 * densest, both, squares[1]))
+    row = np.mean(rows, axis=0)
+    row[[0, -1]] = np.sqrt(row[[0, -1]])
+    return table_of_rows(PACKING_COLUMNS, [tuple(row)])
+
+
+def relative_speed(hair: Strands, near: float) -> float:
+    """Return the root mean square speed of points against their nearest neighbours [m/s]; 0 without any; pure."""
+    points = np.delete(hair.points.astype(float), hair.offsets[:-1], axis=0)
+    speeds = np.delete(hair.velocities.astype(float), hair.offsets[:-1], axis=0)
+    strand = np.repeat(np.arange(len(hair.offsets) - 1), np.diff(hair.offsets) - 1)
+    pairs = KDTree(points).query_pairs(near, output_type="ndarray")
+    pairs = pairs[strand[pairs[:, 0]] != strand[pairs[:, 1]]]
+    one, other = np.concatenate([pairs, pairs[:, ::-1]]).T
+    order = np.lexsort((other, np.linalg.norm(points[one] - points[other], axis=1), one))
+    _, first = np.unique(one[order], return_index=True)
+    one, other = one[order][first], other[order][first]
+    squares = np.sum((speeds[one] - speeds[other]) ** 2, axis=1)
+    return float(np.sqrt(squares.mean())) if len(squares) else 0.0
+
+
+def densities(hair: Strands, cell: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the density of hair around every sample along the strands [m/m^3], and its length [m], (n,); pure.
+
+    A segment is sampled as on the grid of `[hair.volume]`. BadInput where no strand is finite.
+    """
+    points = hair.points.astype(float)
+    found = sample_strands(points, hair.offsets, reach_of(points, hair.offsets), cell)
+    if found is None:
+        raise BadInput("no strand is sound", where="hair", right="finite points")
+    k = found.segments
+    pieces = found.pieces[found.segments]
+    ways = points[k + 1] - points[k]
+    length = np.linalg.norm(ways, axis=1) / pieces
+    cells = np.floor((points[k] + ((found.places + 0.5) / pieces)[:, None] * ways) / cell)
+    _, where = np.unique(cells, axis=0, return_inverse=True)
+    where = where.ravel()
+    return np.bincount(where, length)[where] / cell**3, length
+
+
+def overlap(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray]) -> float:
+    """Return the common area of the histograms of two densities, by length, as from `densities`; pure."""
+    bins = [np.floor(PER_OCTAVE * np.log2(density)).astype(int) for density, _ in (one, other)]
+    least = min(b.min() for b in bins)
+    most = max(b.max() for b in bins) - least + 1
+    shares = [
+        np.bincount(b - least, length, most) / length.sum() for b, (_, length) in zip(bins, (one, other), strict=True)
+    ]
+    return float(np.minimum(*shares).sum())

@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.data import BodyParts, Groom, LevelSet, Strands, Table
-from hairpipe.data.lengths import segment_lengths, strand_lengths
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.measure.contact import depths, still, still_parts
 from hairpipe.measure.deviation import deviation
+from hairpipe.values import BodyParts, Groom, LevelSet, Strands, Table
+from hairpipe.values.groom import segment_lengths, strand_lengths
+from hairpipe.values.table import table_of_rows
 
 COLUMNS = (
     "tip error [% of length]",

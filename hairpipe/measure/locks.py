@@ -4,13 +4,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hairpipe.data import Groom, Strands, Table
-from hairpipe.data.hair import HairState
-from hairpipe.data.locks import Audit, no_locks
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
-from hairpipe.measure.climate.ensemble import uncertainty
-from hairpipe.sim.contact.hair.stiction import ages_of
+from hairpipe.laws.adhesion import ages_of
+from hairpipe.measure.ensemble import uncertainty
+from hairpipe.values import Groom, Strands, Table
+from hairpipe.values.hair import Audit, HairState, no_locks
+from hairpipe.values.table import table_of_rows
 
 LASTED = 5
 """Fewest frames of a lasting connection."""
@@ -41,7 +40,7 @@ def measure_locks(
 
     released            former followers that have neither returned to a lock nor become guides of others
     guide disagreement  estimated error of followers from the guides: the rms over their points, 0 without followers
-    audited strands     strands whose audit ended at this frame (`sim/locks/auditing.py`)
+    audited strands     strands whose audit ended at this frame (`shot/lock_audit.py`)
     audit error         rms distance of their points from the places that their guides predict; NaN without audits
     audit error bound   of all followers, with a confidence of 90 %, for independent locks; NaN for fewer than two
     error               rms distance of all points from the truth, NaN without truth

@@ -17,11 +17,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import Vector, dot, length, minus, plus, row, scaled
+from hairpipe.contact.body_projection import slide
+from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.vec3 import Vector, dot, length, minus, plus, row, scaled
 from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.particles.model import Moving
-from hairpipe.sim.contact.body.projection import slide
 
 PUSH_OUT = 0.5
 """Speed at which a particle that is too near is moved out [m/s]."""

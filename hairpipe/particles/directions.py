@@ -12,10 +12,10 @@ there the hair keeps its direction.
 import numpy as np
 from numba import njit
 
-from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import flattened, length, row
+from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.vec3 import flattened, length, row
+from hairpipe.particles.links import measure_links, stiffen
 from hairpipe.particles.model import Links
-from hairpipe.particles.stiffness import measure_links, stiffen
 
 LEAST = 1e-3
 """Sine of the angle with a link below which a direction is not turned by it whole."""

@@ -2,6 +2,14 @@
 
 The distance of a particle from its root is at most the length of the hair, with the stretch of its links: for hanging
 hair `sag` at the root, half of that on average, and ten times as much at ten times its weight.
+
+The smoothing kernel, equation (2) of Bando, Chen, Nishita 2003: Monaghan's cubic spline.
+
+    W(r, h) = 1 / (4 pi h^3) (4 - 6 q^2 + 3 q^3)   q = r / h <= 1
+                             (2 - q)^3             1 <= q <= 2
+                             0                     beyond
+
+Its integral over space is 1, and W(0, h) = 1 / (pi h^3).
 """
 
 from typing import NamedTuple
@@ -10,11 +18,32 @@ from warnings import warn
 import numpy as np
 from numba import njit
 
-from hairpipe.data import Particles
-from hairpipe.data.lengths import strand_lengths
+from hairpipe.geometry.compile import inlined
 from hairpipe.groom.binding import name_strands
-from hairpipe.particles.smoothing_kernel import kernel
-from hairpipe.sim.boundary import Driver, motion_of_roots
+from hairpipe.solve.boundary import Driver, motion_of_roots
+from hairpipe.values import Particles
+from hairpipe.values.groom import strand_lengths
+
+
+@inlined
+def shape(q):
+    """Return 4 pi h^3 W(q h, h); for numbers and, in numpy, for arrays of them."""
+    far, near = max(2.0 - q, 0.0), max(1.0 - q, 0.0)
+    return far * far * far - 4.0 * near * near * near
+
+
+@inlined
+def slope(q):
+    """Return its derivative by q."""
+    far, near = max(2.0 - q, 0.0), max(1.0 - q, 0.0)
+    return 12.0 * near * near - 3.0 * far * far
+
+
+def kernel(r: np.ndarray, h: float) -> np.ndarray:
+    """Return W [1/m^3] at distances [m], (n,); pure."""
+    far, near = np.maximum(2.0 - r / h, 0.0), np.maximum(1.0 - r / h, 0.0)
+    return (far**3 - 4.0 * near**3) / (4.0 * np.pi * h**3)
+
 
 LOAD = 10.0
 """Times the weight of hair under which links may stretch it."""

@@ -16,13 +16,13 @@ from typing import Literal, NamedTuple
 import numpy as np
 from scipy.spatial import KDTree
 
-from hairpipe.data import Groom
-from hairpipe.data.lengths import segment_lengths
 from hairpipe.errors import BadInput
-from hairpipe.groom.curl_axis import axes_of
+from hairpipe.geometry.sorting import morton_order
+from hairpipe.groom.curl import axes_of
 from hairpipe.groom.random_streams import stream
 from hairpipe.groom.sampling import take
-from hairpipe.spatial.morton import morton_order
+from hairpipe.values import Groom
+from hairpipe.values.groom import segment_lengths
 
 Sampling = Literal["strands", "even"]
 DEPTH = 2.5

@@ -1,4 +1,11 @@
-"""A shot of particles: their start, their steps through a frame, and cuts, over which they go with their roots."""
+"""A shot of particles: their start, their steps through a frame, and cuts, over which they go with their roots.
+
+Links that support the hair as groomed: one linear solve, after which hair neither sinks nor creeps.
+
+With K at rest, and roots held, (sum K d d^T + eps) u = m g gives the sag of particles, and T = K d . u' the tension of
+every link; its rest length becomes l - T / K. The diagonal eps, 1e-4 of the mean one, bounds the sag on links that
+cannot support it. Hair on a body still sinks: its support is unknown here.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -6,27 +13,66 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit
 
-from hairpipe.data import Cloud, Groom, Particles
-from hairpipe.data.particles import ParticleState
 from hairpipe.errors import BadInput
-from hairpipe.kernels.vec3 import dot, row
+from hairpipe.geometry.vec3 import dot, row
+from hairpipe.laws.drag import warn_of_storm
 from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.particles.contact import Planes, look, planes_of, push_out, stale
 from hairpipe.particles.directions import redirect
 from hairpipe.particles.interaction import Law, exchange, find_pairs
+from hairpipe.particles.links import measure_links, stiffen
 from hairpipe.particles.model import Model, Moving, build_model, inverse_masses, keep_within_reach, reaches_of
-from hairpipe.particles.printed.explicit_steps import advance_explicitly
-from hairpipe.particles.printed.pair_forces import PrintedLaw, push_pairs
-from hairpipe.particles.sag_free import rest_lengths
+from hairpipe.particles.printed import PrintedLaw, advance_explicitly, push_pairs
 from hairpipe.particles.settings import Interaction, ParticleContact, ParticleSettings, Printed
+from hairpipe.particles.solve import build_system, set_blocks, solve
 from hairpipe.particles.step import Forces, Springs, advance
-from hairpipe.sim.air.loose_fibres import LooseFibres, add_wind
-from hairpipe.sim.air.wind import warn_of_storm
-from hairpipe.sim.boundary import Driver, motion_of_roots, velocities_around_roots
-from hairpipe.sim.build import bodies_of
-from hairpipe.sim.cuts import rigid_over_cut
-from hairpipe.sim.settings import BodyContact
-from hairpipe.sim.shot import Frame, warn_of_connections
+from hairpipe.shot.breeze import LooseFibres, add_wind
+from hairpipe.shot.build import bodies_of
+from hairpipe.shot.cuts import rigid_over_cut
+from hairpipe.shot.settings import BodyContact
+from hairpipe.shot.shot import Frame, warn_of_connections
+from hairpipe.solve.boundary import Driver, motion_of_roots, velocities_around_roots
+from hairpipe.values import Cloud, Groom, Particles
+from hairpipe.values.particles import ParticleState
+
+SOFT = 1e-4
+"""Regularisation of the diagonal, over its mean."""
+EXACT = 1e-4
+"""Error of the solve, as `TOLERANCE` of a step."""
+
+
+def rest_lengths(model: Model, points: np.ndarray, axial: np.ndarray, gravity: float, strain: float) -> np.ndarray:
+    """Return the rest lengths of links [m], (E,), for equilibrium of particles at points [m], (N, 3); pure.
+
+    axial    E A of every particle [N], (N,)
+    gravity  [m/s^2]
+    strain   maximum relative change of a length
+    """
+    links = model.links
+    count = len(points)
+    ways = np.empty((len(links.ends), 4))
+    stiffness = np.empty(len(links.ends))
+    measure_links(links, points, ways)
+    stiffen(links, model.reach, axial, ways, stiffness)
+    d = ways[:, :3]
+    blocks = np.zeros((count, 6))
+    outer = stiffness[:, None] * d[:, [0, 0, 0, 1, 1, 2]] * d[:, [0, 1, 2, 1, 2, 2]]
+    for end in range(2):
+        np.add.at(blocks, links.ends[:, end], outer)
+    blocks[:, [0, 3, 5]] += SOFT * blocks[model.deep :, [0, 3, 5]].mean()
+    joins = np.sqrt(stiffness)[:, None] * d
+    system = build_system(links, model.deep)
+    system.joins[:] = np.pad(joins[links.by], ((0, 0), (0, 1))).ravel()
+    set_blocks(system, blocks)
+    sunk = np.zeros(4 * count, np.float32)
+    residual = np.zeros((count, 4), np.float32)
+    residual[model.deep :, 1] = -gravity * model.masses[model.deep :]
+    residual = residual.ravel()
+    solve(system, residual, sunk, EXACT, 0.0)
+    u = sunk.reshape(-1, 4)[:, :3].astype(float)
+    stretch = np.sum(d * (u[links.ends[:, 1]] - u[links.ends[:, 0]]), axis=1) / links.lengths
+    return links.lengths * (1.0 - np.clip(stretch, -strain, strain))
+
 
 MOST_NAMED = 10
 DENSE = 0.99
@@ -88,7 +134,7 @@ def laws_of(
 
 @dataclass(frozen=True, eq=False)
 class ParticleSimulation:
-    """Particles of a shot with their settings; a `hairpipe.sim.shot.Simulation`."""
+    """Particles of a shot with their settings; a `hairpipe.shot.shot.Simulation`."""
 
     particles: Particles
     prepared: Prepared
@@ -324,7 +370,7 @@ def move_over_cut(particles: Particles, state: ParticleState, drivers: tuple[Dri
 
     drivers  bodies before the cut and after it
 
-    As `hairpipe.sim.cuts.move_over_cut` for strands; directions rotate, tensions are unchanged, and no time passes.
+    As `hairpipe.shot.cuts.move_over_cut` for strands; directions rotate, tensions are unchanged, and no time passes.
     """
     strands, groom = particles.strands, particles.hair
     rigid, turn = (motions[strands] for motions in rigid_over_cut(drivers, groom))

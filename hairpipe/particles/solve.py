@@ -19,10 +19,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.simd import multiply_add
-from hairpipe.kernels.simd_vec4 import dot_in_all, item, last_in_all, load_four, store_four, zeros
-from hairpipe.kernels.vec3 import Vector, dot
+from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.simd import multiply_add
+from hairpipe.geometry.simd_vec4 import dot_in_all, item, last_in_all, load_four, store_four, zeros
+from hairpipe.geometry.vec3 import Vector, dot
 from hairpipe.particles.model import Links
 
 MOST = 500

@@ -17,11 +17,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from hairpipe.kernels.vec3 import dot, flattened, length, minus, plus, row, scaled
+from hairpipe.geometry.vec3 import dot, flattened, length, minus, plus, row, scaled
 from hairpipe.particles.contact import Planes, least_speed, rubbed
+from hairpipe.particles.links import measure_links, stiffen
 from hairpipe.particles.model import Model, Moving, inverse_masses
 from hairpipe.particles.solve import build_system, hold, product, set_block, solve, take_off
-from hairpipe.particles.stiffness import measure_links, stiffen
 
 TOLERANCE = 1e-2
 """Tolerance of a solve over its change, in the norm of energy; links tear at a much larger one."""

@@ -4,21 +4,17 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from hairpipe.data import Mesh, Strands
 from hairpipe.errors import BadInput
-from hairpipe.render.camera import Camera
+from hairpipe.render.camera import Camera, Framing, Shot, frame_hair, place_camera
 from hairpipe.render.deep_shadow import cast_deep_shadow
-from hairpipe.render.exposure import instants
-from hairpipe.render.film import backdrop, develop, outlines, soften
-from hairpipe.render.framing import Framing, Shot, frame_hair, place_camera
+from hairpipe.render.film import backdrop, develop, instants, outlines, soften
+from hairpipe.render.kajiya_kay import shade_hair
 from hairpipe.render.lights import Light, Shade, studio
-from hairpipe.render.raster.lines import draw_strands
-from hairpipe.render.raster.surface import see_body
-from hairpipe.render.raster.tiles import Curves, lay_curves
-from hairpipe.render.shading.kajiya_kay import shade_hair
-from hairpipe.render.shading.scalp_tint import hair_share
-from hairpipe.render.shading.skin import CLAY, shade_skin
+from hairpipe.render.lines import Curves, draw_strands, lay_curves
 from hairpipe.render.shadows import cast_shadow
+from hairpipe.render.skin import CLAY, hair_share, shade_skin
+from hairpipe.render.surface import see_body
+from hairpipe.values import Mesh, Strands
 
 FULLNESS = 14.0
 """Strands times drawn width, over the radius of the picture: that of 50,000 hairs of 80 um in a picture of 0.6 m."""

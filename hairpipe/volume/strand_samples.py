@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.data.lengths import strand_lengths
 from hairpipe.errors import BadInput
-from hairpipe.kernels.compile import inlined
+from hairpipe.geometry.compile import inlined
+from hairpipe.values.groom import strand_lengths
 
 MOST_NODES = 1 << 24
 """Maximum number of nodes of a grid: 0.5 GB."""

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hairpipe.api.formatting import duration, plural, shown, size, table
+from hairpipe.app.api.formatting import duration, plural, shown, size, table
 
 
 @pytest.mark.parametrize(

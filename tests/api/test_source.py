@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 import hairpipe
-from hairpipe.api import source
-from hairpipe.api.source import find_graph, read_source, shipped_graphs
+from hairpipe.app.api import source
+from hairpipe.app.api.source import find_graph, read_source, shipped_graphs
 from hairpipe.errors import BadInput
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 import hairpipe
+from hairpipe.engine.file import wedge as wedge_file
+from hairpipe.engine.file.wedge import variant_name
 from hairpipe.errors import BadInput
-from hairpipe.graph.file import wedge as wedge_file
-from hairpipe.graph.file.variant_names import variant_name
 
 pytestmark = pytest.mark.usefixtures("kept_workers")
 WEIGHT = """

@@ -6,10 +6,10 @@ from contextlib import nullcontext
 
 import pytest
 
-from hairpipe.bench import dask_cluster, engine
-from hairpipe.bench.engine import Sizes, difference, measure_engine
-from hairpipe.bench.toy_shot import EACH, SCAN, ToyRun, ToyShot, toy_shot
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.bench.engine import dask_cluster, engine
+from hairpipe.graphs.experiments.bench.engine.engine import Sizes, difference, measure_engine
+from hairpipe.graphs.experiments.bench.engine.engine_shot import EACH, SCAN, ToyRun, ToyShot, toy_shot
 
 SIZES = Sizes(tasks=(2, 5), scan_frames=(2, 4), warm=3, repeats=1)
 

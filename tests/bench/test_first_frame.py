@@ -2,7 +2,7 @@
 
 import pytest
 
-from hairpipe.bench.first_frame import (
+from hairpipe.graphs.experiments.bench.engine.first_frame import (
     IMPORTS,
     NUMBA,
     PYTHON,

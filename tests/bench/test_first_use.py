@@ -5,14 +5,14 @@ from subprocess import CompletedProcess
 
 import pytest
 
-from hairpipe.bench import first_use
-from hairpipe.bench.first_use import kernels_in
+from hairpipe.engine.worker.kernel_cache import FOLDER_DIGITS
 from hairpipe.errors import BadInput
-from hairpipe.graph.worker.kernel_cache import FOLDER_DIGITS
+from hairpipe.graphs.experiments.bench.engine import first_use
+from hairpipe.graphs.experiments.bench.engine.first_use import kernels_in
 
 
 def test_kernels_are_named_by_module_and_function(tmp_path):
-    folder = tmp_path / f"hairpipe.sim.solve.pcg-{'0' * FOLDER_DIGITS}"
+    folder = tmp_path / f"hairpipe.solve.conjugate_gradients-{'0' * FOLDER_DIGITS}"
     folder.mkdir()
     for name in (
         "pcg._turn-110.py311.aa.nbc",
@@ -21,7 +21,7 @@ def test_kernels_are_named_by_module_and_function(tmp_path):
         "x.tmp",
     ):
         (folder / name).write_text("")
-    turn, inner = "hairpipe.sim.solve.pcg._turn", "hairpipe.sim.solve.pcg.run.locals.f"
+    turn, inner = "hairpipe.solve.conjugate_gradients._turn", "hairpipe.solve.conjugate_gradients.run.locals.f"
     assert list(kernels_in(tmp_path)) == [turn, turn, inner]
 
 

@@ -4,7 +4,7 @@ import platform
 
 import pytest
 
-from hairpipe.bench import machine
+from hairpipe.graphs.experiments.bench import machine
 
 CPUINFO = """processor	: 0
 vendor_id	: AuthenticAMD

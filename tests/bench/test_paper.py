@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numba
 import numpy as np
 
-from hairpipe.api.source import find_graph
-from hairpipe.bench import paper
+from hairpipe.app.api.source import find_graph
+from hairpipe.graphs.experiments.bench import paper
 
 
 class CountingReplay:

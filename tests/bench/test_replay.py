@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.bench.replay import Replay
+from hairpipe.engine.plan.tasks import Task
+from hairpipe.engine.results import read_result
 from hairpipe.errors import BadInput
-from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.results import read_result
+from hairpipe.graphs.experiments.bench.replay import Replay
 
 
 def test_replay_equals_the_run_and_stores_nothing(shot):
@@ -29,7 +29,7 @@ LEARN = '''"""A fold over a file and all frames of somebody else."""
 from pathlib import Path
 from numeral import Numeral
 from tally import numeral
-from hairpipe.graph import Reached, Time, node
+from hairpipe.engine import Reached, Time, node
 
 @node(frames="scan")
 def learn(numbers: Reached[Numeral], previous: Numeral | None, time: Time, *, file: Path) -> Numeral:
@@ -54,7 +54,7 @@ def test_files_and_frames_reached_are_what_they_are_in_a_run(shot):
 DOUBLE = '''"""A fold that is prepared."""
 from numeral import Numeral
 from tally import numeral, tally
-from hairpipe.graph import node
+from hairpipe.engine import node
 
 def make_double(seed: Numeral) -> float:
     """Double."""
@@ -85,6 +85,6 @@ def test_nodes_without_a_scan_are_refused(shot):
 
 def test_ctrl_c_while_it_is_prepared_is_ctrl_c(shot, monkeypatch):
     outcome = replace(shot.run(to=["seed"]), interrupted=True)
-    monkeypatch.setattr("hairpipe.bench.replay.run", lambda *_: outcome)
+    monkeypatch.setattr("hairpipe.graphs.experiments.bench.replay.run", lambda *_: outcome)
     with pytest.raises(KeyboardInterrupt):
         Replay(shot.load(), shot.store, "sum").prepare(4)

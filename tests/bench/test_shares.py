@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hairpipe.bench import shares
-from hairpipe.bench.shares import PARTS, part_of, shares_of
+from hairpipe.geometry import segments as pairs
+from hairpipe.geometry.segments import key_of
+from hairpipe.graphs.experiments.bench import shares
+from hairpipe.graphs.experiments.bench.shares import PARTS, part_of, shares_of
 from hairpipe.sim import contact
-from hairpipe.spatial import pairs
-from hairpipe.spatial.pairs import key_of
 
 CONTACT = Path(contact.__file__).parent
 

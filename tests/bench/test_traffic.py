@@ -2,8 +2,8 @@
 
 import pytest
 
-from hairpipe.bench.traffic import measure_traffic, traffic_of
-from hairpipe.graph.store.record import Output, Record
+from hairpipe.engine.store.record import Output, Record
+from hairpipe.graphs.experiments.bench.engine.traffic import measure_traffic, traffic_of
 
 
 def test_frames_write_their_results_and_the_state_at_the_checkpoint(shot):

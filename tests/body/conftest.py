@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from hairpipe.data import Skeleton
-from hairpipe.data.clip import Clip
+from hairpipe.values import Skeleton
+from hairpipe.values.body import Clip
 
 ROTATIONS = ("Zrotation", "Xrotation", "Yrotation")
 PERSON = {  # joint: parent, position [m]; a T pose

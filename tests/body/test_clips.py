@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hairpipe.body.mannequin.bust import build_skeleton
-from hairpipe.body.mocap.performer import place_at_zero
+from hairpipe.body.bust import build_skeleton
+from hairpipe.body.performer import place_at_zero
+from hairpipe.formats.bvh import read_bvh
 from hairpipe.graphs.assets.bvh_writing import write_bvh
-from hairpipe.io.mocap.bvh import read_bvh
 
 ASSETS = Path(__file__).resolve().parents[2] / "graphs" / "assets"
 

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from hairpipe.body.bust import build_bust
 from hairpipe.body.groups import group_bones, group_weights
-from hairpipe.body.mannequin.bust import build_bust
-from hairpipe.data import Body, Mesh, Skeleton
+from hairpipe.values import Body, Mesh, Skeleton
 
 
 def chain(sizes: list[float], parents: list[int]) -> Body:

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from hairpipe.body.preparation import drop_unused, prepare, transform
-from hairpipe.body.rigid import Z_UP
+from hairpipe.body.rotations import Z_UP
 from hairpipe.body.scalp import Scalp
 from hairpipe.body.skinning import skin
-from hairpipe.data import Body, Mesh, Skeleton
 from hairpipe.errors import BadInput
+from hairpipe.values import Body, Mesh, Skeleton
 from tests.body.test_skinning import rich_body, rich_pose
 
 DEFAULTS = {"unit": 1.0, "up": "y", "joint": "head", "scalp": None}

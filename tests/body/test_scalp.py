@@ -4,11 +4,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.body.mannequin.bust import build_bust
+from hairpipe.body.bust import build_bust
 from hairpipe.body.preparation import prepare
 from hairpipe.body.scalp import AZIMUTHS, Scalp, height_above, interpolate_hairline, paint_scalp, smooth_step
-from hairpipe.data import Body, Mesh, Skeleton
 from hairpipe.errors import BadInput
+from hairpipe.values import Body, Mesh, Skeleton
 
 RULE = Scalp(joint="head", up=0.1, forward=0.0, edge=4.0)
 
@@ -100,7 +100,7 @@ def test_smooth_step_rises_level_at_both_ends():
 
 
 def test_the_default_hairline_fits_the_makehuman_head(shared):
-    from hairpipe.io.body import read_body
+    from hairpipe.formats.bodies import read_body
 
     folder = shared / "body_makehuman"
     rig = {"skeleton": folder / "default.mhskel", "weights": folder / "default_weights.mhw"}

@@ -5,9 +5,9 @@ import pytest
 
 from hairpipe.body.shapes import build_box, build_cylinder, join
 from hairpipe.body.solid import distance_and_normal, solid_of
-from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
-from hairpipe.spatial.triangles import area_vectors, twin_corners
+from hairpipe.geometry.triangles import area_vectors, twin_corners
+from hairpipe.values import Mesh
 
 CENTRE, ALONG = np.array([0.1, -0.2, 0.3]), np.array([1.0, 2.0, -0.5])
 SHAPES = {

@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hairpipe.body.skinning import skin
-from hairpipe.data import BlendShapes, Body, Bound, DualQuaternions, Mesh, Pose, Skeleton
 from hairpipe.errors import BadInput
+from hairpipe.values import BlendShapes, Body, Bound, DualQuaternions, Mesh, Pose, Skeleton
 
 CHANCE = np.random.default_rng(8)
 TRIANGLES = np.array([[0, 1, 2], [2, 1, 3]], np.int32)

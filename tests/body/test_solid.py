@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.body.solid import EDGES, FACE, VERTICES, distance_and_normal, feature_at, feature_normals, solid_of
-from hairpipe.data import Mesh
+from hairpipe.values import Mesh
 
 HALF = np.array([0.5, 0.3, 0.2])
 

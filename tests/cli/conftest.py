@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from hairpipe.cli.entry import commands
-from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.worker import machine_code
+from hairpipe.app.cli.entry import commands
+from hairpipe.engine.file.load import load_graph
+from hairpipe.engine.worker import machine_code
 
 TOYS = Path(__file__).parents[1] / "graph" / "toys"
 SHOT = """schema = 1
@@ -47,9 +47,9 @@ Hairpipe = Callable[..., Result]
 START = [
     sys.executable,
     "-c",
-    """from hairpipe.graph.worker import machine_code
+    """from hairpipe.engine.worker import machine_code
 machine_code.kernel_modules = lambda: iter(())
-from hairpipe.cli import main
+from hairpipe.app.cli import main
 main()""",
 ]
 """The command line as a process; like `shot`, it does not analyse modules with kernels, which no toy calls."""

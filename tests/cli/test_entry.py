@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from hairpipe import __version__
-from hairpipe.cli.entry import COMMANDS
+from hairpipe.app.cli.entry import COMMANDS
 
 from .conftest import START
 
@@ -32,7 +32,7 @@ def test_every_command_explains_itself(command, hairpipe):
 
 def test_starting_up_imports_nothing_heavy():
     code = (
-        "import sys\nfrom hairpipe.cli.entry import commands, COMMANDS\n"
+        "import sys\nfrom hairpipe.app.cli.entry import commands, COMMANDS\n"
         "for name in COMMANDS: commands.get_command(None, name)\n"
         f"print([name for name in {HEAVY} if name in sys.modules])"
     )
@@ -143,12 +143,12 @@ class Interrupt:
         if name == "{}":
             os.kill(os.getpid(), signal.SIGINT)
 sys.meta_path.insert(0, Interrupt())
-from hairpipe.cli import main
+from hairpipe.app.cli import main
 main()
 """
 
 
-@pytest.mark.parametrize("name", ["click", "hairpipe.cli.commands.plan", "pydantic"])
+@pytest.mark.parametrize("name", ["click", "hairpipe.app.cli.commands.plan", "pydantic"])
 def test_ctrl_c_in_the_first_imports_is_one_line(name):
     command = [sys.executable, "-c", INTERRUPTED.format(name), "plan", "demo"]
     process = subprocess.run(command, capture_output=True, text=True)

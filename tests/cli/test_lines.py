@@ -2,12 +2,11 @@
 
 import pytest
 
-from hairpipe.cli import lines
-from hairpipe.cli.bars import Bars, cells
-from hairpipe.cli.lines import Lines, running_line
-from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.run.events import Event, NodeProgress, Progress
+from hairpipe.app.cli import run_display as lines
+from hairpipe.app.cli.run_display import Bars, Lines, cells, running_line
+from hairpipe.engine.file.load import load_graph
+from hairpipe.engine.plan.tasks import Task
+from hairpipe.engine.run.events import Event, NodeProgress, Progress
 
 
 @pytest.fixture

@@ -1,8 +1,8 @@
 """Tables of measured values as people read them."""
 
-from hairpipe.bench.machine import Machine
-from hairpipe.bench.report import Report
-from hairpipe.cli.measured import show, written
+from hairpipe.graphs.experiments.bench.machine import Machine
+from hairpipe.graphs.experiments.bench.report import Report
+from hairpipe.graphs.experiments.commands.measured import show, written
 
 CASES = [{"scene": "curls", "strands": 12_345, "frame [s]": 4.256}, {"scene": "wind", "frame [s]": 0.0123}]
 

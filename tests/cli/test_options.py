@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import click
 import pytest
 
-from hairpipe.cli.entry import commands
+from hairpipe.app.cli.entry import commands
 
 OPTION = re.compile(r"(?<![\w-])--?[a-z][a-z-]*")
 

@@ -3,9 +3,9 @@
 import pytest
 
 import hairpipe
-from hairpipe.api.reports import Event
-from hairpipe.cli.run_display import RunDisplay
-from hairpipe.graph.plan.tasks import Task
+from hairpipe.app.api.reports import Event
+from hairpipe.app.cli.run_display import RunDisplay
+from hairpipe.engine.plan.tasks import Task
 
 GRAPH = 'schema = 1\nframes = [1, 2]\nfps = 24\n[tuft]\ntype = "make_strands"\n'
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hairpipe.data.lengths import segment_lengths, strand_lengths
+from hairpipe.values.groom import segment_lengths, strand_lengths
 
 
 def test_lengths_against_one_strand_at_a_time() -> None:

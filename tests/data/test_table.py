@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Table
-from hairpipe.data.table import joined, table_of_columns, table_of_rows
-from hairpipe.io.hdf5 import decode, digest, encode
+from hairpipe.formats.hdf5 import decode, digest, encode
+from hairpipe.values import Table
+from hairpipe.values.table import joined, table_of_columns, table_of_rows
 
 NAMES = ("scheme", "tip [m]", "steps", "speed [m/s]")
 ROWS = [("ours", 0.25, 3, np.nan), ("theirs", -1e-300, 7, np.inf)]

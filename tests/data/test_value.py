@@ -7,13 +7,13 @@ import pkgutil
 import numpy as np
 import pytest
 
-import hairpipe.data
-from hairpipe.data import BodyParts, Groom, Mesh, Particles
-from hairpipe.data.table import table_of_columns
-from hairpipe.data.value import units_of, value
+import hairpipe.values
+from hairpipe.values import BodyParts, Groom, Mesh, Particles
+from hairpipe.values.table import table_of_columns
+from hairpipe.values.value import units_of, value
 
-NAMES = [module.name for module in pkgutil.iter_modules(hairpipe.data.__path__)]
-MODULES = [importlib.import_module(f"hairpipe.data.{name}") for name in NAMES]
+NAMES = [module.name for module in pkgutil.iter_modules(hairpipe.values.__path__)]
+MODULES = [importlib.import_module(f"hairpipe.values.{name}") for name in NAMES]
 TYPES = [
     item
     for module in MODULES

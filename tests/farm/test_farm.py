@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from hairpipe.cli.entry import commands
-from hairpipe.farm.formats import MOST_TASKS
+from hairpipe.app.cli.entry import commands
+from hairpipe.app.farm import MOST_TASKS
 
 from ..cli.conftest import START
 

@@ -6,7 +6,7 @@ import sys
 
 from .conftest import wait_for
 
-WORKER = """from hairpipe.graph.worker import machine_code
+WORKER = """from hairpipe.engine.worker import machine_code
 machine_code.kernel_modules = lambda: iter(())
 from distributed.cli.dask_worker import main
 main()"""

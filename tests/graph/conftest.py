@@ -12,18 +12,18 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.graph.engine.host import Host
-from hairpipe.graph.engine.local_engine import LocalEngine
-from hairpipe.graph.engine.member import Member
-from hairpipe.graph.engine.offer import Offer
-from hairpipe.graph.engine.protocol import Job
-from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.plan.planner import plan
-from hairpipe.graph.run.events import CODEC, Options
-from hairpipe.graph.run.scheduler import run
-from hairpipe.graph.store.store import Store
-from hairpipe.graph.worker import machine_code
+from hairpipe.engine.code import CodeReader
+from hairpipe.engine.file.load import load_graph
+from hairpipe.engine.hosts.host import Host
+from hairpipe.engine.hosts.local_engine import LocalEngine
+from hairpipe.engine.hosts.member import Member
+from hairpipe.engine.hosts.offer import Offer
+from hairpipe.engine.hosts.protocol import Job
+from hairpipe.engine.plan.planner import plan
+from hairpipe.engine.run.events import CODEC, Options
+from hairpipe.engine.run.scheduler import run
+from hairpipe.engine.store.store import Store
+from hairpipe.engine.worker import machine_code
 
 HERE = Path(__file__).parent
 
@@ -143,8 +143,8 @@ class Shot:
 
     def results(self, store=None, **settings) -> dict[str, dict[str, str]]:
         """Objects of all results, by task and output; everything has to be there."""
-        from hairpipe.graph.plan.resolve import Resolver
-        from hairpipe.graph.store.digest import action_key
+        from hairpipe.engine.plan.resolve import Resolver
+        from hairpipe.engine.store.digest import action_key
 
         graph = self.load(**settings)
         resolver = Resolver(graph, store or self.store, graph.select(None))

@@ -9,12 +9,12 @@ import sys
 from dataclasses import asdict
 from pathlib import Path
 
-from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.scheduler import run
-from hairpipe.graph.store import holder
-from hairpipe.graph.store.store import Store
-from hairpipe.graph.worker import machine_code
+from hairpipe.engine.file.load import load_graph
+from hairpipe.engine.run.events import Options
+from hairpipe.engine.run.scheduler import run
+from hairpipe.engine.store import holder
+from hairpipe.engine.store.store import Store
+from hairpipe.engine.worker import machine_code
 
 if __name__ == "__main__":
     machine_code.kernel_modules = lambda: iter(())  # as in the shot of tests: no toy calls a kernel of ours

@@ -15,15 +15,14 @@ from typing import Any
 
 import pytest
 
+from hairpipe.engine.file.load import load_graph
+from hairpipe.engine.run import publish as ledger
+from hairpipe.engine.store.digest import digest, digest_bytes
+from hairpipe.engine.store.lease import FailureNote, Lease, read_lease, recall_failure
+from hairpipe.engine.store.listing import Listing, parse_listing
+from hairpipe.engine.store.record import MARK, Record, read_record
+from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.run import ledger
-from hairpipe.graph.store.digest import digest, digest_bytes
-from hairpipe.graph.store.failure_note import FailureNote, recall_failure
-from hairpipe.graph.store.lease import Lease, read_lease
-from hairpipe.graph.store.listing import Listing, parse_listing
-from hairpipe.graph.store.record import MARK, Record, read_record
-from hairpipe.graph.store.store import Store
 
 CORPUS = Path(__file__).parent / "corpus"
 KEY = "0c" * 20

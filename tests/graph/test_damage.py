@@ -12,17 +12,17 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.graph import File
-from hairpipe.graph.plan.gc import Found, is_whole, verify
-from hairpipe.graph.run.publish import files_of
-from hairpipe.graph.store.atomic import write_text
-from hairpipe.graph.store.digest import digest, digest_bytes
-from hairpipe.graph.store.listing import check_name, read_listing
-from hairpipe.graph.store.record import MARK, read_record, write_record
-from hairpipe.graph.store.store import LostObject, Store
-from hairpipe.graph.store.values import Values
-from hairpipe.io import hdf5
-from hairpipe.io.hdf5 import digest_file
+from hairpipe.engine import File
+from hairpipe.engine.plan.gc import Found, is_whole, verify
+from hairpipe.engine.run.publish import files_of
+from hairpipe.engine.store.atomic import write_text
+from hairpipe.engine.store.digest import digest, digest_bytes
+from hairpipe.engine.store.listing import check_name, read_listing
+from hairpipe.engine.store.record import MARK, read_record, write_record
+from hairpipe.engine.store.store import LostObject, Store
+from hairpipe.engine.store.values import Values
+from hairpipe.formats import hdf5
+from hairpipe.formats.hdf5 import digest_file
 
 
 def flip(path):

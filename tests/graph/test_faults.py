@@ -6,7 +6,7 @@ from collections import Counter
 
 import pytest
 
-from hairpipe.graph.store.values import is_full
+from hairpipe.engine.store.values import is_full
 
 from .conftest import wait_for
 
@@ -97,7 +97,7 @@ def test_a_full_disk_is_known_by_what_hdf5_says_of_it(number):
 
 
 def test_store_on_a_full_disk_refuses_before_it_writes(shot, monkeypatch):
-    from hairpipe.graph.store import values
+    from hairpipe.engine.store import values
 
     monkeypatch.setattr(values.shutil, "disk_usage", lambda path: type("Usage", (), {"free": 1000}))
     with pytest.raises(OSError, match="No space left"):
@@ -119,7 +119,7 @@ def test_full_disk_leaves_a_store_that_continues(shot, monkeypatch):
 
 FULL_DISK = """
 if IN_WORKER and "TOY_FULL_AFTER" in os.environ:
-    from hairpipe.graph.store import atomic
+    from hairpipe.engine.store import atomic
 
     flush, left = atomic.flush, [int(os.environ["TOY_FULL_AFTER"])]
 

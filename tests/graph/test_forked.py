@@ -6,7 +6,7 @@ import signal
 import subprocess
 from pathlib import Path
 
-from hairpipe.graph.engine import member
+from hairpipe.engine.hosts import member
 
 from .conftest import NO_JOB, local_engine
 

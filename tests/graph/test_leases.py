@@ -8,8 +8,8 @@ import time
 
 import pytest
 
-from hairpipe.graph.store import holder, lease
-from hairpipe.graph.store.atomic import workspace
+from hairpipe.engine.store import holder, lease
+from hairpipe.engine.store.atomic import workspace
 
 from .conftest import wait_for
 

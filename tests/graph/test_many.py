@@ -4,9 +4,9 @@ from collections import Counter
 
 import pytest
 
+from hairpipe.engine.plan.tasks import Task
+from hairpipe.engine.results import read_result
 from hairpipe.errors import BadInput
-from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.results import read_result
 
 HEAD = "schema = 1\nframes = [1, 3]\nfps = 24\n"
 SEEDS = HEAD + "".join(f'[s{n}]\ntype = "make_seed"\nvalue = {n}\n' for n in range(1, 12))

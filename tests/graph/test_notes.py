@@ -2,7 +2,7 @@
 
 import pytest
 
-from hairpipe.graph.store.store import Store
+from hairpipe.engine.store.store import Store
 
 NAME, OTHER = "a" * 40, "b" * 40
 

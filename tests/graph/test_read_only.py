@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from hairpipe.engine.run.events import Judge
+from hairpipe.engine.run.survey import Survey
+from hairpipe.engine.store import atomic
 from hairpipe.errors import BadInput
-from hairpipe.graph.run.events import Judge
-from hairpipe.graph.run.survey import Survey
-from hairpipe.graph.store import atomic
 
 
 @pytest.fixture

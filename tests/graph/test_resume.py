@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.graph.store.atomic import is_left_over
-from hairpipe.graph.store.store import Store
+from hairpipe.engine.store.atomic import is_left_over
+from hairpipe.engine.store.store import Store
 
 from .conftest import PATIENCE, wait_for
 
@@ -108,4 +108,4 @@ def is_worker_of(shot, process: Path) -> bool:
         command = (process / "cmdline").read_bytes()
     except OSError:
         return False
-    return b"hairpipe.graph.worker.worker" in command and str(shot.nodes).encode() in command
+    return b"hairpipe.engine.worker.worker" in command and str(shot.nodes).encode() in command

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from hairpipe.engine.file.load import load_graph
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.load import load_graph
 from hairpipe.plain_file import special
 
 

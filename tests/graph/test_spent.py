@@ -2,9 +2,9 @@
 
 import pytest
 
+from hairpipe.engine.plan.tasks import Task
+from hairpipe.engine.results import read_result
 from hairpipe.errors import BadInput
-from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.results import read_result
 
 from .conftest import CHAIN
 

@@ -6,14 +6,14 @@ from collections import Counter
 
 import pytest
 
-from hairpipe.graph.engine.host import Host
-from hairpipe.graph.engine.local_engine import LocalEngine
-from hairpipe.graph.engine.offer import Offer
-from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.run import scheduler
-from hairpipe.graph.run.events import CODEC
-from hairpipe.graph.store.store import Store
+from hairpipe.engine.code import CodeReader
+from hairpipe.engine.hosts.host import Host
+from hairpipe.engine.hosts.local_engine import LocalEngine
+from hairpipe.engine.hosts.offer import Offer
+from hairpipe.engine.plan.tasks import Task
+from hairpipe.engine.run import scheduler
+from hairpipe.engine.run.events import CODEC
+from hairpipe.engine.store.store import Store
 
 from .conftest import wait_for
 
@@ -94,7 +94,7 @@ def test_a_run_goes_on_from_the_last_written_state_of_one_that_was_killed_meanwh
 
 
 def test_a_state_is_written_while_its_scan_waits_for_an_input(shot):
-    shot.edit("tally.py", "IN_WORKER =", "from hairpipe.graph.worker import worker\nworker.IDLE = 0.05\nIN_WORKER =")
+    shot.edit("tally.py", "IN_WORKER =", "from hairpipe.engine.worker import worker\nworker.IDLE = 0.05\nIN_WORKER =")
     whole = undisturbed(shot)
     shot.edit("move_seed.py", "return numeral", "wait(time.frame)\n    return numeral")
     gate = "def wait(frame):\n    while frame == 7 and not Path(os.environ['TOY_TALLY'] + '.gate').exists():\n"

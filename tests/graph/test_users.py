@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
+from hairpipe.engine.plan.gc import clean
+from hairpipe.engine.store.atomic import replacing, workspace
+from hairpipe.engine.store.lease import Leases
+from hairpipe.engine.store.ownership import check_store
+from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
-from hairpipe.graph.plan.gc import clean
-from hairpipe.graph.store.atomic import replacing, workspace
-from hairpipe.graph.store.lease import Leases
-from hairpipe.graph.store.ownership import check_store
-from hairpipe.graph.store.store import Store
 
 from .conftest import Shot
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from hairpipe.data import Body, Mesh, Skeleton
+from hairpipe.values import Body, Mesh, Skeleton
 
 
 def make_body(mesh: Mesh, **maps: np.ndarray) -> Body:

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.data import Groom
 from hairpipe.errors import BadInput
+from hairpipe.geometry.triangles import Sites, site_points, unit_normals
 from hairpipe.groom.binding import bind_roots, name_strands, rigid_strands, root_frames
-from hairpipe.spatial.triangles import Sites, site_points, unit_normals
+from hairpipe.values import Groom
 
 
 @pytest.fixture

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.cutting import SHORTEST, Cut, fitting
-from hairpipe.sim.material import Material
-from hairpipe.sim.strands.calibration import softenings
+from hairpipe.groom.resampling import SHORTEST, Cut, fitting
+from hairpipe.strands.calibration import softenings
+from hairpipe.strands.material import Material
 
 
 def test_messages_are_not_repeated():

@@ -5,14 +5,13 @@ import warnings
 import numpy as np
 import pytest
 
-from hairpipe.data.curves import Curves
-from hairpipe.data.lengths import strand_lengths
 from hairpipe.errors import BadInput
-from hairpipe.groom.cutting import SHORTEST, Cut
+from hairpipe.geometry.triangles import Sites, site_points
 from hairpipe.groom.importing import adopt, choose_strands
 from hairpipe.groom.joining import joined_strands
+from hairpipe.groom.resampling import SHORTEST, Cut
 from hairpipe.groom.sampling import take
-from hairpipe.spatial.triangles import Sites, site_points
+from hairpipe.values.groom import Curves, strand_lengths
 
 
 @pytest.fixture

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
+from hairpipe.body.scripted_motion import Track, drive
 from hairpipe.errors import BadInput
 from hairpipe.groom.joining import joined_ends, joined_strands
 from hairpipe.groom.strands import lay_strands
-from hairpipe.scripted_ends.ends import drive
-from hairpipe.scripted_ends.track import Track
 
 
 def test_strands_and_ends_stay_together():

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.data.curves import Curves
 from hairpipe.errors import BadInput
-from hairpipe.groom.cutting import SHORTEST, Cut
+from hairpipe.groom.binding import cause_of_misfit
 from hairpipe.groom.importing import adopt
-from hairpipe.groom.misfit import cause_of_misfit
+from hairpipe.groom.resampling import SHORTEST, Cut
+from hairpipe.values.groom import Curves
 
 REACH, TWICE = 0.01, np.array([0, 0.4, 0.2])
 DOWN = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])

@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.data.lengths import segment_lengths
 from hairpipe.errors import BadInput
-from hairpipe.groom.perturbing import perturbed
-from hairpipe.groom.sampling import take
+from hairpipe.groom.sampling import perturbed, take
 from hairpipe.groom.strands import lay_strands
+from hairpipe.values.groom import segment_lengths
 
 TIP = 1e-3
 GROOM = lay_strands(400, 0.25, 4, (0.0, -1.0, 0.0), (0.001, 0.0, 0.0), None, 0.05)

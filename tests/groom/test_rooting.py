@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh
-from hairpipe.data.curves import Curves
 from hairpipe.errors import BadInput
-from hairpipe.groom.rooting import freed, rooted, taken
+from hairpipe.groom.importing import freed, rooted, taken
 from hairpipe.groom.strand_arrays import offsets_of
+from hairpipe.values import Mesh
+from hairpipe.values.groom import Curves
 
 RADIUS = 0.1
 

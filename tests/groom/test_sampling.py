@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Groom
 from hairpipe.errors import BadInput
-from hairpipe.groom.cutting import Cut
-from hairpipe.groom.grow.growing import grow
-from hairpipe.groom.grow.style import Style
-from hairpipe.groom.painting.paint import Canvas
+from hairpipe.groom.growing import grow
+from hairpipe.groom.painting import Canvas
+from hairpipe.groom.resampling import Cut
 from hairpipe.groom.sampling import choose_patches, sample_patches
+from hairpipe.groom.style import Style
+from hairpipe.values import Groom
 
 
 @pytest.fixture(scope="module")

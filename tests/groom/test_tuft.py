@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from hairpipe.groom.strands import lay_strands
-from hairpipe.groom.tuft import Tuft, gather_tuft, rotations
+from hairpipe.groom.strands import Tuft, gather_tuft, lay_strands, rotations
 
 ROW = lay_strands(5, 0.2, 4, (0.0, -1.0, 0.0), (0.0, 0.0, 0.01), None, 0.3)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hairpipe.data import Groom
+from hairpipe.values import Groom
 
 
 def complete_groom(strands: int, points: int) -> Groom:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.io.body import read_body
+from hairpipe.formats.bodies import read_body
 
 TRIANGLE = "g a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 

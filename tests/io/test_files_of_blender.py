@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hairpipe.body.skinning import skin
-from hairpipe.graph import Time
+from hairpipe.engine import Time
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_groom import load_groom
 from hairpipe.nodes.load_mesh_cache import load_mesh_cache

@@ -27,18 +27,18 @@ from PIL import Image
 
 from hairpipe import apart, child
 from hairpipe.apart import work_apart
-from hairpipe.data import Density
 from hairpipe.errors import BadInput
-from hairpipe.io.body import read_body
-from hairpipe.io.image import read_image
-from hairpipe.io.makehuman import read_skeleton, read_weights
-from hairpipe.io.mesh_cache.formats import read_moving, recall_joints
-from hairpipe.io.mesh_cache.moving import Instant
-from hairpipe.io.mocap.bvh import read_bvh
-from hairpipe.io.strands.strand_files import read_strands
-from hairpipe.io.vdb import vdb_write
-from hairpipe.io.vdb.vdb_grids import density_grids
-from hairpipe.io.vdb.vdb_read import read_voxels
+from hairpipe.formats import vdb_write
+from hairpipe.formats.animated_meshes import Instant
+from hairpipe.formats.animation_files import read_moving, recall_joints
+from hairpipe.formats.bodies import read_body
+from hairpipe.formats.bvh import read_bvh
+from hairpipe.formats.makehuman import read_skeleton, read_weights
+from hairpipe.formats.pictures import read_image
+from hairpipe.formats.strand_files import read_strands
+from hairpipe.formats.vdb_read import read_voxels
+from hairpipe.formats.vdb_write import density_grids
+from hairpipe.values import Density
 from tests.io.test_makehuman import NAMES, RIG, WEIGHTS
 
 SAMPLE = 8

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from hairpipe.errors import BadInput
-from hairpipe.io import hdf5
+from hairpipe.formats import hdf5
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from hairpipe.errors import BadInput
-from hairpipe.io.image import read_image
+from hairpipe.formats.pictures import read_image
 
 GREY = np.array([[0, 51, 255], [102, 204, 1]], np.uint8)
 

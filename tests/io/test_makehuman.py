@@ -6,7 +6,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hairpipe.errors import BadInput
-from hairpipe.io.makehuman import read_skeleton, read_weights
+from hairpipe.formats.makehuman import read_skeleton, read_weights
 
 POINTS = np.array([[0.0, 0, 0], [2.0, 0, 0], [0, 4.0, 0], [0, 0, 6.0]])
 RIG = {
@@ -140,7 +140,7 @@ def test_any_value_in_weights_gives_weights_or_one_message(tmp_path, path, value
 
 
 def test_the_real_rig_fits_the_real_body(shared):
-    from hairpipe.io.obj import read_obj
+    from hairpipe.formats.obj import read_obj
 
     folder = shared / "body_makehuman"
     points = read_obj(folder / "base.obj").points

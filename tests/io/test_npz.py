@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from hairpipe.io.npz import write_npz
+from hairpipe.formats.tables import write_npz
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hairpipe.errors import BadInput
-from hairpipe.io.obj import read_obj
+from hairpipe.formats.obj import read_obj
 
 SQUARE = """# a square and a triangle
 o thing

@@ -5,10 +5,9 @@ import pytest
 from PIL import Image
 
 from hairpipe.body.shapes import build_box
+from hairpipe.engine import File, Frames, Time, Workspace
 from hairpipe.errors import BadInput
-from hairpipe.graph import File, Frames, Time, Workspace
-from hairpipe.io.panels import GAP, write_below, write_side_by_side
-from hairpipe.io.picture import write_png
+from hairpipe.formats.pictures import GAP, write_below, write_png, write_side_by_side
 from hairpipe.nodes.contact_sheet import contact_sheet
 from hairpipe.nodes.join_pictures import join_pictures
 from hairpipe.nodes.preview_meshes import preview_meshes

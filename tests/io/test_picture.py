@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from hairpipe.errors import BadInput
-from hairpipe.io.picture import write_png, write_webp
+from hairpipe.formats.pictures import write_png, write_webp
 
 
 def picture(shift: int, size: tuple[int, int] = (40, 60)) -> np.ndarray:

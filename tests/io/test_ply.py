@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.io.ply import Lists, read_ply
+from hairpipe.formats.ply import Lists, read_ply
 
 HEAD = """ply
 format {} 1.0

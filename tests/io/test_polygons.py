@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.io.polygons import newell_normal, triangulate
+from hairpipe.formats.polygons import newell_normal, triangulate
 
 TURN = Rotation.from_euler("xyz", [30.0, -50.0, 110.0], degrees=True).as_matrix()
 SHAPES = {

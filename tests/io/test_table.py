@@ -6,11 +6,11 @@ import math
 import numpy as np
 import pytest
 
-from hairpipe.data.table import table_of_rows
+from hairpipe.engine import Workspace
 from hairpipe.errors import BadInput
-from hairpipe.graph import Workspace
-from hairpipe.io.table import write_csv, write_markdown
+from hairpipe.formats.tables import write_csv, write_markdown
 from hairpipe.nodes.write_table import write_table
+from hairpipe.values.table import table_of_rows
 
 NAMES = ("scheme, how", "tip [m]", "steps")
 ROWS = [('with "tension"', 1 / 3, 7), ("a|b", math.pi * 1e-300, -2), ("nothing", math.nan, 2**53 + 1)]

@@ -1,7 +1,7 @@
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.io.text import parse_number, read_text
+from hairpipe.formats.text import parse_number, read_text
 
 
 def test_text_is_read_without_its_byte_order_mark(tmp_path):

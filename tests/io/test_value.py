@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Body, LevelSet, Mesh, Skeleton, Strands
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
-from hairpipe.io.hdf5 import decode
-from hairpipe.io.value import SUFFIXES, write_value
+from hairpipe.formats.hdf5 import decode
+from hairpipe.formats.values import SUFFIXES, write_value
+from hairpipe.values import Body, LevelSet, Mesh, Skeleton, Strands
+from hairpipe.values.table import table_of_rows
 
 MESH = Mesh(np.eye(3), np.array([[0, 1, 2]], np.int32))
 HAIR = Strands(np.eye(3, dtype=np.float32), np.zeros((3, 3), np.float32), np.array([0, 3], np.int32), 8e-5)

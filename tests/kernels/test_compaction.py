@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.kernels.compaction import places_of, rows_at, runs_of
+from hairpipe.geometry.sorting import places_of, rows_at, runs_of
 
 
 @pytest.mark.parametrize("count", [0, 1, 4095, 4096, 4097, 20_000])

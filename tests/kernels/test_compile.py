@@ -4,7 +4,7 @@ import pickle
 
 from numba import njit
 
-from hairpipe.kernels.compile import Inlined, inlined
+from hairpipe.geometry.compile import Inlined, inlined
 
 
 @inlined

@@ -9,7 +9,7 @@ import pytest
 from numba import njit
 from numba.core.errors import TypingError
 
-from hairpipe.kernels.simd import (
+from hairpipe.geometry.simd import (
     WIDTH,
     any_lane,
     bits,
@@ -159,7 +159,7 @@ def test_lanes_lie_in_rows_of_floats(array):
 FRAME = """
 import hashlib
 from hairpipe.graphs.experiments.bench.strands import one_block
-from hairpipe.sim.solve.implicit_stage import run_stage
+from hairpipe.solve.implicit_stage import run_stage
 arguments = one_block(6, "float64")
 for _ in range(10):
     run_stage(*arguments)

@@ -5,7 +5,7 @@ import pytest
 from numba import njit
 from numba.core.errors import TypingError
 
-from hairpipe.kernels.simd_vec4 import (
+from hairpipe.geometry.simd_vec4 import (
     WHOLE,
     dot,
     dot_in_all,

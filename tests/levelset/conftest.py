@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh
+from hairpipe.values import Mesh
 
 
 def make_torus(radius: float, tube: float, count: int = 64) -> Mesh:

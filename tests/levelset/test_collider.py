@@ -6,18 +6,17 @@ import numba
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh
 from hairpipe.graphs.experiments.studies.interpolation.bodies import FRAME, outline_at, poses_at, surfaces_of
 from hairpipe.graphs.experiments.studies.interpolation.cases import CASES, Case, Way, moved
 from hairpipe.graphs.experiments.studies.interpolation.solids import ellipsoid
-from hairpipe.levelset.bake.parts import gathered
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
+from hairpipe.levelset.bake_parts import gathered
 from hairpipe.levelset.collider import Collider, FirstHit, SdfSample, Walk
 from hairpipe.levelset.collider_field import build_collider_field, sweep_field
+from hairpipe.levelset.collider_parts import build_collider_parts, sweep_parts
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.levelset.parts.collider_parts import build_collider_parts
-from hairpipe.levelset.parts.sweep import sweep_parts
 from hairpipe.levelset.sphere_tracing import MARGIN
+from hairpipe.values import Mesh
 
 VOXEL, HALF_WIDTH = 0.05, 8.0
 SCHEMES = ("linear", "one_sided", "two_sided", "parts")

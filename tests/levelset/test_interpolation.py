@@ -5,8 +5,7 @@ import pytest
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from hairpipe.data import LevelSet, Mesh
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
 from hairpipe.levelset.interpolation import (
     Interpolation,
     departure_points,
@@ -15,6 +14,7 @@ from hairpipe.levelset.interpolation import (
     velocity_at,
 )
 from hairpipe.levelset.sample import Field, distance, field_of
+from hairpipe.values import LevelSet, Mesh
 
 DT = 1 / 24
 VOXEL = 0.05

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import RegularGridInterpolator
 
-from hairpipe.data import LevelSet
 from hairpipe.levelset.sample import distance, field_of, gradient, sample, velocity
+from hairpipe.values import LevelSet
 
 VOXEL = 0.25
 ORIGIN = np.array([-2.0, 4.0, 0.0])
@@ -78,7 +78,7 @@ def test_nan_point_is_outside(slope):
 
 
 def test_the_smooth_gradient_is_closer_to_the_body_than_the_interpolants(sphere):
-    from hairpipe.levelset.bake.whole import bake
+    from hairpipe.levelset.bake import bake
 
     field = field_of(bake(sphere(level=5), 0.08, 4.0))
     points = np.random.default_rng(0).normal(size=(500, 3))

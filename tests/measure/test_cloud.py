@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Cloud, Particles
-from hairpipe.groom.strands import lay_strands
-from hairpipe.groom.tuft import Tuft, gather_tuft
+from hairpipe.groom.strands import Tuft, gather_tuft, lay_strands
 from hairpipe.measure.cloud import cloud_table, split_table
+from hairpipe.values import Cloud, Particles
 
 
 @pytest.fixture

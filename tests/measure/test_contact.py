@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Strands
-from hairpipe.graph import Frames, Time
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.engine import Frames, Time
+from hairpipe.levelset.bake import bake
 from hairpipe.nodes.measure_contact import measure_contact
+from hairpipe.values import Strands
 
 
 def test_depths_are_counted_without_the_roots(sphere):

@@ -5,11 +5,11 @@ import math
 
 import pytest
 
+from hairpipe.engine import Reached, Spent
 from hairpipe.errors import BadInput
-from hairpipe.graph import Reached, Spent
 from hairpipe.graphs.experiments.measure.around import Around
 from hairpipe.graphs.experiments.nodes.restart_hair import restart_hair
-from hairpipe.measure.cost import COLUMNS
+from hairpipe.measure.motion import COST_COLUMNS
 from hairpipe.nodes.measure_cost import measure_cost
 from hairpipe.nodes.simulate_hair import simulate_hair
 
@@ -21,7 +21,7 @@ def spent(seconds):
 
 
 def row(table):
-    return [table[name][0] for name in COLUMNS]
+    return [table[name][0] for name in COST_COLUMNS]
 
 
 def test_the_first_frames_do_not_count_and_nodes_add_up():

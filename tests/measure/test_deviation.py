@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Strands
 from hairpipe.measure.deviation import deviation
+from hairpipe.values import Strands
 
 
 def straight(lengths, segments, shift=0.0, rate=0.0):

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Strands
+from hairpipe.engine import Frames, Reached
 from hairpipe.errors import BadInput
-from hairpipe.graph import Frames, Reached
 from hairpipe.groom.strands import lay_strands
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
 from hairpipe.nodes.measure_fidelity import measure_fidelity
+from hairpipe.values import Strands
 
 DOWN = (0.0, -1.0, 0.0)
 G, L = 10.0, 0.2

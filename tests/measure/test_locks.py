@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.data import Groom, Strands
-from hairpipe.data.hair import HairState
-from hairpipe.data.locks import AUDITED, FOLLOWER, GUIDE, RELEASED, TRIED, Audit, no_locks
 from hairpipe.measure.locks import measure_locks
+from hairpipe.values import Groom, Strands
+from hairpipe.values.hair import AUDITED, FOLLOWER, GUIDE, RELEASED, TRIED, Audit, HairState, no_locks
 
 HAIRS, POINTS = 4, 6
 OFFSETS = np.arange(0, HAIRS * POINTS + 1, POINTS, dtype=np.int32)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Groom, Strands
-from hairpipe.graph import Frames, Time
+from hairpipe.engine import Frames, Time
 from hairpipe.nodes.measure_motion import measure_motion
 from hairpipe.nodes.watch_hair import watch_hair
+from hairpipe.values import Groom, Strands
 
 POINTS = np.array([[0, 0, 0], [0, -1, 0], [0, -2, 0], [1, 0, 0], [1, -2, 0]], np.float32)
 OFFSETS = np.array([0, 3, 5], np.int32)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Strands
+from hairpipe.engine import Frames
 from hairpipe.errors import BadInput
-from hairpipe.graph import Frames
-from hairpipe.measure.packing import densities, overlap, relative_speed
+from hairpipe.measure.contact import densities, overlap, relative_speed
 from hairpipe.nodes.measure_packing import measure_packing
+from hairpipe.values import Strands
 
 CELL, NEAR = 0.006, 0.004
 

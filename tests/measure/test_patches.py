@@ -6,14 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.data import Ends, Groom, Mesh, Strands
+from hairpipe.body.scripted_motion import Track, drive
+from hairpipe.engine import Frames
 from hairpipe.errors import BadInput
-from hairpipe.graph import Frames
 from hairpipe.groom.strands import lay_strands
-from hairpipe.measure.patches import measure_patches
-from hairpipe.measure.roots import measure_root_motion
-from hairpipe.scripted_ends.ends import drive
-from hairpipe.scripted_ends.track import Track
+from hairpipe.measure.deviation import measure_patches
+from hairpipe.measure.motion import measure_root_motion
+from hairpipe.values import Ends, Groom, Mesh, Strands
 
 COUNT, SEGMENTS = 6, 5
 

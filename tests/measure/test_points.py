@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Strands
 from hairpipe.errors import BadInput
 from hairpipe.groom.strands import lay_strands
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
 from hairpipe.measure.contact import still
-from hairpipe.measure.points import measure_points
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import SagFree, Scene
-from hairpipe.sim.simulate import start
+from hairpipe.measure.motion import measure_points
+from hairpipe.shot.settings import SagFree, Scene
+from hairpipe.shot.simulate import start
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
+from hairpipe.values import Strands
 
 HANGING = lay_strands(11, 0.2, 20, (0.0, -1.0, 0.0), (0.0, 0.0, 0.01), None, 0.0)
 

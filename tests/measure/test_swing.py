@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Strands
 from hairpipe.errors import BadInput
-from hairpipe.measure.swing import swing_table
+from hairpipe.measure.motion import swing_table
+from hairpipe.values import Strands
 
 OFFSETS = np.arange(0, 45, 9, dtype=np.int32)
 

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.graph import Frames, Time
+from hairpipe.engine import Frames, Time
 from hairpipe.graphs.experiments.measure.tensions import turns
 from hairpipe.graphs.experiments.nodes.measure_tension import measure_tension
 from hairpipe.groom.strands import lay_strands
-from hairpipe.measure.tension import tensions
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import SagFree, Scene
-from hairpipe.sim.simulate import start
+from hairpipe.measure.motion import tensions
+from hairpipe.shot.settings import SagFree, Scene
+from hairpipe.shot.simulate import start
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
 
 HANGING = lay_strands(11, 0.2, 20, (0.0, -1.0, 0.0), (0.0, 0.0, 0.01), None, 0.0)
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Strands
+from hairpipe.engine import Frames, Time
 from hairpipe.errors import BadInput
-from hairpipe.graph import Frames, Time
 from hairpipe.graphs.experiments.nodes.measure_tuft import measure_tuft
 from hairpipe.groom.strands import lay_strands
 from hairpipe.nodes.measure_crossing import measure_crossing
+from hairpipe.values import Strands
 
 
 def hanging(tips):

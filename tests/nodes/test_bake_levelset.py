@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from hairpipe import openvdb_library
-from hairpipe.data import Mesh
+from hairpipe.engine import code
+from hairpipe.engine.file.load import load_graph
+from hairpipe.engine.plan.resolve import Resolver
+from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.key import code
-from hairpipe.graph.plan.resolve import Resolver
-from hairpipe.graph.store.store import Store
 from hairpipe.nodes.bake_levelset import bake_levelset
+from hairpipe.values import Mesh
 from tests.sources import HOME
 
 TETRAHEDRON = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom, UsdVol
 
-from hairpipe.data import Groom, LevelSet, Mesh, Strands
+from hairpipe.engine import File, Frames, Time, Workspace
 from hairpipe.errors import BadInput
-from hairpipe.graph import File, Frames, Time, Workspace
-from hairpipe.io.usd.check.lint import lint
-from hairpipe.io.vdb.vdb_header import inspect
+from hairpipe.formats.usd.check.lint import lint
+from hairpipe.formats.vdb_read import inspect
 from hairpipe.nodes.export_usd import export_usd
 from hairpipe.nodes.export_vdb import export_vdb
+from hairpipe.values import Groom, LevelSet, Mesh, Strands
 
 NUMBERS = (1001, 1002, 1004)
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Density, LevelSet
+from hairpipe.engine import Time
 from hairpipe.errors import BadInput
-from hairpipe.graph import Time
 from hairpipe.nodes.export_vdb import export_vdb
+from hairpipe.values import Density, LevelSet
 
 FOG = Density(np.array([-3, 0, 5], np.int32), 0.01, np.ones((2, 3, 2), np.float32), np.ones((2, 3, 2, 3), np.float32))
 

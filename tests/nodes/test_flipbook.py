@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from hairpipe.graph import File, Frames, Time, Workspace
-from hairpipe.io.picture import write_png
+from hairpipe.engine import File, Frames, Time, Workspace
+from hairpipe.formats.pictures import write_png
 from hairpipe.nodes.flipbook import flipbook
 
 

@@ -10,15 +10,15 @@ from PIL import Image
 
 from hairpipe.body.scalp import Scalp
 from hairpipe.body.solid import distance_and_normal, solid_of
-from hairpipe.data import Body, Mesh
+from hairpipe.engine.node.settings import build_settings, check_settings
 from hairpipe.errors import BadInput
-from hairpipe.graph.node.settings import build_settings, check_settings
-from hairpipe.groom.grow.closing import closed
-from hairpipe.groom.grow.style import Curl
-from hairpipe.groom.painting.painted import Paint, PaintedMetres
+from hairpipe.groom.growing import closed
+from hairpipe.groom.painting import Paint, PaintedMetres
+from hairpipe.groom.style import Curl
 from hairpipe.nodes.grow_groom import grow_groom
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.make_bust import make_bust
+from hairpipe.values import Body, Mesh
 
 NODE = grow_groom.__node__
 

@@ -5,13 +5,13 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from hairpipe.body.scripted_motion import Track
 from hairpipe.body.shapes import build_box
-from hairpipe.data import Groom, Mesh
-from hairpipe.graph import Pair, Time
+from hairpipe.engine import Pair, Time
 from hairpipe.groom.binding import root_frames
-from hairpipe.groom.keys.key_weights import weigh_keys
+from hairpipe.groom.keys import weigh_keys
 from hairpipe.groom.sampling import thinned
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
 from hairpipe.nodes.carry_strands import carry_strands, weigh
 from hairpipe.nodes.interpolate_hair import interpolate_hair
 from hairpipe.nodes.move_levelset import move_levelset
@@ -20,10 +20,10 @@ from hairpipe.nodes.sample_particles import sample_particles
 from hairpipe.nodes.simulate_hair import model_strands, simulate_hair
 from hairpipe.nodes.simulate_particles import prepare_particles, simulate_particles
 from hairpipe.particles.settings import Interaction, ParticleSettings, RestTension
-from hairpipe.scripted_ends.track import Track
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Collisions, Locks, SagFree, Stiction, StrainLimit, Volume
-from hairpipe.sim.strands.construction import Construction
+from hairpipe.shot.settings import Collisions, Locks, SagFree, Stiction, StrainLimit, Volume
+from hairpipe.strands.interface import Construction
+from hairpipe.strands.material import Material
+from hairpipe.values import Groom, Mesh
 
 FPS, STILL, CUT, FRAMES = 24.0, 3, 7, 10
 SPEED = np.array([0.4, 0.0, 0.1])  # [m/s]

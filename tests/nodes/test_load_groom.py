@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hairpipe.data import Body, Mesh, Skeleton
 from hairpipe.errors import BadInput
 from hairpipe.groom.importing import EQUAL
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_groom import load_groom
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Scene
-from hairpipe.sim.simulate import advance_frame, start, strands_of
+from hairpipe.shot.settings import Scene
+from hairpipe.shot.simulate import advance_frame, start, strands_of
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
+from hairpipe.values import Body, Mesh, Skeleton
 
 USD = """#usda 1.0
 (

@@ -8,12 +8,12 @@ from pxr import Usd, UsdGeom, Vt
 
 import hairpipe
 from hairpipe.body.preparation import prepare
-from hairpipe.data import Mesh
+from hairpipe.engine import Time
 from hairpipe.errors import BadInput
-from hairpipe.graph import Time
-from hairpipe.io.body import read_body
+from hairpipe.formats.bodies import read_body
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_mesh_cache import load_mesh_cache
+from hairpipe.values import Mesh
 
 BOX = np.array([[x, y, z] for x in (0.0, 0.2) for y in (0.0, 0.3) for z in (0.0, 0.1)])
 SIDES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]

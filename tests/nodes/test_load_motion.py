@@ -3,11 +3,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hairpipe.body.mannequin.bust import build_skeleton
-from hairpipe.data import Body, Mesh
-from hairpipe.graph import Time
+from hairpipe.body.bust import build_skeleton
+from hairpipe.engine import Time
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_motion import load_motion
+from hairpipe.values import Body, Mesh
 
 SHAKE = Path(__file__).resolve().parents[2] / "graphs" / "assets" / "shake.bvh"
 

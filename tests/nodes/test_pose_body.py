@@ -1,7 +1,7 @@
 import numpy as np
 
-from hairpipe.data import Body, Mesh, Pose, Skeleton
 from hairpipe.nodes.pose_body import pose_body
+from hairpipe.values import Body, Mesh, Pose, Skeleton
 
 
 def make_body() -> Body:

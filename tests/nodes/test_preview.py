@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from hairpipe.data import Normals, Strands
+from hairpipe.engine import Time, Workspace
 from hairpipe.errors import BadInput
-from hairpipe.graph import Time, Workspace
 from hairpipe.nodes.preview import preview
+from hairpipe.values import Normals, Strands
 
 TIME = Time(30, 24.0)
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from hairpipe.data import Body
+from hairpipe.engine import Workspace
 from hairpipe.errors import BadInput
-from hairpipe.graph import Workspace
 from hairpipe.nodes.make_bust import make_bust
 from hairpipe.nodes.preview_scalp import preview_scalp
+from hairpipe.values import Body
 
 
 @pytest.fixture(scope="module")

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from hairpipe.data import Strands
-from hairpipe.graph import Time, Workspace
+from hairpipe.engine import Time, Workspace
 from hairpipe.nodes.render_cycles import render_cycles
-from hairpipe.render.cycles import scene
+from hairpipe.render import cycles as scene
+from hairpipe.render.camera import Shot
+from hairpipe.render.fibre import pigment_colour
 from hairpipe.render.film import linear
-from hairpipe.render.framing import Shot
-from hairpipe.render.shading.fibre import pigment_colour
+from hairpipe.values import Strands
 
 HAIR = Strands(np.zeros((2, 3), np.float32), np.zeros((2, 3), np.float32), np.array([0, 2], np.int32), 80e-6)
 

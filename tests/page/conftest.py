@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 import hairpipe
-from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.node.import_paths import leave
-from hairpipe.graph.worker import machine_code
-from hairpipe.page.session import Session
+from hairpipe.app.page.session import Session
+from hairpipe.engine.file.load import load_graph
+from hairpipe.engine.node.import_paths import leave
+from hairpipe.engine.worker import machine_code
 
 from ..cli.conftest import START
 from .live_page import Page, served

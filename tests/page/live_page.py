@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import numpy as np
 from PIL import Image
 
-from hairpipe.page.server import Server
+from hairpipe.app.page.server import Server
 
 WIDTH, HEIGHT = 1280, 800
 """Size of the window of pictures of pages [pixels]."""

@@ -6,13 +6,13 @@ import subprocess
 import numpy as np
 import pytest
 
-from hairpipe.api.draft import EMPTY, load_draft
-from hairpipe.api.shot import load
-from hairpipe.api.source import shipped_graphs
-from hairpipe.page.documents import graph_document
-from hairpipe.page.packing import quantised
-from hairpipe.page.report import write_report
-from hairpipe.page.session import Session
+from hairpipe.app.api.draft import EMPTY, load_draft
+from hairpipe.app.api.shot import load
+from hairpipe.app.api.source import shipped_graphs
+from hairpipe.app.page.documents import graph_document
+from hairpipe.app.page.packing import quantised
+from hairpipe.app.page.report import write_report
+from hairpipe.app.page.session import Session
 
 from ..cli.commands.test_watch import ELSEWHERE
 from ..pages import data_of

@@ -8,12 +8,12 @@ from contextlib import closing, suppress
 import pytest
 
 import hairpipe
-from hairpipe.api.draft import EMPTY, load_draft
-from hairpipe.api.source import shipped_graphs
+from hairpipe.app.api.draft import EMPTY, load_draft
+from hairpipe.app.api.source import shipped_graphs
+from hairpipe.app.page.edits import EDITS
+from hairpipe.app.page.session import Session
+from hairpipe.engine.edit import sources_of
 from hairpipe.errors import BadInput
-from hairpipe.graph.edit.verbs import sources_of
-from hairpipe.page.editing.edits import EDITS
-from hairpipe.page.session import Session
 
 from .conftest import SHOT
 from .test_session import until

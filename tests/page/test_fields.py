@@ -2,8 +2,8 @@
 
 import pytest
 
-from hairpipe.api.draft import EMPTY, load_draft
-from hairpipe.page.session import Session
+from hairpipe.app.api.draft import EMPTY, load_draft
+from hairpipe.app.page.session import Session
 
 from .live_page import Page, do, served
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import hairpipe
-from hairpipe.api.draft import EMPTY, load_draft
-from hairpipe.page.session import Session
+from hairpipe.app.api.draft import EMPTY, load_draft
+from hairpipe.app.page.session import Session
 
 from .live_page import SOCKET, Page, pictured, served, write_picture
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.api.shot import load
-from hairpipe.page.session import Session
+from hairpipe.app.api.shot import load
+from hairpipe.app.page.session import Session
 
 from .live_page import Page, pictured, served, write_picture
 

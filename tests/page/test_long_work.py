@@ -3,7 +3,7 @@
 import pytest
 
 import hairpipe
-from hairpipe.page.session import Session
+from hairpipe.app.page.session import Session
 
 from .conftest import SHOT
 from .live_page import Page, do, served

@@ -8,9 +8,9 @@ import zlib
 import numpy as np
 import pytest
 
-from hairpipe.data import Strands
-from hairpipe.page.packing import STEPS, pack, quantised, script, second_differences, zigzag
-from hairpipe.page.shapes import strands_document
+from hairpipe.app.page.packing import STEPS, pack, quantised, script, second_differences, zigzag
+from hairpipe.app.page.values import strands_document
+from hairpipe.values import Strands
 
 RANDOM = np.random.default_rng(3)
 

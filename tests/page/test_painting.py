@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import hairpipe
-from hairpipe.api.draft import load_draft
+from hairpipe.app.api.draft import load_draft
+from hairpipe.app.page.session import Session
 from hairpipe.errors import BadInput
-from hairpipe.io.image import read_image
-from hairpipe.page.session import Session
+from hairpipe.formats.pictures import read_image
 
 from .live_page import Page, do, pixels, served
 from .test_viewport import PLACE

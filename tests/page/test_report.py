@@ -7,10 +7,10 @@ from types import SimpleNamespace
 import pytest
 
 import hairpipe
+from hairpipe.app.page import report
+from hairpipe.app.page.assets import SCRIPTS, WEB
+from hairpipe.app.page.report import FEWEST_STRANDS, write_report
 from hairpipe.errors import BadInput
-from hairpipe.page import report
-from hairpipe.page.assets import SCRIPTS, WEB
-from hairpipe.page.report import FEWEST_STRANDS, write_report
 
 
 def digests(folder: Path) -> dict[str, str]:

@@ -11,10 +11,10 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
+from hairpipe.app.page.report import opened
+from hairpipe.app.page.server import Server
+from hairpipe.app.page.session import Session
 from hairpipe.errors import BadInput
-from hairpipe.page.redirect import opened
-from hairpipe.page.server import Server
-from hairpipe.page.session import Session
 
 
 @pytest.fixture

@@ -11,13 +11,13 @@ from unittest.mock import ANY
 import numpy as np
 import pytest
 
-import hairpipe.page.runs
-from hairpipe.api.draft import EMPTY, load_draft
-from hairpipe.api.shot import load
+import hairpipe.app.page.runs
+from hairpipe.app.api.draft import EMPTY, load_draft
+from hairpipe.app.api.shot import load
+from hairpipe.app.page.runner import Job
+from hairpipe.app.page.runs import Request, Runs
+from hairpipe.app.page.session import Session
 from hairpipe.errors import BadInput
-from hairpipe.page.runner import Job
-from hairpipe.page.runs import Request, Runs
-from hairpipe.page.session import Session
 
 from ..cli.commands.test_watch import ELSEWHERE
 from .conftest import SHOT
@@ -169,7 +169,7 @@ def test_runs_share_their_processes_until_code_changes_or_they_idle(session, fol
     with (folder / "nodes" / "paint.py").open("a") as file:
         file.write("# another version\n")
     assert not set(processes("0.3")) & set(first)
-    monkeypatch.setattr(hairpipe.page.runs, "IDLE", 0.0)
+    monkeypatch.setattr(hairpipe.app.page.runs, "IDLE", 0.0)
     runner = session._runs.process
     until(lambda: runner.poll() == 0)
 
@@ -334,6 +334,6 @@ def test_runs_are_dropped_by_number_and_report_a_failed_start(monkeypatch):
     assert begun == ["a", "b"] and [one["label"] for one in runs.document()["queue"]] == ["b"]
     runs._end({"failures": []})
     monkeypatch.undo()
-    monkeypatch.setattr(hairpipe.page.runs.subprocess, "Popen", refused)
+    monkeypatch.setattr(hairpipe.app.page.runs.subprocess, "Popen", refused)
     runs.add(Request(Job("g", "d", None, [], "c", None), "d", "p"))
     assert not runs.document()["running"] and "did not start" in runs.last["failures"][0]

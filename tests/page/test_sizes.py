@@ -11,8 +11,8 @@ from urllib.parse import quote
 import numpy as np
 import pytest
 
-from hairpipe.api.shot import load
-from hairpipe.page.documents import graph_document
+from hairpipe.app.api.shot import load
+from hairpipe.app.page.documents import graph_document
 
 from .live_page import do, pixels
 

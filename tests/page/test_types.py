@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from hairpipe.page.assets import WEB
+from hairpipe.app.page.assets import WEB
 
 COMPILER = ("npm", "exec", "--yes", "--package=typescript@5.9.3", "--", "tsc")
 

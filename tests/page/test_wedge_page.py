@@ -3,7 +3,7 @@
 import pytest
 
 import hairpipe
-from hairpipe.page.report import write_report
+from hairpipe.app.page.report import write_report
 
 from .conftest import SHOT
 from .live_page import do

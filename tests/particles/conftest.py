@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from hairpipe.data import Groom, Mesh
-from hairpipe.data.particles import ParticleState
 from hairpipe.groom.binding import root_frames
 from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
 from hairpipe.particles.links import LinkRule, link
 from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Fibre, ParticleSettings
 from hairpipe.particles.simulate import advance_frame, prepare, start
-from hairpipe.sim.shot import Frame
+from hairpipe.shot.shot import Frame
+from hairpipe.values import Groom, Mesh
+from hairpipe.values.particles import ParticleState
 
 RULE = LinkRule(12, 0.5, 58.0, 24.0)
 FRAME = 1 / 24

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.particles.interaction import Law, Pairs, exchange
-from hairpipe.particles.neighbours import densities, near_pairs, rows_of
+from hairpipe.particles.interaction import Law, Pairs, densities, exchange, near_pairs, rows_of
 
 H, DT = 0.02, 1 / 24
 

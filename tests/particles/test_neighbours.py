@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.particles.neighbours import densities, near_pairs, rows_of
-from hairpipe.particles.smoothing_kernel import kernel
+from hairpipe.particles.interaction import densities, near_pairs, rows_of
+from hairpipe.particles.model import kernel
 
 
 @pytest.mark.parametrize("spread", [(1.0, 1.0, 1.0), (10.0, 0.01, 1.0), (1e3, 1e3, 1e3)])

@@ -5,8 +5,8 @@ import warnings
 import numpy as np
 import pytest
 
+from hairpipe.laws.drag import Wind
 from hairpipe.particles.model import LOAD
-from hairpipe.sim.air.wind import Wind
 
 LENGTH = 0.2
 """Of the hair of the curtain [m]."""

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from hairpipe.particles.links import measure_links, stiffen
 from hairpipe.particles.model import build_model
-from hairpipe.particles.sag_free import rest_lengths
-from hairpipe.particles.stiffness import measure_links, stiffen
+from hairpipe.particles.simulate import rest_lengths
 
 
 def test_link_tensions_balance_gravity(particles):

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import KDTree
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.helix import Helix, wound
+from hairpipe.groom.curl import Helix, wound
 from hairpipe.groom.sampling import take
 from hairpipe.particles.sampling import darts, sample
 

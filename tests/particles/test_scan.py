@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
+from hairpipe.engine import Time
 from hairpipe.errors import BadInput
-from hairpipe.graph import Time
 from hairpipe.groom.sampling import take
+from hairpipe.laws.drag import Wind
 from hairpipe.nodes.carry_strands import carry_strands
 from hairpipe.nodes.sample_particles import sample_particles
 from hairpipe.nodes.simulate_particles import prepare_particles, simulate_particles
 from hairpipe.particles.settings import Interaction
 from hairpipe.particles.skinning import find_influences
-from hairpipe.sim.air.wind import Wind
 
 DEFAULTS = {"sag": 0.1, "damping": 0.2, "gravity": 9.81, "interaction": Interaction(), "sag_free": None, "printed": ()}
 

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.data.particles import ParticleState
 from hairpipe.errors import BadInput
+from hairpipe.particles.interaction import densities, near_pairs
 from hairpipe.particles.links import link
 from hairpipe.particles.model import build_model
-from hairpipe.particles.neighbours import densities, near_pairs
 from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Interaction, ParticleContact, RestTension
 from hairpipe.particles.simulate import ParticleSimulation, cloud_of, laws_of, move_over_cut, start
-from hairpipe.sim.shot import Frame, next_state
+from hairpipe.shot.shot import Frame, next_state
+from hairpipe.values.particles import ParticleState
 
 FRAME = 1 / 24
 

@@ -7,17 +7,16 @@ import pytest
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
-from hairpipe.data import Cloud, Groom, Mesh, Particles
-from hairpipe.data.lengths import segment_lengths
+from hairpipe.engine import Time
 from hairpipe.errors import BadInput
-from hairpipe.graph import Time
 from hairpipe.groom.binding import root_frames
-from hairpipe.groom.strands import lay_strands
-from hairpipe.groom.tuft import Tuft, gather_tuft
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.groom.strands import Tuft, gather_tuft, lay_strands
+from hairpipe.levelset.bake import bake
 from hairpipe.nodes.carry_strands import carry_strands
 from hairpipe.particles.skinning import INFLUENCES, find_influences
-from hairpipe.sim.boundary import motion_of_roots
+from hairpipe.solve.boundary import motion_of_roots
+from hairpipe.values import Cloud, Groom, Mesh, Particles
+from hairpipe.values.groom import segment_lengths
 
 SKIN = Mesh(np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, -0.1]]), np.array([[0, 1, 2]], np.int32))
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.particles.smoothing_kernel import kernel, shape, slope
+from hairpipe.particles.model import kernel, shape, slope
 
 
 def test_its_integral_is_1_and_its_value_at_0_that_of_the_paper():

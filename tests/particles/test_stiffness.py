@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.particles.model import build_model
-from hairpipe.particles.smoothing_kernel import kernel
-from hairpipe.particles.stiffness import measure_links, stiffen
+from hairpipe.particles.links import measure_links, stiffen
+from hairpipe.particles.model import build_model, kernel
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh, Strands
+from hairpipe.values import Mesh, Strands
 
 
 def make_sphere(centre: np.ndarray, radius: float, rings: int = 40) -> Mesh:

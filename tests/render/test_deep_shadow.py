@@ -4,10 +4,10 @@ import numba
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh
 from hairpipe.render.deep_shadow import OPACITY, TEXELS, TOLERANCE, DeepShadow, cast_deep_shadow
 from hairpipe.render.lights import Light
 from hairpipe.render.shadows import SOLID, apply, cast_shadow
+from hairpipe.values import Mesh
 
 NOBODY = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
 LAMPS = [Light(np.array(towards), np.ones(3)) for towards in ([0.0, 1.0, 0.0], [0.48, 0.6, 0.64])]

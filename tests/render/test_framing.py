@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Strands
-from hairpipe.render.framing import Framing, Shot, frame_hair, place_camera, radius_of
+from hairpipe.render.camera import Framing, Shot, frame_hair, place_camera, radius_of
+from hairpipe.values import Strands
 
 
 def test_hair_that_swings_moves_neither_centre_nor_scale(hair: Strands) -> None:

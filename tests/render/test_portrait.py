@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh, Strands
 from hairpipe.errors import BadInput
 from hairpipe.render import shadows
-from hairpipe.render.framing import Shot, radius_of
+from hairpipe.render.camera import Shot, radius_of
+from hairpipe.render.dual_scattering import shade_dual
 from hairpipe.render.portrait import draw_portrait
-from hairpipe.render.shading.dual import shade_dual
+from hairpipe.values import Mesh, Strands
 
 BROWN = np.array([0.12, 0.06, 0.03])
 

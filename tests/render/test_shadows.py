@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh
 from hairpipe.render.deep_shadow import cast_deep_shadow
 from hairpipe.render.lights import Light
 from hairpipe.render.shadows import SOLID, Shadow, cast_shadow, look_up
+from hairpipe.values import Mesh
 
 NOBODY = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
 TOWARDS = np.array([[0.0, 1.0, 0.0], [0.48, 0.6, 0.64], [1.0, 0.0, 0.0]])

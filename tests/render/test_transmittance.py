@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.render.transmittance import compress, transmittance
+from hairpipe.render.deep_shadow import compress, transmittance
 
 
 def fragments_of(count: int, most: float, seed: int) -> tuple[np.ndarray, np.ndarray]:

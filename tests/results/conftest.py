@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.graph.worker import machine_code
-from hairpipe.results.file import read_results
+from hairpipe.engine.worker import machine_code
+from hairpipe.graphs.experiments.figures.file import read_results
 
 from ..cli.conftest import hairpipe  # noqa: F401
 
@@ -28,8 +28,8 @@ import math
 
 import rounding
 
-from hairpipe.data import Table
-from hairpipe.graph import node
+from hairpipe.values import Table
+from hairpipe.engine import node
 
 
 @node(frames="once")
@@ -38,7 +38,7 @@ def measure_circle(*, sides: tuple[int, ...] = (6,)) -> Table:
 
     sides  of each polygon
     """
-    from hairpipe.data.table import table_of_columns
+    from hairpipe.values.table import table_of_columns
 
     errors = [100.0 * (count / math.pi * math.sin(math.pi / count) - 1.0) for count in sides]
     table = {"sides": sides, "error [%]": [rounding.rounded(error) for error in errors]}

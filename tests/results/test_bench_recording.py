@@ -3,13 +3,13 @@
 import os
 import sys
 
-from hairpipe.bench import paper
-from hairpipe.bench.machine import Machine
-from hairpipe.bench.report import Report
-from hairpipe.graph.worker.kernel_cache import TABLE
-from hairpipe.results.bench_recording import BenchRecording
-from hairpipe.results.file import read_results
-from hairpipe.results.state import CURRENT, state_of
+from hairpipe.engine.worker.kernel_cache import TABLE
+from hairpipe.graphs.experiments.bench import paper
+from hairpipe.graphs.experiments.bench.machine import Machine
+from hairpipe.graphs.experiments.bench.report import Report
+from hairpipe.graphs.experiments.figures.bench_recording import BenchRecording
+from hairpipe.graphs.experiments.figures.file import read_results
+from hairpipe.graphs.experiments.figures.recipe import CURRENT, state_of
 
 from .conftest import edit, git
 

@@ -3,8 +3,7 @@
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.results.figures import written
-from hairpipe.results.pages import names_of, without_states, written_page
+from hairpipe.graphs.experiments.figures.pages import names_of, without_states, written, written_page
 
 from .conftest import edit
 

@@ -4,9 +4,9 @@ import pytest
 
 import hairpipe as package
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.figures.file import COST, read_results
+from hairpipe.graphs.experiments.figures.recipe import CURRENT, OLDER, state_of
 from hairpipe.processor import processor_class
-from hairpipe.results.file import COST, read_results
-from hairpipe.results.state import CURRENT, OLDER, state_of
 
 from .conftest import edit, git
 

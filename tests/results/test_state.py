@@ -3,9 +3,9 @@
 import json
 from dataclasses import replace
 
-from hairpipe.results import state
-from hairpipe.results.file import read_results
-from hairpipe.results.state import CURRENT, OLDER, UNKNOWN, recipe_now, state_of
+from hairpipe.graphs.experiments.figures import recipe as state
+from hairpipe.graphs.experiments.figures.file import read_results
+from hairpipe.graphs.experiments.figures.recipe import CURRENT, OLDER, UNKNOWN, recipe_now, state_of
 
 from .conftest import edit
 

@@ -5,18 +5,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh
+from hairpipe.body.scripted_motion import Track, moved, moved_surface
+from hairpipe.engine.file.load import load_graph
+from hairpipe.engine.plan.planner import plan
+from hairpipe.engine.run.events import Options
+from hairpipe.engine.run.scheduler import run
+from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.plan.planner import plan
-from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.scheduler import run
-from hairpipe.graph.store.store import Store
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider import SdfSample
-from hairpipe.levelset.parts.collider_parts import build_collider_parts
-from hairpipe.scripted_ends.bodies import moved, moved_surface
-from hairpipe.scripted_ends.track import Track
+from hairpipe.levelset.collider_parts import build_collider_parts
+from hairpipe.values import Mesh
 
 VOXEL, HALF_WIDTH, FRAME = 0.05, 6.0, 1.0 / 24.0
 TURNING = Track((0.0, 1.0), ((0.0, 0.0, 0.0), (0.6, -0.4, 0.2)), (0.0, 300.0), (1.0, 2.0, 0.5), (0.2, 0.0, 0.1))

@@ -6,14 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hairpipe.data import Ends
+from hairpipe.body.scripted_motion import Track, Wave, course_of, drive, instant_of
+from hairpipe.engine.file.registry import Registry
+from hairpipe.engine.node.settings import check_settings
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.registry import Registry
-from hairpipe.graph.node.settings import check_settings
 from hairpipe.groom.strands import lay_strands
-from hairpipe.scripted_ends.ends import drive
-from hairpipe.scripted_ends.track import Track, course_of, instant_of
-from hairpipe.scripted_ends.wave import Wave
+from hairpipe.values import Ends
 
 GROOM = lay_strands(2, 0.3, 10, (1.0, 0.2, 0.0), (0.0, 0.0, 0.01), None, 0.0)
 ROOT, TIP = GROOM.points[0], GROOM.points[10]

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Groom, Mesh
 from hairpipe.groom.binding import root_frames
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Air, Drag, Scene, Scheme, StepControl, StrainLimit
-from hairpipe.sim.simulate import advance_frame, start, strands_of
+from hairpipe.shot.settings import Air, Drag, Scene, Scheme, StepControl, StrainLimit
+from hairpipe.shot.simulate import advance_frame, start, strands_of
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
+from hairpipe.values import Groom, Mesh
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, -0.1]])
 

@@ -7,15 +7,14 @@ import numba
 import numpy as np
 import pytest
 
+from hairpipe.body.scripted_motion import Track, drive
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
 from hairpipe.groom.strands import lay_strands
-from hairpipe.measure.roots import root_places
-from hairpipe.scripted_ends.ends import drive
-from hairpipe.scripted_ends.track import Track
-from hairpipe.sim.boundary import motion_of_roots
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Collisions
+from hairpipe.measure.motion import root_places
+from hairpipe.shot.settings import Collisions
+from hairpipe.solve.boundary import motion_of_roots
+from hairpipe.strands.material import Material
 
 G = 9.81
 
@@ -76,7 +75,7 @@ def test_hair_moves_rigidly_with_a_body_in_free_translation(scene, straight, tri
         at = clock[0] / 24
         return triangle(triangle().points + at * speed, np.tile(speed, (3, 1)))
 
-    from hairpipe.sim.simulate import start
+    from hairpipe.shot.simulate import start
 
     moving.body = triangle(velocities=np.tile(speed, (3, 1)))
     moving.state = start(moving.hair, moving.body, moving.scene)

@@ -5,13 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.data import Ends
-from hairpipe.data.hair import Touching
-from hairpipe.scripted_ends.ends import drive
-from hairpipe.scripted_ends.track import Track
-from hairpipe.sim.cuts import move_over_cut
-from hairpipe.sim.integrators.restoration import restored
-from hairpipe.sim.simulate import start
+from hairpipe.body.scripted_motion import Track, drive
+from hairpipe.shot.cuts import move_over_cut
+from hairpipe.shot.simulate import restored, start
+from hairpipe.values import Ends
+from hairpipe.values.hair import Touching
 
 
 @pytest.fixture

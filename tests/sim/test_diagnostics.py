@@ -5,20 +5,20 @@ from dataclasses import replace
 
 import pytest
 
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.sim.diagnostics import (
+from hairpipe.shot.diagnostics import (
     warn_of_deep_roots,
     warn_of_growth,
     warn_of_stretch,
     warn_of_sweep,
     warn_of_weight,
 )
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Collisions, StrainLimit
-from hairpipe.sim.shot import Frame
-from hairpipe.sim.simulate import StrandSimulation
+from hairpipe.shot.settings import Collisions, StrainLimit
+from hairpipe.shot.shot import Frame
+from hairpipe.shot.simulate import StrandSimulation
+from hairpipe.strands.material import Material
 
 
 @pytest.fixture

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from hairpipe.graphs.experiments.bench.strands import RULE, STEP, hang
-from hairpipe.sim.integrators.backward_euler import BackwardEuler
-from hairpipe.sim.integrators.integrator import everywhere
-from hairpipe.sim.solve.implicit_stage import guess_stages
-from hairpipe.sim.solve.stage import Iterate, Stage
-from hairpipe.sim.state import State, Step
+from hairpipe.solve.backward_euler import BackwardEuler
+from hairpipe.solve.implicit_stage import guess_stages
+from hairpipe.solve.integrator import everywhere
+from hairpipe.solve.stage import Iterate, Stage, State, Step
 
 H, SPAN = 0.3 * STEP, 0.6 * STEP
 """Weight of the stage's end, and the time that it covers [s]: unlike, as in TR-BDF2."""

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.helix import Helix, wound
+from hairpipe.groom.curl import Helix, wound
 from hairpipe.groom.strands import unbound
-from hairpipe.sim.hair_model import build_hair, build_models
-from hairpipe.sim.material import Material
-from hairpipe.sim.precision import choose_precision
-from hairpipe.sim.settings import Scene
+from hairpipe.shot.precision import choose_precision
+from hairpipe.shot.settings import Scene
+from hairpipe.strands.hair_model import build_hair, build_models
+from hairpipe.strands.material import Material
 
 
 @pytest.fixture

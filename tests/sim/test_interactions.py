@@ -6,12 +6,10 @@ import numba
 import numpy as np
 import pytest
 
-from hairpipe.data.hair import HairState
-from hairpipe.io.hdf5 import decode, digest, encode
-from hairpipe.scripted_ends.ends import drive
-from hairpipe.scripted_ends.track import Track
-from hairpipe.sim.air.wind import Gusts, Shielding, Wind
-from hairpipe.sim.settings import (
+from hairpipe.body.scripted_motion import Track, drive
+from hairpipe.formats.hdf5 import decode, digest, encode
+from hairpipe.laws.drag import Gusts, Shielding, Wind
+from hairpipe.shot.settings import (
     Air,
     BodyContact,
     Collisions,
@@ -23,7 +21,8 @@ from hairpipe.sim.settings import (
     StrainLimit,
     Thickness,
 )
-from hairpipe.sim.simulate import advance_frame, start
+from hairpipe.shot.simulate import advance_frame, start
+from hairpipe.values.hair import HairState
 
 
 class Ball:

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.axis import axis_of
-from hairpipe.sim.layout import Layout, lay_out, relaid
-from hairpipe.sim.strands.registry import strand_models
+from hairpipe.strands.axis import axis_of
+from hairpipe.strands.layout import Layout, lay_out, relaid
+from hairpipe.strands.registry import strand_models
 
 COUNTS = [4, 3, 4, 6, 3, 4, 4, 4, 4, 4, 4, 3]
 """Points of the strands of a groom: lanes are left over in every class."""

@@ -13,16 +13,15 @@ from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.graphs.experiments.studies.accuracy.specimen import specimen_of, stiffness, straight_specimen
 from hairpipe.graphs.experiments.studies.accuracy.statics import motions
 from hairpipe.graphs.experiments.studies.accuracy.vibration import frequencies
-from hairpipe.groom.helix import Helix, wound
-from hairpipe.groom.painting.variation import values_of
+from hairpipe.groom.curl import Helix, wound
+from hairpipe.groom.painting import values_of
 from hairpipe.groom.sampling import take
 from hairpipe.groom.strands import unbound
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Diameter, Material, Modulus, VariedMaterial
-from hairpipe.sim.settings import SagFree, Scene
-from hairpipe.sim.simulate import advance_frame, start
-from hairpipe.sim.statics.settle import settle
-from hairpipe.sim.strands.fibres import fibres_of
+from hairpipe.shot.settings import SagFree, Scene
+from hairpipe.shot.settle import settle
+from hairpipe.shot.simulate import advance_frame, start
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Diameter, Material, Modulus, VariedMaterial, fibres_of
 
 LENGTH, THICK = 0.1, 80e-6
 TAPER = ((0.0, 1.0), (0.5, 0.9), (1.0, 0.3))

@@ -5,15 +5,15 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hairpipe.body.mannequin.bust import build_bust
-from hairpipe.graph import Time
+from hairpipe.body.bust import build_bust
+from hairpipe.engine import Time
 from hairpipe.nodes.grow_groom import grow_groom
 from hairpipe.nodes.load_motion import load_motion
 from hairpipe.nodes.pose_body import pose_body
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Scene, StrainLimit
-from hairpipe.sim.simulate import advance_frame, start
+from hairpipe.shot.settings import Scene, StrainLimit
+from hairpipe.shot.simulate import advance_frame, start
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
 
 VIOLENT = {
     "cmu_05_06": 3.0,

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Joined
-from hairpipe.sim.interactions import Interaction, with_interactions
-from hairpipe.sim.settings import Scheme
-from hairpipe.sim.simulate import advance_frame
+from hairpipe.contact.couplings import ACROSS, ALONG, DIRECTION, PUSH, Joined
+from hairpipe.shot.settings import Scheme
+from hairpipe.shot.simulate import advance_frame
+from hairpipe.solve.interactions import Interaction, with_interactions
 
 FRAME = 1 / 24
 

@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.sim.hair_model import build_hair, build_models
-from hairpipe.sim.material import Material
-from hairpipe.sim.precision import choose_precision
-from hairpipe.sim.settings import Collisions, SagFree, Stiction
-from hairpipe.sim.simulate import start
-from hairpipe.sim.strands.frequency import highest_frequency
-from hairpipe.sim.strands.network import NETWORK
-from hairpipe.sim.strands.registry import strand_models
+from hairpipe.shot.precision import choose_precision
+from hairpipe.shot.settings import Collisions, SagFree, Stiction
+from hairpipe.shot.simulate import start
+from hairpipe.strands.hair_model import build_hair, build_models
+from hairpipe.strands.material import Material
+from hairpipe.strands.network import NETWORK, highest_frequency
+from hairpipe.strands.registry import strand_models
 
 SECONDS = 0.25
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 import pytest
 
 from hairpipe.groom.strands import lay_strands
-from hairpipe.levelset.bake.whole import bake
-from hairpipe.sim.air.wind import Wind
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import BodyContact
-from hairpipe.sim.shot import Frame, next_state
-from hairpipe.sim.simulate import StrandSimulation
+from hairpipe.laws.drag import Wind
+from hairpipe.levelset.bake import bake
+from hairpipe.shot.settings import BodyContact
+from hairpipe.shot.shot import Frame, next_state
+from hairpipe.shot.simulate import StrandSimulation
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
 
 
 @pytest.fixture

@@ -6,18 +6,16 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hairpipe.scripted_ends.ends import drive
-from hairpipe.scripted_ends.track import Track
-from hairpipe.scripted_ends.wave import Wave
-from hairpipe.sim.boundary import ClampPath, clamp_at
-from hairpipe.sim.build import integrator_of
-from hairpipe.sim.filters.limit_strain import StrainFilter
-from hairpipe.sim.integrators.step_size import limits_of, next_step
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import StepControl, StrainLimit
-from hairpipe.sim.simulate import start
-from hairpipe.sim.state import State, Step
-from hairpipe.sim.surroundings import Surroundings
+from hairpipe.body.scripted_motion import Track, Wave, drive
+from hairpipe.laws.strain_limit import StrainFilter
+from hairpipe.shot.build import integrator_of
+from hairpipe.shot.settings import StepControl, StrainLimit
+from hairpipe.shot.simulate import start
+from hairpipe.solve.boundary import ClampPath, clamp_at
+from hairpipe.solve.stage import State, Step
+from hairpipe.solve.step_size import limits_of, next_step
+from hairpipe.solve.surroundings import Surroundings
+from hairpipe.strands.material import Material
 
 FRAME = 1 / 24
 VIOLENT = Wave(frequency=2.0, turning=2500.0, axis=(0.0, 0.0, 1.0), pivot=(0.0, -0.1, 0.0))

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import bind_tips
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Scene, StepControl
-from hairpipe.sim.simulate import advance_frame, start, strands_of
-from hairpipe.sim.statics.settle_groom import settle_groom
-from hairpipe.sim.strands.construction import Construction
+from hairpipe.shot.settings import Scene, StepControl
+from hairpipe.shot.settle import settle_groom
+from hairpipe.shot.simulate import advance_frame, start, strands_of
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.interface import Construction
+from hairpipe.strands.material import Material
+from hairpipe.values import Mesh
 
 
 def arc(segments=12):

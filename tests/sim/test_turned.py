@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.data import Mesh
-from hairpipe.groom.helix import Helix, wound
-from hairpipe.sim import build, simulate
-from hairpipe.sim.air.wind import Wind
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Scene, StepControl, StrainLimit
+from hairpipe.groom.curl import Helix, wound
+from hairpipe.laws.drag import Wind
+from hairpipe.shot import build, simulate
+from hairpipe.shot.settings import Scene, StepControl, StrainLimit
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
+from hairpipe.values import Mesh
 
 SCENE = Scene(strain=StrainLimit(), steps=StepControl(longest=1 / 960))
 LENGTH, FRAMES = 0.15, 1

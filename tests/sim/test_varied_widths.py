@@ -10,28 +10,27 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom
 
-from hairpipe.data import Groom, Strands
+from hairpipe.app.page.playing import Show, send
+from hairpipe.app.page.values import WIDTHS, strands_document
+from hairpipe.engine import Frames, Time, Workspace
+from hairpipe.engine.run.player import Played, Player
 from hairpipe.errors import BadInput
-from hairpipe.graph import Frames, Time, Workspace
-from hairpipe.graph.run.player import Played, Player
-from hairpipe.groom.keys.clumping import clumped
-from hairpipe.groom.keys.interpolating import interpolated
-from hairpipe.groom.keys.key_weights import weigh_keys
+from hairpipe.formats.strand_files import read_strands
+from hairpipe.groom.interpolating import clumped, interpolated
+from hairpipe.groom.keys import weigh_keys
 from hairpipe.groom.sampling import take
 from hairpipe.groom.strands import unbound
-from hairpipe.io.strands.strand_files import read_strands
 from hairpipe.nodes.export_groom import export_groom
 from hairpipe.nodes.export_usd import export_usd
-from hairpipe.page.shapes import WIDTHS, strands_document
-from hairpipe.page.stream import Show, send
+from hairpipe.render.camera import Shot as View
 from hairpipe.render.film import backdrop
-from hairpipe.render.framing import Shot as View
+from hairpipe.render.kajiya_kay import shade_hair
 from hairpipe.render.portrait import expose_portrait
-from hairpipe.render.shading.kajiya_kay import shade_hair
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Diameter, VariedMaterial
-from hairpipe.sim.settings import Scene
-from hairpipe.sim.simulate import start, strands_of
+from hairpipe.shot.settings import Scene
+from hairpipe.shot.simulate import start, strands_of
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Diameter, VariedMaterial
+from hairpipe.values import Groom, Strands
 
 TAPER = Diameter(80e-6, profile=((0.0, 1.0), (1.0, 0.25)), map="thick")
 POINTS = 9

@@ -6,12 +6,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hairpipe.data import Strands
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.measure.target import target_table
-from hairpipe.sim.settings import Target, Volume
-from hairpipe.sim.shot import Frame
-from hairpipe.sim.simulate import next_state, strands_of
+from hairpipe.shot.settings import Target, Volume
+from hairpipe.shot.shot import Frame
+from hairpipe.shot.simulate import next_state, strands_of
+from hairpipe.values import Strands
 from hairpipe.volume.density import density_of
 
 CELL, LEVELS = 0.016, 4

@@ -6,10 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from hairpipe.data import Mesh
-from hairpipe.spatial.closest import closest, closest_on_triangle, project
-from hairpipe.spatial.triangle_tree import THINNEST, tree_over
-from hairpipe.spatial.triangles import site_points
+from hairpipe.geometry.triangle_tree import THINNEST, closest, closest_on_triangle, project, tree_over
+from hairpipe.geometry.triangles import site_points
+from hairpipe.values import Mesh
 
 coordinates = st.tuples(*[st.floats(-2, 2)] * 3)
 

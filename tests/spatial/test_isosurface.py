@@ -3,7 +3,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hairpipe.spatial.isosurface import extract_surface, split_quads
+from hairpipe.geometry.isosurface import extract_surface, split_quads
 
 AXES = (np.linspace(-1.2, 1.2, 41), np.linspace(-1.3, 1.3, 45) ** 3 / 1.69, np.linspace(-1.1, 1.25, 37))
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from hairpipe.spatial.morton import morton_order, morton_order_in_cube
+from hairpipe.geometry.sorting import morton_order, morton_order_in_cube
 
 
 def test_it_is_an_order_and_follows_octants():

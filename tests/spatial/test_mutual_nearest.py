@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from numba import njit
 
-from hairpipe.spatial.mutual_nearest import closest_pairs
-from hairpipe.spatial.pairs import key_of
-from hairpipe.spatial.proximity import near_pairs
-from hairpipe.spatial.segment_distance import closest_of
+from hairpipe.geometry.proximity import closest_pairs, near_pairs
+from hairpipe.geometry.segment_distance import closest_of
+from hairpipe.geometry.segments import key_of
 
 
 @njit

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.spatial.pairs import empty_pairs, key_of, within
-from hairpipe.spatial.proximity import CROSS, approaches, near_pairs
+from hairpipe.geometry.proximity import CROSS, approaches, near_pairs
+from hairpipe.geometry.segments import empty_pairs, key_of, within
 
 ROUNDING = 1e-9
 

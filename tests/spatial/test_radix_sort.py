@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.spatial.radix_sort import sorted_by_bits
+from hairpipe.geometry.sorting import sorted_by_bits
 
 
 @pytest.mark.parametrize("count", [0, 1, 1000, 100_000])

@@ -5,7 +5,7 @@ import pytest
 from numba import njit
 from scipy.optimize import lsq_linear
 
-from hairpipe.spatial.segment_distance import closest_of, closest_on_segments
+from hairpipe.geometry.segment_distance import closest_of, closest_on_segments
 
 
 @njit

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.spatial.triangle_tree import LEAF, halved, tree_over, wide_triangles
+from hairpipe.geometry.triangle_tree import LEAF, halved, tree_over, wide_triangles
 
 
 def soup(count: int) -> np.ndarray:

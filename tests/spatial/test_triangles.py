@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from hairpipe.data import Mesh
-from hairpipe.spatial.triangles import (
+from hairpipe.geometry.triangles import (
     Sites,
     area_vectors,
     in_lowest_triangle,
@@ -12,6 +11,7 @@ from hairpipe.spatial.triangles import (
     twin_corners,
     vertex_normals,
 )
+from hairpipe.values import Mesh
 
 
 def test_the_corner_across_an_edge_faces_it_from_the_other_side(sphere):

@@ -5,12 +5,12 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from hairpipe.data.table import table_of_columns, table_of_rows
-from hairpipe.measure.climate.climate import LOOKS
-from hairpipe.measure.climate.distances import TESTED
-from hairpipe.measure.patches import COLUMNS
-from hairpipe.tune.chaos import MODEL, REFERENCE, chaos_of, climate_of, differences, refusal
-from hairpipe.tune.quantity import Tolerance
+from hairpipe.app.tune.chaos import MODEL, REFERENCE, chaos_of, climate_of, differences, refusal
+from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.measure.climate import LOOKS
+from hairpipe.measure.deviation import PATCH_COLUMNS
+from hairpipe.measure.distances import TESTED
+from hairpipe.values.table import table_of_columns, table_of_rows
 
 FRAMES, PATCHES, SIZE, SPREAD, CALM, WILD = range(1, 13), 4, 400, 1e-2, 1e-4, 7
 TOLERANCE = Tolerance(2e-3, "m")
@@ -37,7 +37,7 @@ def tables(sides, shift=0.0, wild=WILD, spread=SPREAD):
             for frame, row in zip(FRAMES, apart, strict=True)
             for patch, d in enumerate(row)
         ]
-        found[one, other] = table_of_rows(COLUMNS, rows)
+        found[one, other] = table_of_rows(PATCH_COLUMNS, rows)
     return found
 
 

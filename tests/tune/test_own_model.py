@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from hairpipe.api.shot import load
-from hairpipe.cli.entry import commands
+from hairpipe.app.api.shot import load
+from hairpipe.app.cli.entry import commands
+from hairpipe.app.tune.simplifications import simplifications
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.check.lint import lint
-from hairpipe.tune.simplifications import simplifications
+from hairpipe.formats.usd.check.lint import lint
 
 from ..pages import HOME
 
@@ -26,12 +26,12 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from hairpipe.data import Ends, Groom, Strands
-from hairpipe.data.value import value
-from hairpipe.graph import Cuts, Pair, Time, node
-from hairpipe.sim.boundary import motion_of_roots
-from hairpipe.sim.cuts import rigid_over_cut
-from hairpipe.sim.shot import Frame, next_state
+from hairpipe.values import Ends, Groom, Strands
+from hairpipe.values.value import value
+from hairpipe.engine import Cuts, Pair, Time, node
+from hairpipe.solve.boundary import motion_of_roots
+from hairpipe.shot.cuts import rigid_over_cut
+from hairpipe.shot.shot import Frame, next_state
 from hairpipe.units import Gt, Seconds
 
 RATE = 8.0
@@ -135,7 +135,7 @@ def lag_hair(
 '''
 TUNING = '''"""What can be left out of hair that lags."""
 
-from hairpipe.simplification import Simplification
+from hairpipe.values.simplification import Simplification
 
 
 def simplifications(settings, sockets, dt):

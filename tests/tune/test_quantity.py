@@ -2,8 +2,8 @@
 
 import pytest
 
+from hairpipe.app.tune.quantity import Tolerance, read_seconds, read_tolerance
 from hairpipe.errors import BadInput
-from hairpipe.tune.quantity import Tolerance, read_seconds, read_tolerance
 
 
 @pytest.mark.parametrize(

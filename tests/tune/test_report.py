@@ -6,17 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.data.table import table_of_rows
-from hairpipe.measure.patches import COLUMNS
-from hairpipe.simplification import Simplification
-from hairpipe.tune import report
-from hairpipe.tune.chaos import Chaos, Climate
-from hairpipe.tune.choosing import Choice, Guess, Trial
-from hairpipe.tune.measured import Measured, bounded, failed, measured_of, seconds_per_frame
-from hairpipe.tune.quantity import Tolerance
-from hairpipe.tune.root_motion import RootMotion
-from hairpipe.tune.sampling import Sample
-from hairpipe.tune.tuning import Check, Tuned
+from hairpipe.app.tune import report
+from hairpipe.app.tune.chaos import Chaos, Climate
+from hairpipe.app.tune.choosing import Choice, Guess, Trial
+from hairpipe.app.tune.measured import Measured, bounded, failed, measured_of, seconds_per_frame
+from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.sampling import RootMotion, Sample
+from hairpipe.app.tune.tuning import Check, Tuned
+from hairpipe.measure.deviation import PATCH_COLUMNS
+from hairpipe.values.simplification import Simplification
+from hairpipe.values.table import table_of_rows
 
 DRY = Simplification("stiction", 1, "no stiction", drops=("hair.stiction",))
 FEWER = Simplification("segments", 1, "10 segments, not 20", (("groom.segments", 10),))
@@ -176,7 +175,7 @@ def test_the_document_is_json():
 def table(tips: list[list[float]], lost: int = 0, whole: float = 0.5):
     """A table of frames by patches; whole strands are so many times as far off as tips."""
     errors = ((f, p, tip) for f, t in enumerate(tips) for p, tip in enumerate(t))
-    return table_of_rows(COLUMNS, [(f, p, 10, e, whole * e, 10 * e, 10 * whole * e, lost) for f, p, e in errors])
+    return table_of_rows(PATCH_COLUMNS, [(f, p, 10, e, whole * e, 10 * e, 10 * whole * e, lost) for f, p, e in errors])
 
 
 def test_patches_that_agree_promise_what_they_show():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.tune.root_motion import SLACK, STILL, RootMotion, hardest
+from hairpipe.app.tune.sampling import SLACK, STILL, RootMotion, hardest
 
 
 def test_the_hardest_half_second_counts():

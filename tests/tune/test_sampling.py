@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.tune.sampling import PATCHES, STRANDS, Sample, other_sample
-from hairpipe.tune.sampling import choose_sample as choose
+from hairpipe.app.tune.sampling import PATCHES, STRANDS, Sample, other_sample
+from hairpipe.app.tune.sampling import choose_sample as choose
 
 FRAMES = range(1001, 1101)
 

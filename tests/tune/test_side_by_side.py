@@ -7,14 +7,14 @@ from typing import Any
 
 import pytest
 
-from hairpipe.api.shot import Shot, Task, load
-from hairpipe.simplification import Simplification
-from hairpipe.tune.chaos import Chaos
-from hairpipe.tune.measured import Measured
-from hairpipe.tune.quantity import Tolerance
-from hairpipe.tune.sampling import Sample
-from hairpipe.tune.study import Interrupted, Request, Study
-from hairpipe.tune.tuning import measured_singles
+from hairpipe.app.api.shot import Shot, Task, load
+from hairpipe.app.tune.chaos import Chaos
+from hairpipe.app.tune.measured import Measured
+from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.sampling import Sample
+from hairpipe.app.tune.study import Interrupted, Request, Study
+from hairpipe.app.tune.tuning import measured_singles
+from hairpipe.values.simplification import Simplification
 
 from ..graph.cluster import Cluster
 
@@ -28,9 +28,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.data import Groom, Strands
-from hairpipe.data.value import value
-from hairpipe.graph import Time, node
+from hairpipe.values import Groom, Strands
+from hairpipe.values.value import value
+from hairpipe.engine import Time, node
 
 
 @value

@@ -7,19 +7,19 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from hairpipe.api.shot import Shot, load
-from hairpipe.cli.commands.tune import runner
-from hairpipe.cli.entry import commands
-from hairpipe.cli.options import Engine
+from hairpipe.app.api.shot import Shot, load
+from hairpipe.app.cli.commands.tune import runner
+from hairpipe.app.cli.entry import commands
+from hairpipe.app.cli.options import Engine
+from hairpipe.app.tune.measured import Results
+from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.sampling import choose_sample
+from hairpipe.app.tune.simplifications import simplifications
+from hairpipe.app.tune.study import Request, Study
+from hairpipe.app.tune.tuning import Scene, look_at, sample_of
+from hairpipe.engine.plan.tasks import Task
+from hairpipe.engine.run.events import Failure, Outcome
 from hairpipe.errors import BadInput
-from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.run.events import Failure, Outcome
-from hairpipe.tune.quantity import Tolerance
-from hairpipe.tune.results import Results
-from hairpipe.tune.sampling import choose_sample
-from hairpipe.tune.simplifications import simplifications
-from hairpipe.tune.study import Request, Study
-from hairpipe.tune.tuning import Scene, look_at, sample_of
 
 pytestmark = [pytest.mark.kernels, pytest.mark.usefixtures("kept_workers")]
 

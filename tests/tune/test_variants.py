@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe import tune
+from hairpipe.app import tune
+from hairpipe.app.tune.report import changed_tables, write_toml
+from hairpipe.app.tune.sampling import Sample
+from hairpipe.app.tune.simplifications import scaled_steps, simplifications
+from hairpipe.app.tune.study import merged_variants, sampled, simplified, with_node
+from hairpipe.engine.file.load import load_graph
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.load import load_graph
-from hairpipe.tune.fragment import changed_tables, write_toml
-from hairpipe.tune.sampling import Sample
-from hairpipe.tune.simplifications import scaled_steps, simplifications
-from hairpipe.tune.variants import merged_variants, sampled, simplified, with_node
 
 SCENE = """schema = 1
 frames = [1, 30]

@@ -3,10 +3,16 @@
 import pytest
 
 import hairpipe
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.table.checks import checked
-from hairpipe.validate.validation import PREFIX, ROWS, collecting_node, measured_rows, shipped_validations
+from hairpipe.graphs.experiments.validation.validation import (
+    PREFIX,
+    ROWS,
+    collecting_node,
+    measured_rows,
+    shipped_validations,
+)
+from hairpipe.values.table import table_of_rows
 
 CHECK = "check_errors"
 MOST_QUICK_RESULTS = 5000

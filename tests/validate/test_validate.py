@@ -6,9 +6,9 @@ import sys
 
 import pytest
 
-import hairpipe.validate.validation as validation
+import hairpipe.graphs.experiments.validation.validation as validation
 from hairpipe.errors import BadInput
-from hairpipe.results.file import read_results
+from hairpipe.graphs.experiments.figures.file import read_results
 
 from ..cli.conftest import hairpipe  # noqa: F401
 from ..results.conftest import edit, git, repository  # noqa: F401

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numba import get_num_threads, set_num_threads
 
-from hairpipe.data import Strands
-from hairpipe.data.lengths import strand_lengths
 from hairpipe.graphs.experiments.chart.sections import section_of
+from hairpipe.values import Strands
+from hairpipe.values.groom import strand_lengths
 from hairpipe.volume.density import density_of
 
 CELL = 0.01

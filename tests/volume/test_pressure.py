@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.volume.pressure import MOST_RATE, spread
+from hairpipe.laws.pressure import MOST_RATE, spread
 
 CELL, REST, DT = 0.01, 10.0, 1 / 96
 

@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Density, Strands
 from hairpipe.errors import BadInput
 from hairpipe.groom.strands import unbound
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
 from hairpipe.nodes.carry_groom import carry_groom
-from hairpipe.volume.density import density_of
-from hairpipe.volume.shell import shell_of
+from hairpipe.values import Density, Strands
+from hairpipe.volume.density import density_of, shell_of
 
 CELL, RADIUS = 2.0**-7, 0.06
 SPIN, TRAVEL = np.array([0.0, 3.0, 0.0]), np.array([0.5, 0.0, -0.2])

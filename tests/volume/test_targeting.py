@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numba import get_num_threads, set_num_threads
 
-from hairpipe.data import Density, Strands
 from hairpipe.errors import BadInput
+from hairpipe.values import Density, Strands
 from hairpipe.volume.density import density_of, lengths_at_points
 from hairpipe.volume.strand_samples import reach_of
 from hairpipe.volume.targeting import Hair, attraction, between, energy, target_grids

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import hairpipe
+from hairpipe.app.wedge.comparison import compare, document, markdown, text
 from hairpipe.errors import BadInput
-from hairpipe.wedge.comparison import compare, document, markdown, text
 
 WEDGE = """
 [weight]

@@ -7,15 +7,15 @@ import pytest
 from PIL import Image
 
 import hairpipe
+from hairpipe.app.wedge.sheet import layout, write_sheet
 from hairpipe.errors import BadInput
-from hairpipe.io.panels import GAP
-from hairpipe.wedge.sheet import layout, write_sheet
+from hairpipe.formats.pictures import GAP
 
 NODE = '''"""A picture of a number."""
 
 from numeral import Numeral
 
-from hairpipe.graph import File, Workspace, node
+from hairpipe.engine import File, Workspace, node
 
 
 @node(frames="each")

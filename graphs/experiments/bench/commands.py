@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hairpipe.bench.machine import share_kernels
-from hairpipe.cli import options
-from hairpipe.cli.entry import Group
-from hairpipe.cli.measured import moving, print_report, record
-from hairpipe.cli.stderr import echo
+from hairpipe.app.cli import options
+from hairpipe.app.cli.entry import Group
+from hairpipe.app.cli.stderr import echo
 from hairpipe.graphs.experiments.bench.calls.call_commands import calls, schedules
+from hairpipe.graphs.experiments.bench.machine import share_kernels
 from hairpipe.graphs.experiments.bench.machines.machine_commands import machines, parity
 from hairpipe.graphs.experiments.bench.mutation.mutation_commands import mutate
 from hairpipe.graphs.experiments.bench.scene_commands import PROGRAM, needs, promises
+from hairpipe.graphs.experiments.commands.measured import moving, print_report, record
 
 if TYPE_CHECKING:
     from hairpipe.graphs.experiments.bench.head import Between
@@ -176,7 +176,7 @@ def page_frame(graph: str, edit: str, overrides: dict[str, str], as_json: bool) 
     chromium is installed; without one, requests are sent as the page sends them, and nothing is drawn. The second table
     is the server's part in processor seconds.
     """
-    from hairpipe.api.source import find_graph
+    from hairpipe.app.api.source import find_graph
     from hairpipe.graphs.experiments.bench.pictures.page_frame import measure_page_frame
 
     path = find_graph(graph)
@@ -242,8 +242,8 @@ def faults(seed: int, as_json: bool) -> None:
 
     Exit code 0: all trials passed, 1: some failed.
     """
+    from hairpipe.formats.hdf5 import digest_file
     from hairpipe.graphs.experiments.bench.faults import held, try_faults
-    from hairpipe.io.hdf5 import digest_file
 
     report = try_faults(echo, digest_file, seed)
     print_report(report, as_json)

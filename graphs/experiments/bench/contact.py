@@ -4,11 +4,11 @@ from itertools import product
 
 import numba
 
-from hairpipe.bench.report import Case, Echo, Report, in_seconds, make_report
-from hairpipe.bench.shares import shares_of
 from hairpipe.graphs.experiments.bench.core import THREADS
 from hairpipe.graphs.experiments.bench.head import Between, Head, grow_head
+from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, in_seconds, make_report
 from hairpipe.graphs.experiments.bench.roofs import measure_roofs
+from hairpipe.graphs.experiments.bench.shares import shares_of
 
 SEGMENTS = (10_000, 100_000, 1_000_000)
 """Of all hair."""

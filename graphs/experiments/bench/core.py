@@ -6,10 +6,10 @@ from typing import get_args
 
 import numba
 
-from hairpipe.bench.report import Case, Echo, Report, make_report
 from hairpipe.graphs.experiments.bench.arithmetic.assembly import count_arithmetic
 from hairpipe.graphs.experiments.bench.arithmetic.counting import Work
 from hairpipe.graphs.experiments.bench.repeat import Spread, repeat
+from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, make_report
 from hairpipe.graphs.experiments.bench.roofs import TRIAD, Roofs, measure_roofs
 from hairpipe.graphs.experiments.bench.strands import (
     Strands,
@@ -20,7 +20,7 @@ from hairpipe.graphs.experiments.bench.strands import (
     step,
     work_of_a_solve,
 )
-from hairpipe.sim.strands.registry import ModelName
+from hairpipe.strands.registry import ModelName
 
 MODELS: tuple[ModelName, ...] = get_args(ModelName)
 DTYPES = ("float32", "float64")

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import hairpipe
-from hairpipe.bench.report import Case, Echo, Report, make_report
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, make_report
 
 GRAPHS = Path(__file__).parents[2]
 DIGEST_BYTES = 10

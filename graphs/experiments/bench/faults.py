@@ -15,13 +15,13 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from hairpipe.bench.report import Case, Echo, Report, make_report
+from hairpipe.engine.file.load import load_graph
+from hairpipe.engine.plan.gc import Found, clean, verify
+from hairpipe.engine.run.events import Options
+from hairpipe.engine.run.scheduler import run
+from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.plan.gc import Found, clean, verify
-from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.scheduler import run
-from hairpipe.graph.store.store import Store
+from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, make_report
 from hairpipe.graphs.experiments.bench.toy_shot import CHECKPOINT, Results, ToyShot, fault_of, results
 
 CheckValue = Callable[[Path], str]

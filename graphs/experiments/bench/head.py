@@ -6,21 +6,20 @@ from typing import Literal
 
 import numpy as np
 
-from hairpipe.body.mannequin.bust import build_bust
+from hairpipe.body.bust import build_bust
 from hairpipe.body.skinning import skin
-from hairpipe.data import Body, BodyParts, Mesh, Pose
-from hairpipe.data.hair import HairState
-from hairpipe.groom.cutting import Cut
-from hairpipe.groom.grow.growing import grow
-from hairpipe.groom.grow.style import Style
-from hairpipe.groom.painting.paint import Canvas
-from hairpipe.groom.painting.painted import PaintedMetres
-from hairpipe.levelset.bake.parts import bake_parts
-from hairpipe.sim.hair_model import HairModel, build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Collisions, Locks, Scene, StepControl, Stiction, Volume
-from hairpipe.sim.shot import Frame
-from hairpipe.sim.simulate import next_state, start
+from hairpipe.groom.growing import grow
+from hairpipe.groom.painting import Canvas, PaintedMetres
+from hairpipe.groom.resampling import Cut
+from hairpipe.groom.style import Style
+from hairpipe.levelset.bake_parts import bake_parts
+from hairpipe.shot.settings import Collisions, Locks, Scene, StepControl, Stiction, Volume
+from hairpipe.shot.shot import Frame
+from hairpipe.shot.simulate import next_state, start
+from hairpipe.strands.hair_model import HairModel, build_hair
+from hairpipe.strands.material import Material
+from hairpipe.values import Body, BodyParts, Mesh, Pose
+from hairpipe.values.hair import HairState
 
 Between = Literal["pairs", "locks", "volume", "nothing"]
 """What hair does to hair: stick and collide pair by pair, the same in locks, act on a grid, or pass through."""

@@ -4,14 +4,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hairpipe.bench.report import Case, Echo, Report, make_report
-from hairpipe.body.mannequin.bust import build_bust
+from hairpipe.body.bust import build_bust
 from hairpipe.body.shapes import build_box, build_cylinder
-from hairpipe.data import LevelSet, Mesh
-from hairpipe.levelset.bake.openvdb_distance import bake_by_openvdb
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, make_report
+from hairpipe.levelset.bake import bake, bake_by_openvdb
 from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.openvdb_library import find_openvdb
+from hairpipe.values import LevelSet, Mesh
 
 ENGINES = {"hairpipe": bake, "openvdb": bake_by_openvdb}
 HALF_WIDTH = 4.0

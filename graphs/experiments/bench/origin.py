@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from hairpipe import __version__
-from hairpipe.api.formatting import plural
+from hairpipe.app.api.formatting import plural
 
 
 def origin(command: Sequence[str]) -> str:
     """Describe the origin of figures of a command, given by its words."""
-    from hairpipe.bench.machine import this_machine
+    from hairpipe.graphs.experiments.bench.machine import this_machine
 
     machine = this_machine()
     where = f"{plural(machine.cores, 'core')}, {machine.processor}"

@@ -11,31 +11,29 @@ import numba
 import numpy as np
 from numba import njit
 
-from hairpipe.bench.report import Case, Echo, Report, in_seconds, make_report
-from hairpipe.body.mannequin.bust import build_bust
-from hairpipe.data import Body, Particles
-from hairpipe.data.particles import ParticleState
+from hairpipe.body.bust import build_bust
+from hairpipe.geometry.vec3 import length, minus, row, scaled
 from hairpipe.graphs.experiments.bench.head import FPS, HALF_WIDTH, LENGTH, VOXEL, mesh_at, no_image
-from hairpipe.groom.cutting import Cut
-from hairpipe.groom.grow.growing import grow
-from hairpipe.groom.grow.style import Style
-from hairpipe.groom.painting.paint import Canvas
-from hairpipe.groom.painting.painted import PaintedMetres
-from hairpipe.kernels.vec3 import length, minus, row, scaled
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, in_seconds, make_report
+from hairpipe.groom.growing import grow
+from hairpipe.groom.painting import Canvas, PaintedMetres
+from hairpipe.groom.resampling import Cut
+from hairpipe.groom.style import Style
+from hairpipe.levelset.bake import bake
 from hairpipe.particles.contact import look
 from hairpipe.particles.directions import turn_directions
 from hairpipe.particles.interaction import exchange, find_pairs
-from hairpipe.particles.links import LinkRule, link
+from hairpipe.particles.links import LinkRule, link, measure_links, stiffen
 from hairpipe.particles.model import Moving, inverse_masses
 from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Fibre, Interaction, ParticleSettings
 from hairpipe.particles.simulate import ParticleSimulation, Prepared, find_acting, prepare
 from hairpipe.particles.step import advance
-from hairpipe.particles.stiffness import measure_links, stiffen
-from hairpipe.sim.build import bodies_of
-from hairpipe.sim.settings import BodyContact
-from hairpipe.sim.shot import Frame, next_state
+from hairpipe.shot.build import bodies_of
+from hairpipe.shot.settings import BodyContact
+from hairpipe.shot.shot import Frame, next_state
+from hairpipe.values import Body, Particles
+from hairpipe.values.particles import ParticleState
 
 T = TypeVar("T")
 PARTS = ("search", "pairs", "directions", "stiffness", "solve", "body")

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.bench.report import Case
+from hairpipe.graphs.experiments.bench.report import Case
 
 LEAST_RUNS = 5
 

@@ -8,10 +8,10 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import DTypeLike
 
-from hairpipe.api.formatting import plural
-from hairpipe.bench.report import Case
+from hairpipe.app.api.formatting import plural
+from hairpipe.geometry.simd import load, multiply_add, store, width
 from hairpipe.graphs.experiments.bench.repeat import Spread, repeat
-from hairpipe.kernels.simd import load, multiply_add, store, width
+from hairpipe.graphs.experiments.bench.report import Case
 
 CHAINS = 8
 """Independent chains of multiply-adds: enough for two units of latency four."""

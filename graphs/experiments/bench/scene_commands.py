@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 import click
 
 import hairpipe
-from hairpipe.api.formatting import markdown, table
-from hairpipe.cli import options
-from hairpipe.cli.commands.tune import INTERRUPTED, runner
-from hairpipe.cli.stderr import echo
+from hairpipe.app.api.formatting import markdown, table
+from hairpipe.app.cli import options
+from hairpipe.app.cli.commands.tune import INTERRUPTED, runner
+from hairpipe.app.cli.stderr import echo
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.origin import origin
 
 if TYPE_CHECKING:
-    from hairpipe.tune.quantity import Tolerance
+    from hairpipe.app.tune.quantity import Tolerance
 
 PROGRAM = ("python", "-m", "hairpipe.graphs.experiments.bench")
 """What starts a bench, word by word."""
@@ -43,7 +43,7 @@ def read_numbers(ctx: click.Context, param: click.Parameter, text: str) -> tuple
 
 def read_tolerances(ctx: click.Context, param: click.Parameter, texts: tuple[str, ...]) -> "list[Tolerance]":
     """Read lengths and percentages."""
-    from hairpipe.tune.quantity import read_tolerance
+    from hairpipe.app.tune.quantity import read_tolerance
 
     return [read_tolerance(text) for text in texts]
 
@@ -80,7 +80,7 @@ def promises(
     All is cached: the same command, given again, computes nothing, and goes on where it was stopped. Simulations of a
     scene run side by side, see `hairpipe tune`.
     """
-    from hairpipe.api.source import shipped_graphs
+    from hairpipe.app.api.source import shipped_graphs
     from hairpipe.graphs.experiments.scenes import promises as trying
     from hairpipe.graphs.experiments.scenes.drawing import draw_scene
     from hairpipe.graphs.experiments.scenes.pace import Pace
@@ -153,7 +153,7 @@ def needs(
 @contextmanager
 def ending_where_interrupted() -> Iterator[None]:
     """End with the code of an interruption, and a word about what is kept."""
-    from hairpipe.tune.study import Interrupted
+    from hairpipe.app.tune.study import Interrupted
 
     try:
         yield

@@ -5,24 +5,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import DTypeLike
 
+from hairpipe.geometry.simd import width
 from hairpipe.graphs.experiments.bench.arithmetic.assembly import assembly_of
 from hairpipe.graphs.experiments.bench.arithmetic.counting import Work, count_work
 from hairpipe.groom.strands import unbound
-from hairpipe.kernels.simd import width
-from hairpipe.sim.boundary import Clamp, ClampPath
-from hairpipe.sim.integrators.integrator import everywhere
-from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
-from hairpipe.sim.layout import lay_out
-from hairpipe.sim.material import Material
-from hairpipe.sim.solve.implicit_stage import run_stage, run_stages
-from hairpipe.sim.solve.spring_form import SpringForm
-from hairpipe.sim.solve.stage import Iterate, Rule, Stage
-from hairpipe.sim.state import State, Step
-from hairpipe.sim.strands.construction import Construction
-from hairpipe.sim.strands.fibres import fibres_of
-from hairpipe.sim.strands.interface import StrandModel
-from hairpipe.sim.strands.registry import ModelName, strand_models
-from hairpipe.sim.surroundings import Surroundings
+from hairpipe.laws.stretch import SpringForm
+from hairpipe.solve.boundary import Clamp, ClampPath
+from hairpipe.solve.implicit_stage import run_stage, run_stages
+from hairpipe.solve.integrator import everywhere
+from hairpipe.solve.stage import Iterate, Rule, Stage, State, Step
+from hairpipe.solve.surroundings import Surroundings
+from hairpipe.solve.tr_bdf2 import TrBdf2
+from hairpipe.strands.interface import Construction, StrandModel
+from hairpipe.strands.layout import lay_out
+from hairpipe.strands.material import Material, fibres_of
+from hairpipe.strands.registry import ModelName, strand_models
 
 LENGTH = 0.3
 STEP = 1 / 240

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.bench.report import Case, Echo, Report, make_report
+from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, make_report
 from hairpipe.graphs.experiments.peers.hanging import FRAME, Hanging, Peer, Strands
 from hairpipe.graphs.experiments.peers.registry import Adapter
 from hairpipe.graphs.experiments.studies.theory.beam_modes import bending_frequencies, bending_roots

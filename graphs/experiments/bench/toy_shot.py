@@ -10,11 +10,11 @@ import sys
 from dataclasses import asdict
 from pathlib import Path
 
-from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.plan.gc import items
-from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.scheduler import run
-from hairpipe.graph.store.store import Store
+from hairpipe.engine.file.load import load_graph
+from hairpipe.engine.plan.gc import items
+from hairpipe.engine.run.events import Options
+from hairpipe.engine.run.scheduler import run
+from hairpipe.engine.store.store import Store
 
 FRAMES = 8
 CHECKPOINT = 3
@@ -92,7 +92,7 @@ def hold(gate):
 """,
     "make_seed": '''from toy_value import Number, np, tally
 
-from hairpipe.graph import node
+from hairpipe.engine import node
 
 
 @node(frames="once")
@@ -103,7 +103,7 @@ def make_seed(*, value: float = 3.0) -> Number:
 ''',
     "move_seed": '''from toy_value import Number, tally
 
-from hairpipe.graph import Time, node
+from hairpipe.engine import Time, node
 
 
 @node(frames="each")
@@ -114,7 +114,7 @@ def move_seed(seed: Number, time: Time) -> Number:
 ''',
     "add_up": '''from toy_value import Added, Number, Total, tally
 
-from hairpipe.graph import Time, node
+from hairpipe.engine import Time, node
 
 
 @node(frames="scan")
@@ -128,7 +128,7 @@ def add_up(number: Number, previous: Total | None, time: Time) -> Added:
 
 from toy_value import Number, tally
 
-from hairpipe.graph import File, Frames, Workspace, node
+from hairpipe.engine import File, Frames, Workspace, node
 from hairpipe.units import Suffixes
 
 

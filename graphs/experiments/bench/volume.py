@@ -5,19 +5,19 @@ from collections.abc import Callable
 import numba
 import numpy as np
 
-from hairpipe.bench.report import Case, Echo, Report, make_report
-from hairpipe.data import Groom, Strands
+from hairpipe.geometry.sorting import morton_order
 from hairpipe.graphs.experiments.bench.repeat import repeat
-from hairpipe.groom.keys.interpolating import interpolated
-from hairpipe.groom.keys.key_weights import weigh_keys
+from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, make_report
+from hairpipe.groom.interpolating import interpolated
+from hairpipe.groom.keys import weigh_keys
 from hairpipe.groom.sampling import thinned
 from hairpipe.groom.strand_arrays import offsets_of
-from hairpipe.sim.filters.volume_filter import VolumeFilter
-from hairpipe.sim.settings import Pressure, Volume
-from hairpipe.spatial.morton import morton_order
-from hairpipe.volume.pressure import SWEEPS, densest, filled_cells, spread
+from hairpipe.laws.pressure import SWEEPS, densest, filled_cells, spread
+from hairpipe.shot.settings import Pressure, Volume
+from hairpipe.values import Groom, Strands
 from hairpipe.volume.strand_samples import reach_of, sample_strands
 from hairpipe.volume.transfer import deposit
+from hairpipe.volume.volume_filter import VolumeFilter
 
 THREADS = (1, 2)
 LENGTH, SCALP, PARTING = 0.25, 0.25, 30.0

@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from hairpipe.data import Table
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.chart.labels import Label, place_labels
 from hairpipe.graphs.experiments.chart.lines import check_columns
 from hairpipe.graphs.experiments.chart.sheet import COLOURS, sheet
+from hairpipe.values import Table
 
 FAILED, MARGIN = "#d9482b", 0.07
 """Colour of what failed; room around the points, over the width and height of the axes."""

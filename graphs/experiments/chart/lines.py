@@ -8,9 +8,9 @@ from typing import Any, Literal
 import numpy as np
 from matplotlib.axes import Axes
 
-from hairpipe.data import Table
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.chart.sheet import COLOURS, INK, shades, sheet
+from hairpipe.values import Table
 
 Scale = Literal["linear", "log"]
 CLOSEST = 0.045

@@ -12,10 +12,10 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, LogNorm
 from matplotlib.patches import Rectangle
 
-from hairpipe.data import Table
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.chart.lines import check_columns
 from hairpipe.graphs.experiments.chart.sheet import INK, sheet
+from hairpipe.values import Table
 
 COLOUR_MAP = "YlGnBu_r"
 FAILED, NOT_RUN = "#d9482b", "not run"

@@ -11,9 +11,9 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, Normalize
 
-from hairpipe.data import Strands
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.chart.sheet import INK, shades, sheet
+from hairpipe.values import Strands
 
 Plane = Literal["xy", "zy", "xz"]
 PLANES: dict[str, tuple[int, int, int, float]] = {"xy": (0, 1, 2, 1.0), "zy": (2, 1, 0, -1.0), "xz": (0, 2, 1, -1.0)}

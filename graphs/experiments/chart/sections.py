@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from hairpipe.data import Density
 from hairpipe.graphs.experiments.chart.sheet import COLOURS, INK, sheet
+from hairpipe.values import Density
 
 SOLID = "#a9cbe4"
 RIGHT = COLOURS[1]

@@ -1,4 +1,4 @@
-"""One linearly implicit stage of a mesh: assemble and solve once, as `sim/solve/implicit_stage.py` does for strands.
+"""One linearly implicit stage of a mesh: assemble and solve once, as `solve/implicit_stage.py` does for strands.
 
 (M + h D + h^2 K) dv = M (vh - v) + h (f(x) - D v),   v += dv,  x += h dv,   x = xh + h v
 """

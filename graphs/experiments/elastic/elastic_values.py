@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hairpipe.data.value import value
+from hairpipe.values.value import value
 
 
 @value

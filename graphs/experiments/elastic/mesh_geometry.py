@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hairpipe.sim.strands.tetrahedra import altitude_vectors, area_vectors
+from hairpipe.strands.lattice import altitude_vectors, area_vectors
 
 
 def volumes(points: np.ndarray, tetrahedra: np.ndarray) -> np.ndarray:
@@ -15,7 +15,7 @@ LONGEST = 4.0
 
 
 def altitudes(points: np.ndarray, fours: np.ndarray) -> np.ndarray:
-    """Signed lengths of the seven altitudes [m], (t, 7), as in `sim/strands/forces/altitude.py`, none too long."""
+    """Signed lengths of the seven altitudes [m], (t, 7), as in `laws/altitude.py`, none too long."""
     areas, volume = area_vectors(points[fours])
     sizes = np.linalg.norm(altitude_vectors(areas), axis=2)
     return volume[:, None] / np.maximum(sizes, sizes.max(axis=1, keepdims=True) / LONGEST)

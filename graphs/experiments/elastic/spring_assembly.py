@@ -11,10 +11,10 @@ import math
 import numpy as np
 from numba import njit
 
+from hairpipe.geometry.simd import load, maximum, store
+from hairpipe.geometry.vec3 import dot
 from hairpipe.graphs.experiments.elastic.spring_mesh import Springs
-from hairpipe.kernels.simd import load, maximum, store
-from hairpipe.kernels.vec3 import dot
-from hairpipe.sim.strands.forces.altitude import altitude_along, area_vectors, shortest_altitude
+from hairpipe.laws.altitude import altitude_along, area_vectors, shortest_altitude
 
 FIELDS = 9
 """Numbers that say what an altitude spring does: four weights, a direction, a force per unit stiffness, a stiffness."""

@@ -16,12 +16,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hairpipe.geometry.simd import WIDTH
 from hairpipe.graphs.experiments.elastic import mesh_geometry
 from hairpipe.graphs.experiments.elastic.elastic_values import Shell, Solid
 from hairpipe.graphs.experiments.elastic.hinges import PAIRS, hinges, tetrahedron_edges, triangle_edges
 from hairpipe.graphs.experiments.elastic.matter import Altitudes, Fabric, Rubber
 from hairpipe.graphs.experiments.elastic.sparsity import Pattern, find_pattern
-from hairpipe.kernels.simd import WIDTH
 
 POISSON = 1 / 3
 

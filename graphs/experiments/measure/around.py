@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from hairpipe.data import BodyParts, Ends, LevelSet, Mesh
 from hairpipe.errors import BadInput
-from hairpipe.sim.boundary import driver_of
-from hairpipe.sim.shot import Frame
+from hairpipe.shot.shot import Frame
+from hairpipe.solve.boundary import driver_of
+from hairpipe.values import BodyParts, Ends, LevelSet, Mesh
 
 
 class Around(NamedTuple):

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from hairpipe.data import Strands, Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
-from hairpipe.sim.material import Material
+from hairpipe.strands.material import Material
+from hairpipe.values import Strands, Table
+from hairpipe.values.table import table_of_rows
 
 COLUMNS = ("beam", "arm [m]", "deflection [mm]", "theory [mm]", "deflection error [%]", "force [uN]", "imbalance [%]")
 

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hairpipe.data import Strands, Table
-from hairpipe.data.table import table_of_columns
 from hairpipe.errors import BadInput
-from hairpipe.groom.helix import centres_of, turn_of
+from hairpipe.groom.curl import centres_of, turn_of
+from hairpipe.values import Strands, Table
+from hairpipe.values.table import table_of_columns
 
 
 def measure_radii(hair: Mapping[int, Strands], fps: float) -> Table:

@@ -4,11 +4,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.graphs.experiments.elastic import mesh_geometry
 from hairpipe.graphs.experiments.elastic.elastic_values import ElasticState, Shell, Solid
 from hairpipe.graphs.experiments.elastic.hinges import hinges
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_rows
 
 ENERGY = ("kinetic energy [J]", "spring energy [J]", "potential energy [J]", "energy [J]")
 

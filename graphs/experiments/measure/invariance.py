@@ -4,10 +4,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hairpipe.data import Strands, Table
-from hairpipe.data.lengths import strand_lengths
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
+from hairpipe.values import Strands, Table
+from hairpipe.values.groom import strand_lengths
+from hairpipe.values.table import table_of_rows
 
 COLUMNS = ("time [s]", "difference [% of length]")
 

@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.data import Groom, Table
-from hairpipe.data.hair import HairState
-from hairpipe.data.table import table_of_rows
 from hairpipe.graphs.experiments.measure.tensions import first_strand, frames_between
-from hairpipe.sim.material import Material
+from hairpipe.strands.material import Material
+from hairpipe.values import Groom, Table
+from hairpipe.values.hair import HairState
+from hairpipe.values.table import table_of_rows
 
 COLUMNS = (
     "time [s]",

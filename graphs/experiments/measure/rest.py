@@ -5,10 +5,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from hairpipe.data import Strands, Table
-from hairpipe.data.lengths import strand_lengths
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
+from hairpipe.values import Strands, Table
+from hairpipe.values.groom import strand_lengths
+from hairpipe.values.table import table_of_rows
 
 COLUMNS = ("drift [mm]", "speed [mm/s]", "reported speed [mm/s]", "difference of speeds [mm/s]", "error [% of length]")
 

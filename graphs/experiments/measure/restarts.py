@@ -9,16 +9,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from hairpipe.data import Strands, Table
-from hairpipe.data.hair import HairState
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.measure.around import Around, frame_between
-from hairpipe.measure.climate.ensemble import interval_of_samples
 from hairpipe.measure.deviation import deviation
-from hairpipe.sim.hair_model import HairModel
-from hairpipe.sim.settings import HairSettings
-from hairpipe.sim.simulate import next_state, strands_of
+from hairpipe.measure.ensemble import interval_of_samples
+from hairpipe.shot.settings import HairSettings
+from hairpipe.shot.simulate import next_state, strands_of
+from hairpipe.strands.hair_model import HairModel
+from hairpipe.values import Strands, Table
+from hairpipe.values.hair import HairState
+from hairpipe.values.table import table_of_rows
 
 WINDOWS = ("frame", "after 1 frame [% of length]", "after the window [% of length]")
 SUMMARY = tuple(

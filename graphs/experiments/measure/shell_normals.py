@@ -4,10 +4,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hairpipe.data import LevelSet, Normals, Strands, Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
-from hairpipe.groom.keys.shell_normals import probe_shell
+from hairpipe.groom.interpolating import probe_shell
+from hairpipe.values import LevelSet, Normals, Strands, Table
+from hairpipe.values.table import table_of_rows
 
 COLUMNS = (
     "frame",

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hairpipe.data import Ends, Strands, Table
-from hairpipe.data.table import table_of_rows
+from hairpipe.values import Ends, Strands, Table
+from hairpipe.values.table import table_of_rows
 
 COLUMNS = ("time [s]", "strand", "slope [1]", "tip slipped [mm]", "slipped [mm]")
 

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hairpipe.data import Strands, Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
-from hairpipe.measure.tuft import at_levels, nearest
+from hairpipe.measure.contact import at_levels, nearest
+from hairpipe.values import Strands, Table
+from hairpipe.values.table import table_of_rows
 
 COLUMNS = ("time [s]", "spread of tips [mm]", "nearest strand [mm]", "over random [1]")
 

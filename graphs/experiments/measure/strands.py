@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from hairpipe.data import Ends, Strands, Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.graphs.experiments.measure.writhe import writhe
+from hairpipe.values import Ends, Strands, Table
+from hairpipe.values.table import table_of_rows
 
 COLUMNS = (
     "time [s]",

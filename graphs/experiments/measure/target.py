@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hairpipe.data import Density, Strands, Table
-from hairpipe.data.table import table_of_rows
+from hairpipe.values import Density, Strands, Table
+from hairpipe.values.table import table_of_rows
 from hairpipe.volume.density import lengths_at_points
 from hairpipe.volume.strand_samples import reach_of
 from hairpipe.volume.targeting import Hair, energy, target_grids

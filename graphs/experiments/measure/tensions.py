@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from hairpipe.data import Groom, Table
-from hairpipe.data.hair import HairState
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
-from hairpipe.measure.tension import layout_of, tensions
+from hairpipe.measure.motion import layout_of, tensions
+from hairpipe.values import Groom, Table
+from hairpipe.values.hair import HairState
+from hairpipe.values.table import table_of_rows
 
 COLUMNS = ("time [s]", "strand", "segment", "root moved [mm]", "arc [m]", "turned [deg]", "tension [uN]")
 

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hairpipe.data import Groom, Table
-from hairpipe.data.hair import HairState
-from hairpipe.data.table import table_of_rows
 from hairpipe.graphs.experiments.measure.tensions import first_strand, frames_between, turns
+from hairpipe.values import Groom, Table
+from hairpipe.values.hair import HairState
+from hairpipe.values.table import table_of_rows
 
 COLUMNS = ("time [s]", "root [uN]", "tip [uN]", "turned [deg]", "ratio [1]", "ratio error [%]", "tip moved [mm]")
 

@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Table
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.units import Gt
+from hairpipe.values import Table
 
 
 @node(frames="once")

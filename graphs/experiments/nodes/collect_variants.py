@@ -1,7 +1,7 @@
 """Cost and error of variants in one table."""
 
-from hairpipe.data import Table
-from hairpipe.graph import node
+from hairpipe.engine import node
+from hairpipe.values import Table
 
 
 @node(frames="once")

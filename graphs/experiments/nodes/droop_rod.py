@@ -2,10 +2,10 @@
 
 from typing import Annotated
 
-from hairpipe.data import Groom, Strands
-from hairpipe.graph import node
-from hairpipe.sim.material import Material
+from hairpipe.engine import node
+from hairpipe.strands.material import Material
 from hairpipe.units import Gt, MetresPerSecondSquared
+from hairpipe.values import Groom, Strands
 
 
 @node(frames="once")

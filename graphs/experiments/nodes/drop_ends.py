@@ -2,10 +2,10 @@
 
 from typing import Annotated, Literal
 
-from hairpipe.data import Ends, Groom
-from hairpipe.graph import Time, node
-from hairpipe.sim.material import Material
+from hairpipe.engine import Time, node
+from hairpipe.strands.material import Material
 from hairpipe.units import Gt, PerSecond
+from hairpipe.values import Ends, Groom
 
 
 @node(frames="each")

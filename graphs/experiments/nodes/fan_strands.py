@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Groom
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.units import Ge, Interval, Metres
+from hairpipe.values import Groom
 
 
 @node(frames="once")

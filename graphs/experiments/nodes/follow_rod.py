@@ -2,10 +2,10 @@
 
 from typing import Annotated
 
-from hairpipe.data import Ends, Groom, Table
-from hairpipe.graph import Frames, Time, node
-from hairpipe.sim.material import Material
+from hairpipe.engine import Frames, Time, node
+from hairpipe.strands.material import Material
 from hairpipe.units import Ge
+from hairpipe.values import Ends, Groom, Table
 
 
 @node(frames="once")

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.graphs.experiments.elastic.elastic_values import Shell
 from hairpipe.units import Gt, Interval, Metres
 

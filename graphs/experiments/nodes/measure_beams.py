@@ -2,10 +2,10 @@
 
 from typing import Annotated
 
-from hairpipe.data import Strands, Table
-from hairpipe.graph import Frames, node
-from hairpipe.sim.material import Material
+from hairpipe.engine import Frames, node
+from hairpipe.strands.material import Material
 from hairpipe.units import Gt, Metres
+from hairpipe.values import Strands, Table
 
 
 @node(frames="once")

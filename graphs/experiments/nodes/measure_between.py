@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Body, BodyParts, LevelSet, Mesh, Table
-from hairpipe.graph import Frames, Time, node
+from hairpipe.engine import Frames, Time, node
 from hairpipe.units import Ge
+from hairpipe.values import Body, BodyParts, LevelSet, Mesh, Table
 
 
 @node(frames="once")

@@ -4,11 +4,11 @@
 
 from typing import TYPE_CHECKING, Annotated
 
-from hairpipe.data import Table
-from hairpipe.graph import node
-from hairpipe.sim import settings as of
-from hairpipe.sim.strands.registry import ModelName
+from hairpipe.engine import node
+from hairpipe.shot import settings as of
+from hairpipe.strands.registry import ModelName
 from hairpipe.units import Gt, Interval, MetresPerSecond, Seconds
+from hairpipe.values import Table
 
 if TYPE_CHECKING:
     from hairpipe.graphs.experiments.studies.contact.worst import Worst
@@ -53,8 +53,8 @@ def measure_clash(
 
     from hairpipe.graphs.experiments.studies.contact.bar import tuft
     from hairpipe.graphs.experiments.studies.contact.clash import clash_table, fixed_steps, meet
-    from hairpipe.sim.hair_model import build_hair
-    from hairpipe.sim.material import Material
+    from hairpipe.strands.hair_model import build_hair
+    from hairpipe.strands.material import Material
 
     hair = build_hair(tuft(), Material(), model)
     touch = contact or of.BodyContact()

@@ -2,10 +2,10 @@
 
 from typing import TYPE_CHECKING, Annotated
 
-from hairpipe.data import Table
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.particles import settings as of
 from hairpipe.units import Gt, Interval, MetresPerSecond, Seconds
+from hairpipe.values import Table
 
 if TYPE_CHECKING:
     from hairpipe.graphs.experiments.studies.contact.worst import Worst

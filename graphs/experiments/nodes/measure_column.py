@@ -1,8 +1,8 @@
 """Buckling of an upright strand under its weight compared with rod theory."""
 
-from hairpipe.data import Table
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Segments
+from hairpipe.values import Table
 
 
 @node(frames="once")

@@ -1,7 +1,7 @@
 """Radius of curls over time."""
 
-from hairpipe.data import Strands, Table
-from hairpipe.graph import Frames, Time, node
+from hairpipe.engine import Frames, Time, node
+from hairpipe.values import Strands, Table
 
 
 @node(frames="once")

@@ -2,8 +2,8 @@
 
 from typing import Literal
 
-from hairpipe.data import Table
-from hairpipe.graph import node
+from hairpipe.engine import node
+from hairpipe.values import Table
 
 
 @node(frames="once")

@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Table
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.units import Gt, Interval, Seconds
+from hairpipe.values import Table
 
 Rates = tuple[Annotated[int, Interval(ge=24, le=1_000_000)], ...]
 

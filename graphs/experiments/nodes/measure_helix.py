@@ -2,11 +2,11 @@
 
 from typing import Annotated
 
-from hairpipe.data import Table
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Segments
-from hairpipe.groom.helix import Helix
+from hairpipe.groom.curl import Helix
 from hairpipe.units import Ge, Gt, MetresPerSecondSquared
+from hairpipe.values import Table
 
 Gravities = tuple[Annotated[MetresPerSecondSquared, Gt(0.0)], ...]
 

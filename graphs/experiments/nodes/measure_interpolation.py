@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Table
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.units import Fraction, Interval, Metres, MinLen, Voxels
+from hairpipe.values import Table
 
 
 @node(frames="once")

@@ -1,7 +1,7 @@
 """Errors of rotated normals."""
 
-from hairpipe.data import LevelSet, Normals, Strands, Table
-from hairpipe.graph import Frames, node
+from hairpipe.engine import Frames, node
+from hairpipe.values import LevelSet, Normals, Strands, Table
 
 
 @node(frames="once")

@@ -2,11 +2,11 @@
 
 from typing import Annotated
 
-from hairpipe.data import Groom, Table
-from hairpipe.data.hair import HairState
-from hairpipe.graph import Frames, Time, node
-from hairpipe.sim.material import Material
+from hairpipe.engine import Frames, Time, node
+from hairpipe.strands.material import Material
 from hairpipe.units import Ge, Interval, Seconds
+from hairpipe.values import Groom, Table
+from hairpipe.values.hair import HairState
 
 
 @node(frames="once")

@@ -2,10 +2,10 @@
 
 from typing import Annotated
 
-from hairpipe.data import Groom, LevelSet, Table
-from hairpipe.graph import Frames, flat_group, node
-from hairpipe.sim.settings import HairSettings
+from hairpipe.engine import Frames, flat_group, node
+from hairpipe.shot.settings import HairSettings
 from hairpipe.units import Ge, Gt, Interval, Seconds
+from hairpipe.values import Groom, LevelSet, Table
 
 Rates = tuple[Annotated[int, Interval(ge=1, le=1000)], ...]
 
@@ -32,8 +32,8 @@ def measure_rates(
     finer      factor by which the longest step of that run is shorter
     """
     from hairpipe.graphs.experiments.studies.integrators.rates import rate_table
-    from hairpipe.sim.hair_model import build_models
-    from hairpipe.sim.precision import choose_precision
+    from hairpipe.shot.precision import choose_precision
+    from hairpipe.strands.hair_model import build_models
 
     models = build_models(groom, settings.material, settings.model, settings.construction)
     hair = choose_precision(settings.precision, models, settings, bodies=bool(surface))

@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Strands, Table
-from hairpipe.graph import Frames, Time, node
+from hairpipe.engine import Frames, Time, node
 from hairpipe.units import Gt, Seconds
+from hairpipe.values import Strands, Table
 
 
 @node(frames="once")

@@ -2,11 +2,11 @@
 
 from typing import Annotated, NamedTuple
 
-from hairpipe.data import Table
-from hairpipe.graph import node
-from hairpipe.sim.settings import Collisions, Scheme, StepControl
-from hairpipe.sim.strands.registry import ModelName
+from hairpipe.engine import node
+from hairpipe.shot.settings import Collisions, Scheme, StepControl
+from hairpipe.strands.registry import ModelName
 from hairpipe.units import Gt, Interval, MetresPerSecond
+from hairpipe.values import Table
 
 
 class Rubbing(NamedTuple):

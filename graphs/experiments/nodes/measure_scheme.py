@@ -2,11 +2,11 @@
 
 from typing import Annotated
 
-from hairpipe.data import Table
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.graphs.experiments.studies.integrators.trial import Trial
-from hairpipe.sim.settings import Scheme, StrainLimit
+from hairpipe.shot.settings import Scheme, StrainLimit
 from hairpipe.units import Gt, Interval
+from hairpipe.values import Table
 
 Rates = tuple[Annotated[int, Interval(ge=24, le=1_000_000)], ...]
 

@@ -2,10 +2,10 @@
 
 from typing import Annotated
 
-from hairpipe.data import Table
-from hairpipe.graph import Frames, node
+from hairpipe.engine import Frames, node
 from hairpipe.graphs.experiments.elastic.elastic_values import ElasticState, Shell
 from hairpipe.units import Ge
+from hairpipe.values import Table
 
 
 @node(frames="once")

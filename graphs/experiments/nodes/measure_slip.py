@@ -1,7 +1,7 @@
 """Slip of hair relative to its roots."""
 
-from hairpipe.data import Ends, Strands, Table
-from hairpipe.graph import Frames, Time, node
+from hairpipe.engine import Frames, Time, node
+from hairpipe.values import Ends, Strands, Table
 
 
 @node(frames="once")

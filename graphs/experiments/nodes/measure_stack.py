@@ -2,10 +2,10 @@
 
 from typing import Annotated, NamedTuple
 
-from hairpipe.data import Table
-from hairpipe.graph import node
-from hairpipe.sim.settings import Collisions
+from hairpipe.engine import node
+from hairpipe.shot.settings import Collisions
 from hairpipe.units import Gt, Interval, Seconds
+from hairpipe.values import Table
 
 Layers = tuple[Annotated[int, Interval(ge=1, le=200)], ...]
 Sweeps = tuple[Annotated[int, Interval(ge=1, le=100)], ...]

@@ -1,8 +1,8 @@
 """Distance of hair from a target density."""
 
-from hairpipe.data import Density, Strands, Table
-from hairpipe.graph import Frames, flat_group, node
-from hairpipe.sim.settings import Target
+from hairpipe.engine import Frames, flat_group, node
+from hairpipe.shot.settings import Target
+from hairpipe.values import Density, Strands, Table
 
 
 @node(frames="once")

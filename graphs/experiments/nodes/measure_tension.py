@@ -1,8 +1,8 @@
 """Tension along strands."""
 
-from hairpipe.data import Groom, Table
-from hairpipe.data.hair import HairState
-from hairpipe.graph import Frames, Time, node
+from hairpipe.engine import Frames, Time, node
+from hairpipe.values import Groom, Table
+from hairpipe.values.hair import HairState
 
 
 @node(frames="once")

@@ -2,10 +2,10 @@
 
 from typing import Annotated
 
-from hairpipe.data import Table
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Segments
 from hairpipe.units import Gt
+from hairpipe.values import Table
 
 Twists = tuple[Annotated[float, Gt(0.0)], ...]
 

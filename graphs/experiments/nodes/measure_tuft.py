@@ -1,7 +1,7 @@
 """Spread and clumping of hair over time."""
 
-from hairpipe.data import Strands, Table
-from hairpipe.graph import Frames, Time, node
+from hairpipe.engine import Frames, Time, node
+from hairpipe.values import Strands, Table
 
 
 @node(frames="once")

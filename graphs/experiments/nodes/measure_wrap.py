@@ -2,10 +2,10 @@
 
 from typing import Annotated
 
-from hairpipe.data import Groom, Table
-from hairpipe.data.hair import HairState
-from hairpipe.graph import Frames, Time, node
+from hairpipe.engine import Frames, Time, node
 from hairpipe.units import Ge, Seconds
+from hairpipe.values import Groom, Table
+from hairpipe.values.hair import HairState
 
 
 @node(frames="once")

@@ -2,9 +2,9 @@
 
 from typing import NamedTuple
 
-from hairpipe.data import Table
-from hairpipe.graph import node
+from hairpipe.engine import node
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Segments
+from hairpipe.values import Table
 
 
 class Writhe(NamedTuple):

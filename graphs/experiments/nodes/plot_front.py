@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Table
-from hairpipe.graph import File, Workspace, node
+from hairpipe.engine import File, Workspace, node
 from hairpipe.units import Interval, Pixels, Suffixes
+from hairpipe.values import Table
 
 
 @node(frames="once")

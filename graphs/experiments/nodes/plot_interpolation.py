@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from hairpipe.graph import File, Workspace, node
+from hairpipe.engine import File, Workspace, node
 from hairpipe.units import Fraction, Interval, Metres, MinLen, Pixels, Suffixes, Voxels
 
 

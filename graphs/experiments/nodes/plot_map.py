@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import Table
-from hairpipe.graph import File, Workspace, node
+from hairpipe.engine import File, Workspace, node
 from hairpipe.units import Ge, Gt, Interval, Pixels, Suffixes
+from hairpipe.values import Table
 
 Limits = tuple[Annotated[float, Gt(0.0)], Annotated[float, Gt(0.0)]]
 
@@ -38,8 +38,8 @@ def plot_map(
     width    width of the picture
     height   height of the picture
     """
+    from hairpipe.formats.tables import lay_below
     from hairpipe.graphs.experiments.chart.maps import MapColumns, draw_maps
-    from hairpipe.io.table import lay_below
 
     path = workspace / "map.png"
     size = (width, height)

@@ -2,9 +2,9 @@
 
 from typing import Annotated, Literal
 
-from hairpipe.data import Density
-from hairpipe.graph import File, Workspace, node
+from hairpipe.engine import File, Workspace, node
 from hairpipe.units import Interval, Metres, Pixels, Suffixes
+from hairpipe.values import Density
 
 
 @node(frames="each")

@@ -2,9 +2,9 @@
 
 from typing import Annotated, Literal
 
-from hairpipe.data import Strands
-from hairpipe.graph import File, Frames, Time, Workspace, node
+from hairpipe.engine import File, Frames, Time, Workspace, node
 from hairpipe.units import Interval, Metres, Pixels, Suffixes
+from hairpipe.values import Strands
 
 
 @node(frames="once")

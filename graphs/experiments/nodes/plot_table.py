@@ -2,9 +2,9 @@
 
 from typing import Annotated, Literal
 
-from hairpipe.data import Table
-from hairpipe.graph import File, Workspace, node
+from hairpipe.engine import File, Workspace, node
 from hairpipe.units import Interval, Pixels, Suffixes
+from hairpipe.values import Table
 
 Scale = Literal["linear", "log"]
 
@@ -40,8 +40,8 @@ def plot_table(
     width    width of the picture
     height   height of the picture
     """
+    from hairpipe.formats.tables import lay_below
     from hairpipe.graphs.experiments.chart.lines import Columns, draw_table
-    from hairpipe.io.table import lay_below
 
     path = workspace / "chart.png"
     size = (width, height)

@@ -2,11 +2,11 @@
 
 from typing import Annotated, NamedTuple
 
-from hairpipe.data import BodyParts, Ends, Groom, LevelSet, Mesh, Strands, Table
-from hairpipe.data.hair import HairState
-from hairpipe.graph import Cuts, Frames, Time, flat_group, node
-from hairpipe.sim.settings import HairSettings
+from hairpipe.engine import Cuts, Frames, Time, flat_group, node
+from hairpipe.shot.settings import HairSettings
 from hairpipe.units import Ge
+from hairpipe.values import BodyParts, Ends, Groom, LevelSet, Mesh, Strands, Table
+from hairpipe.values.hair import HairState
 
 
 class Restarts(NamedTuple):
@@ -44,8 +44,8 @@ def restart_hair(
     """
     from hairpipe.graphs.experiments.measure.around import Around
     from hairpipe.graphs.experiments.measure.restarts import restart_tables
-    from hairpipe.sim.hair_model import build_models
-    from hairpipe.sim.precision import choose_precision
+    from hairpipe.shot.precision import choose_precision
+    from hairpipe.strands.hair_model import build_models
 
     models = build_models(groom, settings.material, settings.model, settings.construction)
     hair = choose_precision(settings.precision, models, settings, bodies=bool(surface or parts))

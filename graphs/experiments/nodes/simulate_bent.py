@@ -2,16 +2,16 @@
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from hairpipe.data import Ends, Groom, Strands
-from hairpipe.data.hair import HairState
-from hairpipe.graph import Pair, Time, flat_group, node
-from hairpipe.sim.material import VariedMaterial
-from hairpipe.sim.settings import HairSettings
-from hairpipe.sim.strands.construction import Construction
-from hairpipe.sim.strands.registry import ModelName
+from hairpipe.engine import Pair, Time, flat_group, node
+from hairpipe.shot.settings import HairSettings
+from hairpipe.strands.interface import Construction
+from hairpipe.strands.material import VariedMaterial
+from hairpipe.strands.registry import ModelName
+from hairpipe.values import Ends, Groom, Strands
+from hairpipe.values.hair import HairState
 
 if TYPE_CHECKING:
-    from hairpipe.sim.hair_model import HairModel
+    from hairpipe.strands.hair_model import HairModel
 
 
 class Hair(NamedTuple):
@@ -30,7 +30,7 @@ def model_bent(
     import numpy as np
 
     from hairpipe.errors import BadInput
-    from hairpipe.sim.hair_model import build_hair
+    from hairpipe.strands.hair_model import build_hair
 
     if not np.array_equal(groom.offsets, rest.offsets):
         raise BadInput("other strands or segments than in.groom", where="in.rest", right="the same, in another shape")
@@ -55,9 +55,9 @@ def simulate_bent(
 
     The node takes the settings of `simulate_hair`, and computes in double precision whatever they say.
     """
-    from hairpipe.sim.boundary import driver_of
-    from hairpipe.sim.shot import Frame
-    from hairpipe.sim.simulate import next_state, strands_of
+    from hairpipe.shot.shot import Frame
+    from hairpipe.shot.simulate import next_state, strands_of
+    from hairpipe.solve.boundary import driver_of
 
     drivers = driver_of(None, ends) or (None, None)
     state = next_state(prepared, previous, Frame(drivers, (), (), (time.frame - 1) * time.dt, time.dt), settings)

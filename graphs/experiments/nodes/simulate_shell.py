@@ -2,11 +2,11 @@
 
 from typing import NamedTuple
 
-from hairpipe.data import Mesh
-from hairpipe.graph import Time, flat_group, node
+from hairpipe.engine import Time, flat_group, node
 from hairpipe.graphs.experiments.elastic.elastic_settings import ElasticScene
 from hairpipe.graphs.experiments.elastic.elastic_values import ElasticState, Shell
 from hairpipe.graphs.experiments.elastic.matter import Fabric
+from hairpipe.values import Mesh
 
 
 class MovingShell(NamedTuple):

@@ -6,7 +6,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from hairpipe.sim.material import Material
+from hairpipe.strands.material import Material
 
 FRAME = 1 / 60
 """Duration of a frame [s]."""

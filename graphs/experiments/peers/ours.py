@@ -7,12 +7,12 @@ import numpy as np
 from hairpipe import __version__
 from hairpipe.graphs.experiments.peers.hanging import FRAME, Hanging, Peer, Strands
 from hairpipe.groom.strands import lay_strands, unbound
-from hairpipe.sim.hair_model import build_models
-from hairpipe.sim.precision import choose_precision
-from hairpipe.sim.settings import Air, Drag, HairSettings, StepControl
-from hairpipe.sim.shot import Frame
-from hairpipe.sim.simulate import next_state
-from hairpipe.sim.strands.registry import ModelName
+from hairpipe.shot.precision import choose_precision
+from hairpipe.shot.settings import Air, Drag, HairSettings, StepControl
+from hairpipe.shot.shot import Frame
+from hairpipe.shot.simulate import next_state
+from hairpipe.strands.hair_model import build_models
+from hairpipe.strands.registry import ModelName
 
 TRUTH_SEGMENTS, TRUTH_STEPS = 200, 256
 """Segments, and steps a frame, of the converged run."""

@@ -1,11 +1,11 @@
 """What tuning found, in the cells of a table that has a row for every scene."""
 
-from hairpipe.tune.chaos import Chaos
-from hairpipe.tune.choosing import saves
-from hairpipe.tune.measured import Measured
-from hairpipe.tune.quantity import Tolerance
-from hairpipe.tune.report import length, millimetres, names_of
-from hairpipe.tune.tuning import Tuned
+from hairpipe.app.tune.chaos import Chaos
+from hairpipe.app.tune.choosing import saves
+from hairpipe.app.tune.measured import Measured
+from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.report import length, millimetres, names_of
+from hairpipe.app.tune.tuning import Tuned
 
 
 def left_out(tuned: Tuned) -> str:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hairpipe.graph.file.overrides import Tables
+from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.engine.file.overrides import Tables
 from hairpipe.groom.random_streams import stream
-from hairpipe.tune.quantity import Tolerance
 
 HAIR = "hair"
 """Name of the node that simulates."""

@@ -3,13 +3,13 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from hairpipe.api.shot import Shot
+from hairpipe.app.api.shot import Shot
+from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.report import document as tuned_document
+from hairpipe.app.tune.study import Request
+from hairpipe.app.tune.tuning import Tuned, Untunable, tune
 from hairpipe.graphs.experiments.scenes import cells
 from hairpipe.graphs.experiments.scenes.pace import Pace
-from hairpipe.tune.quantity import Tolerance
-from hairpipe.tune.report import document as tuned_document
-from hairpipe.tune.study import Request
-from hairpipe.tune.tuning import Tuned, Untunable, tune
 
 HEADINGS = ("scene", "within", "left out, or coarser", "error", "as it is", "faster")
 ALIGN = "<><>>>"

@@ -4,10 +4,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from time import monotonic
 
-from hairpipe.api.formatting import duration
-from hairpipe.api.reports import Outcome
-from hairpipe.api.shot import Shot
-from hairpipe.tune.study import RunNodes
+from hairpipe.app.api.formatting import duration
+from hairpipe.app.api.reports import Outcome
+from hairpipe.app.api.shot import Shot
+from hairpipe.app.tune.study import RunNodes
 
 
 class Pace:

@@ -5,15 +5,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
-from hairpipe.api.formatting import plural
-from hairpipe.api.shot import Shot
+from hairpipe.app.api.formatting import plural
+from hairpipe.app.api.shot import Shot
+from hairpipe.app.tune.report import plain
+from hairpipe.app.tune.sampling import STILL, RootMotion, other_sample
+from hairpipe.app.tune.study import Request, RunNodes
+from hairpipe.app.tune.tuning import Check, Checking, Tuned, Untunable, look_at, sample_of, tune
 from hairpipe.graphs.experiments.scenes import cells
 from hairpipe.graphs.experiments.scenes.drawing import HAIR, DrawnScene
-from hairpipe.tune.report import plain
-from hairpipe.tune.root_motion import STILL, RootMotion
-from hairpipe.tune.sampling import other_sample
-from hairpipe.tune.study import Request, RunNodes
-from hairpipe.tune.tuning import Check, Checking, Tuned, Untunable, look_at, sample_of, tune
 
 Verdict = Literal["kept", "outside", "broken", "inconclusive", "refused", "fails"]
 VERDICTS: dict[Verdict, str] = {

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.table.rows import numbers_of
-from hairpipe.validate.row import Row, verdict_of
+from hairpipe.graphs.experiments.validation.row import Row, verdict_of
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_rows
 
 UNIT = re.compile(r"\[(.*)\]$")
 

@@ -5,11 +5,11 @@ from typing import Literal
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.table.rows import numbers_of
 from hairpipe.graphs.experiments.table.series import crossings
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_rows
 
 Measure = Literal["difference", "crossing", "last", "change"]
 COLUMNS = ("case", "measure", "measured", "reference", "error [%]")

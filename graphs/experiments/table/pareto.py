@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_columns
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.table.rows import numbers_of
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_columns
 
 FRONT = "on the front"
 

@@ -5,9 +5,9 @@ from typing import Literal
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.table import joined, table_of_rows
 from hairpipe.errors import BadInput
+from hairpipe.values import Table
+from hairpipe.values.table import joined, table_of_rows
 
 Take = Literal["last", "largest", "smallest", "mean"]
 TAKES = {"last": lambda values: values[-1], "largest": np.max, "smallest": np.min, "mean": np.mean}

@@ -4,9 +4,9 @@ from typing import Literal
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.graphs.experiments.table.rows import numbers_of
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_rows
 
 Event = Literal["crossing", "period"]
 

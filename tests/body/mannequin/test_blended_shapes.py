@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.body.mannequin.blended_shapes import (
+from hairpipe.body.blended_shapes import (
     Cone,
     Ellipsoid,
     Stroke,

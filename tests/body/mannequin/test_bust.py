@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from hairpipe.body.mannequin.anatomy import BUST
-from hairpipe.body.mannequin.blended_shapes import evaluate
-from hairpipe.body.mannequin.bust import EARS, build_bust
-from hairpipe.spatial.triangles import vertex_normals
+from hairpipe.body.anatomy import BUST
+from hairpipe.body.blended_shapes import evaluate
+from hairpipe.body.bust import EARS, build_bust
+from hairpipe.geometry.triangles import vertex_normals
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,7 @@
 import numpy as np
 
-from hairpipe.body.mannequin.relaxation import relax
-from hairpipe.spatial.isosurface import extract_surface
+from hairpipe.body.bust import relax
+from hairpipe.geometry.isosurface import extract_surface
 
 AXES = (np.linspace(-1.2, 1.2, 25),) * 3
 

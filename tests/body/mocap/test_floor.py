@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.body.mocap.floor import standing_height
-from hairpipe.body.mocap.posing import Playback, pose_at
-from hairpipe.body.mocap.retarget import build_retarget
+from hairpipe.body.posing import Playback, pose_at, standing_height
+from hairpipe.body.retarget import build_retarget
 
 PLAIN = Playback(up=None, reference=None, unit=None, skip=None, joints=())
 FEET = replace(PLAIN, floor="feet")
@@ -69,7 +68,7 @@ def test_a_single_pose_stands_on_its_feet(skeleton, make_clip):
 
 
 def test_real_clips_are_put_on_the_floor(shared):
-    from hairpipe.io.mocap.bvh import read_bvh
+    from hairpipe.formats.bvh import read_bvh
     from hairpipe.nodes.load_body import load_body
 
     folder = shared / "body_makehuman"

@@ -9,14 +9,14 @@ import pytest
 from click.testing import CliRunner
 from scipy.spatial.transform import Rotation
 
-from hairpipe.body.mannequin.bust import build_skeleton
-from hairpipe.body.mocap.posing import Playback, pose_at
-from hairpipe.body.mocap.retarget import build_retarget
-from hairpipe.cli.entry import commands
-from hairpipe.data import Skeleton
-from hairpipe.data.clip import Clip
+from hairpipe.app.cli.entry import commands
+from hairpipe.body.bust import build_skeleton
+from hairpipe.body.posing import Playback, pose_at
+from hairpipe.body.retarget import build_retarget
 from hairpipe.errors import BadInput
 from hairpipe.graphs.assets.bvh_writing import write_bvh
+from hairpipe.values import Skeleton
+from hairpipe.values.body import Clip
 
 Y_TO_Z = Rotation.from_euler("x", 90.0, degrees=True).as_matrix()
 ASF = {"Hips": "root", "Spine": "thorax", "Neck": "lowerneck", "Head": "head"}

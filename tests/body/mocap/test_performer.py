@@ -3,8 +3,8 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from hairpipe.body.mocap.performer import chain, local_positions, place_at_zero, place_joints
-from hairpipe.data.clip import Clip
+from hairpipe.body.performer import chain, local_positions, place_at_zero, place_joints
+from hairpipe.values.body import Clip
 
 CHANCE = np.random.default_rng(5)
 POSITIONS = ("Xposition", "Yposition", "Zposition")

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.body.mannequin.bust import build_skeleton
-from hairpipe.body.mocap.posing import Playback, leading_frames, pose_at
-from hairpipe.body.mocap.retarget import build_retarget
+from hairpipe.body.bust import build_skeleton
+from hairpipe.body.posing import Playback, leading_frames, pose_at
+from hairpipe.body.retarget import build_retarget
 from hairpipe.errors import BadInput
-from hairpipe.io.mocap.bvh import read_bvh
+from hairpipe.formats.bvh import read_bvh
 
 PLAIN = Playback(up=None, reference=None, unit=None, skip=None, joints=())
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.body.mocap.reference import align_parts, find_heading, find_reference, standing_direction
-from hairpipe.body.mocap.roles import Role, find_roles
-from hairpipe.data import Skeleton
+from hairpipe.body.retarget import align_parts, find_heading, find_reference, standing_direction
+from hairpipe.body.roles import Role, find_roles
+from hairpipe.values import Skeleton
 
 
 def roles_of(clip) -> dict:

@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.body.mocap.performer import place_joints
-from hairpipe.body.mocap.retarget import ADULT_LEG, build_retarget
+from hairpipe.body.performer import place_joints
 from hairpipe.body.preparation import transform
-from hairpipe.body.rigid import invert
-from hairpipe.data import Body, Mesh, Skeleton
-from hairpipe.data.clip import Clip
+from hairpipe.body.retarget import ADULT_LEG, build_retarget
+from hairpipe.body.rotations import invert
 from hairpipe.errors import BadInput
+from hairpipe.values import Body, Mesh, Skeleton
+from hairpipe.values.body import Clip
 
 ZERO = np.zeros(1)
 

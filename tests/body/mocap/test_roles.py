@@ -1,6 +1,6 @@
 import pytest
 
-from hairpipe.body.mocap.roles import Role, find_roles, match_roles, plain_names, spread
+from hairpipe.body.roles import Role, find_roles, match_roles, plain_names, spread
 
 CONVENTIONS = {
     "cmu": (

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from hairpipe.child import command
-from hairpipe.graph.engine.kept_workers import BOOT
+from hairpipe.engine.hosts.keeper import BOOT
 
 from ..conftest import START
 
@@ -21,7 +21,7 @@ import time
 from pathlib import Path
 from typing import Annotated
 
-from hairpipe.graph import File, Workspace, node
+from hairpipe.engine import File, Workspace, node
 from hairpipe.units import Suffixes
 
 
@@ -184,7 +184,7 @@ def test_a_folder_of_others_is_refused(desk):
 
 def test_a_pipe_of_a_run_is_not_held_open(desk):
     """A command that reads the output of a run ends with the run, although its worker stays."""
-    text = " ".join(["{python}", "-c", "'from hairpipe.cli import main; main()'", *desk.words()])
+    text = " ".join(["{python}", "-c", "'from hairpipe.app.cli import main; main()'", *desk.words()])
     begun = subprocess.run(
         ["bash", "-c", f"{text.format(python=sys.executable)} 2>&1 | cat"],
         cwd=desk.folder,

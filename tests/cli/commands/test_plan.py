@@ -2,9 +2,9 @@
 
 import json
 
-from hairpipe.api.reports import plan_rows
-from hairpipe.graph.plan.planner import Entry
-from hairpipe.graph.plan.tasks import Task
+from hairpipe.app.api.reports import plan_rows
+from hairpipe.engine.plan.planner import Entry
+from hairpipe.engine.plan.tasks import Task
 
 
 def plan(hairpipe, arguments: str = "") -> dict[str, str]:

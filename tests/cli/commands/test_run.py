@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.api import source
+from hairpipe.app.api import source
 
 from ..conftest import START
 

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.graph.store import atomic
-from hairpipe.simplification import Simplification
-from hairpipe.tune import tuning
-from hairpipe.tune.choosing import Choice
-from hairpipe.tune.measured import Measured
-from hairpipe.tune.quantity import Tolerance
-from hairpipe.tune.sampling import Sample
-from hairpipe.tune.tuning import Tuned
+from hairpipe.app.tune import tuning
+from hairpipe.app.tune.choosing import Choice
+from hairpipe.app.tune.measured import Measured
+from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.sampling import Sample
+from hairpipe.app.tune.tuning import Tuned
+from hairpipe.engine.store import atomic
+from hairpipe.values.simplification import Simplification
 
 SLOWER = Simplification("value", 1, "a smaller seed", (("seed.value", 2),))
 FOUND = Measured(0.001, 0.001, 2.5, 0.001, 0.001, 0.001)

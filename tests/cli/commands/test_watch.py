@@ -12,8 +12,8 @@ from types import SimpleNamespace
 import pytest
 
 from hairpipe import load
-from hairpipe.cli.commands import watch
-from hairpipe.graph.store.holder import machine
+from hairpipe.app.cli.commands import watch
+from hairpipe.engine.store.holder import machine
 from tests.cli.conftest import SHOT, START
 
 ELSEWHERE = "0123456789ab-7-7-0123456789abcdef"
@@ -26,7 +26,7 @@ from pathlib import Path
 
 from numeral import Numeral
 
-from hairpipe.graph import node
+from hairpipe.engine import node
 
 
 @node(frames="once")

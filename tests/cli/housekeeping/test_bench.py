@@ -2,10 +2,11 @@
 
 import os
 
-from hairpipe.bench import first_use, paper
-from hairpipe.bench.machine import Machine
-from hairpipe.bench.report import Report
-from hairpipe.graph.worker.kernel_cache import TABLE
+from hairpipe.engine.worker.kernel_cache import TABLE
+from hairpipe.graphs.experiments.bench import paper
+from hairpipe.graphs.experiments.bench.engine import first_use
+from hairpipe.graphs.experiments.bench.machine import Machine
+from hairpipe.graphs.experiments.bench.report import Report
 
 MACHINE = Machine("A Processor", 2, {"numba": "1.2"})
 

@@ -102,7 +102,7 @@ def test_bad_input_removes_nothing(arguments, message, computed, hairpipe):
 def test_the_doctor_names_what_a_folder_does(hairpipe, monkeypatch):
     lines = hairpipe("cache doctor").stdout.splitlines()
     assert len(lines) == 11 and all(line.startswith(("ok  ", "note")) for line in lines)
-    monkeypatch.setattr("hairpipe.graph.store.doctor.is_one", lambda path: False)
+    monkeypatch.setattr("hairpipe.engine.store.doctor.is_one", lambda path: False)
     result = hairpipe("cache doctor --json")
     faults = {item["check"] for item in json.loads(result.stdout)["findings"] if item["verdict"] == "fault"}
     assert result.exit_code == 1 and faults == {"replacement"}

@@ -3,7 +3,7 @@
 import hashlib
 import json
 
-from hairpipe.api.third_party import third_party_files
+from hairpipe.app.api.third_party import third_party_files
 
 from ...pages import HOME, data_of, tables_of
 
@@ -13,7 +13,7 @@ GRAPHS = sorted((HOME / "graphs").rglob("*.toml"))
 def test_files_are_present_absent_or_differ(hairpipe, monkeypatch, tmp_path):
     monkeypatch.setenv("HAIRPIPE_DATA", str(tmp_path))
     first, second, third, *_ = third_party_files()
-    monkeypatch.setattr("hairpipe.api.third_party.third_party_files", lambda: [right, second, third])
+    monkeypatch.setattr("hairpipe.app.api.third_party.third_party_files", lambda: [right, second, third])
     right = first._replace(sha256=hashlib.sha256(b"right").hexdigest())
     for source, data in ((first, b"right"), (second, b"wrong")):
         (tmp_path / source.name).parent.mkdir(exist_ok=True)

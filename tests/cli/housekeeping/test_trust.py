@@ -7,9 +7,9 @@ from pathlib import Path
 import click
 import pytest
 
-from hairpipe.cli.housekeeping.trust import asking
-from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.file.trust import Untrusted
+from hairpipe.app.cli.commands.trust import asking
+from hairpipe.engine.file.load import load_graph
+from hairpipe.engine.file.trust import Untrusted
 
 from ..test_entry import complete
 

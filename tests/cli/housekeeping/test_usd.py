@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 from pxr import Usd, UsdGeom
 
-from hairpipe.cli.entry import commands
+from hairpipe.app.cli.entry import commands
 
 
 @pytest.fixture

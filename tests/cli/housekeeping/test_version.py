@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from hairpipe import __version__, openvdb_library
-from hairpipe.cli.housekeeping.version import version_of
+from hairpipe.app.cli.commands.version import version_of
+from hairpipe.engine.worker.threading_layer import choose_layer
 from hairpipe.errors import BadInput
-from hairpipe.graph.worker.threading_layer import choose_layer
 from hairpipe.openvdb_library import find_openvdb
 from hairpipe.processor import processor_class
 

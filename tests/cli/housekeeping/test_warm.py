@@ -3,7 +3,7 @@
 from collections import Counter
 from pathlib import Path
 
-from hairpipe.api.warming import shots_to_warm
+from hairpipe.app.api.shot import shots_to_warm
 
 
 def test_the_first_two_frames_are_computed_and_nothing_is_kept(shot, hairpipe):

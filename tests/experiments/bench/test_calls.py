@@ -5,11 +5,11 @@ import random
 
 import pytest
 
-from hairpipe.graph.store.lease import Leases
+from hairpipe.engine.store.lease import Leases
+from hairpipe.formats.hdf5 import digest_file
 from hairpipe.graphs.experiments.bench.calls.call_trials import DISTURBANCES, held, try_calls
 from hairpipe.graphs.experiments.bench.calls.file_layer import Call, FileLayer
 from hairpipe.graphs.experiments.bench.calls.schedules import Turns, try_schedules
-from hairpipe.io.hdf5 import digest_file
 
 
 def quiet(line):

@@ -5,10 +5,10 @@ import os
 
 import pytest
 
-from hairpipe.bench.machine import Machine
-from hairpipe.bench.report import Report
-from hairpipe.graph.worker.kernel_cache import TABLE
+from hairpipe.engine.worker.kernel_cache import TABLE
 from hairpipe.graphs.experiments.bench import contact, core, faults
+from hairpipe.graphs.experiments.bench.machine import Machine
+from hairpipe.graphs.experiments.bench.report import Report
 
 MACHINE = Machine("A Processor", 2, {"numba": "1.2"})
 

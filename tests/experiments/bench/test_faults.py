@@ -5,11 +5,11 @@ import random
 import pytest
 
 from hairpipe.child import withheld
-from hairpipe.graph.node.import_paths import leave
-from hairpipe.graph.run import publish
+from hairpipe.engine.node.import_paths import leave
+from hairpipe.engine.run import publish
+from hairpipe.formats.hdf5 import digest_file
 from hairpipe.graphs.experiments.bench import faults
 from hairpipe.graphs.experiments.bench.faults import Trials, held, toy_shot, try_damages, try_faults, undisturbed
-from hairpipe.io.hdf5 import digest_file
 
 SHORT = Trials(kills=1, damages=2, cleanings=1, modules=())
 

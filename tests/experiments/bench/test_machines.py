@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.bench.machine import Machine
-from hairpipe.bench.report import Report
+from hairpipe.formats.hdf5 import digest_file
+from hairpipe.graphs.experiments.bench.machine import Machine
 from hairpipe.graphs.experiments.bench.machines import parity, trials
 from hairpipe.graphs.experiments.bench.machines.fault_list import FAULTS, Fault, do_nothing
 from hairpipe.graphs.experiments.bench.machines.trials import (
@@ -15,7 +15,7 @@ from hairpipe.graphs.experiments.bench.machines.trials import (
     violations_of,
     without_places,
 )
-from hairpipe.io.hdf5 import digest_file
+from hairpipe.graphs.experiments.bench.report import Report
 
 MACHINE = Machine("A Processor", 2, {"numba": "1.2"})
 BY_TITLE = {fault.title: fault for fault in FAULTS}

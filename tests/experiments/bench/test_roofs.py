@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from hairpipe.geometry.simd import width
 from hairpipe.graphs.experiments.bench import roofs
 from hairpipe.graphs.experiments.bench.arithmetic.assembly import assembly_of, count_arithmetic
-from hairpipe.kernels.simd import width
 
 
 @pytest.mark.parametrize("dtype", ["float32", "float64"])

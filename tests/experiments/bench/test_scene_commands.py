@@ -5,10 +5,10 @@ import re
 
 import pytest
 
+from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.study import Interrupted
 from hairpipe.graphs.experiments.bench.scene_commands import PROGRAM
 from hairpipe.graphs.experiments.scenes import needs, promises
-from hairpipe.tune.quantity import Tolerance
-from hairpipe.tune.study import Interrupted
 
 HEAD = re.compile(r"commit (?:[0-9a-f]{7}\b|of version )[^;]*; machine [^;]+; command `(.+)`")
 

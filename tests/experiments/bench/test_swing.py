@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.bench.machine import Machine
-from hairpipe.bench.report import Report
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench import swing
+from hairpipe.graphs.experiments.bench.machine import Machine
+from hairpipe.graphs.experiments.bench.report import Report
 from hairpipe.graphs.experiments.peers import registry
 from hairpipe.graphs.experiments.peers.hanging import FRAME, Hanging, Peer
 from hairpipe.graphs.experiments.peers.registry import Adapter, installed

@@ -4,8 +4,8 @@ import numba
 import numpy as np
 import pytest
 
-from hairpipe.data.lengths import strand_lengths
 from hairpipe.graphs.experiments.bench import volume
+from hairpipe.values.groom import strand_lengths
 
 
 def test_every_case_is_measured_once():

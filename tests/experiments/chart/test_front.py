@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.chart.front import Columns, draw_front, limits_of
 from hairpipe.graphs.experiments.chart.labels import Box, candidates
+from hairpipe.values.table import table_of_rows
 
 NAMES = ["case", "group", "seconds", "error [%]", "failed", "front"]
 ROWS = [

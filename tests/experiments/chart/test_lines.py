@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.chart.lines import CLOSEST, Columns, draw_table, lines_of, spread
+from hairpipe.values.table import table_of_rows
 
 ROWS = [(case, step, error * step**2, 0.5) for case, error in (("ours", 1.0), ("theirs", 9.0)) for step in (0.1, 0.2)]
 TABLE = table_of_rows(["scheme", "step [s]", "error [m]", "spread [m]"], [*ROWS, ("failed", 0.2, np.nan, np.inf)])

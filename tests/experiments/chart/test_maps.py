@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.chart.maps import MapColumns, draw_maps, formatted, shortest
+from hairpipe.values.table import table_of_rows
 
 NAMES = ["case", "step [s]", "motion", "error [%]", "failed"]
 ROWS = [

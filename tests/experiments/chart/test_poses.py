@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from hairpipe.data import Strands
+from hairpipe.engine import Frames, Time, Workspace
 from hairpipe.errors import BadInput
-from hairpipe.graph import Frames, Time, Workspace
 from hairpipe.graphs.experiments.chart.poses import Panel, Pose, draw_poses, grid_for, panels_of, pieces_of
 from hairpipe.graphs.experiments.nodes.plot_strand import plot_strand
+from hairpipe.values import Strands
 
 FPS = 25.0
 FRAMES = range(1001, 1012)

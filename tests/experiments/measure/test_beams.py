@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Strands
+from hairpipe.engine import Frames
 from hairpipe.errors import BadInput
-from hairpipe.graph import Frames
 from hairpipe.graphs.experiments.nodes.measure_beams import measure_beams
-from hairpipe.sim.material import Material
+from hairpipe.strands.material import Material
+from hairpipe.values import Strands
 
 THICKNESS, FORCE, ARMS = 3e-4, 4e-7, (0.06, 0.04)
 ALONG = np.linspace(0.0, 1.0, 41)

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Strands
+from hairpipe.engine import Frames, Time
 from hairpipe.errors import BadInput
-from hairpipe.graph import Frames, Time
 from hairpipe.graphs.experiments.measure.curls import radius
 from hairpipe.graphs.experiments.nodes.measure_curls import measure_curls
-from hairpipe.groom.helix import Helix, turn_of
+from hairpipe.groom.curl import Helix, turn_of
 from hairpipe.groom.strands import lay_strands
+from hairpipe.values import Strands
 
 
 def curls(width, pitch=0.02, segments=80):

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Strands
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.measure.invariance import differences
 from hairpipe.graphs.experiments.measure.rest import rest_table
+from hairpipe.values import Strands
 
 LINE = np.array([[0.0, 0.0, 0.0], [0.1, 0.02, 0.03]])
 LENGTH = float(np.linalg.norm(LINE[1]))

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
+from hairpipe.engine import Frames, Time
 from hairpipe.errors import BadInput
-from hairpipe.graph import Frames, Time
 from hairpipe.graphs.experiments.measure.restarts import restart_frames
 from hairpipe.graphs.experiments.nodes.restart_hair import restart_hair
 from hairpipe.groom.strands import lay_strands
 from hairpipe.nodes.simulate_hair import simulate_hair
-from hairpipe.sim.hair_model import build_models
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import StepControl
+from hairpipe.shot.settings import StepControl
+from hairpipe.strands.hair_model import build_models
+from hairpipe.strands.material import Material
 
 GROOM = lay_strands(9, 0.05, 4, (1.0, -0.3, 0.0), (0.0, 0.0, 0.01), None, 0.0)
 FPS, COUNT = 24.0, 7

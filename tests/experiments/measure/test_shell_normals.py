@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.data import Normals, Strands
+from hairpipe.engine import Frames
 from hairpipe.errors import BadInput
-from hairpipe.graph import Frames
 from hairpipe.graphs.experiments.nodes.measure_normals import measure_normals
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
+from hairpipe.values import Normals, Strands
 
 RADIUS = 0.06
 

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Strands
-from hairpipe.graph import Frames, Time
+from hairpipe.body.scripted_motion import Track, drive
+from hairpipe.engine import Frames, Time
 from hairpipe.graphs.experiments.nodes.measure_slip import measure_slip
 from hairpipe.groom.strands import lay_strands
-from hairpipe.scripted_ends.ends import drive
-from hairpipe.scripted_ends.track import Track
+from hairpipe.values import Strands
 
 GROOM = lay_strands(2, 0.1, 10, (0.0, 0.0, 1.0), (0.05, 0.0, 0.0), None, 0.0)
 

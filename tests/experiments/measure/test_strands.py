@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Strands
-from hairpipe.graph import Frames, Time
+from hairpipe.body.scripted_motion import Track, drive
+from hairpipe.engine import Frames, Time
 from hairpipe.graphs.experiments.measure.strands import bulge, turns
 from hairpipe.graphs.experiments.nodes.measure_strands import measure_strands
 from hairpipe.groom.strands import lay_strands
-from hairpipe.scripted_ends.ends import drive
-from hairpipe.scripted_ends.track import Track
+from hairpipe.values import Strands
 
 OFFSETS = np.array([0, 11, 16], np.int32)
 REST = np.concatenate([np.linspace([0, 0, 0], [0.1, 0, 0], 11), np.linspace([0, 1, 0], [0, 1, 0.04], 5)])

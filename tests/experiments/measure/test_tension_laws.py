@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hairpipe.engine import Frames, Time
 from hairpipe.errors import BadInput
-from hairpipe.graph import Frames, Time
 from hairpipe.graphs.experiments.measure.pulls import Bar
 from hairpipe.graphs.experiments.nodes.measure_pull import measure_pull
 from hairpipe.graphs.experiments.nodes.measure_wrap import measure_wrap
 from hairpipe.groom.strands import lay_strands
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Scene
-from hairpipe.sim.simulate import start
+from hairpipe.shot.settings import Scene
+from hairpipe.shot.simulate import start
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
 
 GROOM = lay_strands(1, 0.1, 20, (1.0, 0.0, 0.0), (0.0, 0.0, 0.01), None, 0.0)
 TIME = Time(1, 10.0)

@@ -5,19 +5,18 @@ from dataclasses import replace
 
 import pytest
 
-from hairpipe.api.shot import load
-from hairpipe.graph.run.events import Outcome
+from hairpipe.app.api.shot import load
+from hairpipe.app.tune.chaos import Chaos
+from hairpipe.app.tune.choosing import Choice
+from hairpipe.app.tune.measured import Measured, failed
+from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.sampling import STILL, RootMotion, Sample
+from hairpipe.app.tune.tuning import Check, Scene, Tuned, Untunable
+from hairpipe.engine.run.events import Outcome
 from hairpipe.graphs.experiments.scenes import needs, promises
 from hairpipe.graphs.experiments.scenes.drawing import DrawnScene
 from hairpipe.graphs.experiments.scenes.pace import Pace
-from hairpipe.simplification import Simplification
-from hairpipe.tune.chaos import Chaos
-from hairpipe.tune.choosing import Choice
-from hairpipe.tune.measured import Measured, failed
-from hairpipe.tune.quantity import Tolerance
-from hairpipe.tune.root_motion import STILL, RootMotion
-from hairpipe.tune.sampling import Sample
-from hairpipe.tune.tuning import Check, Scene, Tuned, Untunable
+from hairpipe.values.simplification import Simplification
 
 DRY = Simplification("stiction", 1, "no stiction", drops=("hair.stiction",))
 CHAIN = Simplification("model", 1, "plain chain", (("hair.model", "chain"),))

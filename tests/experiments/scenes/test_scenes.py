@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.api.shot import load
+from hairpipe.app.api.shot import load
 from hairpipe.graphs.experiments.scenes.drawing import (
     BETWEEN,
     CURLS,

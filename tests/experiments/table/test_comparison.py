@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hairpipe.data.table import table_of_columns
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.table.comparison import comparison
+from hairpipe.values.table import table_of_columns
 
 TIMES = np.linspace(0.0, 2.0, 21)
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.nodes.collect_variants import collect_variants
 from hairpipe.graphs.experiments.table.pareto import on_front
+from hairpipe.values.table import table_of_rows
 
 ERROR = "strand error [% of length]"
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.table.rows import select
+from hairpipe.values.table import table_of_rows
 
 ONE = table_of_rows(["name", "length [m]"], [("a", 0.3), ("b", 0.1)])
 OTHER = table_of_rows(["name", "length [m]"], [("c", 0.1)])

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hairpipe.data.table import table_of_columns
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.nodes.measure_event import measure_event
 from hairpipe.graphs.experiments.nodes.summarize_tables import summarize_tables
 from hairpipe.graphs.experiments.table.series import crossings, period
+from hairpipe.values.table import table_of_columns
 
 X = np.linspace(0.0, 10.0, 2001)
 TABLE = table_of_columns({"time [s]": X, "tip [m]": np.exp(-0.1 * X) * np.sin(2 * np.pi * X / 1.25) + 3.0})

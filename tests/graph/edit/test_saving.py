@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from hairpipe.engine.edit import save_settings, with_settings
 from hairpipe.errors import BadInput
-from hairpipe.graph.edit.saving import save_settings, with_settings
 
 GRAPHS = Path(__file__).resolve().parents[3] / "graphs"
 TEXT = """schema = 1 # of files

@@ -5,11 +5,11 @@ import tomllib
 
 import pytest
 
-from hairpipe.api.source import shipped_graphs
+from hairpipe.app.api.source import shipped_graphs
+from hairpipe.app.page.history import History, Step
+from hairpipe.engine import edit as verbs
+from hairpipe.engine.file.overrides import nodes_of
 from hairpipe.errors import BadInput
-from hairpipe.graph.edit import verbs
-from hairpipe.graph.file.overrides import nodes_of
-from hairpipe.page.editing.history import History, Step
 
 GRAPHS = {name: path.read_bytes().decode() for name, path in shipped_graphs().items()}
 TEXT = """# The shot.

@@ -6,11 +6,11 @@ from threading import Thread
 
 import pytest
 
+from hairpipe.engine.hosts import dask_engine
+from hairpipe.engine.run.events import Options
+from hairpipe.engine.run.scheduler import run
+from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
-from hairpipe.graph.engine import dask_engine
-from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.scheduler import run
-from hairpipe.graph.store.store import Store
 
 from ..cluster import Cluster
 from ..conftest import wait_for

@@ -11,20 +11,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hairpipe.engine.code import CodeReader
+from hairpipe.engine.file.trust import _granted
+from hairpipe.engine.hosts import offer as offering
+from hairpipe.engine.hosts.host import Host
+from hairpipe.engine.hosts.local_engine import LocalEngine
+from hairpipe.engine.hosts.offer import Offer, accept, sent_offer
+from hairpipe.engine.hosts.protocol import Job
+from hairpipe.engine.plan.resolve import Resolver
+from hairpipe.engine.plan.tasks import Task
+from hairpipe.engine.run.events import CODEC
+from hairpipe.engine.store.digest import action_key
+from hairpipe.engine.store.lease import Leases
+from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
-from hairpipe.graph.engine import offer as offering
-from hairpipe.graph.engine.host import Host
-from hairpipe.graph.engine.local_engine import LocalEngine
-from hairpipe.graph.engine.offer import Offer, accept, sent_offer
-from hairpipe.graph.engine.protocol import Job
-from hairpipe.graph.file.trust import _granted
-from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.plan.resolve import Resolver
-from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.run.events import CODEC
-from hairpipe.graph.store.digest import action_key
-from hairpipe.graph.store.lease import Leases
-from hairpipe.graph.store.store import Store
 
 
 @pytest.fixture
@@ -116,7 +116,7 @@ def test_other_code_of_a_node_is_refused_by_name(shot, sent, name):
 
 def test_other_versions_are_named_with_both(shot, sent, monkeypatch):
     job = job_of(shot)
-    monkeypatch.setattr("hairpipe.graph.key.code.version", lambda name: "99.0")
+    monkeypatch.setattr("hairpipe.engine.code.version", lambda name: "99.0")
     failure = evaluated(host_for(sent), job)["failure"]
     assert failure["kind"] == "mismatch" and "numba 99.0 in place of 0." in failure["message"]
     monkeypatch.setattr(offering, "VERSIONS", "hairpipe 99, Python 3.11")
@@ -136,7 +136,7 @@ def test_other_versions_of_what_a_choice_calls_are_named(shot, sent):
 
 def test_another_class_of_processor_is_named(shot, sent, monkeypatch):
     job = job_of(shot)
-    monkeypatch.setattr("hairpipe.graph.key.code.processor_class", lambda: "z80")
+    monkeypatch.setattr("hairpipe.engine.code.processor_class", lambda: "z80")
     failure = evaluated(host_for(sent), job)["failure"]
     assert failure["kind"] == "mismatch" and "processor z80 in place of " in failure["message"]
 
@@ -270,7 +270,7 @@ def two(monkeypatch):
             made.append(TwoMachines(resolver, options, refuse))
             return made[-1]
 
-        monkeypatch.setattr("hairpipe.graph.run.scheduler.make_engine", make)
+        monkeypatch.setattr("hairpipe.engine.run.scheduler.make_engine", make)
         return made
 
     return use

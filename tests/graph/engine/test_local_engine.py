@@ -4,13 +4,13 @@ import signal
 
 import pytest
 
-from hairpipe.graph.engine.local_engine import LocalEngine
-from hairpipe.graph.engine.member import Member
-from hairpipe.graph.engine.protocol import Slots
-from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.scheduler import run
-from hairpipe.graph.store.fingerprint import stamp_of
-from hairpipe.graph.store.store import Store
+from hairpipe.engine.hosts.local_engine import LocalEngine
+from hairpipe.engine.hosts.member import Member
+from hairpipe.engine.hosts.protocol import Slots
+from hairpipe.engine.run.events import Options
+from hairpipe.engine.run.scheduler import run
+from hairpipe.engine.store.fingerprint import stamp_of
+from hairpipe.engine.store.store import Store
 
 from ..conftest import NO_JOB, local_engine
 

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from hairpipe.engine.file.graph import project_of
+from hairpipe.engine.run import publish
+from hairpipe.engine.store import atomic
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.graph import project_of
-from hairpipe.graph.run import publish
-from hairpipe.graph.store import atomic
 
 pytestmark = pytest.mark.usefixtures("kept")
 
@@ -77,8 +77,8 @@ def test_a_link_that_comes_later_is_not_followed(shot, outside, swapped):
 
 
 def publish_all(shot, graph):
-    from hairpipe.graph.run.events import Options
-    from hairpipe.graph.run.scheduler import run
+    from hairpipe.engine.run.events import Options
+    from hairpipe.engine.run.scheduler import run
 
     return run(graph, shot.store, options=Options(jobs=1))
 

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from hairpipe.engine.file import bounds as room
+from hairpipe.engine.file.load import load_graph
 from hairpipe.errors import BadInput
-from hairpipe.graph.file import data_folder as room
-from hairpipe.graph.file.load import load_graph
 
 GRAPH = """schema = 1
 frames = [1, 2]

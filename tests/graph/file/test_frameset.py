@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hairpipe.engine.file.frameset import fold_frames, parse_frames
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.frameset import fold_frames, parse_frames
 
 
 def test_ranges_steps_and_single_frames():

@@ -2,8 +2,8 @@
 
 import pytest
 
+from hairpipe.engine.file.load import load_graph
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.load import load_graph
 
 HEAD = "schema = 1\nframes = [1, 3]\nfps = 24\n"
 SEED = HEAD + '[seed]\ntype = "make_seed"\nvalue = 3\nbent.strength = 2\n'
@@ -128,7 +128,7 @@ MIXED = '''"""A setting that is a value or a group."""
 from dataclasses import dataclass
 from numeral import Numeral
 from tally import numeral
-from hairpipe.graph import node
+from hairpipe.engine import node
 
 @dataclass(frozen=True)
 class How:

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from hairpipe.engine.file.load import load_graph
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.load import load_graph
 
 HEAD = "schema = 1\nframes = [1, 10]\nfps = 24\n"
 SEED = HEAD + '[seed]\ntype = "make_seed"\n'
@@ -160,7 +160,7 @@ def test_publishing_over_a_folder_is_refused(shot):
 
 def test_a_value_per_frame_does_not_go_into_one_for_the_shot(shot):
     (shot.nodes / "copy_seed.py").write_text(
-        'from hairpipe.graph import node\nfrom numeral import Numeral\n@node(frames="once")\n'
+        'from hairpipe.engine import node\nfrom numeral import Numeral\n@node(frames="once")\n'
         'def copy_seed(seed: Numeral) -> Numeral:\n    """Copy."""\n    return seed\n'
     )
     with pytest.raises(BadInput, match="'move' gives a value per frame"):
@@ -170,7 +170,7 @@ def test_a_value_per_frame_does_not_go_into_one_for_the_shot(shot):
 def test_a_value_of_a_derived_type_does_not_go_into_a_socket(shot):
     """What a consumer gets is built of exactly the fields of its own type: it would fail when it is run."""
     (shot.nodes / "count_seed.py").write_text(
-        "from dataclasses import dataclass\nfrom hairpipe.graph import node\nfrom numeral import Numeral\n"
+        "from dataclasses import dataclass\nfrom hairpipe.engine import node\nfrom numeral import Numeral\n"
         "@dataclass(frozen=True)\nclass Counted(Numeral):\n    count: int\n"
         '@node(frames="once")\ndef count_seed() -> Counted:\n    """Count."""\n'
     )

@@ -4,8 +4,8 @@ from copy import deepcopy
 
 import pytest
 
+from hairpipe.engine.file.overrides import put
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.overrides import put
 
 TABLES = {
     "hair": {"length": {"value": 0.3, "map": "long"}, "drag": 8.0, "file": {"data": "a.obj"}, "locks": {"after": 3}}

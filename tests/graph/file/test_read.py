@@ -6,11 +6,11 @@ from contextlib import suppress
 
 import pytest
 
+from hairpipe.engine.file import read
+from hairpipe.engine.file.graph import Graph
+from hairpipe.engine.file.read import GraphText
+from hairpipe.engine.plan.tasks import unroll
 from hairpipe.errors import BadInput
-from hairpipe.graph.file import read
-from hairpipe.graph.file.graph import Graph
-from hairpipe.graph.file.read import GraphText
-from hairpipe.graph.plan.tasks import unroll
 
 TEXT = """schema = 1
 frames = [1, 2]  # schema
@@ -55,7 +55,7 @@ def test_unrolling_costs_in_proportion_to_the_tasks(shot, monkeypatch, frames):
     """Tasks are made about as often as they are there, and none is compared with all."""
     shot.write(shot.path.read_text().replace("[1, 10]", f"[1, {frames}]"))
     graph = shot.load()
-    from hairpipe.graph.plan import tasks
+    from hairpipe.engine.plan import tasks
 
     made = []
     real = tasks.Task
@@ -65,7 +65,7 @@ def test_unrolling_costs_in_proportion_to_the_tasks(shot, monkeypatch, frames):
 
 
 def test_the_code_of_a_type_is_read_once_however_many_nodes_have_it(shot, monkeypatch):
-    from hairpipe.graph.key.code import CodeReader
+    from hairpipe.engine.code import CodeReader
 
     shot.path.write_text(
         "schema = 1\nframes = [1, 2]\nfps = 24\n" + "".join(f'[n{n}]\ntype = "make_seed"\n' for n in range(50))

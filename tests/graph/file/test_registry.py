@@ -5,11 +5,11 @@ import sys
 
 import pytest
 
+from hairpipe.engine.code import CodeReader
+from hairpipe.engine.file.registry import Registry
+from hairpipe.engine.file.trust import Untrusted
+from hairpipe.engine.node.import_paths import EXPERIMENTS, OUR_NODES, folder_of
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.registry import Registry
-from hairpipe.graph.file.trust import Untrusted
-from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.node.import_paths import EXPERIMENTS, OUR_NODES, folder_of
 
 
 def test_output_of_an_import_is_not_a_result(shot, capsys):

@@ -7,12 +7,21 @@ import sys
 
 import pytest
 
+from hairpipe.engine.code import CodeReader
+from hairpipe.engine.file.load import load_graph
+from hairpipe.engine.file.trust import (
+    Untrusted,
+    code_in,
+    register,
+    revoke,
+    shipped_folders,
+    trust,
+    trust_error,
+    trusted,
+)
+from hairpipe.engine.run.events import Options
+from hairpipe.engine.run.scheduler import run
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.file.trust import Untrusted, code_in, register, revoke, shipped_folders, trust, trust_error, trusted
-from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.scheduler import run
 
 MARK = "open({!r}, 'a').write('imported')\n"
 

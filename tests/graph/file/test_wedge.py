@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from hairpipe.engine.file.read import GraphText
+from hairpipe.engine.file.wedge import find_wedge, read_wedges
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.read import GraphText
-from hairpipe.graph.file.wedge import find_wedge, read_wedges
 
 GRAPH = """schema = 1
 [seed]

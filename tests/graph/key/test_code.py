@@ -6,17 +6,16 @@ import sys
 
 import pytest
 
+from hairpipe.engine import code
+from hairpipe.engine.code import CodeReader, read_source, version
+from hairpipe.engine.store import fingerprint
 from hairpipe.errors import BadInput
-from hairpipe.graph.key import code
-from hairpipe.graph.key.code import CodeReader, version
-from hairpipe.graph.key.source import read_source
-from hairpipe.graph.store import fingerprint
 
 FILES = {
     "shop/__init__.py": "from shop.bread import bake\nfrom shop.milk import pour\nOPEN = 8\n",
     "shop/bread.py": "import numpy\nfrom . import oven\ndef bake():\n    return oven.heat()\n",
     "shop/oven.py": "def heat():\n    from shop.wood import burn\n    return burn()\n",
-    "shop/wood.py": "from hairpipe.graph import node\nfrom hairpipe.units import Metres\ndef burn():\n    return 1\n",
+    "shop/wood.py": "from hairpipe.engine import node\nfrom hairpipe.units import Metres\ndef burn():\n    return 1\n",
     "shop/milk.py": "def pour():\n    return 2\n",
     "shop/till.py": "from shop import OPEN, milk\n",
     "shop/round.py": "from shop.about import x\n",

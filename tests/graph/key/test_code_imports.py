@@ -5,8 +5,8 @@ from importlib.util import resolve_name
 
 import pytest
 
-from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.store.fingerprint import stamp_of
+from hairpipe.engine.code import CodeReader
+from hairpipe.engine.store.fingerprint import stamp_of
 
 
 @pytest.fixture

@@ -8,10 +8,10 @@ from typing import Annotated, NamedTuple
 
 import pytest
 
+from hairpipe.engine import File, Frames, Pair, Time, Workspace, flat_group, node
+from hairpipe.engine.node.declare import Preparation
+from hairpipe.engine.node.signature import DATA_SUFFIXES
 from hairpipe.errors import BadInput
-from hairpipe.graph import File, Frames, Pair, Time, Workspace, flat_group, node
-from hairpipe.graph.node.declare import Preparation
-from hairpipe.graph.node.signature import DATA_SUFFIXES
 from hairpipe.units import Gt, Metres, Suffixes
 
 

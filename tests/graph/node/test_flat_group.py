@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from hairpipe.data import Table
-from hairpipe.graph import flat_group, node
-from hairpipe.graph.node.fields import fields_of
-from hairpipe.graph.node.settings import build_settings, check_settings
+from hairpipe.engine import flat_group, node
+from hairpipe.engine.node.settings import build_settings, check_settings, fields_of
 from hairpipe.units import Ge
+from hairpipe.values import Table
 
 
 @dataclass(frozen=True)

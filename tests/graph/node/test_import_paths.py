@@ -5,17 +5,17 @@ import sys
 
 import pytest
 
-from hairpipe.graph.file.registry import Registry
-from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.results import read_result
-from hairpipe.graph.run.scheduler import run
+from hairpipe.engine.code import CodeReader
+from hairpipe.engine.file.registry import Registry
+from hairpipe.engine.plan.tasks import Task
+from hairpipe.engine.results import read_result
+from hairpipe.engine.run.scheduler import run
 
 NODE = '''"""A number that somebody else gives."""
 {imports}
 from tally import numeral
 from numeral import Numeral
-from hairpipe.graph import node
+from hairpipe.engine import node
 
 @node(frames="once")
 def {name}() -> Numeral:
@@ -90,7 +90,7 @@ def test_no_file_takes_the_place_of_our_own_package(shot):
     (shot.nodes / "hairpipe.py").write_text("")
     module = Registry(shot.nodes).find("make_box").module
     parts = CodeReader(lambda name, make: make(), shot.nodes).code_of(module).parts
-    assert {"hairpipe.nodes.make_box", "hairpipe.data.mesh"} <= parts.keys()
+    assert {"hairpipe.nodes.make_box", "hairpipe.values.body"} <= parts.keys()
 
 
 @pytest.mark.parametrize("file", ["give_sides.py", "shapes/regular.py"])

@@ -1,6 +1,6 @@
 """Messages: names that are near, and values that are cut short."""
 
-from hairpipe.graph.node.messages import brief, nearest
+from hairpipe.engine.node.messages import brief, nearest
 
 
 def test_nearest_name_or_all_of_them():

@@ -6,10 +6,9 @@ from typing import Annotated, Literal
 
 import pytest
 
+from hairpipe.engine import File, node
+from hairpipe.engine.node.settings import build_settings, check_settings, fields_of, help_line, map_files
 from hairpipe.errors import BadInput
-from hairpipe.graph import File, node
-from hairpipe.graph.node.fields import fields_of, help_line
-from hairpipe.graph.node.settings import build_settings, check_settings, map_files
 from hairpipe.units import Fraction, Ge, Gt, Interval, Metres, Voxels
 
 

@@ -5,10 +5,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from hairpipe.graph.plan.checkpoints import Thinner
-from hairpipe.graph.plan.tasks import Source, Task
-from hairpipe.graph.store.digest import action_key
-from hairpipe.graph.store.record import Output, Record
+from hairpipe.engine.plan.checkpoints import Thinner
+from hairpipe.engine.plan.tasks import Source, Task
+from hairpipe.engine.store.digest import action_key
+from hairpipe.engine.store.record import Output, Record
 
 pytestmark = pytest.mark.usefixtures("kept")
 

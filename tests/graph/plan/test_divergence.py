@@ -4,15 +4,15 @@ from collections import deque
 
 import pytest
 
-from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.results import read_result
-from hairpipe.graph.run.events import Judge
-from hairpipe.graph.run.survey import NodeSurvey, Survey
+from hairpipe.engine.plan.tasks import Task
+from hairpipe.engine.results import read_result
+from hairpipe.engine.run.events import Judge
+from hairpipe.engine.run.survey import NodeSurvey, Survey
 
 BLOW_UP = '''"""A fold that diverges."""
 from numeral import Numeral
 from tally import numeral, tally
-from hairpipe.graph import Time, node
+from hairpipe.engine import Time, node
 
 @node(frames="scan")
 def blow_up(number: Numeral, previous: Numeral | None, time: Time, *, at: int = 4, how: str = "diverge") -> Numeral:
@@ -29,7 +29,7 @@ def blow_up(number: Numeral, previous: Numeral | None, time: Time, *, at: int = 
 COUNT = '''"""A count of what was reached."""
 from numeral import Numeral
 from tally import numeral, tally
-from hairpipe.graph import Reached, node
+from hairpipe.engine import Reached, node
 
 @node(frames="once")
 def count(numbers: tuple[Reached[Numeral], ...]) -> Numeral:

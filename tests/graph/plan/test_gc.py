@@ -5,9 +5,9 @@ import time
 
 import pytest
 
-from hairpipe.graph.plan import gc
-from hairpipe.graph.plan.gc import clean, items, live_keys, usage
-from hairpipe.graph.run import publish
+from hairpipe.engine.plan import gc
+from hairpipe.engine.plan.gc import clean, items, live_keys, usage
+from hairpipe.engine.run import publish
 
 pytestmark = pytest.mark.usefixtures("kept")
 
@@ -16,7 +16,7 @@ from pathlib import Path
 from numeral import Numeral
 from tally import numeral, tally
 
-from hairpipe.graph import File, node
+from hairpipe.engine import File, node
 
 @node(frames="once")
 def read_list(file: File, *, how: str = "open") -> Numeral:

@@ -2,10 +2,10 @@
 
 import pytest
 
+from hairpipe.engine import code
+from hairpipe.engine.plan.planner import explain
+from hairpipe.engine.plan.tasks import Task
 from hairpipe.errors import BadInput
-from hairpipe.graph.key import code
-from hairpipe.graph.plan.planner import explain
-from hairpipe.graph.plan.tasks import Task
 from hairpipe.processor import processor_class
 
 pytestmark = pytest.mark.usefixtures("kept")

@@ -4,12 +4,12 @@ import itertools
 
 import pytest
 
+from hairpipe.engine.plan.portion import collectors
+from hairpipe.engine.run.events import Options
+from hairpipe.engine.run.scheduler import run
+from hairpipe.engine.store.lease import Leases
+from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
-from hairpipe.graph.plan.portion import collectors
-from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.scheduler import run
-from hairpipe.graph.store.lease import Leases
-from hairpipe.graph.store.store import Store
 
 DRAWN = """
 [soft]

@@ -6,16 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from hairpipe.engine import Time, node
+from hairpipe.engine.plan.arguments import Preparations, Prepared, nbytes_of
 from hairpipe.errors import BadInput
-from hairpipe.graph import Time, node
-from hairpipe.graph.plan.preparation import Preparations, Prepared, nbytes_of
 
 SCALE = '''"""A fold whose factor is made once."""
 import warnings
 from typing import NamedTuple
 from numeral import Numeral, Sum
 from tally import numeral, tally
-from hairpipe.graph import Time, node
+from hairpipe.engine import Time, node
 from worth import worth
 
 class Factor(NamedTuple):

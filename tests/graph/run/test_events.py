@@ -2,8 +2,8 @@
 
 from types import SimpleNamespace
 
-from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.run.events import Event, Progress
+from hairpipe.engine.plan.tasks import Task
+from hairpipe.engine.run.events import Event, Progress
 
 NODES = {
     name: SimpleNamespace(name=name, type=SimpleNamespace(mode=mode)) for name, mode in (("a", "each"), ("b", "scan"))

@@ -2,11 +2,11 @@
 
 import pytest
 
+from hairpipe.engine.file.graph import Edge
+from hairpipe.engine.plan.tasks import Task
+from hairpipe.engine.results import read_result
+from hairpipe.engine.run.player import Player, played_nodes, playing_environment
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.graph import Edge
-from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.results import read_result
-from hairpipe.graph.run.player import Player, played_nodes, playing_environment
 
 pytestmark = pytest.mark.usefixtures("kept")
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.graph.run.ledger import Ledger, ledger_path
+from hairpipe.engine.run.publish import Ledger, ledger_path
 
 pytestmark = pytest.mark.usefixtures("kept")
 

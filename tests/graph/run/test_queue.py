@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.run.events import Failure
-from hairpipe.graph.run.scheduler import MOST_LOSSES, Queue, Scheduler
+from hairpipe.engine.plan.tasks import Task
+from hairpipe.engine.run.events import Failure
+from hairpipe.engine.run.scheduler import MOST_LOSSES, Queue, Scheduler
 
 
 @pytest.fixture

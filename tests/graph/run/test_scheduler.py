@@ -5,8 +5,8 @@ from collections import Counter
 
 import pytest
 
+from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
-from hairpipe.graph.store.store import Store
 
 pytestmark = pytest.mark.usefixtures("kept")
 
@@ -166,8 +166,8 @@ def test_pair_is_the_current_value_twice_at_the_first_frame(shot):
 
 
 def value_of(shot, name):
-    from hairpipe.graph.plan.tasks import Task
-    from hairpipe.graph.results import read_result
+    from hairpipe.engine.plan.tasks import Task
+    from hairpipe.engine.results import read_result
 
     node, _, frame = name.partition("@")
     return read_result(shot.load(), shot.store, Task(node, int(frame) if frame else None)).value
@@ -236,7 +236,7 @@ def test_states_after_long_evaluations_are_written_and_go_while_the_scan_goes_on
     assert states_of(shot, shot.results()) == [4, 8, 10]
 
 
-WRITE_ALL = """from hairpipe.graph.worker import worker
+WRITE_ALL = """from hairpipe.engine.worker import worker
 worker.SAVED_AFTER = 0.0
 """
 
@@ -245,7 +245,7 @@ PAGES = '''"""A fold whose state is a file."""
 from typing import Annotated, NamedTuple
 from numeral import Numeral
 from tally import numeral, tally
-from hairpipe.graph import File, Time, Workspace, node
+from hairpipe.engine import File, Time, Workspace, node
 from hairpipe.units import Suffixes
 
 class Written(NamedTuple):

@@ -7,8 +7,9 @@ import time
 
 import pytest
 
-from hairpipe.graph.store import atomic, holder, renewal
-from hairpipe.graph.store.atomic import is_left_over, making, open_made, replacing, sweep, workspace, write_text
+from hairpipe.engine.store import atomic, holder
+from hairpipe.engine.store import holder as renewal
+from hairpipe.engine.store.atomic import is_left_over, making, open_made, replacing, sweep, workspace, write_text
 from tests.graph.conftest import wait_for
 
 
@@ -39,7 +40,7 @@ def hold(folder):
     code = """
 import sys
 from pathlib import Path
-from hairpipe.graph.store.atomic import making, workspace
+from hairpipe.engine.store.atomic import making, workspace
 with making(Path(sys.argv[1])), workspace(Path(sys.argv[1])) as folder:
     (folder / "half").write_text("")
     print(flush=True)

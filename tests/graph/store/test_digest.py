@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from hairpipe.graph.store.digest import action_key, canonical, key_parts
+from hairpipe.engine.store.digest import action_key, canonical, key_parts
 
 BASE = {
     "type_name": "bake",

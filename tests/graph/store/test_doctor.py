@@ -8,12 +8,12 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
+from hairpipe.engine.store import doctor, doctor_pair
+from hairpipe.engine.store.doctor import diagnose
+from hairpipe.engine.store.doctor_pair import diagnose_pair
+from hairpipe.engine.store.lease import Leases
+from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
-from hairpipe.graph.store import doctor, doctor_pair
-from hairpipe.graph.store.doctor import diagnose
-from hairpipe.graph.store.doctor_pair import diagnose_pair
-from hairpipe.graph.store.lease import Leases
-from hairpipe.graph.store.store import Store
 
 
 @pytest.fixture

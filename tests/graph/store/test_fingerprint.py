@@ -2,9 +2,9 @@
 
 import pytest
 
-from hairpipe.graph.store import fingerprint as module
-from hairpipe.graph.store.fingerprint import digest_file, fingerprint
-from hairpipe.graph.store.store import Store
+from hairpipe.engine.store import fingerprint as module
+from hairpipe.engine.store.fingerprint import digest_file, fingerprint
+from hairpipe.engine.store.store import Store
 
 
 @pytest.fixture

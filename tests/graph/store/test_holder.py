@@ -4,8 +4,8 @@ import os
 import subprocess
 import sys
 
-from hairpipe.graph.store import holder
-from hairpipe.graph.store.holder import FORM, has_ended, make_name, start_of
+from hairpipe.engine.store import holder
+from hairpipe.engine.store.holder import FORM, has_ended, make_name, start_of
 
 
 def test_this_process_has_not_ended_and_names_are_unique():

@@ -3,8 +3,8 @@
 import os
 from concurrent.futures import ThreadPoolExecutor
 
-from hairpipe.graph.store.identity import claim_identity, identity_of
-from hairpipe.graph.store.store import Store
+from hairpipe.engine.hosts.offer import claim_identity, identity_of
+from hairpipe.engine.store.store import Store
 
 
 def test_all_who_ask_at_one_time_get_the_same(tmp_path):

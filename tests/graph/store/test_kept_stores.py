@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hairpipe.graph.plan.gc import Found, verify
-from hairpipe.graph.store.digest import action_key
-from hairpipe.graph.store.listing import read_listing
-from hairpipe.graph.store.store import Store
-from hairpipe.io import hdf5
+from hairpipe.engine.plan.gc import Found, verify
+from hairpipe.engine.store.digest import action_key
+from hairpipe.engine.store.listing import read_listing
+from hairpipe.engine.store.store import Store
+from hairpipe.formats import hdf5
 
 KEPT = sorted((Path(__file__).parent / "kept").iterdir())
 VALUES = {("seed", None): 3.0, ("move", 1): 4.0, ("move", 2): 5.0, ("sum", 1): 8.0, ("sum", 2): 2.0 * (5.0 + 0.9 * 4.0)}

@@ -9,17 +9,18 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.graph.store import lease, renewal
-from hairpipe.graph.store.lease import EMPTY, EXPIRY, Leases, read_lease
-from hairpipe.graph.store.store import Store
+from hairpipe.engine.store import holder as renewal
+from hairpipe.engine.store import lease
+from hairpipe.engine.store.lease import EMPTY, EXPIRY, Leases, read_lease
+from hairpipe.engine.store.store import Store
 from tests.sources import HOME
 
 ONE, OTHER = "0123456789abcdef0123" * 2, "fedcba9876543210fedc" * 2
 HOLD = """
 import sys
 from pathlib import Path
-from hairpipe.graph.store.lease import Leases
-from hairpipe.graph.store.store import Store
+from hairpipe.engine.store.lease import Leases
+from hairpipe.engine.store.store import Store
 leases = Leases(Store(Path(sys.argv[1])))
 print(leases.acquire(sys.argv[2]), flush=True)
 sys.stdin.read()
@@ -115,7 +116,7 @@ def test_no_lock_of_the_file_system_is_used():
 def test_a_holder_elsewhere_expires_by_the_clock_of_the_watcher(store, clock, monkeypatch):
     """Neither the age of its file nor the clock of its machine counts, only that nothing changes."""
     with monkeypatch.context() as elsewhere:
-        elsewhere.setattr("hairpipe.graph.store.holder.machine", lambda: "0123456789ab")
+        elsewhere.setattr("hairpipe.engine.store.holder.machine", lambda: "0123456789ab")
         assert Leases(store).acquire(ONE)
     path = store.root / "lease" / ONE
     watcher = Leases(store, clock)

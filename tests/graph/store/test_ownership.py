@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
+from hairpipe.engine.hosts.host import Host
+from hairpipe.engine.store import ownership
+from hairpipe.engine.store.ownership import TRUST, check_store
+from hairpipe.engine.worker.kernel_cache import TABLE
+from hairpipe.engine.worker.machine_code import claim_kernels, kernels_parent
 from hairpipe.errors import BadInput
-from hairpipe.graph.engine.host import Host
-from hairpipe.graph.store import ownership
-from hairpipe.graph.store.ownership import TRUST, check_store
-from hairpipe.graph.worker.kernel_cache import TABLE
-from hairpipe.graph.worker.machine_code import claim_kernels, kernels_parent
 
 
 @pytest.fixture

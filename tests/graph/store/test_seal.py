@@ -6,15 +6,15 @@ import threading
 import pytest
 from numba.core.caching import IndexDataCacheFile
 
-from hairpipe.graph.plan.gc import verify
-from hairpipe.graph.store.seal import is_sealed, is_there, removed
+from hairpipe.engine.plan.gc import verify
+from hairpipe.engine.worker.kernel_cache import is_sealed, is_there, removed
 
 KERNEL = """
 from numba import njit
 from numeral import Numeral
 from tally import numeral
 
-from hairpipe.graph import node
+from hairpipe.engine import node
 
 @njit(cache=True)
 def twice(x):

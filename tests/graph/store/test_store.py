@@ -3,7 +3,7 @@
 import errno
 from pathlib import Path
 
-from hairpipe.graph.store.store import Store
+from hairpipe.engine.store.store import Store
 
 
 def test_a_record_that_is_added_while_it_is_looked_for_is_kept(shot, monkeypatch):

@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hairpipe.graph.node.signature import File
-from hairpipe.graph.store.lease import Leases
-from hairpipe.graph.store.record import Record
-from hairpipe.graph.store.store import LostObject, Store
-from hairpipe.graph.store.values import Values, check_space, codec_named
-from hairpipe.io import hdf5
+from hairpipe.engine.node.signature import File
+from hairpipe.engine.store.lease import Leases
+from hairpipe.engine.store.record import Record
+from hairpipe.engine.store.store import LostObject, Store
+from hairpipe.engine.store.values import Values, check_space, codec_named
+from hairpipe.formats import hdf5
 
-CODEC = codec_named("hairpipe.io.hdf5")
+CODEC = codec_named("hairpipe.formats.hdf5")
 
 
 @dataclass(frozen=True)

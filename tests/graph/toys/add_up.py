@@ -7,7 +7,7 @@ import numpy as np
 from numeral import Numeral, Sum
 from tally import numeral, tally
 
-from hairpipe.graph import Time, node
+from hairpipe.engine import Time, node
 
 
 class Added(NamedTuple):

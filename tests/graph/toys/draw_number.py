@@ -5,7 +5,7 @@ from typing import Annotated
 from numeral import Numeral
 from tally import tally
 
-from hairpipe.graph import File, Workspace, node
+from hairpipe.engine import File, Workspace, node
 from hairpipe.units import Suffixes
 
 

@@ -3,7 +3,7 @@
 from numeral import Numeral
 from tally import numeral, tally
 
-from hairpipe.graph import Frames, node
+from hairpipe.engine import Frames, node
 
 
 @node(frames="once")

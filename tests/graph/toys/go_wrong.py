@@ -10,8 +10,8 @@ from typing import Literal
 from numeral import Numeral
 from tally import numeral, tally
 
+from hairpipe.engine import Time, node
 from hairpipe.errors import BadInput
-from hairpipe.graph import Time, node
 
 
 @node(frames="each")

@@ -5,7 +5,7 @@ from pathlib import Path
 from numeral import Bent, Numeral
 from tally import numeral, tally
 
-from hairpipe.graph import node
+from hairpipe.engine import node
 
 
 @node(frames="once")

@@ -5,7 +5,7 @@ from typing import Annotated
 from numeral import Numeral
 from tally import numeral, tally
 
-from hairpipe.graph import Time, node
+from hairpipe.engine import Time, node
 from hairpipe.units import Ge, Metres
 
 

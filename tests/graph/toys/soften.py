@@ -3,7 +3,7 @@
 from numeral import Numeral
 from tally import numeral, tally
 
-from hairpipe.graph import Pair, node
+from hairpipe.engine import Pair, node
 
 
 @node(frames="each")

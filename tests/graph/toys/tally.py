@@ -35,7 +35,7 @@ def kill_at_rename(number):
 
 
 # The process of the tests may have imported the module of workers, too.
-IN_WORKER = "hairpipe.graph.worker.worker" in sys.modules and "pytest" not in sys.modules
+IN_WORKER = "hairpipe.engine.worker.worker" in sys.modules and "pytest" not in sys.modules
 
 if IN_WORKER and "TOY_KILL_AT_RENAME" in os.environ:
     kill_at_rename(int(os.environ["TOY_KILL_AT_RENAME"]))

@@ -3,7 +3,7 @@
 from numeral import Numeral
 from tally import numeral, tally
 
-from hairpipe.graph import Frames, Spent, node
+from hairpipe.engine import Frames, Spent, node
 
 
 @node(frames="once")

@@ -3,9 +3,9 @@
 from numeral import Numeral
 from tally import tally
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_columns
-from hairpipe.graph import Time, node
+from hairpipe.engine import Time, node
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_columns
 
 
 @node(frames="each")

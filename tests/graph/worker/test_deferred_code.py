@@ -7,13 +7,13 @@ import subprocess
 import pytest
 
 from hairpipe import child
-from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.worker import machine_code
-from hairpipe.graph.worker.machine_code import claim_kernels, kernels_environment
+from hairpipe.engine.code import CodeReader
+from hairpipe.engine.worker import machine_code
+from hairpipe.engine.worker.machine_code import claim_kernels, kernels_environment
 
 MODULES = {
     "__init__.py": "",
-    "inner.py": """from hairpipe.kernels.compile import inlined
+    "inner.py": """from hairpipe.geometry.compile import inlined
 @inlined
 def twice(x):
     if x < 0.0:
@@ -38,7 +38,7 @@ def permutations(n):
 """,
 }
 RUN = """
-from hairpipe.graph.worker.kernel_cache import guard_kernels
+from hairpipe.engine.worker.kernel_cache import guard_kernels
 guard_kernels()
 import json, sys
 import numpy as np

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from hairpipe import child
-from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.worker import machine_code
-from hairpipe.graph.worker.kernel_cache import codes_behind, table
-from hairpipe.graph.worker.machine_code import claim_kernels, kernels_environment
-from hairpipe.kernels.simd import LanesType
-from hairpipe.sim.strands.chain import Chain
-from hairpipe.sim.strands.interface import Terms
-from hairpipe.sim.strands.registry import strand_models
+from hairpipe.engine.code import CodeReader
+from hairpipe.engine.worker import machine_code
+from hairpipe.engine.worker.kernel_cache import codes_behind, table
+from hairpipe.engine.worker.machine_code import claim_kernels, kernels_environment
+from hairpipe.geometry.simd import LanesType
+from hairpipe.strands.chain import Chain
+from hairpipe.strands.interface import Terms
+from hairpipe.strands.registry import strand_models
 
 STUDIO = {
     "__init__.py": "",
@@ -46,7 +46,7 @@ def _force(x):
     "apart.py": "from numba import njit\n@njit(cache=True)\ndef apart(x):\n    return x - 1.0\n",
 }
 RUN = """
-from hairpipe.graph.worker.kernel_cache import guard_kernels
+from hairpipe.engine.worker.kernel_cache import guard_kernels
 guard_kernels()
 import json, studio.model
 from typing import NamedTuple
@@ -152,6 +152,6 @@ def test_types_name_the_modules_that_they_are_of():
     terms = Terms(1.0, Chain(*arrays), 0.0, 1)
     codes = codes_behind((numba.typeof(terms), LanesType(numba.float64)))
     modules = {entry.module for entry in table().values() if codes and entry.key in codes}
-    assert {"hairpipe.sim.strands.chain", "hairpipe.sim.strands.interface", "hairpipe.kernels.simd"} <= modules
+    assert {"hairpipe.strands.chain", "hairpipe.strands.interface", "hairpipe.geometry.simd"} <= modules
     assert codes_behind((numba.optional(numba.float64), numba.typeof(arrays[0]))) == []
     assert codes_behind((numba.typeof(numba.njit(lambda x: x)),)) is None

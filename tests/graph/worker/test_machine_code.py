@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.graph.key import code
-from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.worker import machine_code
-from hairpipe.graph.worker.kernel_cache import FOLDER_DIGITS
-from hairpipe.graph.worker.machine_code import (
+from hairpipe.engine import code
+from hairpipe.engine.code import CodeReader
+from hairpipe.engine.worker import machine_code
+from hairpipe.engine.worker.kernel_cache import FOLDER_DIGITS
+from hairpipe.engine.worker.machine_code import (
     KEPT,
     NOTES,
     UNUSED,
@@ -25,8 +25,8 @@ from hairpipe.graph.worker.machine_code import (
 
 def test_kernels_are_found_where_they_stand():
     found = set(kernel_modules())
-    assert {"hairpipe.kernels.banded", "hairpipe.levelset.sample"} <= found
-    assert not any(name.startswith("hairpipe.graph") for name in found)
+    assert {"hairpipe.solve.banded", "hairpipe.levelset.sample"} <= found
+    assert not any(name.startswith("hairpipe.engine") for name in found)
 
 
 def test_rooms_without_kernels_compile_nothing():
@@ -89,12 +89,12 @@ def test_an_edit_of_ours_changes_what_imports_it(studio, monkeypatch):
             second = keys(studio)
         return {name for name in first if first[name] != second[name]}
 
-    solver = changed_by("hairpipe.sim.solve.pcg")
-    assert "hairpipe.sim.solve.pcg" in solver and "hairpipe.sim.simulate" in solver
-    assert not solver & {"hairpipe.sim.solve.implicit_stage", "hairpipe.levelset.sample", "hairpipe.kernels.simd"}
-    lanes = changed_by("hairpipe.kernels.simd")
-    assert {"hairpipe.kernels.banded", "hairpipe.sim.strands.chain"} <= lanes
-    assert not lanes & {"hairpipe.kernels.vec3", "hairpipe.levelset.sample"}
+    solver = changed_by("hairpipe.solve.conjugate_gradients")
+    assert "hairpipe.solve.conjugate_gradients" in solver and "hairpipe.shot.simulate" in solver
+    assert not solver & {"hairpipe.solve.implicit_stage", "hairpipe.levelset.sample", "hairpipe.geometry.simd"}
+    lanes = changed_by("hairpipe.geometry.simd")
+    assert {"hairpipe.solve.banded", "hairpipe.strands.chain"} <= lanes
+    assert not lanes & {"hairpipe.geometry.vec3", "hairpipe.levelset.sample"}
 
 
 def test_kernels_that_are_compiled_otherwise_have_other_keys(studio, monkeypatch):

@@ -6,14 +6,14 @@ import subprocess
 import pytest
 
 from hairpipe import child
-from hairpipe.graph.engine.member import environment
-from hairpipe.graph.worker import threading_layer
-from hairpipe.graph.worker.threading_layer import NAME, ORDER, CallCost, choose_layer, is_loadable
+from hairpipe.engine.hosts.member import environment
+from hairpipe.engine.worker import threading_layer
+from hairpipe.engine.worker.threading_layer import NAME, ORDER, CallCost, choose_layer, is_loadable
 
 CALLS = """
 import json, numba
-from hairpipe.graph.worker.threading_layer import layer_in_use
-from hairpipe.kernels.call_cost import measure_calls
+from hairpipe.engine.worker.threading_layer import layer_in_use
+from hairpipe.engine.worker.threading_layer import measure_calls
 before = layer_in_use()
 costs = measure_calls(500, 20_000)
 print(json.dumps([before, layer_in_use(), numba.config.THREADING_LAYER_PRIORITY, costs]))

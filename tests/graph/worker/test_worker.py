@@ -7,13 +7,13 @@ import sys
 
 import pytest
 
-from hairpipe.graph.plan.planner import explain
-from hairpipe.graph.plan.tasks import Task
+from hairpipe.engine.plan.planner import explain
+from hairpipe.engine.plan.tasks import Task
 from hairpipe.processor import processor_class
 
 ROUNDS = """
 import resource
-from hairpipe.graph.worker.worker import keep_freed
+from hairpipe.engine.worker.worker import keep_freed
 
 {keep}
 def faults():
@@ -49,7 +49,7 @@ def test_workers_of_a_long_run_stay_small(shot, monkeypatch):
     (shot.nodes / "write_list.py").write_text(source.replace("    if not parts:", measure))
     text = shot.path.read_text().replace("[1, 10]", "[1, 200]").replace('"sum"', '"move"')
     shot.path.write_text(text.replace('[sum]\ntype = "add_up"\nin.number = "move"\ncheckpoint = 4\n', ""))
-    monkeypatch.setattr("hairpipe.graph.engine.host.MEMORY", 20 << 20)
+    monkeypatch.setattr("hairpipe.engine.hosts.host.MEMORY", 20 << 20)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     assert shot.run().exit_code == 0
     worker = int((shot.folder / "out" / "list.txt").read_text())
@@ -68,7 +68,7 @@ def test_processor_seconds_of_children_count(shot):
 
 
 def test_a_worker_on_a_processor_of_another_class_evaluates_nothing(shot, monkeypatch):
-    monkeypatch.setattr("hairpipe.graph.engine.host.processor_class", lambda: "z80")
+    monkeypatch.setattr("hairpipe.engine.hosts.host.processor_class", lambda: "z80")
     (failure,) = shot.run(to=["seed"]).failures
     assert failure.message.startswith("the processor of the worker is of class") and "(z80)" in failure.message
     assert not shot.tally()

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from hairpipe.body.solid import distance_and_normal, solid_of
-from hairpipe.data import Mesh
-from hairpipe.groom.grow.closing import closed
-from hairpipe.spatial.triangles import twin_corners
+from hairpipe.geometry.triangles import twin_corners
+from hairpipe.groom.growing import closed
+from hairpipe.values import Mesh
 
 
 def without(mesh: Mesh, gone: np.ndarray) -> Mesh:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hairpipe.groom.grow.curling import wind
+from hairpipe.groom.growing import wind
 
 STEP, RADIUS, PITCH, ONSET = 0.0005, 0.006, 0.02, 0.03
 

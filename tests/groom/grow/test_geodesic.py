@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh
-from hairpipe.groom.grow.geodesic import survey, walk_all
-from hairpipe.spatial.closest import project
-from hairpipe.spatial.triangle_tree import tree_over
-from hairpipe.spatial.triangles import Sites, site_points
+from hairpipe.geometry.triangle_tree import project, tree_over
+from hairpipe.geometry.triangles import Sites, site_points
+from hairpipe.groom.seeding import survey, walk_all
+from hairpipe.values import Mesh
 
 
 def walked(mesh, start, move, passable=None):

@@ -6,18 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hairpipe.data import Body
 from hairpipe.errors import BadInput
-from hairpipe.groom.cutting import Cut
-from hairpipe.groom.grow.growing import grow
-from hairpipe.groom.grow.strand_axis import RISE
-from hairpipe.groom.grow.strand_layout import GAP
-from hairpipe.groom.grow.style import Comb, Curl, Style
-from hairpipe.groom.painting.paint import Canvas
-from hairpipe.groom.painting.painted import Paint, Painted, PaintedDegrees, PaintedMetres
-from hairpipe.spatial.closest import project
-from hairpipe.spatial.triangle_tree import tree_over
-from hairpipe.spatial.triangles import Sites, site_points
+from hairpipe.geometry.triangle_tree import project, tree_over
+from hairpipe.geometry.triangles import Sites, site_points
+from hairpipe.groom.growing import GAP, RISE, grow
+from hairpipe.groom.painting import Canvas, Paint, Painted, PaintedDegrees, PaintedMetres
+from hairpipe.groom.resampling import Cut
+from hairpipe.groom.style import Comb, Curl, Style
+from hairpipe.values import Body
 
 SEGMENTS = 20
 SHORT = Style(length=PaintedMetres(0.08))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.groom.grow.point_repulsion import repulsion, sort_into_cells
+from hairpipe.groom.seeding import repulsion, sort_into_cells
 
 
 @pytest.fixture

@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.body.mannequin.bust import EARS, HAIRLINE, build_bust
+from hairpipe.body.bust import EARS, HAIRLINE, build_bust
 from hairpipe.body.scalp import Scalp, height_above, paint_scalp
-from hairpipe.data import Mesh
-from hairpipe.groom.grow.rounding import power_of_two, rounded, rounded_density, rounded_mesh
-from hairpipe.groom.grow.seeding import seed_roots
+from hairpipe.geometry.triangles import blend_corners, site_points, unit_normals
+from hairpipe.groom.seeding import power_of_two, rounded, rounded_density, rounded_mesh, seed_roots
 from hairpipe.nodes.load_body import load_body
-from hairpipe.spatial.triangles import blend_corners, site_points, unit_normals
+from hairpipe.values import Mesh
 
 ERROR = 1e-12  # of points [m], a thousand times and more of what processors and versions of numpy differ by
 

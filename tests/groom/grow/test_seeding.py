@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from hairpipe.body.mannequin.bust import build_bust
-from hairpipe.data import Mesh
+from hairpipe.body.bust import build_bust
 from hairpipe.errors import BadInput
-from hairpipe.groom.grow.seeding import seed_roots
-from hairpipe.spatial.triangles import Sites, area_vectors, blend_corners, site_points
+from hairpipe.geometry.triangles import Sites, area_vectors, blend_corners, site_points
+from hairpipe.groom.seeding import seed_roots
+from hairpipe.values import Mesh
 
 
 def painted(mesh, values):

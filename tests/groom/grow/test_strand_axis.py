@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.body.solid import solid_of
-from hairpipe.groom.grow.strand_axis import RISE, keep_out, lay, lift_off
+from hairpipe.groom.growing import RISE, keep_out, lay, lift_off
 
 STEP = 0.002
 

@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.data import Groom, Strands
-from hairpipe.graph import Time
-from hairpipe.groom.keys.key_weights import weigh_keys
+from hairpipe.engine import Time
+from hairpipe.groom.keys import weigh_keys
 from hairpipe.groom.sampling import thinned
-from hairpipe.groom.strands import lay_strands
-from hairpipe.groom.tuft import Tuft, gather_tuft
+from hairpipe.groom.strands import Tuft, gather_tuft, lay_strands
 from hairpipe.nodes.interpolate_hair import interpolate_hair
+from hairpipe.values import Groom, Strands
 
 ROW = lay_strands(4, 0.1, 6, (0.0, -1.0, 0.0), (0.01, 0.0, 0.0), None, 0.0)
 

@@ -5,15 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hairpipe.body.scripted_motion import Track, drive
 from hairpipe.body.shapes import build_box
-from hairpipe.data.lengths import segment_lengths
+from hairpipe.engine import Frames, Time
 from hairpipe.errors import BadInput
-from hairpipe.graph import Frames, Time
 from hairpipe.groom.strands import lay_strands
 from hairpipe.nodes.measure_roots import measure_roots
 from hairpipe.nodes.thin_groom import thin_groom
-from hairpipe.scripted_ends.ends import drive
-from hairpipe.scripted_ends.track import Track
+from hairpipe.values.groom import segment_lengths
 
 TURN = Track(times=(0.0, 1.0), turn=(0.0, 40.0), move=((0.0, 0.0, 0.0), (0.1, 0.2, 0.3)))
 

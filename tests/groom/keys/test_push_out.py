@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh
-from hairpipe.data.lengths import segment_lengths
-from hairpipe.groom.keys.push_out import probed
+from hairpipe.groom.push_out import probed
 from hairpipe.groom.sampling import take
 from hairpipe.groom.strands import lay_strands
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
+from hairpipe.values import Mesh
+from hairpipe.values.groom import segment_lengths
 
 RADIUS, VOXEL = 0.05, 0.005
 CENTRE = np.array([0.02, -0.07, 0.0])

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
+from hairpipe.body.scripted_motion import Track, drive
 from hairpipe.errors import BadInput
-from hairpipe.groom.keys.shell_normals import probe_shell
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.groom.interpolating import probe_shell
+from hairpipe.levelset.bake import bake
 from hairpipe.nodes.carry_normals import carry_normals
-from hairpipe.scripted_ends.ends import drive
-from hairpipe.scripted_ends.track import Track
 
 TURN = Track(times=(0.0, 1.0), turn=(0.0, 40.0), move=((0.0, 0.0, 0.0), (0.1, 0.2, 0.3)))
 CENTRE = np.array([0.015, -0.05, 0.01])

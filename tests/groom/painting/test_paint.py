@@ -6,15 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh
+from hairpipe.engine.file.load import load_graph
+from hairpipe.engine.plan.resolve import Resolver
+from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.plan.resolve import Resolver
-from hairpipe.graph.store.store import Store
-from hairpipe.groom.painting.paint import Canvas, sample_image, sample_picture
-from hairpipe.groom.painting.painted import Paint, Painted
-from hairpipe.groom.painting.tiles import list_tiles
-from hairpipe.spatial.triangles import Sites, site_points
+from hairpipe.geometry.triangles import Sites, site_points
+from hairpipe.groom.painting import Canvas, Paint, Painted, sample_image, sample_picture
+from hairpipe.groom.tiles import list_tiles
+from hairpipe.values import Mesh
 
 
 @pytest.fixture

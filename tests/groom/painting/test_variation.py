@@ -8,10 +8,10 @@ import pytest
 
 import hairpipe
 from hairpipe.errors import BadInput
-from hairpipe.groom.painting.variation import values_of
+from hairpipe.formats.pictures import read_image
+from hairpipe.groom.painting import values_of
 from hairpipe.groom.strands import unbound
-from hairpipe.io.image import read_image
-from hairpipe.sim.settings import Drag, Force, Thickness
+from hairpipe.shot.settings import Drag, Force, Thickness
 
 GRAPH = """schema = 1
 frames = [1, 2]

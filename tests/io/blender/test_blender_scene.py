@@ -9,12 +9,12 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 
-from hairpipe.data import Groom, Strands
+from hairpipe.engine import Frames, Time, Workspace
 from hairpipe.errors import BadInput
-from hairpipe.graph import Frames, Time, Workspace
+from hairpipe.formats.blender import job_of, make_scene, script_of
 from hairpipe.groom.sampling import take
-from hairpipe.io.blender.blender_scene import job_of, make_scene, script_of
 from hairpipe.nodes.export_groom import export_groom
+from hairpipe.values import Groom, Strands
 
 STRANDS, POINTS = 12, 5
 LOOK = """

@@ -14,9 +14,9 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from hairpipe.body.skinning import skin
+from hairpipe.engine import Time
 from hairpipe.errors import BadInput
-from hairpipe.graph import Time
-from hairpipe.io.gltf.document import Document, list_files
+from hairpipe.formats.gltf import Document, list_files
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_mesh_cache import load_mesh_cache
 from hairpipe.nodes.load_motion import load_motion

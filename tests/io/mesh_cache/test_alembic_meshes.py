@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hairpipe.engine import Time
 from hairpipe.errors import BadInput
-from hairpipe.graph import Time
-from hairpipe.io.mesh_cache.alembic_meshes import read
-from hairpipe.io.mesh_cache.moving import Instant
+from hairpipe.formats.alembic_meshes import read
+from hairpipe.formats.animated_meshes import Instant
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_mesh_cache import load_mesh_cache
 

@@ -10,7 +10,7 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from hairpipe.body.skinning import skin
-from hairpipe.graph import Time
+from hairpipe.engine import Time
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_mesh_cache import load_mesh_cache
 from hairpipe.nodes.load_motion import load_motion

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.io.mesh_cache.stencil import stencil_at, take_at
+from hairpipe.formats.animated_meshes import stencil_at, take_at
 
 FRAMES = np.arange(1001, 1011) / 24.0
 UNEVEN = np.array([0.0, 0.1, 0.13, 0.2, 0.31, 0.35, 0.5])

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from pxr import Gf, Usd, UsdGeom, Vt
 
-from hairpipe.graph import Time
-from hairpipe.graph.node.signature import First
-from hairpipe.io.gltf.animation import find_take
+from hairpipe.engine import Time
+from hairpipe.engine.node.signature import First
+from hairpipe.formats.gltf_meshes import find_take
 from hairpipe.nodes.load_mesh_cache import load_mesh_cache
 
 TRIANGLE = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])

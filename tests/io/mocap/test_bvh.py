@@ -3,11 +3,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hairpipe.data.clip import Clip
 from hairpipe.errors import BadInput
+from hairpipe.formats import bvh as bvh_hierarchy
+from hairpipe.formats.bvh import read_bvh, recall_bvh
 from hairpipe.graphs.assets.bvh_writing import write_bvh
-from hairpipe.io.mocap import bvh_hierarchy
-from hairpipe.io.mocap.bvh import read_bvh, recall_bvh
+from hairpipe.values.body import Clip
 
 PLAIN = """HIERARCHY
 ROOT Hips

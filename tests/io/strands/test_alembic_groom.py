@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom
 
-from hairpipe.data import Strands
 from hairpipe.errors import BadInput
-from hairpipe.io.groom_shot import GroomShot
-from hairpipe.io.strands.alembic_curves import read_alembic
-from hairpipe.io.strands.alembic_groom import TARGETS, size_of, write_alembic
-from hairpipe.io.usd.groom.groom_targets import write_groom
-from hairpipe.io.usd.read import read_curves
+from hairpipe.formats.alembic_curves import read_alembic
+from hairpipe.formats.alembic_groom import TARGETS, size_of, write_alembic
+from hairpipe.formats.groom_shot import GroomShot
+from hairpipe.formats.usd.groom_targets import write_groom
+from hairpipe.formats.usd.meshes import read_curves
+from hairpipe.values import Strands
 from tests.io.complete_groom import complete_groom
 
 library = pytest.importorskip("alembic3d")

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hairpipe.data import Groom, Strands
-from hairpipe.data.curves import Curves
-from hairpipe.graph import Frames, Time, Workspace
+from hairpipe.engine import Frames, Time, Workspace
+from hairpipe.formats.strand_files import read_strands
 from hairpipe.groom.sampling import take
-from hairpipe.io.strands.strand_files import read_strands
 from hairpipe.nodes.export_alembic import export_alembic
 from hairpipe.nodes.export_groom import export_groom
 from hairpipe.nodes.export_usd import export_usd
+from hairpipe.values import Groom, Strands
+from hairpipe.values.groom import Curves
 from tests.io.complete_groom import complete_groom
 
 PAGE = Path(__file__).parents[3] / "docs" / "reference" / "groom_files.md"

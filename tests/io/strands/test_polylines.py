@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.io.strands.polylines import chains, read_obj_strands, read_ply_strands
+from hairpipe.formats.polylines import chains, read_obj_strands, read_ply_strands
 
 COUNTS = (4, 2, 7, 3, 5)
 

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hairpipe.errors import BadInput
-from hairpipe.io.strands.tfx import read_tfx
+from hairpipe.formats.tfx import read_tfx
 
 POINTS = [[(0, 1, 2), (3, 4, 5), (6, 7, 8)], [(-1, 0.5, 0), (-1, 0.25, 0), (-1, 0.125, 4)]]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.io.strands.yuksel import read_hair
+from hairpipe.formats.yuksel import read_hair
 
 COUNTS = (4, 2, 7, 3, 5)
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom
 
-from hairpipe.data import Groom, Mesh, Strands
-from hairpipe.io.usd.shot import Shot
+from hairpipe.formats.usd.shot import Shot
+from hairpipe.values import Groom, Mesh, Strands
 
 FPS, STRANDS, POINTS = 24.0, 6, 5
 OFFSETS = np.arange(0, STRANDS * POINTS + 1, POINTS, dtype=np.int32)

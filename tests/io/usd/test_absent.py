@@ -7,11 +7,10 @@ import pytest
 from pxr import Sdf, Usd
 
 from hairpipe.errors import BadInput
-from hairpipe.io.mesh_cache.files import list_parts
-from hairpipe.io.mesh_cache.moving import Instant
-from hairpipe.io.usd.groom import curves
-from hairpipe.io.usd.meshes import moving_meshes, skinned_meshes
-from hairpipe.io.usd.stage import open_whole
+from hairpipe.formats.animated_meshes import Instant, list_parts
+from hairpipe.formats.usd import curves, moving_meshes
+from hairpipe.formats.usd import meshes as skinned_meshes
+from hairpipe.formats.usd.stage import open_whole
 
 MESH = """def Mesh "{name}" {{
     int[] faceVertexCounts = [3, 3]

@@ -13,16 +13,16 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, UsdUtils, UsdVol
 
-from hairpipe.io.usd.shot import Shot, write_clips, write_shot
+from hairpipe.formats.usd.shot import Shot, write_clips, write_shot
 
 SCRIPT = """
 import sys, warnings
 from pathlib import Path
 from hairpipe.errors import BadInput
 from hairpipe import apart
-from hairpipe.io.usd.groom import curves
-from hairpipe.io.usd.meshes import skinned_meshes
-from hairpipe.io.usd.check.lint import lint
+from hairpipe.formats.usd.groom import curves
+from hairpipe.formats.usd.meshes import skinned_meshes
+from hairpipe.formats.usd.check.lint import lint
 
 warnings.simplefilter("ignore")
 apart.MEMORY = 1 << 30

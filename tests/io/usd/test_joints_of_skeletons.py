@@ -8,14 +8,14 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 from scipy.spatial.transform import Rotation
 
-from hairpipe.body.mannequin.bust import build_skeleton
+from hairpipe.body.bust import build_skeleton
 from hairpipe.body.skinning import skin
-from hairpipe.data import Body, Mesh
+from hairpipe.engine import Time
 from hairpipe.errors import BadInput
-from hairpipe.graph import Time
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_mesh_cache import load_mesh_cache
 from hairpipe.nodes.load_motion import load_motion
+from hairpipe.values import Body, Mesh
 from tests.io.usd.test_skeleton import JOINTS, ORIGINS, character, locals_of
 from tests.io.usd.test_skeleton import at as placed
 

@@ -10,11 +10,11 @@ import pytest
 from pxr import Sdf
 
 from hairpipe.apart import work_apart
-from hairpipe.cli.housekeeping.usd import lint_file
+from hairpipe.app.cli.commands.usd import lint_file
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.layer_files import find_layers
-from hairpipe.io.usd.read import read_body, read_curves
-from hairpipe.io.usd.stage import open_stage
+from hairpipe.formats.usd.layer_files import find_layers
+from hairpipe.formats.usd.meshes import read_body, read_curves
+from hairpipe.formats.usd.stage import open_stage
 
 LEVELS = 40
 
@@ -100,7 +100,7 @@ def test_references_that_double_at_each_level_end_at_a_limit(
     script = f"""
 import resource, sys
 from pathlib import Path
-from hairpipe.io.usd.read import read_curves
+from hairpipe.formats.usd.meshes import read_curves
 
 resource.setrlimit(resource.{limit}, {most})
 read_curves(Path(sys.argv[1]))

@@ -7,8 +7,8 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, UsdUtils, Vt
 
 from hairpipe.errors import BadInput
-from hairpipe.io.mesh_cache.moving import Instant
-from hairpipe.io.usd.meshes.moving_meshes import MovingMeshes, read
+from hairpipe.formats.animated_meshes import Instant
+from hairpipe.formats.usd.moving_meshes import MovingMeshes, read
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
 OMEGA = 1.5
@@ -256,7 +256,7 @@ def test_a_face_of_blend_shapes_alone_moves(arm):
 
 
 def test_no_more_than_four_samples_are_read_and_one_is_in_memory(bending):
-    from hairpipe.io.mesh_cache.moving import read_at
+    from hairpipe.formats.animated_meshes import read_at
 
     source = MovingMeshes(bending, None)
     alive, most, count = 0, 0, 0

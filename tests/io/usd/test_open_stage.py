@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.stage import open_stage, open_whole
+from hairpipe.formats.usd.stage import open_stage, open_whole
 
 TEXT = b'#usda 1.0\ndef Xform "a"\n{\n    float b = \n}\n'
 

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
-from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.meshes.skinned_meshes import read
-from hairpipe.io.usd.read import read_body
+from hairpipe.formats.usd.meshes import read, read_body
+from hairpipe.values import Mesh
 
 CUBE = np.array([[x, y, z] for x in (0.0, 2) for y in (0.0, 2) for z in (0.0, 2)])
 QUADS = [0, 1, 3, 2, 4, 6, 7, 5, 0, 4, 5, 1, 2, 3, 7, 6, 0, 2, 6, 4, 1, 5, 7, 3]

@@ -9,10 +9,10 @@ from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 from scipy.interpolate import BSpline
 
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.groom.curves import read as read_file
-from hairpipe.io.usd.groom.splines import STEPS
-from hairpipe.io.usd.meshes.skinned_meshes import read as read_body
-from hairpipe.io.usd.read import read_curves
+from hairpipe.formats.usd.curves import STEPS
+from hairpipe.formats.usd.curves import read as read_file
+from hairpipe.formats.usd.meshes import read as read_body
+from hairpipe.formats.usd.meshes import read_curves
 
 TOKENS, NAN = UsdGeom.Tokens, float("nan")
 

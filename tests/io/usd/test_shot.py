@@ -11,17 +11,16 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom, UsdShade
 
-from hairpipe.data import Groom, Mesh, Strands
-from hairpipe.data.hair import HairState
-from hairpipe.data.locks import FOLLOWER, GUIDE, LockState, no_locks
 from hairpipe.errors import BadInput
+from hairpipe.formats.usd.check.lint import lint
+from hairpipe.formats.usd.curves import STEPS
+from hairpipe.formats.usd.curves import read as read_curves
+from hairpipe.formats.usd.meshes import read as read_body
+from hairpipe.formats.usd.shot import Shot, write_clips, write_shot
+from hairpipe.formats.vdb_read import inspect
 from hairpipe.groom.resampling import spline_knots
-from hairpipe.io.usd.check.lint import lint
-from hairpipe.io.usd.groom.curves import read as read_curves
-from hairpipe.io.usd.groom.splines import STEPS
-from hairpipe.io.usd.meshes.skinned_meshes import read as read_body
-from hairpipe.io.usd.shot import Shot, write_clips, write_shot
-from hairpipe.io.vdb.vdb_header import inspect
+from hairpipe.values import Groom, Mesh, Strands
+from hairpipe.values.hair import FOLLOWER, GUIDE, HairState, LockState, no_locks
 
 TOKENS = UsdGeom.Tokens
 
@@ -333,8 +332,8 @@ SCRIPT = """
 import hashlib, sys
 from pathlib import Path
 import numpy as np
-from hairpipe.data import Strands
-from hairpipe.io.usd.shot import Shot, write_clips, write_shot
+from hairpipe.values import Strands
+from hairpipe.formats.usd.shot import Shot, write_clips, write_shot
 
 class Wave(dict):
     def __getitem__(self, frame):

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
-from hairpipe.data import Body
+from hairpipe.engine import Time
 from hairpipe.errors import BadInput
-from hairpipe.graph import Time
-from hairpipe.io.usd.meshes.skinned_meshes import read
+from hairpipe.formats.usd.meshes import read
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_motion import load_motion
+from hairpipe.values import Body
 
 JOINTS = ["hips", "hips/spine", "hips/spine/head", "hips/spine/tail"]
 ORIGINS = [(0, 1, 0), (0, 2, 0), (0, 4, 0), (1, 2, 0)]

@@ -8,8 +8,7 @@ from pxr import Gf, Usd, UsdGeom, Vt
 from scipy.interpolate import BSpline
 
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.groom.curves import read
-from hairpipe.io.usd.groom.splines import STEPS
+from hairpipe.formats.usd.curves import STEPS, read
 
 TOKENS = UsdGeom.Tokens
 

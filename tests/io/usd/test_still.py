@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom
 
-from hairpipe.io.usd.check.lint import lint
-from hairpipe.io.usd.still import write_still
+from hairpipe.formats.usd.check.lint import lint
+from hairpipe.formats.usd.shot import write_still
 
 
 @pytest.fixture(params=["hair", "body", "groom"])

@@ -9,11 +9,11 @@ import zlib
 import numpy as np
 import pytest
 
-from hairpipe.data import Density
 from hairpipe.errors import BadInput
-from hairpipe.io.vdb import vdb_read, vdb_write
-from hairpipe.io.vdb.vdb_grids import density_grids
-from hairpipe.io.vdb.vdb_read import read_here
+from hairpipe.formats import vdb_read, vdb_write
+from hairpipe.formats.vdb_read import read_here
+from hairpipe.formats.vdb_write import density_grids
+from hairpipe.values import Density
 from hairpipe.volume.density import density_of_voxels
 
 CELL = 0.01

@@ -5,11 +5,11 @@ import hashlib
 import numpy as np
 import pytest
 
-from hairpipe.data import Density, LevelSet, Mesh
-from hairpipe.io.vdb import vdb_write
-from hairpipe.io.vdb.vdb_grids import density_grids, surface_grids
-from hairpipe.io.vdb.vdb_header import inspect
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.formats import vdb_write
+from hairpipe.formats.vdb_read import inspect
+from hairpipe.formats.vdb_write import density_grids, surface_grids
+from hairpipe.levelset.bake import bake
+from hairpipe.values import Density, LevelSet, Mesh
 
 VOXEL = 0.125
 

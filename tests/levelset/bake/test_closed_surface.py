@@ -5,9 +5,9 @@ import warnings
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
-from hairpipe.levelset.bake.closed_surface import closed_surface
+from hairpipe.levelset.closed_surface import closed_surface
+from hairpipe.values import Mesh
 
 
 def broken(mesh: Mesh, **changes) -> Mesh:

@@ -10,13 +10,13 @@ from scipy.spatial.transform import Rotation
 
 from hairpipe.body.preparation import drop_unused
 from hairpipe.body.shapes import build_box, build_cylinder, join
-from hairpipe.data import Mesh
-from hairpipe.groom.grow.closing import closed
-from hairpipe.io.body import read_body
-from hairpipe.levelset.bake.facing import facing_inward, turn, turned_outward
+from hairpipe.formats.bodies import read_body
+from hairpipe.groom.growing import closed
+from hairpipe.levelset.facing import facing_inward, turn, turned_outward
 from hairpipe.nodes.grow_groom import grow_groom
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.make_bust import make_bust
+from hairpipe.values import Mesh
 
 BALL = build_cylinder(0.1, 0.0, True, 24, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 ROD = build_cylinder(0.02, 0.3, False, 12, (0.3, 0.0, 0.0), (0.0, 1.0, 0.2))

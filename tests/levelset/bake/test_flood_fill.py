@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from hairpipe.levelset.bake.flood_fill import OUTSIDE, marked_samples
 from hairpipe.levelset.grid_layout import lattice_around
+from hairpipe.levelset.outer_shell import OUTSIDE, marked_samples
 
 
 def samples_of(mesh, voxel):

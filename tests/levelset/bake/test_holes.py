@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hairpipe.data import Mesh
-from hairpipe.levelset.bake.holes import capped, describe, edge_uses, holes
+from hairpipe.levelset.closed_surface import capped, describe, edge_uses, holes
+from hairpipe.values import Mesh
 
 
 def open_edges(mesh: Mesh) -> np.ndarray:

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh
-from hairpipe.levelset.bake.closed_surface import Surface
-from hairpipe.levelset.bake.flood_fill import marked_samples
-from hairpipe.levelset.bake.outer_shell import outer_surface
+from hairpipe.levelset.closed_surface import Surface
 from hairpipe.levelset.grid_layout import lattice_around
+from hairpipe.levelset.outer_shell import marked_samples, outer_surface
+from hairpipe.values import Mesh
 
 
 def outer_of(mesh: Mesh, voxel: float):

@@ -7,18 +7,17 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from hairpipe.body.bust import build_bust
 from hairpipe.body.groups import group_bones
-from hairpipe.body.mannequin.bust import build_bust
 from hairpipe.body.skinning import skin
-from hairpipe.data import Body, Mesh, Pose, Skeleton
 from hairpipe.errors import BadInput
-from hairpipe.levelset.bake.parts import bake_once, bake_parts
-from hairpipe.levelset.bake.split_parts import cut_skin
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
+from hairpipe.levelset.bake_parts import bake_once, bake_parts, cut_skin
 from hairpipe.levelset.collider import SdfSample
 from hairpipe.levelset.collider_field import build_collider_field
+from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.levelset.parts.collider_parts import build_collider_parts
+from hairpipe.values import Body, Mesh, Pose, Skeleton
 
 VOXEL, HALF_WIDTH, SMALLEST = 0.01, 6.0, 0.18
 

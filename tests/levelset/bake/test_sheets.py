@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from hairpipe.body.shapes import build_cylinder
-from hairpipe.data import LevelSet, Mesh
 from hairpipe.errors import BadInput
-from hairpipe.levelset.bake.sheets import split_pieces
-from hairpipe.levelset.bake.whole import bake, bake_sheets
+from hairpipe.levelset.bake import bake, bake_sheets
 from hairpipe.levelset.collider import SdfSample
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.levelset.sample import distance, field_of, gradient
+from hairpipe.levelset.sheets import split_pieces
+from hairpipe.values import LevelSet, Mesh
 
 VOXEL, HALF_WIDTH = 0.01, 6.0
 WIDTH = VOXEL * HALF_WIDTH
@@ -181,7 +181,7 @@ def test_pieces_end_where_three_triangles_meet(box):
 
 
 def test_lashes_of_an_artist_stop_hair(shared):
-    from hairpipe.io.obj import read_obj
+    from hairpipe.formats.obj import read_obj
 
     lashes, bust = (read_obj(shared / "sintel" / name) for name in ("sintel-eyelashes.obj", "sintel-collider.obj"))
     assert not len(split_pieces(lashes)[0].triangles)

@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from hairpipe.data import LevelSet, Mesh
 from hairpipe.errors import BadInput
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
+from hairpipe.values import LevelSet, Mesh
 
 HALF_WIDTH = 4.0
 
@@ -241,7 +241,7 @@ def test_openvdb_agrees_but_for_its_own_error(openvdb, sphere, voxel):
     [("sintel.obj", 0.01, 0.0092, 148), ("sintel-collider.obj", 0.01, 0.00498, 0)],
 )
 def test_real_bodies(shared, name, voxel, volume, open_edges):
-    from hairpipe.io.obj import read_obj
+    from hairpipe.formats.obj import read_obj
 
     mesh = read_obj(shared / "sintel" / name)
     with warnings.catch_warnings(record=True) as reported:

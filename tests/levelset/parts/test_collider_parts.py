@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.interpolation.bodies import FRAME, outline_at, parts_of, poses_at, surfaces_of
 from hairpipe.graphs.experiments.studies.interpolation.cases import CASES, Case
 from hairpipe.graphs.experiments.studies.interpolation.solids import ellipsoid
 from hairpipe.graphs.experiments.studies.interpolation.surface_errors import misses
-from hairpipe.levelset.bake.parts import gathered
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
+from hairpipe.levelset.bake_parts import gathered
 from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
-from hairpipe.levelset.parts.collider_parts import build_collider_parts
+from hairpipe.levelset.collider_parts import build_collider_parts
+from hairpipe.values import Mesh
 
 VOXEL, HALF_WIDTH = 0.05, 8.0
 STILL = np.eye(3, 4)[None]

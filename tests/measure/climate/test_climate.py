@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Strands
+from hairpipe.engine import Reached, Time
 from hairpipe.errors import BadInput
-from hairpipe.graph import Reached, Time
-from hairpipe.measure.climate.climate import LOOKS
+from hairpipe.measure.climate import LOOKS
 from hairpipe.nodes.measure_climate import measure_climate
+from hairpipe.values import Strands
 
 LENGTH, SEGMENTS, SIDE, COUNT, FPS, SPACING = 0.2, 4, 6, 13, 24.0, 0.01
 ROOTS = SPACING * np.stack(

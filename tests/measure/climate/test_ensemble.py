@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.distance import cdist
 
 from hairpipe.errors import BadInput
-from hairpipe.measure.climate.ensemble import (
+from hairpipe.measure.ensemble import (
     CONFIDENCE,
     Interval,
     energy_distance,

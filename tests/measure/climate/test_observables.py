@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Strands
-from hairpipe.measure.climate.observables import (
+from hairpipe.measure.distances import (
     contacts,
     density,
     density_distance,
@@ -19,6 +18,7 @@ from hairpipe.measure.climate.observables import (
     tip_speeds,
     wasserstein,
 )
+from hairpipe.values import Strands
 
 LENGTH, SPACING = 0.2, 0.004
 

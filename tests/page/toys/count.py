@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from hairpipe.data import Strands, Table
-from hairpipe.data.table import table_of_columns
-from hairpipe.graph import Time, node
+from hairpipe.engine import Time, node
+from hairpipe.values import Strands, Table
+from hairpipe.values.table import table_of_columns
 
 
 @node(frames="each")

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hairpipe.data import LevelSet
-from hairpipe.graph import node
+from hairpipe.engine import node
+from hairpipe.values import LevelSet
 
 
 @node(frames="once")

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hairpipe.data import Mesh
-from hairpipe.graph import node
+from hairpipe.engine import node
+from hairpipe.values import Mesh
 
 
 @node(frames="once")

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hairpipe.data import Body, Mesh, Skeleton
-from hairpipe.graph import node
+from hairpipe.engine import node
+from hairpipe.values import Body, Mesh, Skeleton
 
 CELLS = 8
 

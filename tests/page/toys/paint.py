@@ -3,8 +3,8 @@
 import numpy as np
 from PIL import Image
 
-from hairpipe.data import Strands
-from hairpipe.graph import File, Time, Workspace, node
+from hairpipe.engine import File, Time, Workspace, node
+from hairpipe.values import Strands
 
 
 @node(frames="each")

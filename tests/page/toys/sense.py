@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hairpipe.data import PointValues, Strands
-from hairpipe.graph import node
+from hairpipe.engine import node
+from hairpipe.values import PointValues, Strands
 
 
 @node(frames="each")

@@ -3,9 +3,9 @@
 import time
 from pathlib import Path
 
-from hairpipe.data import Strands, Table
-from hairpipe.data.table import table_of_columns
-from hairpipe.graph import Frames, node
+from hairpipe.engine import Frames, node
+from hairpipe.values import Strands, Table
+from hairpipe.values.table import table_of_columns
 
 PATIENCE = 120.0
 

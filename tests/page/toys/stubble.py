@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from hairpipe.data import Body, Strands
-from hairpipe.graph import node
-from hairpipe.groom.painting.painted import Paint, PaintedMetres
+from hairpipe.engine import node
+from hairpipe.groom.painting import Paint, PaintedMetres
+from hairpipe.values import Body, Strands
 
 LENGTH = PaintedMetres(0.02)
 

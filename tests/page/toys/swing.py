@@ -5,9 +5,9 @@ from typing import Annotated
 
 import numpy as np
 
-from hairpipe.data import Mesh, Strands
-from hairpipe.graph import Time, node
+from hairpipe.engine import Time, node
 from hairpipe.units import Interval, Metres
+from hairpipe.values import Mesh, Strands
 
 
 @dataclass(frozen=True)

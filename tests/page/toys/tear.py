@@ -2,8 +2,8 @@
 
 import warnings
 
-from hairpipe.data import Strands, Table
-from hairpipe.graph import Time, node
+from hairpipe.engine import Time, node
+from hairpipe.values import Strands, Table
 
 
 @node(frames="each")

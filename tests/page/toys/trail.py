@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from hairpipe.data import Strands
-from hairpipe.graph import node
+from hairpipe.engine import node
+from hairpipe.values import Strands
 
 
 @node(frames="scan")

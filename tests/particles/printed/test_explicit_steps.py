@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from hairpipe.particles.links import measure_links, stiffen
 from hairpipe.particles.settings import Interaction
-from hairpipe.particles.stiffness import measure_links, stiffen
 
 FRAME = 1 / 24
 

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from hairpipe.particles.interaction import Pairs
-from hairpipe.particles.neighbours import densities, near_pairs, rows_of
-from hairpipe.particles.printed.pair_forces import PrintedLaw, push_pairs
+from hairpipe.particles.interaction import Pairs, densities, near_pairs, rows_of
+from hairpipe.particles.model import kernel
+from hairpipe.particles.printed import PrintedLaw, push_pairs
 from hairpipe.particles.settings import Interaction
-from hairpipe.particles.smoothing_kernel import kernel
 
 H, MASS, DT = 0.02, 1.5e-5, 1 / 24
 

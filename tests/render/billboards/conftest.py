@@ -5,8 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from hairpipe.render.billboards.sprites import Sprites, lay_sprites
-from hairpipe.render.billboards.streaks import Levels
+from hairpipe.render.sprites import Levels, Sprites, lay_sprites
 
 
 @pytest.fixture(scope="session")

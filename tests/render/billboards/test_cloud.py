@@ -9,15 +9,15 @@ import pytest
 from PIL import Image
 from scipy.spatial import KDTree
 
-from hairpipe.data import Cloud, Mesh, Particles, Strands
+from hairpipe.engine import Workspace
 from hairpipe.errors import BadInput
-from hairpipe.graph import Workspace
 from hairpipe.groom.strands import unbound
 from hairpipe.nodes.preview_particles import preview_particles
 from hairpipe.nodes.preview_particles import style as style_node
-from hairpipe.render.billboards.cloud import CloudStyle, draw_cloud, style_cloud
-from hairpipe.render.framing import Shot
-from hairpipe.render.shading.kajiya_kay import lie
+from hairpipe.render.camera import Shot
+from hairpipe.render.cloud import CloudStyle, draw_cloud, style_cloud
+from hairpipe.render.kajiya_kay import lie
+from hairpipe.values import Cloud, Mesh, Particles, Strands
 
 BROWN = np.array([0.12, 0.06, 0.03])
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.render.billboards.light_pass import DARK, transmittances
-from hairpipe.render.billboards.sprites import Sprites
+from hairpipe.render.cloud import DARK, transmittances
+from hairpipe.render.sprites import Sprites
 
 OPEN, NOBODY = np.full((64, 64), np.inf), np.zeros((0, 3))
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.render.billboards.sprites import Sprites
-from hairpipe.render.billboards.view_pass import FADE, SUNK, paint
+from hairpipe.render.cloud import FADE, SUNK, paint
+from hairpipe.render.sprites import Sprites
 
 FAR = np.full((64, 64), np.inf)
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from hairpipe.child import command
+from hairpipe.engine.code import CodeReader
 from hairpipe.errors import BadInput
-from hairpipe.graph.key.code import CodeReader
-from hairpipe.render.cycles import process
-from hairpipe.render.cycles.process import run_blender
+from hairpipe.render import cycles as process
+from hairpipe.render.cycles import run_blender
 
 SLEEPS = "import os, time\nopen(os.environ['BORN'], 'w').write(str(os.getpid()))\ntime.sleep(60)\n"
 
@@ -54,7 +54,7 @@ def test_blender_ends_with_the_process_that_waits_for_it(blender, monkeypatch):
     folder = blender(SLEEPS)
     born = folder / "born"
     monkeypatch.setenv("BORN", str(born))
-    code = "from hairpipe.render.cycles.process import run_blender; from pathlib import Path; "
+    code = "from hairpipe.render.cycles import run_blender; from pathlib import Path; "
     parent = subprocess.Popen(command(code + f"run_blender({{}}, {{}}, Path({str(folder)!r}))"))
     wait_for(lambda: born.is_file() and born.read_text())
     parent.kill()
@@ -85,5 +85,5 @@ def test_without_blender_one_line_says_what_to_install(monkeypatch, tmp_path):
 
 def test_the_program_and_the_version_of_blender_count_in_keys():
     parts = CodeReader(lambda name, make: make()).code_of("hairpipe.nodes.render_cycles").parts
-    assert "hairpipe.render.cycles.program" in parts
+    assert "hairpipe.render.cycles_program" in parts
     assert (parts["bpy (version)"] != "none") == (find_spec("bpy") is not None)

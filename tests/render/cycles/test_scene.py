@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh, Strands
 from hairpipe.errors import BadInput
-from hairpipe.io.picture import write_png
-from hairpipe.render.cycles import scene
-from hairpipe.render.cycles.scene import Exposure, Fibre, render_hair
+from hairpipe.formats.pictures import write_png
+from hairpipe.render import cycles as scene
+from hairpipe.render.camera import Shot
+from hairpipe.render.cycles import Exposure, Fibre, render_hair
 from hairpipe.render.film import backdrop, develop
-from hairpipe.render.framing import Shot
 from hairpipe.render.portrait import draw_portrait
+from hairpipe.values import Mesh, Strands
 
 from ..conftest import make_strands
 

@@ -4,10 +4,8 @@ import numba
 import numpy as np
 import pytest
 
-from hairpipe.data.drawn_widths import TAPER
-from hairpipe.render.raster.fragments import OPAQUE, SKIN, develop_tile, make_tile
-from hairpipe.render.raster.lines import ROOT, draw_line, draw_strands
-from hairpipe.render.raster.tiles import lay_curves
+from hairpipe.render.lines import OPAQUE, ROOT, SKIN, develop_tile, draw_line, draw_strands, lay_curves, make_tile
+from hairpipe.values.groom import TAPER
 
 DEPTHS = np.array([-1.0, 0.0, 0.5, 1.0, 1.5]) * SKIN
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh
 from hairpipe.render.camera import Camera
-from hairpipe.render.raster.surface import look_at_body, see_body, seen_vertices
+from hairpipe.render.surface import look_at_body, see_body, seen_vertices
+from hairpipe.values import Mesh
 
 CENTRE, RADIUS, DISTANCE = np.array([0.0, 1.6, 0.0]), 0.09, 0.5
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.render.raster.triangles import UNSEEN, first_centre, rasterise
+from hairpipe.render.surface import UNSEEN, first_centre, rasterise
 
 
 def test_a_pixel_sees_a_triangle_when_its_centre_lies_in_it() -> None:

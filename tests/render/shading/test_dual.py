@@ -5,11 +5,11 @@ import pytest
 from scipy.integrate import solve_bvp, trapezoid
 from scipy.special import i0e
 
+from hairpipe.render.dual_scattering import add_scattered, bessel, cone, count_events, streams
+from hairpipe.render.fibre import tabulate
+from hairpipe.render.kajiya_kay import Fibres
 from hairpipe.render.lights import Light
-from hairpipe.render.shading.dual import add_scattered, bessel, cone, count_events, streams
-from hairpipe.render.shading.fibre import tabulate
-from hairpipe.render.shading.kajiya_kay import Fibres
-from hairpipe.render.shading.skin import IRRADIANCE
+from hairpipe.render.skin import IRRADIANCE
 
 TURN = np.pi / 12 / IRRADIANCE
 """Between azimuths, and light of a lamp that fills 1."""

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.render.shading.fibre import (
+from hairpipe.render.fibre import (
     AZIMUTHS,
     COLOURS,
     INDEX,

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from hairpipe.render.kajiya_kay import MATT, Fibres, add_light, lie, noise, strand_colours
 from hairpipe.render.lights import Light
-from hairpipe.render.shading.kajiya_kay import MATT, Fibres, add_light, lie, noise, strand_colours
 
 
 def shine(along: np.ndarray, to_eye: np.ndarray, towards: np.ndarray, tilt: float = 0.0) -> float:

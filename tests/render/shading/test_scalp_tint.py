@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.render.shading.scalp_tint import REACH, hair_share
+from hairpipe.render.skin import REACH, hair_share
 
 
 @pytest.fixture

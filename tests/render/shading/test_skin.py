@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from hairpipe.render.lights import Light
-from hairpipe.render.raster.surface import Surface
-from hairpipe.render.shading.skin import AMBIENT, shade_skin
 from hairpipe.render.shadows import CELLS, Shadow
+from hairpipe.render.skin import AMBIENT, shade_skin
+from hairpipe.render.surface import Surface
 
 EYE = np.array([0.0, 0.0, 5.0])
 TO_CELLS = np.column_stack([np.eye(3), np.full(3, CELLS / 2)])

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from scipy.optimize import root_scalar
 
-from hairpipe.sim.air.breeze import Breeze
-from hairpipe.sim.air.cylinder import law_of, normal_drag, tangential_drag
-from hairpipe.sim.air.wind import Coefficients, Gusts, Shielding, Wind
-from hairpipe.sim.interactions import Prediction
-from hairpipe.sim.material import Material
+from hairpipe.laws.drag import Coefficients, Gusts, Shielding, Wind, law_of, normal_drag, tangential_drag
+from hairpipe.shot.breeze import Breeze
+from hairpipe.solve.interactions import Prediction
+from hairpipe.strands.material import Material
 
 DIAMETER, LINE, G = Material().diameter, Material().line_density, 9.81
 OFFSETS = np.array([0, 7, 12], np.int32)

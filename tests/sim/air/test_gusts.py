@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from hairpipe.sim.air.breeze import Breeze
-from hairpipe.sim.air.gusts import add_gusts, modes_of
-from hairpipe.sim.air.wind import Gusts, Wind
+from hairpipe.laws.drag import Gusts, Wind
+from hairpipe.laws.gusts import add_gusts, modes_of
+from hairpipe.shot.breeze import Breeze
 
 GUSTS = Gusts(strength=0.8, size=0.3, duration=0.4)
 STILL = np.zeros(3)

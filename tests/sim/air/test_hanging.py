@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import root_scalar
 
-from hairpipe.sim.air.wind import Coefficients, Wind
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Scheme, StepControl
+from hairpipe.laws.drag import Coefficients, Wind
+from hairpipe.shot.settings import Scheme, StepControl
+from hairpipe.strands.material import Material
 
 SOFT = Material(young=1e7, softening=1.0)
 WEIGHT = SOFT.line_density * 9.81

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.air.cylinder import law_of, normal_drag
-from hairpipe.sim.air.loose_fibres import LooseFibres, add_wind
-from hairpipe.sim.air.wind import Shielding, Wind
+from hairpipe.laws.drag import Shielding, Wind, law_of, normal_drag
+from hairpipe.shot.breeze import LooseFibres, add_wind
 
 SEGMENT, DIAMETER = 0.02, 80e-6
 

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from hairpipe.sim.air.breeze import Breeze
-from hairpipe.sim.air.cylinder import law_of
-from hairpipe.sim.air.shield import MOST_NODES, fraction, shield_of
-from hairpipe.sim.air.wind import Coefficients, Shielding, Wind
-from hairpipe.sim.interactions import Start
+from hairpipe.laws.drag import Coefficients, Shielding, Wind, law_of
+from hairpipe.laws.shielding import MOST_NODES, fraction, shield_of
+from hairpipe.shot.breeze import Breeze
+from hairpipe.solve.interactions import Start
 
 DIAMETER, RHO, MU = 8e-5, 1.2, 1.8e-5
 DEPTH = 0.2

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Air, Drag, Scheme
-from hairpipe.sim.simulate import start
+from hairpipe.shot.settings import Air, Drag, Scheme
+from hairpipe.shot.simulate import start
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
 
 LIMP = Material(young=1e7, softening=1.0)
 SPEED = 0.5

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.spatial.pairs import Pairs
+from hairpipe.geometry.segments import Pairs
 
 
 def closest(points, segments):

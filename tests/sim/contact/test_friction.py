@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from hairpipe.sim.contact.body.implicit import _SLOW
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Air, BodyContact, Drag, Scene, Scheme, StepControl
+from hairpipe.contact.body_implicit import _SLOW
+from hairpipe.shot.settings import Air, BodyContact, Drag, Scene, Scheme, StepControl
+from hairpipe.strands.material import Material
 
 
 @dataclass

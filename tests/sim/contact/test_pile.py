@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.sim.settings import Collisions, Thickness
-from hairpipe.spatial.proximity import near_pairs
+from hairpipe.geometry.proximity import near_pairs
+from hairpipe.shot.settings import Collisions, Thickness
 
 LAW = Collisions()
 

@@ -6,12 +6,12 @@ from scipy.interpolate import CubicHermiteSpline
 
 from hairpipe.body.shapes import build_box
 from hairpipe.graphs.experiments.studies.contact.rub import ends_at, lay_crossed
-from hairpipe.levelset.bake.whole import bake
-from hairpipe.sim.build import bodies_of
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import BodyContact, Collisions, Scene, Thickness
-from hairpipe.sim.simulate import advance_frame, start, strands_of
+from hairpipe.levelset.bake import bake
+from hairpipe.shot.build import bodies_of
+from hairpipe.shot.settings import BodyContact, Collisions, Scene, Thickness
+from hairpipe.shot.simulate import advance_frame, start, strands_of
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
 
 from ..conftest import groom_of
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from hairpipe.body.shapes import build_box
-from hairpipe.levelset.bake.whole import bake
-from hairpipe.sim.build import bodies_of
-from hairpipe.sim.contact.scale import USUAL, scale_of
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Air, BodyContact, Collisions, Drag, Force, Scene, StepControl, Stiction, Thickness
-from hairpipe.sim.simulate import advance_frame, start, strands_of
+from hairpipe.contact.contact_points import USUAL, scale_of
+from hairpipe.levelset.bake import bake
+from hairpipe.shot.build import bodies_of
+from hairpipe.shot.settings import Air, BodyContact, Collisions, Drag, Force, Scene, StepControl, Stiction, Thickness
+from hairpipe.shot.simulate import advance_frame, start, strands_of
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
 
 from ..conftest import groom_of
 

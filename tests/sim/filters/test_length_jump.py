@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.boundary import ClampPath, clamp_at
-from hairpipe.sim.build import integrator_of
-from hairpipe.sim.filters.length_jump import LENGTH_JUMP, mark_length_jumps
-from hairpipe.sim.filters.limit_strain import StrainFilter
-from hairpipe.sim.interactions import Interaction
-from hairpipe.sim.settings import Scheme
-from hairpipe.sim.state import State, Step
-from hairpipe.sim.surroundings import Surroundings
+from hairpipe.laws.strain_limit import LENGTH_JUMP, StrainFilter, mark_length_jumps
+from hairpipe.shot.build import integrator_of
+from hairpipe.shot.settings import Scheme
+from hairpipe.solve.boundary import ClampPath, clamp_at
+from hairpipe.solve.interactions import Interaction
+from hairpipe.solve.stage import State, Step
+from hairpipe.solve.surroundings import Surroundings
 
 FRAME = 1 / 24
 

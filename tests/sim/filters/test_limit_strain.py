@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hairpipe.sim.filters.limit_strain import limit_strain
-from hairpipe.sim.strands.network import SHAPE
+from hairpipe.laws.strain_limit import limit_strain
+from hairpipe.strands.network import SHAPE
 
 CLAMPED = SHAPE.clamped
 

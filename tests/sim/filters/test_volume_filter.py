@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.sim.axis import axis_of, following_masses
-from hairpipe.sim.filters.volume_filter import VolumeFilter, rest_density
-from hairpipe.sim.settings import Pressure, SagFree, Scheme, Volume
-from hairpipe.sim.simulate import advance_frame, start
+from hairpipe.shot.settings import Pressure, SagFree, Scheme, Volume
+from hairpipe.shot.simulate import advance_frame, start
+from hairpipe.strands.axis import axis_of, following_masses
 from hairpipe.volume.strand_samples import reach_of
+from hairpipe.volume.volume_filter import VolumeFilter, rest_density
 
 LENGTH = 0.2
 

@@ -7,8 +7,8 @@ from hairpipe.body.shapes import build_cylinder
 from hairpipe.errors import BadInput
 from hairpipe.groom.joining import joined_strands
 from hairpipe.groom.strands import lay_strands
-from hairpipe.sim.boundary import motion_of_sites
-from hairpipe.sim.goal.pinning import check_mesh, pin
+from hairpipe.shot.goals import check_mesh, pin
+from hairpipe.solve.boundary import motion_of_sites
 
 
 @pytest.fixture

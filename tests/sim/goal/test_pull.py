@@ -5,18 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.data import Pins
 from hairpipe.errors import BadInput
-from hairpipe.measure.goal import measure_impulses
-from hairpipe.sim.axis import axis_of
-from hairpipe.sim.goal.holding import frequencies_of, goals_of
-from hairpipe.sim.goal.strength import Frequency, Goal
-from hairpipe.sim.interactions import with_interactions
-from hairpipe.sim.locks.guides import take_guides
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Scheme
-from hairpipe.sim.shot import Frame, next_state
-from hairpipe.sim.simulate import StrandSimulation, advance_frame, start
+from hairpipe.laws.goal import Frequency, Goal
+from hairpipe.measure.motion import measure_impulses
+from hairpipe.shot.goals import frequencies_of, goals_of
+from hairpipe.shot.lock_guides import take_guides
+from hairpipe.shot.settings import Scheme
+from hairpipe.shot.shot import Frame, next_state
+from hairpipe.shot.simulate import StrandSimulation, advance_frame, start
+from hairpipe.solve.interactions import with_interactions
+from hairpipe.strands.axis import axis_of
+from hairpipe.strands.material import Material
+from hairpipe.values import Pins
 
 from ..conftest import plate
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.data import Ends
-from hairpipe.sim.hair_model import build_hair, build_models
-from hairpipe.sim.integrators.lost import moved_rigidly
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Collisions, Scene, Scheme, StepControl, StrainLimit, Thickness
-from hairpipe.sim.shot import Frame
-from hairpipe.sim.simulate import next_state, start
+from hairpipe.shot.settings import Collisions, Scene, Scheme, StepControl, StrainLimit, Thickness
+from hairpipe.shot.shot import Frame
+from hairpipe.shot.simulate import next_state, start
+from hairpipe.solve.lost import moved_rigidly
+from hairpipe.strands.hair_model import build_hair, build_models
+from hairpipe.strands.material import Material
+from hairpipe.values import Ends
 
 FRAME = 1 / 24
 SOFT = Material(diameter=0.2e-3, young=2e6, density=1e4, softening=1.0)

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.integrators import lost
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Locks, Scene, StepControl, Stiction, Volume
-from hairpipe.sim.simulate import Frame, next_state, start
+from hairpipe.shot.settings import Locks, Scene, StepControl, Stiction, Volume
+from hairpipe.shot.simulate import Frame, next_state, start
+from hairpipe.solve import lost
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
 
 FRAME, SEGMENTS, LENGTH = 1 / 24, 10, 0.1
 STEPS = StepControl(longest=1 / 240, travel=np.inf)

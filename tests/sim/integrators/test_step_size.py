@@ -5,17 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh
+from hairpipe.body.scripted_motion import Track, drive
 from hairpipe.errors import BadInput
-from hairpipe.scripted_ends.ends import drive
-from hairpipe.scripted_ends.track import Track
-from hairpipe.sim.boundary import ClampPath, clamp_at
-from hairpipe.sim.integrators.step_size import CrossingLimit, Root, StrainRate, Travel, limits_of, next_step
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import StepControl
-from hairpipe.sim.simulate import advance_frame
-from hairpipe.sim.state import State
-from hairpipe.sim.surroundings import Surroundings
+from hairpipe.shot.settings import StepControl
+from hairpipe.shot.simulate import advance_frame
+from hairpipe.solve.boundary import ClampPath, clamp_at
+from hairpipe.solve.stage import State
+from hairpipe.solve.step_size import CrossingLimit, Root, StrainRate, Travel, limits_of, next_step
+from hairpipe.solve.surroundings import Surroundings
+from hairpipe.strands.material import Material
+from hairpipe.values import Mesh
 
 FRAME = 1 / 24
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.sim.settings import Collisions, Scheme, StepControl, Stiction, Thickness
-from hairpipe.sim.strands.lattice import CLAMPED
+from hairpipe.shot.settings import Collisions, Scheme, StepControl, Stiction, Thickness
+from hairpipe.strands.lattice import CLAMPED
 
 
 @pytest.mark.parametrize("step", [1 / 1920, 1 / 240, 1 / 24])

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from hairpipe.data import Groom, Mesh
 from hairpipe.groom.binding import root_frames
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Collisions, Locks, Scene, Stiction
-from hairpipe.sim.shot import Frame
-from hairpipe.sim.simulate import next_state
+from hairpipe.shot.settings import Collisions, Locks, Scene, Stiction
+from hairpipe.shot.shot import Frame
+from hairpipe.shot.simulate import next_state
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
+from hairpipe.values import Groom, Mesh
 
 SEGMENTS, SIDE, SPACING = 8, 5, 4e-4
 CORNERS = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, -0.1]])

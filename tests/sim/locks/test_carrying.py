@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Strands
-from hairpipe.data.locks import FOLLOWED, no_places
-from hairpipe.groom.keys.key_turns import turns_since
+from hairpipe.groom.keys import turns_since
 from hairpipe.groom.strand_arrays import points_of_strands
-from hairpipe.sim.locks.carrying import interpolated
-from hairpipe.sim.locks.guides import GuideMotion
-from hairpipe.sim.locks.places import find_places, nearest_guides, renewed
+from hairpipe.shot.lock_followers import find_places, interpolated, nearest_guides, renewed
+from hairpipe.shot.lock_guides import GuideMotion
+from hairpipe.values import Strands
+from hairpipe.values.hair import FOLLOWED, no_places
 
 STRANDS, SEGMENTS = 12, 9
 OFFSETS = np.arange(0, STRANDS * (SEGMENTS + 1) + 1, SEGMENTS + 1, dtype=np.int32)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hairpipe.sim.contact.hair.stiction import Connections
-from hairpipe.sim.locks.inheriting import inherited
+from hairpipe.laws.adhesion import Connections
+from hairpipe.shot.locks import inherited
 
 OFFSETS = np.arange(0, 21, 5, dtype=np.int32)
 LEADERS = np.array([2, 1, 2, 3], np.int32)

@@ -7,16 +7,15 @@ import numba
 import numpy as np
 import pytest
 
-from hairpipe.data import Ends
-from hairpipe.data.hair import Touching
-from hairpipe.data.locks import AUDITED, FOLLOWED, RELEASED, TRIED
 from hairpipe.errors import BadInput
-from hairpipe.io.hdf5 import digest
-from hairpipe.sim.boundary import motion_of_roots
-from hairpipe.sim.interactions import Interaction, with_interactions
-from hairpipe.sim.locks.guides import take_guides
-from hairpipe.sim.locks.locked_frame import check_locks
-from hairpipe.sim.settings import Collisions, Volume
+from hairpipe.formats.hdf5 import digest
+from hairpipe.shot.lock_guides import take_guides
+from hairpipe.shot.locks import check_locks
+from hairpipe.shot.settings import Collisions, Volume
+from hairpipe.solve.boundary import motion_of_roots
+from hairpipe.solve.interactions import Interaction, with_interactions
+from hairpipe.values import Ends
+from hairpipe.values.hair import AUDITED, FOLLOWED, RELEASED, TRIED, Touching
 
 from .bundle import SCENE, SEGMENTS, body, build_bundle, shot
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from hairpipe.data import Mesh
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
+from hairpipe.values import Mesh
 
 from .bundle import CORNERS, SCENE, build_bundle, shot
 

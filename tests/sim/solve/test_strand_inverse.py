@@ -4,16 +4,15 @@ import numpy as np
 import pytest
 
 from hairpipe.graphs.experiments.studies.contact.bar import tuft
-from hairpipe.sim.axis import axis_of
-from hairpipe.sim.build import integrator_of
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Scene
-from hairpipe.sim.solve.external_terms import ROWS, ExternalTerms, lay_out
-from hairpipe.sim.solve.implicit_stage import factor_stages
-from hairpipe.sim.solve.stage import Iterate, Stage, System
-from hairpipe.sim.solve.strand_inverse import respond
-from hairpipe.sim.strands.band import row_size
+from hairpipe.shot.build import integrator_of
+from hairpipe.shot.settings import Scene
+from hairpipe.solve.band import row_size
+from hairpipe.solve.implicit_stage import ROWS, ExternalTerms, factor_stages, lay_out
+from hairpipe.solve.stage import Iterate, Stage, System
+from hairpipe.solve.stage_driver import respond
+from hairpipe.strands.axis import axis_of
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
 
 H = 1 / 240
 

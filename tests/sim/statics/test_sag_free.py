@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.helix import Helix, wound
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import SagFree
-from hairpipe.sim.simulate import advance_frame, start
-from hairpipe.sim.statics.hessian import assemble, find_stable, tangent
-from hairpipe.sim.statics.sag_free import STEP, find_equilibrium, find_initial_state
+from hairpipe.groom.curl import Helix, wound
+from hairpipe.shot.settings import SagFree
+from hairpipe.shot.simulate import advance_frame, start
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
+from hairpipe.strands.sag_free import STEP, find_equilibrium, find_initial_state
+from hairpipe.strands.stability import assemble, find_stable, tangent
 
 GRAVITY = np.array([0.0, -9.81, 0.0])
 OUT, UP, DOWN = [1, 0, 0], [0, 1, 0], [0, -1, 0]

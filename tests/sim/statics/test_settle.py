@@ -8,15 +8,14 @@ import numpy as np
 import pytest
 
 from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
-from hairpipe.groom.helix import Helix, wound
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import SagFree
-from hairpipe.sim.simulate import advance_frame, start
-from hairpipe.sim.statics.hessian import assemble
-from hairpipe.sim.statics.settle import STILL, settle
-from hairpipe.sim.statics.settle_groom import settle_groom
-from hairpipe.sim.strands.construction import Construction
+from hairpipe.groom.curl import Helix, wound
+from hairpipe.shot.settings import SagFree
+from hairpipe.shot.settle import STILL, settle, settle_groom
+from hairpipe.shot.simulate import advance_frame, start
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.interface import Construction
+from hairpipe.strands.material import Material
+from hairpipe.strands.stability import assemble
 
 GRAVITY = np.array([0.0, -9.81, 0.0])
 

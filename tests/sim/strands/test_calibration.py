@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.sim.material import Material
-from hairpipe.sim.strands import calibration, lattice
-from hairpipe.sim.strands.construction import Construction
+from hairpipe.strands import calibration, lattice
+from hairpipe.strands.interface import Construction
+from hairpipe.strands.material import Material
 
 DEFAULT = Construction()
 

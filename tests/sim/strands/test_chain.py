@@ -5,9 +5,9 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
-from hairpipe.sim.material import Material
-from hairpipe.sim.strands import network
-from hairpipe.sim.strands.chain import SHAPE, STRAIGHTEST
+from hairpipe.strands import network
+from hairpipe.strands.chain import SHAPE, STRAIGHTEST
+from hairpipe.strands.material import Material
 
 G = 9.81
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from hairpipe.groom.helix import Helix, wound
-from hairpipe.sim.material import Material
-from hairpipe.sim.strands import curl, lattice
-from hairpipe.sim.strands.calibration import spring_constants
-from hairpipe.sim.strands.construction import Construction
-from hairpipe.sim.strands.fibres import fibres_of
-from hairpipe.sim.strands.network import constants_by_particle
+from hairpipe.groom.curl import Helix, wound
+from hairpipe.strands import calibration as curl
+from hairpipe.strands import lattice
+from hairpipe.strands.calibration import spring_constants
+from hairpipe.strands.interface import Construction
+from hairpipe.strands.material import Material, fibres_of
+from hairpipe.strands.network import constants_by_particle
 
 
 def fitted(axis):

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.strands import calibration, lattice
-from hairpipe.sim.strands.network import SHAPE
-from hairpipe.sim.strands.tetrahedra import area_vectors
+from hairpipe.strands import calibration, lattice
+from hairpipe.strands.lattice import area_vectors
+from hairpipe.strands.network import SHAPE
 
 CONSTANTS = np.array([1.0, 1.0, 1.0, 0.0])
 

@@ -5,19 +5,18 @@ from typing import NamedTuple, get_args
 import numpy as np
 import pytest
 
-from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.simd import load
-from hairpipe.sim.hair_model import HairModels
-from hairpipe.sim.layout import Shape
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Air, Drag, Scene, Scheme
-from hairpipe.sim.simulate import advance_frame, start, strands_of
-from hairpipe.sim.strands.band import eliminate
-from hairpipe.sim.strands.fibres import fibres_of
-from hairpipe.sim.strands.forces.assembly import add_spring
-from hairpipe.sim.strands.forces.spring import linearise_spring
-from hairpipe.sim.strands.interface import ModelKind, kind_of, register_model
-from hairpipe.sim.strands.registry import ModelName, strand_models
+from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.simd import load
+from hairpipe.laws.stretch import linearise_spring
+from hairpipe.shot.settings import Air, Drag, Scene, Scheme
+from hairpipe.shot.simulate import advance_frame, start, strands_of
+from hairpipe.solve.band import eliminate
+from hairpipe.strands.assembly import add_spring
+from hairpipe.strands.hair_model import HairModels
+from hairpipe.strands.interface import ModelKind, kind_of, register_model
+from hairpipe.strands.layout import Shape
+from hairpipe.strands.material import Material, fibres_of
+from hairpipe.strands.registry import ModelName, strand_models
 
 SHAPE, STIFFNESS, MASS, G = Shape(reach=1, clamped=1, stride=1), 1e-3, 1e-7, 9.81
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.helix import Helix, wound
+from hairpipe.groom.curl import Helix, wound
 from hairpipe.groom.strands import unbound
-from hairpipe.sim.hair_model import build_models
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Air, Drag, HairSettings, SagFree, Scene
-from hairpipe.sim.simulate import advance_frame, start, strands_of
-from hairpipe.sim.strands.rest_shape import unbent
+from hairpipe.shot.settings import Air, Drag, HairSettings, SagFree, Scene
+from hairpipe.shot.simulate import advance_frame, start, strands_of
+from hairpipe.strands.hair_model import build_models
+from hairpipe.strands.material import Material
+from hairpipe.strands.rest_shape import unbent
 
 SEGMENTS, LENGTH = 16, 0.08
 ARC = np.deg2rad(120.0)

@@ -14,7 +14,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaError
 from numba.core.registry import cpu_target
 
-from hairpipe.kernels import simd
+from hairpipe.geometry import simd
 
 _types: Any = cpu_target.typing_context
 _COUNTED = {np.add, np.subtract, np.multiply, np.divide, np.sqrt}

@@ -4,9 +4,9 @@ import sys
 
 import click
 
-from hairpipe.cli import options
-from hairpipe.cli.measured import print_report, record
-from hairpipe.cli.stderr import echo
+from hairpipe.app.cli import options
+from hairpipe.app.cli.stderr import echo
+from hairpipe.graphs.experiments.commands.measured import print_report, record
 
 
 @click.command()
@@ -24,8 +24,8 @@ def calls(every: int, as_json: bool) -> None:
 
     Exit code 0: all as required, 1: not all.
     """
+    from hairpipe.formats.hdf5 import digest_file
     from hairpipe.graphs.experiments.bench.calls.call_trials import held, try_calls
-    from hairpipe.io.hdf5 import digest_file
 
     report = try_calls(echo, digest_file, every)
     print_report(report, as_json)
@@ -46,9 +46,9 @@ def schedules(seeds: int, first: int, as_json: bool) -> None:
 
     Exit code 0: all as required, 1: not all.
     """
+    from hairpipe.formats.hdf5 import digest_file
     from hairpipe.graphs.experiments.bench.calls.call_trials import held
     from hairpipe.graphs.experiments.bench.calls.schedules import try_schedules
-    from hairpipe.io.hdf5 import digest_file
 
     report = try_schedules(echo, digest_file, range(first, first + seeds))
     print_report(report, as_json)

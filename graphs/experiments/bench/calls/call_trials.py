@@ -16,17 +16,17 @@ from pathlib import Path
 from typing import NamedTuple
 from unittest.mock import patch
 
-from hairpipe.bench.report import Case, Echo, Report, make_report
+from hairpipe.engine.file.load import load_graph
+from hairpipe.engine.run.events import Options
+from hairpipe.engine.run.scheduler import run
+from hairpipe.engine.store.lease import KEY, read_lease
+from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.scheduler import run
-from hairpipe.graph.store.lease import KEY, read_lease
-from hairpipe.graph.store.store import Store
 from hairpipe.graphs.experiments.bench.calls.file_layer import Call, FileLayer
 from hairpipe.graphs.experiments.bench.calls.simulation import Killed, Processes, simulated
 from hairpipe.graphs.experiments.bench.machines.end_state import CheckValue, differences, state_of
 from hairpipe.graphs.experiments.bench.machines.trials import Truth
+from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, make_report
 from hairpipe.graphs.experiments.bench.toy_shot import ToyShot
 
 MEMORY = next(filter(os.path.isdir, ("/dev/shm",)), None)
@@ -38,7 +38,7 @@ CONTENT = ("open", "open file", "write", "ftruncate", "truncate", "HDF5 write")
 """Calls that change the bytes of a file."""
 FREE = ("chmod", "chown", "fchmod", "remove", "rmdir", "unlink", "utime")
 """Calls that write, and take no space."""
-SOURCES = "hairpipe.graph.key.code._settled"
+SOURCES = "hairpipe.engine.code._settled"
 """Digests that a process remembers of sources that were not written to lately."""
 FAILED, REFUSED, EXCEPTION = "a run that fails", "a run that is refused", "an exception"
 """Ways to end."""

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple, Self
 
-from hairpipe.io import hdf5
+from hairpipe.formats import hdf5
 
 READING = ("access", "fstat", "listdir", "lstat", "open", "read", "readlink", "scandir", "stat")
 WRITING = (

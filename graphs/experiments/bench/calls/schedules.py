@@ -13,7 +13,6 @@ from collections.abc import Callable
 from pathlib import Path
 from unittest.mock import patch
 
-from hairpipe.bench.report import Case, Echo, Report, make_report
 from hairpipe.graphs.experiments.bench.calls.call_trials import (
     LOST,
     MEMORY,
@@ -27,6 +26,7 @@ from hairpipe.graphs.experiments.bench.calls.file_layer import Call, FileLayer
 from hairpipe.graphs.experiments.bench.calls.simulation import Processes, simulated
 from hairpipe.graphs.experiments.bench.machines.end_state import CheckValue, differences, state_of
 from hairpipe.graphs.experiments.bench.machines.trials import Truth
+from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, make_report
 
 FRAMES = 3
 CHANCES = (0.02, 0.1, 0.5)

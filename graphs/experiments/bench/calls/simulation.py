@@ -13,13 +13,13 @@ from contextlib import ExitStack, contextmanager
 from typing import Any
 from unittest.mock import patch
 
-from hairpipe.graph.engine import host, local_engine
-from hairpipe.graph.engine.member import Member
-from hairpipe.graph.run import scheduler
-from hairpipe.graph.store import atomic, lease
-from hairpipe.graph.store.renewal import Renewal
-from hairpipe.graph.worker import machine_code, worker
-from hairpipe.graph.worker.worker import Worker
+from hairpipe.engine.hosts import host, local_engine
+from hairpipe.engine.hosts.member import Member
+from hairpipe.engine.run import scheduler
+from hairpipe.engine.store import atomic, lease
+from hairpipe.engine.store.holder import Renewal
+from hairpipe.engine.worker import machine_code, worker
+from hairpipe.engine.worker.worker import Worker
 
 MACHINE = "0" * 12
 stamp = os.utime

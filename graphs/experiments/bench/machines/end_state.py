@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from hairpipe.graph.plan.gc import Found, items, verify
-from hairpipe.graph.store.digest import digest, digest_bytes
-from hairpipe.graph.store.store import Store
+from hairpipe.engine.plan.gc import Found, items, verify
+from hairpipe.engine.store.digest import digest, digest_bytes
+from hairpipe.engine.store.store import Store
 
 CheckValue = Callable[[Path], str]
 """Gives the digest of the value in a file, as for `verify`."""

@@ -131,9 +131,9 @@ def fill_disk(scene: Scene) -> None:
     filler.unlink()
 
 
-OTHER_VERSIONS = "from hairpipe.graph.engine import offer\noffer.VERSIONS = 'hairpipe 99.0, Python 3.11'"
-OTHER_STORE = "from hairpipe.graph.engine import offer\noffer.identity_of = lambda root: '0' * 32"
-OTHER_NUMPY = """from hairpipe.graph.key import code
+OTHER_VERSIONS = "from hairpipe.engine.hosts import offer\noffer.VERSIONS = 'hairpipe 99.0, Python 3.11'"
+OTHER_STORE = "from hairpipe.engine.hosts import offer\noffer.identity_of = lambda root: '0' * 32"
+OTHER_NUMPY = """from hairpipe.engine.key import code
 own = code.version
 code.version = lambda name: "99.0" if name == "numpy" else own(name)"""
 OTHER_CODE = """import importlib.util, os, shutil

@@ -4,9 +4,9 @@ import sys
 
 import click
 
-from hairpipe.cli import options
-from hairpipe.cli.measured import print_report, record
-from hairpipe.cli.stderr import echo
+from hairpipe.app.cli import options
+from hairpipe.app.cli.stderr import echo
+from hairpipe.graphs.experiments.commands.measured import print_report, record
 
 
 @click.command()
@@ -24,9 +24,9 @@ def machines(only: str, as_json: bool) -> None:
 
     Exit code 0: all as required, 1: not all.
     """
+    from hairpipe.formats.hdf5 import digest_file
     from hairpipe.graphs.experiments.bench.machines.fault_list import FAULTS
     from hairpipe.graphs.experiments.bench.machines.trials import held, try_machines
-    from hairpipe.io.hdf5 import digest_file
 
     report = try_machines(echo, digest_file, [fault for fault in FAULTS if only in fault.title])
     print_report(report, as_json)
@@ -45,8 +45,8 @@ def parity(as_json: bool) -> None:
 
     Exit code 0: all are equal, 1: some differ.
     """
+    from hairpipe.formats.hdf5 import digest_file
     from hairpipe.graphs.experiments.bench.machines.parity import GRAPH, agree, compare_ways
-    from hairpipe.io.hdf5 import digest_file
 
     report = compare_ways(echo, digest_file)
     print_report(report, as_json, [GRAPH])

@@ -16,18 +16,18 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from hairpipe.bench.report import Case, Echo, Report, make_report
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.machines.cluster import Cluster
 from hairpipe.graphs.experiments.bench.machines.end_state import CheckValue, differences, state_of
 from hairpipe.graphs.experiments.bench.machines.processes import Machine
+from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, make_report
 
 GRAPH = Path(__file__).resolve().parents[3] / "wedges" / "tuft.toml"
 WEDGE, FRAMES = "sixteen", "1-24"
 OPENJD = Path(sys.executable).parent / "openjd"
 PROGRAM = """#!{python} -P
 import os, subprocess, sys
-words = [sys.executable, "-P", "-c", "from hairpipe.cli import main; main()", *sys.argv[1:]]
+words = [sys.executable, "-P", "-c", "from hairpipe.app.cli import main; main()", *sys.argv[1:]]
 counts = os.environ.get("HAIRPIPE_BENCH_COUNTS") if sys.argv[1] == "run" else None
 done = subprocess.run([*words, "-q", "--json"] if counts else words, stdout=subprocess.PIPE if counts else None)
 if counts:

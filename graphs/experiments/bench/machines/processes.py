@@ -13,17 +13,17 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hairpipe.child import command, environment
+from hairpipe.engine.file.trust import VARIABLE
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.trust import VARIABLE
 
 PATIENCE = 240.0
 """Time within which a process must have started, or ended [s]."""
 FOLDERS = ("HOME", "TMPDIR", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME", "XDG_STATE_HOME", "NUMBA_CACHE_DIR")
 """Variables of the environment that name a home, and what lies in it by default."""
 MORTAL = "from hairpipe.child import die_with_parent; die_with_parent()"
-NO_KERNELS = "from hairpipe.graph.worker import machine_code\nmachine_code.kernel_modules = lambda: iter(())"
+NO_KERNELS = "from hairpipe.engine.worker import machine_code\nmachine_code.kernel_modules = lambda: iter(())"
 """Prelude for nodes without kernels: those of hairpipe are not analysed, which takes seconds with every new store."""
-COMMAND_LINE = "from hairpipe.cli import main; sys.argv[1:] = {!r}; main()"
+COMMAND_LINE = "from hairpipe.app.cli import main; sys.argv[1:] = {!r}; main()"
 
 
 class Machine(NamedTuple):

@@ -23,9 +23,9 @@ Part = Literal["child", "host", "machine", "coordinator", "scheduler"]
 """Whom a signal is for: child: the process that evaluates; host: its parent, the coordinator or a Dask worker; machine:
 the host with all its children.
 """
-NAMED = "from hairpipe.graph.store import holder\nholder.machine = lambda: '{:0>12}'\n"
+NAMED = "from hairpipe.engine.store import holder\nholder.machine = lambda: '{:0>12}'\n"
 """Prelude of a machine with a name of its own: it cannot look up the processes of others."""
-CHILDREN = "from hairpipe.graph.engine import member\nmember.BOOT = {!r} + member.BOOT"
+CHILDREN = "from hairpipe.engine.hosts import member\nmember.BOOT = {!r} + member.BOOT"
 """Gives the workers of a machine the same prelude."""
 SIZE = "96m"
 """Of the file system of a store [bytes]."""

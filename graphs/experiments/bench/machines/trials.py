@@ -8,12 +8,12 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from hairpipe.bench.report import Case, Echo, Report, make_report
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.machines.end_state import CheckValue, differences, state_of
 from hairpipe.graphs.experiments.bench.machines.fault_list import FAULTS, MOMENTS, Fault
 from hairpipe.graphs.experiments.bench.machines.processes import PATIENCE
 from hairpipe.graphs.experiments.bench.machines.scene import Scene
+from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, make_report
 
 AT_ONCE = 3
 """Number of trials that run at the same time: most of them wait."""

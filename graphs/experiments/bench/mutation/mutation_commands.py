@@ -4,9 +4,9 @@ from pathlib import Path
 
 import click
 
-from hairpipe.cli import options
-from hairpipe.cli.measured import print_report, record
-from hairpipe.cli.stderr import echo
+from hairpipe.app.cli import options
+from hairpipe.app.cli.stderr import echo
+from hairpipe.graphs.experiments.commands.measured import print_report, record
 
 ROOMS = ("key", "store", "run")
 

@@ -16,10 +16,10 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from hairpipe.bench.report import Case, Echo, Report, make_report
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.mutation import tester
 from hairpipe.graphs.experiments.bench.mutation.suites import ROOM, SUITES, TESTS
+from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, make_report
 
 if TYPE_CHECKING:
     from hairpipe.graphs.experiments.bench.mutation.places import Mutant

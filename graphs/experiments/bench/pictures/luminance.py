@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.data import Strands
-from hairpipe.render.cycles.scene import Exposure, Fibre, trace_hair
-from hairpipe.render.framing import Shot
+from hairpipe.render.camera import Shot
+from hairpipe.render.cycles import Exposure, Fibre, trace_hair
+from hairpipe.render.dual_scattering import shade_dual
 from hairpipe.render.portrait import expose_portrait
-from hairpipe.render.shading.dual import shade_dual
+from hairpipe.values import Strands
 
 COLOURS = {"brown": (0.112, 0.051, 0.024), "blond": (0.604, 0.38, 0.171), "black": (0.03, 0.03, 0.03)}
 """Of the hair, linear red, green and blue."""

@@ -8,9 +8,9 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from hairpipe.bench.report import Case, Report, make_report
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.pictures.browser import FLAGS, browser_path
+from hairpipe.graphs.experiments.bench.report import Case, Report, make_report
 
 PATIENCE = 120.0
 """Time after which a page counts as not opening [s]."""

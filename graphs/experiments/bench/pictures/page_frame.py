@@ -11,16 +11,16 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
-from hairpipe.api.draft import Draft, load_draft
-from hairpipe.bench.first_frame import HAIR
-from hairpipe.bench.report import Case, Report, make_report
+from hairpipe.app.api.draft import Draft, load_draft
+from hairpipe.app.page.documents import draft_document, state_document
+from hairpipe.app.page.edits import edited
+from hairpipe.app.page.packing import script
+from hairpipe.app.page.server import Server
+from hairpipe.app.page.session import Session
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.bench.engine.first_frame import HAIR
 from hairpipe.graphs.experiments.bench.pictures.browser import browser_path, open_browser
-from hairpipe.page.documents import draft_document, state_document
-from hairpipe.page.editing.edits import edited
-from hairpipe.page.packing import script
-from hairpipe.page.server import Server
-from hairpipe.page.session import Session
+from hairpipe.graphs.experiments.bench.report import Case, Report, make_report
 
 FRAMES = 4
 """Number of frames of the shot: the plan contains them, and their inputs are computed before."""

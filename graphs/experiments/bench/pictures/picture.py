@@ -6,23 +6,22 @@ from pathlib import Path
 
 import numpy as np
 
-from hairpipe.bench.report import Case, Echo, Report, in_seconds, make_report
-from hairpipe.bench.shares import shares_of
-from hairpipe.body.mannequin.bust import build_bust
-from hairpipe.data import Mesh, Strands
+from hairpipe.body.bust import build_bust
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.head import LENGTH, mesh_at, no_image
 from hairpipe.graphs.experiments.bench.pictures.luminance import measure_luminance
-from hairpipe.groom.cutting import Cut
-from hairpipe.groom.grow.growing import grow
-from hairpipe.groom.grow.style import Style
-from hairpipe.groom.painting.paint import Canvas
-from hairpipe.groom.painting.painted import PaintedMetres
+from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, in_seconds, make_report
+from hairpipe.graphs.experiments.bench.shares import shares_of
+from hairpipe.groom.growing import grow
+from hairpipe.groom.painting import Canvas, PaintedMetres
+from hairpipe.groom.resampling import Cut
+from hairpipe.groom.style import Style
+from hairpipe.render.camera import Shot, frame_hair, place_camera
 from hairpipe.render.deep_shadow import DeepShadow
-from hairpipe.render.framing import Shot, frame_hair, place_camera
 from hairpipe.render.lights import studio
 from hairpipe.render.portrait import cast_shadows, draw_portrait, drawn_width
-from hairpipe.sim.material import Material
+from hairpipe.strands.material import Material
+from hairpipe.values import Mesh, Strands
 
 SHOT = Shot(720, 720, grain=1)
 BROWN = np.array([0.11, 0.05, 0.025])

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
-from hairpipe.bench.report import Report, make_report
-from hairpipe.data import Strands
+from hairpipe.app.page.packing import script
+from hairpipe.app.page.values import strands_document
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.pictures.browser import browser_path, open_browser
-from hairpipe.page.packing import script
-from hairpipe.page.shapes import strands_document
+from hairpipe.graphs.experiments.bench.report import Report, make_report
+from hairpipe.values import Strands
 
 SCRIPTS = ("core.js", "app.js", "camera.js", "light.js", "channels.js", "shaders.js", "scene.js", "rays.js")
-WEB = files("hairpipe.page") / "web"
+WEB = files("hairpipe.app.page") / "web"
 PAGE = """<!doctype html><meta charset="utf-8"><canvas width="1280" height="720"></canvas><body>
 <script>const redraws = {};</script>{}"""
 SCENE = Path(__file__).with_name("redraw.js")

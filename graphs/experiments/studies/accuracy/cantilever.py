@@ -4,12 +4,12 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.graphs.experiments.studies.accuracy.specimen import Specimen, straight_specimen
 from hairpipe.graphs.experiments.studies.accuracy.statics import Balance, balance, motions
 from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_rows
 
 _FACTOR = 2.0
 """Most that the weight grows from one equilibrium to the next."""

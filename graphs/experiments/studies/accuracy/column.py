@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.graphs.experiments.studies.accuracy.specimen import Specimen, straight_specimen
 from hairpipe.graphs.experiments.studies.accuracy.statics import balance, least_stiffness, motions
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_rows
 
 GREENHILL = 7.837347
 _STEPS = 12

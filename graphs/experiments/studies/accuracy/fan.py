@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hairpipe.data import Groom, Strands, Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.groom.strands import unbound
+from hairpipe.values import Groom, Strands, Table
+from hairpipe.values.table import table_of_rows
 
 COLUMNS = ("time [s]", "difference [% of length]")
 

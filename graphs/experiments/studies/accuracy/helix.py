@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.graphs.experiments.studies.accuracy.specimen import Specimen, specimen_of, stiffness
 from hairpipe.graphs.experiments.studies.accuracy.statics import balance, motions
 from hairpipe.graphs.experiments.studies.theory.clamps import Clamp, hang_rod
 from hairpipe.graphs.experiments.studies.theory.kirchhoff import Rod
-from hairpipe.groom.helix import Helix, wound
+from hairpipe.groom.curl import Helix, wound
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_rows
 
 _AT_REST = 1e-5
 """Step over the length of a segment: coarse curls are near a switch of their altitude springs."""

@@ -10,14 +10,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.graphs.experiments.studies.accuracy.specimen import Pose, Specimen, held_at_tip, moved, straight_specimen
 from hairpipe.graphs.experiments.studies.accuracy.statics import balance, least_stiffness, motions
 from hairpipe.graphs.experiments.studies.accuracy.torsion import held_length
 from hairpipe.graphs.experiments.studies.accuracy.writhe import State, stand
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_rows
 
 _ASIDE = 0.1
 """Way of a point from the ring, over the length, at which it has buckled."""

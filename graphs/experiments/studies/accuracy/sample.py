@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from hairpipe.sim.material import Material
-from hairpipe.sim.strands.construction import Construction
-from hairpipe.sim.strands.registry import ModelName
+from hairpipe.strands.interface import Construction
+from hairpipe.strands.material import Material
+from hairpipe.strands.registry import ModelName
 from hairpipe.units import Gt, Interval, Metres
 
 Segments = tuple[Annotated[int, Interval(ge=2, le=400)], ...]

@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.graphs.experiments.studies.accuracy.helix import turns
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Spiral
 from hairpipe.graphs.experiments.studies.accuracy.specimen import Specimen, specimen_of
 from hairpipe.graphs.experiments.studies.accuracy.statics import balance, motions
 from hairpipe.graphs.experiments.studies.theory.clamps import Clamp, hang_rod
 from hairpipe.graphs.experiments.studies.theory.kirchhoff import Rod
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_rows
 
 _LONGER = 1.2
 """Length of the curve that is cut into chords, over the sum of these."""

@@ -5,8 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.graphs.experiments.studies.accuracy.specimen import (
@@ -19,7 +17,9 @@ from hairpipe.graphs.experiments.studies.accuracy.specimen import (
     straight_specimen,
 )
 from hairpipe.graphs.experiments.studies.accuracy.statics import balance, motions
-from hairpipe.sim.strands.interface import may_be_lost
+from hairpipe.strands.interface import may_be_lost
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_rows
 
 COLUMNS = (
     "strand",

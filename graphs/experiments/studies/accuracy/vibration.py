@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.graphs.experiments.studies.accuracy.specimen import Specimen, stiffness, straight_specimen
 from hairpipe.graphs.experiments.studies.accuracy.statics import motions
 from hairpipe.graphs.experiments.studies.theory.beam_modes import bending_frequencies, bending_shape
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_rows
 
 COLUMNS = (
     "strand",

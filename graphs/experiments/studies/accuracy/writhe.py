@@ -5,14 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.graphs.experiments.studies.accuracy.specimen import Pose, Specimen, straight_specimen
 from hairpipe.graphs.experiments.studies.accuracy.statics import balance, least_stiffness, motions
 from hairpipe.graphs.experiments.studies.accuracy.torsion import held_length, twisted_on
 from hairpipe.graphs.experiments.studies.theory.twist_buckling import buckling_twist
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_rows
 
 _STEPS = 24
 """Steps of the twist, from zero to the onset of the theory."""

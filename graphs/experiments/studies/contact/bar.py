@@ -4,16 +4,13 @@ from functools import lru_cache
 
 import numpy as np
 
+from hairpipe.body.scripted_motion import Track, Wave, course_of_wave, drive
 from hairpipe.body.shapes import build_cylinder
-from hairpipe.data import BodyParts, Ends, Groom
-from hairpipe.data.levelset import LevelSet
-from hairpipe.groom.strands import lay_strands
-from hairpipe.groom.tuft import Tuft, gather_tuft
-from hairpipe.levelset.bake.parts import gathered
-from hairpipe.levelset.bake.whole import bake
-from hairpipe.scripted_ends.ends import drive
-from hairpipe.scripted_ends.track import Track
-from hairpipe.scripted_ends.wave import Wave, course_of_wave
+from hairpipe.groom.strands import Tuft, gather_tuft, lay_strands
+from hairpipe.levelset.bake import bake
+from hairpipe.levelset.bake_parts import gathered
+from hairpipe.values import BodyParts, Ends, Groom
+from hairpipe.values.body import LevelSet
 
 LENGTH, SEGMENTS, COLUMNS, ROWS, APART, STRAY = 0.2, 20, 8, 4, 1.5e-3, 4.0
 """Length of the strands [m], their number in x and z, the distance between roots [m], and their scatter [deg]."""

@@ -4,22 +4,22 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.hair import HairState
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.contact.bar import LENGTH, SEGMENTS, axis_at, bar_at, passed_through, roots_at
 from hairpipe.graphs.experiments.studies.contact.worst import FLUNG, FLUNG_LEAST, GRAVITY, Seen, Worst, signs
 from hairpipe.graphs.experiments.studies.integrators.energy import altitude_energies, energies
-from hairpipe.sim.boundary import Driver
-from hairpipe.sim.build import bodies_of
-from hairpipe.sim.hair_model import HairModel
-from hairpipe.sim.locks.locked_frame import advance_locked, with_particles
-from hairpipe.sim.settings import Scene, StepControl
-from hairpipe.sim.shot import Frame
-from hairpipe.sim.simulate import advance_frame, start
-from hairpipe.sim.state import State
-from hairpipe.sim.strands.network import Network
+from hairpipe.shot.build import bodies_of
+from hairpipe.shot.locks import advance_locked, with_particles
+from hairpipe.shot.settings import Scene, StepControl
+from hairpipe.shot.shot import Frame
+from hairpipe.shot.simulate import advance_frame, start
+from hairpipe.solve.boundary import Driver
+from hairpipe.solve.stage import State
+from hairpipe.strands.hair_model import HairModel
+from hairpipe.strands.network import Network
+from hairpipe.values import Table
+from hairpipe.values.hair import HairState
+from hairpipe.values.table import table_of_rows
 
 FRAME = 1 / 24
 COLUMNS = (

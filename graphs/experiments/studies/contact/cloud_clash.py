@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from hairpipe.data import Particles
 from hairpipe.graphs.experiments.studies.contact.bar import axis_at, bar_at, roots_at, went_across
 from hairpipe.graphs.experiments.studies.contact.cloud_energy import energy_of, work_on_links
 from hairpipe.graphs.experiments.studies.contact.worst import Seen, Worst
 from hairpipe.particles.settings import ParticleSettings
 from hairpipe.particles.simulate import ParticleSimulation, Prepared, prepare
-from hairpipe.sim.shot import Frame, next_state
+from hairpipe.shot.shot import Frame, next_state
+from hairpipe.values import Particles
 
 
 def meet(particles: Particles, settings: ParticleSettings, speed: float, rate: int, seconds: float) -> Worst:

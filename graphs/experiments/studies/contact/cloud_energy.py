@@ -9,12 +9,12 @@ Directions have none, as they follow the links; damping, air, collision and fric
 
 import numpy as np
 
-from hairpipe.data.particles import ParticleState
 from hairpipe.particles.interaction import Law, find_pairs
+from hairpipe.particles.links import measure_links, stiffen
 from hairpipe.particles.model import Model
 from hairpipe.particles.simulate import Prepared
 from hairpipe.particles.step import Springs
-from hairpipe.particles.stiffness import measure_links, stiffen
+from hairpipe.values.particles import ParticleState
 
 PIECES = 32
 """Of a step, in each of which tensions are taken to go straight: more change less than a thousandth of the work."""

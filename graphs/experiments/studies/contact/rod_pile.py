@@ -6,15 +6,15 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
-from hairpipe.data.hair import Shear
-from hairpipe.sim.contact.contact_points import REACH, Contacts, find_contacts
-from hairpipe.sim.contact.hair.couplings import Couplings, couplings_at, matrices
-from hairpipe.sim.contact.hair.friction import anchor, no_shear
-from hairpipe.sim.contact.hair.impulses import sweep
-from hairpipe.sim.contact.hair.repulsion import linearise
-from hairpipe.sim.interactions import Prediction
-from hairpipe.sim.settings import Collisions
-from hairpipe.spatial.proximity import near_pairs
+from hairpipe.contact.contact_points import REACH, Contacts, find_contacts
+from hairpipe.contact.couplings import Couplings, couplings_at, matrices
+from hairpipe.contact.impulses import sweep
+from hairpipe.geometry.proximity import near_pairs
+from hairpipe.laws.coulomb import anchor, no_shear
+from hairpipe.laws.repulsion import linearise
+from hairpipe.shot.settings import Collisions
+from hairpipe.solve.interactions import Prediction
+from hairpipe.values.hair import Shear
 
 LENGTH, MASS, GRAVITY = 6e-3, 4e-8, 9.81
 """Length of a rod [m], mass of each of its points [kg], as for a hair of 0.11 mm, and gravity [m/s^2]."""

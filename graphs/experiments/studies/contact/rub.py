@@ -10,14 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from hairpipe.data import Ends, Groom, Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.groom.strands import unbound
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Air, Collisions, Drag, Scene, Scheme, StepControl
-from hairpipe.sim.simulate import advance_frame, start
-from hairpipe.sim.strands.registry import ModelName
+from hairpipe.shot.settings import Air, Collisions, Drag, Scene, Scheme, StepControl
+from hairpipe.shot.simulate import advance_frame, start
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
+from hairpipe.strands.registry import ModelName
+from hairpipe.values import Ends, Groom, Table
+from hairpipe.values.table import table_of_rows
 
 LENGTH, SUPPORT, OVER = 0.03, 0.024, 0.003
 """Lengths of the cantilever, and of the hair below it, which is held at both ends; length beyond their contact [m]."""

@@ -7,8 +7,6 @@ import numpy as np
 from scipy.sparse import bsr_matrix, csr_matrix
 from scipy.sparse.linalg import cg, spsolve
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.graphs.experiments.studies.contact.rod_pile import (
     GRAVITY,
     MASS,
@@ -19,8 +17,10 @@ from hairpipe.graphs.experiments.studies.contact.rod_pile import (
     sweep_over,
     system,
 )
-from hairpipe.sim.contact.hair.friction import sheared
-from hairpipe.sim.settings import Collisions
+from hairpipe.laws.coulomb import sheared
+from hairpipe.shot.settings import Collisions
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_rows
 
 DROP = 2e-5
 """Room between the layers of a stack that is let fall [m]."""

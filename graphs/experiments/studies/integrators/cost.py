@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_rows
 
 LEVELS = (1.0, 3.0, 10.0)
 FITTED = (0.01, 20.0)

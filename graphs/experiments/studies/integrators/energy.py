@@ -3,17 +3,16 @@
 import numpy as np
 from numba import njit
 
-from hairpipe.kernels.simd import load, store
-from hairpipe.sim.hair_model import HairModel
-from hairpipe.sim.layout import Layout
-from hairpipe.sim.solve.stretch import set_tensions
-from hairpipe.sim.state import State
-from hairpipe.sim.strands.lattice import tetrahedra
-from hairpipe.sim.strands.network import Network
-from hairpipe.sim.strands.rod.frames import BENDING, GHOST, TWIST, TWISTING, frame_at
-from hairpipe.sim.strands.rod.rod import Rod
-from hairpipe.sim.strands.rod.vertex import bend
-from hairpipe.sim.strands.tetrahedra import altitude_vectors, area_vectors
+from hairpipe.geometry.simd import load, store
+from hairpipe.laws.bend_twist import bend
+from hairpipe.solve.stage import State
+from hairpipe.solve.stretch import set_tensions
+from hairpipe.strands.frames import BENDING, GHOST, TWIST, TWISTING, frame_at
+from hairpipe.strands.hair_model import HairModel
+from hairpipe.strands.lattice import altitude_vectors, area_vectors, tetrahedra
+from hairpipe.strands.layout import Layout
+from hairpipe.strands.network import Network
+from hairpipe.strands.rod import Rod
 
 
 def energies(hair: HairModel, state: State, gravity: float) -> np.ndarray:
@@ -50,7 +49,7 @@ def altitude_energies(model: Network, layout: Layout, x: np.ndarray) -> np.ndarr
 
     x  positions [m], (rows, 3, W)
 
-    Where the choice of the spring that acts changes hands, this jumps, as in `sim/strands/forces/altitude.py`.
+    Where the choice of the spring that acts changes hands, this jumps, as in `laws/altitude.py`.
     """
     found = layout.empty_blocks()
     for block in range(layout.blocks):

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.graphs.experiments.studies.integrators.follow import RATE, Course, follow
 from hairpipe.graphs.experiments.studies.integrators.record import course_of
 from hairpipe.graphs.experiments.studies.integrators.trial import Trial
-from hairpipe.sim.settings import Scheme, StrainLimit
+from hairpipe.shot.settings import Scheme, StrainLimit
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_rows
 
 SOLVES = {"tr_bdf2": 2, "bdf2": 1, "backward_euler": 1, "nine_steps": 2}
 """Solves of a step; what a guard adds is not counted."""

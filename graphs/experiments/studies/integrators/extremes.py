@@ -6,15 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.integrators.leading import groom_of
 from hairpipe.graphs.experiments.studies.integrators.trial import Strand
-from hairpipe.sim.hair_model import HairModel, build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Air, Drag, Scene, Scheme, StepControl
-from hairpipe.sim.simulate import advance_frame, start
+from hairpipe.shot.settings import Air, Drag, Scene, Scheme, StepControl
+from hairpipe.shot.simulate import advance_frame, start
+from hairpipe.strands.hair_model import HairModel, build_hair
+from hairpipe.strands.material import Material
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_rows
 
 FRAME = 1 / 24
 COLUMNS = (

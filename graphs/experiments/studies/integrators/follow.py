@@ -8,14 +8,14 @@ import numpy as np
 from hairpipe.graphs.experiments.studies.integrators.energy import energies
 from hairpipe.graphs.experiments.studies.integrators.leading import ends_at, groom_of
 from hairpipe.graphs.experiments.studies.integrators.trial import MOTIONS, Strand, Trial
-from hairpipe.sim.boundary import ClampPath, clamp_at
-from hairpipe.sim.build import integrator_of
-from hairpipe.sim.filters.limit_strain import StrainFilter
-from hairpipe.sim.hair_model import HairModel, build_hair
-from hairpipe.sim.settings import Air, Drag, Scene, Scheme, StrainLimit
-from hairpipe.sim.simulate import start
-from hairpipe.sim.state import State, Step
-from hairpipe.sim.surroundings import Surroundings
+from hairpipe.laws.strain_limit import StrainFilter
+from hairpipe.shot.build import integrator_of
+from hairpipe.shot.settings import Air, Drag, Scene, Scheme, StrainLimit
+from hairpipe.shot.simulate import start
+from hairpipe.solve.boundary import ClampPath, clamp_at
+from hairpipe.solve.stage import State, Step
+from hairpipe.solve.surroundings import Surroundings
+from hairpipe.strands.hair_model import HairModel, build_hair
 
 RATE = 24
 """Samples a second; between two of them roots are led along a cubic, and steps are equal shares of that time."""

@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from hairpipe.data import Ends, Groom
+from hairpipe.body.scripted_motion import Track, drive
 from hairpipe.graphs.experiments.studies.integrators.trial import MOTIONS, Strand
 from hairpipe.groom.strands import lay_strands, unbound
-from hairpipe.scripted_ends.ends import drive
-from hairpipe.scripted_ends.track import Track
+from hairpipe.values import Ends, Groom
 
 
 def groom_of(strands: list[Strand], segments: int) -> Groom:

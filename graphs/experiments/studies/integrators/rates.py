@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from hairpipe.data import LevelSet, Table
-from hairpipe.data.lengths import strand_lengths
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
-from hairpipe.sim.hair_model import HairModel
-from hairpipe.sim.settings import HairSettings
-from hairpipe.sim.shot import Frame
-from hairpipe.sim.simulate import next_state, strands_of
+from hairpipe.shot.settings import HairSettings
+from hairpipe.shot.shot import Frame
+from hairpipe.shot.simulate import next_state, strands_of
+from hairpipe.strands.hair_model import HairModel
+from hairpipe.values import LevelSet, Table
+from hairpipe.values.groom import strand_lengths
+from hairpipe.values.table import table_of_rows
 
 _ROUNDING = 1e-6
 """Part of a frame by which an interval that is written in decimals may differ from a number of frames."""

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_columns
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.integrators.follow import RATE, Course, follow
 from hairpipe.graphs.experiments.studies.integrators.trial import Trial
-from hairpipe.sim.settings import Scheme, StrainLimit
+from hairpipe.shot.settings import Scheme, StrainLimit
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_columns
 
 TIPS = ("x [m]", "y [m]", "z [m]")
 OTHERS = {

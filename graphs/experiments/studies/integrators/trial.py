@@ -3,9 +3,9 @@
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
-from hairpipe.scripted_ends.wave import Wave
-from hairpipe.sim.material import Material
-from hairpipe.sim.strands.registry import ModelName
+from hairpipe.body.scripted_motion import Wave
+from hairpipe.strands.material import Material
+from hairpipe.strands.registry import ModelName
 from hairpipe.units import Degrees, Gt, Interval, Metres, PerSecond, Seconds
 
 MotionName = Literal["rest", "swing", "shake 600 deg/s", "square wave", "shake 2500 deg/s"]

@@ -8,16 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.data import BodyParts, LevelSet, Mesh, Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
+from hairpipe.geometry.triangles import Sites, area_vectors, site_points
 from hairpipe.graphs.experiments.studies.interpolation.surface_errors import misses
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider import Collider
 from hairpipe.levelset.collider_field import build_collider_field
+from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.levelset.parts.collider_parts import build_collider_parts
-from hairpipe.spatial.triangles import Sites, area_vectors, site_points
+from hairpipe.values import BodyParts, LevelSet, Mesh, Table
+from hairpipe.values.table import table_of_rows
 
 COLUMNS = ("interpolation", "time [keys]", "error mean [mm]", "error 99 % [mm]", "error max [mm]", "lost [%]")
 POINTS = 8000

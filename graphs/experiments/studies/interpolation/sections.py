@@ -8,9 +8,9 @@ import numpy as np
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.interpolation.bodies import FRAME, outline_at, parts_of, surfaces_of
 from hairpipe.graphs.experiments.studies.interpolation.cases import CASES
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider import Collider, SdfSample
-from hairpipe.levelset.parts.collider_parts import build_collider_parts
+from hairpipe.levelset.collider_parts import build_collider_parts
 
 ACROSS = 241
 """Points along the longer side of a section."""

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.data import Mesh
+from hairpipe.values import Mesh
 
 RINGS = 96
 """Points from pole to pole, and around."""

@@ -4,14 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.graphs.experiments.studies.interpolation.bodies import FRAME, outline_at, skin_at, surfaces_of
 from hairpipe.graphs.experiments.studies.interpolation.cases import CASES
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.values import Table
+from hairpipe.values.table import table_of_rows
 
 COLUMNS = ("case", "interpolation", "time [frames]", "error max [%]", "error mean [%]", "lost [%]")
 

@@ -11,11 +11,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hairpipe.data import Groom, Table
-from hairpipe.data.hair import HairState
-from hairpipe.data.table import table_of_rows
 from hairpipe.graphs.experiments.studies.knots.tails import mean_over, seen_between
-from hairpipe.sim.material import Material
+from hairpipe.strands.material import Material
+from hairpipe.values import Groom, Table
+from hairpipe.values.hair import HairState
+from hairpipe.values.table import table_of_rows
 
 COLUMNS = ("radius [mm]", "tension [uN]", "theory [uN]", "tension error [%]", "loop error [%]", "speed [mm/s]")
 

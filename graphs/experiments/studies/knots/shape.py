@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from hairpipe.data import Groom
 from hairpipe.errors import BadInput
 from hairpipe.groom.resampling import divide
 from hairpipe.groom.strands import unbound
+from hairpipe.values import Groom
 
 _FINE = 2000  # points on each part of the curve
 _SLOPE = 0.3

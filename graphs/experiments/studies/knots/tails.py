@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.data import Groom
-from hairpipe.data.hair import HairState
 from hairpipe.graphs.experiments.measure.tensions import first_strand, frames_between
 from hairpipe.graphs.experiments.measure.writhe import writhe
-from hairpipe.measure.tension import layout_of
+from hairpipe.measure.motion import layout_of
+from hairpipe.values import Groom
+from hairpipe.values.hair import HairState
 
 _TAILS = 0.05
 """Part of the segments, from either end, whose tension is that of the tails."""

@@ -4,12 +4,12 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from hairpipe.data import Ends, Groom, Strands, Table
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.measure.strands import bulge, measure
 from hairpipe.graphs.experiments.studies.theory.clamps import Clamp, rest_shape, span_rod
 from hairpipe.graphs.experiments.studies.theory.kirchhoff import Rod, Shape
 from hairpipe.graphs.experiments.studies.theory.rod_frames import frames_of
+from hairpipe.values import Ends, Groom, Strands, Table
 
 MOST_TURN = 0.5
 """Largest change of a quaternion in a frame, or part of one, at which a rod still follows; beyond, it has snapped."""

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from hairpipe.data import Groom, Strands
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.theory.elastica import Elastica, bend_elastica
 from hairpipe.groom.strand_arrays import shares_of
-from hairpipe.sim.material import Material
+from hairpipe.strands.material import Material
+from hairpipe.values import Groom, Strands
 
 _STRAIGHT, _UPRIGHT = 1e-6, 0.999
 

@@ -14,8 +14,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from hairpipe.data import Ends
-from hairpipe.sim.material import Material
+from hairpipe.strands.material import Material
+from hairpipe.values import Ends
 
 Law = Literal["across", "along", "rate"]
 GRAVITY, DENSITY, VISCOSITY = 9.81, 1.2, 1.8e-5

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numba import njit
 
+from hairpipe.geometry.simd import load, store
 from hairpipe.graphs.experiments.bench.arithmetic.assembly import Arithmetic, assembly_of, count_arithmetic
 from hairpipe.graphs.experiments.bench.strands import machine_code
-from hairpipe.kernels.simd import load, store
 
 CODE = """
     vaddpd  %zmm1, %zmm2, %zmm3

@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from hairpipe.geometry import simd
+from hairpipe.geometry.simd import load, maximum, select, sqrt, store
 from hairpipe.graphs.experiments.bench.arithmetic.counting import Work, count_work
 from hairpipe.graphs.experiments.bench.strands import hang, one_block
-from hairpipe.kernels import simd
-from hairpipe.kernels.simd import load, maximum, select, sqrt, store
-from hairpipe.sim.solve.implicit_stage import run_stage
+from hairpipe.solve.implicit_stage import run_stage
 
 
 @njit

@@ -5,10 +5,9 @@ from pathlib import Path
 import pytest
 
 from hairpipe.graphs.experiments.bench.pictures import picture
-from hairpipe.render import exposure, portrait, shadows
-from hairpipe.render.cycles import process
-from hairpipe.render.raster import lines
-from hairpipe.render.shading import kajiya_kay
+from hairpipe.render import cycles as process
+from hairpipe.render import film as exposure
+from hairpipe.render import kajiya_kay, lines, portrait, shadows
 
 
 @pytest.mark.kernels

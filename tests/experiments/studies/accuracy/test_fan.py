@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from hairpipe.data import Strands
 from hairpipe.graphs.experiments.studies.accuracy.fan import fan_table, fanned
 from hairpipe.groom.strands import lay_strands
+from hairpipe.values import Strands
 
 
 def test_fan_of_equal_strands_reports_the_largest_difference():

@@ -18,7 +18,7 @@ from hairpipe.graphs.experiments.studies.accuracy.torsion import torsion_table
 from hairpipe.graphs.experiments.studies.accuracy.vibration import vibration_table
 from hairpipe.graphs.experiments.studies.accuracy.writhe import writhe_tables
 from hairpipe.graphs.experiments.studies.theory.clamps import hang_rod
-from hairpipe.groom.helix import Helix, wound
+from hairpipe.groom.curl import Helix, wound
 
 GUESSED, ROD = Sample(constants="guessed"), Sample(model="rod")
 

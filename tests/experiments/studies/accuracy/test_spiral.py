@@ -8,7 +8,7 @@ from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Spiral
 from hairpipe.graphs.experiments.studies.accuracy.spiral import cut, rod_of, spiral_table
 from hairpipe.graphs.experiments.studies.accuracy.statics import Balance
 from hairpipe.graphs.experiments.table.checks import checked
-from hairpipe.validate.row import Row
+from hairpipe.graphs.experiments.validation.row import Row
 
 ROD = Sample(model="rod")
 

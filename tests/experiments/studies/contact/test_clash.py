@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.contact.bar import RADIUS, axis_at, depth, passed_through, roots_at, tuft
 from hairpipe.graphs.experiments.studies.contact.clash import COLUMNS, clash_table, fixed_steps, meet
 from hairpipe.graphs.experiments.studies.contact.worst import GRAVITY, GROWN, Seen, Worst, signs
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Collisions, Locks, Scene, StepControl, Stiction, StrainLimit
+from hairpipe.shot.settings import Collisions, Locks, Scene, StepControl, Stiction, StrainLimit
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
+from hairpipe.values.table import table_of_rows
 
 LIMITED = Scene(strain=StrainLimit(0.02))
 

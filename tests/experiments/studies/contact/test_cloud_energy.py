@@ -15,7 +15,7 @@ from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Air, Interaction, ParticleSettings
 from hairpipe.particles.simulate import ParticleSimulation, prepare
 from hairpipe.particles.step import Forces, advance
-from hairpipe.sim.shot import Frame, next_state
+from hairpipe.shot.shot import Frame, next_state
 
 SETTINGS = ParticleSettings(steps=1, interaction=Interaction())
 

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.results import read_result
-from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.scheduler import run
-from hairpipe.graph.store.store import Store
+from hairpipe.engine.file.load import load_graph
+from hairpipe.engine.plan.tasks import Task
+from hairpipe.engine.results import read_result
+from hairpipe.engine.run.events import Options
+from hairpipe.engine.run.scheduler import run
+from hairpipe.engine.store.store import Store
 
 TUFT = Path(__file__).resolve().parents[4] / "graphs" / "experiments" / "tuft.toml"
 SMALL = {"tuft.strands": "5", "tuft.tuft.rows": "5", "tuft.segments": "12"}

@@ -6,12 +6,11 @@ from numba import njit
 
 from hairpipe.graphs.experiments.studies.contact.bar import tuft
 from hairpipe.graphs.experiments.studies.integrators.energy import altitude_energies, energies
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.solve.stage import Iterate, System
-from hairpipe.sim.state import State
-from hairpipe.sim.strands.band import row_size
-from hairpipe.sim.strands.interface import Terms, add_forces
+from hairpipe.solve.band import row_size
+from hairpipe.solve.stage import Iterate, State, System
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.interface import Terms, add_forces
+from hairpipe.strands.material import Material
 
 
 @njit

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from hairpipe.body.shapes import build_box
-from hairpipe.data import Table
+from hairpipe.engine import Frames
 from hairpipe.errors import BadInput
-from hairpipe.graph import Frames
 from hairpipe.graphs.experiments.studies.interpolation.bodies import parts_of, skin_at
 from hairpipe.graphs.experiments.studies.interpolation.cases import CASES
 from hairpipe.graphs.experiments.studies.interpolation.clips import Clip, clip_table
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
+from hairpipe.values import Table
 
 VOXEL, HALF_WIDTH = 0.1, 4.0
 TURN = CASES[2]

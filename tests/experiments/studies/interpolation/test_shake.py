@@ -5,17 +5,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hairpipe.body.mannequin.bust import build_bust
-from hairpipe.body.mocap.posing import Playback, pose_at
+from hairpipe.body.bust import build_bust
+from hairpipe.body.posing import Playback, pose_at
 from hairpipe.body.skinning import skin
+from hairpipe.formats.bvh import recall_bvh
 from hairpipe.graphs.experiments.studies.interpolation.clips import Clip, clip_table
-from hairpipe.io.mocap.bvh import recall_bvh
-from hairpipe.levelset.bake.parts import bake_parts
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
+from hairpipe.levelset.bake_parts import bake_parts
 from hairpipe.levelset.collider import SdfSample
 from hairpipe.levelset.collider_field import build_collider_field
+from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.levelset.parts.collider_parts import build_collider_parts
 
 SHAKE = Path(__file__).resolve().parents[4] / "graphs" / "assets" / "shake.bvh"
 VOXEL, HALF_WIDTH, SMALLEST = 0.004, 4.0, 0.18

@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
+from hairpipe.body.scripted_motion import Track, drive
+from hairpipe.engine import Pair, Time
 from hairpipe.errors import BadInput
-from hairpipe.graph import Pair, Time
 from hairpipe.graphs.experiments.nodes.simulate_bent import model_bent, simulate_bent
 from hairpipe.groom.strands import lay_strands
-from hairpipe.scripted_ends.ends import drive
-from hairpipe.scripted_ends.track import Track
-from hairpipe.sim.settings import HairSettings
+from hairpipe.shot.settings import HairSettings
 
 SETTINGS = HairSettings(model="rod", gravity=0.0, precision="double")
 CHANGED = {name: getattr(SETTINGS, name) for name in ("model", "gravity", "precision")}

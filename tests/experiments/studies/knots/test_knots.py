@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from scipy.optimize import approx_fprime
 
+from hairpipe.engine import Frames, Time
 from hairpipe.errors import BadInput
-from hairpipe.graph import Frames, Time
 from hairpipe.graphs.experiments.nodes.measure_knot import measure_knot
 from hairpipe.graphs.experiments.nodes.measure_plectoneme import measure_plectoneme
 from hairpipe.graphs.experiments.studies.knots.plectoneme import tension_of, torque_of
 from hairpipe.graphs.experiments.studies.knots.shape import tied_strand
 from hairpipe.groom.strands import lay_strands
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Scene
-from hairpipe.sim.simulate import start
+from hairpipe.shot.settings import Scene
+from hairpipe.shot.simulate import start
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
 
 TIME = Time(1, 24.0)
 MATERIAL = Material()

@@ -5,11 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hairpipe.body.scripted_motion import Track, drive
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.theory.driven_rods import driven_rod, rod_of
 from hairpipe.groom.strands import lay_strands
-from hairpipe.scripted_ends.ends import drive
-from hairpipe.scripted_ends.track import Track
 
 LENGTH, FPS = 0.1, 10.0
 BENDING, TORSION = 8e-9, 6e-9

@@ -7,7 +7,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.nodes.droop_rod import droop_rod
 from hairpipe.groom.joining import joined_strands
 from hairpipe.groom.strands import lay_strands
-from hairpipe.sim.material import Material
+from hairpipe.strands.material import Material
 
 ASIDE, DOWN = (0.6, 0.0, 0.8), (0.0, -1.0, 0.0)
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hairpipe.graph import Time
+from hairpipe.engine import Time
 from hairpipe.graphs.experiments.nodes.drop_ends import drop_ends
 from hairpipe.graphs.experiments.studies.theory.falling import DENSITY, VISCOSITY, fallen
 from hairpipe.groom.strands import lay_strands
-from hairpipe.sim.material import Material
+from hairpipe.strands.material import Material
 
 HAIR = Material()
 

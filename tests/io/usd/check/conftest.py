@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, UsdVol
 
-from hairpipe.data import Groom, Mesh, Strands
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.check.lint import lint
-from hairpipe.io.usd.shot import Shot, write_clips, write_shot
+from hairpipe.formats.usd.check.lint import lint
+from hairpipe.formats.usd.shot import Shot, write_clips, write_shot
+from hairpipe.values import Groom, Mesh, Strands
 
 SKIN, FIELD = "/shot/char/skin", "/shot/volume/surface"
 

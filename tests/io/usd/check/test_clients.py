@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
-from hairpipe.data import Groom, Strands
+from hairpipe.engine import Frames, Time, Workspace
 from hairpipe.errors import BadInput
-from hairpipe.graph import Frames, Time, Workspace
+from hairpipe.formats.usd.check.lint import lint
+from hairpipe.formats.usd.meshes import read_curves
 from hairpipe.groom.sampling import take
-from hairpipe.io.usd.check.lint import lint
-from hairpipe.io.usd.read import read_curves
 from hairpipe.nodes.export_groom import export_groom
+from hairpipe.values import Groom, Strands
 from tests.io.complete_groom import complete_groom
 
 TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens

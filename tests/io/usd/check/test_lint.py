@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from pxr import Sdf, Usd, UsdValidation, Vt
 
-from hairpipe.data import Strands
-from hairpipe.io.usd.check.lint import lint
-from hairpipe.io.usd.layer_files import expand
-from hairpipe.io.usd.shot import Shot, write_clips, write_shot
+from hairpipe.formats.usd.check.lint import lint
+from hairpipe.formats.usd.layer_files import expand
+from hairpipe.formats.usd.shot import Shot, write_clips, write_shot
+from hairpipe.values import Strands
 
 HAIR, BODY = "/shot/hair", "/shot/body"
 

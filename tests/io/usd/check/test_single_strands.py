@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdVol
 
-from hairpipe.io.usd.check.lint import lint
+from hairpipe.formats.usd.check.lint import lint
 
 HAIR, BODY, STRANDS = "/shot/hair", "/shot/body", 30
 Edit = Callable[[np.ndarray], np.ndarray]

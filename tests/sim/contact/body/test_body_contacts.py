@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from hairpipe.data import Mesh
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.contact.body_projection import slide
+from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.sim.contact.body.projection import slide
-from hairpipe.sim.settings import Scheme
+from hairpipe.shot.settings import Scheme
+from hairpipe.values import Mesh
 
 CENTRE, RADIUS = np.array([0.04, -0.06, -0.0333]), 0.05
 

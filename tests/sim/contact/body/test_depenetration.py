@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.data import Groom, Mesh
+from hairpipe.contact.body import PUSH_OUT, STRAIN, pushes, rise, within_reach
+from hairpipe.contact.body_implicit import DEEP, FREE, INSIDE, NEW, TOUCHES, ContactState
 from hairpipe.groom.binding import root_frames
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider import SdfSample
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.sim.contact.body.depenetration import PUSH_OUT, STRAIN, pushes, rise, within_reach
-from hairpipe.sim.contact.body.implicit import DEEP, FREE, INSIDE, NEW, TOUCHES, ContactState
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Air, Drag, Scene, Scheme, StepControl, StrainLimit
-from hairpipe.sim.simulate import advance_frame, start
+from hairpipe.shot.settings import Air, Drag, Scene, Scheme, StepControl, StrainLimit
+from hairpipe.shot.simulate import advance_frame, start
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
+from hairpipe.values import Groom, Mesh
 
 RADII = np.array([0.72, 0.5, 0.4])
 SEGMENTS = 12

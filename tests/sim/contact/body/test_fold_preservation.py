@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.contact.body.fold_preservation import add_heights, set_centres, turns_of
+from hairpipe.laws.fold_preservation import add_heights, set_centres, turns_of
 
 
 def helix(radius, pitch, segment, count, phase=0.0):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from hairpipe.contact.body_projection import STRETCH, drape, keep_lengths
 from hairpipe.levelset.collider import SdfSample
-from hairpipe.sim.contact.body.length_projection import STRETCH, drape, keep_lengths
 
 KEPT, SEGMENT, COUNT = 1e-3, 0.012, 26
 NEVER = np.full(COUNT, np.inf)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from hairpipe.contact.body import share_gap
 from hairpipe.levelset.collider import SdfSample
-from hairpipe.sim.contact.body.pinching import share_gap
 
 THICK = 1e-3
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from hairpipe.contact.body import ProbeCache
 from hairpipe.levelset.collider import SdfSample
-from hairpipe.sim.contact.body.probe_cache import ProbeCache
 
 REACH, FAR = 0.3, 0.1
 

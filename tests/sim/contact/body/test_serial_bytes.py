@@ -16,12 +16,12 @@ import numpy as np
 import pytest
 
 import hairpipe
-from hairpipe.data import Mesh
-from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.sim.settings import Collisions, Stiction, StrainLimit
-from hairpipe.sim.simulate import advance_frame
+from hairpipe.shot.settings import Collisions, Stiction, StrainLimit
+from hairpipe.shot.simulate import advance_frame
+from hairpipe.values import Mesh
 
 HOUSE = str(Path(hairpipe.__file__).parent)
 MOST = 1000.0

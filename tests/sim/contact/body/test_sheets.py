@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from hairpipe.body.shapes import build_cylinder
-from hairpipe.data import LevelSet, Mesh
-from hairpipe.levelset.bake.whole import bake_sheets
+from hairpipe.levelset.bake import bake_sheets
 from hairpipe.levelset.collider import Collider
 from hairpipe.nodes.bake_levelset import bake_levelset
-from hairpipe.sim.build import MOST_VOXELS, bodies_of
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import BodyContact
+from hairpipe.shot.build import MOST_VOXELS, bodies_of
+from hairpipe.shot.settings import BodyContact
+from hairpipe.strands.material import Material
+from hairpipe.values import LevelSet, Mesh
 
 ROOT = np.array([0.1 / 3, 0.0, -0.1 / 3])
 RADIUS, VOXEL, THICKNESS = 0.08, 0.005, 0.012

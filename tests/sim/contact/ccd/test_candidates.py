@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.contact.ccd import broad_phase as module
-from hairpipe.sim.contact.ccd.broad_phase import Candidates, touched_by
-from hairpipe.sim.contact.ccd.crossings import crossings
-from hairpipe.spatial.pairs import key_of
+from hairpipe.contact import collision as module
+from hairpipe.contact.collision import Candidates, touched_by
+from hairpipe.contact.crossings import crossings
+from hairpipe.geometry.segments import key_of
 
 ROUNDS = 8
 

@@ -4,8 +4,8 @@ import numba
 import numpy as np
 import pytest
 
-from hairpipe.sim.contact.ccd.collision import collide
-from hairpipe.sim.settings import Collisions, Thickness
+from hairpipe.contact.collision import collide
+from hairpipe.shot.settings import Collisions, Thickness
 
 LAW = Collisions(Thickness(3e-4), friction=0.3, attempts=10)
 DT = 1 / 30

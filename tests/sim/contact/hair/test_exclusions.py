@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.contact.hair.exclusions import intersection, union
+from hairpipe.contact.hair import intersection, union
 
 
 @pytest.mark.parametrize(("few", "many"), [(0, 0), (0, 5), (7, 90), (40_000, 90_000)])

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hairpipe.data.hair import Shear
+from hairpipe.contact.contact_points import find_contacts
 from hairpipe.graphs.experiments.studies.contact.rub import Rub, creep, sliding_ratio
-from hairpipe.sim.contact.contact_points import find_contacts
-from hairpipe.sim.contact.hair.friction import anchor, no_shear, sheared
-from hairpipe.sim.settings import Collisions, StepControl, Thickness
+from hairpipe.laws.coulomb import anchor, no_shear, sheared
+from hairpipe.shot.settings import Collisions, StepControl, Thickness
+from hairpipe.values.hair import Shear
 
 LAW = Collisions(Thickness(3e-4), friction=0.3, stiffness=0.5)
 

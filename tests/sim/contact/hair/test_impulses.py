@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.sim.contact.hair.impulses import sweep
-from hairpipe.sim.settings import Collisions, Thickness
+from hairpipe.contact.impulses import sweep
+from hairpipe.shot.settings import Collisions, Thickness
 
 LAW = Collisions(Thickness(3e-4), friction=0.3, stiffness=0.5, sweeps=3)
 DT = 1 / 240

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.sim.contact.contact_points import find_contacts
-from hairpipe.sim.contact.hair.couplings import Couplings, matrices
-from hairpipe.sim.contact.hair.friction import anchor, no_shear
-from hairpipe.sim.contact.hair.repulsion import linearise
-from hairpipe.sim.interactions import Prediction
-from hairpipe.sim.settings import Collisions, Thickness
+from hairpipe.contact.contact_points import find_contacts
+from hairpipe.contact.couplings import Couplings, matrices
+from hairpipe.laws.coulomb import anchor, no_shear
+from hairpipe.laws.repulsion import linearise
+from hairpipe.shot.settings import Collisions, Thickness
+from hairpipe.solve.interactions import Prediction
 
 LAW = Collisions(Thickness(3e-4), friction=0.3, stiffness=0.5)
 H = 1e-3

@@ -5,9 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hairpipe.sim.contact.hair.coupling_operator import coupling_rows
-from hairpipe.sim.contact.hair.couplings import Couplings, find_incidence, matrices
-from hairpipe.sim.contact.hair.stiction import (
+from hairpipe.contact.coupling_operator import coupling_rows
+from hairpipe.contact.couplings import Couplings, find_incidence, matrices
+from hairpipe.geometry.proximity import closest_pairs, near_pairs
+from hairpipe.geometry.segments import key_of
+from hairpipe.laws.adhesion import (
     Connections,
     ages_of,
     connect,
@@ -18,12 +20,9 @@ from hairpipe.sim.contact.hair.stiction import (
     same_hair_keys,
     stiffest,
 )
-from hairpipe.sim.integrators.tr_bdf2 import G
-from hairpipe.sim.interactions import Prediction
-from hairpipe.sim.settings import Stiction
-from hairpipe.spatial.mutual_nearest import closest_pairs
-from hairpipe.spatial.pairs import key_of
-from hairpipe.spatial.proximity import near_pairs
+from hairpipe.shot.settings import Stiction
+from hairpipe.solve.interactions import Prediction
+from hairpipe.solve.tr_bdf2 import G
 
 STICTION = Stiction()
 STIFFNESS = STICTION.force.value / (STICTION.release - STICTION.reach)

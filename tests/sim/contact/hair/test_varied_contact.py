@@ -5,19 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.sim.build import surroundings_of
-from hairpipe.sim.contact.ccd.collision import collide
-from hairpipe.sim.contact.hair.coupling_operator import coupling_rows
-from hairpipe.sim.contact.hair.couplings import Couplings, find_incidence
-from hairpipe.sim.contact.hair.hair_contacts import HairContacts
-from hairpipe.sim.contact.hair.impulses import sweep
-from hairpipe.sim.contact.hair.stiction import Connections, linearise, stiffest
-from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.interactions import Prediction
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Collisions, Force, Stiction, Thickness
-from hairpipe.sim.simulate import start
-from hairpipe.spatial.proximity import near_pairs
+from hairpipe.contact.collision import collide
+from hairpipe.contact.coupling_operator import coupling_rows
+from hairpipe.contact.couplings import Couplings, find_incidence
+from hairpipe.contact.hair import HairContacts
+from hairpipe.contact.impulses import sweep
+from hairpipe.geometry.proximity import near_pairs
+from hairpipe.laws.adhesion import Connections, linearise, stiffest
+from hairpipe.shot.build import surroundings_of
+from hairpipe.shot.settings import Collisions, Force, Stiction, Thickness
+from hairpipe.shot.simulate import start
+from hairpipe.solve.interactions import Prediction
+from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.material import Material
 
 FORCE = 2e-5
 STICTION = Stiction(force=Force(FORCE), damping=0.0)

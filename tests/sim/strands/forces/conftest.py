@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.kernels.banded import OFFSET, row_size
-from hairpipe.kernels.simd import WIDTH
+from hairpipe.geometry.simd import WIDTH
+from hairpipe.solve.banded import OFFSET, row_size
 
 REACH = 3
 

@@ -5,9 +5,9 @@ import pytest
 from numba import njit
 from scipy.spatial.transform import Rotation
 
-from hairpipe.kernels.simd import load
-from hairpipe.sim.strands.forces.altitude import linearise_altitude
-from hairpipe.sim.strands.forces.assembly import add_tetrahedron
+from hairpipe.geometry.simd import load
+from hairpipe.laws.altitude import linearise_altitude
+from hairpipe.strands.assembly import add_tetrahedron
 
 K = 2.0
 REST = np.array([[0.0, 0.0, 0.0], [1.0, 0.1, 0.0], [0.2, 0.9, 0.1], [0.3, 0.2, 1.1]])

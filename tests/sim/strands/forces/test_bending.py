@@ -5,8 +5,8 @@ import pytest
 from numba import njit
 from scipy.spatial.transform import Rotation
 
-from hairpipe.kernels.simd import load
-from hairpipe.sim.strands.forces.bending import add_bending
+from hairpipe.geometry.simd import load
+from hairpipe.laws.bending import add_bending
 
 B = 2.0
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numba import njit
 
-from hairpipe.kernels.simd import load, store, width
-from hairpipe.kernels.vec3 import dot, plus
-from hairpipe.sim.strands.forces.altitude import altitude_along, area_vectors, shortest_altitude
+from hairpipe.geometry.simd import load, store, width
+from hairpipe.geometry.vec3 import dot, plus
+from hairpipe.laws.altitude import altitude_along, area_vectors, shortest_altitude
 
 REST = np.linspace(1.0, 1.6, 7)
 TOLERANCE = 1e-6

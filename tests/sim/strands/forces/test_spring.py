@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numba import njit
 
-from hairpipe.kernels.simd import load, store
-from hairpipe.sim.strands.forces.assembly import add_spring
-from hairpipe.sim.strands.forces.spring import critical_damping, linearise_spring, multiplier
+from hairpipe.geometry.simd import load, store
+from hairpipe.laws.stretch import critical_damping, linearise_spring, multiplier
+from hairpipe.strands.assembly import add_spring
 
 K, REST, STEP = 3.0, 0.8, 0.5
 

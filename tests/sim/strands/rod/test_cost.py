@@ -3,9 +3,9 @@
 import numpy as np
 
 from hairpipe.graphs.experiments.bench.arithmetic.counting import count_work
-from hairpipe.sim.solve.implicit_stage import run_stage
-from hairpipe.sim.solve.spring_form import SpringForm
-from hairpipe.sim.solve.stage import Iterate, Rule, Stage
+from hairpipe.laws.stretch import SpringForm
+from hairpipe.solve.implicit_stage import run_stage
+from hairpipe.solve.stage import Iterate, Rule, Stage
 
 MOST = 2400
 """Operations a segment that the network takes at half the length of a segment: a rod must be below."""

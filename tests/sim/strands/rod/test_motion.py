@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.data import Ends, Mesh
 from hairpipe.errors import BadInput
-from hairpipe.groom.helix import Helix, wound
-from hairpipe.sim.cuts import move_over_cut
-from hairpipe.sim.diagnostics import warn_of_lost
-from hairpipe.sim.hair_model import Precision, build_hair
-from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Air, Collisions, Drag, Scene, Scheme, StepControl, Stiction
-from hairpipe.sim.shot import Frame
-from hairpipe.sim.simulate import advance_frame, next_state, start
-from hairpipe.sim.solve import stage_driver
-from hairpipe.sim.solve.implicit_stage import factor_stages, find_overturned
-from hairpipe.sim.statics.hessian import find_stable_by_pivots
-from hairpipe.sim.strands.rod.frames import TWIST
+from hairpipe.groom.curl import Helix, wound
+from hairpipe.shot.cuts import move_over_cut
+from hairpipe.shot.diagnostics import warn_of_lost
+from hairpipe.shot.settings import Air, Collisions, Drag, Scene, Scheme, StepControl, Stiction
+from hairpipe.shot.shot import Frame
+from hairpipe.shot.simulate import advance_frame, next_state, start
+from hairpipe.solve import stage_driver
+from hairpipe.solve.implicit_stage import factor_stages, find_overturned
+from hairpipe.strands.frames import TWIST
+from hairpipe.strands.hair_model import Precision, build_hair
+from hairpipe.strands.material import Material
+from hairpipe.strands.stability import find_stable_by_pivots
+from hairpipe.values import Ends, Mesh
 
 FRAME = 1 / 24
 STEPS = StepControl(longest=1 / 240, travel=10.0, root=10.0)

@@ -9,11 +9,11 @@ from hairpipe.graphs.experiments.studies.accuracy.helix import rod_of, spring_of
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.graphs.experiments.studies.theory.clamps import hang_rod
 from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
-from hairpipe.groom.helix import Helix, wound
-from hairpipe.sim.material import Material
-from hairpipe.sim.statics.hessian import assemble
-from hairpipe.sim.statics.settle import settle
-from hairpipe.sim.strands.interface import StiffnessPart
+from hairpipe.groom.curl import Helix, wound
+from hairpipe.shot.settle import settle
+from hairpipe.strands.interface import StiffnessPart
+from hairpipe.strands.material import Material
+from hairpipe.strands.stability import assemble
 
 LENGTH, CURL = 0.3, Helix(radius=0.015, pitch=0.03)
 """Three turns, of 8.2 segments each."""

@@ -3,8 +3,8 @@
 import numpy as np
 from numba import njit
 
-from hairpipe.kernels.simd import WIDTH, load, store
-from hairpipe.sim.strands.rod.vertex import bend, force_of, geometric, gradients, stretch_of, sum_of
+from hairpipe.geometry.simd import WIDTH, load, store
+from hairpipe.laws.bend_twist import bend, force_of, geometric, gradients, stretch_of, sum_of
 
 STIFFNESS, NATURAL = np.array([2.0, 2.0, 1.3]), np.array([0.3, -0.2, 0.1])
 E, F = np.array([0.4, 0.7, 0.2]), np.array([-0.1, 0.8, 0.75])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
-from hairpipe.io.usd.check.lint import lint
+from hairpipe.formats.usd.check.lint import lint
 
 HAIR, FRAMES = "/shot/hair", range(1001, 1009)
 Plant = Callable[[Usd.Stage], object]

@@ -9,7 +9,7 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
 from hairpipe.apart import work_apart
-from hairpipe.io.usd.check.lint import lint
+from hairpipe.formats.usd.check.lint import lint
 
 HAIR, MATERIAL, SURFACE = "/shot/hair", "/shot/Looks/hair", "/shot/Looks/hair/surface"
 BODY, SUBSET = "/shot/body", "/shot/body/scalp"
@@ -147,7 +147,7 @@ def test_validators_run_on_one_thread_of_the_child(
     """The library of linear algebra has threads of its own unless it is told not to."""
     code = """
 import os
-from hairpipe.io.usd.check.lint import lint
+from hairpipe.formats.usd.check.lint import lint
 
 def count_threads(path):
     assert lint(path) == []

@@ -1,0 +1,1 @@
+"""Cost of the engine: tasks, frames, first use, traffic."""

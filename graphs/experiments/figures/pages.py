@@ -1,0 +1,297 @@
+"""Writes figures into pages.
+
+    <!-- results: NAME
+    a table or a paragraph in Markdown, with references in braces in place of figures
+    -->
+    the result, a table below commit, machine and command
+    <!-- end -->
+
+NAME is that of a results file, relative to the page; without it, references contain the name. A table of NAME that
+refers to other results, too, is below the commits and commands of all. A line of a table whose references match several
+rows is repeated for each. Within a line of text the form is `<!-- results: NAME {...} -->`,
+the figure, and `<!-- end -->`.
+
+Figures of a page by reference: `{TABLE; COLUMN; OTHER COLUMN=VALUE; REDUCTION; FORMAT}`, the last three as needed.
+
+TABLE may name the results file before a dot, `../volume/shell.table`; otherwise it is that of the marker. Reductions
+are those of REDUCTIONS, over all matching rows, and COUNT, the number of values that are not empty. FORMAT is that of
+Python, `.2g` or `,d`. `{state; RESULTS}` is the word for current results or those of older code.
+
+Finds results files and pages by page, graph, results file or folder.
+"""
+
+import math
+import os
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+
+from hairpipe.engine.node.messages import nearest
+from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.figures.file import (
+    FOLDER,
+    Machine,
+    Results,
+    Value,
+    ValueTable,
+    read_results,
+    results_path,
+)
+from hairpipe.graphs.experiments.figures.recipe import WORDS
+from hairpipe.plain_file import content
+
+REDUCTIONS: dict[str, Callable[[Sequence[float]], float]] = {
+    "largest": lambda values: max(map(abs, values)),
+    "max": max,
+    "min": min,
+    "mean": lambda values: math.fsum(values) / len(values),
+    "sum": math.fsum,
+}
+"""`largest` is the largest magnitude."""
+STATE, COUNT = "state", "count"
+FORM = "{TABLE; COLUMN; OTHER COLUMN=VALUE; REDUCTION; FORMAT}"
+
+
+class Figures:
+    """Looks up figures for a page.
+
+    folder   of the page
+    default  name of the default results, empty for none
+    word_of  returns the word for the state of a results file
+    """
+
+    def __init__(self, folder: Path, default: str, word_of: Callable[[Path], str]) -> None:
+        self._folder, self._default, self._word_of = folder, default, word_of
+        self._known: dict[str, Results] = {}
+
+    def results(self, name: str) -> Results:
+        """Return the results of this name; BadInput if they cannot be read."""
+        if name not in self._known:
+            self._known[name] = read_results(results_path(self._folder, name))
+        return self._known[name]
+
+    def word(self, name: str) -> str:
+        """Return the word for the state of the results of this name, in brackets."""
+        return f"({self._word_of(results_path(self._folder, name))})"
+
+    def texts(self, reference: str) -> list[str]:
+        """Return the value of a reference in all matching rows; BadInput for an unknown name, or without a match."""
+        table, *parts = [part.strip() for part in reference.split(";")]
+        if not parts:
+            raise BadInput(f"'{{{reference}}}' has no column", right=FORM)
+        column, *rest = parts
+        if table == STATE:
+            return [self.word(column)]
+        found = self._table(table)
+        wanted = dict(part.split("=", 1) for part in rest if "=" in part)
+        values: Sequence[Value] = values_of(found, column, wanted)
+        spec = ""
+        for part in rest:
+            if part == COUNT:
+                values = [sum(value not in ("", None) for value in values)]
+            elif part in REDUCTIONS:
+                values = [reduced(part, values)]
+            elif "=" not in part:
+                spec = part
+        return [written(value, spec) for value in values]
+
+    def _table(self, reference: str) -> ValueTable:
+        name, _, table = reference.rpartition(".")
+        tables = self.results(name or self._default).tables
+        if table not in tables:
+            raise BadInput(f"no table '{table}'", right=nearest(table, list(tables)))
+        return tables[table]
+
+
+def values_of(table: ValueTable, column: str, wanted: dict[str, str]) -> list[Value]:
+    """Return the values of a column in the rows with the wanted values; BadInput if there are none."""
+    for name in (column, *wanted):
+        if name not in table.columns:
+            raise BadInput(f"no column '{name}'", right=nearest(name, table.columns))
+    places = {table.columns.index(name): value for name, value in wanted.items()}
+    rows = [row for row in table.rows if all(is_equal(row[place], text) for place, text in places.items())]
+    if not rows:
+        raise BadInput(f"no row with {', '.join(f'{name}={value}' for name, value in wanted.items())}")
+    return [row[table.columns.index(column)] for row in rows]
+
+
+def is_equal(value: Value, text: str) -> bool:
+    """Whether a value equals that of a page: numbers by value, others as text."""
+    if isinstance(value, int | float):
+        try:
+            return value == float(text)
+        except ValueError:
+            return False
+    return value == text
+
+
+def reduced(name: str, values: Sequence[Value]) -> float:
+    """Reduce values to one number; BadInput if one is not a number."""
+    numbers = [value for value in values if isinstance(value, int | float)]
+    if len(numbers) < len(values):
+        raise BadInput(f"'{name}' of values that are not all numbers", right="a column of finite numbers")
+    return REDUCTIONS[name](numbers)
+
+
+def written(value: Value, spec: str) -> str:
+    """Return a value in a format; a dash if there is no value.
+
+    Large numbers have no exponent, exponents no leading zero, and `#.2g`, which keeps the zeros of 2.0, no final point.
+    """
+    if value is None:
+        return "-"
+    try:
+        text = format(value, spec)
+    except ValueError:
+        raise BadInput(f"'{spec}' does not apply to {value!r}", right="a format of Python, such as .2g") from None
+    text = f"{float(text):,.0f}" if "e+" in text else text.replace("e-0", "e-") if spec else text
+    return text.removesuffix(".") if spec.startswith("#") else text
+
+
+MARKER = re.compile(
+    r"(?<!`)<!-- results:[ ]*(?P<name>[^\s{|>]*)(?P<template>.*?)-->(?P<made>.*?)<!-- end -->", re.DOTALL
+)
+OPENING = re.compile(r"(?<!`)<!-- results:")
+REFERENCE = re.compile(r"\{([^{}]*)\}")
+STATES = re.compile(rf"\((?:{'|'.join(WORDS)})\)")
+
+
+def written_page(page: Path, text: str, word_of: Callable[[Path], str]) -> str:
+    """Return the text of a page with all figures from their results; pure except for reading.
+
+    word_of  returns the word for the state of a results file
+
+    BadInput with page and line for a marker without an end, and for a reference without a target.
+    """
+
+    def replaced(match: re.Match[str]) -> str:
+        where = f"{page}:{line_of(text, match.start())}"
+        opening = text[match.start() : match.start("made")]
+        if OPENING.search(match["template"]) or OPENING.search(match["made"]):
+            raise BadInput("the marker does not end", where=where, right="<!-- end -->")
+        figures = Figures(page.parent, match["name"], word_of)
+        try:
+            return f"{opening}{made_from(match['template'], match['name'], figures)}<!-- end -->"
+        except BadInput as fault:
+            raise BadInput(str(fault), where=where) from None
+
+    changed = MARKER.sub(replaced, text)
+    if len(OPENING.findall(text)) > len(MARKER.findall(text)):
+        last = max(match.start() for match in OPENING.finditer(text))
+        raise BadInput("a marker does not end", where=f"{page}:{line_of(text, last)}", right="<!-- end -->")
+    return changed
+
+
+def names_of(text: str) -> list[str]:
+    """List the results of a page, relative to it, in order."""
+    return list(dict.fromkeys(name for match in MARKER.finditer(text) for name in names_in(*match.group(1, 2))))
+
+
+def names_in(name: str, template: str) -> list[str]:
+    """List the results of a marker and of its references."""
+    names = [name]
+    for table, _, rest in (reference.partition(";") for reference in REFERENCE.findall(template)):
+        names.append(rest.strip() if table.strip() == "state" else table.strip().rpartition(".")[0])
+    return list(dict.fromkeys(filter(None, names)))
+
+
+def without_states(text: str) -> str:
+    """Return the text of a page without the states of results, which change with the code."""
+    return STATES.sub("()", text)
+
+
+def made_from(template: str, name: str, figures: Figures) -> str:
+    """Return the text between a marker and its end."""
+    if "\n" not in template:
+        [line] = lines_of(template.strip(), figures)
+        return line
+    lines = [made for line in template.strip("\n").rstrip().split("\n") for made in lines_of(line, figures)]
+    heads = [heading(each, figures) for each in names_in(name, template)] if name and lines[0].startswith("|") else []
+    return "\n".join(["", *([";\n".join(heads), ""] if heads else []), *lines, "", ""])
+
+
+def lines_of(line: str, figures: Figures) -> list[str]:
+    """Return the lines of a line of a template: one, or one for every matching row of a table."""
+    found = [figures.texts(reference) for reference in REFERENCE.findall(line)]
+    count = max(map(len, found), default=1)
+    if count > 1 and not line.startswith("|"):
+        raise BadInput(f"{count} rows fit", right="COLUMN=VALUE or a reduction, until one does")
+    if any(len(texts) not in (1, count) for texts in found):
+        raise BadInput(f"the references of a line fit {' and '.join(str(len(t)) for t in found)} rows")
+    columns = [iter(texts * (count // len(texts))) for texts in found]
+    return [filled(line, [next(column) for column in columns]) for _ in range(count)]
+
+
+def filled(line: str, texts: list[str]) -> str:
+    """Replace references by texts, in order; pure."""
+    following = iter(texts)
+    return REFERENCE.sub(lambda _: next(following), line)
+
+
+def heading(name: str, figures: Figures) -> str:
+    """Return the source of the figures of a table, and whether they are current."""
+    results = figures.results(name)
+    commit = f"commit {results.commit[:7]} {figures.word(name)}"
+    return f"{commit}; machine {machine_text(results.machine)}; command `{results.command}`"
+
+
+def machine_text(machine: Machine) -> str:
+    """Describe a machine in a line."""
+    memory = f", {machine.bandwidth:.3g} GB/s" if machine.bandwidth else ""
+    cores = "one core" if machine.cores == 1 else f"{machine.cores} cores"
+    return f"{cores} of {machine.processor}{memory}, {machine.kind}, {machine.layer}"
+
+
+def line_of(text: str, place: int) -> int:
+    """Return the line number of a position in a text."""
+    return text.count("\n", 0, place) + 1
+
+
+PAGE, GRAPH, RESULTS = ".md", ".toml", ".json"
+RIGHT = "a page (.md), a graph (.toml), a results file (.json), or a folder"
+
+
+def find_results(given: Iterable[Path]) -> list[Path]:
+    """List the results files of pages, graphs and folders; BadInput for other paths."""
+    found: dict[Path, None] = {}
+    for path in given:
+        if path.is_dir():
+            found |= dict.fromkeys(file for file in files_below(path, RESULTS) if file.parent.name == FOLDER)
+        elif path.suffix == PAGE:
+            found |= dict.fromkeys(results_path(path.parent, name) for name in names_of(read_page(path)))
+        elif path.suffix == GRAPH and path.is_file():
+            files = sorted((path.parent / FOLDER).glob(f"*{RESULTS}"))
+            found |= dict.fromkeys(file for file in files if read_results(file).graph == path.name)
+        elif path.suffix == RESULTS:
+            found[path] = None
+        else:
+            raise BadInput("no results belong to it", where=path, right=RIGHT)
+    return list(found)
+
+
+def find_pages(given: Iterable[Path]) -> list[Path]:
+    """List the pages among paths, and those in folders that contain figures."""
+    found: dict[Path, None] = {}
+    for path in given:
+        if path.is_dir():
+            found |= dict.fromkeys(page for page in files_below(path, PAGE) if names_of(read_page(page)))
+        elif path.suffix == PAGE:
+            found[path] = None
+        else:
+            raise BadInput("not a page", where=path, right="a page (.md) or a folder")
+    return list(found)
+
+
+def read_page(path: Path) -> str:
+    """Read a page; BadInput if it cannot be read."""
+    try:
+        return content(path, "a page").decode("utf-8")
+    except UnicodeDecodeError:
+        raise BadInput("not text in UTF-8", where=path, right="a page") from None
+
+
+def files_below(folder: Path, suffix: str) -> Iterator[Path]:
+    """Iterate over files with a suffix below a folder, in order, without hidden folders."""
+    for place, folders, files in os.walk(folder):
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        yield from (Path(place, name) for name in sorted(files) if name.endswith(suffix))

@@ -1,0 +1,232 @@
+"""Reports of plans and runs: objects whose text is a table."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, Protocol
+
+from hairpipe.app.api.formatting import duration, plural, shown, table
+from hairpipe.app.api.selection import FrameSet
+from hairpipe.engine.file.frameset import fold_frames
+from hairpipe.engine.file.graph import Graph, Node
+from hairpipe.engine.file.merged import origin
+from hairpipe.engine.plan.levels import Level
+from hairpipe.engine.plan.planner import Entry
+from hairpipe.engine.plan.tasks import Task
+from hairpipe.engine.run.events import Event, Failure, NodeProgress, Outcome, Progress
+from hairpipe.engine.run.survey import NodeSurvey, Survey
+from hairpipe.engine.store.record import Record
+
+__all__ = [
+    "Entry",
+    "Event",
+    "Failure",
+    "Graph",
+    "Level",
+    "NodeProgress",
+    "NodeSurvey",
+    "Outcome",
+    "Plan",
+    "Progress",
+    "Recorder",
+    "Run",
+    "Survey",
+    "Task",
+    "origin",
+]
+
+
+Status = Literal["cached", "computed", "resumed", "running", "failed"]
+"""Status of a task in a run; resumed: computed again for its state, which had not been kept."""
+STATUSES: dict[str, Status] = {"cached": "cached", "finished": "computed", "failed": "failed", "started": "running"}
+"""By the kind of an event."""
+
+
+@dataclass(frozen=True, repr=False)
+class Plan:
+    """Planned evaluation of every node and frame, each after those it needs.
+
+    records  of cached results: inputs, time and duration of computation
+    stopped  stopped variants of a wedge, with reasons
+    """
+
+    entries: tuple[Entry, ...]
+    records: Mapping[Task, Record]
+    stopped: dict[str, str]
+
+    def __iter__(self) -> Iterator[Entry]:
+        """Iterate over the entries."""
+        return iter(self.entries)
+
+    def __len__(self) -> int:
+        """Count the entries."""
+        return len(self.entries)
+
+    def __repr__(self) -> str:
+        """Write a table: node, frames, and planned state; then the totals."""
+        counts = Counter(entry.status for entry in self.entries)
+        waiting = f", up to {counts['depends']:,} more, depending on these results" if counts["depends"] else ""
+        total = f"{plural(counts['run'], 'result')} to compute{waiting}, {counts['cached']:,} cached"
+        return f"{table(plan_rows(self.entries), '<<<')}\n{total}{stop_lines(self.stopped)}"
+
+
+def plan_rows(entries: Iterable[Entry]) -> list[tuple[str, str, str]]:
+    """Fold the frames of each node with the same planned state: node, frames, state with reason."""
+    groups: dict[tuple[str, str], list[int]] = {}
+    for entry in entries:
+        frames = groups.setdefault((entry.task.node, status_text(entry)), [])
+        frames += [] if entry.task.frame is None else [entry.task.frame]
+    rows = []
+    known = set()
+    for (node, what), frames in groups.items():
+        rows.append(("" if node in known else node, fold_frames(frames), what))
+        known.add(node)
+    return rows
+
+
+def stop_lines(stopped: dict[str, str]) -> str:
+    """Write the stopped variants below a table, with reasons."""
+    return "".join(f"\nstopped: {variant}: {why}" for variant, why in stopped.items())
+
+
+def status_text(entry: Entry) -> str:
+    """Describe the planned state of a task, equal for similar frames."""
+    if entry.status == "cached":
+        return "cached"
+    if entry.status == "run":
+        return f"will run: {entry.reason}"
+    return f"depends on {entry.reason.partition('@')[0]}"
+
+
+class Recorder:
+    """Receiver of the events of a run: counts them, collects warnings, and passes every event on.
+
+    warnings  tasks by node and message, in the order in which they came
+    statuses  what became of every task that was reached
+    """
+
+    def __init__(self, graph: Graph, jobs: int, pass_on: Callable[[Event], object] | None = None) -> None:
+        self.progress = Progress(graph, jobs)
+        self.warnings: dict[tuple[str, str], list[Task]] = {}
+        self.statuses: dict[Task, Status] = {}
+        self._established: set[Task] = set()
+        self._pass_on = pass_on
+
+    def __call__(self, event: Event) -> None:
+        """Record an event."""
+        self.progress.update(event)
+        if event.kind == "warning" and event.task is not None:
+            self.warnings.setdefault((event.task.node, event.message), []).append(event.task)
+        if event.task is not None and event.kind in STATUSES:
+            again = event.kind == "finished" and event.task in self._established
+            self.statuses[event.task] = "resumed" if again else STATUSES[event.kind]
+            self._established |= {event.task} if event.kind in ("cached", "finished") else set()
+        if self._pass_on is not None:
+            self._pass_on(event)
+
+
+class ResultReader(Protocol):
+    """A shot whose results can be read."""
+
+    @property
+    def cache(self) -> Path:
+        """Folder of results."""
+        ...
+
+    def get(self, target: str, *, frames: FrameSet = None) -> Any:
+        """Read a result from the cache."""
+        ...
+
+
+@dataclass(frozen=True, repr=False)
+class Run:
+    """A run that has ended.
+
+    shot      shot with the settings of the run
+    graph     part of the graph that was run
+    frames    requested frames
+    outcome   counts, failures, published files, seconds by node
+    progress  number of results by node: total, evaluated, cached
+    warnings  tasks by node and message, in order of time
+    statuses  status of every task that was reached
+    seconds   duration of the run [s]
+    stopped   stopped variants of a wedge, with reasons
+    """
+
+    shot: ResultReader
+    graph: Graph
+    frames: tuple[int, ...]
+    outcome: Outcome
+    progress: dict[str, NodeProgress]
+    warnings: dict[tuple[str, str], list[Task]]
+    statuses: dict[Task, Status]
+    seconds: float
+    stopped: dict[str, str]
+
+    @property
+    def ok(self) -> bool:
+        """Whether all requested results have been computed and published."""
+        return self.outcome.exit_code == 0
+
+    @property
+    def failures(self) -> tuple[Failure, ...]:
+        """Failed tasks: task, kind of failure, message, traceback."""
+        return self.outcome.failures
+
+    def get(self, target: str) -> Any:
+        """Read a result of this run, as `Shot.get`."""
+        return self.shot.get(target, frames=self.frames)
+
+    def __repr__(self) -> str:
+        """Write `summary`, and below it warnings and failures."""
+        return "\n".join([self.summary, *self.warning_lines(), *self.failure_lines()])
+
+    @property
+    def summary(self) -> str:
+        """A table of wall-clock and processor time by node; the totals; paths of published files."""
+        outcome = self.outcome
+        rows = [("node", "computed", "cached", "seconds", "processor")]
+        for name, node in self.progress.items():
+            seconds, worked = (f"{t[name]:.2f}" if name in t else "" for t in (outcome.seconds, outcome.processor))
+            rows.append((name, str(node.evaluated or ""), str(node.cached or ""), seconds, worked))
+        total = (
+            f"{plural(outcome.evaluated, 'result')} computed, {outcome.cached:,} cached, in {duration(self.seconds)}"
+        )
+        return f"{table(rows, '<>>>>')}\n{total}{stop_lines(self.stopped)}\n\n{self._places()}".rstrip()
+
+    def warning_lines(self, fewest: int = 1) -> list[str]:
+        """List the warnings that occurred at least `fewest` times, with the frames."""
+        return [
+            f"warning: {folded(node, tasks)}: {message}"
+            for (node, message), tasks in self.warnings.items()
+            if len(tasks) >= fewest
+        ]
+
+    def failure_lines(self) -> list[str]:
+        """List the failures, and whether the run was interrupted."""
+        interrupted = ["interrupted; computed results are kept, and the same run resumes"]
+        return [f"failed: {failure}" for failure in self.failures] + interrupted * self.outcome.interrupted
+
+    def _places(self) -> str:
+        """Write the paths of published files by node."""
+        nodes = self.graph.nodes.values()
+        lines = [(node.name, found) for node in nodes if (found := self._place(node))]
+        if lines or any(node.publish for node in nodes):
+            return table(lines, "<<")
+        return f"nothing is published; results are in {shown(self.shot.cache)}, see `hairpipe get`"
+
+    def _place(self, node: Node) -> str:
+        """Write the paths of the files of a node; empty without published files."""
+        published = set(self.outcome.published)
+        frames = self.frames if node.per_frame else (None,)
+        paths = [path for frame in frames if (path := node.publish_path(frame)) and str(path) in published]
+        if len(paths) < 2:
+            return shown(paths[0]) if paths else ""
+        return f"{shown(paths[0])} ... {paths[-1].name} ({len(paths)} files)"
+
+
+def folded(node: str, tasks: list[Task]) -> str:
+    """Write a node at some of its frames."""
+    frames = fold_frames(task.frame for task in tasks if task.frame is not None)
+    return f"{node}@{frames}" if frames else node

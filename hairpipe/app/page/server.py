@@ -1,0 +1,376 @@
+"""Server of a live page on this machine, only for clients with its address.
+
+The address contains a random token. Requests for other host names are refused, against DNS rebinding, and so are those
+of other pages. Only files of the page, results of the shot by the names of objects in the cache, and images of its
+project are read.
+
+Files of the project of a graph, for the page: folders are listed, and images shown; nothing outside is read.
+"""
+
+import asyncio
+import json
+import os
+import secrets
+import socket
+from collections.abc import Callable
+from contextlib import suppress
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import MutableHeaders
+from starlette.middleware import Middleware
+from starlette.middleware.trustedhost import TrustedHostMiddleware
+from starlette.requests import Request
+from starlette.responses import JSONResponse, PlainTextResponse, Response
+from starlette.routing import Mount, Route
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from hairpipe.app.api.shot import Graph, project_of
+from hairpipe.app.page.assets import asset, page_html
+from hairpipe.app.page.edits import EDITS
+from hairpipe.app.page.packing import script
+from hairpipe.app.page.playing import Playing
+from hairpipe.app.page.session import Session
+from hairpipe.app.page.values import TYPES, suffix_of
+from hairpipe.errors import BadInput
+
+MOST_ENTRIES = 2000
+LARGEST_IMAGE = 1 << 24
+"""Largest number of listed files of a folder, and size of a shown image."""
+
+
+def read_path(graph: Graph, given: str) -> dict[str, Any] | tuple[bytes, str]:
+    """List a folder of the project, folders first, or read an image in it, with its suffix.
+
+    given  path relative to the folder of the graph, as in its settings
+
+    BadInput for a hidden path, one outside of the project, and any other file.
+    """
+    project = project_of(graph.path).resolve()
+    try:
+        path = graph.file(given).resolve()
+        if not any(name.startswith(".") for name in path.relative_to(project).parts):
+            if path.is_dir():
+                return listed(path, project, graph.path.parent.resolve())
+            suffix = suffix_of(path) if path.is_file() else None
+            if suffix not in (None, ".svg") and path.stat().st_size <= LARGEST_IMAGE:
+                return path.read_bytes(), str(suffix)
+    except (OSError, ValueError):  # outside, unreadable, or not a path
+        pass
+    raise BadInput("not a folder or image of the project", where=given[:80], right=f"a path below {project}")
+
+
+def listed(folder: Path, project: Path, home: Path) -> dict[str, Any]:
+    """List a folder, and the one above it, by paths relative to `home`; links are left out."""
+    found = sorted(folder.iterdir(), key=lambda path: (not path.is_dir(), path.name.casefold()))
+    named = (path for path in found if not path.name.startswith(".") and path.name.isprintable())
+    shown = [path for path in islice(named, MOST_ENTRIES) if path.resolve() == path]
+    entries = [
+        {"name": path.name, "path": os.path.relpath(path, home), "folder": path.is_dir(), "bytes": path.stat().st_size}
+        for path in [*([folder / ".."] if folder != project else []), *shown]
+    ]
+    return {"folder": os.path.relpath(folder, project), "entries": entries}
+
+
+HOST = "127.0.0.1"
+LONGEST_WAIT = 20.0
+"""Timeout of a request for a newer revision [s]."""
+GUARD = {
+    "Cache-Control": "no-store",
+    "Content-Security-Policy": "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; "
+    "frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
+KINDS = {".js": "text/javascript", ".css": "text/css", ".txt": "text/plain"}
+MOST_DIGITS = 18
+MOST_BYTES = 1 << 20
+"""Largest lengths of a number of a page, and of the body of a request."""
+PATIENCE = 1
+"""Time after which pending requests are cancelled at the end [s]."""
+
+
+class Server:
+    """A served page.
+
+    address  of the page, token included; anybody with it may edit and save the graph, and start runs
+    """
+
+    def __init__(self, session: Session, port: int) -> None:
+        """Listen on a port, 0 for a free one; BadInput where it is taken."""
+        self._session = session
+        self._socket = socket.socket()
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            self._socket.bind((HOST, port))
+            self._socket.listen()  # so that an early browser waits
+        except OSError as error:
+            self._socket.close()
+            raise BadInput(
+                f"port {port} cannot be used: {error.strerror}", where="--port", right="another one"
+            ) from None
+        token = secrets.token_urlsafe(24)
+        self.origin = f"http://{HOST}:{self._socket.getsockname()[1]}"
+        self.address = f"{self.origin}/{token}/"
+        config = uvicorn.Config(
+            application(session, token, self.origin),
+            log_level="critical",  # no tracebacks of requests that are cancelled at the end
+            lifespan="off",
+            access_log=False,
+            timeout_graceful_shutdown=PATIENCE,
+        )
+        self._server = Closing(config, session)
+
+    def serve(self) -> None:
+        """Serve until `stop` or an interrupt."""
+        try:
+            self._server.run([self._socket])
+        finally:
+            self._session.close()
+
+    def stop(self) -> None:
+        """End `serve`."""
+        self._server.should_exit = True
+
+
+class Closing(uvicorn.Server):
+    """A server that closes its session before its end, so that waiting requests are answered."""
+
+    def __init__(self, config: uvicorn.Config, session: Session) -> None:
+        super().__init__(config)
+        self._session = session
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Close the session, and answer pending requests."""
+        await run_in_threadpool(self._session.close)
+        await super().shutdown(sockets)
+
+
+def application(session: Session, token: str, origin: str) -> Starlette:
+    """Make the application with all routes below the token."""
+    handler = Handler(session)
+    routes = [
+        Route("/", handler.page),
+        Route("/page/{name}", handler.asset),
+        Route("/data/{name:path}.js", handler.document),
+        Route("/pictures/{name}", handler.picture),
+        Route("/wait", handler.wait),
+        Route("/files", handler.files),
+        Route("/explain", handler.explain),
+        Route("/work", handler.work),
+        Route("/play/{node}", handler.play),
+        Route("/try", handler.trial, methods=["POST"]),
+        Route("/{deed}", handler.act, methods=["POST"]),
+    ]
+    middleware = [Middleware(TrustedHostMiddleware, allowed_hosts=[HOST]), Middleware(Guard, origin=origin)]
+    return Starlette(routes=[Mount(f"/{token}", routes=routes)], middleware=middleware)
+
+
+class Guard:
+    """Middleware that refuses requests of other pages, and adds headers to every answer."""
+
+    def __init__(self, inner: ASGIApp, origin: str) -> None:
+        self._inner, self._origin = inner, origin
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request, or pass it on."""
+
+        async def guarded(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                MutableHeaders(scope=message).update(GUARD)
+            await send(message)
+
+        fault = self._fault(Request(scope)) if scope["type"] == "http" else None
+        await (PlainTextResponse(fault, 403) if fault else self._inner)(scope, receive, guarded)
+
+    def _fault(self, request: Request) -> str | None:
+        """Return why a request is refused; None for one of the page itself, or to open the page."""
+        headers = request.headers
+        opens = request.method == "GET" and headers.get("sec-fetch-mode") == "navigate"
+        opens = opens and headers.get("sec-fetch-dest") == "document"  # also from the file of `redirect.py`
+        foreign = headers.get("sec-fetch-site", "same-origin") not in ("same-origin", "none")
+        if (foreign and not opens) or headers.get("origin", self._origin) != self._origin:
+            return "from another page"
+        return "from no page" if request.method == "POST" and "origin" not in headers else None
+
+
+class Played(Response):
+    """Stream of the frames of a player, which ends with the connection."""
+
+    media_type = "application/octet-stream"
+
+    def __init__(self, player: Playing) -> None:
+        super().__init__()
+        self._player = player
+        del self.headers["content-length"]
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send the output of the player until it or the page has ended."""
+        await send({"type": "http.response.start", "status": 200, "headers": self.raw_headers})
+        sending = asyncio.ensure_future(self._send(send))
+        leaving = asyncio.ensure_future(left(receive))
+        try:
+            await asyncio.wait([sending, leaving], return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            self._player.close()  # also ends the reading thread
+            leaving.cancel()
+            with suppress(OSError):  # of a closed connection
+                await sending
+
+    async def _send(self, send: Send) -> None:
+        while part := await run_in_threadpool(self._player.read):
+            await send({"type": "http.response.body", "body": part, "more_body": True})
+        await send({"type": "http.response.body", "body": b"", "more_body": False})
+
+
+async def left(receive: Receive) -> None:
+    """Wait until the other end of a connection is closed."""
+    while (await receive())["type"] != "http.disconnect":
+        pass
+
+
+async def body_of(request: Request) -> bytes:
+    """Read the body of a request; ValueError for a longer one than those of the page."""
+    body = b""
+    async for part in request.stream():
+        body += part
+        if len(body) > MOST_BYTES:
+            raise ValueError(f"more than {MOST_BYTES} bytes")
+    return body
+
+
+def read_most(text: str) -> int | None:
+    """Read a maximum number of strands; None for the standard one, also in place of another text."""
+    return max(1, int(text)) if text.isdecimal() and len(text) <= MOST_DIGITS else None
+
+
+class Handler:
+    """Handlers of requests; starlette calls plain methods in threads."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+
+    def page(self, request: Request) -> Response:
+        """The page."""
+        return Response(page_html([], live=True), media_type="text/html")
+
+    def asset(self, request: Request) -> Response:
+        """A file of the page."""
+        try:
+            found = asset(request.path_params["name"])
+        except KeyError:
+            return PlainTextResponse("no such file", 404)
+        return Response(found.read_bytes(), media_type=KINDS[f".{found.name.rpartition('.')[2]}"])
+
+    def document(self, request: Request) -> Response:
+        """A document as a script, `NAME@N` with at most N strands; for a missing one a script with a message."""
+        name = request.path_params["name"]
+        try:
+            plain, _, most = name.partition("@")
+            text = script(name, *self._session.document(plain, read_most(most)))
+        except KeyError:
+            text = script(name, f"{name} is not a result of this graph").replace("hairpipe.load", "hairpipe.fail", 1)
+        except BadInput as fault:
+            text = script(name, str(fault)).replace("hairpipe.load", "hairpipe.fail", 1)
+        return Response(text, media_type="text/javascript")
+
+    def picture(self, request: Request) -> Response:
+        """A picture."""
+        try:
+            data, suffix = self._session.picture(request.path_params["name"].rpartition(".")[0])
+        except (KeyError, BadInput):
+            return PlainTextResponse("no such picture", 404)
+        return Response(data, media_type=TYPES[suffix])
+
+    def files(self, request: Request) -> Response:
+        """A folder of the project, or an image in it."""
+        try:
+            found = read_path(self._session.draft.shot.graph, request.query_params.get("path", "."))
+        except BadInput as fault:
+            return JSONResponse({"fault": str(fault)}, 404)
+        return JSONResponse(found) if isinstance(found, dict) else Response(found[0], media_type=TYPES[found[1]])
+
+    async def wait(self, request: Request) -> Response:
+        """The latest revision, once it is newer than that of the page, and the one of the graph.
+
+        A page that waits holds no thread: there are few of them, for requests that work.
+        """
+        seen = request.query_params.get("seen", "0")
+        if not seen.isdecimal() or len(seen) > MOST_DIGITS:
+            return PlainTextResponse("seen: not the number of a revision", 400)
+        session = self._session
+        loop = asyncio.get_running_loop()
+        news = asyncio.Event()
+        with session.heard(lambda: loop.call_soon_threadsafe(news.set)):
+            if session.revision <= int(seen) and not session.closed:
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(news.wait(), LONGEST_WAIT)
+        return JSONResponse({"revision": session.revision, "graph": session.drawn})
+
+    def work(self, request: Request) -> Response:
+        """Missing results up to a node, at all frames and at one."""
+        try:
+            query = request.query_params
+            return JSONResponse(self._session.work(query.get("node", ""), int(query.get("frame", "")[:MOST_DIGITS])))
+        except (BadInput, ValueError) as fault:
+            return JSONResponse({"fault": str(fault)}, 404)
+
+    def explain(self, request: Request) -> Response:
+        """Explanation of a result."""
+        frame = request.query_params.get("frame", "")
+        try:
+            text = self._session.explain(request.query_params.get("node", ""), int(frame) if frame else None)
+        except (BadInput, ValueError) as fault:
+            text = str(fault)
+        return PlainTextResponse(text)
+
+    def play(self, request: Request) -> Response:
+        """Stream of frames of a node."""
+        try:
+            query = request.query_params
+            most = read_most(query.get("strands", ""))
+            return Played(self._session.play(request.path_params["node"], query.get("output", ""), most))
+        except BadInput as fault:
+            return PlainTextResponse(str(fault), 409)
+
+    async def trial(self, request: Request) -> Response:
+        """Results with a value that is not set, or whether they are being computed."""
+        try:
+            given = json.loads(await body_of(request))
+            names = [str(given[name]) for name in ("target", "text", "node")]
+            return JSONResponse(await run_in_threadpool(self._session.trial, *names, int(given["frame"])))
+        except (KeyError, TypeError, ValueError, RecursionError):
+            return JSONResponse({"fault": "no such trial"}, 400)
+        except BadInput as fault:
+            return JSONResponse({"fault": str(fault)}, 409)
+
+    async def act(self, request: Request) -> Response:
+        """Do an action; the answer is the revision of the graph after it, or a fault."""
+        deeds: dict[str, Callable[[dict[str, Any]], None]] = {
+            **{verb: lambda given, verb=verb: self._session.change(verb, dict(given)) for verb in EDITS},
+            "undo": lambda given: self._session.undo(),
+            "redo": lambda given: self._session.undo(1),
+            "save_as": lambda given: self._session.save_as(str(given["name"])),
+            "resolve": lambda given: self._session.resolve(str(given["keep"])),
+            "revert": lambda given: self._session.revert(),
+            "save": lambda given: self._session.save(),
+            "run": lambda given: self._session.run([str(name) for name in given.get("to", [])]),
+            "cook": lambda given: self._session.cook(str(given["node"]), int(given["frame"])),
+            "stop": lambda given: self._session.stop(),
+            "begin": lambda given: self._session.begin(str(given["name"])),
+            "stroke": lambda given: self._session.stroke(given),
+            "drop": lambda given: self._session.drop(int(given["number"])),
+        }
+        try:
+            given = json.loads(await body_of(request))
+            await run_in_threadpool(deeds[request.path_params["deed"]], given)
+        except (KeyError, TypeError, ValueError, AttributeError, RecursionError):
+            return JSONResponse({"fault": "no such deed"}, 400)
+        except BadInput as fault:
+            return JSONResponse({"fault": str(fault)}, 409)
+        return JSONResponse({"revision": self._session.drawn})

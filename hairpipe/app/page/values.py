@@ -1,0 +1,262 @@
+"""Documents of a value by its type.
+
+Documents of strands, meshes, particles and level sets for the browser.
+"""
+
+import dataclasses
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hairpipe.app.page import values as shapes
+from hairpipe.app.page.packing import Packed, pack, quantised, second_differences, zigzag
+from hairpipe.engine import File
+from hairpipe.engine.store.digest import digest_bytes
+from hairpipe.geometry.isosurface import extract_surface
+from hairpipe.values import Body, Cloud, Density, Groom, LevelSet, Mesh, Particles, PointValues, Strands, Table
+from hairpipe.values.hair import HairState
+
+MOST_SAMPLES = 4_000_000
+"""Largest number of samples of a drawn level set; a larger one is drawn from every second sample, or third."""
+
+WIDTHS = 63
+"""Steps of the width of hair, up to its widest."""
+
+
+def strands_document(hair: Strands | Groom, most: int) -> Packed:
+    """Describe strands: places to half a quantisation step, speed to 1/255 of the fastest, widths that vary; pure.
+
+    most  maximum number of strands, chosen evenly from all; `total` is their number
+    """
+    count = len(hair.offsets) - 1
+    shown, lengths, kept = thinned(hair.offsets, most)
+    offsets = np.concatenate([[0], np.cumsum(lengths)])
+    places, box = quantised(hair.points[kept])
+    arrays = {"points": zigzag(second_differences(places, offsets)), "lengths": lengths.astype(np.uint16)}
+    if len(shown) < count:
+        arrays["strands"] = shown.astype(np.uint32)
+    if isinstance(hair, Groom) and hair.root_uv.any():
+        arrays["uv"] = hair.root_uv[shown].astype(np.float32).view(np.uint32)
+    meta: dict[str, Any] = {"total": count, "diameter": getattr(hair, "diameter", 0.0), **box}
+    if isinstance(hair, Strands):
+        meta["diameter"], widths = width_steps(hair, kept)
+        if widths is not None:
+            arrays["widths"] = widths
+        speeds = np.linalg.norm(hair.velocities[kept].astype(float), axis=1)
+        meta["fastest"] = fastest = float(speeds.max(initial=0.0))
+        steps = np.rint(speeds * (255.0 / fastest if fastest else 0.0)).astype(np.int64)
+        arrays["speeds"] = np.diff(steps, prepend=0).astype(np.uint8)
+    return pack(arrays, **meta)
+
+
+def width_steps(hair: Strands, kept: np.ndarray) -> tuple[float, np.ndarray | None]:
+    """Return the largest width [m], and the widths of points in steps of it, (p,) uint8, if they vary; pure."""
+    if hair.widths is None:
+        return hair.diameter, None
+    widest = float(hair.widths.max(initial=1e-9))
+    return widest, np.rint(hair.widths[kept] * (WIDTHS / widest)).astype(np.uint8)
+
+
+def thinned(offsets: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Choose strands evenly: indices, (s,), numbers of points, (s,), and indices of points, (p,), all int64; pure.
+
+    most  maximum number of strands
+    """
+    count = len(offsets) - 1
+    shown = np.linspace(0, max(count - 1, 0), min(most, count)).round().astype(np.int64)
+    lengths = np.diff(offsets)[shown].astype(np.int64)
+    starts = np.concatenate([[0], np.cumsum(lengths)[:-1]]) if count else np.zeros(0, np.int64)
+    return shown, lengths, np.arange(lengths.sum()) + np.repeat(np.asarray(offsets)[shown] - starts, lengths)
+
+
+def contacts_document(state: HairState) -> Packed:
+    """Describe the pairs of segments of the groom that are connected; pure."""
+    return pack({"segments": state.stuck.astype(np.uint32)})
+
+
+def values_document(measured: PointValues, most: int) -> Packed:
+    """Describe values at points of strands to 1/255 of their range, non-finite ones as the least; pure.
+
+    most  as of `strands_document`
+    """
+    arrays = {}
+    ranges = []
+    kept = thinned(measured.offsets, most)[2]
+    for place, values in enumerate(measured.values[:, kept].astype(float)):
+        known = values[np.isfinite(values)]
+        low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)
+        steps = np.nan_to_num((values - low) * (255.0 / (high - low or 1.0)), posinf=255.0).clip(0.0, 255.0)
+        arrays[f"values{place}"] = np.diff(np.rint(steps).astype(np.int64), prepend=0).astype(np.uint8)
+        ranges.append([low, high])
+    return pack(arrays, names=list(measured.names), ranges=ranges)
+
+
+def mesh_document(mesh: Mesh) -> Packed:
+    """Describe the vertices of a mesh, and the name of its triangles; pure."""
+    places, box = quantised(mesh.points)
+    one = np.array([0, len(places)])
+    return pack({"points": zigzag(second_differences(places, one))}, faces=faces_name(mesh), **box)
+
+
+def faces_name(mesh: Mesh) -> str:
+    """Name the triangles of a mesh by their content, so that frames of a body share them."""
+    coordinates = b"" if mesh.uv is None else mesh.uv.tobytes()
+    return digest_bytes("faces", np.ascontiguousarray(mesh.triangles).tobytes() + coordinates)
+
+
+def faces_document(mesh: Mesh) -> Packed:
+    """Describe the triangles of a mesh, and the texture coordinates of their corners if it has them; pure."""
+    arrays = {"triangles": mesh.triangles.astype(np.uint32)}
+    if mesh.uv is not None:
+        arrays["uv"] = mesh.uv.astype(np.float32).reshape(-1, 2).view(np.uint32)
+    return pack(arrays)
+
+
+def maps_document(painted: Body | Groom) -> Packed:
+    """Name the maps of a body or groom, and the groups of a groom; pure.
+
+    Maps on the vertices of a body are described from 0 to 255.
+    """
+    kept = painted.maps if isinstance(painted, Body) else {}
+    arrays = {name: np.rint(255.0 * values.clip(0.0, 1.0)).astype(np.uint8) for name, values in kept.items()}
+    return pack(arrays, names=[*painted.maps, *getattr(painted, "group_names", ())])
+
+
+def points_document(cloud: Cloud | Particles) -> Packed:
+    """Describe particles, and the direction of hair at each; pure."""
+    places, box = quantised(cloud.points)
+    directions = np.rint(127.0 * (cloud.directions + 1.0)).astype(np.uint8)
+    return pack({"points": zigzag(places), "directions": directions}, **box)
+
+
+def slices_document(field: LevelSet | Density) -> Packed:
+    """Describe a field by its three sections through the middle, one byte a sample; pure.
+
+    Of a level set the signed distance [m], limited to the band; of a density the length of hair a volume [m/m^3].
+    """
+    values, low, cell = samples_of(field)
+    limit = float(np.abs(values).max(initial=0.0)) or 1.0
+    bottom = -limit if isinstance(field, LevelSet) else 0.0
+    steps = np.rint((values - bottom) * (255.0 / (limit - bottom))).astype(np.uint8)
+    sections = {f"section{axis}": np.take(steps, steps.shape[axis] // 2, axis=axis) for axis in range(3)}
+    return pack(sections, low=low.tolist(), cell=cell, bottom=bottom, top=limit, signed=isinstance(field, LevelSet))
+
+
+def surface_of(field: LevelSet) -> Mesh:
+    """Return the zero surface of a level set, empty for a field without an inside; pure."""
+    values, low, cell = samples_of(field)
+    stride = 1
+    while values[::stride, ::stride, ::stride].size > MOST_SAMPLES:
+        stride += 1
+    coarse = np.pad(values[::stride, ::stride, ::stride], 1, constant_values=float(field.voxel * field.half_width))
+    if not (coarse < 0.0).any():
+        return Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
+    axes = tuple(low[a] + cell * stride * (np.arange(n) - 1) for a, n in enumerate(coarse.shape))
+    return Mesh(*extract_surface(coarse, axes))  # type: ignore[arg-type]
+
+
+def samples_of(field: LevelSet | Density) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return all samples of a field on a dense grid, the place of the first [m], (3,), and their spacing [m]; pure."""
+    if isinstance(field, Density):
+        return field.length, field.cell * field.low.astype(float), field.cell
+    band = field.voxel * field.half_width
+    blocks = np.where(field.bricks == LevelSet.FAR_INSIDE, -band, band).astype(np.float32)
+    dense = np.broadcast_to(blocks[..., None, None, None], (*blocks.shape, 8, 8, 8)).copy()
+    near = field.bricks >= 0
+    dense[near] = field.distance[field.bricks[near], :8, :8, :8]
+    na, nb, nc = blocks.shape
+    return dense.transpose(0, 3, 1, 4, 2, 5).reshape(8 * na, 8 * nb, 8 * nc), field.origin, field.voxel
+
+
+MEDIA = {
+    b"\x89PNG": ".png",
+    b"\xff\xd8\xff": ".jpg",
+    b"RIFF": ".webp",
+    b"<svg": ".svg",
+    b"<?xml": ".svg",
+}
+"""Suffixes of pictures, by their first bytes."""
+TYPES = {".png": "image/png", ".jpg": "image/jpeg", ".webp": "image/webp", ".svg": "image/svg+xml"}
+KINDS: dict[type, tuple[str, ...]] = {
+    Strands: ("strands",),
+    Groom: ("strands", "maps"),
+    Mesh: ("mesh",),
+    Body: ("mesh", "maps"),
+    LevelSet: ("slices", "surface"),
+    Density: ("slices",),
+    Cloud: ("points",),
+    Particles: ("points",),
+    Table: ("table",),
+    PointValues: ("values",),
+    HairState: ("value", "contacts"),
+}
+"""Documents of values by their type; other types have `value`, a summary."""
+
+
+def kinds_of(kind: type) -> tuple[str, ...]:
+    """List the documents of a value of a type; none for a file, which a browser may show itself."""
+    return () if kind is File else KINDS.get(kind, ("value",))
+
+
+def suffix_of(path: Path) -> str | None:
+    """Return the suffix of a picture by its bytes, independent of its name; None for other or missing files."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(8)
+    except OSError:
+        return None
+    return next((suffix for mark, suffix in MEDIA.items() if head.startswith(mark)), None)
+
+
+def mesh_of(kind: str, value: Any) -> Mesh | None:
+    """Return the mesh that a document of a value describes; None for a document without triangles."""
+    if kind == "surface":
+        return shapes.surface_of(value)
+    if kind != "mesh":
+        return None
+    return value.mesh if isinstance(value, Body) else value
+
+
+def document_of(kind: str, value: Any, most: int) -> Packed:
+    """Describe a value in one document; `shapes` describes meshes, which have two.
+
+    most  maximum number of shown strands
+    """
+    make: dict[str, Callable[[], Packed]] = {
+        "strands": lambda: shapes.strands_document(value, most),
+        "points": lambda: shapes.points_document(value),
+        "values": lambda: shapes.values_document(value, most),
+        "contacts": lambda: shapes.contacts_document(value),
+        "slices": lambda: shapes.slices_document(value),
+        "table": lambda: (table_document(value), b""),
+        "maps": lambda: shapes.maps_document(value),
+        "value": lambda: ({"lines": list(summary_lines(value))}, b""),
+    }
+    return make[kind]()
+
+
+def table_document(table: Table) -> dict[str, Any]:
+    """Describe a table; a number that is not finite is a text."""
+    return {"names": list(table.names), "rows": [[plain(cell) for cell in row] for row in table.rows()]}
+
+
+def plain(cell: Any) -> Any:
+    """Return a number of JSON, or a text."""
+    return str(cell) if isinstance(cell, float) and not math.isfinite(cell) else cell
+
+
+def summary_lines(value: Any, prefix: str = "") -> list[list[str]]:
+    """List the arrays and numbers in a value: name, shape and type, least and largest."""
+    if isinstance(value, np.ndarray):
+        numbers = value[np.isfinite(value)] if value.dtype.kind == "f" else value
+        spread = f"{numbers.min():.6g} ... {numbers.max():.6g}" if numbers.size and numbers.dtype.kind in "iufb" else ""
+        return [[prefix, f"{' x '.join(map(str, value.shape))} {value.dtype}", spread]]
+    if dataclasses.is_dataclass(value) or (isinstance(value, tuple) and hasattr(value, "_fields")):
+        names = getattr(value, "_fields", None) or [field.name for field in dataclasses.fields(value)]  # type: ignore[arg-type]
+        return [line for name in names for line in summary_lines(getattr(value, name), f"{prefix}.{name}".lstrip("."))]
+    if isinstance(value, dict):
+        return [line for name, inner in value.items() for line in summary_lines(inner, f"{prefix}[{name}]")]
+    return [[prefix, type(value).__name__, str(value)[:200]]]

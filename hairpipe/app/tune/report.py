@@ -1,0 +1,370 @@
+"""Results of tuning: rows of a table, sentences, and a document.
+
+Settings as TOML: the whole tables of a graph file that a choice changes, to replace those of the file.
+"""
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from types import MappingProxyType
+from typing import Any
+
+from hairpipe.app.api.formatting import duration
+from hairpipe.app.tune.chaos import MODEL, REFERENCE, Chaos, differences
+from hairpipe.app.tune.choosing import Choice, Combination, Trial, names, saves
+from hairpipe.app.tune.measured import Measured
+from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.sampling import RootMotion, Sample
+from hairpipe.app.tune.study import AS_IT_IS
+from hairpipe.app.tune.tuning import Tuned, described
+from hairpipe.engine.file.overrides import Tables
+from hairpipe.measure.distances import TESTED
+from hairpipe.measure.ensemble import CONFIDENCE
+
+HEADINGS = ("model", "tips [mm]", "[% of L]", "bound", "whole [mm]", "s/frame", "saves", "")
+ALIGN = "<>>>>>><"
+
+
+def header(tuned: Tuned) -> list[str]:
+    """Describe the sample, and the convergence of the reference within the tolerance, or its chaos."""
+    found, tolerance = tuned.reference, tuned.tolerance
+    lines = [f"sample: {described(tuned.sample, tuned.strands)}", reference_line(tuned.steps, found, tolerance)]
+    if isinstance(found, Chaos):
+        if found.floor > tolerance.value:
+            lines.append(floor_line(found, tolerance))
+    elif found.error > tolerance.value:
+        lines.append(f"the reference is not converged within {tolerance}: motion like this cannot be held to it")
+    return lines
+
+
+def reference_line(steps: str, found: Measured | Chaos, tolerance: Tolerance) -> str:
+    """Describe the convergence of the reference, or its chaos."""
+    if isinstance(found, Chaos):
+        members = f"reference: {len(REFERENCE)} members, {steps}, tips aimed {millimetres(found.tip)} mm apart"
+        apart = length(found.apart, tolerance)
+        if not found.chaotic:
+            return f"{members}; not chaotic: they are at most {apart} apart"
+        return f"{members}; chaotic: {apart} apart after frame {found.frame}, floor {length(found.floor, tolerance)}"
+    if steps == AS_IT_IS:
+        return f"reference: {steps}, which takes no steps in time"
+    if found.fault:
+        return f"reference: {steps}; twice as long ones: {found.fault}"
+    return (
+        f"reference: {steps}; twice as long ones move its tips by {millimetres(found.tip)} mm ({found.percent:.2g} %)"
+    )
+
+
+def floor_line(found: Chaos, tolerance: Tolerance) -> str:
+    """State the guarantee where the floor of chaos is above the tolerance."""
+    floor = f"chaos floor {length(found.floor, tolerance)} ({len(MODEL)} + {len(REFERENCE)} members)"
+    until = f"up to frame {found.frame} only" if found.predicted else "at no frame"
+    return f"{floor}: a tolerance of {tolerance} can be promised {until}"
+
+
+def rows(tuned: Tuned) -> list[tuple[str, ...]]:
+    """Lay out the measurements: the full model, then each simplification on its own, with the verdict."""
+    full = tuned.full
+    reason = "" if full.keeps(tuned.tolerance.value) else f"may be beyond {tuned.tolerance}"
+    found = [HEADINGS, row(AS_IT_IS, full, full, tuned.tolerance, reason)]
+    for part, measured in tuned.singles.items():
+        found.append(row(part.text, measured, full, tuned.tolerance, why(tuned, Combination([part]), measured)))
+    return found
+
+
+def fault_lines(tuned: Tuned) -> list[str]:
+    """List the simplifications that failed, with their faults."""
+    return [f"{part.text}: {found.fault}" for part, found in tuned.singles.items() if found.fault]
+
+
+def trial_lines(tuned: Tuned) -> list[str]:
+    """List the combinations that were measured, with predicted and measured errors."""
+    return [trial_line(tuned, trial) for trial in trials(tuned)]
+
+
+def trials(tuned: Tuned) -> list[Trial]:
+    """List the combinations that were measured, for the tolerance and for the budget."""
+    return [*tuned.choice.trials, *(tuned.affordable.trials if tuned.affordable else ())]
+
+
+def trial_line(tuned: Tuned, trial: Trial) -> str:
+    """Describe one combination: measured and predicted error, cost, verdict."""
+    found = trial.measured
+    expected = length(trial.guess.bound, tuned.tolerance)
+    cost = "" if found.fault else f", {found.seconds:.3g} s/frame"
+    affordable = tuned.affordable.parts if tuned.affordable else None
+    if trial.guess.parts == tuned.choice.parts:
+        verdict = "taken"
+    elif trial.guess.parts == affordable:
+        verdict = "what the budget buys"
+    elif found.bound > tuned.tolerance.value:
+        verdict = "not taken, may be beyond"
+    elif trial.guess.parts in tuned.choice.failed:
+        verdict = "not taken, beyond it in the check"
+    else:
+        verdict = f"not taken, {found.refused or 'costs more'}"
+    what = "; ".join(names_of(trial.guess.parts))
+    return f"together: {what}\n  {shown(found, tuned.tolerance)}, expected at most {expected}{cost}: {verdict}"
+
+
+def row(text: str, found: Measured, full: Measured, tolerance: Tolerance, reason: str) -> tuple[str, ...]:
+    """Write the measurements of one model."""
+    if found.fault:
+        return text, *[""] * (len(HEADINGS) - 2), reason
+    bound = length(found.bound, tolerance)
+    numbers = (millimetres(found.tip), f"{found.percent:.2g}", bound, millimetres(found.whole), f"{found.seconds:.3g}")
+    return text, *numbers, "" if found is full else f"{100.0 * (1.0 - found.seconds / full.seconds):.0f} %", reason
+
+
+def why(tuned: Tuned, parts: Combination, found: Measured) -> str:
+    """Explain why a simplification was taken, or was not."""
+    chosen = tuned.choice.parts
+    if found.fault:
+        return "kept: fails, see below"
+    if parts == chosen:
+        return "left out"
+    if found.bound > tuned.tolerance.value:
+        return f"kept: may be beyond {tuned.tolerance}"
+    if found.refused:
+        return f"kept: {found.refused}"
+    if parts in tuned.choice.failed:
+        return f"kept: beyond {tuned.tolerance} in the check"
+    if chosen is None:
+        return (
+            "kept: keeps it only as far as hair can be predicted" if found.screened else "kept: smaller error by chance"
+        )
+    if chosen and parts <= chosen:
+        return "left out"
+    if not all(saves(part, found, tuned.full) for part in parts):
+        return "kept: saves nothing"
+    if chosen and any(part.axis == other.axis and part.level < other.level for part in parts for other in chosen):
+        return "more than that is left out"
+    return "kept: not with the others" if len(parts) == 1 else "costs more"
+
+
+def conclusion(tuned: Tuned) -> list[str]:
+    """Describe the choice, its saving, and the result on the second sample."""
+    choice, full, tolerance = tuned.choice, tuned.full, tuned.tolerance
+    if choice.parts is None:
+        found = choice.measured
+        lines = [f"nothing keeps {tolerance}: not even the unchanged graph, with an error of {shown(found, tolerance)}"]
+        if found.refused:
+            lines.append(found.refused)
+        if isinstance(tuned.reference, Chaos) and tuned.reference.chaotic:
+            lines.append(f"up to frame {tuned.reference.frame} its tips are {millimetres(full.tip)} mm off")
+        else:
+            lines.append("shorter steps may; a smaller error of a simpler model is chance")
+    else:
+        saved = f"{full.seconds / choice.measured.seconds:.1f} times as fast"
+        nothing = "nothing, the scene needs the unchanged graph" if tuned.stopped is None else "nothing so far"
+        lines = [
+            f"left out: {'; '.join(names_of(choice.parts)) or nothing}",
+            f"error {shown(choice.measured, tolerance)}",
+            f"{choice.measured.seconds:.3g} s a frame, not {full.seconds:.3g}: {saved}",
+            *promise_lines(tuned),
+            f"holds for motions whose roots reach no more than {tuned.motion} over half a second"
+            if tuned.motion.speed > 0.0
+            else "holds where roots are at rest",
+        ]
+    if tuned.stopped is not None:
+        lines.append(f"stopped after {duration(tuned.stopped)} of processor time: the best so far; --time allows more")
+    if tuned.affordable is not None:
+        lines.append(affordable_line(f"{tuned.budget:g} s a frame", tolerance, tuned.affordable))
+    return lines + check_lines(tuned)
+
+
+def promise_lines(tuned: Tuned) -> list[str]:
+    """State the guarantee for chaotic hair: its duration, and its quantities afterwards."""
+    chaos = tuned.reference
+    climate = tuned.choice.measured.climate
+    if not isinstance(chaos, Chaos) or climate is None:
+        return []
+    lines = [
+        f"keeps {tuned.tolerance} with {100 * CONFIDENCE:.0f} % confidence up to frame {chaos.frame} "
+        f"({chaos.seconds:.2f} s); chaos: from then on two references are {length(chaos.apart, tuned.tolerance)} apart"
+    ]
+    lines.append(f"afterwards the error of its mean is at most {length(climate.bound, tuned.tolerance)}")
+    if climate.score is None:
+        lines.append("too few frames remain for statistics")
+    apart = differences(climate)
+    if apart:
+        lines.append(f"differs significantly from the reference in {', '.join(apart)}; --looks refuses such models")
+    elif climate.score is not None:
+        lines.append(f"does not differ significantly from the reference in {', '.join(TESTED)}, or spread")
+    return lines
+
+
+def motion_lines(tuned: Tuned, motions: Mapping[str, RootMotion]) -> list[str]:
+    """State for motions of other graphs, by their names, whether the promise holds there."""
+    if tuned.choice.parts is None:
+        return []
+    return [
+        f"{name}: roots reach {motion}: {'within' if tuned.motion.includes(motion) else 'outside of'} these motions"
+        for name, motion in motions.items()
+    ]
+
+
+def affordable_line(budget: str, tolerance: Tolerance, found: Choice) -> str:
+    """Describe the smallest error within the budget."""
+    if found.parts is None:
+        return f"nothing that was measured costs {budget} or less: the cheapest costs {found.measured.seconds:.3g} s"
+    error = shown(found.measured, tolerance)
+    what = "; ".join(names_of(found.parts))
+    line = f"{budget} buy an error of {error}, for {found.measured.seconds:.3g} s, with these left out: {what}"
+    return f"{line}; {found.measured.refused}" if found.measured.refused else line
+
+
+def check_lines(tuned: Tuned) -> list[str]:
+    """Describe the error of the choice on the second sample."""
+    check = tuned.check
+    if check is None:
+        return []
+    held = "the tolerance holds" if tuned.kept else check.chosen.refused or f"beyond {tuned.tolerance}"
+    own = shown(check.full, tuned.tolerance)
+    return [
+        f"check: {described(check.sample, tuned.strands)}{shared(tuned.sample, check.sample)}",
+        f"check: {reference_line(tuned.steps, check.reference, tuned.tolerance)}",
+        f"check: error {shown(check.chosen, tuned.tolerance)}; the graph as it is, {own}: {held}",
+    ]
+
+
+def shared(sample: Sample, other: Sample) -> str:
+    """Describe what two samples have in common."""
+    frames = len(set(sample.frames) & set(other.frames))
+    both = ["all strands"] * (sample.number == other.number) + [f"{frames} of the frames"] * (frames > 0)
+    return f"; as in the sample: {' and '.join(both)}" if both else ""
+
+
+def comment(tuned: Tuned, command: str) -> str:
+    """Write a comment for the settings: the command, the measurements, how to use them."""
+    return "\n".join(
+        [command, *header(tuned), *conclusion(tuned), "", "These tables take the place of those in the graph."]
+    )
+
+
+def document(
+    tuned: Tuned, fragment: str | None, motions: Mapping[str, RootMotion] = MappingProxyType({})
+) -> dict[str, Any]:
+    """Describe the results of tuning as a JSON document, with the motions of other graphs by their names."""
+    chosen = tuned.choice.parts
+    singles = [
+        asdict(part) | plain(found) | {"verdict": why(tuned, Combination([part]), found)}
+        for part, found in tuned.singles.items()
+    ]
+    combinations = [
+        {"left_out": names_of(t.guess.parts), "guess": {"bound": t.guess.bound, "seconds": t.guess.seconds}}
+        | plain(t.measured)
+        for t in trials(tuned)
+    ]
+    check = tuned.check
+    return {
+        "strands": tuned.strands,
+        "sample": asdict(tuned.sample),
+        "tolerance": tuned.tolerance._asdict(),
+        "kept": tuned.kept,
+        "reference": {"steps": tuned.steps} | plain(tuned.reference),
+        "full": plain(tuned.full),
+        "simplifications": singles,
+        "combinations": combinations,
+        "chosen": None if chosen is None else {"left_out": names_of(chosen)} | plain(tuned.choice.measured),
+        "holds_for": asdict(tuned.motion),
+        "also": {name: asdict(motion) | {"within": tuned.motion.includes(motion)} for name, motion in motions.items()},
+        "stopped": tuned.stopped,
+        "budget": tuned.budget,
+        "affordable": tuned.affordable and described_choice(tuned.affordable),
+        "check": check
+        and {
+            "sample": asdict(check.sample),
+            "reference": plain(check.reference),
+            "full": plain(check.full),
+            "chosen": plain(check.chosen),
+        },
+        "fragment": fragment,
+    }
+
+
+def described_choice(choice: Choice) -> dict[str, Any] | None:
+    """Describe a choice; None where nothing was chosen."""
+    return None if choice.parts is None else {"left_out": names_of(choice.parts)} | plain(choice.measured)
+
+
+def plain(found: Measured | Chaos) -> dict[str, Any]:
+    """Describe a measurement; an infinite value is null."""
+    return {name: None if value == float("inf") else value for name, value in asdict(found).items()}
+
+
+def names_of(parts: Combination) -> list[str]:
+    """List the omitted parts in words."""
+    return [part.text for part in sorted(parts, key=lambda part: names([part]))]
+
+
+def shown(found: Measured, tolerance: Tolerance) -> str:
+    """Write an error and its bound."""
+    if found.fault:
+        return found.fault
+    bound = f"{found.bound:.2g}" if tolerance.unit == "%" else millimetres(found.bound)
+    return f"{length(found.error, tolerance)} (at most {bound})"
+
+
+def length(value: float, tolerance: Tolerance) -> str:
+    """Write a length in the tolerance's unit."""
+    return f"{value:.2g} %" if tolerance.unit == "%" else f"{millimetres(value)} mm"
+
+
+def millimetres(metres: float) -> str:
+    """Write a length in mm to two figures."""
+    value = 1e3 * metres
+    return f"{value:.0f}" if value >= 99.5 else f"{value:.2g}"
+
+
+BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def changed_tables(before: Tables, after: Tables) -> Tables:
+    """Return the tables of nodes that have changed."""
+    return {name: table for name, table in after.items() if isinstance(table, dict) and table != before.get(name)}
+
+
+def write_toml(tables: Tables, comment: str) -> str:
+    """Write tables of nodes as TOML, below a comment."""
+    lines = [f"# {line}".rstrip() for line in comment.splitlines()]
+    for name, table in tables.items():
+        lines += ["", *table_lines([name], table)]
+    return "\n".join(lines) + "\n"
+
+
+def table_lines(path: list[str], table: Tables) -> Iterator[str]:
+    """Write a table: its values first, then the tables in it."""
+    yield f"[{'.'.join(map(key, path))}]"
+    for name, value in table.items():
+        if not is_table(name, value, path):
+            yield f"{key(name)} = {inline(value)}"
+    for name, value in table.items():
+        if is_table(name, value, path):
+            yield from table_lines([*path, name], value)
+
+
+def is_table(name: str, value: Any, path: list[str]) -> bool:
+    """Whether a value gets a header of its own; edges stay on one line."""
+    return isinstance(value, dict) and not (name == "in" and len(path) == 1)
+
+
+def inline(value: Any) -> str:
+    """Write a value of TOML on one line."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key(name)} = {inline(item)}" for name, item in value.items()) + " }"
+    if isinstance(value, list):
+        return f"[{', '.join(map(inline, value))}]"
+    if isinstance(value, str):
+        return quoted(value)
+    return str(value).lower() if isinstance(value, bool) else repr(value)
+
+
+def key(name: str) -> str:
+    """Write a name, quoted where it has to be."""
+    return name if BARE.fullmatch(name) else quoted(name)
+
+
+def quoted(text: str) -> str:
+    """Write a text: as in JSON, but TOML knows no surrogate pairs and wants DEL escaped."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

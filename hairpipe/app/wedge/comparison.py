@@ -1,0 +1,148 @@
+"""Variants of a wedge in a table: settings, columns of measures, seconds and bytes."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from hairpipe.app.api.formatting import duration, size, table
+from hairpipe.app.api.formatting import markdown as marked_down
+from hairpipe.app.api.selection import FrameSet, read_frames
+from hairpipe.app.api.shot import Record, Task
+from hairpipe.app.api.wedge_shot import Variant, WedgeShot
+
+TIME = "time [s]"
+"""Columns of measures that identify a row."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A variant, as far as it has been computed.
+
+    settings  different settings, by short names
+    state     empty for a complete variant; else why it was stopped, or how much is computed
+    metrics   columns of the measures: a number or text, or the mean and the largest of several rows
+    seconds   processor time of results that not all variants share [s]; results of several count for each of them
+    bytes     size of the same results
+    """
+
+    variant: str
+    settings: dict[str, Any]
+    state: str
+    metrics: dict[str, float | str]
+    seconds: float
+    bytes: int
+
+
+def compare(wedge: WedgeShot, frames: FrameSet = None) -> list[Row]:
+    """Compare the variants by cached results; nothing is computed.
+
+    frames  frames of the run, all by default
+    BadInput where a measured value is not a table.
+    """
+    records = wedge.results(frames)
+    numbers = wedge.graph.select(read_frames(frames))
+    comparison = Comparison(wedge, numbers, records)
+    return [comparison.row(variant) for variant in wedge.variants.values()]
+
+
+class Comparison:
+    """Results of a wedge."""
+
+    def __init__(self, wedge: WedgeShot, frames: Sequence[int], records: Mapping[str, Record]) -> None:
+        self._wedge, self._frames, self._records = wedge, frames, records
+        self._stopping = wedge.stopping()
+        judged = {criterion.node for criterion in wedge.definition.stop}
+        for task in {task: None for v in wedge.variants.values() for node in judged for task in self.tasks(v, node)}:
+            if str(task) in records:
+                self._stopping.limits(task, records[str(task)])
+
+    def row(self, variant: Variant) -> Row:
+        """Summarise a variant."""
+        tasks = [task for node in variant.names for task in self.tasks(variant, node)]
+        done = sum(str(task) in self._records for task in tasks)
+        state = self._stopping.stopped().get(variant.name)
+        state = f"stopped: {state}" if state else "" if done == len(tasks) else f"{done} of {len(tasks)} results"
+        own = {task: self._records[str(task)] for task in tasks if str(task) in self._records and self.is_own(task)}
+        records = {record.key: record for record in own.values()}.values()
+        metrics = {n: value for node in self._wedge.definition.measures for n, value in self.metrics(variant, node)}
+        names = self._wedge.definition.short_names
+        settings = {names[target]: value for target, value in variant.settings.items()}
+        seconds = sum(r.seconds if r.processor is None else r.processor for r in records)
+        return Row(variant.name, settings, state, metrics, seconds, self._wedge.size_of(records))
+
+    def is_own(self, task: Task) -> bool:
+        """Whether a task is not common to all variants."""
+        return any(task.node not in variant.names.values() for variant in self._wedge.variants.values())
+
+    def tasks(self, variant: Variant, node: str) -> list[Task]:
+        """List the tasks of a node, up to the frame at which the variant was stopped."""
+        last = self._stopping.frame_of(variant.name)
+        tasks = dict.fromkeys(self._wedge.task(variant, node, frame) for frame in self._frames)
+        return [task for task in tasks if last is None or (task.frame is not None and task.frame <= last)]
+
+    def metrics(self, variant: Variant, node: str) -> Iterator[tuple[str, float | str]]:
+        """Summarise the columns of a measure, over all computed frames."""
+        known = [task for task in self.tasks(variant, node) if str(task) in self._records]
+        tables = [self._wedge.table(task, self._records[str(task)]) for task in known]
+        label = f"{node}." if len(self._wedge.definition.measures) > 1 else ""
+        for name in tables[0].names if tables else ():
+            if name in tables[0].texts:
+                yield f"{label}{name}", tables[-1].texts[name][-1] if len(tables[-1]) else ""
+                continue
+            values = np.concatenate([table.numbers[name] for table in tables]).astype(float)
+            if len(values) == 1:
+                yield f"{label}{name}", float(values[0])
+            elif name != TIME and not np.isnan(values).all():
+                yield f"{label}mean {name}", float(np.nanmean(values))
+                yield f"{label}largest {name}", float(np.nanmax(values))
+
+
+def document(wedge: WedgeShot, rows: Sequence[Row]) -> dict[str, Any]:
+    """Describe the comparison as a JSON document, without values that are not finite."""
+    described = [asdict(row) for row in rows]
+    for row in described:
+        row["metrics"] = {n: None if v in (np.inf, -np.inf) or v != v else v for n, v in row["metrics"].items()}
+    return {"graph": str(wedge.path), "wedge": wedge.definition.name, "variants": described}
+
+
+def cells(rows: Sequence[Row]) -> list[tuple[str, ...]]:
+    """Return the cells of the comparison, with a head."""
+    settings = list(rows[0].settings)
+    metrics = list(dict.fromkeys(name for row in rows for name in row.metrics))
+    head = (*settings, *metrics, "seconds", "size", "")
+    body = [
+        (
+            *(shown(row.settings[name]) for name in settings),
+            *(shown(row.metrics.get(name, "")) for name in metrics),
+            duration(row.seconds),
+            size(row.bytes),
+            row.state,
+        )
+        for row in rows
+    ]
+    return [head, *body]
+
+
+def text(rows: Sequence[Row]) -> str:
+    """Write the comparison for a terminal, with one word per line in the head."""
+    head, *body = cells(rows)
+    words = [cell.split() for cell in head]
+    deep = max(map(len, words))
+    lines = [tuple(("", *[""] * (deep - len(cell)), *cell)[1 + line] for cell in words) for line in range(deep)]
+    return table([*lines, *body], ">" * (len(head) - 1) + "<")
+
+
+def markdown(rows: Sequence[Row]) -> str:
+    """Write the comparison as a table of Markdown."""
+    lines = cells(rows)
+    return marked_down(lines, ">" * (len(lines[0]) - 1) + "<")
+
+
+def shown(value: Any) -> str:
+    """Write a value of a setting or a metric in short."""
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    return value if isinstance(value, str) else json.dumps(value, default=str)

@@ -1,1 +1,0 @@
-"""Benchmarks: times, limits of the machine, and machine code."""

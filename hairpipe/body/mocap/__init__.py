@@ -1,1 +1,0 @@
-"""Motion capture carried over to a body."""

@@ -1,0 +1,94 @@
+"""The joints of a clip in space: its channels sampled at any time, then chained from parent to child."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hairpipe.body.rotations import about_axis, multiply, slerp, to_matrix
+from hairpipe.values.body import Clip
+
+AXES = {"X": 0, "Y": 1, "Z": 2}
+
+
+class Placement(NamedTuple):
+    """Positions and rotations of joints at k instants.
+
+    rotations  joint-to-world (k, J, 3, 3)
+    positions  in the units of the clip (k, J, 3)
+    local      the same in their parents (k, J, 3)
+    """
+
+    rotations: np.ndarray
+    positions: np.ndarray
+    local: np.ndarray
+
+
+def place_joints(clip: Clip, frames: np.ndarray) -> Placement:
+    """Return the joints at fractional frames (k,) of a clip. Pure.
+
+    Between frames local rotations turn along great arcs and local positions move straight; beyond the ends they go on
+    as between the two frames there.
+    """
+    before = np.clip(frames.astype(np.int64), 0, max(len(clip.values) - 2, 0))
+    after = np.minimum(before + 1, len(clip.values) - 1)
+    share = (frames - before)[:, None]
+    turns = slerp(local_turns(clip, before), local_turns(clip, after), share)
+    start, end = local_positions(clip, before), local_positions(clip, after)
+    return chain(clip.parents, to_matrix(turns), start + share[..., None] * (end - start))
+
+
+def place_at_zero(clip: Clip) -> Placement:
+    """Return the joints where all channels are zero and roots stand at their offsets, k = 1. Pure."""
+    return chain(clip.parents, np.tile(np.eye(3), (1, len(clip.names), 1, 1)), clip.offsets[None])
+
+
+def chain(parents: np.ndarray, rotations: np.ndarray, positions: np.ndarray) -> Placement:
+    """Return joints in the world from rotations (k, J, 3, 3) and positions (k, J, 3) in their parents. Pure."""
+    local = positions
+    rotations = rotations.copy()
+    positions = positions.copy()
+    for joint in np.flatnonzero(parents >= 0):
+        parent = parents[joint]
+        positions[:, joint] = positions[:, parent] + np.einsum("kij,kj->ki", rotations[:, parent], positions[:, joint])
+        rotations[:, joint] = rotations[:, parent] @ rotations[:, joint]
+    return Placement(rotations, positions, local)
+
+
+def local_turns(clip: Clip, frames: np.ndarray) -> np.ndarray:
+    """Return the rotation of every joint in its parent at whole frames (k,), (k, J, 4). Pure.
+
+    The first rotation channel of a joint is the outermost: R = R_first R_second R_third.
+    """
+    turns = np.zeros((len(frames), len(clip.names), 4))
+    turns[..., 0] = 1.0
+    joints, columns, axes, order = _rotation_channels(clip)
+    angles = np.radians(clip.values[frames])
+    for turn in range(order.max(initial=-1) + 1):
+        now = order == turn
+        step = about_axis(np.eye(3)[axes[now]], angles[:, columns[now]])
+        turns[:, joints[now]] = multiply(turns[:, joints[now]], step)
+    return turns
+
+
+def local_positions(clip: Clip, frames: np.ndarray) -> np.ndarray:
+    """Return the position of every joint in its parent at whole frames (k,), (k, J, 3). Pure."""
+    positions = np.tile(clip.offsets, (len(frames), 1, 1))
+    column = 0
+    for joint, names in enumerate(clip.channels):
+        moves = [(AXES[name[0]], column + i) for i, name in enumerate(names) if name.endswith("position")]
+        if moves:
+            axes, columns = map(list, zip(*moves, strict=True))
+            positions[:, joint, axes] = clip.values[np.ix_(frames, columns)]
+        column += len(names)
+    return positions
+
+
+def _rotation_channels(clip: Clip) -> tuple[np.ndarray, ...]:
+    """Joint, column, axis and place in the order of its joint of every rotation channel."""
+    table = []
+    column = 0
+    for joint, names in enumerate(clip.channels):
+        rotations = [(i, name) for i, name in enumerate(names) if name.endswith("rotation")]
+        table += [(joint, column + i, AXES[name[0]], order) for order, (i, name) in enumerate(rotations)]
+        column += len(names)
+    return tuple(np.array(table, np.int64).reshape(-1, 4).T)

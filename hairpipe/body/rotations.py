@@ -1,0 +1,161 @@
+"""Rigid transforms and frames, column vectors.
+
+Rotations as vectors, axis times angle [rad], and their rates: what a path of poses is made of.
+
+J(r) maps the rate of such a vector to the angular velocity in the turned frame: the right Jacobian, exp(r)^T d exp(r) =
+[J dr] (Chirikjian 2011, 10.86). All functions are pure.
+
+Unit quaternions as arrays (..., 4), real part first; the rotation q and -q are the same.
+"""
+
+import numpy as np
+from numba import njit
+
+Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+"""Takes Z up, face towards -Y, to Y up, face towards +Z."""
+
+PARALLEL = 0.99
+"""Cosine from which a direction counts as that of +Y."""
+
+
+def frame_along(ahead: np.ndarray) -> np.ndarray:
+    """Return a frame around a unit vector, (3, 3): columns up, sideways, ahead, right-handed. Pure."""
+    up = np.array((0.0, 0.0, 1.0) if abs(ahead[1]) > PARALLEL else (0.0, 1.0, 0.0))
+    up -= (up @ ahead) * ahead
+    up /= np.linalg.norm(up)
+    return np.column_stack([up, np.cross(ahead, up), ahead])
+
+
+def invert(transforms: np.ndarray) -> np.ndarray:
+    """Return the inverses of rotations with translations (..., 4, 4). Pure."""
+    result = np.zeros_like(transforms)
+    result[..., :3, :3] = np.swapaxes(transforms[..., :3, :3], -1, -2)
+    result[..., :3, 3] = -np.einsum("...ji,...j->...i", transforms[..., :3, :3], transforms[..., :3, 3])
+    result[..., 3, 3] = 1.0
+    return result
+
+
+SMALL = 1e-3
+
+
+@njit(cache=True)
+def cross_matrix(r: np.ndarray) -> np.ndarray:
+    """Return the matrix that takes y to r x y, (3, 3)."""
+    return np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
+
+
+@njit(cache=True)
+def exponential(r: np.ndarray) -> np.ndarray:
+    """Return the rotation (3, 3) about r (3,) by its length: I + sin(t)/t [r] + (1 - cos t)/t^2 [r]^2 (Rodrigues)."""
+    t = np.sqrt(np.sum(r * r))
+    one, two = 1.0 - t * t / 6.0, 0.5 - t * t / 24.0
+    if t > SMALL:  # Below, the quotients lose digits and the series does not.
+        one = np.sin(t) / t
+        two = (1.0 - np.cos(t)) / (t * t)
+    K = cross_matrix(r)
+    return np.eye(3) + one * K + two * (K @ K)
+
+
+@njit(cache=True)
+def logarithm(R: np.ndarray) -> np.ndarray:
+    """Return the vector (3,) of a rotation, not longer than pi; by its quaternion, which half a turn does not hurt."""
+    trace = R[0, 0] + R[1, 1] + R[2, 2]
+    q = np.array([1.0 + trace, R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    i = np.argmax(np.array([R[0, 0], R[1, 1], R[2, 2]]))
+    if R[i, i] > trace:  # By the largest component of the quaternion: nothing small is divided by.
+        j, k = (i + 1) % 3, (i + 2) % 3
+        q[0] = R[k, j] - R[j, k]
+        q[1 + i] = 1.0 + R[i, i] - R[j, j] - R[k, k]
+        q[1 + j], q[1 + k] = R[j, i] + R[i, j], R[k, i] + R[i, k]
+    q = q if q[0] >= 0.0 else -q  # Of q and -q, one rotation, the shorter turn.
+    sine = np.sqrt(np.sum(q[1:] ** 2))
+    if sine < SMALL * SMALL * q[0]:
+        return 2.0 * q[1:] / q[0]
+    return 2.0 * np.arctan2(sine, q[0]) / sine * q[1:]
+
+
+@njit(cache=True)
+def jacobian(r: np.ndarray) -> np.ndarray:
+    """Return J(r) = I - (1 - cos t)/t^2 [r] + (t - sin t)/t^3 [r]^2, (3, 3)."""
+    t = np.sqrt(np.sum(r * r))
+    one = 0.5 - t * t / 24.0
+    two = 1.0 / 6.0 - t * t / 120.0
+    if t > SMALL:  # Below, the quotients lose digits and the series does not.
+        one = (1.0 - np.cos(t)) / (t * t)
+        two = (t - np.sin(t)) / (t * t * t)
+    K = cross_matrix(r)
+    return np.eye(3) - one * K + two * (K @ K)
+
+
+@njit(cache=True)
+def inverse_jacobian(r: np.ndarray) -> np.ndarray:
+    """Return J(r)^-1 = I + [r]/2 + (1 - t/2 cot(t/2))/t^2 [r]^2, (3, 3); t is at most pi."""
+    t = np.sqrt(np.sum(r * r))
+    two = 1.0 / 12.0 + t * t / 720.0
+    if t > SMALL:
+        two = (1.0 - 0.5 * t / np.tan(0.5 * t)) / (t * t)
+    K = cross_matrix(r)
+    return np.eye(3) + 0.5 * K + two * (K @ K)
+
+
+def multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the product a b, which turns by b first, broadcast (..., 4). Pure."""
+    aw, ax, ay, az = np.moveaxis(a, -1, 0)
+    bw, bx, by, bz = np.moveaxis(b, -1, 0)
+    return np.stack(
+        [
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        ],
+        axis=-1,
+    )
+
+
+def about_axis(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Return the turn by angle [rad] (...) about unit axes (..., 3), (..., 4). Pure."""
+    half = 0.5 * angle
+    return np.concatenate([np.cos(half)[..., None], np.sin(half)[..., None] * axis], axis=-1)
+
+
+def slerp(a: np.ndarray, b: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Return the point `share` (...) of the way from a to b (..., 4) along the shorter great arc. Pure.
+
+    Shoemake 1985: (sin((1-t) w) a + sin(t w) b) / sin(w), w the angle between a and b; linear where w vanishes.
+    """
+    cosine = np.einsum("...i,...i->...", a, b)
+    b = np.where(cosine[..., None] < 0.0, -b, b)
+    angle = 2.0 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
+    sine = np.sin(angle)
+    near = sine < 1e-9
+    divisor = np.where(near, 1.0, sine)
+    start = np.where(near, 1.0 - share, np.sin((1.0 - share) * angle) / divisor)
+    end = np.where(near, share, np.sin(share * angle) / divisor)
+    mixed = start[..., None] * a + end[..., None] * b
+    return mixed / np.linalg.norm(mixed, axis=-1, keepdims=True)
+
+
+def to_matrix(q: np.ndarray) -> np.ndarray:
+    """Return the rotation matrices (..., 3, 3), column vectors. Pure."""
+    w, x, y, z = np.moveaxis(q, -1, 0)
+    rows = [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def shortest_turn(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Return the rotation matrix (3, 3) of the smallest angle that takes direction `start` to `end`. Pure.
+
+    Opposite directions are turned about an axis square to the start and nearest to Z.
+    """
+    start, end = start / np.linalg.norm(start), end / np.linalg.norm(end)
+    middle = start + end
+    if np.linalg.norm(middle) < 1e-9:
+        middle = np.cross(start, np.array([0.0, 0.0, 1.0]) if abs(start[2]) < 0.9 else np.array([1.0, 0.0, 0.0]))
+    middle = middle / np.linalg.norm(middle)
+    mirror = np.eye(3) - 2.0 * np.outer(middle, middle)
+    return mirror @ (np.eye(3) - 2.0 * np.outer(start, start))

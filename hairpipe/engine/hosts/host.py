@@ -1,0 +1,199 @@
+"""A host: the child processes of one machine and user, which evaluate jobs for the engines.
+
+Before a job is evaluated, its host compares what the key stands for with what it has itself, and looks for the result
+in the store.
+"""
+
+import json
+import tempfile
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from hairpipe.engine.code import CodeReader, differing_versions, version
+from hairpipe.engine.hosts.member import Member, environment, start
+from hairpipe.engine.hosts.offer import Offer, code_difference
+from hairpipe.engine.hosts.protocol import Job, Reply
+from hairpipe.engine.store.fingerprint import fingerprint, is_changed, stamp_of
+from hairpipe.engine.store.lease import Leases, forget_failure, note_failure
+from hairpipe.engine.store.store import Store
+from hairpipe.engine.worker.machine_code import claim_kernels, kernels_environment, kernels_parent
+from hairpipe.engine.worker.threading_layer import choose_layer
+from hairpipe.errors import BadInput
+from hairpipe.processor import processor_class
+
+MEMORY = 256 << 20
+"""Memory in which a worker keeps values it may need again [bytes]."""
+
+
+class Host:
+    """Evaluates the jobs of one run on this machine.
+
+    machine   its name in replies
+    threads   of a wide job
+    reader    of the code on this machine
+    codes     digests of the code behind modules on this machine, as far as known
+    spare     idle workers of earlier runs: taken before one is started, given back at the end; None: all end
+    outlives  whether spare workers may outlive this process
+    kernels   environment that names the compiled kernels; None before it is needed
+    warnings  for the user
+    """
+
+    def __init__(
+        self,
+        offer: Offer,
+        machine: str,
+        threads: int,
+        reader: CodeReader,
+        codes: dict[str, str] | None = None,
+        spare: list[Member] | None = None,
+        *,
+        outlives: bool = False,
+    ) -> None:
+        self.machine, self.threads = machine, threads
+        self.store = Store(Path(offer.store))
+        self.leases = Leases(self.store)
+        self.hello: dict[str, Any] = {"store": offer.store, "codec": offer.codec, "folder": offer.folder}
+        self.hello |= {"trusted": offer.trusted, "memory": MEMORY, "processor_class": processor_class()}
+        self.hello |= {"sources": reader.stamps, "outlives": outlives}
+        self.modules = sorted(set(offer.modules))
+        self.reader, self.spare = reader, spare
+        self.kernels: dict[str, str] | None = None
+        damaged = self.leases.sweep()
+        message = f"{len(damaged)} damaged leases were removed"
+        self.warnings = [f"{message}, the first {damaged[0]}"] if damaged else []
+        self.members: list[Member] = []
+        self._codes = codes or {}
+        self._stamps: dict[tuple[str, str], list[int]] = {}
+        self._passing: tempfile.TemporaryDirectory[str] | None = None
+
+    @property
+    def busy(self) -> list[Member]:
+        """Workers that are evaluating a job."""
+        return [member for member in self.members if member.key is not None]
+
+    def begin(self, job: Job) -> Reply | Member:
+        """Give a job to a worker, or reply where this machine must not evaluate it, or nothing is left to evaluate."""
+        reply: Reply = {"key": job.key, "machine": self.machine}
+        try:
+            self._check_code(job)
+            stamps = {path: self._stamp(path, digest) for path, digest in job.files.items()}
+        except BadInput as error:
+            return reply | {"failure": {"kind": "mismatch", "message": str(error), "traceback": ""}}
+        previous = job.parts["inputs"].get("previous")
+        idle = [member for member in self.members if member.wide == job.wide and member.key is None]
+        holder = next((member for member in idle if previous in member.held), None)
+        if (holder is None and self._is_held(previous)) or not self.leases.acquire(job.key):
+            return reply | {"leased": True}
+        self.store.refresh(job.key)
+        record = self.store.find(job.key, without=job.spared)
+        if record is not None and record.outputs.keys() == set(job.outputs):
+            self.leases.release(job.key)
+            return reply | {"record": json.loads(json.dumps(asdict(record))), "found": True}
+        forget_failure(self.store, job.key)
+        member = holder or next(iter(idle), None) or self._engage(job.wide)
+        member.key = job.key
+        with suppress(OSError):  # a worker that is dead already is noticed by `reply_of`
+            member.connection.send_bytes(json.dumps(vars(job) | {"files": stamps}).encode())
+        return member
+
+    def reply_of(self, member: Member) -> Reply:
+        """Receive the reply of a worker; that of one that died is a failure."""
+        key = member.key
+        assert key is not None
+        try:
+            reply = json.loads(member.connection.recv_bytes())
+            member.key = None
+            member.held = frozenset(reply["held"])
+        except (EOFError, OSError):
+            self.members.remove(member)
+            reply = {"failure": {"kind": "crash", "message": member.fate, "traceback": ""}}
+            self.leases.sweep()
+        if "failure" in reply:
+            note_failure(self.store, key, reply["failure"]["message"])
+        self.leases.release(key)
+        return reply | {"key": key, "machine": self.machine}
+
+    def cancel(self, keys: set[str]) -> None:
+        """Kill the workers that evaluate jobs of these keys: they are evaluated again later."""
+        for member in [member for member in self.busy if member.key in keys]:
+            member.end()
+            self.members.remove(member)
+            self.leases.release(member.key or "")
+        self.leases.sweep()
+
+    def close(self) -> None:
+        """Give back all leases, and kill all workers but spare ones: stored results stay, with the states they need."""
+        for member in self.members:
+            if member.key is None and member.held:
+                member.save()
+            if self.spare is None or self._passing or member.key is not None:
+                member.end()
+            else:
+                self.spare.append(member)
+        self.members.clear()
+        self.leases.close()
+        self.leases.sweep()
+        if self._passing is not None:
+            self._passing.cleanup()
+
+    def _is_held(self, state: str | None) -> bool:
+        """Whether the state that a job starts from is only in the memory of a process."""
+        return state is not None and not self.store.has(state) and self.leases.is_in_memory(state)
+
+    def _check_code(self, job: Job) -> None:
+        """Refuse a job whose key stands for other code than that of this machine."""
+        if job.module not in self._codes:
+            code = self.reader.code_of(job.module)
+            if code.digest != job.parts["code"]:
+                raise code_difference(self.machine, job.type, code, self.store.recall(job.parts["code"]))
+            self._codes[job.module] = code.digest
+        for name, theirs in differing_versions(job.parts["settings"]).items():
+            what = f"{self.machine} has other code of '{job.type}': {name} {version(name)} in place of {theirs}"
+            raise BadInput(what, right="install the same versions there, and retry")
+
+    def _stamp(self, path: str, digest: str) -> list[int]:
+        """Stamp an input file that has this digest; BadInput where it has another one."""
+        if (path, digest) not in self._stamps:
+            try:
+                stamp = stamp_of(Path(path))
+                found = fingerprint(Path(path), self.store)
+            except OSError as error:
+                raise BadInput(f"cannot be read on {self.machine}: {error.strerror}", where=path) from None
+            if found != digest:
+                raise BadInput("changed while it was read", where=path, right="run again when it is complete")
+            self._stamps[path, digest] = stamp
+        return self._stamps[path, digest]
+
+    def _find_kernels(self) -> dict[str, str]:
+        """Find the folder for kernels, and which are current; BadInput where others may write to it."""
+        try:
+            parent = claim_kernels(kernels_parent())
+        except OSError as error:
+            self._passing = tempfile.TemporaryDirectory(prefix="hairpipe-")
+            self.warnings.append(f"kernels are compiled for this run alone: {error} (NUMBA_CACHE_DIR=FOLDER)")
+            parent = Path(self._passing.name)
+        if warning := choose_layer().warning:
+            self.warnings.append(warning)
+        return kernels_environment(parent, self.reader, self.modules)
+
+    def _engage(self, wide: bool) -> Member:
+        """Take a spare worker, or start one; spare ones of this width that do not serve are killed.
+
+        The new one is told of their sources, too: runs whose nodes differ, in turn, would else each end the other's.
+        """
+        self.kernels = self.kernels or self._find_kernels()
+        surroundings = environment(self.threads if wide else 1, self.kernels)
+        spare = self.spare or []
+        sources: dict[str, list[int]] = {}
+        for member in [member for member in spare if member.wide == wide]:
+            spare.remove(member)
+            if member.serves(self.hello, surroundings):
+                self.members.append(member)
+                return member
+            sources |= member.hello["sources"]
+            member.end()
+        same = {path: stamp for path, stamp in sources.items() if not is_changed(path, stamp)}
+        self.members.append(start(wide, surroundings, self.hello | {"sources": same | self.reader.stamps}))
+        return self.members[-1]

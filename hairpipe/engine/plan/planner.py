@@ -1,0 +1,240 @@
+"""Plans of runs, with reasons. A plan evaluates no node and writes no file.
+
+Differences between the keys of two evaluations of a node at a frame, part by part.
+"""
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any, Literal, TypeGuard
+
+from hairpipe.engine.file.graph import Graph
+from hairpipe.engine.plan.divergence import end_known_scan
+from hairpipe.engine.plan.resolve import Resolver
+from hairpipe.engine.plan.tasks import Task, sources
+from hairpipe.engine.store.digest import Parts, action_key
+from hairpipe.engine.store.lease import recall_failure
+from hairpipe.engine.store.record import Record
+from hairpipe.engine.store.store import Store
+from hairpipe.errors import BadInput
+
+
+def differences(old: Parts, new: Parts, modules: dict[str, str], store: Store) -> Iterator[str]:
+    """Describe the differences, in the order type, settings, inputs, time, code.
+
+    modules  of the new digest of code; those of the old digest are in the store
+    """
+    if old["type"] != new["type"]:
+        yield f"type {old['type']} -> {new['type']}"
+        return
+    yield from settings(old["settings"], new["settings"], "setting ")
+    yield from inputs(old["inputs"], new["inputs"])
+    yield from settings(old["time"] or {}, new["time"] or {}, "")
+    if old["code"] != new["code"]:
+        yield from code(json.loads(store.recall(old["code"]) or "{}"), modules)
+
+
+def settings(old: dict[str, Any], new: dict[str, Any], label: str) -> Iterator[str]:
+    """Compare settings by name, groups field by field, files by their bytes."""
+    for name in sorted(old.keys() | new.keys()):
+        before = old.get(name)
+        after = new.get(name)
+        if json.dumps(before) == json.dumps(after):
+            continue
+        if is_file(before) and is_file(after):
+            yield f"contents of the file of {label}{name}"
+        elif is_group(before) and is_group(after):
+            yield from settings(before, after, f"{label}{name}.")
+        else:
+            yield f"{label}{name} {formatted(before)} -> {formatted(after)}"
+
+
+def inputs(old: dict[str, Any], new: dict[str, Any]) -> Iterator[str]:
+    """Compare the inputs of each socket; of several frames, list those that differ."""
+    for name in sorted(old.keys() | new.keys()):
+        before = old.get(name)
+        after = new.get(name)
+        if before == after:
+            continue
+        if before is None or after is None:
+            yield f"input {name} {'connected' if before is None else 'disconnected'}"
+        elif is_range(before) and is_range(after):
+            yield f"input {name} {frames(dict(before), dict(after))}"
+        else:
+            yield f"input {name}"
+
+
+def frames(old: dict[int, str], new: dict[int, str]) -> str:
+    """Describe the differing frames of a range."""
+    if old.keys() != new.keys():
+        return f"frames {min(old)}-{max(old)} -> {min(new)}-{max(new)}"
+    changed = [frame for frame in new if old[frame] != new[frame]]
+    return f"at frame {changed[0]}" + (f" and {len(changed) - 1} more" if len(changed) > 1 else "")
+
+
+def code(old: dict[str, str], new: dict[str, str]) -> Iterator[str]:
+    """List differing modules, versions and class of processor; "code" if the old ones are unknown."""
+    if not old:
+        yield "code"
+        return
+    for name in sorted(old.keys() | new.keys()):
+        if old.get(name) == new.get(name):
+            continue
+        what, _, kind = name.removesuffix(")").partition(" (")
+        if kind:
+            yield f"{kind} of {what} {old.get(name, 'unknown')} -> {new.get(name, 'unknown')}"
+        else:
+            yield f"code {name}" + (" (new)" if name not in old else " (no longer used)" if name not in new else "")
+
+
+def is_file(value: Any) -> bool:
+    """Whether a keyed setting is a file."""
+    return isinstance(value, dict) and value.keys() == {"file", "suffix"}
+
+
+def is_range(value: Any) -> bool:
+    """Whether the input of a socket is a range of frames."""
+    return isinstance(value, list) and isinstance(value[0], list)
+
+
+def is_group(value: Any) -> TypeGuard[dict[str, Any]]:
+    """Whether a keyed setting is a group."""
+    return isinstance(value, dict) and not is_file(value)
+
+
+def formatted(value: Any) -> str:
+    """Return a setting as in a graph file; a description of an absent value, a group or a file."""
+    if value is None:
+        return "absent"
+    return "a file" if is_file(value) else "a group" if is_group(value) else json.dumps(value)
+
+
+Status = Literal["cached", "run", "depends"]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """The planned evaluation of a task.
+
+    status  cached: the result is in the store; run: it will be evaluated; depends: it depends on changes of inputs
+    reason  of `run`: the failure, or the first difference to the latest result; of `depends`: the previous task
+    key     None if inputs are unknown
+    """
+
+    task: Task
+    status: Status
+    reason: str = ""
+    key: str | None = None
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """The plan of one task in detail.
+
+    parts    parts of the key; None while an input is unknown
+    reasons  reason of the entry, and all differences to the latest result of this node and frame
+    record   the result, if it is in the store
+    thinned  removed outputs: states from which a scan continues
+    """
+
+    entry: Entry
+    parts: Parts | None
+    reasons: tuple[str, ...]
+    record: Record | None
+    thinned: frozenset[str] = frozenset()
+
+
+def check_task(graph: Graph, task: Task) -> None:
+    """Raise BadInput if a graph has no such task: the frame is missing, superfluous or out of range."""
+    per_frame = graph.node(task.node).per_frame
+    first, last = graph.frames
+    if not per_frame and task.frame is not None:
+        raise BadInput(f"'{task.node}' has one value for the shot", where=graph.path, right=task.node)
+    if per_frame and task.frame is None:
+        raise BadInput(f"'{task.node}' has a value per frame", where=graph.path, right=f"{task.node}@{first}")
+    if task.frame is not None and not graph.begin <= task.frame <= last:
+        what = f"'{task}': frame {task.frame} is outside the graph"
+        raise BadInput(what, where=graph.path, right=f"frames {first}-{last}")
+
+
+def plan(graph: Graph, store: Store, frames: Iterable[int] | None = None) -> list[Entry]:
+    """Plan every node and frame, in order of dependency; BadInput as for a run."""
+    return Planner(graph, store, frames).entries()
+
+
+def explain(graph: Graph, store: Store, task: Task, frames: Iterable[int] | None = None) -> Explanation:
+    """Explain the key of a task, and its differences to the latest result."""
+    check_task(graph, task)
+    planner = Planner(graph.upto([task.node]), store, frames)
+    entry = next((entry for entry in planner.entries() if entry.task == task), None)
+    if entry is None:
+        raise BadInput(f"'{task}' is not among the selected frames", where=graph.path)
+    parts = planner.resolver.parts(task) if entry.status != "depends" else None
+    found = [entry.reason, *(planner.reasons(task, parts) if parts is not None else ())]
+    record = planner.resolver.results.get(task)
+    outputs = record.outputs if record is not None else {}
+    thinned = frozenset(name for name, output in outputs.items() if not store.has(output.object))
+    return Explanation(entry, parts, tuple(dict.fromkeys(filter(None, found))), record, thinned)
+
+
+class Planner:
+    """Visits the tasks of a graph in the order of a run, without evaluation."""
+
+    def __init__(self, graph: Graph, store: Store, frames: Iterable[int] | None) -> None:
+        self.store = Store(store.root, read_only=True)
+        self.graph = graph
+        try:
+            self.resolver = Resolver(graph, self.store, graph.select(frames))
+        except OSError as error:
+            raise BadInput(f"the store cannot be used: {error}", where=store.root) from None
+        self.latest = {name: self.store.latest(graph.name, name) for name in graph.nodes}
+
+    def entries(self) -> list[Entry]:
+        """Plan every task."""
+        entries = {task: self.entry(task) for task in self.resolver.tasks}
+        pending = [task for task, entry in entries.items() if entry.status != "cached"]
+        while pending:
+            for producer in self.gone(pending.pop()):
+                if entries[producer].status == "cached":
+                    reason = "its full state, needed to continue, was not kept"
+                    entries[producer] = Entry(producer, "run", reason, entries[producer].key)
+                    pending.append(producer)
+        return list(entries.values())
+
+    def entry(self, task: Task) -> Entry:
+        """Plan a task after its inputs."""
+        results = self.resolver.results
+        waiting = [s.task for s in sources(self.resolver.tasks[task]) if s.task not in results]
+        if waiting:
+            other = next((needed for needed in waiting if needed.node != task.node), waiting[0])
+            return Entry(task, "depends", str(other))
+        parts = self.resolver.parts(task)
+        key = action_key(parts)
+        record = self.resolver.find(task, key)
+        if record is None and end_known_scan(self.resolver, task, key) is not None:
+            return Entry(task, "run", "diverged; frames before were used", key)
+        if record is None:
+            failure = recall_failure(self.store, key)
+            reason = next(iter(self.reasons(task, parts)), "its key differs") if failure is None else str(failure)
+            return Entry(task, "run", reason, key)
+        results[task] = record
+        return Entry(task, "cached", "", key)
+
+    def reasons(self, task: Task, parts: Parts) -> list[str]:
+        """List all differences to the latest result of this node and frame."""
+        known = self.latest[task.node]
+        key = known.get("" if task.frame is None else str(task.frame))
+        if key is None:
+            return ["new frame" if known else "never evaluated"]
+        if key == action_key(parts):
+            return [] if self.resolver.find(task, key) else ["its result is missing or damaged"]
+        record = self.store.record(key)
+        if record is None:
+            return ["its latest result is missing"]
+        return list(differences(record.parts, parts, self.resolver.codes[task.node].parts, self.store))
+
+    def gone(self, task: Task) -> set[Task]:
+        """Return cached tasks with missing objects that this task needs."""
+        needed = {source for source in sources(self.resolver.tasks[task]) if source.task in self.resolver.results}
+        gone = {source for source in needed if not self.store.has(self.resolver.object(source))}
+        return {source.task for source in gone if not self.resolver.leases.is_in_memory(self.resolver.object(source))}

@@ -1,0 +1,131 @@
+"""Keys and records of tasks, for plans and runs."""
+
+from pathlib import Path
+from typing import Any
+
+from hairpipe.engine.code import Code, CodeReader, keyed_choice
+from hairpipe.engine.file.graph import Edge, Graph, Node
+from hairpipe.engine.node.settings import Field, fields_of, map_values
+from hairpipe.engine.plan.arguments import Named, name_inputs
+from hairpipe.engine.plan.tasks import Inputs, Source, Task, sources, unroll
+from hairpipe.engine.store.digest import Parts, key_parts
+from hairpipe.engine.store.fingerprint import fingerprint
+from hairpipe.engine.store.lease import Leases
+from hairpipe.engine.store.record import Record
+from hairpipe.engine.store.store import Store
+from hairpipe.errors import BadInput
+from hairpipe.plain_file import check_plain
+
+
+class Resolver:
+    """Inputs of every task, its key when the results of these are known, and its own result.
+
+    frames   requested frames; scans need earlier ones, too
+    results  known results by task
+    reader   of the code of the nodes
+    files    digests of input files by absolute path, by node
+    """
+
+    def __init__(self, graph: Graph, store: Store, frames: tuple[int, ...]) -> None:
+        self.graph = graph
+        self.store = store
+        self.leases = Leases(store)
+        self.frames = frames
+        self.tasks: dict[Task, Inputs] = unroll(graph, frames)
+        self.results: dict[Task, Record] = {}
+        self.demanded: set[Task] = set()
+        self.reader = CodeReader(store.remember, graph.folder)
+        self.codes = self._read_codes()
+        self.files: dict[str, dict[str, str]] = {name: {} for name in graph.nodes}
+        self.settings = {node.name: self._key_settings(node) for node in graph.nodes.values()}
+
+    def parts(self, task: Task) -> Parts:
+        """Return the parts of the key of a task, whose inputs must be known."""
+        node = self.graph.nodes[task.node]
+        code = self.codes[node.name].digest
+        return key_parts(node.type.name, code, self.settings[node.name], self.objects(task), self._key_time(node, task))
+
+    def objects(self, task: Task) -> Named:
+        """Return the names of the inputs of a task."""
+        return name_inputs(self.graph.nodes[task.node].type, self.tasks[task], self.frames, self.object, self.key)
+
+    def object(self, source: Source) -> str:
+        """Return the name of the object of a source."""
+        return self.results[source.task].outputs[source.output].object
+
+    def key(self, source: Source) -> str:
+        """Return the key of the result of a source."""
+        return self.results[source.task].key
+
+    def frame_of(self, task: Task) -> int:
+        """Return the frame in the `Time` of a node: its own, or the first of the run."""
+        return self.frames[0] if task.frame is None else task.frame
+
+    def time_of(self, task: Task) -> dict[str, Any]:
+        """Return frame, frames per second and cuts of a task, and the first frame of the shot."""
+        cuts = self.graph.cuts_of(self.graph.nodes[task.node], task.frame, self.frames)
+        return {"frame": self.frame_of(task), "fps": self.graph.fps, "cuts": list(cuts), "first": self.graph.frames[0]}
+
+    def find(self, task: Task, key: str) -> Record | None:
+        """Find the result of a task in the store; the state of a scan may be missing unless it is demanded."""
+        node = self.graph.nodes[task.node]
+        record = self.store.find(key, without=None if task in self.demanded else state_of(node))
+        return record if record is None or record.outputs.keys() == node.type.outputs.keys() else None
+
+    def thinnable(self, node: Node) -> str | None:
+        """Return the removable output of a scan, an input of its next frame alone; None if a node takes it."""
+        state = state_of(node)
+        return None if state is None or Edge(node.name, state) in self.graph.taken else state
+
+    def missing(self, task: Task) -> set[Task]:
+        """Return the tasks whose objects a task needs and which neither the store nor a worker has."""
+        gone = set()
+        for source in sources(self.tasks[task]):
+            output = self.results[source.task].outputs[source.output]
+            is_stored = all(self.store.has(*pair) for pair in ((output.object, output.size), *output.parts))
+            if not is_stored and not self.leases.is_in_memory(output.object):
+                gone.add(source.task)
+        return gone
+
+    def _read_codes(self) -> dict[str, Code]:
+        nodes = self.graph.nodes.values()
+        codes = {module: self.reader.code_of(module) for module in dict.fromkeys(node.type.module for node in nodes)}
+        for code in codes.values():
+            self.store.remember(code.digest, lambda found=code: found.manifest)
+        return {node.name: codes[node.type.module] for node in nodes}
+
+    def _key_settings(self, node: Node) -> dict[str, Any]:
+        """Return settings as part of a key.
+
+        Files are keyed by their bytes, and by the suffix, which determines the format; a choice that calls libraries
+        with their versions.
+        """
+
+        def as_key(field: Field, setting: str, value: Any) -> Any:
+            if field.base is not Path:
+                libraries = field.libraries(value)
+                return keyed_choice(value, libraries) if libraries else value
+            contents = {name: content_of(path) for name, path in self.graph.read(node, setting, value).items()}
+            return contents.get("", contents)
+
+        def content_of(path: Path) -> dict[str, str]:
+            check_plain(path, "a file")
+            try:
+                content = self.files[node.name][str(path)] = fingerprint(path, self.store)
+            except OSError as error:
+                raise BadInput(f"{path} cannot be read: {error.strerror}", where=f"[{node.name}]") from None
+            return {"file": content, "suffix": path.suffix.lower()}
+
+        return map_values(fields_of(node.type), node.settings, as_key)
+
+    def _key_time(self, node: Node, task: Task) -> dict[str, Any] | None:
+        """Return the time parameters of the node as part of a key, without cuts if there are none."""
+        time = self.time_of(task)
+        asks = {("frame", "fps"): node.type.asks_time, ("cuts",): node.type.asks_cuts, ("first",): node.type.asks_first}
+        asked = [name for names, asking in asks.items() if asking for name in names]
+        return {name: time[name] for name in asked if time[name] != []} or None
+
+
+def state_of(node: Node) -> str | None:
+    """Return the output of a scan that is an input of its next frame, if it has another output, too."""
+    return node.type.state if len(node.type.outputs) > 1 else None

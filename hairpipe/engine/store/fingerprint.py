@@ -1,0 +1,63 @@
+"""Digests of files by their bytes, cached as long as the file is provably unchanged."""
+
+import json
+import time
+from contextlib import suppress
+from pathlib import Path
+
+from hairpipe.engine.store.atomic import reopening
+from hairpipe.engine.store.digest import digest, hasher, parsed
+from hairpipe.engine.store.store import Store
+
+CHUNK = 1 << 20
+SETTLED = 2_000_000_000
+"""A file that changed less than this before it was digested may change again within one tick of its clock [ns]."""
+
+
+def fingerprint(path: Path, store: Store) -> str:
+    """Digest the bytes of a file; OSError where it cannot be read.
+
+    The store caches it by device, inode, size, modification and status change: the last one is set by the kernel
+    alone, so that a copied or back-dated file is read again.
+    """
+    path = path.absolute()
+    name = digest("stat", str(path))
+    begun = time.time_ns()
+    stamp = stamp_of(path)
+    with suppress(ValueError, TypeError, KeyError):  # no note, or a foreign one
+        known = parsed(store.recall(name) or "null")
+        if known["stamp"] == stamp and is_settled(stamp, known["begun"]):
+            return str(known["digest"])
+    found = digest_file(path)
+    if stamp_of(path) == stamp:
+        store.note(name, json.dumps({"stamp": stamp, "begun": begun, "digest": found}))
+    return found
+
+
+def stamp_of(path: Path) -> list[int]:
+    """Device, inode, size, modification and status change of a file [ns]."""
+    status = path.stat()
+    return [status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns]
+
+
+def is_settled(stamp: list[int], begun: int) -> bool:
+    """Whether a file that is read from a time on [ns] has another stamp as soon as its bytes change."""
+    return begun - max(stamp[3:]) > SETTLED
+
+
+def is_changed(path: str, stamp: list[int]) -> bool:
+    """Whether a file is not the one that was stamped, or has been written to since."""
+    try:
+        return stamp_of(Path(path)) != stamp
+    except OSError:
+        return True
+
+
+@reopening
+def digest_file(path: Path) -> str:
+    """Digest the bytes of a file."""
+    state = hasher("file")
+    with path.open("rb") as file:
+        while chunk := file.read(CHUNK):
+            state.update(chunk)
+    return state.hexdigest()

@@ -1,0 +1,344 @@
+"""Elements of Stanford PLY files (.ply), as text or binary.
+
+ply
+format binary_little_endian 1.0
+element vertex 3
+property float x
+element face 1
+property list uchar int vertex_indices
+end_header
+
+Meshes of PLY files (.ply): vertices and polygons.
+"""
+
+import hashlib
+import re
+import struct
+from abc import ABC, abstractmethod
+from array import array
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from hairpipe.errors import BadInput
+from hairpipe.formats.animated_meshes import Shape
+from hairpipe.formats.polygons import triangulate, warn_of_unused
+from hairpipe.formats.text import LARGEST, MOST_BYTES, parse_numbers
+from hairpipe.plain_file import content
+from hairpipe.values import Mesh
+
+ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+TYPES = {
+    **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"},
+    **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"},
+    **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
+}
+LETTERS = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d"}
+"""Characters of `struct` for the types."""
+HEADER_BYTES = 1 << 16
+DIGITS = "[0-9]{1,18}"
+BLANKS = np.frombuffer(b" \t\n\v\f\r", np.uint8)
+
+
+class Lists(NamedTuple):
+    """A property whose rows are lists.
+
+    counts  number of values of every row, (n,) int64
+    values  of all rows, one row after the other
+    """
+
+    counts: np.ndarray
+    values: np.ndarray
+
+
+class Property(NamedTuple):
+    """Name and type of a property; `length` is the type of the length of a list."""
+
+    name: str
+    kind: str
+    length: str | None = None
+
+
+class Element(NamedTuple):
+    """Name, number of rows and properties of an element."""
+
+    name: str
+    rows: int
+    properties: list[Property]
+
+
+Columns = dict[str, np.ndarray | Lists]
+"""Properties of an element by their names, (n,) each, or lists."""
+
+
+def read_ply(path: Path) -> dict[str, Columns]:
+    """Return the properties of all elements, by the names of these.
+
+    Raises BadInput, with the line or byte, where the header or the number of values is wrong.
+    """
+    data = content(path, "a .ply file")
+    order, elements, begin = read_header(data, path)
+    if order:
+        rows: Rows = BinaryRows(data[begin:], order, path)
+    elif len(data) <= MOST_BYTES:
+        rows = TextRows(data[begin:], path)
+    else:
+        right = f"a binary one, or text of at most {MOST_BYTES:,} bytes"
+        raise BadInput(f"the file is too large: {len(data):,} bytes", where=path, right=right)
+    return {element.name: read_element(element, rows) for element in elements if element.properties}
+
+
+def read_header(data: bytes, path: Path) -> tuple[str, list[Element], int]:
+    """Return the byte order ('' of text), the elements, and the byte at which their rows begin."""
+    if data[:3] != b"ply":
+        raise BadInput("the file does not begin with 'ply'", where=f"{path}, byte 0", right="a .ply file")
+    form = ""
+    elements = list[Element]()
+    begin = 0
+    for number, line in enumerate(data[:HEADER_BYTES].splitlines(keepends=True), start=1):
+        begin += len(line)
+        match line.decode("latin-1").split():
+            case ["end_header"] if form:
+                return ORDERS[form], elements, begin
+            case ["format", name, _] if name in ORDERS:
+                form = name
+            case ["element", name, count] if re.fullmatch(DIGITS, count):
+                elements.append(Element(name, int(count), []))
+            case ["property", "list", length, kind, name] if elements and {length, kind} <= TYPES.keys():
+                elements[-1].properties.append(Property(name, TYPES[kind], TYPES[length]))
+            case ["property", kind, name] if elements and kind in TYPES:
+                elements[-1].properties.append(Property(name, TYPES[kind]))
+            case [] | ["ply"] | ["comment" | "obj_info", *_]:
+                pass
+            case words:
+                right = f"format {' or '.join(ORDERS)} 1.0, element NAME COUNT, property TYPE NAME, end_header"
+                what = f"{' '.join(words)[:60]!r} is not a statement of a header"
+                raise BadInput(what, where=f"{path}, line {number}", right=right)
+    raise BadInput("the header does not end", where=path, right="a line end_header")
+
+
+def read_element(element: Element, rows: "Rows") -> Columns:
+    """Return the properties of an element, whose rows are next."""
+    names = [p.name for p in element.properties]
+    if len(set(names)) < len(names):
+        raise BadInput(f"two properties of {element.name} have one name", where=rows.path, right="different names")
+    return rows.take(element)
+
+
+class Rows(ABC):
+    """Values of a file in units of bytes, or of numbers of a text, read one element after the other.
+
+    data  units, (n,) uint8 or float64
+    at    first unit that is not read yet
+    """
+
+    def __init__(self, data: np.ndarray, path: Path) -> None:
+        self.data, self.path, self.at = data, path, 0
+
+    @abstractmethod
+    def size(self, kind: str) -> int:
+        """Return the number of units of a value."""
+
+    @abstractmethod
+    def decode(self, units: np.ndarray, kind: str) -> np.ndarray:
+        """Return the values that units hold."""
+
+    @abstractmethod
+    def number(self, kind: str, at: int) -> float:
+        """Return the value at a unit."""
+
+    def check(self, element: Element, needed: int) -> None:
+        """Raise BadInput where an element needs more units than are left."""
+        if needed > len(self.data) - self.at:
+            left = len(self.data) - self.at
+            what = f"{element.rows} rows of {element.name} need {needed} values or bytes more, the file has {left}"
+            raise BadInput(what, where=self.path, right="a whole file")
+
+    def take(self, element: Element) -> Columns:
+        """Return the properties of an element, whose rows are next."""
+        sizes = [self.size(p.length or p.kind) for p in element.properties]
+        self.check(element, element.rows * sum(sizes))
+        lengths = self._lengths(element, sizes)
+        spans = np.concatenate(
+            [
+                np.stack([np.full(element.rows, size), count * self.size(p.kind)], axis=1)
+                if p.length
+                else np.full((element.rows, 1), size)
+                for p, size, count in zip(element.properties, sizes, lengths, strict=True)
+            ],
+            axis=1,
+        )
+        ends = self.at + np.cumsum(spans).reshape(spans.shape)
+        begin, self.at = self.at, int(ends[-1, -1]) if element.rows else self.at
+        columns: Columns = {}
+        place = 0
+        for p, count in zip(element.properties, lengths, strict=True):
+            place += p.length is not None
+            units = self._between(ends[:, place] - spans[:, place], ends[:, place], begin)
+            values = self.decode(units, p.kind)
+            columns[p.name] = Lists(count, values) if p.length else values
+            place += 1
+        return columns
+
+    def _between(self, begins: np.ndarray, ends: np.ndarray, first: int) -> np.ndarray:
+        """Return the units of all rows from a begin to an end, which follow each other."""
+        edges = np.zeros(self.at - first + 1, np.int8)
+        filled = begins < ends
+        edges[begins[filled] - first] += 1
+        edges[ends[filled] - first] -= 1
+        return self.data[first : self.at][np.cumsum(edges[:-1], dtype=np.int8).view(bool)]
+
+    def _lengths(self, element: Element, sizes: list[int]) -> list[np.ndarray]:
+        """Return the number of values of each row for each list, (n,); empty for a single value."""
+        found = [np.empty(0, np.int64)] * len(sizes)
+        lists = [n for n, p in enumerate(element.properties) if p.length]
+        if not lists or not element.rows:
+            return found
+        counts, places, end = self._follow(element, sizes, 1)
+        width = end - self.at
+        alike = min(element.rows, (len(self.data) - self.at) // width)
+        table = self.data[self.at : self.at + alike * width].reshape(alike, width)
+        spans = [slice(place, place + sizes[n]) for n, place in zip(lists, places, strict=True)]
+        if alike == element.rows and all((table[:, span] == table[0, span]).all() for span in spans):
+            counts = np.repeat(counts, element.rows, axis=0)
+        else:
+            counts, _, _ = self._follow(element, sizes, element.rows)
+        for column, n in enumerate(lists):
+            found[n] = counts[:, column]
+        return found
+
+    def _follow(self, element: Element, sizes: list[int], rows: int) -> tuple[np.ndarray, list[int], int]:
+        """Return the lengths of the lists of some rows, (rows, lists), their places in the last one, and its end."""
+        counts = array("q")
+        places = list[int]()
+        at = self.at
+        whole = [(p.length, size, self.size(p.kind)) for p, size in zip(element.properties, sizes, strict=True)]
+        for _ in range(rows):
+            begin = at
+            places.clear()
+            for length, size, item in whole:
+                if length:
+                    places.append(at - begin)
+                    count = self._length(element, length, at)
+                    counts.append(count)
+                    at += count * item
+                at += size
+        if at > len(self.data):
+            what = f"the lists of {element.name} end {at - len(self.data)} values or bytes after the file"
+            raise BadInput(what, where=self.path, right="a whole file")
+        return np.array(counts, np.int64).reshape(rows, -1), places, at
+
+    def _length(self, element: Element, kind: str, at: int) -> int:
+        """Return the length of a list; BadInput where there is none or it is longer than the file."""
+        found = self.number(kind, at) if at + self.size(kind) <= len(self.data) else -1
+        if not 0 <= found <= len(self.data) or found != int(found):
+            what = f"a list of {element.name} has {found:g} values"
+            raise BadInput(what, where=self.path, right=f"0 to {len(self.data) - at}: the file has no more")
+        return int(found)
+
+
+class BinaryRows(Rows):
+    """Values of a binary file, in bytes."""
+
+    def __init__(self, data: bytes, order: str, path: Path) -> None:
+        super().__init__(np.frombuffer(data, np.uint8), path)
+        self.order, self.bytes = order, data
+
+    def size(self, kind: str) -> int:
+        """Return the number of bytes of a value."""
+        return int(kind[1])
+
+    def number(self, kind: str, at: int) -> float:
+        """Return the value at a byte."""
+        return struct.unpack_from(self.order + LETTERS[kind], self.bytes, at)[0]
+
+    def decode(self, units: np.ndarray, kind: str) -> np.ndarray:
+        """Return the values that bytes hold."""
+        whole = len(units) // self.size(kind) * self.size(kind)
+        return np.ascontiguousarray(units[:whole]).view(self.order + kind)
+
+
+class TextRows(Rows):
+    """Numbers of a text file."""
+
+    def __init__(self, text: bytes, path: Path) -> None:
+        count = np.count_nonzero(np.diff(np.isin(np.frombuffer(text, np.uint8), BLANKS).view(np.int8), prepend=1) < 0)
+        found = parse_numbers(text, int(count))
+        if found is None:
+            bad = next((w for w in re.finditer(rb"\S+", text) if not _is_number(w[0])), None)
+            what = f"{bad[0][:20].decode('latin-1') if bad else 'a word'!r} is not a number"
+            raise BadInput(what, where=path, right="numbers")
+        super().__init__(found, path)
+        self.numbers = found.data
+
+    def size(self, kind: str) -> int:
+        """Return the number of numbers of a value."""
+        return 1
+
+    def number(self, kind: str, at: int) -> float:
+        """Return a number of the text."""
+        return self.numbers[at]
+
+    def decode(self, units: np.ndarray, kind: str) -> np.ndarray:
+        """Return the numbers as values of a type."""
+        with np.errstate(invalid="ignore"):
+            return units.astype(kind)
+
+
+def _is_number(word: bytes) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+CORNERS = ("vertex_indices", "vertex_index")
+KNOWN = ("x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha")
+
+
+def read_ply_mesh(path: Path, group: str | None = None) -> Shape:
+    """Read the triangles of a file; BadInput where it has no polygons, or invalid ones."""
+    if group is not None:
+        raise BadInput("a PLY file has no groups", where=path, right="no group")
+    elements = read_ply(path)
+    points = vertices_of(elements, path)
+    faces = polygons_of(elements, path)
+    warn_of_unused(path, {*elements["vertex"], *elements["face"]} - {*KNOWN, *CORNERS})
+    corners = faces.values.astype(np.int64)
+    if not len(faces.counts) or faces.counts.min() < 3 or not 0 <= corners.min() <= corners.max() < len(points):
+        right = f"polygons of 3 corners or more, of the vertices 0 to {len(points) - 1}"
+        raise BadInput("a polygon is invalid", where=f"{path}, element face", right=right)
+    triangles = corners[triangulate(points[corners], faces.counts)].astype(np.int32)
+    return Shape(Mesh(points, triangles), np.repeat(np.arange(len(faces.counts)), faces.counts - 2))
+
+
+def read_ply_points(path: Path) -> tuple[np.ndarray, bytes]:
+    """Return the vertices of a file, (n, 3) float64, and a digest of its polygons."""
+    elements = read_ply(path)
+    faces = polygons_of(elements, path)
+    parts = (np.asarray(values, np.int64).tobytes() for values in faces)
+    return vertices_of(elements, path), hashlib.blake2b(b"".join(parts)).digest()
+
+
+def vertices_of(elements: dict[str, Columns], path: Path) -> np.ndarray:
+    """Return the positions of the vertices, (n, 3) float64; BadInput where they are missing or not finite."""
+    columns = [elements.get("vertex", {}).get(name) for name in "xyz"]
+    if not all(isinstance(column, np.ndarray) for column in columns):
+        raise BadInput("there are no positions", where=path, right="an element vertex with x, y and z")
+    points = np.stack([np.asarray(column, np.float64) for column in columns], axis=1)
+    bad = ~(np.abs(points) <= LARGEST).all(axis=1)
+    if bad.any():
+        raise BadInput(f"vertex {bad.argmax()} is not finite", where=path, right="finite numbers")
+    return points
+
+
+def polygons_of(elements: dict[str, Columns], path: Path) -> Lists:
+    """Return the corners of the polygons; BadInput where there are none."""
+    face = elements.get("face", {})
+    found = next((face[name] for name in CORNERS if name in face), None)
+    if not isinstance(found, Lists):
+        right = f"an element face with a list {' or '.join(CORNERS)}"
+        raise BadInput("there are no polygons", where=path, right=right)
+    return found

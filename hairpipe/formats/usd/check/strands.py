@@ -1,0 +1,243 @@
+"""Rules for strands: constant lengths above 0, those of the groom at rest."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from pxr import UsdGeom
+
+from hairpipe.formats.usd.check.finding import Fault, Rule
+from hairpipe.formats.usd.check.roots import authored_roots
+from hairpipe.formats.usd.check.scene import REST, Scene, Snapshot, Track
+
+COLLAPSED = 0.01  # of the median length
+COINCIDENT = 1e-3  # of a strand's mean segment
+OTHER = (0.5, 2.0)  # lengths of a strand over that at rest of the same strand
+STRETCH = (0.8, 1.25)  # lengths of all strands over time
+APART = 8.0  # length ratio of a segment over time from which a single strand is reported
+TORN = (0.2, 2.0)  # of one segment over time
+SPIKE, ALONE = 8.0, 40.0  # length over the other segments of a strand: of many strands, and of a single one
+LEAST = 3  # fewest points of a strand with an outlier
+BEND, OPPOSITE = 0.2, -0.7  # change of direction over a segment, and cosine between two, of a zigzag
+ALTERNATING = 3  # fewest pairs of opposite changes in a row
+SOME = 0.01  # share of strands from which a rule reports
+SHORT = 0.2  # of the median length: shorter segments are ignored
+MUCH = 4.0  # ratio of misfits of tips and roots from which strands are reversed
+ROUGH = 0.01  # of a segment: step of a visible lattice
+OTHERS, PARTED = 0.05, 3.0  # share of strands with other neighbours, and distance ratio of these
+MANY = 500  # number of roots whose neighbours are found
+FEW = 8  # fewest places that define a lattice
+ON_LATTICE = 0.02  # tolerance of a lattice in single precision, over its step
+TINY = np.finfo(np.float64).tiny
+
+
+def collapsed(track: Track, hair: Snapshot) -> Iterator[Fault]:
+    """Find strands without length, and coincident points of a strand."""
+    if not hair.sound:
+        return
+    short = _short(hair)
+    alike = _coincident(hair)
+    if short.any():
+        message = f"strand {np.argmax(short)} has no length; {short.sum()} such, drop them or keep their shape"
+        yield Fault(track.path("points"), message, hair.code)
+    elif alike.any():
+        message = f"points of strand {np.argmax(alike)} lie on each other; {alike.sum()} such strands"
+        yield Fault(track.path("points"), f"{message}, which have no direction there", hair.code)
+
+
+def _short(hair: Snapshot) -> np.ndarray:
+    return hair.lengths <= COLLAPSED * np.median(hair.lengths)
+
+
+def _coincident(hair: Snapshot) -> np.ndarray:
+    """Return which strands have two coincident consecutive points, (c,), except doubled ends."""
+    mean = np.repeat(hair.lengths / (hair.counts - 1), hair.counts - 1)
+    alike = hair.segments < COINCIDENT * mean
+    if UsdGeom.BasisCurves(hair.prim).GetWrapAttr().Get() != UsdGeom.Tokens.pinned:
+        firsts = hair.roots - np.arange(len(hair.counts))
+        alike[firsts] = alike[firsts + hair.counts - 2] = False
+    return hair.per_strand(np.logical_or, alike)
+
+
+def spikes(track: Track, hair: Snapshot) -> Iterator[Fault]:
+    """Find strands with one segment far longer than all others."""
+    if not hair.sound:
+        return
+    longest = hair.per_strand(np.maximum, hair.segments)
+    others = (hair.lengths - longest) / np.maximum(hair.counts - 2, 1)
+    spiked = (hair.counts > LEAST) & (longest > SPIKE * others) & ~_short(hair)
+    if spiked.mean() > SOME or (spiked & (longest > ALONE * others)).any():
+        message = f"strand {np.argmax(spiked)} has a segment {SPIKE:g} times as long as its others"
+        yield Fault(track.path("points"), f"{message}; {spiked.sum()} such strands", hair.code)
+
+
+def zigzags(track: Track, hair: Snapshot) -> Iterator[Fault]:
+    """Find strands whose points alternate from side to side, or forwards and backwards.
+
+    The direction changes at four points in a row, every time nearly opposite to the change before. The changes of a
+    helix with n points a turn are 360 / n degrees apart: with 2.7 and more it has no zigzags.
+    """
+    if not hair.sound or hair.counts.max() < ALTERNATING + 3:
+        return
+    edges = np.diff(hair.points.astype(np.float64), axis=0)
+    lengths = np.linalg.norm(edges, axis=1)
+    turns = np.diff(edges, axis=0)
+    sizes = np.linalg.norm(turns, axis=1)
+    sharp = sizes > BEND * np.minimum(lengths[:-1], lengths[1:])
+    opposite = (turns[:-1] * turns[1:]).sum(axis=1) < OPPOSITE * sizes[:-1] * sizes[1:]
+    swings = opposite & sharp[:-1] & sharp[1:]  # of the points i to i + 3
+    rows = np.logical_and.reduce([swings[k : len(swings) + 1 + k - ALTERNATING] for k in range(ALTERNATING)])
+    owners = np.repeat(np.arange(len(hair.counts)), hair.counts)
+    begins = np.flatnonzero(rows)
+    whole = owners[begins] == owners[begins + ALTERNATING + 2]
+    found = np.unique(owners[begins[whole]])
+    if len(found) > SOME * len(hair.counts):
+        message = f"of strand {found[0]} alternate from side to side; {len(found)} such strands"
+        yield Fault(track.path("points"), f"{message}; points are in order, curls have 3 or more a turn", hair.code)
+
+
+def stretch(track: Track, hair: Snapshot) -> Iterator[Fault]:
+    """Find strands whose length changes."""
+    before = track.reference
+    if before is None or not hair.sound or not np.array_equal(hair.counts, before.counts):
+        return
+    kept = ~(_short(hair) | _coincident(hair) | _short(track.first))
+    ratio = float(np.median((hair.lengths / np.maximum(before.lengths, TINY))[kept])) if kept.any() else 1.0
+    if not STRETCH[0] <= ratio <= STRETCH[1]:
+        yield Fault(track.path("points"), f"make strands {ratio:.3g} times as long as they were", hair.code)
+        return
+    parts = hair.segments / np.maximum(before.segments, TINY)
+    minded = before.segments > SHORT * np.median(before.segments)
+    torn = kept & hair.per_strand(np.logical_or, minded & ((parts < TORN[0]) | (parts > TORN[1])))
+    apart = kept & hair.per_strand(np.logical_or, minded & (parts > APART))
+    if torn.mean() > SOME or apart.any():
+        torn = torn if torn.mean() > SOME else apart
+        worst = hair.per_strand(np.maximum, np.where(minded, parts, 0))[np.argmax(torn)]
+        message = f"stretch a segment of strand {np.argmax(torn)} to {worst:.2g} times its length"
+        yield Fault(track.path("points"), f"{message}; {torn.sum()} such strands", hair.code)
+
+
+def widths_steady(track: Track, hair: Snapshot) -> Iterator[Fault]:
+    """Find widths that change in time, so that hair flickers."""
+    before = track.first.array("widths")
+    now = hair.array("widths")
+    if before is None or now is None or len(before) != len(now) or not len(now):
+        return
+    thick = before > 0
+    changed = thick & ((now > OTHER[1] * before) | (now < OTHER[0] * before))
+    if changed.sum() > SOME * len(now):
+        message = (
+            f"element {np.argmax(changed)} is {now[np.argmax(changed)]:.3g} and was {before[np.argmax(changed)]:.3g}"
+        )
+        yield Fault(track.path("widths"), f"{message}; {changed.sum()} such, hair keeps its width", hair.code)
+
+
+def rounded(track: Track, hair: Snapshot) -> Iterator[Fault]:
+    """Find rounded points: moving hair is not on a lattice."""
+    if not hair.sound or not track.moves or hair.code != track.points[-1]:
+        return
+    steps = [_lattice(hair.points[:, axis]) for axis in range(3)]
+    if min(steps) > ROUGH * np.median(hair.segments):
+        message = f"lie on a lattice of {min(steps):.2g}, {np.median(hair.segments) / min(steps):.2g} steps a segment"
+        yield Fault(track.path("points"), f"{message}; single precision is right", hair.code)
+
+
+def _lattice(values: np.ndarray) -> float:
+    """Return the step of which all values are multiples, 0 for none or a negligible one."""
+    places = np.unique(values.astype(np.float64))
+    step = float(np.diff(places).min()) if len(places) > FEW else 0.0
+    if not step:
+        return 0.0
+    step = np.ptp(places) / np.round(np.ptp(places) / step)  # what single precision has made of the least is inexact
+    off = (places - places[0]) / step
+    return float(step) if np.abs(off - np.round(off)).max() < ON_LATTICE else 0.0
+
+
+def rest(scene: Scene) -> Iterator[Fault]:
+    """Find a rest pose in another unit than the hair, or of other strands."""
+    for track in scene.hair:
+        if track.still is None or not np.median(track.first.lengths):
+            yield from _without_rest(track)
+            continue
+        ratio = float(np.median(track.growth))
+        apart = ((track.growth < OTHER[0]) | (track.growth > OTHER[1])) & ~_short(track.first)
+        if not REST[0] <= ratio <= REST[1]:
+            message = f"has strands {ratio:.3g} times as long as points has; it is in the unit of the points"
+            yield Fault(track.path("primvars:pref"), message)
+        elif apart.mean() > SOME:
+            message = f"strand {np.argmax(apart)} is {track.growth[np.argmax(apart)]:.2g} times as long as in points"
+            yield Fault(track.path("primvars:pref"), f"{message}; {apart.sum()} such strands, are they others?")
+        elif _is_reversed(track.first, track.still):
+            yield Fault(track.path("primvars:pref"), "has its tips where points has its roots; the root comes first")
+        elif _is_mirrored(track.first, track.still) and stands(scene, track):
+            yield Fault(track.path("primvars:pref"), "is a mirror image of points; mirror it back")
+        elif (others := _scrambled(track.first, track.still)) > OTHERS:
+            message = (
+                f"{others:.0%} of strands have other neighbours there than in points: they belong to other strands"
+            )
+            yield Fault(track.path("primvars:pref"), message)
+
+
+def stands(scene: Scene, track: Track) -> bool:
+    """Return whether hair is on a skin at its first time, or on an unknown one."""
+    roots = authored_roots(scene, track)
+    return roots is None or bool(np.median(roots.misses(track.first, track.first.code)) <= roots.reach)
+
+
+def _without_rest(track: Track) -> Iterator[Fault]:
+    bound, rested = (
+        any(track.prim.GetAttribute(f"primvars:{name}").HasAuthoredValue() for name in names)
+        for names in (("skinprim", "skinprimuv"), ("pref", "Pref", "rest"))
+    )
+    if bound and not rested:
+        yield Fault(track.path("primvars:pref"), "has no value; hair that is bound to a skin needs its rest pose")
+
+
+def _scrambled(hair: Snapshot, still: Snapshot) -> float:
+    """Return the share of strands whose nearest neighbour at the root is far at rest, 0 for few strands.
+
+    Neighbours on a deforming skin are the same; strands in another order have others.
+    """
+    if len(hair.counts) < FEW:
+        return 0.0
+    some = np.unique(np.linspace(0, len(hair.counts) - 1, MANY).astype(np.int64))
+    roots = hair.points[hair.roots[some]].astype(np.float64)
+    rests = still.points[still.roots[some]].astype(np.float64)
+    apart = np.linalg.norm(roots[:, None] - roots, axis=2)
+    np.fill_diagonal(apart, np.inf)
+    nearest = apart.argmin(axis=1)
+    now = apart[np.arange(len(some)), nearest]
+    then = np.linalg.norm(rests - rests[nearest], axis=1)
+    return float((then > PARTED * now + ROUGH * np.ptp(rests, axis=0).max()).mean())
+
+
+def _is_reversed(hair: Snapshot, still: Snapshot) -> bool:
+    """Return whether the roots match the tips at rest, and not the roots."""
+    if len(hair.counts) < FEW:
+        return False
+    here = hair.points[hair.roots]
+    return _unlike(here, still.points[still.tips]) < _unlike(here, still.points[still.roots]) / MUCH
+
+
+def _is_mirrored(hair: Snapshot, still: Snapshot) -> bool:
+    """Return whether the roots match a mirror image of those at rest, and not those."""
+    here, there = hair.points[hair.roots], still.points[still.roots]
+    return len(here) >= FEW and _unlike(here, there * np.array([-1, 1, 1], np.float32)) < _unlike(here, there) / MUCH
+
+
+def _unlike(these: np.ndarray, those: np.ndarray) -> float:
+    """Return the distance of two ordered sets of places after the best rigid alignment (Kabsch)."""
+    a, b = (places.astype(np.float64) - places.mean(axis=0, dtype=np.float64) for places in (these, those))
+    left, _, right = np.linalg.svd(a.T @ b)
+    turn = left @ np.diag([1, 1, np.linalg.det(left @ right)]) @ right
+    return float(np.sqrt(((a @ turn - b) ** 2).sum(axis=1).mean()))
+
+
+FRAME_RULES = (
+    Rule("collapsed", "error", collapsed),
+    Rule("spike", "warning", spikes),
+    Rule("zigzag", "warning", zigzags),
+    Rule("stretch", "error", stretch),
+    Rule("widths-steady", "warning", widths_steady),
+    Rule("rounded", "warning", rounded),
+)
+RULES = (Rule("rest", "error", rest),)

@@ -1,0 +1,209 @@
+"""Rules for velocities, which agree with the motion of the points, in units per second, and for accelerations."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from hairpipe.formats.usd.check.finding import Fault, Rule
+from hairpipe.formats.usd.check.roots import find_roots
+from hairpipe.formats.usd.check.scene import Scene, Snapshot, Track
+from hairpipe.formats.usd.check.strand_motion import velocities_of_strands
+
+MISFIT = 0.75  # largest relative difference of a step and its velocities, which are those of instants between
+SLIGHT = 0.1  # of the usual step: smaller steps are ignored
+EXACT = 0.015  # tolerance of the scale of all velocities, beyond their scatter
+BELONG = 0.3  # least correlation of velocities with the displacement of the points
+LATE = 0.25  # ratio of misfits from which velocities are those of another frame
+MOVES_NONE = "are not 0, but points stand still"
+ROUNDING = 64 * np.finfo(np.float32).eps  # of positions, in parts of the largest
+WILD = (0.2, 5.0)  # accelerations over the change of the velocities
+
+
+class Sums(NamedTuple):
+    """Products of displacements by authored velocities and of observed ones, summed over a shot."""
+
+    authored: float
+    both: float
+    seen: float
+
+    def add(self, authored: np.ndarray, seen: np.ndarray) -> "Sums":
+        """Return the sums with two more arrays of one shape."""
+        a = authored.ravel()
+        b = seen.ravel()
+        return Sums(self.authored + a @ a, self.both + a @ b, self.seen + b @ b)
+
+    @property
+    def scale(self) -> float:
+        """Return the factor that fits authored to observed displacements."""
+        return float(self.both / self.authored) if self.authored else 1.0
+
+    @property
+    def correlation(self) -> float:
+        """Return the correlation of both, 1 for proportional ones."""
+        product = np.sqrt(self.authored) * np.sqrt(self.seen)
+        return float(self.both / product) if product else 1.0
+
+
+NONE = Sums(0.0, 0.0, 0.0)
+
+
+def velocity_match(scene: Scene) -> Iterator[Fault]:
+    """Find velocities that do not agree with the motion of the points: of another unit, rate, sign or frame."""
+    for track in [*scene.hair, *scene.meshes]:
+        if track.moves and track.prim.GetAttribute("velocities").HasValue():
+            message = next(_overall(track), "")
+            if message:
+                yield Fault(track.path("velocities"), f"{message}; units per second are right", track.first.code)
+            elif steps := list(_step_by_step(track)):
+                yield from steps
+            elif track.first.curves:
+                yield from velocities_of_strands(track)
+
+
+def _overall(track: Track) -> Iterator[str]:
+    """Report the faults of the whole shot.
+
+    x1 - x-1 = dt/3 (v-1 + 4 v0 + v1) up to the fifth derivative of x (Simpson's rule).
+    """
+    right, late, early = NONE, NONE, NONE
+    authored_before = seen_before = None
+    rate = track.prim.GetStage().GetTimeCodesPerSecond()
+    for trio in _trios(track):
+        authored, seen = _simpson(trio, rate)
+        right = right.add(authored, seen)
+        if authored_before is not None and seen_before is not None and len(authored_before) == len(authored):
+            late = late.add(authored, seen_before)
+            early = early.add(authored_before, seen)
+        authored_before, seen_before = authored, seen
+    noise = ROUNDING * np.sqrt(track.first.points.size) * np.abs(track.first.points).max(initial=0)
+    if max(right.authored, right.seen) <= noise**2:
+        return
+    scatter = np.sqrt(max(0.0, 1 - right.correlation**2))
+    near = min(1 - late.correlation, 1 - early.correlation) if late.authored else 1.0
+    if near < LATE * (1 - right.correlation) and 1 - right.correlation > EXACT**2:
+        yield f"are those of the frame {'before' if early.correlation > late.correlation else 'after'}"
+    elif right.correlation < -BELONG:
+        yield "point backwards"
+    elif right.correlation < BELONG:
+        yield "do not belong to these points"
+    elif abs(right.scale - 1) > max(EXACT, scatter):
+        yield f"are {np.sqrt(right.authored / max(right.seen, 1e-300)):.3g} times the motion of the points"
+
+
+def _trios(track: Track) -> Iterator[list[Snapshot]]:
+    """Yield triples of consecutive samples at equal intervals that can be compared."""
+    held: list[Snapshot] = []
+    for shape in (track.at(time) for time in track.points):
+        held = [*held[-2:], shape] if held and not track.is_cut(held[-1], shape) else [shape]
+        times = [s.time.GetValue() for s in held]
+        if len(held) == 3 and np.isclose(times[2] - times[1], times[1] - times[0]) and _alike(held):
+            yield held
+
+
+def _alike(shapes: list[Snapshot]) -> bool:
+    given = [array for shape in shapes for array in (shape.points, shape.array("velocities", 3))]
+    arrays = [array for array in given if array is not None and len(array) == len(shapes[0].points)]
+    return len(arrays) == len(given) and all(np.isfinite(array).all() for array in arrays)
+
+
+def _simpson(trio: list[Snapshot], rate: float) -> tuple[np.ndarray, np.ndarray]:
+    arrays = [shape.array("velocities", 3) for shape in trio]
+    before, now, after = (np.asarray(array, np.float64) for array in arrays)
+    dt = (trio[1].time.GetValue() - trio[0].time.GetValue()) / rate
+    return dt / 3 * (before + 4 * now + after), trio[2].points.astype(np.float64) - trio[0].points
+
+
+class Step(NamedTuple):
+    """Displacement between two samples, and its difference to that by velocities [scene units]."""
+
+    code: float
+    after: float
+    authored: float
+    seen: float
+    misfit: float
+    noise: float
+
+
+def _step_by_step(track: Track) -> Iterator[Fault]:
+    """Find single samples with wrong velocities."""
+    steps = list(_steps(track))
+    usual = np.median([max(step.authored, step.seen) for step in steps]) if steps else 0.0
+    for step in steps:
+        larger = max(step.authored, step.seen)
+        if step.misfit > max(MISFIT * larger, step.noise) and larger > SLIGHT * usual:
+            text = f"are {step.authored / step.seen:.2g} times the motion of the points" if step.seen else MOVES_NONE
+            why = (
+                "of another unit or frame, or the shape accelerates within the frame, as hair from rest in a wind does"
+            )
+            yield Fault(track.path("velocities"), f"{text} to {step.after:g}: {why}", step.code)
+
+
+def _steps(track: Track) -> Iterator[Step]:
+    """Compare neighbours: (v0 + v1) / 2 = (x1 - x0) / (t1 - t0), up to the third derivative of x."""
+    rate = track.prim.GetStage().GetTimeCodesPerSecond()
+    before = None
+    for now in (track.at(time) for time in track.points):
+        before = None if before is None or track.is_cut(before, now) else before
+        arrays = [] if before is None else [before.points, now.points, before.array("velocities", 3)]
+        arrays += [now.array("velocities", 3)]
+        if before is not None and all(a is not None and len(a) == len(now.points) for a in arrays):
+            sound = np.logical_and.reduce([np.isfinite(array).all(axis=1) for array in arrays])
+            start, end, v0, v1 = (array[sound].astype(np.float64) for array in arrays)
+            authored = (v0 + v1) / 2 * (now.time.GetValue() - before.time.GetValue()) / rate
+            seen = end - start
+            most = max(np.abs(start).max(initial=0), np.abs(end).max(initial=0))
+            norms = (float(np.linalg.norm(array)) for array in (authored, seen, authored - seen))
+            yield Step(before.code, now.code, *norms, ROUNDING * np.sqrt(start.size) * most)
+        before = now
+
+
+def velocities_missing(scene: Scene) -> Iterator[Fault]:
+    """Find hair, and skin under it, that moves without velocities: motion blur separates them."""
+    for track in scene.hair:
+        attribute = track.prim.GetAttribute("velocities")
+        if track.moves and not attribute.HasValue():
+            yield Fault(track.path("velocities"), "has no value; moving hair needs them, in units per second")
+        elif not track.moves and attribute.HasValue():
+            yield from _frozen(track)
+        roots = find_roots(scene, track) if track.moves and attribute.HasValue() else None
+        if roots and roots.mesh.moves and not roots.mesh.prim.GetAttribute("velocities").HasValue():
+            message = f"has no value, while {track.prim.GetPath()} on it has; what moves together is blurred together"
+            yield Fault(roots.mesh.path("velocities"), message)
+
+
+def _frozen(track: Track) -> Iterator[Fault]:
+    stage = track.prim.GetStage()
+    hair = track.first
+    speed = hair.array("velocities", 3)
+    if not hair.sound or speed is None or not stage.GetEndTimeCode() > stage.GetStartTimeCode():
+        return
+    way = np.linalg.norm(speed, axis=1).max(initial=0) / stage.GetTimeCodesPerSecond()
+    if way > EXACT * np.median(hair.lengths):
+        span = f"{stage.GetStartTimeCode():g} to {stage.GetEndTimeCode():g}"
+        yield Fault(track.path("points"), f"has one value from {span}, but velocities that move it", hair.code)
+
+
+def acceleration_match(scene: Scene) -> Iterator[Fault]:
+    """Find accelerations that contradict the velocities: (a0 + a1) / 2 = (v1 - v0) / dt."""
+    for track in scene.hair:
+        sums = NONE
+        before = None
+        rate = track.prim.GetStage().GetTimeCodesPerSecond()
+        moves = track.moves and track.prim.GetAttribute("accelerations").HasValue()
+        for now in (track.at(time) for time in track.points) if moves else ():
+            arrays = [s.array(n, 3) for s in (before, now) if s is not None for n in ("velocities", "accelerations")]
+            if before is not None and all(a is not None and len(a) == len(now.points) for a in arrays):
+                v0, a0, v1, a1 = (np.nan_to_num(np.asarray(array, np.float64)) for array in arrays)
+                sums = sums.add((a0 + a1) / 2 * (now.time.GetValue() - before.time.GetValue()) / rate, v1 - v0)
+            before = now
+        if sums.seen > 0 and not (WILD[0] <= sums.scale <= WILD[1]):
+            message = f"change the velocities {sums.authored**0.5 / sums.seen**0.5:.2g} times as much as they change"
+            yield Fault(track.path("accelerations"), f"{message}; units per second squared are right", track.first.code)
+
+
+RULES = (
+    Rule("velocity-match", "warning", velocity_match),
+    Rule("velocities", "warning", velocities_missing),
+    Rule("acceleration-match", "warning", acceleration_match),
+)

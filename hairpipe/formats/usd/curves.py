@@ -1,0 +1,349 @@
+"""Curves of a stage as polylines in metres.
+
+Shapes of curves: polylines through the points of B-splines, Bezier curves and NURBS; others are their points.
+"""
+
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from pxr import UsdGeom
+
+from hairpipe.errors import BadInput
+from hairpipe.formats.usd.attributes import (
+    colours,
+    groups,
+    guides,
+    maps,
+    own_ids,
+    rest_points,
+    root_uv,
+    strand_ids,
+    unused_primvars,
+    widths,
+)
+from hairpipe.formats.usd.stage import (
+    go_to,
+    location,
+    move,
+    numbers,
+    open_whole,
+    place,
+    read_time,
+    shaped,
+    shown,
+    time_of,
+    usd_faults,
+)
+from hairpipe.plain_file import Absent
+from hairpipe.values.groom import Curves, numbered
+
+STEPS = 8  # chords per span of an approximating cubic: an error of 1/64 of its sagitta
+BEYOND = {UsdGeom.Tokens.catmullRom: 1, UsdGeom.Tokens.bspline: STEPS}
+"""Number of points at either end that a curve without pins does not reach."""
+BSPLINE = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6
+BEZIER = np.array([[1, 0, 0, 0], [-3, 3, 0, 0], [3, -6, 3, 0], [-1, 3, -3, 1.0]])
+CUBIC = 4  # order of a NURBS curve
+
+
+class Nurbs:
+    """Orders, knots and weights of the curves of a prim.
+
+    orders   (S,) int64
+    knots    of each curve, (n + order,) float64
+    weights  of the points of each curve, (n,) float64
+    """
+
+    def __init__(self, curves: UsdGeom.NurbsCurves, counts: np.ndarray, where: str) -> None:
+        orders = numbers(curves.GetOrderAttr(), kind=np.int64)
+        knots, weights = (numbers(a) for a in (curves.GetKnotsAttr(), curves.GetPointWeightsAttr()))
+        if len(orders) != len(counts):
+            raise BadInput(
+                f"order has {len(orders)} values", where=where, right=f"one for each of {len(counts)} curves"
+            )
+        if len(knots) != (counts + orders).sum():
+            right = f"points and order of each curve, {(counts + orders).sum()} in all"
+            raise BadInput(f"there are {len(knots)} knots", where=where, right=right)
+        if len(weights) not in (0, counts.sum()) or (weights <= 0.0).any():
+            right = f"a positive number for each of {counts.sum()} points, or none"
+            raise BadInput(f"pointWeights has {len(weights)} values", where=where, right=right)
+        ranges = numbers(curves.GetRangesAttr(), 2)
+        self.orders = orders
+        self.knots = np.split(knots, np.cumsum(counts + orders)[:-1])
+        self.weights = np.split(weights if len(weights) else np.ones(counts.sum()), np.cumsum(counts)[:-1])
+        whole = [
+            (own[order - 1], own[-order]) for own, order in zip(self.knots, orders, strict=True) if len(own) > order
+        ]
+        if len(ranges) and not (len(ranges) == len(whole) and np.allclose(ranges, whole)):
+            raise BadInput("ranges are parts of the curves", where=where, right="those of the knots, or none")
+
+    def polyline(self, i: int, points: np.ndarray, where: str) -> np.ndarray:
+        """Return STEPS points a span of curve i and its end, from its control points (n, k); (m, k) float64."""
+        knots = self.knots[i]
+        weights = self.weights[i][:, None]
+        if self.orders[i] != CUBIC:
+            raise BadInput(
+                f"the NURBS curve has the order {self.orders[i]}", where=where, right=f"{CUBIC}: a cubic one"
+            )
+        if len(points) < CUBIC:
+            raise BadInput(f"the NURBS curve has {len(points)} points", where=where, right=f"{CUBIC} or more")
+        if len(points) > CUBIC and np.array_equal(points[: CUBIC - 1, :3], points[1 - CUBIC :, :3]):
+            raise BadInput("the NURBS curve is periodic", where=where, right="an open curve, with a root and a tip")
+        spans = np.flatnonzero(np.diff(knots[CUBIC - 1 : 1 - CUBIC]) > 0.0) + CUBIC - 1
+        if (np.diff(knots) < 0.0).any() or not len(spans):
+            raise BadInput("the knots do not ascend", where=where, right="knots that ascend")
+        at = np.concatenate([np.linspace(knots[s], knots[s + 1], STEPS, endpoint=False) for s in spans])
+        at = np.append(at, knots[spans[-1] + 1])
+        return de_boor(knots, np.append(np.repeat(spans, STEPS), spans[-1]), at, np.hstack([points * weights, weights]))
+
+
+def de_boor(knots: np.ndarray, spans: np.ndarray, at: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return places on a cubic NURBS curve by de Boor's algorithm, (m, k); pure.
+
+    spans   span of each parameter: knots[s] <= t <= knots[s+1], (m,)
+    at      parameters, (m,)
+    points  control points times their weights, and the weights in the last column, (n, k+1)
+    """
+    degree = CUBIC - 1
+    rows = points[spans[:, None] + np.arange(-degree, 1)]
+    for level in range(1, CUBIC):
+        for j in range(degree, level - 1, -1):
+            low = knots[spans + j - degree]
+            high = knots[spans + j + 1 - level]
+            share = ((at - low) / np.where(high > low, high - low, 1.0))[:, None]
+            rows[:, j] = (1.0 - share) * rows[:, j - 1] + share * rows[:, j]
+    return rows[:, degree, :-1] / rows[:, degree, -1:]
+
+
+def polyline(curves: UsdGeom.Curves, points: np.ndarray, where: str) -> tuple[np.ndarray, int]:
+    """Return points on a curve pinned at both ends, (n, k) float64, and the number beyond either end of the curve.
+
+    The points of an interpolating curve are unchanged.
+    """
+    cubic = curves.GetTypeAttr().Get() == UsdGeom.Tokens.cubic
+    basis = curves.GetBasisAttr().Get()
+    wrap = curves.GetWrapAttr().Get()
+    if wrap == UsdGeom.Tokens.periodic:
+        raise BadInput("the curve is closed", where=where, right="wrap pinned or nonperiodic")
+    if len(points) < 2:
+        raise BadInput(f"the curve has {len(points)} points", where=where, right="2 or more")
+    if not cubic:
+        return points, 0
+    pinned = wrap == UsdGeom.Tokens.pinned
+    if basis in BEYOND and not pinned and len(points) < 4:
+        name = "Catmull-Rom curve" if basis == UsdGeom.Tokens.catmullRom else "B-spline"
+        raise BadInput(f"the {name} has {len(points)} points", where=where, right="4 or more, or wrap pinned")
+    if basis == UsdGeom.Tokens.catmullRom:
+        return points, 0 if pinned else BEYOND[basis]
+    if basis == UsdGeom.Tokens.bspline:
+        return _bspline(points), 0 if pinned else BEYOND[basis]
+    if basis == UsdGeom.Tokens.bezier:
+        return _bezier(points, where), 0
+    raise BadInput(f"the basis is {basis}", where=where, right="catmullRom, bspline or bezier")
+
+
+def _bspline(points: np.ndarray) -> np.ndarray:
+    """Return points on a uniform cubic B-spline that is pinned by mirroring its ends, p[-1] = 2 p[0] - p[1].
+
+    That of the same points without wrap pinned is the same curve without its first and its last span.
+    """
+    points = np.concatenate([[2 * points[0] - points[1]], points, [2 * points[-1] - points[-2]]])
+    return _sample(BSPLINE, np.arange(len(points) - 3), points)
+
+
+def _bezier(points: np.ndarray, where: str) -> np.ndarray:
+    if len(points) < 4 or len(points) % 3 != 1:
+        raise BadInput(f"the Bezier curve has {len(points)} points", where=where, right="4, 7, 10, ...")
+    return _sample(BEZIER, np.arange(0, len(points) - 1, 3), points)
+
+
+def _sample(basis: np.ndarray, spans: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return STEPS points a span and the end of the last; a span s is controlled by points[s:s+4].
+
+    p(t) = (1, t, t^2, t^3) basis (p[s], p[s+1], p[s+2], p[s+3])
+    """
+    powers = np.vander(np.linspace(0, 1, STEPS + 1), 4, increasing=True)
+    curve = np.einsum("tk,kp,spx->stx", powers, basis, points[spans[:, None] + np.arange(4)])
+    return np.concatenate([curve[:, :-1].reshape(-1, points.shape[1]), curve[-1, -1:]])
+
+
+NAMED = 5  # number of curves in a message
+
+
+def read(
+    path: Path, prim: str | None, time: float | None = None, guides: bool = False, absent: Absent = "refuse"
+) -> Curves:
+    """Read the visible curves at or under a prim; see `hairpipe.formats.usd.meshes.read_curves`."""
+    with usd_faults(path):
+        stage = open_whole(path, prim, absent)
+        go_to(stage, time)
+        kinds = (UsdGeom.BasisCurves, UsdGeom.NurbsCurves)
+        found = shown(stage, prim, *kinds, guides="also" if guides else "only")
+        prims = [(UsdGeom.NurbsCurves if p.IsA(UsdGeom.NurbsCurves) else UsdGeom.BasisCurves)(p) for p in found]
+        parts = [_read_part(curves) for curves in prims]
+        time = read_time([curves.GetPrim() for curves in prims], time)
+        pairs = zip(prims, parts, strict=True)
+        unused = sorted({name for curves, part in pairs for name in unused_primvars(curves, part.maps)})
+    if unused:
+        warnings.warn(f"{path}: primvars that are not used: {', '.join(unused)}", stacklevel=2)
+    lines = [line for part in parts for line in part.lines]
+    if not lines:
+        raise BadInput("the curves have no points", where=path, right="at least one curve")
+    columns = np.concatenate(lines)
+    offsets = np.cumsum([0] + [len(line) for line in lines]).astype(np.int32)
+    return Curves(
+        np.ascontiguousarray(columns[:, :3]),
+        offsets,
+        own_ids(np.concatenate([part.ids for part in parts]), path),
+        np.zeros(len(lines), bool),
+        np.concatenate([part.spare for part in parts]),
+        np.ascontiguousarray(columns[:, 3:6]) if any(part.rested for part in parts) else None,
+        _known_widths(columns[:, 6], offsets, path),
+        time,
+        _joined([part.uv for part in parts], parts, 0.0),
+        *_joined_groups(parts, [curves.GetPrim().GetName() for curves in prims]),
+        _joined([part.guides for part in parts], parts, False),
+        np.nan_to_num(columns[:, 7:]).astype(np.float32) if any(part.coloured for part in parts) else None,
+        _joined_maps(parts),
+    )
+
+
+def _joined(values: Sequence[np.ndarray | None], parts: list["_Part"], blank: object) -> np.ndarray | None:
+    """Return values of the strands of all parts, (S, ...), with a blank in parts without them; None without any."""
+    given = next((found for found in values if found is not None), None)
+    if given is None:
+        return None
+    pairs = zip(values, parts, strict=True)
+    shapes = ((found, (len(part.ids), *given.shape[1:])) for found, part in pairs)
+    return np.concatenate([np.full(shape, blank, given.dtype) if found is None else found for found, shape in shapes])
+
+
+def _joined_maps(parts: list["_Part"]) -> dict[str, np.ndarray]:
+    """Return the maps of the strands of all parts, (S,) each: 0 in parts without them."""
+    names = sorted({name for part in parts for name in part.maps})
+    return {n: np.concatenate([part.maps.get(n, np.zeros(len(part.ids))) for part in parts]) for n in names}
+
+
+def _joined_groups(parts: list["_Part"], names: list[str]) -> tuple[np.ndarray | None, tuple[str, ...]]:
+    """Return the group of each strand, (S,) int32, and their names; of several prims without groups each is one."""
+    labels = [part.groups for part in parts]
+    if all(groups is None for groups in labels) and len(parts) == 1:
+        return None, ()
+    pairs = zip(labels, parts, names, strict=True)
+    return numbered(np.concatenate([np.full(len(p.ids), n) if found is None else found for found, p, n in pairs]))
+
+
+class _Part(NamedTuple):
+    """The curves of one prim.
+
+    lines     points of each with rest shape, width and colour, (n, 10) float64; NaN without a width or colour
+    spare     number of points beyond either end of each, (S,) int64
+    ids       ids of the prim, (S,) int64, or NONE
+    rested    whether the prim has a rest shape
+    coloured  whether it has colours
+    uv        texture coordinates of the roots, (S, 2)
+    groups    group of each strand as text, (S,)
+    guides    whether each strand is a guide, (S,)
+    maps      values of each strand by the names of their primvars, (S,) each
+    """
+
+    lines: list[np.ndarray]
+    spare: np.ndarray
+    ids: np.ndarray
+    rested: bool
+    coloured: bool
+    uv: np.ndarray | None
+    groups: np.ndarray | None
+    guides: np.ndarray | None
+    maps: dict[str, np.ndarray]
+
+
+def _read_part(curves: UsdGeom.Curves) -> _Part:
+    attribute = curves.GetPointsAttr()
+    points = shaped(attribute.Get(time_of(curves.GetPrim())), attribute, 3)
+    counts = numbers(curves.GetCurveVertexCountsAttr(), kind=np.int64)
+    where = location(curves.GetPrim())
+    if counts.sum() != len(points) or (counts < 0).any():
+        right = f"the number of points, {len(points)}"
+        raise BadInput(f"curveVertexCounts sum to {counts.sum()}", where=where, right=right)
+    matrix = place(curves.GetPrim())
+    rest = rest_points(curves, len(points))
+    columns = np.column_stack([move(matrix, points), move(matrix, points if rest is None else rest)])
+    strands = np.split(columns, np.cumsum(counts)[:-1]) if len(counts) else []
+    scale = np.cbrt(abs(np.linalg.det(matrix[:3, :3])))
+    thick = widths(curves, counts)
+    tint = colours(curves, counts)
+    given = [[w[:, None] * scale, np.full((1, 3), np.nan) if tint is None else tint[i]] for i, w in enumerate(thick)]
+    nurbs = Nurbs(curves, counts, where) if isinstance(curves, UsdGeom.NurbsCurves) else None
+    lines = list[np.ndarray]()
+    spare = list[int]()
+    faults = dict[int, BadInput]()
+    for i, strand in enumerate(strands):
+        values = [_at_points(held, len(strand)) for held in given[i]]
+        place_of = f"{where} curve {i}"
+        try:
+            whole = np.column_stack([strand, *values])
+            line, beyond = (
+                polyline(curves, whole, place_of) if nurbs is None else (nurbs.polyline(i, whole, place_of), 0)
+            )
+        except BadInput as fault:
+            faults[i] = fault
+            continue
+        for column, held in zip((slice(6, 7), slice(7, 10)), given[i], strict=True):
+            if len(held) != len(strand):
+                line[:, column] = _between(held, len(line), beyond)
+        lines.append(line)
+        spare.append(beyond)
+    _report(faults, len(strands), where)
+    kept = np.delete(np.arange(len(strands)), list(faults))
+    marks = (root_uv(curves, counts), groups(curves, len(counts)), guides(curves, len(counts)))
+    marks = (None if mark is None else mark[kept] for mark in marks)
+    ids = strand_ids(curves, len(counts))[kept]
+    painted = {name: values[kept] for name, values in maps(curves, len(counts)).items()}
+    return _Part(lines, np.array(spare, np.int64), ids, rest is not None, tint is not None, *marks, painted)
+
+
+def _report(faults: dict[int, BadInput], total: int, where: str) -> None:
+    """Warn of omitted curves, by their indices; raise the first fault where no curve is left."""
+    if faults and len(faults) == total:
+        raise next(iter(faults.values()))
+    if faults:
+        named = ", ".join(map(str, list(faults)[:NAMED])) + (f" and {len(faults) - NAMED} more" * (len(faults) > NAMED))
+        why = next(iter(faults.values())).what
+        warnings.warn(f"{where}: {len(faults)} of {total} curves are left out: {named}: {why}", stacklevel=3)
+
+
+def _at_points(values: np.ndarray, count: int) -> np.ndarray:
+    """Return values, (n, k), at `count` points, (count, k); unknown ones are interpolated.
+
+    All are NaN where none is known, or where their number does not match.
+    """
+    known = np.isfinite(values).all(axis=1)
+    if len(values) != count or not known.any():
+        return np.full((count, values.shape[1]), np.nan)
+    places = np.flatnonzero(known)
+    return np.stack([np.interp(np.arange(count), places, column[known]) for column in values.T], axis=1)
+
+
+def _between(values: np.ndarray, rows: int, beyond: int) -> np.ndarray:
+    """Return values at the points of a line, (rows, k), from those at the ends of its spans, (n, k), at equal steps.
+
+    beyond  points of the line before the curve begins
+    """
+    ends = np.linspace(beyond, rows - 1 - beyond, len(values))
+    filled = _at_points(values, len(values))
+    return np.stack([np.interp(np.arange(rows), ends, column) for column in filled.T], axis=1)
+
+
+def _known_widths(widths: np.ndarray, offsets: np.ndarray, path: Path) -> np.ndarray | None:
+    """Return the widths of all lines, (p,); their median where a line has none; None where no line has any."""
+    known = ~np.isnan(widths)
+    if not known.any():
+        return None
+    if not known.all():
+        bare = (~np.logical_and.reduceat(known, offsets[:-1])).sum()
+        message = f"{bare} of {len(offsets) - 1} curves have no valid widths, and get the median of the others"
+        warnings.warn(f"{path}: {message}", stacklevel=3)
+    return np.where(known, widths, np.median(widths[known]))

@@ -1,0 +1,431 @@
+"""Stages: creation, opening with clear messages, conversion to metres with Y up.
+
+Files and prims that a stage names and that do not exist: OpenUSD composes the rest without them.
+"""
+
+import re
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+import numpy as np
+from pxr import Pcp, Sdf, Tf, Usd, UsdGeom
+
+from hairpipe.apart import extend_time
+from hairpipe.errors import BadInput
+from hairpipe.formats.usd.layer_files import clip_names, find_layers, resolve
+from hairpipe.plain_file import Absent, checked_size
+
+DROPPED = (Pcp.ErrorInvalidAssetPath, Pcp.ErrorInvalidSublayerPath, Pcp.ErrorUnresolvedPrimPath)
+"""Errors of composition by which a reference, payload or sublayer is left out."""
+FORMS = (
+    r"Could not open asset @(?P<name>.*?)@ for (?P<kind>\w+) introduced by @(?P<file>.*?)@<(?P<prim>.*?)>",
+    r"Could not load (?P<kind>sublayer) @(?P<name>.*?)@ of layer @(?P<file>.*?)@",
+    r"Unresolved (?P<kind>\w+) prim path @(?P<name>.*?)@<(?P<target>.*?)> introduced by @(?P<file>.*?)@<(?P<prim>.*?)>",
+)
+"""Messages of OpenUSD, which has no other account of these errors."""
+RIGHT = 'all files of the stage, or absent = "warn" to read the rest'
+
+
+class Gap(NamedTuple):
+    """One file or prim that is absent.
+
+    path   of the prim of the stage that would have it
+    what   kind and name
+    where  referring layer and prim
+    """
+
+    path: Sdf.Path
+    what: str
+    where: str
+
+
+def check_whole(stage: Usd.Stage, prim: str | None, absent: Absent) -> None:
+    """Raise BadInput for an absent reference, payload, sublayer or value clip, or warn of all.
+
+    Inactive prims and variants that are not selected do not count. Those that a prim does not need are warned of.
+
+    prim  path or pattern of what is read; None for the whole stage
+    """
+    gaps = list(dict.fromkeys((*_left_out(stage), *_absent_clips(stage))))
+    needed = _needed_by(stage, prim)
+    for gap in gaps:
+        if absent == "refuse" and (needed is None or any(_is_related(gap.path, path) for path in needed)):
+            more = f", and {len(gaps) - 1} more" if len(gaps) > 1 else ""
+            raise BadInput(f"{gap.what}{more}", where=gap.where, right=RIGHT)
+        warnings.warn(f"{gap.where}: {gap.what}, and is left out", stacklevel=2)
+
+
+def _left_out(stage: Usd.Stage) -> Iterator[Gap]:
+    """Yield the references, payloads and sublayers that composition has left out."""
+    for error in stage.GetCompositionErrors():
+        prim = stage.GetPrimAtPath(error.rootSite.path)
+        if isinstance(error, DROPPED) and not (prim and not prim.IsActive()):
+            found = next((match for form in FORMS if (match := re.match(form, str(error)))), None)
+            yield Gap(
+                error.rootSite.path, *(_described(found) if found else (str(error), stage.GetRootLayer().realPath))
+            )
+
+
+def _described(found: re.Match[str]) -> tuple[str, str]:
+    """Return what is absent, and where it is named, from a message of OpenUSD."""
+    parts = found.groupdict()
+    file = Path(parts["file"])
+    name = parts["name"]
+    where = f"{file} {parts['prim']}" if parts.get("prim", "/") != "/" else str(file)
+    if target := parts.get("target"):
+        what = "a defaultPrim" if target == "defaultPrim" else f"the prim {target}"
+        return f"{name} does not have {what} of a {parts['kind']}", where
+    state = "cannot be read" if Path(name).is_absolute() and Path(name).exists() else "does not exist"
+    return f"the {parts['kind']} {name} {state}", where
+
+
+def _absent_clips(stage: Usd.Stage) -> Iterator[Gap]:
+    """Yield the value clips that do not exist, which USD does not report."""
+    for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
+        for spec in prim.GetPrimStack() if prim.HasAuthoredMetadata("clips") else ():
+            lost = [name for name in clip_names(spec) if not Path(resolve(spec.layer, name)).exists()]
+            if lost:
+                more = f" and {len(lost) - 1} more" if len(lost) > 1 else ""
+                what = f"the value clip {lost[0]}{more} {'do' if more else 'does'} not exist"
+                yield Gap(prim.GetPath(), what, f"{spec.layer.realPath} {spec.path}")
+
+
+def _needed_by(stage: Usd.Stage, prim: str | None) -> set[Sdf.Path] | None:
+    """Return the paths of a prim, its skeletons and their animations; None for all of the stage."""
+    if prim is None or set(prim) & set("*?[") or not Sdf.Path.IsValidPathString(prim):
+        return None
+    found = set[Sdf.Path]()
+    pending = [Sdf.Path(prim)]
+    while pending:
+        path = pending.pop()
+        if path in found:
+            continue
+        found.add(path)
+        at = stage.GetPrimAtPath(path)
+        below = Usd.PrimRange(at, Usd.TraverseInstanceProxies()) if at else ()
+        above = (stage.GetPrimAtPath(one) for one in path.GetParentPath().GetPrefixes())
+        for one in (*(a for a in above if a), *below):
+            bound = one.GetPropertiesInNamespace("skel")
+            pending += [target for r in bound if isinstance(r, Usd.Relationship) for target in r.GetForwardedTargets()]
+    return found
+
+
+def _is_related(one: Sdf.Path, other: Sdf.Path) -> bool:
+    """Whether one path is the other, above or below."""
+    return one.HasPrefix(other) or other.HasPrefix(one)
+
+
+DOUBLES = ("metersPerUnit", "timeCodesPerSecond", "framesPerSecond", "startTimeCode", "endTimeCode")
+"""Numbers of a layer, for which other programs write floats and whole numbers."""
+SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+NAMED = 5  # number of shapes in a message
+LINE = 160  # maximum length of a message of OpenUSD
+GUIDE = UsdGeom.Tokens.guide
+RENDERED = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)  # purposes
+Z_UP_TO_Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+
+
+def create_stage(path: Path, fps: float) -> Usd.Stage:
+    """Create a stage in metres with Y up, with frames as time codes, at `fps` frames per second [1/s]."""
+    stage = Usd.Stage.CreateNew(str(path))
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    stage.SetTimeCodesPerSecond(fps)
+    stage.SetFramesPerSecond(fps)
+    return stage
+
+
+def open_stage(path: Path) -> Usd.Stage:
+    """Open the file as a stage.
+
+    Raises BadInput if it is missing, a folder, not permitted, or not a USD file, or if one of its layers is not a file.
+    """
+    check_file(path)
+    with usd_faults(path):
+        layers = find_layers(path)  # keeps the layers open until the stage has them
+        extend_time(layers.bytes)
+        for layer in layers.open:
+            _hold_doubles(layer)
+        stage = Usd.Stage.Open(str(path))
+        del layers
+    return stage
+
+
+def _hold_doubles(layer: Sdf.Layer) -> None:
+    """Set the numbers of a layer as doubles, in memory, where OpenUSD fails at a float."""
+    root = layer.pseudoRoot
+    for name in DOUBLES if layer.permissionToEdit else ():
+        if root.HasInfo(name):
+            root.SetInfo(name, float(root.GetInfo(name)))
+
+
+def open_whole(path: Path, prim: str | None, absent: Absent) -> Usd.Stage:
+    """Open the file as a stage of which a node reads a prim, None for all.
+
+    Raises BadInput as `open_stage` does, for absent files as `check_whole` does, and for rates that are not positive.
+    """
+    stage = open_stage(path)
+    _check_rates(stage)
+    check_whole(stage, prim, absent)
+    return stage
+
+
+def _check_rates(stage: Usd.Stage) -> None:
+    """Refuse layers whose time codes have no duration; warn of rates that differ, by which USD scales time codes."""
+    rate = stage.GetTimeCodesPerSecond()
+    root = stage.GetRootLayer()
+    for layer in stage.GetUsedLayers(includeClipLayers=False):
+        own = layer.timeCodesPerSecond
+        if not (np.isfinite(own) and own > 0.0):
+            right = "a positive number, such as 24"
+            raise BadInput(f"timeCodesPerSecond is {own:g}", where=layer.realPath or stage_path(stage), right=right)
+        if layer != root and own != rate and not layer.anonymous and layer.ListAllTimeSamples():
+            stated = "" if root.HasTimeCodesPerSecond() else ", as it states none"
+            what = f"{layer.realPath} has {own:g} time codes a second, {root.GetDisplayName()} {rate:g}{stated}"
+            kept = f"timeCodesPerSecond = {own:g} in {root.GetDisplayName()} keeps them"
+            warnings.warn(f"{what}: its time codes are multiplied by {rate / own:.5g} ({kept})", stacklevel=3)
+
+
+def go_to(stage: Usd.Stage, time: float | None) -> None:
+    """Set the time of a stage, see `time_of`; by default that of `common_time`."""
+    stage.GetSessionLayer().startTimeCode = (common_time(stage) or 0.0) if time is None else time
+
+
+def time_of(prim: Usd.Prim) -> Usd.TimeCode:
+    """Return the time at which a stage is read: its start."""
+    return Usd.TimeCode(prim.GetStage().GetStartTimeCode())
+
+
+def common_time(stage: Usd.Stage) -> float | None:
+    """Return the first time code at which all meshes and curves have samples; None without samples."""
+    prims = [p for p in stage.Traverse(Usd.TraverseInstanceProxies()) if p.IsA(UsdGeom.PointBased)]
+    firsts = [times[0] for p in prims for times in _samples(p) if times]
+    return max(firsts, default=None)
+
+
+def read_time(prims: Sequence[Usd.Prim], time: float | None) -> float | None:
+    """Return the time code at which shapes are read, None for constant ones; warn of a default time code."""
+    if not any(len(times) > 1 for prim in prims for times in _samples(prim)):
+        return None
+    stage = prims[0].GetStage()
+    if time is None:
+        why = "the first at which all meshes and curves have samples"
+        message = f"{stage_path(stage)} is read at time code {stage.GetStartTimeCode():g}, {why}"
+        warnings.warn(f"{message}; time_code selects another", stacklevel=2)
+    return stage.GetStartTimeCode()
+
+
+def _samples(prim: Usd.Prim) -> Iterator[list[float]]:
+    """Yield the time codes of the points of a shape, and of each transform above it."""
+    yield UsdGeom.PointBased(prim).GetPointsAttr().GetTimeSamples()
+    yield from (space.GetTimeSamples() for space in spaces_of(prim))
+
+
+def transform_codes(prim: Usd.Prim) -> Iterator[list[float]]:
+    """Yield the time codes of each operation of the transforms that move a prim."""
+    for space in spaces_of(prim):
+        yield from (operation.GetTimeSamples() for operation in space.GetOrderedXformOps())
+
+
+def spaces_of(prim: Usd.Prim) -> Iterator[UsdGeom.Xformable]:
+    """Yield the prims whose transforms move a prim: it and its parents."""
+    while prim.IsA(UsdGeom.Xformable):
+        yield UsdGeom.Xformable(prim)
+        prim = prim.GetParent()
+
+
+def check_file(path: Path) -> None:
+    """Raise BadInput unless the path is a readable file with a suffix of USD."""
+    right = "a file that ends in " + ", ".join(SUFFIXES)
+    if path.suffix.lower() not in SUFFIXES:
+        raise BadInput("not named like a USD file", where=path, right=right)
+    checked_size(path, right)
+
+
+@contextmanager
+def usd_faults(path: Path) -> Iterator[None]:
+    """Raise errors of OpenUSD in this block as BadInput."""
+    try:
+        yield
+    except Tf.ErrorException as error:
+        what = f"not a readable USD file: {message_of(error)}"
+        raise BadInput(what, where=path, right="a file OpenUSD can open") from None
+    except UnicodeDecodeError:
+        raise BadInput("a name or text in the file is not UTF-8", where=path, right="a USD file in UTF-8") from None
+
+
+def message_of(error: Tf.ErrorException) -> str:
+    """Return the message of OpenUSD on one line, with line and column first if it has them."""
+    try:
+        line = error.args[0].commentary.splitlines()[0]
+    except UnicodeDecodeError:
+        return "text in it is not UTF-8"
+    return shortened(re.sub(r"^.*:(\d+):(\d+): ", r"line \1, column \2: ", line))
+
+
+def shortened(text: str) -> str:
+    """Return a message of OpenUSD on one line of limited length."""
+    line = " ".join(text.split())
+    return line if len(line) <= LINE else line[:LINE] + "..."
+
+
+def to_metres(stage: Usd.Stage) -> np.ndarray:
+    """Return the matrix from the stage's world to metres with Y up, column vectors, (4, 4) float64.
+
+    Raises BadInput if metersPerUnit is not a positive number.
+    """
+    scale = UsdGeom.GetStageMetersPerUnit(stage)
+    if not (np.isfinite(scale) and scale > 0):
+        raise BadInput(f"metersPerUnit is {scale:g}", where=stage_path(stage), right="a positive number")
+    matrix = np.eye(4)
+    matrix[:3, :3] = scale * (Z_UP_TO_Y_UP if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z else np.eye(3))
+    return matrix
+
+
+def place(prim: Usd.Prim) -> np.ndarray:
+    """Return the matrix from the prim to metres with Y up at the time of the stage, column vectors, (4, 4) float64."""
+    world = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(time_of(prim))
+    matrix = to_metres(prim.GetStage()) @ columns(world)
+    if not np.isfinite(matrix).all():
+        raise BadInput("the transform is not finite", where=location(prim), right="finite numbers")
+    return matrix
+
+
+def columns(matrix: object) -> np.ndarray:
+    """Return a Gf.Matrix4d, which acts on row vectors, as a matrix that acts on column vectors, (4, 4) float64."""
+    return np.array(matrix, dtype=np.float64).T
+
+
+def move(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return the points (n, 3) moved by an affine matrix (4, 4), float64."""
+    return points @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def shown(
+    stage: Usd.Stage, prim: str | None, *schemas: type, guides: Literal["no", "only", "also"] = "no"
+) -> list[Usd.Prim]:
+    """Return the visible prims of some schemas with purpose default or render, in the order of the stage.
+
+    prim    path, or a pattern of paths such as */hair*; only prims at or under it
+    guides  whether prims of purpose guide are used: only where there are no others, or also
+
+    Raises BadInput if there is no such prim, or none of the schemas.
+    """
+    pattern = prim if prim is not None and set(prim) & set("*?[") else None
+    root = stage.GetPseudoRoot() if prim in (None, pattern) else _prim_at(stage, prim)
+    under = [p for p in Usd.PrimRange(root, Usd.TraverseInstanceProxies()) if pattern is None or _fits(p, pattern)]
+    visible = [p for p in under if _is_one(p, schemas) and _is_visible(p)]
+    found = [p for p in visible if _purpose(p) in RENDERED or (guides == "also" and _purpose(p) == GUIDE)]
+    if guides == "only" and not found:
+        found = [p for p in visible if _purpose(p) == GUIDE]
+    if not found:
+        place = "" if prim is None else f" at or under {prim}"
+        named = " or ".join(schema.__name__ for schema in schemas)
+        right = f"a prim of the type {named} and the purpose {' or '.join(RENDERED)}"
+        raise BadInput(f"no visible {named}{place}{_instead(root, schemas)}", where=stage_path(stage), right=right)
+    if left := [p for p in under if _is_rival(p, schemas) and p not in found]:
+        named = ", ".join(f"{p.GetPath()} ({_why_left(p, schemas)})" for p in left[:NAMED])
+        more = f" and {len(left) - NAMED} more" if len(left) > NAMED else ""
+        warnings.warn(f"{stage_path(stage)}: shapes that are not read: {named}{more}", stacklevel=2)
+    return found
+
+
+def _is_one(prim: Usd.Prim, schemas: Sequence[type]) -> bool:
+    return any(prim.IsA(schema) for schema in schemas)
+
+
+def _fits(prim: Usd.Prim, pattern: str) -> bool:
+    """Return whether a pattern matches the path of a prim or of one above it."""
+    return any(fnmatchcase(str(path), pattern) for path in prim.GetPath().GetPrefixes())
+
+
+def _is_rival(prim: Usd.Prim, schemas: Sequence[type]) -> bool:
+    """Return whether a prim is another shape of the kind of the schemas: curves, or surfaces."""
+    curves = prim.IsA(UsdGeom.Curves)
+    return (
+        curves
+        if issubclass(schemas[0], UsdGeom.Curves)
+        else prim.IsA(UsdGeom.Gprim) and not curves and not _is_cloud(prim)
+    )
+
+
+def _is_cloud(prim: Usd.Prim) -> bool:
+    return prim.GetTypeName() in ("Points", "Volume")
+
+
+def _why_left(prim: Usd.Prim, schemas: Sequence[type]) -> str:
+    if not _is_one(prim, schemas):
+        return f"a {prim.GetTypeName()}"
+    return f"purpose {_purpose(prim)}" if _is_visible(prim) else "invisible"
+
+
+def _instead(root: Usd.Prim, schemas: Sequence[type]) -> str:
+    """List curves of other types."""
+    curves = (p for p in Usd.PrimRange(root, Usd.TraverseInstanceProxies()) if p.IsA(UsdGeom.Curves))
+    others = sorted({p.GetTypeName() for p in curves if not _is_one(p, schemas)})
+    return f", but {' and '.join(others)}, which are not read" if others else ""
+
+
+def _prim_at(stage: Usd.Stage, path: str) -> Usd.Prim:
+    found = stage.GetPrimAtPath(path) if path.startswith("/") else None
+    if not found:
+        children = ", ".join(str(p.GetPath()) for p in stage.GetPseudoRoot().GetChildren())
+        raise BadInput(f"no prim {path}", where=stage_path(stage), right=f"a path under {children or 'a root prim'}")
+    return found
+
+
+def _is_visible(prim: Usd.Prim) -> bool:
+    return UsdGeom.Imageable(prim).ComputeVisibility(time_of(prim)) != UsdGeom.Tokens.invisible
+
+
+def _purpose(prim: Usd.Prim) -> str:
+    return UsdGeom.Imageable(prim).ComputePurpose()
+
+
+def numbers(attribute: Usd.Attribute, columns: int = 1, kind: type = np.float64) -> np.ndarray:
+    """Return an array attribute at the time of the stage, (n,) or (n, columns); empty where it has no value.
+
+    Raises BadInput for another type, or for numbers that are not finite.
+    """
+    return checked(attribute.Get(time_of(attribute.GetPrim())), attribute, columns, kind)
+
+
+def checked(value: object, attribute: Usd.Attribute, columns: int = 1, kind: type = np.float64) -> np.ndarray:
+    """Return a value of an attribute as an array (n,) or (n, columns); no value is an empty one.
+
+    Raises BadInput for another type, or for numbers that are not finite.
+    """
+    array = shaped(value, attribute, columns)
+    if not np.isfinite(array).all():
+        row = int(np.argmin(np.isfinite(array.reshape(len(array), -1)).all(axis=1)))
+        where = f"{location(attribute.GetPrim())}.{attribute.GetName()}"
+        raise BadInput(f"element {row} is not finite", where=where, right="finite numbers")
+    return array.astype(kind)
+
+
+def shaped(value: object, attribute: Usd.Attribute, columns: int = 1) -> np.ndarray:
+    """Return a value of an attribute as an array (n,) or (n, columns) float64; no value is an empty one.
+
+    Raises BadInput for another type.
+    """
+    shape = (0,) if columns == 1 else (0, columns)
+    array = np.empty(shape) if value is None else np.array(value)
+    where = f"{location(attribute.GetPrim())}.{attribute.GetName()}"
+    if array.dtype.kind not in "iuf" or array.shape[1:] != shape[1:] or array.ndim != len(shape):
+        right = "an array of numbers" if columns == 1 else f"an array of {columns} numbers each"
+        raise BadInput(f"holds a {type(value).__name__}", where=where, right=right)
+    return array.astype(np.float64)
+
+
+def location(prim: Usd.Prim) -> str:
+    """Return file and prim path, for messages."""
+    return f"{stage_path(prim.GetStage())} {prim.GetPath()}"
+
+
+def stage_path(stage: Usd.Stage) -> str:
+    """Return the path of the stage's file, for messages."""
+    return stage.GetRootLayer().realPath

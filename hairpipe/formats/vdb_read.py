@@ -1,0 +1,419 @@
+"""Voxels of a grid of numbers in an OpenVDB file, read without OpenVDB.
+
+Grids of floating-point or whole numbers, as OpenVDB since 2014 writes them: uncompressed, with zlib, or with Blosc, for
+which a library is needed. Layout after OpenVDB's tree/RootNode.h, InternalNode.h, LeafNode.h, io/Compression.h and
+math/Maps.h; header of a chunk of Blosc after README_CHUNK_FORMAT.rst of C-Blosc.
+
+Grid headers of an OpenVDB file, read without OpenVDB.
+
+OpenVDB's own reader trusts the counts in a file: a damaged one can make it allocate all memory. Only headers are read
+here, so that a file can be checked where OpenVDB is not installed. Layout after OpenVDB's Archive, GridDescriptor
+and MetaMap, file versions 222 (2014) on.
+"""
+
+import importlib
+import os
+import struct
+import zlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, BinaryIO, NamedTuple
+
+import numpy as np
+
+from hairpipe.apart import work_apart
+from hairpipe.errors import BadInput
+from hairpipe.levelset.grid_layout import BRICK
+from hairpipe.openvdb_library import ask, find_openvdb
+from hairpipe.plain_file import checked_size
+
+MAGIC = 0x56444220
+OLDEST = 222
+UUID = slice(21, 57)
+HEADER_NUMBERS = {"vec3i": "<3i", "float": "<f", "double": "<d"}
+"""Layouts of metadata that are numbers, by the name of their type."""
+
+
+class Grid(NamedTuple):
+    """Header of one grid of a file.
+
+    name        of the grid
+    grid_class  "level set", "fog volume", "staggered" or ""
+    box         lower and upper corner of its active voxels, as `hairpipe.formats.vdb_write` wrote it [m]; else None
+    """
+
+    name: str
+    grid_class: str
+    box: tuple[tuple[float, ...], tuple[float, ...]] | None = None
+
+
+class Unread(BadInput):
+    """A sound file of a kind that only OpenVDB's library reads."""
+
+
+class Cursor:
+    """Reader of a file from begin to end; faults state the place."""
+
+    def __init__(self, file: BinaryIO, path: Path) -> None:
+        self.file, self.path = file, path
+        self.size = os.fstat(file.fileno()).st_size
+
+    def fail(self, what: str, right: str = "an OpenVDB file", kind: type[BadInput] = BadInput) -> BadInput:
+        """Return the error at the current place."""
+        return kind(what, where=f"{self.path}, byte {self.file.tell()}", right=right)
+
+    def bytes(self, count: int) -> bytes:
+        """Return the next bytes."""
+        if count > self.size - self.file.tell():
+            raise self.fail(f"the file ends where {count} bytes should follow")
+        return self.file.read(count)
+
+    def numbers(self, form: str) -> tuple:
+        """Return the next numbers, by a struct format."""
+        return struct.unpack(f"<{form}", self.bytes(struct.calcsize(f"<{form}")))
+
+    def number(self, form: str) -> int:
+        """Return the next number."""
+        return self.numbers(form)[0]
+
+    def text(self) -> str:
+        """Return the next text, preceded by its length."""
+        return self.bytes(self.number("I")).decode("utf-8", errors="replace")
+
+    def seek(self, place: int) -> None:
+        """Skip to a later place."""
+        if not self.file.tell() <= place <= self.size:
+            raise self.fail(f"the next grid should be at byte {place} of {self.size}")
+        self.file.seek(place)
+
+
+def inspect(path: Path) -> list[Grid]:
+    """Return the headers of the grids of an OpenVDB file; raises BadInput for a damaged or another file."""
+    checked_size(path, "a readable OpenVDB file")
+    try:
+        with path.open("rb") as file:
+            return read_grids(Cursor(file, path))
+    except OSError as error:
+        raise BadInput(error.strerror or str(error), where=path, right="a readable OpenVDB file") from error
+
+
+def box(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the corners of the box of the level set `surface` in a file of ours [m].
+
+    Raises BadInput where the file has none, or is damaged.
+    """
+    found = next((grid.box for grid in inspect(path) if grid.name == "surface" and grid.box), None)
+    if found is None:
+        raise BadInput("the file has no level set 'surface' of known size", where=path, right="a file of export_vdb")
+    return found
+
+
+def read_grids(cursor: Cursor) -> list[Grid]:
+    """Return the grids of a file, from its first byte on."""
+    return [read_grid(cursor) for _ in range(open_archive(cursor))]
+
+
+def open_archive(cursor: Cursor) -> int:
+    """Read the header of a file up to its first grid; return the number of grids."""
+    if cursor.number("q") != MAGIC:
+        raise cursor.fail("not an OpenVDB file")
+    version, _, _ = cursor.numbers("3I")
+    if version < OLDEST:
+        raise cursor.fail(f"the file has version {version}", f"version {OLDEST} or later", Unread)
+    if not cursor.number("?"):
+        what = "the file was written as a stream, without a table of its grids"
+        raise cursor.fail(what, "a file that OpenVDB saved", Unread)
+    cursor.bytes(UUID.stop - UUID.start)
+    read_metadata(cursor)
+    return checked_count(cursor, 36)
+
+
+def checked_count(cursor: Cursor, least: int) -> int:
+    """Return a count of items of at least `least` bytes each."""
+    count = cursor.number("I")
+    if count * least > cursor.size - cursor.file.tell():
+        raise cursor.fail(f"{count} entries are announced, more than the file has room for")
+    return count
+
+
+def read_grid(cursor: Cursor) -> Grid:
+    """Return the next grid, and go to its end."""
+    name, _, _ = cursor.text(), cursor.text(), cursor.text()
+    start, _, end = cursor.numbers("3q")
+    cursor.seek(start)
+    cursor.number("I")
+    facts = read_metadata(cursor)
+    cursor.seek(end)
+    # OpenVDB appends this character and a number to repeated names.
+    return Grid(name.split("\x1e")[0], str(facts.get("class", "")).replace("unknown", ""), box_of(facts))
+
+
+def box_of(facts: dict[str, Any]) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+    """Return the corners of the box of the active voxels [m], from OpenVDB's indices and our voxel size."""
+    lower, upper, voxel = (facts.get(name) for name in ("file_bbox_min", "file_bbox_max", "voxel"))
+    if not (lower and upper and voxel) or any(a > b for a, b in zip(lower, upper, strict=True)):
+        return None
+    return tuple(i * voxel for i in lower), tuple(i * voxel for i in upper)
+
+
+def read_metadata(cursor: Cursor) -> dict[str, Any]:
+    """Return the texts, lengths and places of the next metadata, by name."""
+    found: dict[str, Any] = {}
+    for _ in range(checked_count(cursor, 12)):
+        name, kind = cursor.text(), cursor.text()
+        data = cursor.bytes(cursor.number("I"))
+        if kind == "string":
+            found[name] = data.decode("utf-8", errors="replace")
+        elif kind in HEADER_NUMBERS and len(data) == struct.calcsize(HEADER_NUMBERS[kind]):
+            numbers = struct.unpack(HEADER_NUMBERS[kind], data)
+            found[name] = numbers if len(numbers) > 1 else numbers[0]
+    return found
+
+
+ZIP, ACTIVE_MASK, BLOSC = 1, 2, 4
+"""Flags of the compression of a grid."""
+ONE_VALUE, MASK, MASK_ONE, MASK_TWO, ALL_VALUES = 2, 3, 4, 5, 6
+"""Storage of inactive values of a node: one value, a bit for each, that and one or two values, or all of them."""
+LEAF = 3
+TREE = (4, 5)
+"""Base 2 logarithms of the voxels along a leaf, and of the children along the nodes above it, from below."""
+NUMBERS = {"float": "f", "double": "d", "int32": "i", "int64": "q"}
+"""Characters of the types of values, by the name of their tree."""
+MOST_VOXELS = 1 << 26
+"""Maximum number of active voxels of a file."""
+
+
+class Voxels(NamedTuple):
+    """The active voxels of a grid.
+
+    indices      (n, 3) int64
+    values       (n,) float32
+    voxel        length of a voxel, in the unit of the file
+    translation  of the voxel of index 0, in the unit of the file, (3,)
+    """
+
+    indices: np.ndarray
+    values: np.ndarray
+    voxel: float
+    translation: np.ndarray
+
+
+Unpack = Callable[[Cursor, bytes, int], bytes]
+"""Decompresses the bytes of values, of a known number."""
+
+
+class _Coding(NamedTuple):
+    """How the values of a grid are stored.
+
+    number  character of their type
+    half    whether they are cut to 16 bits
+    masked  whether only active values are stored
+    unpack  decompresses them; None: they are not compressed
+    """
+
+    number: str
+    half: bool
+    masked: bool
+    unpack: Unpack | None
+
+
+def read_voxels(path: Path, name: str) -> Voxels:
+    """Read the grid of a name in a child process; see `read_here`."""
+    return work_apart(read_here, path, name)
+
+
+def read_here(path: Path, name: str) -> Voxels:
+    """Read the grid of a name; kinds of files that are not read here are read by OpenVDB, where it is installed.
+
+    OpenVDB's process has the limits of this one. Raises BadInput for a missing grid, for one of points or vectors, and
+    for a damaged or another file.
+    """
+    checked_size(path, "a readable OpenVDB file")
+    try:
+        with path.open("rb") as file:
+            cursor = Cursor(file, path)
+            kind = _find(cursor, name)
+            return _read_grid(cursor, name, kind)
+    except Unread:
+        if find_openvdb() is None:
+            raise
+        found = ask("read", f"{path}, grid '{name}'", path=str(path), name=name)
+        return Voxels(found["indices"], found["values"], *_placed(found["matrix"], path))
+    except OSError as error:
+        raise BadInput(error.strerror or str(error), where=path, right="a readable OpenVDB file") from error
+
+
+def _find(cursor: Cursor, name: str) -> str:
+    """Go to the first byte of a grid; return the type of its tree."""
+    known = []
+    for _ in range(open_archive(cursor)):
+        called, kind, _ = cursor.text(), cursor.text(), cursor.text()
+        start, _, end = cursor.numbers("3q")
+        cursor.seek(start)
+        known.append(called.split("\x1e")[0])
+        if known[-1] == name:
+            return kind
+        cursor.seek(end)
+    raise BadInput(f"the file has no grid '{name}'", where=cursor.path, right=", ".join(known) or "a grid")
+
+
+def _read_grid(cursor: Cursor, name: str, kind: str) -> Voxels:
+    if kind.startswith("Tree_pt"):
+        raise cursor.fail(f"the grid '{name}' holds points", "a grid of numbers")
+    number = NUMBERS.get(kind.removesuffix("_HalfFloat").removeprefix("Tree_").removesuffix("_5_4_3"))
+    if number is None:
+        raise cursor.fail(f"the grid is a {kind}", "a tree of numbers, in leaves of 8 x 8 x 8", Unread)
+    flags = cursor.number("I")
+    unpack = _unpacker_of(cursor, flags)
+    coding = _Coding(number, kind.endswith("_HalfFloat"), bool(flags & ACTIVE_MASK), unpack)
+    read_metadata(cursor)
+    voxel, translation = _read_map(cursor)
+    if cursor.number("I") != 1:
+        raise cursor.fail("a tree has one buffer")
+    cursor.number(number)
+    tiles = checked_count(cursor, 13 + struct.calcsize(number))
+    children = cursor.number("I")
+    found = [
+        _expanded(cursor, cursor.numbers("3i"), *cursor.numbers(f"{number}?"), sum(TREE) + LEAF) for _ in range(tiles)
+    ]
+    leaves: list[tuple[int, ...]] = []
+    for _ in range(children):
+        for tile in _read_node(cursor, coding, TREE, cursor.numbers("3i"), leaves):
+            found.append(tile)
+            if sum(len(values) for _, values in found) > MOST_VOXELS:
+                raise cursor.fail(f"tiles have more than {MOST_VOXELS:,} voxels", "a grid of leaves")
+    found += [_read_leaf(cursor, coding, leaf) for leaf in leaves]
+    indices = np.concatenate([np.empty((0, 3), np.int64), *(part[0] for part in found)])
+    values = np.concatenate([np.empty(0, np.float32), *(part[1] for part in found)])
+    return Voxels(indices, values, voxel, translation)
+
+
+def _read_map(cursor: Cursor) -> tuple[float, np.ndarray]:
+    """Read the map from indices to space; raise BadInput for rotation, shear and anisotropic scale."""
+    kind = cursor.text()
+    matrix = np.eye(4)
+    if kind == "AffineMap":
+        matrix = np.array(cursor.numbers("16d")).reshape(4, 4)
+    elif kind in ("ScaleMap", "UniformScaleMap", "ScaleTranslateMap", "UniformScaleTranslateMap"):
+        if "Translate" in kind:
+            matrix[3, :3] = cursor.numbers("3d")
+        matrix[np.arange(3), np.arange(3)] = cursor.numbers("3d")
+        cursor.numbers("12d")
+    else:
+        raise cursor.fail(f"the grid is placed by a {kind}", "a uniform scale, and a translation")
+    return _placed(matrix, cursor.path)
+
+
+def _placed(matrix: np.ndarray, path: Path) -> tuple[float, np.ndarray]:
+    """Return length of a voxel and translation, (3,), of a map for row vectors, (4, 4)."""
+    voxel = float(matrix[0, 0])
+    if not (np.isfinite(matrix).all() and voxel > 0.0 and np.allclose(matrix[:3, :3], voxel * np.eye(3), 1e-6)):
+        what = "the grid is rotated, or its voxels are not cubes"
+        raise BadInput(what, where=path, right="a uniform scale, and a translation")
+    return voxel, matrix[3, :3].copy()
+
+
+def _read_node(
+    cursor: Cursor, coding: _Coding, levels: tuple[int, ...], origin: tuple[int, ...], leaves: list[tuple[int, ...]]
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Read an internal node and those below it: yield active tiles, and list the origins of leaves, in place."""
+    log2 = levels[-1]
+    below = levels[:-1]
+    size = sum(below) + LEAF
+    is_child, is_active = (_bits(cursor.bytes(8**log2 // 8)) for _ in range(2))
+    values = _read_values(cursor, coding, is_active)
+    shifts = np.stack(np.unravel_index(np.arange(8**log2), 3 * (2**log2,)), axis=1) << size
+    for place in np.flatnonzero(is_active & ~is_child):
+        yield _expanded(cursor, tuple(shifts[place] + origin), float(values[place]), True, size)
+    for place in np.flatnonzero(is_child):
+        corner = tuple((shifts[place] + origin).tolist())
+        if below:
+            yield from _read_node(cursor, coding, below, corner, leaves)
+        else:
+            cursor.bytes(BRICK**3 // 8)
+            leaves.append(corner)
+
+
+def _read_leaf(cursor: Cursor, coding: _Coding, origin: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Read indices and values of the active voxels of a leaf."""
+    active = _bits(cursor.bytes(BRICK**3 // 8))
+    values = _read_values(cursor, coding, active)
+    places = np.flatnonzero(active)
+    return np.stack(np.unravel_index(places, 3 * (BRICK,)), axis=1) + origin, values[places]
+
+
+def _read_values(cursor: Cursor, coding: _Coding, active: np.ndarray) -> np.ndarray:
+    """Read the values of a node, (n,) float32; those that are not active are 0."""
+    stored = cursor.number("b")
+    if not 0 <= stored <= ALL_VALUES:
+        raise cursor.fail(f"inactive values have the unknown encoding {stored}")
+    kind = np.dtype(f"<{coding.number}")
+    cursor.bytes(kind.itemsize * ((stored in (ONE_VALUE, MASK_ONE)) + 2 * (stored == MASK_TWO)))
+    if stored in (MASK, MASK_ONE, MASK_TWO):
+        cursor.bytes(len(active) // 8)
+    masked = coding.masked and stored != ALL_VALUES
+    count = int(np.count_nonzero(active)) if masked else len(active)
+    if coding.half:
+        kind = np.dtype("<f2")
+        if count == 0:
+            return np.zeros(len(active), np.float32)
+    data = _read_data(cursor, count * kind.itemsize, coding.unpack)
+    found = np.zeros(len(active), np.float32)
+    found[active if masked else slice(None)] = np.frombuffer(data, kind)
+    return np.where(active, found, np.float32(0.0))
+
+
+def _read_data(cursor: Cursor, size: int, unpack: Unpack | None) -> bytes:
+    """Read bytes that may be compressed; uncompressed ones have a length that is not positive."""
+    length = -size if unpack is None else cursor.number("q")
+    data = cursor.bytes(-length) if unpack is None or length <= 0 else unpack(cursor, cursor.bytes(length), size)
+    if len(data) != size:
+        raise cursor.fail(f"{len(data)} bytes of values where {size} should be")
+    return data
+
+
+def _unpacker_of(cursor: Cursor, flags: int) -> Unpack | None:
+    """Return what decompresses values of a grid with these flags."""
+    if not flags & BLOSC:
+        return _unzip if flags & ZIP else None
+    try:
+        blosc = importlib.import_module("blosc")
+    except ImportError:
+        right = "pip install 'hairpipe[vdb]', which installs blosc; or a file saved with zip"
+        raise cursor.fail("values are compressed by Blosc", right, Unread) from None
+
+    def unpack(cursor: Cursor, data: bytes, size: int) -> bytes:
+        """Decompress a chunk; its header has its own number of bytes and that of its values."""
+        if len(data) < 16 or struct.unpack("<4xI4xI", data[:16]) != (size, len(data)):
+            raise cursor.fail(f"not a chunk of Blosc with {size} bytes of values")
+        try:
+            return blosc.decompress(data)
+        except blosc.blosc_extension.error as error:
+            raise cursor.fail(f"values cannot be unpacked: {error}") from None
+
+    return unpack
+
+
+def _unzip(cursor: Cursor, data: bytes, size: int) -> bytes:
+    """Decompress data of zlib, and not more than one byte too many."""
+    try:
+        return zlib.decompressobj().decompress(data, size + 1)
+    except zlib.error as error:
+        raise cursor.fail(f"values cannot be unpacked: {error}") from None
+
+
+def _expanded(
+    cursor: Cursor, origin: tuple[int, ...], value: float, active: bool, size: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the voxels of a tile of 2^size along an axis, all of one value; none for the value 0."""
+    if not active or value == 0.0:
+        return np.empty((0, 3), np.int64), np.empty(0, np.float32)
+    if 8**size > MOST_VOXELS:
+        raise cursor.fail(f"a tile has {8**size:,} voxels", f"at most {MOST_VOXELS:,}")
+    indices = np.stack(np.unravel_index(np.arange(8**size), 3 * (2**size,)), axis=1) + np.array(origin)
+    return indices, np.full(8**size, value, np.float32)
+
+
+def _bits(data: bytes) -> np.ndarray:
+    """Unpack flags, 8 of a byte, the lowest first, (n,) bool."""
+    return np.unpackbits(np.frombuffer(data, np.uint8), bitorder="little").astype(bool)

@@ -1,0 +1,1 @@
+"""Vectors, SIMD lanes, trees over segments and triangles, pairs, distances."""

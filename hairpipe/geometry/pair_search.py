@@ -1,0 +1,244 @@
+"""Broad phase: pairs of segments in trees that are or may come near each other in a step.
+
+Chunks of one tree search the other in parallel, each into a buffer of its own. A chunk with a full buffer continues in
+the next round, with a larger one, so that hair may be of any density. The pairs of all chunks are concatenated, and
+sorted by buckets of the first segment.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.segment_distance import (
+    MOVING,
+    blur_of,
+    farthest,
+    fastest_squared,
+    kept_apart,
+    length_squared,
+    shortest_ways,
+)
+from hairpipe.geometry.segment_tree import LANES, MOST_OPEN, SINGLE, Tree, box_of, find_leaves, overlapping
+from hairpipe.geometry.segments import Known, is_known
+from hairpipe.geometry.simd import bits, lowest, sqrt
+
+CHUNK = 1024
+"""Segments that one thread searches for at a time."""
+_ROOM = 16
+"""Size of buffers in the first round, in pairs per segment."""
+_GROWTH = 2
+"""Growth of buffers per round."""
+_GROUPS, _BUCKETS = 64, 1024
+"""Parts of all pairs that are sorted at a time; parts by number of their first segment."""
+
+
+class _Search(NamedTuple):
+    """Input of a search: segments of `few` for those of `many` near them, except known pairs."""
+
+    few: Tree
+    many: Tree
+    same: bool
+    known: Known
+
+
+def search(few: Tree, many: Tree, known: Known) -> np.ndarray:
+    """List pairs of segments, of one tree and of another or of the same, that may be within reach, (n, 2) int32; pure.
+
+    Trees of one frame and reach. First < second; the two share no point and are not known. None is missed.
+    """
+    chunks = np.arange(-(-len(few.segments) // CHUNK))
+    room = _ROOM * CHUNK
+    rounds = []
+    begins, totals = np.zeros_like(chunks), np.zeros_like(chunks)
+    while len(chunks):
+        found = np.empty((len(chunks), room, 2), np.int32)
+        counts = np.zeros_like(chunks)
+        ends = np.empty_like(chunks)
+        _search(few, many, few is many, known, CHUNK * chunks + begins, found, counts, ends)
+        rounds.append((totals[chunks], chunks, found, counts))
+        totals[chunks] += counts
+        # Only chunks with a full buffer continue, so that most hair is not searched again.
+        chunks = chunks[ends < CHUNK]
+        begins = ends[ends < CHUNK]
+        room = _GROWTH * room
+    # Pairs are in the order of chunks: the list does not depend on the buffers.
+    starts = np.cumsum(totals) - totals
+    pairs = np.empty((totals.sum(), 2), np.int32)
+    for before, chunks, found, counts in rounds:
+        _collect(found, counts, starts[chunks] + before, pairs)
+    return pairs
+
+
+@njit(cache=True, parallel=True)
+def _search(few, many, same, known, begins, found, counts, ends):
+    """Search from segments on, (k,), to the ends of their chunks, or of the rows of found, (k, room, 2), in place.
+
+    counts  of the pairs that each found, (k,)
+    ends    segment of its chunk from which each goes on in the next round, CHUNK where it is done, (k,)
+    """
+    for k in prange(len(begins)):
+        trees = _Search(few, many, same, known)
+        scratch = np.empty(len(many.rows) + MOST_OPEN, np.int64), np.empty(LANES, np.int64)
+        piece = begins[k]
+        first = piece // CHUNK * CHUNK
+        last = min(first + CHUNK, len(few.segments))
+        count = 0
+        while piece < last:
+            more = _search_leaf(trees, piece // LANES, scratch, found[k], count)
+            if more > found.shape[1]:
+                break  # Pairs of this leaf are not counted yet: the next round searches it again from its beginning.
+            count = more
+            piece = piece + LANES
+        counts[k] = count
+        ends[k] = piece - first if piece < last else CHUNK
+
+
+@inlined
+def _search_leaf(trees, leaf, scratch, found, count):
+    """Write what a leaf may meet, in the same tree at it or after it, to found behind `count` others; count on."""
+    few = trees.few
+    many = trees.many
+    same = trees.same
+    room, near = scratch
+    # Within one tree from this leaf on only: each pair of leaves is compared once.
+    for k in range(find_leaves(many, few.boxes, box_of(few, leaf), leaf if same else 0, room)):
+        _compare(few, leaf, many, room[k], same and leaf == room[k], near)
+        for lane in range(LANES):
+            i = few.segments[leaf * LANES + lane]
+            while near[lane] != 0:
+                j = many.segments[room[k] * LANES + lowest(near[lane])]
+                near[lane] &= near[lane] - 1  # One turn a candidate, not one for each of the sixteen lanes.
+                count += _note(i, j, trees.known, found, count)
+    return count
+
+
+@inlined
+def _note(i: int, j: int, known: Known, found: np.ndarray, count: int) -> int:
+    """Write pair i j to row `count` of found, if that is there and the pair is not known; return 1 if it is not."""
+    first = min(i, j)
+    second = max(i, j)
+    # Neighbours on a strand share a point; across two strands the number between them is no segment.
+    if second - first <= 1 or is_known(known, first, second):
+        return 0
+    if count < len(found):
+        found[count, 0], found[count, 1] = first, second
+    return 1
+
+
+@inlined
+def _compare(few, leaf, many, other, same, near):
+    """Find which segments of one leaf may get within reach of those of another: for each of these the bits of those.
+
+    Of one leaf and itself those behind each. What is found is looked at later, so that comparisons need not wait.
+    """
+    near[:] = 0
+    # Segments of this leaf whose boxes meet the other leaf at all: only these are tested one by one.
+    mine = overlapping(few.boxes, leaf, many.boxes, box_of(many, other))
+    while mine != 0:
+        lane = lowest(mine)
+        mine &= mine - 1
+        overlaps = overlapping(many.boxes, other, few.boxes, (leaf, lane))
+        if same:
+            overlaps &= -2 << lane  # Within one leaf, each pair once.
+        if overlaps != 0:
+            near[lane] = overlaps & _reached(many.rows, other, few.rows, leaf, lane, many.reach)
+
+
+@inlined
+def _reached(rows, leaf, few, mine, lane, reach):
+    """Return which segments of a leaf may get within reach of one, a bit for each.
+
+    They come nearer than at half time by no more than the largest displacement of their ends relative to each other.
+    Most that move so far slide past each other: a plane keeps them apart.
+    """
+    way = shortest_ways(rows, leaf, few, mine, lane)
+    squared = length_squared(*way)
+    reach = SINGLE(reach + blur_of(few, mine, lane))
+    if few.shape[1] == MOVING:
+        gain = sqrt(fastest_squared(rows, leaf, few, mine, lane)) * SINGLE(1.0 + 1e-5)
+        near = bits(squared <= farthest(rows, leaf, few, mine, lane, gain + reach))
+        if near != 0:
+            near &= ~bits(kept_apart(rows, leaf, few, mine, lane, way, reach, gain))
+        return near
+    return bits(squared <= farthest(rows, leaf, few, mine, lane, reach))
+
+
+@njit(cache=True, parallel=True)
+def _collect(found, counts, starts, pairs):
+    for c in prange(len(counts)):
+        for k in range(counts[c]):
+            pairs[starts[c] + k, 0], pairs[starts[c] + k, 1] = found[c, k, 0], found[c, k, 1]
+
+
+def in_order(pairs: np.ndarray, points: int) -> np.ndarray:
+    """Sort pairs of segments below `points`, (n, 2) int32, lexicographically; pure."""
+    shift = max(0, int(points).bit_length() - _BUCKETS.bit_length() + 1)
+    # A count for every group and bucket gives groups places of their own, in the order of the pairs.
+    places = np.zeros((_GROUPS, (points >> shift) + 1), np.int64)
+    _count(pairs, shift, places)
+    ends = np.cumsum(places.T.ravel())
+    places = np.ascontiguousarray((ends - places.T.ravel()).reshape(-1, _GROUPS).T)
+    starts = np.append(places[0], len(pairs))
+    buckets, order = np.empty_like(pairs), np.empty_like(pairs)
+    _distribute(pairs, shift, places, buckets)
+    _sort_buckets(buckets, shift, starts, order)
+    return order
+
+
+@njit(cache=True, parallel=True)
+def _count(pairs, shift, places):
+    groups = len(places)
+    for g in prange(groups):
+        for k in range(len(pairs) * g // groups, len(pairs) * (g + 1) // groups):
+            places[g, pairs[k, 0] >> shift] += 1
+
+
+@njit(cache=True, parallel=True)
+def _distribute(pairs, shift, places, buckets):
+    groups = len(places)
+    for g in prange(groups):
+        for k in range(len(pairs) * g // groups, len(pairs) * (g + 1) // groups):
+            b = pairs[k, 0] >> shift
+            place = places[g, b]
+            buckets[place, 0], buckets[place, 1] = pairs[k, 0], pairs[k, 1]
+            places[g, b] = place + 1
+
+
+@njit(cache=True, parallel=True)
+def _sort_buckets(buckets, shift, starts, order):
+    for b in prange(len(starts) - 1):
+        start = starts[b]
+        end = starts[b + 1]
+        lowest = np.int64(b) << shift
+        rows = np.zeros((1 << shift) + 1, np.int64)
+        for k in range(start, end):
+            rows[buckets[k, 0] - lowest + 1] += 1
+        for i in range(1 << shift):
+            rows[i + 1] += rows[i]
+        seconds = np.empty(end - start, np.int32)
+        for k in range(start, end):
+            i = buckets[k, 0] - lowest
+            seconds[rows[i]] = buckets[k, 1]
+            rows[i] += 1
+        for i in range(1 << shift):
+            first = rows[i - 1] if i > 0 else 0
+            _sort(seconds[first : rows[i]])
+            for k in range(first, rows[i]):
+                order[start + k, 0], order[start + k, 1] = lowest + i, seconds[k]
+
+
+@njit(cache=True)
+def _sort(row):
+    """Sort a few numbers, or many, in place."""
+    if len(row) > 32:  # Insertion is fastest for few numbers, as most rows have.
+        row.sort()
+        return
+    for k in range(1, len(row)):
+        value = row[k]
+        place = k
+        while place > 0 and row[place - 1] > value:
+            row[place] = row[place - 1]
+            place -= 1
+        row[place] = value

@@ -1,1 +1,0 @@
-"""Digests of the code that results depend on."""

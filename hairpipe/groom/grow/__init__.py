@@ -1,1 +1,0 @@
-"""Hair grown from a scalp."""

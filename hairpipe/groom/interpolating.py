@@ -1,0 +1,252 @@
+"""Hair interpolated between key hairs: its own segments at rest, rotated like those of nearby keys.
+
+    t_k = l_k sum_g w_g Q_g,k T_k / |sum_g w_g Q_g,k T_k|,   x_k+1 = x_k + t_k
+
+with T_k a segment of the hair at rest, l_k its length, Q_g,k the rotation since rest of key g at the same position
+along it, see `key_turns`. It is the kinematic limit of Hsu et al. 2024, Real-time Physically Guided Hair
+Interpolation: lengths are exact, curls do not flatten, and rigid motions are exact. Velocities are the exact
+derivative.
+
+Clumps: tips of interpolated hair taper towards the nearest key.
+
+    y(a) = x(a) + p s((a - b) / (1 - b)) (x_g(a) - x(a)),   s(t) = t^2 (3 - 2 t)
+
+at a share a of the length, from the share b on, with x_g the nearest of the keys that it follows and p the pull.
+Segments have the directions of those between the y, and their original lengths. Velocities are the exact derivative.
+
+Normals of the hair shell, transported by the hair.
+
+    N_k(now) = Q_k grad S(x_k at rest)
+
+with Q_k the rotation of the segment after point k since rest, see `key_turns`: Petrovic, Henne, Anderson 2005,
+Sec. 4.1, who use frames of Bishop 1975 that are fixed to the head at the root.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.errors import BadInput
+from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.vec3 import Vector, cross, flattened, length, minus, mix, plus, row, scaled
+from hairpipe.groom.keys import FOLLOWED, KeyTurns, KeyWeights, turned, turns_since
+from hairpipe.groom.resampling import put
+from hairpipe.levelset.collider import SdfSample
+from hairpipe.levelset.collider_field import build_collider_field
+from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.values import Groom, LevelSet, Normals, Strands
+
+_TINY = 1e-12  # of a segment; a way that is shorter has no direction
+
+
+def interpolated(
+    hair: Strands, keys: Groom, groom: Groom, followed: KeyWeights, roots: tuple[np.ndarray, np.ndarray]
+) -> Strands:
+    """Return all hairs of a groom at a frame, with the keys unchanged, and as wide as these; pure.
+
+    hair   hair of the keys at the frame
+    roots  rigid motions of the roots of the groom, x -> R x + t, and their time derivatives, (S, 3, 4) float64
+    """
+    motions, rates = roots
+    turns = turns_since(keys.points, hair, motions[followed.homes], rates[followed.homes])
+    points = np.empty_like(groom.points)
+    velocities = np.empty((len(groom.points), 3), np.float32)
+    widths = None
+    if hair.widths is not None:
+        widths = np.empty(len(points), np.float32)
+        _mix_widths(followed, keys.offsets, hair.widths, groom.offsets, widths)
+    now = hair.points, hair.velocities
+    _interpolate(followed, turns, now, groom.points, groom.offsets, roots, points, velocities)
+    return Strands(points, velocities, groom.offsets, hair.diameter, widths)
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _interpolate(
+    followed: KeyWeights,
+    turns: KeyTurns,
+    keys: tuple[np.ndarray, np.ndarray],
+    rest: np.ndarray,
+    offsets: np.ndarray,
+    roots: tuple[np.ndarray, np.ndarray],
+    points: np.ndarray,
+    velocities: np.ndarray,
+) -> None:
+    """Write points and velocities of all hairs, in place."""
+    motions, rates = roots
+    for s in prange(len(offsets) - 1):
+        begin = offsets[s]
+        end = offsets[s + 1]
+        own = followed.own[s]
+        if own >= 0:  # Keys as they were simulated, to the bit.
+            points[begin:end] = keys[0][turns.offsets[own] : turns.offsets[own + 1]]
+            velocities[begin:end] = keys[1][turns.offsets[own] : turns.offsets[own + 1]]
+            continue
+        x, v = moved(motions, s, row(rest, begin)), moved(rates, s, row(rest, begin))
+        put(points, begin, x)
+        put(velocities, begin, v)
+        for k in range(end - begin - 1):
+            T = minus(row(rest, begin + k + 1), row(rest, begin + k))
+            way, speed = _turned_by_keys(followed, turns, s, k, end - begin - 1, T)
+            x, v = go_on(x, v, length(T), way, speed)
+            put(points, begin + k + 1, x)
+            put(velocities, begin + k + 1, v)
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _mix_widths(followed, firsts, theirs, offsets, widths) -> None:  # noqa: ANN001
+    """Write the mean of the widths of its keys, at equal shares of their points, to every point of all hairs."""
+    for s in prange(len(offsets) - 1):
+        own = followed.own[s]
+        segments = max(offsets[s + 1] - offsets[s] - 1, 1)
+        for k in range(offsets[s + 1] - offsets[s]):
+            total, whole = 0.0, 0.0
+            for j in range(FOLLOWED):
+                g = own if own >= 0 else followed.keys[s, j]
+                weight = 1.0 if own >= 0 else followed.weights[s, j]
+                if weight > 0.0:
+                    count = firsts[g + 1] - firsts[g] - 1
+                    below = min(k * count // segments, count - 1)  # In whole numbers: equal counts meet point to point.
+                    rest = k * count / segments - below
+                    a = firsts[g] + below
+                    total += weight * (theirs[a] + rest * (theirs[a + 1] - theirs[a]))
+                    whole += weight
+            widths[offsets[s] + k] = total / whole
+
+
+@inlined
+def _turned_by_keys(
+    followed: KeyWeights, turns: KeyTurns, s: int, k: int, segments: int, T: Vector
+) -> tuple[Vector, Vector]:
+    """Segment k of a hair as its keys turn it, and the derivative of that by time."""
+    way = speed = (0.0, 0.0, 0.0)
+    for j in range(FOLLOWED):
+        weight = followed.weights[s, j]
+        if weight > 0.0:
+            g = followed.keys[s, j]
+            first = turns.offsets[g]
+            below, rest = middle_among(k, segments, turns.offsets[g + 1] - first - 1)
+            t = turned(turns.turns, first + below, T)
+            dt = cross(row(turns.spins, first + below), t)
+            if rest > 0.0:  # Exactly on a middle there may be no segment above.
+                above = turned(turns.turns, first + below + 1, T)
+                t = mix(t, above, rest)
+                dt = mix(dt, cross(row(turns.spins, first + below + 1), above), rest)
+            way, speed = plus(way, scaled(weight, t)), plus(speed, scaled(weight, dt))
+    return way, speed
+
+
+@inlined
+def go_on(x: Vector, v: Vector, l: float, way: Vector, speed: Vector) -> tuple[Vector, Vector]:
+    """Return the point at a distance l [m] from x along a vector `way` [m], x + l way/|way|, and its velocity [m/s].
+
+    A zero vector, as between opposed keys, is replaced by the downward direction.
+
+    v      velocity of x [m/s]
+    speed  rate of change of `way` [m/s]
+    """
+    size = length(way)
+    if size <= _TINY * l:
+        return plus(x, (0.0, -l, 0.0)), v
+    t = scaled(1.0 / size, way)
+    return plus(x, scaled(l, t)), plus(v, scaled(l / size, flattened(speed, t)))
+
+
+@inlined
+def middle_among(k: int, segments: int, theirs: int) -> tuple[int, float]:
+    """Return the middle of a key's segment before that of segment k of a hair, and the fraction towards the next.
+
+    In integer arithmetic, so that coincident middles are exact.
+    """
+    if theirs == segments:
+        return k, 0.0
+    place = (2 * k + 1) * theirs - segments
+    if place <= 0:
+        return 0, 0.0
+    below = place // (2 * segments)
+    if below >= theirs - 1:
+        return theirs - 1, 0.0
+    return below, (place - 2 * segments * below) / (2 * segments)
+
+
+@inlined
+def moved(motions: np.ndarray, s: int, x: Vector) -> Vector:
+    """Return a place moved by rigid motion s of (S, 3, 4)."""
+    return (
+        motions[s, 0, 0] * x[0] + motions[s, 0, 1] * x[1] + motions[s, 0, 2] * x[2] + motions[s, 0, 3],
+        motions[s, 1, 0] * x[0] + motions[s, 1, 1] * x[1] + motions[s, 1, 2] * x[2] + motions[s, 1, 3],
+        motions[s, 2, 0] * x[0] + motions[s, 2, 1] * x[1] + motions[s, 2, 2] * x[2] + motions[s, 2, 3],
+    )
+
+
+def clumped(hair: Strands, keys: Strands, followed: KeyWeights, pull: float, begin: float) -> Strands:
+    """Return hair with its tips pulled towards the keys that it follows; pure.
+
+    pull   share of the distance to the key by which the tip moves
+    begin  share of the length at which the pull begins, less than 1
+    """
+    points = hair.points.copy()
+    velocities = hair.velocities.copy()
+    _clump(followed, (keys.points, keys.velocities, keys.offsets), hair.offsets, (pull, begin), points, velocities)
+    return replace(hair, points=points, velocities=velocities)
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _clump(
+    followed: KeyWeights,
+    keys: tuple[np.ndarray, np.ndarray, np.ndarray],
+    offsets: np.ndarray,
+    how: tuple[float, float],
+    points: np.ndarray,
+    velocities: np.ndarray,
+) -> None:
+    """Draw points to the keys, in place."""
+    places, speeds, firsts = keys
+    pull, begin = how
+    for s in prange(len(offsets) - 1):
+        if followed.own[s] >= 0:  # A key is not drawn to itself.
+            continue
+        g = followed.keys[s, 0]
+        first = offsets[s]
+        segments = offsets[s + 1] - offsets[s] - 1
+        theirs = firsts[g + 1] - firsts[g] - 1
+        x, v = row(points, first), row(velocities, first)
+        before, last, last_speed = x, x, v  # the point before, and where it was drawn to
+        for k in range(1, segments + 1):
+            i = first + k
+            l = length(minus(row(points, i), before))
+            before = row(points, i)
+            share = min(max((k / segments - begin) / (1.0 - begin), 0.0), 1.0)
+            near = pull * share * share * (3.0 - 2.0 * share)
+            below = min(k * theirs // segments, theirs - 1)  # In whole numbers: equal counts meet point to point.
+            rest = k * theirs / segments - below
+            a = firsts[g] + below
+            y = mix(before, mix(row(places, a), row(places, a + 1), rest), near)
+            speed = mix(row(velocities, i), mix(row(speeds, a), row(speeds, a + 1), rest), near)
+            x, v = go_on(x, v, l, minus(y, last), minus(speed, last_speed))
+            last, last_speed = y, speed
+            put(points, i, x)
+            put(velocities, i, v)
+
+
+def probe_shell(points: np.ndarray, shell: LevelSet) -> SdfSample:
+    """Return the signed distance and its unit gradient at points [m], (P, 3); inf and 0 beyond its band."""
+    found = SdfSample.blank(len(points))
+    build_collider_field(shell, shell, 1.0, Interpolation.linear).probe(points, 0.0, found)
+    return found
+
+
+def rotated_normals(rest: np.ndarray, groom: Groom, hair: Strands, roots: tuple[np.ndarray, np.ndarray]) -> Normals:
+    """Return unit normals rotated with the hair since rest; pure.
+
+    rest   normals at the points of the groom, (P, 3)
+    roots  rigid motions of the roots of the groom, x -> R x + t, and their time derivatives, (S, 3, 4) float64
+
+    Raises BadInput if hair and groom are not the same strands.
+    """
+    if not np.array_equal(hair.offsets, groom.offsets):
+        raise BadInput("hair and groom are not the same strands", right="in.groom: the groom that is simulated")
+    turns = turns_since(groom.points, hair, *roots).turns
+    tips = groom.offsets[1:] - 1
+    turns[tips] = turns[tips - 1]
+    return Normals(np.einsum("pij,pj->pi", turns, rest).astype(np.float32))

@@ -1,0 +1,228 @@
+"""Rotations of the segments of key hairs since rest, and their angular velocities, once per frame.
+
+With T_k the direction of a segment at rest, t_k now, and Q_0 = R the rotation of the root,
+
+    Q_k = M(Q_{k-1} T_k, t_k) Q_{k-1},   w_k = w_M + M w_{k-1}
+
+where M(u, t) is the smallest rotation that maps u to t: twist is transported along the hair and conserved.
+
+Key strands of every strand of a groom, and their weights.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.vec3 import (
+    Vector,
+    any_across,
+    blend,
+    cross,
+    dot,
+    flattened,
+    length,
+    minus,
+    plus,
+    row,
+    scaled,
+    unit,
+)
+from hairpipe.groom.resampling import put
+from hairpipe.groom.strand_arrays import take_strands
+from hairpipe.values import Groom, Strands
+
+_OPPOSED = 1e-8  # of 1 + u.t, below which u and t are opposed and no rotation is the smallest
+_TINY = 1e-300
+
+
+Columns = tuple[Vector, Vector, Vector]
+"""A rotation by its columns."""
+
+
+class KeyTurns(NamedTuple):
+    """Rotations of the segments of key hairs; rows are those of their points, the last of each key is unused.
+
+    turns    rotations from rest, (P, 3, 3) float64
+    spins    angular velocities [rad/s], (P, 3) float64
+    offsets  offsets of the points of keys, (K+1,) int32
+    """
+
+    turns: np.ndarray
+    spins: np.ndarray
+    offsets: np.ndarray
+
+
+def turns_since(rest: np.ndarray, now: Strands, motions: np.ndarray, rates: np.ndarray) -> KeyTurns:
+    """Return the rotations of keys; pure.
+
+    rest            points of the keys at rest [m], (P, 3) float64
+    motions, rates  motions of their roots, x -> R x + t, and their time derivatives, (K, 3, 4) float64
+    """
+    turns = np.zeros((len(rest), 3, 3))
+    spins = np.zeros((len(rest), 3))
+    _propagate(rest, now.points, now.velocities, now.offsets, (motions, rates), turns, spins)
+    return KeyTurns(turns, spins, now.offsets)
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _propagate(
+    rest: np.ndarray,
+    points: np.ndarray,
+    velocities: np.ndarray,
+    offsets: np.ndarray,
+    roots: tuple[np.ndarray, np.ndarray],
+    turns: np.ndarray,
+    spins: np.ndarray,
+) -> None:
+    """Transport the rotation of every root along its key, in place."""
+    motions, rates = roots
+    for g in prange(len(offsets) - 1):
+        R = columns_of(motions, g)
+        spin = spin_of(motions, rates, g)
+        for k in range(offsets[g], offsets[g + 1] - 1):  # From the root on: the twist of each is that of all before it.
+            T, speed = minus(row(rest, k + 1), row(rest, k)), minus(row(velocities, k + 1), row(velocities, k))
+            R, spin = followed(R, spin, T, minus(row(points, k + 1), row(points, k)), speed)
+            put(spins, k, spin)
+            for j in range(3):
+                turns[k, 0, j], turns[k, 1, j], turns[k, 2, j] = R[j]
+
+
+@inlined
+def followed(R: Columns, spin: Vector, T: Vector, way: Vector, speed: Vector) -> tuple[Columns, Vector]:
+    """Return a rotation and its spin [rad/s], changed so that T lies along a way, which changes at a speed."""
+    u = unit(blend(T, *R), T)
+    t = unit(way, u)
+    a = 1.0 + dot(u, t)
+    if a < _OPPOSED:  # Opposed: half a turn about any axis across, since no smallest rotation is defined.
+        axis = unit(any_across(u), u)
+        return (_half_turn(axis, R[0]), _half_turn(axis, R[1]), _half_turn(axis, R[2])), spin
+    du = cross(spin, u)
+    dt = scaled(1.0 / max(length(way), _TINY), flattened(speed, t))
+    c = cross(u, t)
+    dc = plus(cross(du, t), cross(u, dt))
+    da = dot(du, t) + dot(u, dt)
+    # 2 dq/dt q* / |q|^2 of the quaternion q = (a, c) of that rotation
+    own = scaled(1.0 / a, plus(minus(scaled(a, dc), scaled(da, c)), cross(c, dc)))
+    return (_smallest(c, a, R[0]), _smallest(c, a, R[1]), _smallest(c, a, R[2])), plus(own, _smallest(c, a, spin))
+
+
+@inlined
+def columns_of(R: np.ndarray, g: int) -> Columns:
+    """Return the rotation of rigid motion g of (K, 3, 4)."""
+    return (
+        (R[g, 0, 0], R[g, 1, 0], R[g, 2, 0]),
+        (R[g, 0, 1], R[g, 1, 1], R[g, 2, 1]),
+        (R[g, 0, 2], R[g, 1, 2], R[g, 2, 2]),
+    )
+
+
+@inlined
+def spin_of(motions: np.ndarray, rates: np.ndarray, g: int) -> Vector:
+    """Return the angular velocity of a rigid motion [rad/s]: half the sum of R_j x dR_j/dt over the columns."""
+    R, dR = columns_of(motions, g), columns_of(rates, g)
+    return scaled(0.5, plus(plus(cross(R[0], dR[0]), cross(R[1], dR[1])), cross(R[2], dR[2])))
+
+
+@inlined
+def _smallest(c: Vector, a: float, v: Vector) -> Vector:
+    """The smallest rotation that takes u to t, of v; c = u x t, a = 1 + u.t."""
+    across = cross(c, v)
+    return plus(plus(v, across), scaled(1.0 / a, cross(c, across)))
+
+
+@inlined
+def _half_turn(axis: Vector, v: Vector) -> Vector:
+    return minus(scaled(2.0 * dot(axis, v), axis), v)
+
+
+@inlined
+def turned(turns: np.ndarray, k: int, v: Vector) -> Vector:
+    """Return a vector turned by rotation k of (P, 3, 3)."""
+    return (
+        turns[k, 0, 0] * v[0] + turns[k, 0, 1] * v[1] + turns[k, 0, 2] * v[2],
+        turns[k, 1, 0] * v[0] + turns[k, 1, 1] * v[1] + turns[k, 1, 2] * v[2],
+        turns[k, 2, 0] * v[0] + turns[k, 2, 1] * v[1] + turns[k, 2, 2] * v[2],
+    )
+
+
+@inlined
+def turned_back(turns: np.ndarray, k: int, v: Vector) -> Vector:
+    """Return a vector turned by the inverse of rotation k of (P, 3, 3)."""
+    return (
+        turns[k, 0, 0] * v[0] + turns[k, 1, 0] * v[1] + turns[k, 2, 0] * v[2],
+        turns[k, 0, 1] * v[0] + turns[k, 1, 1] * v[1] + turns[k, 2, 1] * v[2],
+        turns[k, 0, 2] * v[0] + turns[k, 1, 2] * v[1] + turns[k, 2, 2] * v[2],
+    )
+
+
+FOLLOWED = 3
+"""Keys that a hair follows at most."""
+CANDIDATES = 16
+"""Nearest keys among which it finds them."""
+_SAME_PLACE = 1e-9  # [m]; keys nearer than that to a root have it for themselves
+
+
+class KeyWeights(NamedTuple):
+    """Keys that hair follows, and their weights.
+
+    own      key that is this hair of the groom, -1: none, (S,) int64
+    keys     keys that it follows, the nearest first, (S, FOLLOWED) int64
+    weights  weights of these, rows sum to 1, (S, FOLLOWED)
+    homes    hair of the groom whose root is nearest to that of each key, (K,) int64
+    """
+
+    own: np.ndarray
+    keys: np.ndarray
+    weights: np.ndarray
+    homes: np.ndarray
+
+
+def weigh_keys(keys: Groom, groom: Groom, parting: float) -> KeyWeights:
+    """Return the keys that the hairs of a groom follow; pure.
+
+    They are the nearest by their roots, with weights 1/d^2, among keys whose direction at rest, root to tip, is within
+    an angle of the hair's: hair does not follow keys beyond a parting. Without any, it is the one nearest in
+    direction.
+
+    parting  this angle [deg]
+    """
+    from scipy.spatial import KDTree  # here: a node that names this function is read without it
+
+    theirs, roots = (some.points[some.offsets[:-1]] for some in (keys, groom))
+    found = KDTree(theirs).query(roots, k=min(CANDIDATES, len(theirs)))
+    distances, nearest = (np.reshape(some, (len(roots), -1)) for some in found)
+    cosines = np.einsum("si,ski->sk", _directions(groom), _directions(keys)[nearest])
+    alike = cosines >= np.cos(np.radians(parting))
+    lonely = ~alike.any(axis=1)
+    alike[lonely, cosines[lonely].argmax(axis=1)] = True
+    chosen = np.argsort(~alike, axis=1, kind="stable")[:, :FOLLOWED]
+    weights = np.take_along_axis(alike / (distances**2 + _SAME_PLACE**2), chosen, axis=1)
+    weights /= weights.sum(axis=1, keepdims=True)
+    missing = ((0, 0), (0, FOLLOWED - chosen.shape[1]))
+    followed = np.pad(np.take_along_axis(nearest, chosen, axis=1), missing)
+    own = keys_among(groom, keys)
+    homes = np.asarray(KDTree(roots).query(theirs)[1])
+    homes[own[own >= 0]] = np.flatnonzero(own >= 0)
+    return KeyWeights(own, followed, np.pad(weights, missing), homes)
+
+
+def keys_among(groom: Groom, keys: Groom) -> np.ndarray:
+    """Return which key every hair of a groom is: it has its id and its points; -1: none, (S,) int64."""
+    found = np.full(len(groom.ids), -1)
+    _, ours, theirs = np.intersect1d(groom.ids, keys.ids, return_indices=True)
+    alike = np.diff(groom.offsets)[ours] == np.diff(keys.offsets)[theirs]
+    ours, theirs = ours[alike], theirs[alike]
+    (a, offsets), (b, _) = (take_strands(g.points, g.offsets, s) for g, s in ((groom, ours), (keys, theirs)))
+    if len(ours):
+        same = np.logical_and.reduceat((a == b).all(axis=1), offsets[:-1])
+        found[ours[same]] = theirs[same]
+    return found
+
+
+def _directions(groom: Groom) -> np.ndarray:
+    """Return where hair goes at rest, from root to tip, unit or 0, (S, 3)."""
+    ways = groom.points[groom.offsets[1:] - 1] - groom.points[groom.offsets[:-1]]
+    lengths = np.linalg.norm(ways, axis=1, keepdims=True)
+    return np.divide(ways, lengths, out=np.zeros_like(ways), where=lengths > 0.0)

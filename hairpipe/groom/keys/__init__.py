@@ -1,1 +1,0 @@
-"""Key hairs, which are simulated, and hair that is interpolated between them."""

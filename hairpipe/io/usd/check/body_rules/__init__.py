@@ -1,1 +1,0 @@
-"""Rules for the body and for the roots on it."""

@@ -1,1 +1,0 @@
-"""Rules for hair at one time."""

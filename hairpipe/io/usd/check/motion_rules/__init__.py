@@ -1,1 +1,0 @@
-"""Rules for values over time."""

@@ -1,1 +1,0 @@
-"""Meshes of a stage: triangles, skeletons, bodies at rest, and animated meshes."""

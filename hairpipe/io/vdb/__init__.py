@@ -1,1 +1,0 @@
-"""Reading and writing of OpenVDB files without its library."""

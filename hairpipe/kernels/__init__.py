@@ -1,1 +1,0 @@
-"""Building blocks of kernels: SIMD lanes, small vectors, banded systems."""

@@ -1,0 +1,1 @@
+"""One law a file: force, derivative, source and cost."""

@@ -1,0 +1,212 @@
+"""Stiction, Sec. 5.2: segments that came close are connected by a spring until they are pulled apart.
+
+A connection joins the closest points of its segments at its creation. It is a spring that resists stretch and
+compression, and breaks abruptly, Fig. 10c:
+
+    f = -k (l - reach) d + ...,   d = (x - y) / l,   k = force / (release - reach),   0 at l > release
+
+on the first point x, the opposite on the second, y, with damping along d, a fraction of critical for the two points
+alone: 1/m = sum w_i^2 / m_i. It is implicit, with its stiffness except for negative terms:
+
+    K = k d d^T + max(T, 0) / l (I - d d^T),   T = k (l - reach),   C = c d d^T,   c = 2 fraction sqrt(k m).
+
+Connections are broken and created at the start of a step. One that is beyond release at a prediction breaks within the
+step: its stiffness becomes that of a spring with the same work over the whole distance, k (release - reach)^2 / (l -
+reach)^2, and c is multiplied by (release - reach) / (l - reach). Otherwise its force would grow with the step,
+and stop the separation of hair.
+
+The force of a connection is the geometric mean of the forces of its two segments, as the adhesion of unlike surfaces
+is that of the adhesions of each to its like (Girifalco and Good 1957): hair without force sticks to nothing.
+
+We differ from the authors' code, which has a modulus without a unit, is explicit, and limits the connections of only
+one of the two segments.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.contact.contact_points import between, inverse_mass, normal_of
+from hairpipe.contact.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
+from hairpipe.errors import BadInput
+from hairpipe.geometry.proximity import near_pairs
+from hairpipe.geometry.segments import Pairs, key_of, mean_width
+from hairpipe.geometry.sorting import places_of, rows_at
+from hairpipe.geometry.vec3 import dot
+from hairpipe.shot.settings import Stiction
+from hairpipe.solve.interactions import Prediction
+
+_SMALLEST = 1e-12  # [m]; a shorter connection counts as so long
+
+
+class Connections(NamedTuple):
+    """Connections of stiction.
+
+    segments   first < second, rows in lexicographic order, (n, 2) int32
+    fractions  positions on the segments, constant while the connection lasts, (n, 2)
+    """
+
+    segments: np.ndarray
+    fractions: np.ndarray
+
+
+def no_connections() -> Connections:
+    """Make an empty set."""
+    return Connections(np.empty((0, 2), np.int32), np.empty((0, 2)))
+
+
+def stiffness_of(stiction: Stiction) -> float:
+    """Stiffness of a connection [N/m]; BadInput where it would break before it pulls."""
+    if not stiction.release > stiction.reach:
+        raise BadInput(
+            f"the release distance of stiction, {stiction.release} m, is less than its reach, {stiction.reach} m",
+            where="stiction.release",
+            right="more than stiction.reach",
+        )
+    return stiction.force.value / (stiction.release - stiction.reach)
+
+
+def release(
+    connections: Connections, points: np.ndarray, distance: float, widths: np.ndarray | None = None
+) -> Connections:
+    """Return the connections that are not longer than a distance [m]; points  [m], (points, 3); widths  as below."""
+    kept = np.empty(len(connections.segments), np.bool_)
+    _hold_on(kept, connections, points, distance, _or_single(widths, len(points)))
+    places = places_of(kept)
+    return connections if len(places) == len(kept) else Connections(*(rows_at(each, places) for each in connections))
+
+
+def room(connections: Connections, points: int, closest: int) -> np.ndarray:
+    """Count the connections that segments may still get, of so many that each may have, (points,) int64."""
+    return closest - np.bincount(connections.segments.ravel(), minlength=points)
+
+
+def connect(connections: Connections, candidates: Pairs) -> Connections:
+    """Add pairs that are not connected yet; that they find `room` is the business of `closest_pairs`."""
+    if not len(candidates.segments):
+        return connections
+    count = len(connections.segments) + len(candidates.segments)
+    out = Connections(np.empty((count, 2), np.int32), np.empty((count, 2)))
+    old, new = key_of(connections.segments), key_of(candidates.segments)
+    _insert(old, new, connections.segments, connections.fractions, *out)
+    _insert(new, old, candidates.segments, candidates.fractions, *out)
+    return out
+
+
+def ages_of(before: np.ndarray, places: np.ndarray, ages: np.ndarray, now: np.ndarray, here: np.ndarray) -> np.ndarray:
+    """Return the ages of connections in frames, (m,) int32; pure.
+
+    before, places, ages  previous frame: segments, sorted by `key_of`, (n, 2) int32, positions on them, (n, 2), and
+                          ages in frames, (n,) int32
+    now, here             segments and positions at this frame, (m, 2): a changed position is a new connection
+    """
+    if not len(before):
+        return np.zeros(len(now), np.int32)
+    keys = key_of(before)
+    found = np.minimum(np.searchsorted(keys, key_of(now)), len(keys) - 1)
+    same = (keys[found] == key_of(now)) & (places[found] == here).all(axis=1)
+    return np.where(same, ages[found] + 1, 0).astype(np.int32)
+
+
+def linearise(
+    connections: Connections,
+    at: Prediction,
+    stiction: Stiction,
+    out: Couplings,
+    widths: np.ndarray | None = None,
+    grips: np.ndarray | None = None,
+) -> None:
+    """Linearise the forces of connections at a prediction, in place: sets all of out except segments and fractions.
+
+    widths  widths of segments, (points,): reach and release of two of widths a and b are (a + b) / 2 times those of
+            single hairs; None: 1
+    grips   square roots of the forces of segments over that of the settings, (points,); None: 1
+
+    Connections of non-finite strands, or between two inactive strands, do not act.
+    """
+    law = (stiffness_of(stiction), stiction.reach, stiction.release, stiction.damping)
+    _linearise(out, connections, at, law, *(_or_single(each, len(at.points)) for each in (widths, grips)))
+
+
+def _or_single(factors: np.ndarray | None, points: int) -> np.ndarray:
+    return np.ones(points) if factors is None else factors
+
+
+def same_hair_keys(points: np.ndarray, offsets: np.ndarray, reach: float) -> np.ndarray:
+    """List pairs of segments of one hair within reach at rest: a curl does not stick to itself.
+
+    points   points of the groom [m], (points, 3); offsets  offsets of its strands, (strands+1,) int32
+    returns  sorted keys, see `key_of`, (n,) int64
+    """
+    segments = near_pairs(points, offsets, reach).segments
+    strands = np.searchsorted(offsets, segments, side="right")
+    return key_of(segments[strands[:, 0] == strands[:, 1]])
+
+
+def stiffest(
+    connections: Connections, masses: np.ndarray, stiction: Stiction, grips: np.ndarray | None = None
+) -> float:
+    """Bound the share of connections in the squared highest frequency: max_p sum_i 4 k |w_i| / m_p [1/s^2].
+
+    masses  masses of the points, inf if held [kg], (points,); grips  as of `linearise`
+
+    The sum runs over the connections at a point, like that over springs in `step_size.py`, to which it is added.
+    """
+    segments, fractions = connections
+    share = np.repeat(_or_single(grips, len(masses))[segments].prod(axis=1), 2)
+    weights = np.bincount(segments.ravel(), share * (1.0 - fractions.ravel()), len(masses))
+    weights += np.bincount(segments.ravel() + 1, share * fractions.ravel(), len(masses))
+    return 4.0 * stiffness_of(stiction) * float((weights / masses).max(initial=0.0))
+
+
+@njit(cache=True, parallel=True)
+def _hold_on(kept, connections, points, distance, widths):
+    for i in prange(len(kept)):
+        span = between(points, connections.segments, connections.fractions, i)
+        far = distance * mean_width(widths, connections.segments, i)
+        kept[i] = dot(span, span) <= far * far  # NaN is not kept: a connection of a lost strand breaks.
+
+
+@njit(cache=True, parallel=True)
+def _insert(keys, others, segments, fractions, all_segments, all_fractions):
+    """Write connections to where they belong among others, none of which are the same, in place."""
+    for k in prange(len(keys)):
+        place = k + np.searchsorted(others, keys[k])
+        for j in range(2):
+            all_segments[place, j], all_fractions[place, j] = segments[k, j], fractions[k, j]
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _linearise(out, connections, at, law, widths, grips):
+    single, reach, far, fraction = law
+    points, velocities, masses, weights, span = at.points, at.velocities, at.masses, at.weights, at.span
+    segments, fractions = connections.segments, connections.fractions
+    # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
+    acts, exerted = out.acts, out.exerted
+    for i in prange(len(acts)):
+        acts[i] = False
+        if not (at.active[segments[i, 0]] or at.active[segments[i, 1]]):  # Neither strand is solved.
+            continue
+        apart, u = between(points, segments, fractions, i), between(velocities, segments, fractions, i)
+        length, speed = np.sqrt(dot(apart, apart)), np.sqrt(dot(u, u))
+        if length < np.inf and speed < np.inf:
+            d = normal_of(points, velocities, segments, fractions, i)
+            wide = mean_width(widths, segments, i)
+            longer = length - wide * reach
+            slack = wide * (far - reach)
+            stiffness = single * (grips[segments[i, 0]] * grips[segments[i, 1]]) / wide
+            # Beyond release it breaks within the step: a weaker spring that does the same work until then.
+            present = min(slack / max(longer, slack), 1.0)
+            k = stiffness * present * present
+            w = inverse_mass(masses, segments, fractions, i)
+            c = 2.0 * fraction * present * np.sqrt(stiffness / w) if w > 0.0 else 0.0
+            # One h for both strands, so that what they exert on each other is opposite.
+            h = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]])
+            pull = k * longer
+            force = -span * (pull + c * dot(u, d))
+            acts[i] = True
+            exerted[i, ALONG] = span * (h * k + c)
+            exerted[i, ACROSS] = span * h * max(pull, 0.0) / max(length, _SMALLEST)
+            for a in range(3):
+                exerted[i, DIRECTION + a], exerted[i, PUSH + a] = d[a], force * d[a]

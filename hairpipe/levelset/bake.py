@@ -1,0 +1,157 @@
+"""Bake the signed distance and the velocity of a moving body: a narrow band, and coarsely what is inside it.
+
+Blocks without bricks far inside a body: distance and velocity at their corners.
+
+The level set of a body with the distances of OpenVDB's conversion of a mesh, for comparison.
+"""
+
+from warnings import warn
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.errors import BadInput
+from hairpipe.geometry.triangle_tree import Tree, closest, tree_over
+from hairpipe.levelset.bricks import SIDE, filled_bricks
+from hairpipe.levelset.closed_surface import Surface, checked, closed_surface
+from hairpipe.levelset.grid_layout import BRICK, Lattice, lattice_around
+from hairpipe.levelset.outer_shell import OUTSIDE, marked_samples, outer_surface
+from hairpipe.levelset.sheets import split_pieces, with_sheets
+from hairpipe.openvdb_library import ask
+from hairpipe.values import LevelSet, Mesh
+
+
+def inner_corners(tree: Tree, velocities: np.ndarray, lattice: Lattice, places: np.ndarray) -> np.ndarray:
+    """Return signed distance [m] and velocity [m/s] at the corners of blocks far inside, 0 at others; pure.
+
+    tree        tree over the surface
+    velocities  velocities of the corners of the surface's triangles [m/s], (m, 3, 3) float64
+    places      index of the brick of every block, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32
+    returns     (na + 1, nb + 1, nc + 1, 4) float32
+
+    Between them, a distance with a radius of curvature R has an error of up to (8 voxel)^2 / 4 R.
+    """
+    corners = np.zeros((*np.add(places.shape, 1), 4), np.float32)
+    far = np.pad(places == LevelSet.FAR_INSIDE, 1)
+    touched = np.zeros(corners.shape[:3], bool)
+    for a, b, c in np.ndindex(2, 2, 2):
+        touched |= far[a : a + touched.shape[0], b : b + touched.shape[1], c : c + touched.shape[2]]
+    _fill(tree, velocities, np.ascontiguousarray(np.argwhere(touched)), lattice.first, lattice.voxel, corners)
+    return corners
+
+
+@njit(cache=True, parallel=True)
+def _fill(
+    tree: Tree, velocities: np.ndarray, which: np.ndarray, first: np.ndarray, voxel: float, corners: np.ndarray
+) -> None:
+    """Fill the corners which, (n, 3) int64, in place."""
+    for n in prange(len(which)):
+        a, b, c = which[n]
+        x, y, z = (first[0] + BRICK * a) * voxel, (first[1] + BRICK * b) * voxel, (first[2] + BRICK * c) * voxel
+        squared, near, w = closest(tree, (x, y, z), np.inf, 0)
+        t = tree.triangles[near]
+        corners[a, b, c, 0] = -np.sqrt(squared)  # Inside, so the sign is known without `marks`.
+        for axis in range(3):
+            v0, v1, v2 = velocities[t, 0, axis], velocities[t, 1, axis], velocities[t, 2, axis]
+            corners[a, b, c, 1 + axis] = w[0] * v0 + w[1] * v1 + w[2] * v2
+
+
+# Of the area, without a word: the tips of ears and noses fall between samples at any spacing.
+LOST = 0.01
+
+
+def bake(mesh: Mesh, voxel: float, half_width: float, open_edges: str = "fill") -> LevelSet:
+    """Return the signed distance and the velocity of a body in a band around its surface, and everywhere inside; pure.
+
+    phi(x) = -+min |x - p| over the points p of the surface reached from outside, negative inside; v(x) = v(p)
+
+    voxel       spacing of the samples [m]; they lie at integer multiples of it
+    half_width  half width of the band, in voxels
+    open_edges  "fill": holes are capped, with a warning; "refuse": they are an error
+
+    The distance is that to the triangles themselves, in double precision. The sign is that of a flood from outside
+    along the samples, which triangles block. OpenVDB's conversion of a mesh is less accurate in both: the bench
+    `levelset` compares them with brute force (graphs/experiments/README.md).
+
+    Raises BadInput for a mesh that is broken, empty, encloses no sample, or is too large for its voxel.
+    """
+    surface = closed_surface(mesh, open_edges)
+    return bake_solid(surface, lattice_around(surface.corners, voxel, half_width), half_width)
+
+
+def bake_sheets(
+    body: Mesh | None, sheets: Mesh, voxel: float, half_width: float, open_edges: str, thickness: float | None
+) -> LevelSet:
+    """Return the level set of a body, see `bake`, and of open surfaces with a thickness; pure.
+
+    sheets     closed pieces are solid
+    thickness  of the others [m]; None: two voxels
+
+    The middle of a sheet, half a thickness from its surface, is inside by any sample around it. Raises BadInput as
+    `bake` does, and for a sheet that is thinner than two voxels, or thicker than the band.
+    """
+    thick = 2.0 * voxel if thickness is None else thickness
+    if not 2.0 * voxel <= thick <= 2.0 * half_width * voxel:
+        right = f"{2.0 * voxel:g} to {2.0 * half_width * voxel:g}: two voxels to twice the half width"
+        raise BadInput(f"sheets are {thick:g} m thick", where="thickness", right=right)
+    closed, thin = split_pieces(checked(sheets))
+    solids = [closed_surface(mesh, open_edges) for mesh in (body, closed) if mesh is not None and len(mesh.triangles)]
+    layers = Surface(thin.points[thin.triangles], thin.rates[thin.triangles])
+    corners = np.concatenate([*(solid.corners for solid in solids), layers.corners])
+    lattice = lattice_around(corners, voxel, half_width + 0.5 * thick / voxel)
+    both = Surface(corners, np.concatenate([*(solid.velocities for solid in solids), layers.velocities]))
+    if solids:
+        closed_ones = Surface(*(values[: len(corners) - len(layers.corners)] for values in both))
+        solid = bake_solid(closed_ones, lattice, half_width)
+    else:
+        nothing = np.zeros((0, SIDE, SIDE, SIDE, 3), np.float32)
+        inner = np.zeros((*np.add(lattice.bricks, 1), 4), np.float32)
+        bricks = np.full(lattice.bricks, LevelSet.FAR_OUTSIDE, np.int32)
+        solid = LevelSet(bricks, nothing[..., 0], nothing, inner, lattice.first * voxel, voxel, half_width)
+    return with_sheets(solid, layers, both, lattice, thick) if len(thin.triangles) else solid
+
+
+def bake_solid(surface: Surface, lattice: Lattice, half_width: float) -> LevelSet:
+    """Return the level set of a closed surface, with a warning of parts that are too thin; pure."""
+    found, lost = bake_surface(surface, lattice, half_width)
+    if lost > LOST:
+        share = f"{lost:.0%} of the surface"
+        warn(f"body: {share} is too thin for voxel = {lattice.voxel:g} m, and does not stop hair", stacklevel=3)
+    return found
+
+
+def bake_surface(surface: Surface, lattice: Lattice, half_width: float) -> tuple[LevelSet, float]:
+    """Return the level set of a closed surface, see `bake`, and the share of its area that is too thin for it; pure."""
+    voxel = lattice.voxel
+    marks = marked_samples(surface.corners, lattice)
+    if (marks & OUTSIDE).all():
+        raise BadInput(f"the body encloses no sample at voxel = {voxel:g} m", where="body", right="a smaller voxel")
+    outer = outer_surface(surface, marks, lattice)
+    tree = tree_over(outer.surface.corners)
+    bricks = filled_bricks(tree, outer.surface.velocities, lattice, marks, half_width * voxel)
+    inner = inner_corners(tree, outer.surface.velocities, lattice, bricks.places)
+    found = LevelSet(bricks.places, bricks.distance, bricks.velocity, inner, lattice.first * voxel, voxel, half_width)
+    return found, outer.lost
+
+
+def bake_by_openvdb(mesh: Mesh, voxel: float, half_width: float, open_edges: str) -> LevelSet:
+    """Return the level set of `bake`, with distances and signs by OpenVDB's createLevelSetFromPolygons in the band.
+
+    Velocities, bricks and distances beyond the band inside are those of `bake`, see there for arguments and errors.
+    BadInput also where OpenVDB's module is missing or fails.
+    """
+    surface = closed_surface(mesh, open_edges)
+    lattice = lattice_around(surface.corners, voxel, half_width)
+    ours = bake_solid(surface, lattice, half_width)
+    where = {"first": lattice.first, "samples": np.array(lattice.samples)}
+    given = {"corners": surface.corners, "voxel": voxel, "half_width": half_width}
+    theirs = ask("levelset", "bake_levelset", **given, **where)["distance"]
+    places = np.argwhere(ours.bricks >= 0)
+    distance = np.empty_like(ours.distance)
+    for a, b, c in places.tolist():
+        first, other, last = (slice(BRICK * i, BRICK * i + SIDE) for i in (a, b, c))
+        distance[ours.bricks[a, b, c]] = theirs[first, other, last]
+    width = np.float32(voxel * half_width)
+    deep = np.minimum(ours.distance, -width)
+    found = np.where(distance >= width, width, np.where(distance <= -width, deep, distance))
+    return LevelSet(ours.bricks, found, ours.velocity, ours.inner, ours.origin, voxel, half_width)

@@ -1,1 +1,0 @@
-"""Baking of a mesh to a level set."""

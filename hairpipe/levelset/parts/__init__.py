@@ -1,1 +1,0 @@
-"""Level sets of a body in parts, each carried by its bones."""

@@ -1,1 +1,0 @@
-"""The equations as Bando, Chen, Nishita 2003 print them, where hair fails by them."""

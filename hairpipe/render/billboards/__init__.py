@@ -1,1 +1,0 @@
-"""Particles drawn as billboards, after Bando, Chen, Nishita 2003, Sec. 5."""

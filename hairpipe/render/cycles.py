@@ -1,0 +1,196 @@
+"""Picture of hair by path tracing in Cycles; camera, lamps, backdrop and film are those of the preview.
+
+Run Blender in a child process, which ends with this one.
+
+Blender is under the GNU GPL: only `program.py` imports it, and only the child process runs that file.
+"""
+
+import json
+import os
+import subprocess
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from pathlib import Path
+from signal import SIGKILL, Signals
+from typing import TYPE_CHECKING, Any
+
+import numba
+import numpy as np
+
+from hairpipe.child import command, environment
+from hairpipe.errors import BadInput
+from hairpipe.render.camera import NEAR, Camera, Shot, frame_hair, place_camera
+from hairpipe.render.fibre import INDEX, ROUGHNESS, absorption_of
+from hairpipe.render.film import EDGE, backdrop, develop
+from hairpipe.render.kajiya_kay import TILT, strand_colours
+from hairpipe.render.lights import Light, studio
+from hairpipe.render.portrait import NOBODY, SCALP, check, drawn_width, relative_widths
+from hairpipe.render.skin import CLAY, IRRADIANCE, hair_share
+from hairpipe.values import Mesh, Strands
+from hairpipe.values.groom import tapers
+
+if TYPE_CHECKING:
+    pass
+
+
+BOOT = (
+    "from hairpipe.child import die_with_parent; die_with_parent();"  # importing Blender takes seconds
+    "from hairpipe.render.cycles_program import main; main()"
+)
+SMALLER = "fewer strands, a smaller picture, or more memory"
+
+
+def run_blender(scene: dict[str, Any], arrays: dict[str, np.ndarray], folder: Path) -> np.ndarray:
+    """Return the image of a scene by Cycles: linear light, (height, width, 3) float32.
+
+    It uses the number of threads of numba; the light does not depend on it.
+
+    scene   plain values, see `program.py`
+    arrays  hair and body, see there
+    folder  folder of the exchanged files, which are kept
+
+    Raises BadInput, in one line, where Blender is not installed or fails.
+    """
+    if find_spec("bpy") is None:
+        mend = "pip install 'hairpipe[cycles]', with Python 3.11 or 3.13"
+        raise BadInput("Blender is not installed", where="bpy", right=mend)
+    inputs, pixels = folder / "arrays.npz", folder / "pixels.npy"
+    np.savez(inputs, **arrays)
+    files = {"arrays": str(inputs), "pixels": str(pixels)}
+    job = {**scene, **files, "threads": numba.get_num_threads(), "parent": os.getpid()}
+    child = subprocess.run(
+        command(BOOT),
+        input=json.dumps(job).encode(),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        env=environment() | {"TMPDIR": str(folder), "BLENDER_USER_RESOURCES": str(folder)},
+    )
+    if child.returncode < 0:
+        right = SMALLER if -child.returncode == SIGKILL else None
+        raise BadInput(f"Blender was ended by {Signals(-child.returncode).name}", where="bpy", right=right)
+    if child.returncode > 0:
+        *_, last = ["no message", *child.stderr.decode(errors="replace").strip().splitlines()]
+        raise BadInput(f"Blender failed: {last}", where="bpy")
+    return np.load(pixels)
+
+
+SOFT = np.radians(12.0)
+"""Angular diameter of a lamp seen from the hair, for soft shadows."""
+FIBRE = {
+    "properties": {"model": "CHIANG", "parametrization": "ABSORPTION"},
+    "inputs": {"Roughness": ROUGHNESS, "Radial Roughness": ROUGHNESS, "IOR": INDEX, "Offset": TILT},
+}
+"""Scattering of hair after Chiang, Bitterli, Tappan, Burley 2016; absorption is an attribute of the points."""
+SKIN = {"Roughness": 0.6, "Specular IOR Level": 0.2}
+"""Inputs of the material of the body, which is matt; its colour is that of the preview."""
+FAR = 1e4
+"""Far plane [m]."""
+
+
+@dataclass(frozen=True)
+class Fibre:
+    """Material and drawn width of strands.
+
+    thickness  drawn width over the width that looks full, see `drawn_width`
+    colour     of a lock, linear red, green and blue, (3,)
+    """
+
+    thickness: float
+    colour: np.ndarray
+
+
+@dataclass(frozen=True)
+class Exposure:
+    """Sampling of light.
+
+    samples  paths per pixel
+    denoise  whether OpenImageDenoise removes the noise of few paths
+    shutter  exposure time, half before the frame and half after [s], for motion blur; 0: none
+    """
+
+    samples: int
+    denoise: bool
+    shutter: float
+
+
+def render_hair(
+    hair: Strands, body: Mesh | None, shot: Shot, fibre: Fibre, exposure: Exposure, folder: Path
+) -> np.ndarray:
+    """Render hair, and the body under it, (height, width, 3) uint8, sRGB; the same on any number of threads.
+
+    folder  for files meanwhile, which are left there
+
+    Raises BadInput where there is no strand, a position or a velocity is not finite, or Blender is not there or fails.
+    """
+    return develop(trace_hair(hair, body, shot, fibre, exposure, folder), 1)
+
+
+def trace_hair(
+    hair: Strands, body: Mesh | None, shot: Shot, fibre: Fibre, exposure: Exposure, folder: Path
+) -> np.ndarray:
+    """Return the light at the eye, linear, (height, width, 3) float32; arguments as of `render_hair`."""
+    body = NOBODY if body is None else body
+    check(hair, body)
+    if exposure.shutter > 0.0 and not (np.isfinite(hair.velocities).all() and np.isfinite(body.rates).all()):
+        raise BadInput("a velocity is not finite", where="hair, body", right="shutter = 0 needs none")
+    points = np.asarray(hair.points, float)
+    framing = frame_hair(points, hair.offsets)
+    roots = points[hair.offsets[:-1]]
+    camera = place_camera(replace(shot, grain=1), framing)
+    width = fibre.thickness * drawn_width(hair, framing, camera, 1)
+    scene = {
+        "fibre": FIBRE,
+        "skin": {"properties": {}, "inputs": SKIN},
+        "lamps": [lamp_of(light) for light in studio(camera.axes)],
+        "surroundings": EDGE.tolist(),
+        "camera": lens_of(camera),
+        "samples": exposure.samples,
+        "denoise": exposure.denoise,
+        "blur": exposure.shutter > 0.0,
+    }
+    share = SCALP * hair_share(body.points, roots, camera.axes)[:, None]
+    wall = backdrop(camera.height, camera.width)
+    arrays = {
+        "hair_points": hair.points,
+        "hair_radii": 0.5 * width * relative_widths(hair) * tapers(hair.offsets),
+        "hair_moves": exposure.shutter * hair.velocities,
+        "hair_offsets": hair.offsets,
+        "hair_absorptions": absorptions(fibre.colour, hair.offsets),
+        "body_points": body.points,
+        "body_moves": exposure.shutter * body.rates,
+        "body_triangles": body.triangles,
+        "body_colours": CLAY + share * (0.5 * fibre.colour - CLAY),
+        "wall": np.dstack([wall, np.ones(wall.shape[:2])]),
+    }
+    return run_blender(scene, arrays, folder)
+
+
+def absorptions(colour: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Absorption at points of strands over the radius of a hair, for the colours of the preview, (p, 3)."""
+    points = np.arange(offsets[-1])
+    strand = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+    return absorption_of(strand_colours(colour, offsets, strand, 2 * points))
+
+
+def lamp_of(light: Light) -> dict[str, Any]:
+    """Describe a lamp that lights a sphere as brightly as that of the preview."""
+    brightest = light.colour.max()
+    aside = np.eye(3)[np.argmin(np.abs(light.towards))]
+    right = np.cross(aside, light.towards) / np.linalg.norm(np.cross(aside, light.towards))
+    axes = np.stack([right, np.cross(light.towards, right), light.towards])
+    colour = (light.colour / brightest).tolist()
+    irradiance = IRRADIANCE * brightest
+    return {"colour": colour, "irradiance": irradiance, "angle": SOFT, "axes": rows_of(axes, np.zeros(3))}
+
+
+def lens_of(camera: Camera) -> dict[str, Any]:
+    """Describe a camera."""
+    angle = 2.0 * np.arctan(0.5 * min(camera.width, camera.height) / camera.focal)
+    axes = rows_of(camera.axes * [[1.0], [1.0], [-1.0]], camera.eye)
+    size = {"width": camera.width, "height": camera.height}
+    return {**size, "angle": angle, "nearest": NEAR, "farthest": FAR, "axes": axes}
+
+
+def rows_of(axes: np.ndarray, origin: np.ndarray) -> list[list[float]]:
+    """Write a frame as four rows: its axes, and its origin."""
+    return [[*axis, 0.0] for axis in axes.tolist()] + [[*origin.tolist(), 1.0]]

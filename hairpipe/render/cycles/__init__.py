@@ -1,1 +1,0 @@
-"""Pictures by Blender's path tracer, Cycles, which runs as a program of its own."""

@@ -1,1 +1,0 @@
-"""Rasterisation of lines, triangles and surfaces."""

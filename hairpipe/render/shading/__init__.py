@@ -1,1 +1,0 @@
-"""Shading of hair, skin and scalp."""

@@ -1,1 +1,0 @@
-"""Prescribed motion of the ends of strands, by keys and by waves."""

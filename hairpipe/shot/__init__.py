@@ -1,0 +1,1 @@
+"""A shot of strands: settings, scene, frame, cuts, locks."""

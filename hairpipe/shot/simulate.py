@@ -1,0 +1,308 @@
+"""A shot of strands: their start, and their steps of time through a frame.
+
+States that a frame cannot begin with as they are: strands that are not finite, and another precision.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from warnings import warn
+
+import numpy as np
+
+from hairpipe.errors import BadInput
+from hairpipe.geometry.segments import LostPoints
+from hairpipe.laws.drag import warn_of_storm
+from hairpipe.levelset.collider import Collider
+from hairpipe.shot import shot
+from hairpipe.shot.build import bodies_of, check_scheme, gravity_of, integrator_of, surroundings_of, volume_target
+from hairpipe.shot.cuts import move_over_cut
+from hairpipe.shot.diagnostics import (
+    warn_of_deep_roots,
+    warn_of_growth,
+    warn_of_held,
+    warn_of_lost,
+    warn_of_stretch,
+    warn_of_sweep,
+    warn_of_weight,
+)
+from hairpipe.shot.goals import goals_of
+from hairpipe.shot.locks import advance_locked, check_locks
+from hairpipe.shot.settings import BodyContact, Scene
+from hairpipe.shot.shot import Frame
+from hairpipe.solve.boundary import ClampPath, Driver, about, clamp_at, follow, origin_of, place
+from hairpipe.solve.integrator import rows_of
+from hairpipe.solve.interactions import with_interactions
+from hairpipe.solve.lost import are_finite
+from hairpipe.solve.stage import State, Step
+from hairpipe.solve.step_size import TooManySteps, crossing_limit, limits_of, next_step
+from hairpipe.strands.hair_model import HairModel
+from hairpipe.strands.layout import relaid
+from hairpipe.strands.sag_free import find_initial_state
+from hairpipe.values import Groom, Strands
+from hairpipe.values.hair import HairState
+from hairpipe.volume.density import lengths_at_points
+from hairpipe.volume.strand_samples import reach_of
+
+
+def restored(hair: HairModel, state: HairState, driver: Driver) -> tuple[HairState, np.ndarray]:
+    """Return a state in which non-finite strands are reset to the groom, at rest relative to their roots; pure.
+
+    driver  of the roots at the frame of the state
+
+    Also returns these strands, (blocks, W) bool. No other valid shape of them is known.
+    """
+    rows = state.positions, state.velocities, state.accelerations, state.tensions
+    finite = np.all([are_finite(hair.model, values) for values in rows], axis=0)
+    if finite.all():
+        return state, ~finite
+    lost = rows_of(hair.model, ~finite)
+    numbers = np.arange(hair.layout.offsets[-1])
+    for strand in np.unique(hair.layout.strands[~finite]):
+        numbers[hair.layout.offsets[strand] : hair.layout.offsets[strand + 1]] = -1
+    positions, velocities = place(driver, hair.groom, hair.rest, hair.layout)
+    mended = replace(
+        state,
+        positions=np.where(lost, positions, state.positions),
+        velocities=np.where(lost, velocities, state.velocities),
+        accelerations=np.where(lost, 0.0, state.accelerations).astype(state.accelerations.dtype),
+        fresh=state.fresh | ~finite,
+        tensions=np.where(lost, 0.0, state.tensions).astype(state.tensions.dtype),
+        touching=state.touching and state.touching.renumbered(numbers),
+        shear=state.shear and state.shear.renumbered(numbers),
+    )
+    return mended, ~finite
+
+
+def converted(state: HairState, here: HairModel, there: HairModel) -> HairState:
+    """Return a state of strands in one precision as one of the same strands in another; pure."""
+    names = ("velocities", "accelerations", "tensions", "inverse_lengths")
+    kept = {name: getattr(state, name) for name in names if getattr(state, name) is not None}
+    cast = {name: relaid(values, here.layout, there.layout).astype(there.layout.dtype) for name, values in kept.items()}
+    positions, fresh = (relaid(values, here.layout, there.layout) for values in (state.positions, state.fresh))
+    return replace(state, positions=positions, fresh=fresh, **cast)
+
+
+@dataclass(frozen=True, eq=False)
+class StrandSimulation:
+    """Strands in one precision, in a scene; a `hairpipe.shot.shot.Simulation`."""
+
+    hair: HairModel
+    scene: Scene
+
+    @property
+    def groom(self) -> Groom:
+        """The strands whose roots are led."""
+        return self.hair.groom
+
+    def start(self, frame: Frame) -> HairState:
+        """Return the groom where its roots are.
+
+        Warns of absent connections, deep roots, energy from a solver, storms, and soft strands.
+        """
+        scene = self._scene_at(frame)
+        shot.warn_of_connections(self.groom, frame, contact=scene.contact != BodyContact())
+        state = start(self.hair, frame.drivers[1], scene)
+        warn_of_deep_roots(self.hair, state.positions, self._bodies_at(frame))
+        warn_of_sweep(scene)
+        warn_of_storm(scene.wind)
+        warn_of_weight(self.hair, scene)
+        return state
+
+    def advance(self, state: HairState, frame: Frame) -> HairState:
+        """Return the hair at a frame; warns of strands that were lost, of stretch, and of skin that grows."""
+        hair = self.hair
+        scene = self._scene_at(frame)
+        bodies = self._bodies_at(frame)
+
+        def simulate(strands: HairModel, before: HairState, drivers: tuple[Driver, Driver]) -> HairState:
+            goals = goals_of(strands, drivers, frame.pins, scene.goal, frame.frame_dt)
+            held = with_interactions(scene, *goals) if goals else scene
+            return advance_frame(strands, before, drivers, bodies, frame.frame_dt, held, frame.began)
+
+        if scene.locks is None:
+            moved = simulate(hair, state, frame.drivers)
+        else:
+            moved = advance_locked(hair, state, frame, scene, simulate)
+        warn_of_lost(hair, state, moved, frame.number)
+        stretched = warn_of_stretch(hair, moved.positions, scene, frame.number, state.stretched)
+        size = state.grown, state.grown_reported
+        grown, reported = warn_of_growth(hair.groom, frame.drivers, frame.number, *size)
+        return replace(moved, stretched=stretched, grown=grown, grown_reported=reported)
+
+    def move_over_cut(self, state: HairState, drivers: tuple[Driver, Driver]) -> HairState:
+        """Return the hair moved with its roots, see `hairpipe.shot.cuts`."""
+        return move_over_cut(self.hair, state, drivers)
+
+    def _bodies_at(self, frame: Frame) -> list[Collider]:
+        """Build the bodies of a frame."""
+        return bodies_of(frame.surfaces, frame.parts, self.scene.contact, frame.frame_dt)
+
+    def _scene_at(self, frame: Frame) -> Scene:
+        """Return the scene with the target of a frame; BadInput where hair cannot be in locks as asked."""
+        scene = _attracted(self.hair, frame, self.scene)
+        if scene.locks is not None:
+            check_locks(self.hair, frame.drivers[1], scene)
+        return scene
+
+
+def next_state(hair: HairModel, previous: HairState | None, frame: Frame, scene: Scene) -> HairState:
+    """Return the hair at a frame from that at the previous frame, which is absent at the first. Pure.
+
+    A frame in which single precision loses strands is recomputed in double precision.
+
+    Raises BadInput if only one of the target and the group `volume.target` is given, and ArithmeticError as
+    `advance_frame`.
+    """
+    try:
+        return shot.next_state(StrandSimulation(hair, scene), previous, frame)
+    except ArithmeticError as lost:
+        if hair.in_double is None or previous is None:
+            raise
+        warn(f"{lost}: computed again in double precision", stacklevel=2)
+    finer = hair.in_double()
+    state = shot.next_state(StrandSimulation(finer, scene), converted(previous, hair, finer), frame)
+    return converted(state, finer, hair)
+
+
+def _attracted(hair: HairModel, frame: Frame, scene: Scene) -> Scene:
+    """Return the scene with the interaction that pulls hair to the target, if there is one."""
+    target = scene.volume.target if scene.volume is not None else None
+    if target is None and frame.target is None:
+        return scene
+    if target is None or frame.target is None:
+        missing = "[volume.target]" if target is None else "in.target"
+        raise BadInput(f"attraction to a density requires {missing}", right="both, or neither")
+    points, offsets = hair.groom.points, hair.layout.offsets
+    reach = hair.once("reach", lambda: reach_of(points, offsets))
+    lengths = hair.once("lengths", lambda: lengths_at_points(points, offsets))
+    leader = volume_target(target, frame.target, (offsets, reach, lengths), frame.frame_dt)
+    return with_interactions(scene, leader)
+
+
+def start(hair: HairModel, driver: Driver, scene: Scene) -> HairState:
+    """Place the groom at its roots, with their velocity.
+
+    Its springs are at rest, so it starts in free fall; with a sag-free start they support it. Raises BadInput as
+    `stand`, and if the model does not support the scheme.
+    """
+    check_scheme(hair.model, scene)
+    layout = hair.layout
+    positions, velocities = place(driver, hair.groom, hair.rest, layout)
+    gravity = gravity_of(scene).astype(layout.dtype)
+    tensions = np.zeros_like(hair.model.inverse_lengths)
+    inverse_lengths = None
+    pull = gravity[:, None]
+    if scene.sag_free is not None:
+        origin = origin_of(positions, layout)
+        near = about(origin, positions, layout)
+        initial = find_initial_state(hair.model, layout, hair.groom.ids, near, gravity, scene.sag_free)
+        # What stands as groomed stays where it is, to the bit.
+        positions = positions + (initial.positions - near)
+        velocities = follow(driver, hair.groom, positions, layout)
+        tensions, inverse_lengths = initial.tensions, initial.inverse_lengths
+        pull = np.where(initial.rests[:, None], 0.0, pull)
+    return HairState(
+        positions,
+        velocities,
+        pull - scene.air.drag.value * velocities,
+        np.full(layout.strands.shape, scene.air_interacts),  # no acceleration contains it yet
+        tensions,
+        inverse_lengths,
+        stuck=np.empty((0, 2), np.int32),
+        stuck_at=np.empty((0, 2)),
+        pace=np.inf,
+        stretched=1.0,
+    )
+
+
+def advance_frame(
+    hair: HairModel,
+    state: HairState,
+    drivers: tuple[Driver, Driver],
+    bodies: Sequence[Collider],
+    frame_dt: float,
+    scene: Scene,
+    began: float = 0.0,
+    watch: Callable[[State, float, float], None] | None = None,
+) -> HairState:
+    """Advance hair from the previous frame to this one; pure.
+
+    drivers   drivers of the roots at the previous and at this frame
+    bodies    bodies that hair collides with
+    frame_dt  time between the frames [s]
+    began     time of the shot at the previous frame [s]
+    watch     called after every step with the state, about the middle of the roots, and the start and end of the step
+              since the previous frame [s]
+
+    Strands without a solvable step are held and reported, see `integrators/lost.py`; those that are not finite at the
+    start of the frame are reset to the groom.
+
+    Raises ArithmeticError if no step can be solved for any strand, if roots are not finite, if a frame takes too many
+    steps, and if strands are held that are also available in double precision.
+    """
+    state, mended = restored(hair, state, drivers[0])
+    origin = origin_of(state.positions, hair.layout)
+    model = hair.model
+    if state.inverse_lengths is not None:
+        model = model._replace(inverse_lengths=state.inverse_lengths)
+    now = State.begin(state, about(origin, state.positions, hair.layout))
+    path = ClampPath(*(clamp_at(driver, hair.groom, hair.rest, hair.layout, origin) for driver in drivers), frame_dt)
+    around = surroundings_of(hair, model, state, bodies, scene, began, origin)
+    integrator = integrator_of(scene)
+    crossings = crossing_limit(scene.steps, state.pace)
+    limits = [*limits_of(scene.steps, model, around), crossings]
+    time = 0.0
+    left = scene.steps.most
+    frame = round(began / frame_dt) + 1
+    while time < frame_dt * (1 - 1e-9):
+        try:
+            dt = next_step(limits, now, path, time, left)
+            with np.errstate(over="ignore", invalid="ignore"):  # strands that a step loses are found after it
+                integrator.advance(model, now, Step(path, time, dt), around)
+        except LostPoints as lost:
+            raise _lost(hair, lost.points) from None
+        except TooManySteps as many:
+            raise _too_many(hair, scene, many) from None
+        left -= 1
+        crossings.follow(dt, around.crossed)
+        if watch is not None:
+            watch(now, time, time + dt)
+        time += dt
+    warn_of_held(hair, now, mended, scene.steps.most - left, frame)
+    moved = replace(
+        state,
+        positions=origin[:, None] + now.x,
+        velocities=now.v,
+        accelerations=now.a,
+        fresh=now.fresh,
+        tensions=now.T,
+        pace=crossings.step,
+        touching=None,
+        impulses=None,
+    )
+    return around.remember(moved)
+
+
+def strands_of(hair: HairModel, state: HairState) -> Strands:
+    """Collect what is shown: the axis of every strand; ArithmeticError naming strands that are not finite."""
+    points, velocities = hair.layout.axis(state.positions), hair.layout.axis(state.velocities)
+    if not (np.isfinite(points).all() and np.isfinite(velocities).all()):
+        finite = np.isfinite(points).all(1) & np.isfinite(velocities).all(1)
+        raise _lost(hair, np.flatnonzero(~finite))
+    return Strands(points, velocities.astype(np.float32), hair.layout.offsets, hair.diameter, hair.diameters)
+
+
+def _too_many(hair: HairModel, scene: Scene, many: TooManySteps) -> ArithmeticError:
+    """Name the strand and the setting by which a frame takes too many steps."""
+    names = "hair" if many.lane is None else f"strand {hair.groom.ids[hair.layout.strands[many.lane]]}"
+    asked = getattr(scene.steps, many.setting)
+    mend = f"more by steps.most, or fewer by a greater steps.{many.setting}"
+    what = f"{names} needs more than {scene.steps.most:,} steps per frame by steps.{many.setting} = {asked:g}"
+    return ArithmeticError(f"{what}: {many.steps:.2g} remain ({mend})")
+
+
+def _lost(hair: HairModel, points: np.ndarray) -> ArithmeticError:
+    """Name the strands of points, (n,), that are not finite."""
+    strands = np.unique(np.searchsorted(hair.layout.offsets, points, side="right") - 1)
+    listed = ", ".join(map(str, hair.groom.ids[strands[:10]]))
+    return ArithmeticError(f"{len(strands)} strands are not finite, among them ids {listed}")

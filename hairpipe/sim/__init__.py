@@ -1,1 +1,0 @@
-"""The hair: forces, filters, integrators, contact."""

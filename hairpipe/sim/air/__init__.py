@@ -1,1 +1,0 @@
-"""Wind: drag, gusts, and shielding of hair by hair."""

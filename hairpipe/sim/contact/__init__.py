@@ -1,1 +1,0 @@
-"""Hair against hair."""

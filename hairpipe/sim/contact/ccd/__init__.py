@@ -1,1 +1,0 @@
-"""Hair that would pass through hair in a step: continuous collision detection, and its answer."""

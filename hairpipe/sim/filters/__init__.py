@@ -1,1 +1,0 @@
-"""Corrections of positions and velocities between solves, without forces."""

@@ -1,1 +1,0 @@
-"""Goals: forces that pull hair to places carried by the skin, or by another body."""

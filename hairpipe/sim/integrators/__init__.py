@@ -1,1 +1,0 @@
-"""Time integrators: one scheme per file, each built of the stages of `implicit_stage.py`."""

@@ -1,1 +1,0 @@
-"""Hair that moves together is simulated once: locks, their guides, and the hairs that are carried along."""

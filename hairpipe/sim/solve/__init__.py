@@ -1,1 +1,0 @@
-"""One implicit stage of all strands: assemble, factor, couple, solve."""

@@ -1,1 +1,0 @@
-"""Strands at rest under gravity."""

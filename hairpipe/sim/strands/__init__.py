@@ -1,1 +1,0 @@
-"""Models of a strand: particles, constants, and forces. All models have the same interface."""

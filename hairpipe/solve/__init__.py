@@ -1,0 +1,1 @@
+"""Stages, time integrators, conjugate gradients, banded systems, step sizes, lost steps."""

@@ -1,1 +1,0 @@
-"""Spatial searches: bounding volume hierarchies, neighbour pairs, distances of segments and triangles; isosurfaces."""
