@@ -102,18 +102,18 @@ ROOMS = {
 """Which other rooms the files of a room may import."""
 OPENVDB = ("hairpipe/openvdb_library.py", "hairpipe/levelset/bake/")
 PLACES = {
-    "pxr": "hairpipe/io/usd/",
+    "pxr": "hairpipe/formats/usd/",
     "alembic3d": "hairpipe/formats/alembic_meshes.py",
-    "bpy": ("hairpipe/render/cycles/", "hairpipe/io/blender/", *OPENVDB),
+    "bpy": ("hairpipe/render/cycles", "hairpipe/formats/blender", *OPENVDB),
     **dict.fromkeys(("openvdb", "pyopenvdb"), OPENVDB),
     "blosc": "hairpipe/formats/vdb_read.py",
     "h5py": "hairpipe/formats/hdf5.py",
-    "PIL": "hairpipe/io/",
+    "PIL": "hairpipe/formats/",
     "matplotlib": "graphs/experiments/chart/",
     "pydantic": "hairpipe/engine/node/settings.py",
-    "click": ("hairpipe/cli/", "graphs/experiments/bench/"),
+    "click": ("hairpipe/app/cli/", "graphs/experiments/bench/"),
     "tomlkit": "hairpipe/engine/edit.py",
-    "rich": "hairpipe/cli/",
+    "rich": "hairpipe/app/cli/",
     "distributed": ("hairpipe/engine/hosts/dask_engine.py", "graphs/experiments/bench/engine/dask_cluster.py"),
     "starlette": "hairpipe/app/page/server.py",
     "uvicorn": "hairpipe/app/page/server.py",

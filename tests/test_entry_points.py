@@ -79,7 +79,7 @@ SMALL = {
     "tune": """from hairpipe.app.tune import study, tuning
 def tune(*_): raise study.Interrupted
 tuning.tune = tune""",
-    "convert": """from hairpipe.io.blender import convert as it
+    "convert": """from hairpipe.formats import blender as it
 it.IMPORTERS = {".usda": ()}
 it.run_program = lambda program, job, made, where: made[0].write_text("made")""",
     "experiments core": """from hairpipe.graphs.experiments.bench import core as it
@@ -108,15 +108,15 @@ it.try_mutations = lambda *_: it.make_report("mutate", {"scores": [{"room": "key
 it.measure_contact = lambda say, *words: it.make_report("contact", {"frames": [{"frame [s]": 0.1}]})""",
     "experiments swing": """from hairpipe.graphs.experiments.bench import swing as it
 it.measure_swing = lambda *_: it.make_report("swing", {"peers": [{"name": "hairpipe"}], "converged": []})""",
-    "bench paper": """from hairpipe.bench import paper as it
+    "bench paper": """from hairpipe.graphs.experiments.bench import paper as it
 case = {"first frame": 6, "threads": 1, "frame [s]": 0.1}
 it.measure_scene = lambda *words: [(case, {"strands": 0.1})]""",
-    "bench first-frame": """from hairpipe.bench import first_frame as it
+    "bench first-frame": """from hairpipe.graphs.experiments.bench.engine import first_frame as it
 it.measure_first_frame = lambda *_: it.make_report("first_frame", {"phases": [{"phase": "start"}]})""",
-    "bench engine": """from hairpipe.bench import engine as it
+    "bench engine": """from hairpipe.graphs.experiments.bench.engine import engine as it
 short, long = (it.ToyRun(count, 0, 1.0, 1.0, None) for count in (3, 5))
 it.cold_runs, it.warm_runs = lambda *_: (short, long), lambda *_: [short]""",
-    "bench traffic": """from hairpipe.bench import traffic as it
+    "bench traffic": """from hairpipe.graphs.experiments.bench.engine import traffic as it
 it.measure_scan = lambda *_: {"written [MB]": 0.1}""",
     "experiments promises": f"from hairpipe.graphs.experiments.scenes import promises as it\n{UNTUNABLE}",
     "experiments needs": f"from hairpipe.graphs.experiments.scenes import needs as it\n{UNTUNABLE}",

@@ -53,7 +53,7 @@ def import_alembic(path: Path) -> Any:
 
 
 class AlembicMeshes:
-    """Samples of the meshes of a file, see `hairpipe.formats.animated_meshes.Source`; time codes are frames of the shot.
+    """Samples of the meshes of a file, a `Source` of `animated_meshes.py`; time codes are frames of the shot.
 
     Raises BadInput where there are no meshes; warns of other shapes.
     """

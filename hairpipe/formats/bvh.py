@@ -2,9 +2,7 @@
 
 Alone among the formats of others they are read in this process: no library parses them that could crash, and to start
 a child takes .2 to .3 s, where a clip of 60 kB takes .01 s. Memory and time are bounded by the size of the text,
-`hairpipe.formats.text.MOST_BYTES`, and of its hierarchy, MOST_LETTERS and MOST_JOINTS: the largest file takes 4 s and .9 GB.
-
-HIERARCHY section of a Biovision file: nested joints.
+`MOST_BYTES` of `text.py`, and of its hierarchy, MOST_LETTERS and MOST_JOINTS: the largest file takes 4 s and .9 GB.
 """
 
 import re

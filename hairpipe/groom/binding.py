@@ -51,7 +51,7 @@ def cause_of_misfit(mesh: Mesh, roots: np.ndarray, tips: np.ndarray, reach: floa
     if share_on(tree, tips, reach) >= MOST:
         return Cause("the other ends lie on it: strands begin at the tip", "the root as first point of a strand")
     for turn, matrix in TURNS.items():
-        for scale in (1.0, *(ratio for unit in UNITS for ratio in (unit, 1.0 / unit))):
+        for scale in (1.0, *(ratio for length in UNITS for ratio in (length, 1.0 / length))):
             moved = scale * roots @ matrix.T
             apart = np.ptp(moved, axis=0).max(initial=0.0) > WIDE * reach  # a smaller set of places fits anywhere
             if (turn or scale != 1.0) and apart and share_on(tree, moved, reach) >= MOST:

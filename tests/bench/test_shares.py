@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hairpipe import contact
 from hairpipe.geometry import segments as pairs
 from hairpipe.geometry.segments import key_of
 from hairpipe.graphs.experiments.bench import shares
 from hairpipe.graphs.experiments.bench.shares import PARTS, part_of, shares_of
-from hairpipe.sim import contact
 
 CONTACT = Path(contact.__file__).parent
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import pytest
 
 HOME = Path(__file__).resolve().parents[2]
-STRANDS, PARTICLES = HOME / "hairpipe/sim/README.md", HOME / "hairpipe/particles/README.md"
+STRANDS, PARTICLES = HOME / "hairpipe/laws/README.md", HOME / "hairpipe/particles/README.md"
 IN_THE_PAPER = ("Sec. 3.1", "Sec. 3.2", "Sec. 4", "Sec. 4.1", "Sec. 4.2", "Sec. 5.1", "Sec. 5.2", "Sec. 5.3", "Sec. 6")
 
 

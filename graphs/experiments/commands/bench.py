@@ -6,12 +6,9 @@ import click
 
 from hairpipe.app.cli import options
 from hairpipe.app.cli.stderr import echo
+from hairpipe.graphs.experiments.bench.commands import bench
+from hairpipe.graphs.experiments.bench.machine import share_kernels
 from hairpipe.graphs.experiments.commands.measured import moving, print_report, record
-
-
-@click.group()
-def bench() -> None:
-    """Measure the cost of hair and of the engine on this machine."""
 
 
 @bench.command()
@@ -42,8 +39,6 @@ def paper(
     seconds in the paper, on one to four machines of four processors. By default all scenes of the paper are measured.
     The inputs of the simulation are kept in the cache.
     """
-    from hairpipe.graphs.experiments.bench.machine import share_kernels
-
     share_kernels()  # before kernels are imported
     from hairpipe.app.api.cache import open_store
     from hairpipe.app.api.source import find_graph

@@ -6,6 +6,7 @@ import os
 import signal
 import sys
 from contextlib import suppress
+from importlib.util import find_spec
 from typing import Any
 
 import click
@@ -19,14 +20,15 @@ from hairpipe.child import search_path
 from hairpipe.engine.node.messages import nearest, one_line
 from hairpipe.errors import BadInput
 
-COMMANDS = {
-    **dict.fromkeys(
-        ("run", "plan", "watch", "view", "report", "explain", "graph", "nodes", "get", "blender", "convert"), "commands"
-    ),
-    **dict.fromkeys(("tune", "validate", "wedge", "farm", "results"), "commands"),
-    **dict.fromkeys(("cache", "warm", "workers", "trust", "usd", "data", "bench", "version"), "housekeeping"),
-}
-"""Folders of the modules, by name; each module defines the command of its name."""
+EXPERIMENTS = "hairpipe.graphs.experiments"
+CHECKOUT = ("validate", "results", "bench")
+"""Commands of experiments, which a wheel is without."""
+COMMANDS = (
+    *("run", "plan", "watch", "view", "report", "explain", "graph", "nodes", "get", "blender", "convert"),
+    *("tune", "validate", "wedge", "farm", "results"),
+    *("cache", "warm", "workers", "trust", "usd", "data", "bench", "version"),
+)
+"""Modules by name, in the order of their use; each defines the command of its name."""
 BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
 COMPLETION = 'Shell completion: eval "$(_HAIRPIPE_COMPLETE=bash_source hairpipe)"; zsh and fish work the same way.'
 
@@ -67,7 +69,10 @@ class Commands(Group):
         """Import a command; None where there is none of this name."""
         if cmd_name not in COMMANDS:
             return None
-        return getattr(importlib.import_module(f"hairpipe.app.cli.{COMMANDS[cmd_name]}.{cmd_name}"), cmd_name)
+        folder = EXPERIMENTS if cmd_name in CHECKOUT else "hairpipe.app.cli"
+        if folder == EXPERIMENTS and find_spec(EXPERIMENTS) is None:
+            raise BadInput(f"`hairpipe {cmd_name}` is not in a wheel", right="pip install -e . in a checkout")
+        return getattr(importlib.import_module(f"{folder}.commands.{cmd_name}"), cmd_name)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

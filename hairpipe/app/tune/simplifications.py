@@ -2,8 +2,8 @@
 
 A model is a scan node with an input Groom `groom` and an output Strands `strands`. Other inputs have the same name in
 all models: bodies at `body`, ends of strands at `ends`, level sets anywhere; the settings of its steps are in a group
-`steps`, with the longest one as `longest` [s]. No model is named here: `hairpipe/values/simplification.py` describes how a
-model lists its own.
+`steps`, with the longest one as `longest` [s]. No model is named here: see `hairpipe/values/simplification.py` for how
+a model lists its own.
 """
 
 import importlib

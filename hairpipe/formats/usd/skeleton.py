@@ -276,14 +276,14 @@ def read_keys(mesh: UsdGeom.Mesh, binding: Binding, names: Names, matrix: np.nda
         places = [(1.0, shape.GetOffsetsAttr())]
         places += [(between.GetWeight(), between.GetAttr()) for between in shape.GetInbetweens()]
         given = shape.GetPointIndicesAttr().Get()
-        for place, attribute in places:
+        for weight, attribute in places:
             offsets = checked(attribute.Get(), attribute, 3)
             whole = not given and len(offsets) > 0
             vertices = np.arange(n) if whole else np.array(given or (), np.int64)
             if len(offsets) != len(vertices) or (len(vertices) and not 0 <= vertices.min() <= vertices.max() < n):
                 right = f"one for each of {len(vertices)} pointIndices of 0 to {n - 1}"
                 raise BadInput(f"{len(offsets)} offsets", where=location(shape.GetPrim()), right=right)
-            keys.append(Key(names[skeleton_of(binding), token], place, vertices, offsets @ matrix[:3, :3].T))
+            keys.append(Key(names[skeleton_of(binding), token], weight, vertices, offsets @ matrix[:3, :3].T))
     return keys
 
 

@@ -3,8 +3,8 @@
 Others of the whole suite may find what they miss: a score is a lower bound.
 """
 
-ROOM = "hairpipe/graph"
-TESTS = "tests/graph"
+ROOM = "hairpipe/engine"
+TESTS = "tests/engine"
 SUITES: dict[str, tuple[str, ...]] = {
     "key/source.py": ("key",),
     "key/code.py": ("key", "worker/test_machine_code.py", "worker/test_kernel_cache.py"),

@@ -1,6 +1,6 @@
 """A corpus of damaged texts: whatever the engine reads as text is a value or one message, never another exception.
 
-`python -m tests.graph.test_corpus` damages what is in the corpus at random, and adds what reaches new lines.
+`python -m tests.engine.test_corpus` damages what is in the corpus at random, and adds what reaches new lines.
 """
 
 import os
@@ -157,7 +157,7 @@ def reached(read: Callable[[Path, bytes], object], folder: Path, data: bytes) ->
     lines = set()
 
     def trace(frame, event, argument):
-        if "/hairpipe/graph/" not in frame.f_code.co_filename:
+        if "/hairpipe/engine/" not in frame.f_code.co_filename:
             return None
         lines.add((frame.f_code.co_filename, frame.f_lineno))
         return trace

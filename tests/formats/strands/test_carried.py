@@ -16,7 +16,7 @@ from hairpipe.nodes.export_groom import export_groom
 from hairpipe.nodes.export_usd import export_usd
 from hairpipe.values import Groom, Strands
 from hairpipe.values.groom import Curves
-from tests.io.complete_groom import complete_groom
+from tests.formats.complete_groom import complete_groom
 
 PAGE = Path(__file__).parents[3] / "docs" / "reference" / "groom_files.md"
 CARRIED = {

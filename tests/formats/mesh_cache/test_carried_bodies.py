@@ -14,7 +14,7 @@ from hairpipe.engine import Time
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_mesh_cache import load_mesh_cache
 from hairpipe.nodes.load_motion import load_motion
-from tests.io.gltf.test_gltf import Writer, write
+from tests.formats.gltf.test_gltf import Writer, write
 
 alembic3d = pytest.importorskip("alembic3d")
 Abc = pytest.importorskip("alembic3d.Abc")

@@ -17,7 +17,7 @@ from hairpipe.formats.groom_shot import GroomShot
 from hairpipe.formats.usd.groom_targets import write_groom
 from hairpipe.formats.usd.meshes import read_curves
 from hairpipe.values import Strands
-from tests.io.complete_groom import complete_groom
+from tests.formats.complete_groom import complete_groom
 
 library = pytest.importorskip("alembic3d")
 STRANDS, POINTS, FPS = 4, 5, 24.0

@@ -333,7 +333,7 @@ LIMITED = """
 import resource, sys
 from pathlib import Path
 import numpy as np
-from hairpipe.io import hdf5
+from hairpipe.formats import hdf5
 for size in range(0, 200_000, 20_000):
     for limit in (1, 4096, size, size + 2048, size + 200_000):
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))

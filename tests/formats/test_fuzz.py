@@ -3,7 +3,7 @@
 The child that reads them has lower limits than in use, since the files are small. Formats whose readers are libraries
 (OpenUSD, Alembic) may crash it or exceed these, which ends in a message; ours must not.
 
-`python -m tests.io.test_fuzz FORMAT NUMBER` tries so many of a format, or of `all`, and prints what came of them.
+`python -m tests.formats.test_fuzz FORMAT NUMBER` tries so many of a format, or of `all`, and prints what came of them.
 """
 
 import base64
@@ -39,7 +39,7 @@ from hairpipe.formats.strand_files import read_strands
 from hairpipe.formats.vdb_read import read_voxels
 from hairpipe.formats.vdb_write import density_grids
 from hairpipe.values import Density
-from tests.io.test_makehuman import NAMES, RIG, WEIGHTS
+from tests.formats.test_makehuman import NAMES, RIG, WEIGHTS
 
 SAMPLE = 8
 """Number of damages of each format in the tests."""
@@ -126,7 +126,7 @@ def gltf_of() -> bytes:
 
 def skinned_of() -> bytes:
     """A strip with joints and morph targets, in one JSON."""
-    from tests.io.gltf.test_gltf import morphing
+    from tests.formats.gltf.test_gltf import morphing
 
     return json.dumps(morphing([0.5, 0.0])).encode()
 
@@ -148,7 +148,7 @@ def image_of(folder: Path, suffix: str = "png") -> bytes:
 
 def abc_of(folder: Path) -> bytes:
     """A square that moves."""
-    from tests.io.mesh_cache.test_alembic_meshes import SQUARE, add_mesh, write
+    from tests.formats.mesh_cache.test_alembic_meshes import SQUARE, add_mesh, write
 
     write(folder / "seed.abc", lambda top, times: add_mesh(top, times, "m", lambda k: SQUARE + k))
     return (folder / "seed.abc").read_bytes()
@@ -156,7 +156,7 @@ def abc_of(folder: Path) -> bytes:
 
 def curves_of(folder: Path) -> bytes:
     """Strands with the attributes of Unreal's specification."""
-    from tests.io.strands.test_alembic_curves import groom, write
+    from tests.formats.strands.test_alembic_curves import groom, write
 
     write(folder / "seed.abc", groom)
     return (folder / "seed.abc").read_bytes()

@@ -16,8 +16,8 @@ from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_mesh_cache import load_mesh_cache
 from hairpipe.nodes.load_motion import load_motion
 from hairpipe.values import Body, Mesh
-from tests.io.usd.test_skeleton import JOINTS, ORIGINS, character, locals_of
-from tests.io.usd.test_skeleton import at as placed
+from tests.formats.usd.test_skeleton import JOINTS, ORIGINS, character, locals_of
+from tests.formats.usd.test_skeleton import at as placed
 
 FRAMES = range(1001, 1007)
 

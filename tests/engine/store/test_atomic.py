@@ -10,7 +10,7 @@ import pytest
 from hairpipe.engine.store import atomic, holder
 from hairpipe.engine.store import holder as renewal
 from hairpipe.engine.store.atomic import is_left_over, making, open_made, replacing, sweep, workspace, write_text
-from tests.graph.conftest import wait_for
+from tests.engine.conftest import wait_for
 
 
 def names_in(folder):

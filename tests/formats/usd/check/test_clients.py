@@ -13,7 +13,7 @@ from hairpipe.formats.usd.meshes import read_curves
 from hairpipe.groom.sampling import take
 from hairpipe.nodes.export_groom import export_groom
 from hairpipe.values import Groom, Strands
-from tests.io.complete_groom import complete_groom
+from tests.formats.complete_groom import complete_groom
 
 TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens
 STRANDS, POINTS = 30, 6
