@@ -17,9 +17,9 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.levelset.bake_parts import gathered
 from hairpipe.units import Degrees, DegreesPerSecond, Gt, Metres, MetresPerSecond, PerSecond, Seconds
 from hairpipe.values import BodyParts, Ends, Groom, LevelSet, Mesh
+from hairpipe.values.body import gathered
 
 Vector = tuple[float, float, float]
 

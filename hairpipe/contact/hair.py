@@ -14,15 +14,15 @@ from numba import njit, prange
 
 from hairpipe.contact.collision import collide
 from hairpipe.contact.contact_points import REACH, USUAL, Contacts, Scale, find_contacts
-from hairpipe.contact.couplings import Couplings, Joined, join, part_of
+from hairpipe.contact.friction import anchor, no_shear, sheared
 from hairpipe.contact.impulses import sweep
+from hairpipe.contact.repulsion import linearise as linearise_contacts
+from hairpipe.contact.stiction import Connections, connect, no_connections, release, room, stiffest
+from hairpipe.contact.stiction import linearise as linearise_connections
 from hairpipe.geometry.proximity import approaches, closest_pairs, near_pairs, pairs_about
 from hairpipe.geometry.segments import Pairs, empty_pairs, key_of, within
-from hairpipe.laws.adhesion import Connections, connect, no_connections, release, room, stiffest
-from hairpipe.laws.adhesion import linearise as linearise_connections
-from hairpipe.laws.coulomb import anchor, no_shear, sheared
-from hairpipe.laws.repulsion import linearise as linearise_contacts
 from hairpipe.shot.settings import Collisions, Stiction
+from hairpipe.solve.couplings import Couplings, Joined, join, part_of
 from hairpipe.solve.interactions import Interaction, Prediction, Start, StepEnd
 from hairpipe.values.hair import HairState, Shear
 

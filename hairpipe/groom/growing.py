@@ -23,13 +23,13 @@ from hairpipe.geometry.vec3 import Vector, cross, dot, flattened, length, minus,
 from hairpipe.groom.binding import root_frames
 from hairpipe.groom.importing import warn_of_fewer
 from hairpipe.groom.painting import Canvas, Paint, maps_at, vertex_coat
-from hairpipe.groom.random_streams import stream
 from hairpipe.groom.resampling import Cut, fitting, put, stride_on
 from hairpipe.groom.seeding import Density, seed_roots
 from hairpipe.groom.strand_arrays import offsets_of
 from hairpipe.groom.style import Comb, Curl, Style
 from hairpipe.levelset.closed_surface import Hole, capped, edge_uses, holes
 from hairpipe.values import Groom, Mesh
+from hairpipe.values.random_streams import stream
 
 LEAST_BODY = 1e-3  # volume over area^(3/2) of a body: a ball has 0.094, a sheet closed by its own back 0
 

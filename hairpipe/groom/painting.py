@@ -17,12 +17,12 @@ import numpy as np
 from hairpipe.errors import BadInput
 from hairpipe.geometry.triangles import Sites, blend_corners, site_uv
 from hairpipe.groom.binding import name_strands
-from hairpipe.groom.random_streams import chances, stream
 from hairpipe.groom.sampling import members_of
 from hairpipe.groom.tiles import EDGE, MARK, list_tiles, tiles_at
 from hairpipe.units import Degrees, Fraction, Ge, Gt, Interval, Metres, Reads
 from hairpipe.values import Body, Groom
 from hairpipe.values.groom import fractions_along, labels_of
+from hairpipe.values.random_streams import chances, stream
 
 Image = Annotated[Path, Reads(list_tiles, MARK)]
 """A picture, or its tiles."""

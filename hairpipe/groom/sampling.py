@@ -10,10 +10,10 @@ import numpy as np
 from hairpipe.errors import BadInput
 from hairpipe.geometry.sorting import morton_order
 from hairpipe.groom.binding import TIPS, name_strands
-from hairpipe.groom.random_streams import stream
 from hairpipe.groom.strand_arrays import points_of_strands, shares_of, take_strands
 from hairpipe.values import Groom
 from hairpipe.values.groom import labels_of
+from hairpipe.values.random_streams import stream
 
 GOLDEN = 0.6180339887498949  # every further sample has its seeds where gaps are widest
 

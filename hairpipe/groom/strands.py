@@ -11,11 +11,11 @@ import numpy as np
 from hairpipe.body.rotations import frame_along
 from hairpipe.errors import BadInput
 from hairpipe.groom.curl import Helix, wound
-from hairpipe.groom.random_streams import stream
 from hairpipe.groom.resampling import divide
 from hairpipe.groom.strand_arrays import offsets_of
 from hairpipe.units import Degrees, Ge, Interval, Metres
 from hairpipe.values import Groom
+from hairpipe.values.random_streams import stream
 
 SEGMENTS = 50  # of a strand of which nothing is said
 NOWHERE = (1.0, 0.0, 0.0)  # barycentric coordinates of roots without a body

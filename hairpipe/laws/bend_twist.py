@@ -33,9 +33,9 @@ from numba import njit
 
 from hairpipe.geometry import sym3
 from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.frames import FOLDED
 from hairpipe.geometry.simd import load, local_rows, maximum, select, sqrt, store
 from hairpipe.geometry.vec3 import cross, dot, minus, plus, scaled
-from hairpipe.strands.frames import FOLDED
 
 
 class Tangent(NamedTuple):

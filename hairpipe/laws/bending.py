@@ -9,9 +9,9 @@ torsion.
 Source: Bergou et al., A Quadratic Bending Model for Inextensible Surfaces, 2006, in one dimension.
 """
 
+from hairpipe.geometry.banded import add_coupling, add_diagonal
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.simd import load, store
-from hairpipe.solve.banded import add_coupling, add_diagonal
 
 
 @inlined

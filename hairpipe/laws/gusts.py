@@ -16,8 +16,8 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.geometry.compile import inlined
-from hairpipe.groom.random_streams import stream
 from hairpipe.laws.drag import Gusts
+from hairpipe.values.random_streams import stream
 
 FRAMES = 16
 """Orthogonal frames of random directions; each gives three modes."""

@@ -18,6 +18,7 @@ from hairpipe.levelset.bake import bake_surface
 from hairpipe.levelset.closed_surface import Hole, Surface, capped, describe, openings
 from hairpipe.levelset.grid_layout import lattice_around
 from hairpipe.values import Body, BodyParts, LevelSet, Mesh, Pose
+from hairpipe.values.body import gathered
 
 # A cap runs straight from its rim towards the middle of the hole for this share of the way, and only then into the
 # neighbour, by so many radii of the hole. A cone from the rim on comes out of the skin where that is hollow: by 2.8 mm
@@ -232,26 +233,3 @@ def bake_once(points: bytes, triangles: bytes, rim: bytes, voxel: float, half_wi
     wide_triangles(surface.corners)
     found, lost = bake_surface(surface, lattice_around(surface.corners, voxel, half_width), half_width)
     return replace(found, velocity=np.empty((0, *found.velocity.shape[1:]), np.float32)), lost
-
-
-def gathered(names: tuple[str, ...], poses: np.ndarray, rates: np.ndarray, parts: list[LevelSet]) -> BodyParts:
-    """Return level sets as the parts of a body; pure."""
-    starts = np.cumsum([0] + [part.bricks.size for part in parts])
-    firsts = np.cumsum([0] + [len(part.distance) for part in parts])
-    bricks = [
-        np.where(part.bricks >= 0, part.bricks + first, part.bricks).ravel()
-        for part, first in zip(parts, firsts, strict=False)
-    ]
-    return BodyParts(
-        names,
-        poses,
-        rates,
-        starts.astype(np.int64),
-        np.array([part.bricks.shape for part in parts], np.int32),
-        np.array([part.origin for part in parts]),
-        np.concatenate(bricks).astype(np.int32),
-        np.concatenate([part.distance for part in parts]),
-        np.concatenate([part.inner[..., 0].ravel() for part in parts]),
-        parts[0].voxel,
-        parts[0].half_width,
-    )

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from hairpipe.groom.random_streams import stream
+from hairpipe.values.random_streams import stream
 
 SLIM = 0.5
 """Width of a billboard over its length."""

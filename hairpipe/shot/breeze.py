@@ -21,8 +21,8 @@ from numba import njit, prange
 from hairpipe.geometry.compile import inlined
 from hairpipe.laws.drag import Law, Wind, law_of, normal_drag, tangential_drag
 from hairpipe.laws.gusts import add_gusts, modes_of
-from hairpipe.laws.shielding import Shield, shield_of, weaken
 from hairpipe.solve.interactions import Interaction, Prediction, Start
+from hairpipe.volume.shielding import Shield, shield_of, weaken
 
 
 @njit(cache=True, parallel=True, error_model="numpy")

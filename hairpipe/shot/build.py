@@ -13,16 +13,15 @@ import numpy as np
 
 from hairpipe.contact.body import BodyContacts
 from hairpipe.contact.contact_points import USUAL, Scale, scale_of
+from hairpipe.contact.friction import no_shear
 from hairpipe.contact.hair import REST, HairContacts
+from hairpipe.contact.stiction import Connections, same_hair_keys
 from hairpipe.errors import BadInput
 from hairpipe.geometry.proximity import near_pairs
 from hairpipe.geometry.segments import key_of, renumbered
 from hairpipe.groom.painting import Varied
 from hairpipe.groom.strand_arrays import thicknesses
-from hairpipe.laws.adhesion import Connections, same_hair_keys
-from hairpipe.laws.coulomb import no_shear
 from hairpipe.laws.fold_preservation import turns_of
-from hairpipe.laws.strain_limit import StrainFilter
 from hairpipe.laws.stretch import SpringForm
 from hairpipe.levelset.collider import Collider
 from hairpipe.levelset.collider_field import build_collider_field
@@ -37,6 +36,7 @@ from hairpipe.solve.integrator import Integrator
 from hairpipe.solve.interactions import Interaction, StepEnd, own_interactions
 from hairpipe.solve.nine_steps import FullStep, Trapezoid
 from hairpipe.solve.stage import Rule
+from hairpipe.solve.strain_limit import StrainFilter
 from hairpipe.solve.surroundings import Surroundings
 from hairpipe.solve.tr_bdf2 import TrBdf2
 from hairpipe.strands.hair_model import HairModel

@@ -15,12 +15,12 @@ from dataclasses import replace
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.contact.stiction import Connections, ages_of
 from hairpipe.errors import BadInput
 from hairpipe.geometry.segments import key_of
 from hairpipe.geometry.simd import copied
 from hairpipe.geometry.vec3 import cross, minus, mix, plus, row
 from hairpipe.groom.keys import turned, turns_since
-from hairpipe.laws.adhesion import Connections, ages_of
 from hairpipe.shot.lock_audit import about_roots, audited_locks, back_in, moved_since, to_audit
 from hairpipe.shot.lock_followers import Followed, follow, nearest_guides, renewed
 from hairpipe.shot.lock_guides import GuideMotion, guides_of, joined, take_guides

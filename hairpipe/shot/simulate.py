@@ -27,6 +27,7 @@ from hairpipe.shot.diagnostics import (
 )
 from hairpipe.shot.goals import goals_of
 from hairpipe.shot.locks import advance_locked, check_locks
+from hairpipe.shot.sag_free import find_initial_state
 from hairpipe.shot.settings import BodyContact, Scene
 from hairpipe.shot.shot import Frame
 from hairpipe.solve.boundary import ClampPath, Driver, about, clamp_at, follow, origin_of, place
@@ -37,7 +38,6 @@ from hairpipe.solve.stage import State, Step
 from hairpipe.solve.step_size import TooManySteps, crossing_limit, limits_of, next_step
 from hairpipe.strands.hair_model import HairModel
 from hairpipe.strands.layout import relaid
-from hairpipe.strands.sag_free import find_initial_state
 from hairpipe.values import Groom, Strands
 from hairpipe.values.hair import HairState
 from hairpipe.volume.density import lengths_at_points

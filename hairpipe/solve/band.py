@@ -1,17 +1,17 @@
 """Kernels for the banded matrix of a strand, selected by the number of unknowns per row of its model.
 
-Three unknowns a row are `solve/banded.py`, four are `solve/banded_angle.py`. Numba selects one at compilation by
+Three unknowns a row are `geometry/banded.py`, four are `geometry/banded_angle.py`. Numba selects one at compilation by
 the type of the model, as for the functions of `interface.py`.
 """
 
 from collections.abc import Callable
 from typing import Any
 
+from hairpipe.geometry import banded, banded_angle
+from hairpipe.geometry.banded import add, clear_row
+from hairpipe.geometry.banded import row_size as size_by_reach
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.simd import load, store
-from hairpipe.solve import banded, banded_angle
-from hairpipe.solve.banded import add, clear_row
-from hairpipe.solve.banded import row_size as size_by_reach
 from hairpipe.strands.interface import ModelKind, by_model, for_models
 from hairpipe.strands.layout import Shape
 

@@ -1,7 +1,7 @@
 """Coupled strands: conjugate gradients on the impulses that they exchange; the strands themselves are solved exactly.
 
 The system is (P + O) x = b, with P one banded matrix per strand and O the couplings, which involve only points of
-their axes (`contact/couplings.py`). Preconditioned by P, and started from the uncoupled solution, x0 = P^-1
+their axes (`solve/couplings.py`). Preconditioned by P, and started from the uncoupled solution, x0 = P^-1
 b, every residual lies on the axes too, as does P times every search direction:
 
     x = x0 + P^-1 R^T s,   r = -O (u + R P^-1 R^T s),   u = R x0,   R: take the axis points
@@ -37,11 +37,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.contact.coupling_operator import CouplingRows, coupling_rows, follow, impulses_after, multiply_across
-from hairpipe.contact.couplings import NOWHERE, Incidence, Places, couplings_at, find_incidence, join, part_of
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.simd import load, store, width
 from hairpipe.solve import conjugate_gradients as pcg
+from hairpipe.solve.coupling_operator import CouplingRows, coupling_rows, follow, impulses_after, multiply_across
+from hairpipe.solve.couplings import NOWHERE, Incidence, Places, couplings_at, find_incidence, join, part_of
 from hairpipe.solve.implicit_stage import copy_active
 from hairpipe.solve.interactions import Interaction, Prediction
 

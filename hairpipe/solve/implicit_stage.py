@@ -22,7 +22,7 @@ Forces push - damping v [N] become an impulse and its matrix over the weight h o
 
     h (push - damping v) + received,   h damping + diagonal,   following
 
-where `received` is the impulse from other strands, with its own blocks: see `contact/couplings.py`.
+where `received` is the impulse from other strands, with its own blocks: see `solve/couplings.py`.
 """
 
 from typing import NamedTuple
@@ -30,6 +30,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.geometry.banded import add
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.simd import any_lane, copy, either, fill, load, select, store, store_as
 from hairpipe.laws.stretch import SpringForm, multiplier
@@ -44,7 +45,6 @@ from hairpipe.solve.band import (
     start_row,
     substitute,
 )
-from hairpipe.solve.banded import add
 from hairpipe.solve.stage import Iterate, Rule, Stage, System
 from hairpipe.solve.stretch import overstrained, set_tensions
 from hairpipe.strands.axis import Axis

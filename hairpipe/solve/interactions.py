@@ -28,9 +28,9 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from hairpipe.contact.couplings import NOWHERE, Couplings, Places
 from hairpipe.geometry.simd import combine_all, copied
 from hairpipe.shot.settings import Scene
+from hairpipe.solve.couplings import NOWHERE, Couplings, Places
 from hairpipe.strands.axis import Axis, follow
 from hairpipe.values.hair import HairState
 

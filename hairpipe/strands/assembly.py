@@ -5,9 +5,9 @@ assembly.
 """
 
 from hairpipe.geometry import sym3
+from hairpipe.geometry.banded import add, add_coupling, add_diagonal
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.vec3 import minus, plus, scaled
-from hairpipe.solve.banded import add, add_coupling, add_diagonal
 
 
 @inlined

@@ -24,7 +24,7 @@ prediction. At rest a row has
 
 Source: Bergou et al., Discrete Elastic Rods, 2008, and Discrete Viscous Threads, 2010.
 
-Adds vertices of a rod to the banded matrix of a strand, whose rows are `solve/banded_angle.py`.
+Adds vertices of a rod to the banded matrix of a strand, whose rows are `geometry/banded_angle.py`.
 
 A vertex at row p + 1 moves nodes p, p + 1 and p + 2, and the angles of the two edges between: its edges are e = x_p+1 -
 x_p and f = x_p+2 - x_p+1. Angles are multiplied by a length, so that all unknowns have similar magnitudes.
@@ -56,7 +56,23 @@ import numpy as np
 from numba import njit
 
 from hairpipe.geometry import sym3
+from hairpipe.geometry.banded import add
+from hairpipe.geometry.banded_angle import add_point
 from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.frames import (
+    BEFORE,
+    BENDING,
+    FOLDED,
+    GHOST,
+    SPAN,
+    TENSION,
+    TWIST,
+    TWISTING,
+    across,
+    frame_at,
+    transport,
+    unit_of,
+)
 from hairpipe.geometry.simd import any_lane, difference, either, load, maximum, select, store
 from hairpipe.geometry.vec3 import cross, dot, minus, plus, scaled
 from hairpipe.groom.binding import name_strands
@@ -73,23 +89,7 @@ from hairpipe.laws.bend_twist import (
     sum_of,
 )
 from hairpipe.laws.stretch import critical_damping
-from hairpipe.solve.banded import add
-from hairpipe.solve.banded_angle import add_point
 from hairpipe.strands import lattice
-from hairpipe.strands.frames import (
-    BEFORE,
-    BENDING,
-    FOLDED,
-    GHOST,
-    SPAN,
-    TENSION,
-    TWIST,
-    TWISTING,
-    across,
-    frame_at,
-    transport,
-    unit_of,
-)
 from hairpipe.strands.interface import Construction, ModelKind, StiffnessPart, StrandModel, register_model
 from hairpipe.strands.layout import Layout, Shape
 from hairpipe.strands.material import Fibre, Fibres

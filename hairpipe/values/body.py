@@ -245,3 +245,26 @@ class Density:
     cell: float
     length: np.ndarray
     velocity: np.ndarray
+
+
+def gathered(names: tuple[str, ...], poses: np.ndarray, rates: np.ndarray, parts: list[LevelSet]) -> BodyParts:
+    """Return level sets as the parts of a body; pure."""
+    starts = np.cumsum([0] + [part.bricks.size for part in parts])
+    firsts = np.cumsum([0] + [len(part.distance) for part in parts])
+    bricks = [
+        np.where(part.bricks >= 0, part.bricks + first, part.bricks).ravel()
+        for part, first in zip(parts, firsts, strict=False)
+    ]
+    return BodyParts(
+        names,
+        poses,
+        rates,
+        starts.astype(np.int64),
+        np.array([part.bricks.shape for part in parts], np.int32),
+        np.array([part.origin for part in parts]),
+        np.concatenate(bricks).astype(np.int32),
+        np.concatenate([part.distance for part in parts]),
+        np.concatenate([part.inner[..., 0].ravel() for part in parts]),
+        parts[0].voxel,
+        parts[0].half_width,
+    )

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numba import njit
 
+from hairpipe.geometry.banded import OFFSET, eliminate, fix_lanes, row_size, substitute
 from hairpipe.geometry.simd import WIDTH, load
-from hairpipe.solve.banded import OFFSET, eliminate, fix_lanes, row_size, substitute
 
 
 @njit

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numba import njit
 
+from hairpipe.geometry.banded_angle import SIZE, eliminate, forward, substitute
 from hairpipe.geometry.simd import WIDTH, load, minimum, store
-from hairpipe.solve.banded_angle import SIZE, eliminate, forward, substitute
 
 PLACES = 0, 11, 21, 30
 

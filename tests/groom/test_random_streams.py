@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hairpipe.groom.random_streams import stream
+from hairpipe.values.random_streams import stream
 
 
 def test_the_same_purpose_draws_the_same_numbers():

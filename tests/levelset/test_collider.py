@@ -10,13 +10,13 @@ from hairpipe.graphs.experiments.studies.interpolation.bodies import FRAME, outl
 from hairpipe.graphs.experiments.studies.interpolation.cases import CASES, Case, Way, moved
 from hairpipe.graphs.experiments.studies.interpolation.solids import ellipsoid
 from hairpipe.levelset.bake import bake
-from hairpipe.levelset.bake_parts import gathered
 from hairpipe.levelset.collider import Collider, FirstHit, SdfSample, Walk
 from hairpipe.levelset.collider_field import build_collider_field, sweep_field
 from hairpipe.levelset.collider_parts import build_collider_parts, sweep_parts
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.levelset.sphere_tracing import MARGIN
 from hairpipe.values import Mesh
+from hairpipe.values.body import gathered
 
 VOXEL, HALF_WIDTH = 0.05, 8.0
 SCHEMES = ("linear", "one_sided", "two_sided", "parts")

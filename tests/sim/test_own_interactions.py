@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from hairpipe.contact.couplings import ACROSS, ALONG, DIRECTION, PUSH, Joined
 from hairpipe.shot.settings import Scheme
 from hairpipe.shot.simulate import advance_frame
+from hairpipe.solve.couplings import ACROSS, ALONG, DIRECTION, PUSH, Joined
 from hairpipe.solve.interactions import Interaction, with_interactions
 
 FRAME = 1 / 24

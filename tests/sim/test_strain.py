@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from hairpipe.body.scripted_motion import Track, Wave, drive
-from hairpipe.laws.strain_limit import StrainFilter
 from hairpipe.shot.build import integrator_of
 from hairpipe.shot.settings import StepControl, StrainLimit
 from hairpipe.shot.simulate import start
 from hairpipe.solve.boundary import ClampPath, clamp_at
 from hairpipe.solve.stage import State, Step
 from hairpipe.solve.step_size import limits_of, next_step
+from hairpipe.solve.strain_limit import StrainFilter
 from hairpipe.solve.surroundings import Surroundings
 from hairpipe.strands.material import Material
 

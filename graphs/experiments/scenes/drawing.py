@@ -10,7 +10,7 @@ import numpy as np
 
 from hairpipe.app.tune.quantity import Tolerance
 from hairpipe.engine.file.overrides import Tables
-from hairpipe.groom.random_streams import stream
+from hairpipe.values.random_streams import stream
 
 HAIR = "hair"
 """Name of the node that simulates."""

@@ -13,8 +13,8 @@ from hairpipe.engine.store.digest import action_key
 from hairpipe.engine.store.fingerprint import digest_file
 from hairpipe.engine.store.listing import parse_listing
 from hairpipe.engine.store.record import Record
+from hairpipe.engine.store.seal import is_sealed
 from hairpipe.engine.store.store import Store
-from hairpipe.engine.worker.kernel_cache import is_sealed
 from hairpipe.errors import BadInput
 
 YOUNG = 3600.0

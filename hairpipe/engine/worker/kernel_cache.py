@@ -15,12 +15,6 @@ Numba optimises every function by itself, generates its machine code, and does b
 contains it. Nobody calls the first code of a function that is only inlined, nor that of the body of a parallel loop,
 which is compiled by itself, in the loop over a thread's share, and in the function. Here such a function stays
 intermediate code, in memory and in the folder of kernels, and the function that contains it is optimised as a whole.
-
-Checksums of compiled kernels: numba stores them as pickles and loads them unchecked.
-
-The digest, of the bytes and of the names of file and folder, follows the pickle in the same file, which is written
-atomically, so that any number of processes may write and be killed; numba alone can read such a file, too. A file with
-a wrong digest, or without one, is removed, and numba compiles again.
 """
 
 import json
@@ -38,8 +32,9 @@ from types import FunctionType, ModuleType
 from typing import IO, Any, NamedTuple, Self
 
 from hairpipe.engine.code import INSTALLED, CodeReader
-from hairpipe.engine.store.atomic import discard, replacing
-from hairpipe.engine.store.digest import DIGEST_BYTES, digest, digest_bytes, hasher
+from hairpipe.engine.store.atomic import replacing
+from hairpipe.engine.store.digest import digest, digest_bytes
+from hairpipe.engine.store.seal import is_there, seal
 
 KNOWN = (0, 68)
 """Version of numba whose internal classes are patched here; another one compiles as it does by itself."""
@@ -120,45 +115,6 @@ def defer_code() -> None:
     codegen.JITCPUCodegen.set_env = set_env_of_generated  # pyright: ignore[reportAttributeAccessIssue]
     builder: Any = compiler.DefaultPassBuilder
     builder.define_parfor_gufunc_pipeline = staticmethod(define_without_entries)
-
-
-MARK = b"\nhairpipe "
-LENGTH = len(MARK) + DIGEST_BYTES
-
-_removed: list[Path] = []
-
-
-def seal(path: Path, data: bytes) -> bytes:
-    """Return the seal that follows the bytes of a kernel at a path: of its bytes and its place."""
-    return MARK + hasher("kernel", f"{path.parent.name}/{path.name}\0".encode() + data).digest()
-
-
-def is_sealed(path: Path) -> bool:
-    """Whether a kernel is as and where it was written; OSError where it cannot be read."""
-    data = path.read_bytes()
-    return data[-LENGTH:] == seal(path, data[:-LENGTH])
-
-
-def removed() -> list[Path]:
-    """Name the damaged kernels that this process has removed since the last call."""
-    found = list(_removed)
-    _removed.clear()
-    return found
-
-
-def is_there(path: Path) -> bool:
-    """Whether an intact kernel is there; a damaged one is removed."""
-    try:
-        if is_sealed(path):
-            return True
-    except FileNotFoundError:
-        return False
-    except OSError:
-        pass
-    with suppress(OSError):
-        discard(path)
-    _removed.append(path)
-    return False
 
 
 TABLE = "HAIRPIPE_KERNELS"

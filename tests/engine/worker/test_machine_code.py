@@ -25,7 +25,7 @@ from hairpipe.engine.worker.machine_code import (
 
 def test_kernels_are_found_where_they_stand():
     found = set(kernel_modules())
-    assert {"hairpipe.solve.banded", "hairpipe.levelset.sample"} <= found
+    assert {"hairpipe.geometry.banded", "hairpipe.levelset.sample"} <= found
     assert not any(name.startswith("hairpipe.engine") for name in found)
 
 
@@ -93,7 +93,7 @@ def test_an_edit_of_ours_changes_what_imports_it(studio, monkeypatch):
     assert "hairpipe.solve.conjugate_gradients" in solver and "hairpipe.shot.simulate" in solver
     assert not solver & {"hairpipe.solve.implicit_stage", "hairpipe.levelset.sample", "hairpipe.geometry.simd"}
     lanes = changed_by("hairpipe.geometry.simd")
-    assert {"hairpipe.solve.banded", "hairpipe.strands.chain"} <= lanes
+    assert {"hairpipe.geometry.banded", "hairpipe.strands.chain"} <= lanes
     assert not lanes & {"hairpipe.geometry.vec3", "hairpipe.levelset.sample"}
 
 

@@ -9,10 +9,10 @@ from hairpipe.graphs.experiments.studies.interpolation.cases import CASES, Case
 from hairpipe.graphs.experiments.studies.interpolation.solids import ellipsoid
 from hairpipe.graphs.experiments.studies.interpolation.surface_errors import misses
 from hairpipe.levelset.bake import bake
-from hairpipe.levelset.bake_parts import gathered
 from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
 from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.values import Mesh
+from hairpipe.values.body import gathered
 
 VOXEL, HALF_WIDTH = 0.05, 8.0
 STILL = np.eye(3, 4)[None]

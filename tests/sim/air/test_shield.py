@@ -5,9 +5,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from hairpipe.laws.drag import Coefficients, Shielding, Wind, law_of
-from hairpipe.laws.shielding import MOST_NODES, fraction, shield_of
 from hairpipe.shot.breeze import Breeze
 from hairpipe.solve.interactions import Start
+from hairpipe.volume.shielding import MOST_NODES, fraction, shield_of
 
 DIAMETER, RHO, MU = 8e-5, 1.2, 1.8e-5
 DEPTH = 0.2

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.contact.couplings import Couplings, matrices
 from hairpipe.geometry.simd_vec4 import WHOLE
+from hairpipe.solve.couplings import Couplings, matrices
 
 LENGTHS = [2, 5, 9, 3, 1800, 700]
 """Points of the strands; together more than one chunk of any kernel."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hairpipe.laws.adhesion import Connections
+from hairpipe.contact.stiction import Connections
 from hairpipe.shot.locks import inherited
 
 OFFSETS = np.arange(0, 21, 5, dtype=np.int32)

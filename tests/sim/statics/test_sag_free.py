@@ -9,12 +9,12 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.groom.curl import Helix, wound
+from hairpipe.shot.sag_free import STEP, find_equilibrium, find_initial_state
 from hairpipe.shot.settings import SagFree
 from hairpipe.shot.simulate import advance_frame, start
+from hairpipe.shot.stability import assemble, find_stable, tangent
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material
-from hairpipe.strands.sag_free import STEP, find_equilibrium, find_initial_state
-from hairpipe.strands.stability import assemble, find_stable, tangent
 
 GRAVITY = np.array([0.0, -9.81, 0.0])
 OUT, UP, DOWN = [1, 0, 0], [0, 1, 0], [0, -1, 0]

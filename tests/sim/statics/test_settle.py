@@ -12,10 +12,10 @@ from hairpipe.groom.curl import Helix, wound
 from hairpipe.shot.settings import SagFree
 from hairpipe.shot.settle import STILL, settle, settle_groom
 from hairpipe.shot.simulate import advance_frame, start
+from hairpipe.shot.stability import assemble
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.interface import Construction
 from hairpipe.strands.material import Material
-from hairpipe.strands.stability import assemble
 
 GRAVITY = np.array([0.0, -9.81, 0.0])
 

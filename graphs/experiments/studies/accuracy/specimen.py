@@ -14,6 +14,7 @@ from numba import njit
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.groom.strands import unbound
+from hairpipe.shot.stability import assemble, tangent
 from hairpipe.solve.stage import Iterate
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.interface import StiffnessPart, StrandModel, follow_solve, hold_tip, may_be_lost
@@ -21,7 +22,6 @@ from hairpipe.strands.layout import Shape
 from hairpipe.strands.material import Material
 from hairpipe.strands.network import constants_by_particle
 from hairpipe.strands.rod import Rod
-from hairpipe.strands.stability import assemble, tangent
 
 STEP = 1e-3
 """Step of the finite differences, over the length of a segment: their truncation error is below rounding."""

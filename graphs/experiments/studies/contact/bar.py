@@ -8,9 +8,8 @@ from hairpipe.body.scripted_motion import Track, Wave, course_of_wave, drive
 from hairpipe.body.shapes import build_cylinder
 from hairpipe.groom.strands import Tuft, gather_tuft, lay_strands
 from hairpipe.levelset.bake import bake
-from hairpipe.levelset.bake_parts import gathered
 from hairpipe.values import BodyParts, Ends, Groom
-from hairpipe.values.body import LevelSet
+from hairpipe.values.body import LevelSet, gathered
 
 LENGTH, SEGMENTS, COLUMNS, ROWS, APART, STRAY = 0.2, 20, 8, 4, 1.5e-3, 4.0
 """Length of the strands [m], their number in x and z, the distance between roots [m], and their scatter [deg]."""

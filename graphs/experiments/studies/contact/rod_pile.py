@@ -7,12 +7,12 @@ import numpy as np
 from scipy import sparse
 
 from hairpipe.contact.contact_points import REACH, Contacts, find_contacts
-from hairpipe.contact.couplings import Couplings, couplings_at, matrices
+from hairpipe.contact.friction import anchor, no_shear
 from hairpipe.contact.impulses import sweep
+from hairpipe.contact.repulsion import linearise
 from hairpipe.geometry.proximity import near_pairs
-from hairpipe.laws.coulomb import anchor, no_shear
-from hairpipe.laws.repulsion import linearise
 from hairpipe.shot.settings import Collisions
+from hairpipe.solve.couplings import Couplings, couplings_at, matrices
 from hairpipe.solve.interactions import Prediction
 from hairpipe.values.hair import Shear
 

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.sparse import bsr_matrix, csr_matrix
 from scipy.sparse.linalg import cg, spsolve
 
+from hairpipe.contact.friction import sheared
 from hairpipe.graphs.experiments.studies.contact.rod_pile import (
     GRAVITY,
     MASS,
@@ -17,7 +18,6 @@ from hairpipe.graphs.experiments.studies.contact.rod_pile import (
     sweep_over,
     system,
 )
-from hairpipe.laws.coulomb import sheared
 from hairpipe.shot.settings import Collisions
 from hairpipe.values import Table
 from hairpipe.values.table import table_of_rows

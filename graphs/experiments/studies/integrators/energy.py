@@ -3,11 +3,11 @@
 import numpy as np
 from numba import njit
 
+from hairpipe.geometry.frames import BENDING, GHOST, TWIST, TWISTING, frame_at
 from hairpipe.geometry.simd import load, store
 from hairpipe.laws.bend_twist import bend
 from hairpipe.solve.stage import State
 from hairpipe.solve.stretch import set_tensions
-from hairpipe.strands.frames import BENDING, GHOST, TWIST, TWISTING, frame_at
 from hairpipe.strands.hair_model import HairModel
 from hairpipe.strands.lattice import altitude_vectors, area_vectors, tetrahedra
 from hairpipe.strands.layout import Layout

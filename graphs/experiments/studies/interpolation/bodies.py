@@ -4,12 +4,12 @@ import numpy as np
 
 from hairpipe.graphs.experiments.studies.interpolation.cases import Case
 from hairpipe.levelset.bake import bake
-from hairpipe.levelset.bake_parts import gathered
 from hairpipe.levelset.collider import Collider
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.values import BodyParts, LevelSet, Mesh
+from hairpipe.values.body import gathered
 
 FRAME = 1.0 / 24.0
 """Time between the frames [s]."""

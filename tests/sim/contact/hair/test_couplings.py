@@ -3,8 +3,8 @@
 import numba
 import numpy as np
 
-from hairpipe.contact.coupling_operator import coupling_rows, follow, impulses_after, multiply_across
-from hairpipe.contact.couplings import Couplings, find_incidence, join, part_of
+from hairpipe.solve.coupling_operator import coupling_rows, follow, impulses_after, multiply_across
+from hairpipe.solve.couplings import Couplings, find_incidence, join, part_of
 
 SINGLE = 1e-6
 """Other sides are multiplied in single precision."""

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hairpipe.contact.contact_points import find_contacts
+from hairpipe.contact.friction import anchor, no_shear, sheared
 from hairpipe.graphs.experiments.studies.contact.rub import Rub, creep, sliding_ratio
-from hairpipe.laws.coulomb import anchor, no_shear, sheared
 from hairpipe.shot.settings import Collisions, StepControl, Thickness
 from hairpipe.values.hair import Shear
 

@@ -6,10 +6,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hairpipe.contact.contact_points import find_contacts
-from hairpipe.contact.couplings import Couplings, matrices
-from hairpipe.laws.coulomb import anchor, no_shear
-from hairpipe.laws.repulsion import linearise
+from hairpipe.contact.friction import anchor, no_shear
+from hairpipe.contact.repulsion import linearise
 from hairpipe.shot.settings import Collisions, Thickness
+from hairpipe.solve.couplings import Couplings, matrices
 from hairpipe.solve.interactions import Prediction
 
 LAW = Collisions(Thickness(3e-4), friction=0.3, stiffness=0.5)

@@ -5,11 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hairpipe.contact.coupling_operator import coupling_rows
-from hairpipe.contact.couplings import Couplings, find_incidence, matrices
-from hairpipe.geometry.proximity import closest_pairs, near_pairs
-from hairpipe.geometry.segments import key_of
-from hairpipe.laws.adhesion import (
+from hairpipe.contact.stiction import (
     Connections,
     ages_of,
     connect,
@@ -20,7 +16,11 @@ from hairpipe.laws.adhesion import (
     same_hair_keys,
     stiffest,
 )
+from hairpipe.geometry.proximity import closest_pairs, near_pairs
+from hairpipe.geometry.segments import key_of
 from hairpipe.shot.settings import Stiction
+from hairpipe.solve.coupling_operator import coupling_rows
+from hairpipe.solve.couplings import Couplings, find_incidence, matrices
 from hairpipe.solve.interactions import Prediction
 from hairpipe.solve.tr_bdf2 import G
 

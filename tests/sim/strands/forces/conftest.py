@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from hairpipe.geometry.banded import OFFSET, row_size
 from hairpipe.geometry.simd import WIDTH
-from hairpipe.solve.banded import OFFSET, row_size
 
 REACH = 3
 

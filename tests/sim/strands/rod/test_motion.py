@@ -9,18 +9,18 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hairpipe.errors import BadInput
+from hairpipe.geometry.frames import TWIST
 from hairpipe.groom.curl import Helix, wound
 from hairpipe.shot.cuts import move_over_cut
 from hairpipe.shot.diagnostics import warn_of_lost
 from hairpipe.shot.settings import Air, Collisions, Drag, Scene, Scheme, StepControl, Stiction
 from hairpipe.shot.shot import Frame
 from hairpipe.shot.simulate import advance_frame, next_state, start
+from hairpipe.shot.stability import find_stable_by_pivots
 from hairpipe.solve import stage_driver
 from hairpipe.solve.implicit_stage import factor_stages, find_overturned
-from hairpipe.strands.frames import TWIST
 from hairpipe.strands.hair_model import Precision, build_hair
 from hairpipe.strands.material import Material
-from hairpipe.strands.stability import find_stable_by_pivots
 from hairpipe.values import Ends, Mesh
 
 FRAME = 1 / 24

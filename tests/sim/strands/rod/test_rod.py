@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from numba import njit
 
+from hairpipe.geometry.frames import DIRECTOR, TENSION, TWIST
 from hairpipe.geometry.simd import store
-from hairpipe.strands.frames import DIRECTOR, TENSION, TWIST
+from hairpipe.shot.stability import assemble
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.interface import StiffnessPart, least_pivot
 from hairpipe.strands.material import Diameter, Material, VariedMaterial
-from hairpipe.strands.stability import assemble
 
 EXTENDED = np.longdouble
 PLACES = 0, 11, 21, 30

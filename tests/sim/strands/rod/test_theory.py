@@ -11,9 +11,9 @@ from hairpipe.graphs.experiments.studies.theory.clamps import hang_rod
 from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
 from hairpipe.groom.curl import Helix, wound
 from hairpipe.shot.settle import settle
+from hairpipe.shot.stability import assemble
 from hairpipe.strands.interface import StiffnessPart
 from hairpipe.strands.material import Material
-from hairpipe.strands.stability import assemble
 
 LENGTH, CURL = 0.3, Helix(radius=0.015, pitch=0.03)
 """Three turns, of 8.2 segments each."""

@@ -26,6 +26,7 @@ from hairpipe.geometry.vec3 import cross, dot, minus, scaled
 from hairpipe.groom.binding import name_strands
 from hairpipe.shot.settings import SagFree
 from hairpipe.shot.settle import settle
+from hairpipe.shot.stability import find_stable, find_stable_by_pivots
 from hairpipe.strands.interface import (
     StrandModel,
     kind_of,
@@ -35,7 +36,6 @@ from hairpipe.strands.interface import (
     springs_from,
 )
 from hairpipe.strands.layout import Layout
-from hairpipe.strands.stability import find_stable, find_stable_by_pivots
 
 SPRINGS = 3
 """Number of springs that end at a free particle: as many as it has equations."""

@@ -13,10 +13,10 @@ not reach it.
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.geometry.banded import add
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.simd import fill, load, minimum, select, store
 from hairpipe.solve.band import eliminate, fix_root, row_size, start_row
-from hairpipe.solve.banded import add
 from hairpipe.solve.stage import Iterate, System
 from hairpipe.strands.interface import StiffnessPart, Terms, add_forces, shape_of
 

@@ -19,7 +19,7 @@ P + O is the matrix of the entire system:
 J^T push is added to the right-hand side of the strands. Rows of held particles (roots) are fixed afterwards. The
 couplings at a point are found once, by `find_incidence`, and are valid while `segments` do not change; every point
 gathers from its own list, in the order of the couplings, so that no result depends on threads: `coupling_rows` in
-`contact/coupling_operator.py`.
+`solve/coupling_operator.py`.
 """
 
 from typing import NamedTuple, Protocol

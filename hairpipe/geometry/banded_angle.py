@@ -12,9 +12,9 @@ it: 164 multiply-adds a row, and 34 multiplications. Nothing is pivoted. Where a
 positive definite: its magnitude is used, so that later values are finite, and the least pivots are returned.
 """
 
+from hairpipe.geometry.banded import add, clear_row
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.simd import load, load_as, maximum, minimum, select, store
-from hairpipe.solve.banded import add, clear_row
 
 SIZE = 38
 UNKNOWNS = 4

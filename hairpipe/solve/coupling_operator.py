@@ -2,7 +2,7 @@
 
 A coupling is stored once for each of its sides, in few bytes, since dense hair has hundreds of megabytes of them:
 directions and fractions are rounded to 1 / 32767, equally for both sides, and own blocks are built from the same
-numbers, so that P + O (`contact/couplings.py`) remains the positive semidefinite matrix of springs.
+numbers, so that P + O (`solve/couplings.py`) remains the positive semidefinite matrix of springs.
 """
 
 from typing import NamedTuple
@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.contact.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings, Incidence
 from hairpipe.geometry.compile import AHEAD, fetch, inlined
 from hairpipe.geometry.simd_vec4 import WHOLE, dot, item, load_four, load_short_four, without_first, zeros
 from hairpipe.geometry.sym3 import outer
 from hairpipe.geometry.vec3 import plus, scaled
+from hairpipe.solve.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings, Incidence
 
 _CHUNK = 2048
 """Points that are gathered one after the other."""

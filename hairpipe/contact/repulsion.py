@@ -4,7 +4,7 @@ Along the normal of a contact, one-sided,
 
     f_n = max(0, k (thickness - g) - c n.u),    g = n.J x,    u = J v,    M_n = t (h k + c) n n^T,
 
-h and t being the weight of the stage's end and its duration, see `contact/couplings.py`. Along the contact
+h and t being the weight of the stage's end and its duration, see `solve/couplings.py`. Along the contact
 acts Coulomb's friction, see `friction.py`. Its load N is that at the start of the step or, if larger, the force that
 would stop the two segments alone: the first is right for hair at rest, where the second ignores the stack above, and
 the second for impacts.
@@ -29,10 +29,10 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.contact.contact_points import RELAXATION, USUAL, Contacts, Scale, between, inverse_mass
-from hairpipe.contact.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
+from hairpipe.contact.friction import spring
 from hairpipe.geometry.vec3 import dot, flattened, plus, row
-from hairpipe.laws.coulomb import spring
 from hairpipe.shot.settings import Collisions
+from hairpipe.solve.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
 from hairpipe.solve.interactions import Prediction
 
 

@@ -28,13 +28,13 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.contact.contact_points import between, inverse_mass, normal_of
-from hairpipe.contact.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
 from hairpipe.errors import BadInput
 from hairpipe.geometry.proximity import near_pairs
 from hairpipe.geometry.segments import Pairs, key_of, mean_width
 from hairpipe.geometry.sorting import places_of, rows_at
 from hairpipe.geometry.vec3 import dot
 from hairpipe.shot.settings import Stiction
+from hairpipe.solve.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
 from hairpipe.solve.interactions import Prediction
 
 _SMALLEST = 1e-12  # [m]; a shorter connection counts as so long
