@@ -59,8 +59,8 @@ from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.sorting import places_of
 from hairpipe.geometry.vec3 import length, minus, row
 from hairpipe.laws.fold_preservation import Turns, add_heights
+from hairpipe.laws.settings import BodyContact
 from hairpipe.levelset.collider import Collider, FirstHit, SdfSample, Walk
-from hairpipe.shot.settings import BodyContact
 from hairpipe.solve.interactions import Interaction, Prediction, Start, StepEnd
 from hairpipe.values.hair import HairState, Touching
 

@@ -32,7 +32,7 @@ from hairpipe.geometry.segment_tree import Frame, Tree, build_tree, find_frame
 from hairpipe.geometry.segments import all_segments, known_pairs, mean_width, picked, refuse_lost
 from hairpipe.geometry.sorting import places_of
 from hairpipe.geometry.vec3 import dot, minus, plus, scaled
-from hairpipe.shot.settings import Collisions
+from hairpipe.laws.settings import Collisions
 
 _MANY = 0.125
 """Part of all points; the pairs of more segments than that are listed with all others, which lasts longer."""

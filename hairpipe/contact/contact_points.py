@@ -22,7 +22,7 @@ from numba import njit, prange
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.segments import Pairs, mean_width
 from hairpipe.geometry.vec3 import any_across, cross, dot, minus, scaled, unit
-from hairpipe.shot.settings import Collisions
+from hairpipe.laws.settings import Collisions
 
 _EARTH = 9.81  # [m/s^2]
 

@@ -27,7 +27,7 @@ from hairpipe.contact.contact_points import Contacts, between
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.segments import key_of
 from hairpipe.geometry.vec3 import dot, flattened, length, minus, plus, row, scaled
-from hairpipe.shot.settings import Collisions
+from hairpipe.laws.settings import Collisions
 from hairpipe.values.hair import Shear
 
 AROUND = ((0, 0), (0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1))

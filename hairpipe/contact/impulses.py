@@ -24,7 +24,7 @@ from numba import njit
 from hairpipe.contact.contact_points import apply, between, find_contacts, impulse, inverse_mass
 from hairpipe.geometry.segments import Pairs
 from hairpipe.geometry.vec3 import dot
-from hairpipe.shot.settings import Collisions
+from hairpipe.laws.settings import Collisions
 
 _SHARE = 0.1
 """Of the distance to the thickness, closed or undone in a step."""

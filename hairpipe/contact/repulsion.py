@@ -31,7 +31,7 @@ from numba import njit, prange
 from hairpipe.contact.contact_points import RELAXATION, USUAL, Contacts, Scale, between, inverse_mass
 from hairpipe.contact.friction import spring
 from hairpipe.geometry.vec3 import dot, flattened, plus, row
-from hairpipe.shot.settings import Collisions
+from hairpipe.laws.settings import Collisions
 from hairpipe.solve.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
 from hairpipe.solve.interactions import Prediction
 

@@ -33,7 +33,7 @@ from hairpipe.geometry.proximity import near_pairs
 from hairpipe.geometry.segments import Pairs, key_of, mean_width
 from hairpipe.geometry.sorting import places_of, rows_at
 from hairpipe.geometry.vec3 import dot
-from hairpipe.shot.settings import Stiction
+from hairpipe.laws.settings import Stiction
 from hairpipe.solve.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
 from hairpipe.solve.interactions import Prediction
 

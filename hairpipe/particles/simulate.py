@@ -16,6 +16,7 @@ from numba import njit
 from hairpipe.errors import BadInput
 from hairpipe.geometry.vec3 import dot, row
 from hairpipe.laws.drag import warn_of_storm
+from hairpipe.laws.settings import BodyContact
 from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.particles.contact import Planes, look, planes_of, push_out, stale
 from hairpipe.particles.directions import redirect
@@ -29,7 +30,6 @@ from hairpipe.particles.step import Forces, Springs, advance
 from hairpipe.shot.breeze import LooseFibres, add_wind
 from hairpipe.shot.build import bodies_of
 from hairpipe.shot.cuts import rigid_over_cut
-from hairpipe.shot.settings import BodyContact
 from hairpipe.shot.shot import Frame, warn_of_connections
 from hairpipe.solve.boundary import Driver, motion_of_roots, velocities_around_roots
 from hairpipe.values import Cloud, Groom, Particles

@@ -4,7 +4,7 @@ Hair led to a density once a step: Petrovic, Henne, Anderson 2005, equation (3),
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from math import ceil
 from typing import TypeVar
 from warnings import warn
@@ -22,18 +22,19 @@ from hairpipe.geometry.segments import key_of, renumbered
 from hairpipe.groom.painting import Varied
 from hairpipe.groom.strand_arrays import thicknesses
 from hairpipe.laws.fold_preservation import turns_of
+from hairpipe.laws.settings import BodyContact, Collisions, Stiction, Target, Thickness, Volume
 from hairpipe.laws.stretch import SpringForm
 from hairpipe.levelset.collider import Collider
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.shot.breeze import Breeze, StillAir
-from hairpipe.shot.settings import BodyContact, Collisions, Scene, Stiction, Target, Thickness, Volume
+from hairpipe.shot.settings import Scene
 from hairpipe.solve.backward_euler import BackwardEuler
 from hairpipe.solve.bdf2 import Bdf2
 from hairpipe.solve.boundary import WORLD
 from hairpipe.solve.integrator import Integrator
-from hairpipe.solve.interactions import Interaction, StepEnd, own_interactions
+from hairpipe.solve.interactions import Interaction, StepEnd
 from hairpipe.solve.nine_steps import FullStep, Trapezoid
 from hairpipe.solve.stage import Rule
 from hairpipe.solve.strain_limit import StrainFilter
@@ -288,3 +289,21 @@ def volume_target(
     still = np.array_equal(before.low, after.low) and np.array_equal(before.length, after.length)
     first = grids if still else target_grids(before, target.cell, target.levels, lengths.sum())
     return VolumeTarget(target, offsets, reach, lengths, first, grids, frame_dt)
+
+
+@dataclass(frozen=True)
+class ExtendedScene(Scene):
+    """A scene with interactions of your own, which no graph file has."""
+
+    interactions: tuple[Interaction, ...] = ()
+
+
+def with_interactions(scene: Scene, *interactions: Interaction) -> ExtendedScene:
+    """Return the scene with interactions of your own besides its; pure."""
+    values = {each.name: getattr(scene, each.name) for each in fields(Scene)}
+    return ExtendedScene(**values, interactions=(*own_interactions(scene), *interactions))
+
+
+def own_interactions(scene: Scene) -> tuple[Interaction, ...]:
+    """Return the interactions of a scene that are none of the house's."""
+    return scene.interactions if isinstance(scene, ExtendedScene) else ()

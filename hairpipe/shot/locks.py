@@ -21,13 +21,14 @@ from hairpipe.geometry.segments import key_of
 from hairpipe.geometry.simd import copied
 from hairpipe.geometry.vec3 import cross, minus, mix, plus, row
 from hairpipe.groom.keys import turned, turns_since
+from hairpipe.laws.settings import Locks
+from hairpipe.shot.build import own_interactions
 from hairpipe.shot.lock_audit import about_roots, audited_locks, back_in, moved_since, to_audit
 from hairpipe.shot.lock_followers import Followed, follow, nearest_guides, renewed
 from hairpipe.shot.lock_guides import GuideMotion, guides_of, joined, take_guides
-from hairpipe.shot.settings import Locks, Scene
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.shot import Frame
 from hairpipe.solve.boundary import Driver, clamp_at, held_tips, motion_of_roots
-from hairpipe.solve.interactions import own_interactions
 from hairpipe.strands.axis import axis_of
 from hairpipe.strands.hair_model import HairModel
 from hairpipe.values import Strands

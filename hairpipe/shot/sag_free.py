@@ -24,7 +24,7 @@ from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.simd import load, maximum, sqrt, store
 from hairpipe.geometry.vec3 import cross, dot, minus, scaled
 from hairpipe.groom.binding import name_strands
-from hairpipe.shot.settings import SagFree
+from hairpipe.laws.settings import SagFree
 from hairpipe.shot.settle import settle
 from hairpipe.shot.stability import find_stable, find_stable_by_pivots
 from hairpipe.strands.interface import (

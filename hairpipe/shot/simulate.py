@@ -12,9 +12,18 @@ import numpy as np
 from hairpipe.errors import BadInput
 from hairpipe.geometry.segments import LostPoints
 from hairpipe.laws.drag import warn_of_storm
+from hairpipe.laws.settings import BodyContact
 from hairpipe.levelset.collider import Collider
 from hairpipe.shot import shot
-from hairpipe.shot.build import bodies_of, check_scheme, gravity_of, integrator_of, surroundings_of, volume_target
+from hairpipe.shot.build import (
+    bodies_of,
+    check_scheme,
+    gravity_of,
+    integrator_of,
+    surroundings_of,
+    volume_target,
+    with_interactions,
+)
 from hairpipe.shot.cuts import move_over_cut
 from hairpipe.shot.diagnostics import (
     warn_of_deep_roots,
@@ -28,11 +37,10 @@ from hairpipe.shot.diagnostics import (
 from hairpipe.shot.goals import goals_of
 from hairpipe.shot.locks import advance_locked, check_locks
 from hairpipe.shot.sag_free import find_initial_state
-from hairpipe.shot.settings import BodyContact, Scene
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.shot import Frame
 from hairpipe.solve.boundary import ClampPath, Driver, about, clamp_at, follow, origin_of, place
 from hairpipe.solve.integrator import rows_of
-from hairpipe.solve.interactions import with_interactions
 from hairpipe.solve.lost import are_finite
 from hairpipe.solve.stage import State, Step
 from hairpipe.solve.step_size import TooManySteps, crossing_limit, limits_of, next_step

@@ -23,13 +23,12 @@ All hooks do nothing unless overridden, so a force needs `linearise` alone:
 Pass user-defined interactions to a simulation by `with_interactions(scene, ...)`; `shot/build.py` defines the order.
 """
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from hairpipe.geometry.simd import combine_all, copied
-from hairpipe.shot.settings import Scene
 from hairpipe.solve.couplings import NOWHERE, Couplings, Places
 from hairpipe.strands.axis import Axis, follow
 from hairpipe.values.hair import HairState
@@ -203,21 +202,3 @@ class Interaction:
     def crossed(self) -> float:
         """Pairs a segment that the last step had to keep from passing through each other."""
         return 0.0
-
-
-@dataclass(frozen=True)
-class ExtendedScene(Scene):
-    """A scene with interactions of your own, which no graph file has."""
-
-    interactions: tuple[Interaction, ...] = ()
-
-
-def with_interactions(scene: Scene, *interactions: Interaction) -> ExtendedScene:
-    """Return the scene with interactions of your own besides its; pure."""
-    values = {each.name: getattr(scene, each.name) for each in fields(Scene)}
-    return ExtendedScene(**values, interactions=(*own_interactions(scene), *interactions))
-
-
-def own_interactions(scene: Scene) -> tuple[Interaction, ...]:
-    """Return the interactions of a scene that are none of the house's."""
-    return scene.interactions if isinstance(scene, ExtendedScene) else ()

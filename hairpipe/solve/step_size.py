@@ -7,7 +7,7 @@ from typing import ClassVar, Protocol
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.shot.settings import StepControl
+from hairpipe.laws.settings import StepControl
 from hairpipe.solve.boundary import ClampPath
 from hairpipe.solve.stage import State
 from hairpipe.solve.surroundings import Surroundings

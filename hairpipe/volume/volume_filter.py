@@ -29,7 +29,7 @@ from numba import njit, prange
 from hairpipe.errors import BadInput
 from hairpipe.geometry.compile import inlined
 from hairpipe.laws.pressure import densest, spread
-from hairpipe.shot.settings import Volume
+from hairpipe.laws.settings import Volume
 from hairpipe.solve.interactions import Interaction, StepEnd
 from hairpipe.volume.strand_samples import StrandSamples, reach_of, sample_strands
 from hairpipe.volume.transfer import collect, departures, deposit, mean_velocities

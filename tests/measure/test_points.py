@@ -5,10 +5,11 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.groom.strands import lay_strands
+from hairpipe.laws.settings import SagFree
 from hairpipe.levelset.bake import bake
 from hairpipe.measure.contact import still
 from hairpipe.measure.motion import measure_points
-from hairpipe.shot.settings import SagFree, Scene
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import start
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material

@@ -9,8 +9,9 @@ from hairpipe.engine import Frames, Time
 from hairpipe.graphs.experiments.measure.tensions import turns
 from hairpipe.graphs.experiments.nodes.measure_tension import measure_tension
 from hairpipe.groom.strands import lay_strands
+from hairpipe.laws.settings import SagFree
 from hairpipe.measure.motion import tensions
-from hairpipe.shot.settings import SagFree, Scene
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import start
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material

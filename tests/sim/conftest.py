@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from hairpipe.groom.binding import root_frames
-from hairpipe.shot.settings import Air, Drag, Scene, Scheme, StepControl, StrainLimit
+from hairpipe.laws.settings import Air, Drag, Scheme, StepControl, StrainLimit
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import advance_frame, start, strands_of
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material

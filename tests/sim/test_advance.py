@@ -11,8 +11,8 @@ from hairpipe.body.scripted_motion import Track, drive
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
 from hairpipe.groom.strands import lay_strands
+from hairpipe.laws.settings import Collisions
 from hairpipe.measure.motion import root_places
-from hairpipe.shot.settings import Collisions
 from hairpipe.solve.boundary import motion_of_roots
 from hairpipe.strands.material import Material
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from hairpipe.laws.settings import Collisions, StrainLimit
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
@@ -15,7 +16,6 @@ from hairpipe.shot.diagnostics import (
     warn_of_sweep,
     warn_of_weight,
 )
-from hairpipe.shot.settings import Collisions, StrainLimit
 from hairpipe.shot.shot import Frame
 from hairpipe.shot.simulate import StrandSimulation
 from hairpipe.strands.material import Material

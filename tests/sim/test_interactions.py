@@ -9,18 +9,18 @@ import pytest
 from hairpipe.body.scripted_motion import Track, drive
 from hairpipe.formats.hdf5 import decode, digest, encode
 from hairpipe.laws.drag import Gusts, Shielding, Wind
-from hairpipe.shot.settings import (
+from hairpipe.laws.settings import (
     Air,
     BodyContact,
     Collisions,
     Drag,
-    Scene,
     Scheme,
     StepControl,
     Stiction,
     StrainLimit,
     Thickness,
 )
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import advance_frame, start
 from hairpipe.values.hair import HairState
 

@@ -17,7 +17,8 @@ from hairpipe.groom.curl import Helix, wound
 from hairpipe.groom.painting import values_of
 from hairpipe.groom.sampling import take
 from hairpipe.groom.strands import unbound
-from hairpipe.shot.settings import SagFree, Scene
+from hairpipe.laws.settings import SagFree
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.settle import settle
 from hairpipe.shot.simulate import advance_frame, start
 from hairpipe.strands.hair_model import build_hair

@@ -7,10 +7,11 @@ import pytest
 
 from hairpipe.body.bust import build_bust
 from hairpipe.engine import Time
+from hairpipe.laws.settings import StrainLimit
 from hairpipe.nodes.grow_groom import grow_groom
 from hairpipe.nodes.load_motion import load_motion
 from hairpipe.nodes.pose_body import pose_body
-from hairpipe.shot.settings import Scene, StrainLimit
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import advance_frame, start
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material

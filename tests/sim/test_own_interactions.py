@@ -5,10 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from hairpipe.shot.settings import Scheme
+from hairpipe.laws.settings import Scheme
+from hairpipe.shot.build import with_interactions
 from hairpipe.shot.simulate import advance_frame
 from hairpipe.solve.couplings import ACROSS, ALONG, DIRECTION, PUSH, Joined
-from hairpipe.solve.interactions import Interaction, with_interactions
+from hairpipe.solve.interactions import Interaction
 
 FRAME = 1 / 24
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
+from hairpipe.laws.settings import Collisions, SagFree, Stiction
 from hairpipe.shot.precision import choose_precision
-from hairpipe.shot.settings import Collisions, SagFree, Stiction
 from hairpipe.shot.simulate import start
 from hairpipe.strands.hair_model import build_hair, build_models
 from hairpipe.strands.material import Material

@@ -7,8 +7,8 @@ import pytest
 
 from hairpipe.groom.strands import lay_strands
 from hairpipe.laws.drag import Wind
+from hairpipe.laws.settings import BodyContact
 from hairpipe.levelset.bake import bake
-from hairpipe.shot.settings import BodyContact
 from hairpipe.shot.shot import Frame, next_state
 from hairpipe.shot.simulate import StrandSimulation
 from hairpipe.strands.hair_model import build_hair

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from hairpipe.body.scripted_motion import Track, Wave, drive
+from hairpipe.laws.settings import StepControl, StrainLimit
 from hairpipe.shot.build import integrator_of
-from hairpipe.shot.settings import StepControl, StrainLimit
 from hairpipe.shot.simulate import start
 from hairpipe.solve.boundary import ClampPath, clamp_at
 from hairpipe.solve.stage import State, Step

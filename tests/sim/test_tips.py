@@ -5,7 +5,8 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import bind_tips
-from hairpipe.shot.settings import Scene, StepControl
+from hairpipe.laws.settings import StepControl
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.settle import settle_groom
 from hairpipe.shot.simulate import advance_frame, start, strands_of
 from hairpipe.strands.hair_model import build_hair

@@ -8,8 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from hairpipe.groom.curl import Helix, wound
 from hairpipe.laws.drag import Wind
+from hairpipe.laws.settings import StepControl, StrainLimit
 from hairpipe.shot import build, simulate
-from hairpipe.shot.settings import Scene, StepControl, StrainLimit
+from hairpipe.shot.settings import Scene
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material
 from hairpipe.values import Mesh

@@ -8,7 +8,7 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.measure.target import target_table
-from hairpipe.shot.settings import Target, Volume
+from hairpipe.laws.settings import Target, Volume
 from hairpipe.shot.shot import Frame
 from hairpipe.shot.simulate import next_state, strands_of
 from hairpipe.values import Strands

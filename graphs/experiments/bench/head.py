@@ -12,8 +12,9 @@ from hairpipe.groom.growing import grow
 from hairpipe.groom.painting import Canvas, PaintedMetres
 from hairpipe.groom.resampling import Cut
 from hairpipe.groom.style import Style
+from hairpipe.laws.settings import Collisions, Locks, StepControl, Stiction, Volume
 from hairpipe.levelset.bake_parts import bake_parts
-from hairpipe.shot.settings import Collisions, Locks, Scene, StepControl, Stiction, Volume
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.shot import Frame
 from hairpipe.shot.simulate import next_state, start
 from hairpipe.strands.hair_model import HairModel, build_hair

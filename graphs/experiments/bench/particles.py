@@ -19,6 +19,7 @@ from hairpipe.groom.growing import grow
 from hairpipe.groom.painting import Canvas, PaintedMetres
 from hairpipe.groom.resampling import Cut
 from hairpipe.groom.style import Style
+from hairpipe.laws.settings import BodyContact
 from hairpipe.levelset.bake import bake
 from hairpipe.particles.contact import look
 from hairpipe.particles.directions import turn_directions
@@ -30,7 +31,6 @@ from hairpipe.particles.settings import Fibre, Interaction, ParticleSettings
 from hairpipe.particles.simulate import ParticleSimulation, Prepared, find_acting, prepare
 from hairpipe.particles.step import advance
 from hairpipe.shot.build import bodies_of
-from hairpipe.shot.settings import BodyContact
 from hairpipe.shot.shot import Frame, next_state
 from hairpipe.values import Body, Particles
 from hairpipe.values.particles import ParticleState

@@ -13,7 +13,7 @@ from hairpipe.groom.keys import weigh_keys
 from hairpipe.groom.sampling import thinned
 from hairpipe.groom.strand_arrays import offsets_of
 from hairpipe.laws.pressure import SWEEPS, densest, filled_cells, spread
-from hairpipe.shot.settings import Pressure, Volume
+from hairpipe.laws.settings import Pressure, Volume
 from hairpipe.values import Groom, Strands
 from hairpipe.volume.strand_samples import reach_of, sample_strands
 from hairpipe.volume.transfer import deposit

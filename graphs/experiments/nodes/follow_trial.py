@@ -4,7 +4,7 @@ from typing import Annotated
 
 from hairpipe.engine import node
 from hairpipe.graphs.experiments.studies.integrators.trial import Trial
-from hairpipe.shot.settings import Scheme, StrainLimit
+from hairpipe.laws.settings import Scheme, StrainLimit
 from hairpipe.units import Interval
 from hairpipe.values import Table
 

@@ -3,7 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from hairpipe.engine import node
-from hairpipe.shot.settings import Collisions, Scheme, StepControl
+from hairpipe.laws.settings import Collisions, Scheme, StepControl
 from hairpipe.strands.registry import ModelName
 from hairpipe.units import Gt, Interval, MetresPerSecond
 from hairpipe.values import Table

@@ -3,7 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from hairpipe.engine import node
-from hairpipe.shot.settings import Collisions
+from hairpipe.laws.settings import Collisions
 from hairpipe.units import Gt, Interval, Seconds
 from hairpipe.values import Table
 

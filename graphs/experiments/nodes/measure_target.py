@@ -1,7 +1,7 @@
 """Distance of hair from a target density."""
 
 from hairpipe.engine import Frames, flat_group, node
-from hairpipe.shot.settings import Target
+from hairpipe.laws.settings import Target
 from hairpipe.values import Density, Strands, Table
 
 

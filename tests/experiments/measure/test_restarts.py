@@ -8,8 +8,8 @@ from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.measure.restarts import restart_frames
 from hairpipe.graphs.experiments.nodes.restart_hair import restart_hair
 from hairpipe.groom.strands import lay_strands
+from hairpipe.laws.settings import StepControl
 from hairpipe.nodes.simulate_hair import simulate_hair
-from hairpipe.shot.settings import StepControl
 from hairpipe.strands.hair_model import build_models
 from hairpipe.strands.material import Material
 

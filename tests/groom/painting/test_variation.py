@@ -11,7 +11,7 @@ from hairpipe.errors import BadInput
 from hairpipe.formats.pictures import read_image
 from hairpipe.groom.painting import values_of
 from hairpipe.groom.strands import unbound
-from hairpipe.shot.settings import Drag, Force, Thickness
+from hairpipe.laws.settings import Drag, Force, Thickness
 
 GRAPH = """schema = 1
 frames = [1, 2]

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import root_scalar
 
 from hairpipe.laws.drag import Coefficients, Wind
-from hairpipe.shot.settings import Scheme, StepControl
+from hairpipe.laws.settings import Scheme, StepControl
 from hairpipe.strands.material import Material
 
 SOFT = Material(young=1e7, softening=1.0)

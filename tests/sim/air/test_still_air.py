@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.shot.settings import Air, Drag, Scheme
+from hairpipe.laws.settings import Air, Drag, Scheme
 from hairpipe.shot.simulate import start
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material

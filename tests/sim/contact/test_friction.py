@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from hairpipe.contact.body_implicit import _SLOW
-from hairpipe.shot.settings import Air, BodyContact, Drag, Scene, Scheme, StepControl
+from hairpipe.laws.settings import Air, BodyContact, Drag, Scheme, StepControl
+from hairpipe.shot.settings import Scene
 from hairpipe.strands.material import Material
 
 

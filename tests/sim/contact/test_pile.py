@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hairpipe.geometry.proximity import near_pairs
-from hairpipe.shot.settings import Collisions, Thickness
+from hairpipe.laws.settings import Collisions, Thickness
 
 LAW = Collisions()
 

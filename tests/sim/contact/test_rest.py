@@ -6,9 +6,10 @@ from scipy.interpolate import CubicHermiteSpline
 
 from hairpipe.body.shapes import build_box
 from hairpipe.graphs.experiments.studies.contact.rub import ends_at, lay_crossed
+from hairpipe.laws.settings import BodyContact, Collisions, Thickness
 from hairpipe.levelset.bake import bake
 from hairpipe.shot.build import bodies_of
-from hairpipe.shot.settings import BodyContact, Collisions, Scene, Thickness
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import advance_frame, start, strands_of
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material

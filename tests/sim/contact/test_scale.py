@@ -7,9 +7,10 @@ import pytest
 
 from hairpipe.body.shapes import build_box
 from hairpipe.contact.contact_points import USUAL, scale_of
+from hairpipe.laws.settings import Air, BodyContact, Collisions, Drag, Force, StepControl, Stiction, Thickness
 from hairpipe.levelset.bake import bake
 from hairpipe.shot.build import bodies_of
-from hairpipe.shot.settings import Air, BodyContact, Collisions, Drag, Force, Scene, StepControl, Stiction, Thickness
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import advance_frame, start, strands_of
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from hairpipe.laws.settings import Scheme
 from hairpipe.shot.build import integrator_of
-from hairpipe.shot.settings import Scheme
 from hairpipe.solve.boundary import ClampPath, clamp_at
 from hairpipe.solve.interactions import Interaction
 from hairpipe.solve.stage import State, Step

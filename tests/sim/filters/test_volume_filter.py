@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.shot.settings import Pressure, SagFree, Scheme, Volume
+from hairpipe.laws.settings import Pressure, SagFree, Scheme, Volume
 from hairpipe.shot.simulate import advance_frame, start
 from hairpipe.strands.axis import axis_of, following_masses
 from hairpipe.volume.strand_samples import reach_of

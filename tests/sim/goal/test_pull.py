@@ -7,13 +7,13 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.laws.goal import Frequency, Goal
+from hairpipe.laws.settings import Scheme
 from hairpipe.measure.motion import measure_impulses
+from hairpipe.shot.build import with_interactions
 from hairpipe.shot.goals import frequencies_of, goals_of
 from hairpipe.shot.lock_guides import take_guides
-from hairpipe.shot.settings import Scheme
 from hairpipe.shot.shot import Frame, next_state
 from hairpipe.shot.simulate import StrandSimulation, advance_frame, start
-from hairpipe.solve.interactions import with_interactions
 from hairpipe.strands.axis import axis_of
 from hairpipe.strands.material import Material
 from hairpipe.values import Pins

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.shot.settings import Collisions, Scene, Scheme, StepControl, StrainLimit, Thickness
+from hairpipe.laws.settings import Collisions, Scheme, StepControl, StrainLimit, Thickness
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.shot import Frame
 from hairpipe.shot.simulate import next_state, start
 from hairpipe.solve.lost import moved_rigidly

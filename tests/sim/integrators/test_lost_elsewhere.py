@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.shot.settings import Locks, Scene, StepControl, Stiction, Volume
+from hairpipe.laws.settings import Locks, StepControl, Stiction, Volume
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import Frame, next_state, start
 from hairpipe.solve import lost
 from hairpipe.strands.hair_model import build_hair

@@ -13,7 +13,7 @@ import pytest
 from hairpipe.graphs.experiments.studies.integrators.cost import order_of
 from hairpipe.graphs.experiments.studies.integrators.follow import RATE, follow
 from hairpipe.graphs.experiments.studies.integrators.trial import Trial
-from hairpipe.shot.settings import Scheme
+from hairpipe.laws.settings import Scheme
 
 SHAKE = Trial(("shake 600 deg/s",), lengths=(0.1,), segments=12, seconds=0.5)
 SWING = Trial(("swing",), lengths=(0.3,), segments=12, seconds=0.5)

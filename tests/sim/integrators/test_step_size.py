@@ -7,7 +7,7 @@ import pytest
 
 from hairpipe.body.scripted_motion import Track, drive
 from hairpipe.errors import BadInput
-from hairpipe.shot.settings import StepControl
+from hairpipe.laws.settings import StepControl
 from hairpipe.shot.simulate import advance_frame
 from hairpipe.solve.boundary import ClampPath, clamp_at
 from hairpipe.solve.stage import State

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.shot.settings import Collisions, Scheme, StepControl, Stiction, Thickness
+from hairpipe.laws.settings import Collisions, Scheme, StepControl, Stiction, Thickness
 from hairpipe.strands.lattice import CLAMPED
 
 

@@ -3,7 +3,8 @@
 import numpy as np
 
 from hairpipe.groom.binding import root_frames
-from hairpipe.shot.settings import Collisions, Locks, Scene, Stiction
+from hairpipe.laws.settings import Collisions, Locks, Stiction
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.shot import Frame
 from hairpipe.shot.simulate import next_state
 from hairpipe.strands.hair_model import build_hair

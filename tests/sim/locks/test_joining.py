@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from hairpipe.laws.settings import Locks
 from hairpipe.shot.lock_guides import guides_of, joined
-from hairpipe.shot.settings import Locks
 
 OFFSETS = np.arange(0, 31, 5, dtype=np.int32)
 """Of six strands of four segments."""

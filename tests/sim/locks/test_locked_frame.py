@@ -9,11 +9,12 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.formats.hdf5 import digest
+from hairpipe.laws.settings import Collisions, Volume
+from hairpipe.shot.build import with_interactions
 from hairpipe.shot.lock_guides import take_guides
 from hairpipe.shot.locks import check_locks
-from hairpipe.shot.settings import Collisions, Volume
 from hairpipe.solve.boundary import motion_of_roots
-from hairpipe.solve.interactions import Interaction, with_interactions
+from hairpipe.solve.interactions import Interaction
 from hairpipe.values import Ends
 from hairpipe.values.hair import AUDITED, FOLLOWED, RELEASED, TRIED, Touching
 

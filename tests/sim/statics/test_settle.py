@@ -9,7 +9,7 @@ import pytest
 
 from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
 from hairpipe.groom.curl import Helix, wound
-from hairpipe.shot.settings import SagFree
+from hairpipe.laws.settings import SagFree
 from hairpipe.shot.settle import STILL, settle, settle_groom
 from hairpipe.shot.simulate import advance_frame, start
 from hairpipe.shot.stability import assemble

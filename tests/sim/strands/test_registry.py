@@ -7,8 +7,9 @@ import pytest
 
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.simd import load
+from hairpipe.laws.settings import Air, Drag, Scheme
 from hairpipe.laws.stretch import linearise_spring
-from hairpipe.shot.settings import Air, Drag, Scene, Scheme
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import advance_frame, start, strands_of
 from hairpipe.solve.band import eliminate
 from hairpipe.strands.assembly import add_spring

@@ -8,7 +8,8 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.groom.curl import Helix, wound
 from hairpipe.groom.strands import unbound
-from hairpipe.shot.settings import Air, Drag, HairSettings, SagFree, Scene
+from hairpipe.laws.settings import Air, Drag, SagFree
+from hairpipe.shot.settings import HairSettings, Scene
 from hairpipe.shot.simulate import advance_frame, start, strands_of
 from hairpipe.strands.hair_model import build_models
 from hairpipe.strands.material import Material

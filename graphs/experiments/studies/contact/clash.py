@@ -8,9 +8,10 @@ from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.contact.bar import LENGTH, SEGMENTS, axis_at, bar_at, passed_through, roots_at
 from hairpipe.graphs.experiments.studies.contact.worst import FLUNG, FLUNG_LEAST, GRAVITY, Seen, Worst, signs
 from hairpipe.graphs.experiments.studies.integrators.energy import altitude_energies, energies
+from hairpipe.laws.settings import StepControl
 from hairpipe.shot.build import bodies_of
 from hairpipe.shot.locks import advance_locked, with_particles
-from hairpipe.shot.settings import Scene, StepControl
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.shot import Frame
 from hairpipe.shot.simulate import advance_frame, start
 from hairpipe.solve.boundary import Driver

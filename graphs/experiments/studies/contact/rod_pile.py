@@ -11,7 +11,7 @@ from hairpipe.contact.friction import anchor, no_shear
 from hairpipe.contact.impulses import sweep
 from hairpipe.contact.repulsion import linearise
 from hairpipe.geometry.proximity import near_pairs
-from hairpipe.shot.settings import Collisions
+from hairpipe.laws.settings import Collisions
 from hairpipe.solve.couplings import Couplings, couplings_at, matrices
 from hairpipe.solve.interactions import Prediction
 from hairpipe.values.hair import Shear

@@ -11,7 +11,8 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from hairpipe.groom.strands import unbound
-from hairpipe.shot.settings import Air, Collisions, Drag, Scene, Scheme, StepControl
+from hairpipe.laws.settings import Air, Collisions, Drag, Scheme, StepControl
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import advance_frame, start
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material

@@ -18,7 +18,7 @@ from hairpipe.graphs.experiments.studies.contact.rod_pile import (
     sweep_over,
     system,
 )
-from hairpipe.shot.settings import Collisions
+from hairpipe.laws.settings import Collisions
 from hairpipe.values import Table
 from hairpipe.values.table import table_of_rows
 

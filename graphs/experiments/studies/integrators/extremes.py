@@ -9,7 +9,8 @@ import numpy as np
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.integrators.leading import groom_of
 from hairpipe.graphs.experiments.studies.integrators.trial import Strand
-from hairpipe.shot.settings import Air, Drag, Scene, Scheme, StepControl
+from hairpipe.laws.settings import Air, Drag, Scheme, StepControl
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import advance_frame, start
 from hairpipe.strands.hair_model import HairModel, build_hair
 from hairpipe.strands.material import Material

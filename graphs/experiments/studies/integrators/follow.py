@@ -8,8 +8,9 @@ import numpy as np
 from hairpipe.graphs.experiments.studies.integrators.energy import energies
 from hairpipe.graphs.experiments.studies.integrators.leading import ends_at, groom_of
 from hairpipe.graphs.experiments.studies.integrators.trial import MOTIONS, Strand, Trial
+from hairpipe.laws.settings import Air, Drag, Scheme, StrainLimit
 from hairpipe.shot.build import integrator_of
-from hairpipe.shot.settings import Air, Drag, Scene, Scheme, StrainLimit
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import start
 from hairpipe.solve.boundary import ClampPath, clamp_at
 from hairpipe.solve.stage import State, Step

@@ -5,7 +5,7 @@ import numpy as np
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.integrators.follow import RATE, Course, follow
 from hairpipe.graphs.experiments.studies.integrators.trial import Trial
-from hairpipe.shot.settings import Scheme, StrainLimit
+from hairpipe.laws.settings import Scheme, StrainLimit
 from hairpipe.values import Table
 from hairpipe.values.table import table_of_columns
 

@@ -9,7 +9,8 @@ from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.contact.bar import RADIUS, axis_at, depth, passed_through, roots_at, tuft
 from hairpipe.graphs.experiments.studies.contact.clash import COLUMNS, clash_table, fixed_steps, meet
 from hairpipe.graphs.experiments.studies.contact.worst import GRAVITY, GROWN, Seen, Worst, signs
-from hairpipe.shot.settings import Collisions, Locks, Scene, StepControl, Stiction, StrainLimit
+from hairpipe.laws.settings import Collisions, Locks, StepControl, Stiction, StrainLimit
+from hairpipe.shot.settings import Scene
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material
 from hairpipe.values.table import table_of_rows

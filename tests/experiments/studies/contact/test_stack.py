@@ -5,7 +5,7 @@ import pytest
 
 from hairpipe.graphs.experiments.studies.contact.rod_pile import GRAVITY, MASS, opening, pile_up, relative, resting
 from hairpipe.graphs.experiments.studies.contact.stack import coupled, fall_coupled, landing_table, standing_table
-from hairpipe.shot.settings import Collisions
+from hairpipe.laws.settings import Collisions
 
 LAW, DT = Collisions(), 1 / 800
 

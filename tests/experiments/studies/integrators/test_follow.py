@@ -9,7 +9,7 @@ from hairpipe.graphs.experiments.studies.integrators.extremes import extremes_ta
 from hairpipe.graphs.experiments.studies.integrators.follow import follow
 from hairpipe.graphs.experiments.studies.integrators.record import course_of, course_table
 from hairpipe.graphs.experiments.studies.integrators.trial import Trial
-from hairpipe.shot.settings import Scheme
+from hairpipe.laws.settings import Scheme
 
 SHORT = Trial(("rest", "swing", "shake 600 deg/s"), lengths=(0.1, 0.05), segments=5, seconds=0.125)
 

@@ -5,7 +5,7 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.nodes.measure_rates import measure_rates
 from hairpipe.groom.strands import lay_strands
-from hairpipe.shot.settings import StepControl
+from hairpipe.laws.settings import StepControl
 
 GROOM = lay_strands(9, 0.05, 4, (1.0, -0.3, 0.0), (0.0, 0.0, 0.01), None, 0.0)
 EQUAL, LARGEST = StepControl(1 / 96), StepControl(1.0)

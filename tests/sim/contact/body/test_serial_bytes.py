@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 
 import hairpipe
+from hairpipe.laws.settings import Collisions, Stiction, StrainLimit
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.shot.settings import Collisions, Stiction, StrainLimit
 from hairpipe.shot.simulate import advance_frame
 from hairpipe.values import Mesh
 

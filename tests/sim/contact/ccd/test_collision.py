@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from hairpipe.contact.collision import collide
-from hairpipe.shot.settings import Collisions, Thickness
+from hairpipe.laws.settings import Collisions, Thickness
 
 LAW = Collisions(Thickness(3e-4), friction=0.3, attempts=10)
 DT = 1 / 30

@@ -6,7 +6,7 @@ import pytest
 from hairpipe.contact.contact_points import find_contacts
 from hairpipe.contact.friction import anchor, no_shear, sheared
 from hairpipe.graphs.experiments.studies.contact.rub import Rub, creep, sliding_ratio
-from hairpipe.shot.settings import Collisions, StepControl, Thickness
+from hairpipe.laws.settings import Collisions, StepControl, Thickness
 from hairpipe.values.hair import Shear
 
 LAW = Collisions(Thickness(3e-4), friction=0.3, stiffness=0.5)

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hairpipe.contact.impulses import sweep
-from hairpipe.shot.settings import Collisions, Thickness
+from hairpipe.laws.settings import Collisions, Thickness
 
 LAW = Collisions(Thickness(3e-4), friction=0.3, stiffness=0.5, sweeps=3)
 DT = 1 / 240

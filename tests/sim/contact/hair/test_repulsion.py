@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from hairpipe.contact.contact_points import find_contacts
 from hairpipe.contact.friction import anchor, no_shear
 from hairpipe.contact.repulsion import linearise
-from hairpipe.shot.settings import Collisions, Thickness
+from hairpipe.laws.settings import Collisions, Thickness
 from hairpipe.solve.couplings import Couplings, matrices
 from hairpipe.solve.interactions import Prediction
 

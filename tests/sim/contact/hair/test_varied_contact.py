@@ -10,8 +10,8 @@ from hairpipe.contact.hair import HairContacts
 from hairpipe.contact.impulses import sweep
 from hairpipe.contact.stiction import Connections, linearise, stiffest
 from hairpipe.geometry.proximity import near_pairs
+from hairpipe.laws.settings import Collisions, Force, Stiction, Thickness
 from hairpipe.shot.build import surroundings_of
-from hairpipe.shot.settings import Collisions, Force, Stiction, Thickness
 from hairpipe.shot.simulate import start
 from hairpipe.solve.coupling_operator import coupling_rows
 from hairpipe.solve.couplings import Couplings, find_incidence
