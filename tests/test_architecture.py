@@ -11,6 +11,16 @@ from pathlib import Path
 
 import pytest
 
+from .rooms import (
+    BUDGETS,
+    MOST_CLOSURE,
+    MOST_FILES,
+    MOST_LINES,
+    MOST_SINGLE,
+    closure_of,
+    lines_of_rooms,
+    single_importers,
+)
 from .sources import HOME, PACKAGES, SOURCES, imports_of, module_of, name_of, tree_of
 
 ORDER = (
@@ -192,6 +202,22 @@ def test_rooms_import_only_what_they_may():
         if target.partition(".")[0] == "hairpipe" and not is_allowed(room_of(path), target)
     ]
     assert not wrong, "\n".join(wrong)
+
+
+def test_rooms_keep_their_budgets():
+    lines = lines_of_rooms()
+    over = {room: (lines[room], most) for room, (_, most) in BUDGETS.items() if lines[room] > most}
+    assert not over, f"lines and budget, see `python -m tests.rooms`: {over}"
+    assert sum(lines.values()) <= MOST_LINES
+    assert sum(path.is_relative_to(HOME / "hairpipe") for path in SOURCES) <= MOST_FILES
+
+
+def test_few_files_serve_one_other_alone():
+    assert len(single_importers()) <= MOST_SINGLE, single_importers()
+
+
+def test_a_reader_of_simulate_hair_reads_few_files():
+    assert len(closure_of("hairpipe.nodes.simulate_hair")) <= MOST_CLOSURE
 
 
 def test_no_node_imports_a_node_and_the_engine_only_by_its_public_names():
