@@ -1,4 +1,4 @@
-"""The rooms of `hairpipe/`: what each is about, and how large it may be. `python -m tests.rooms` prints their counts."""
+"""The rooms of `hairpipe/`: what each is about and how large it may be; `python -m tests.rooms` prints their counts."""
 
 import ast
 from collections import defaultdict
@@ -26,7 +26,7 @@ BUDGETS = {
     "engine": ("files, nodes, keys, store, plan, run, workers, hosts; no word of hair", 10760),
     "app": ("Python interface, command line, page, tuning, wedges, farms", 9100),
 }
-"""What a room is about, and its most lines of Python. A budget may only fall: a feature takes its room from its room."""
+"""What a room is about, and its most lines of Python. A budget may only fall: a new feature replaces older code."""
 MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 68_300, 420, 34, 133
 """Most lines and files of all rooms, files with one importer, and files that `simulate_hair` imports."""
 REGISTERS = (
