@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.particles.interaction import Law, Pairs, densities, exchange, near_pairs, rows_of
+from hairpipe.particles.interaction import Law, exchange, find_pairs
 
 H, DT = 0.02, 1 / 24
 
@@ -21,9 +21,7 @@ class Crowd:
 
     # Without a bound, one times nothing is no number, and bounds nothing.
     def after(self, pressure=0.0, collision=0.0, friction=0.0, bound=np.inf, rest=np.inf):
-        ends, apart = near_pairs(self.points, 2.0 * H)
-        rows, by = rows_of(ends, len(self.points))
-        pairs = Pairs(ends, apart, rows, by, densities(self.masses, ends, apart, H))
+        pairs = find_pairs(self.masses, self.points, H)
         law = Law(pressure, collision, friction, bound, H, 1.5e-5, np.full(len(self.points), rest))
         velocities = self.velocities.copy()
         exchange(law, pairs, self.inverses, self.points, self.directions, DT, velocities)
@@ -64,7 +62,7 @@ def test_pressure_acts_above_rest_density_only_and_does_not_overshoot():
     crowd.points, crowd.velocities = np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]]), np.zeros((2, 3))
     crowd.masses = np.full(2, 1.5e-5)
     crowd.inverses = 1.0 / crowd.masses
-    dense = densities(crowd.masses, *near_pairs(crowd.points, 2.0 * H), H)[0]
+    dense = find_pairs(crowd.masses, crowd.points, H).density[0]
     assert not crowd.after(1.0, rest=1.01 * dense).any()
     speeds = [np.ptp(crowd.after(k, rest=0.9 * dense)[:, 0]) for k in (0.01, 0.1, 1.0, 1e2, 1e6)]
     assert (np.diff(speeds) > 0.0).all() and speeds[-1] < 1.1 * speeds[-2]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.particles.interaction import densities, near_pairs, rows_of
+from hairpipe.particles.interaction import find_pairs
 from hairpipe.particles.model import kernel
 
 
@@ -13,13 +13,13 @@ def test_all_pairs_are_found_once(spread):
     points[7:20] = points[7]
     points[20:24] = 1e5 * spread[0] + 0.01 * points[20:24]
     h = 0.15
-    pairs, apart = near_pairs(points, 2.0 * h)
+    masses = np.linspace(1.0, 2.0, 400)
+    found = find_pairs(masses, points, h)
+    pairs = found.ends
     distances = np.linalg.norm(points[:, None] - points, axis=2)
     expected = np.argwhere(np.triu(distances < 2.0 * h, 1))
     assert sorted(map(tuple, np.sort(pairs, axis=1).tolist())) == sorted(map(tuple, expected.tolist()))
-    assert apart == pytest.approx(distances[tuple(pairs.T)])
-    masses = np.linspace(1.0, 2.0, 400)
-    assert densities(masses, pairs, apart, h) == pytest.approx(kernel(distances, h) @ masses)
-    rows, by = rows_of(pairs, 400)
+    assert found.apart == pytest.approx(distances[tuple(pairs.T)])
+    assert found.density == pytest.approx(kernel(distances, h) @ masses)
     for k in (0, 7, 399):
-        assert sorted(by[rows[k] : rows[k + 1]]) == sorted(np.flatnonzero((pairs == k).any(axis=1)))
+        assert sorted(found.by[found.rows[k] : found.rows[k + 1]]) == sorted(np.flatnonzero((pairs == k).any(axis=1)))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.particles.interaction import densities, near_pairs
+from hairpipe.particles.interaction import find_pairs
 from hairpipe.particles.links import link
 from hairpipe.particles.model import build_model
 from hairpipe.particles.sampling import sample
@@ -47,7 +47,7 @@ def test_sparse_hair_may_be_compressed_to_the_largest_density(make_groom, rule):
     fan = [root + np.linspace(0.0, 0.2, 21)[:, None] * (8.0 * root[0], -1.0, 8.0 * root[2]) for root in roots]
     particles = link(sample(make_groom(fan), 500, "strands", 0), rule, 1e-5)
     model = build_model(particles)
-    own = densities(model.masses, *near_pairs(particles.points, 2.0 * model.range), model.range)
+    own = find_pairs(model.masses, particles.points, model.range).density
     law, printed = laws_of(Interaction(), (), model, particles.points)
     dense = np.quantile(own[model.deep :], 0.99)
     assert printed is None and (law.rest >= own).all() and own.min() < 0.3 * dense

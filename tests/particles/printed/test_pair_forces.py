@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.particles.interaction import Pairs, densities, near_pairs, rows_of
+from hairpipe.particles.interaction import find_pairs
 from hairpipe.particles.model import kernel
 from hairpipe.particles.printed import PrintedLaw, push_pairs
 from hairpipe.particles.settings import Interaction
@@ -13,9 +13,7 @@ H, MASS, DT = 0.02, 1.5e-5, 1 / 24
 
 def pushed(points, velocities, pressure=0.0, friction=0.0, rest=0.0, dt=DT):
     """Velocities after dt of particles whose hair goes along z."""
-    ends, apart = near_pairs(points, 2.0 * H)
-    density = densities(np.full(len(points), MASS), ends, apart, H)
-    pairs = Pairs(ends, apart, *rows_of(ends, len(points)), density)
+    pairs = find_pairs(np.full(len(points), MASS), points, H)
     after, directions = velocities.copy(), np.tile([0.0, 0.0, 1.0], (len(points), 1))
     law = PrintedLaw(pressure, friction, rest, H, MASS)
     push_pairs(law, pairs, np.full(len(points), 1.0 / MASS), points, directions, dt, after)
