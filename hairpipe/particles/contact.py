@@ -19,12 +19,15 @@ from numba import njit
 
 from hairpipe.contact.body_projection import slide
 from hairpipe.geometry.compile import inlined
-from hairpipe.geometry.vec3 import Vector, dot, length, minus, plus, row, scaled
+from hairpipe.geometry.vec3 import dot, flattened, length, minus, plus, row, scaled
 from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.particles.model import Moving
+from hairpipe.particles.solve import hold, product, take_off
 
 PUSH_OUT = 0.5
 """Speed at which a particle that is too near is moved out [m/s]."""
+CREEP = 1e-4
+"""Speed at which what does not slide gives way [m/s]."""
 
 
 class Planes(NamedTuple):
@@ -45,11 +48,7 @@ class Planes(NamedTuple):
 
 
 def look(
-    bodies: Sequence[Collider],
-    points: np.ndarray,
-    seconds: float,
-    first: int = 0,
-    reach: float | np.ndarray = np.inf,
+    bodies: Sequence[Collider], points: np.ndarray, seconds: float, first: int = 0, reach: float | np.ndarray = np.inf
 ) -> SdfSample:
     """Return the nearest body at points [m], (n, 3), of particles from the first on, at a time in the frame [s].
 
@@ -73,26 +72,74 @@ def planes_of(found: SdfSample, places: np.ndarray, thickness: np.ndarray, frict
 
 
 @inlined
-def gap_of(planes: Planes, k: int, x: Vector, left: float) -> float:
+def _gap(planes, k, x, left):
     """Return the gap of particle k at x, so many seconds before the end of the frame [m]."""
     n = row(planes.normals, k)
     return dot(n, x) + planes.offsets[k] + left * dot(n, row(planes.drifts, k))
 
 
 @inlined
-def least_speed(planes: Planes, k: int, x: Vector, left: float, dt: float) -> float:
+def _least_speed(planes, k, x, left, dt):
     """Return the least speed along its normal that a particle may have in a step that begins at x [m/s]."""
-    n = row(planes.normals, k)
-    missing = planes.thickness[k] - gap_of(planes, k, x, left)
-    return dot(n, row(planes.drifts, k)) + min(missing / dt, PUSH_OUT)
+    missing = planes.thickness[k] - _gap(planes, k, x, left)
+    return dot(row(planes.normals, k), row(planes.drifts, k)) + min(missing / dt, PUSH_OUT)
 
 
-@inlined
-def rubbed(planes: Planes, k: int, v: Vector, push: float) -> Vector:
-    """Return a velocity after the friction of a push along the normal that it has had, both [m/s]."""
-    n, drift = row(planes.normals, k), row(planes.drifts, k)
-    u = slide(minus(minus(v, drift), scaled(push, n)), n, push, planes.friction)
-    return plus(u, drift)
+@njit(cache=True, error_model="numpy")
+def constrain(system, planes, moving, left, dt, residual, change):
+    """Hold particles that would come too near to bodies, and move them with the bodies, in place.
+
+    The contact force on a single particle with unchanged links determines friction: a damper with mu times this force
+    at the speed at which the single particle would slide.
+
+    left, dt          time from the start of the step to the end of the frame, and duration of the step [s]
+    residual, change  as `solve` takes them
+    """
+    held = np.zeros(len(planes.offsets), np.bool_)
+    dampers = np.empty(len(held))
+    for k in range(system.deep, len(held)):
+        n = row(planes.normals, k)
+        if dot(n, n) == 0.0:
+            continue
+        v, drift = row(moving.velocities, k), row(planes.drifts, k)
+        least = _least_speed(planes, k, row(moving.points, k), left, dt)
+        ahead = plus(v, product(system.inverses, k, (residual[4 * k], residual[4 * k + 1], residual[4 * k + 2])))
+        if dot(n, ahead) < least:
+            held[k] = True
+            push = planes.friction * (least - dot(n, ahead)) / dot(n, product(system.inverses, k, n))
+            sliding = flattened(minus(ahead, drift), n)
+            speed = length(sliding)
+            if speed > 0.0:
+                along = scaled(1.0 / speed, sliding)
+                speed -= push * dot(along, product(system.inverses, k, along))
+            dampers[k] = push / max(speed, CREEP)
+            for c in range(3):
+                change[4 * k + c] = (least - dot(n, v)) * n[c]
+    if not held.any():
+        return
+    take_off(system, change, residual)
+    for k in range(system.deep, len(held)):
+        if held[k]:
+            n = row(planes.normals, k)
+            u = flattened(minus(row(moving.velocities, k), row(planes.drifts, k)), n)
+            r = flattened((residual[4 * k], residual[4 * k + 1], residual[4 * k + 2]), n)
+            for c in range(3):
+                residual[4 * k + c] = r[c] - dampers[k] * u[c]
+            hold(system, k, n, dampers[k])
+
+
+@njit(cache=True, error_model="numpy")
+def touch(planes: Planes, deep: int, left: float, dt: float, moving: Moving) -> None:
+    """Stop what comes too near in a step, with the friction of that, in place; left and dt as for `constrain`."""
+    for k in range(deep, len(moving.points)):
+        n, v, drift = row(planes.normals, k), row(moving.velocities, k), row(planes.drifts, k)
+        missing = _least_speed(planes, k, row(moving.points, k), left, dt) - dot(n, v)
+        if missing > 0.0:  # Links may have pulled it nearer than `constrain` foresaw.
+            pushed = plus(v, scaled(missing, n))
+            # Friction of the push, from the velocity before it.
+            u = slide(minus(minus(pushed, drift), scaled(missing, n)), n, missing, planes.friction)
+            for c in range(3):
+                moving.velocities[k, c] = u[c] + drift[c]
 
 
 @njit(cache=True)
@@ -112,9 +159,7 @@ def stale(planes: Planes, found: SdfSample, places: np.ndarray, points: np.ndarr
 
 
 @njit(cache=True, error_model="numpy")
-def push_out(
-    found: SdfSample, which: np.ndarray, planes: Planes, starts: np.ndarray, dt: float, moving: Moving
-) -> None:
+def push_out(found, which, planes, starts, dt, moving):
     """Move particles out that are nearer than their thickness, and remove their inward velocity, in place.
 
     found   probe of bodies at the particles `which`, (n,), at the end of the frame
@@ -122,17 +167,14 @@ def push_out(
     """
     for a in range(len(which)):
         k = which[a]
-        phi = found.distance[a]
-        kept = planes.thickness[k]
-        n = row(found.normal, a)
-        b = row(found.velocity, a)
+        phi, kept = found.distance[a], planes.thickness[k]
+        n, b = row(found.normal, a), row(found.velocity, a)
         if not phi < kept or dot(n, n) < 0.5:
             continue
-        began = gap_of(planes, k, row(starts, k), dt)
+        began = _gap(planes, k, row(starts, k), dt)
         most = min(kept, max(began + PUSH_OUT * dt, 0.0))  # Moved out no faster than `PUSH_OUT`, from where it began.
         u = minus(row(moving.velocities, k), b)
-        inwards = max(-dot(u, n), 0.0)
-        u = slide(u, n, inwards, planes.friction)
+        u = slide(u, n, max(-dot(u, n), 0.0), planes.friction)
         for c in range(3):
             moving.points[k, c] += max(most - phi, 0.0) * n[c]
             moving.velocities[k, c] = b[c] + u[c]

@@ -27,14 +27,14 @@ from hairpipe.values.groom import strand_lengths
 
 @inlined
 def shape(q):
-    """Return 4 pi h^3 W(q h, h); for numbers and, in numpy, for arrays of them."""
+    """Return 4 pi h^3 W(q h, h)."""
     far, near = max(2.0 - q, 0.0), max(1.0 - q, 0.0)
     return far * far * far - 4.0 * near * near * near
 
 
 @inlined
 def slope(q):
-    """Return its derivative by q."""
+    """Return the derivative of `shape` by q."""
     far, near = max(2.0 - q, 0.0), max(1.0 - q, 0.0)
     return 12.0 * near * near - 3.0 * far * far
 
@@ -127,18 +127,27 @@ def build_model(particles: Particles) -> Model:
     ways = ways / lengths[:, None]
     cosines = np.stack([np.sum(particles.directions[ends[:, end]] * ways, axis=1) for end in range(2)], axis=1)
     weights = particles.alignments * lengths**2 * kernel(lengths, particles.reach)
+    keeps = np.full(len(ends), np.inf)  # Of each particle's links to the root the strongest one stops fading.
+    order = np.lexsort((-weights * particles.alignments**ALIGNED, ends[:, 1]))
+    strongest = order[np.unique(ends[order, 1], return_index=True)[1]]
+    keeps[strongest] = lengths[strongest]
+    own, others = ends.T.ravel(), ends[:, ::-1].T.ravel()
+    order = np.lexsort((others, own))
+    rows = np.concatenate([[0], np.cumsum(np.bincount(own, minlength=len(points)))]).astype(np.int32)
     links = Links(
         ends,
         lengths,
         particles.alignments * lengths**2 / (4.0 * np.pi * particles.reach**3),
-        _keeps(ends, lengths, weights * particles.alignments**ALIGNED),
+        keeps,
         cosines,
-        *_rows(ends, len(points)),
+        rows,
+        rows[:-1] + np.bincount(own[others < own], minlength=len(points)).astype(np.int32),
+        others[order],
+        np.tile(np.arange(len(ends), dtype=np.int32), 2)[order],
     )
     free = particles.masses[deep:]
     sections = (particles.masses / free.mean()) ** (2.0 / 3.0)
-    hair = particles.hair
-    mean = strand_lengths(hair.points, hair.offsets)[particles.strands[deep:]].mean()
+    mean = strand_lengths(particles.hair.points, particles.hair.offsets)[particles.strands[deep:]].mean()
     hang = free.mean() * mean * weights.sum() / (weights * lengths * particles.alignments**4).sum()
     return Model(deep, particles.masses, sections, links, particles.reach, particles.range, float(hang))
 
@@ -150,26 +159,6 @@ def inverse_masses(model: Model) -> np.ndarray:
     for k in range(model.deep, len(inverses)):
         inverses[k] = 1.0 / model.masses[k]
     return inverses
-
-
-def _keeps(ends: np.ndarray, lengths: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return at which distance links stop fading [m], (E,): of each particle's links to the root the strongest."""
-    keeps = np.full(len(ends), np.inf)
-    order = np.lexsort((-weights, ends[:, 1]))
-    strongest = order[np.unique(ends[order, 1], return_index=True)[1]]
-    keeps[strongest] = lengths[strongest]
-    return keeps
-
-
-def _rows(ends: np.ndarray, count: int) -> tuple[np.ndarray, ...]:
-    """Return where the links of every particle are listed, and the middles, the other ends ascending, and the links."""
-    own = ends.T.ravel()
-    others = ends[:, ::-1].T.ravel()
-    by = np.tile(np.arange(len(ends), dtype=np.int32), 2)
-    order = np.lexsort((others, own))
-    rows = np.concatenate([[0], np.cumsum(np.bincount(own, minlength=count))]).astype(np.int32)
-    mids = rows[:-1] + np.bincount(own[others < own], minlength=count).astype(np.int32)
-    return rows, mids, np.ascontiguousarray(others[order]), np.ascontiguousarray(by[order])
 
 
 def reaches_of(particles: Particles, sag: float) -> np.ndarray:
@@ -198,28 +187,24 @@ def keep_within_reach(
 
     Raises ArithmeticError if one is `TORN` times as far away.
     """
-    hair = particles.hair
-    strands = particles.strands[deep:]
-    motions, rates = motion_of_roots(driver, hair)
+    hair, strands, most = particles.hair, particles.strands[deep:], reaches[deep:]
     ends = hair.points[hair.offsets[:-1]]
-    roots, drifts = (np.einsum("sij,sj->si", m[:, :, :3], ends) + m[:, :, 3] for m in (motions, rates))
+    roots, drifts = (np.einsum("sij,sj->si", m[:, :, :3], ends) + m[:, :, 3] for m in motion_of_roots(driver, hair))
     ways = moving.points[deep:] - roots[strands]
     distances = np.linalg.norm(ways, axis=1)
-    most = reaches[deep:]
     beyond = distances > most
     if not beyond.any():
         return
     worst = int(np.argmax(distances / most))
     names = name_strands(hair.ids[np.unique(strands[beyond])])
-    far = f"the farthest {distances[worst]:.3g} m, over {most[worst]:.3g} m, on strand {hair.ids[strands[worst]]}"
     message = (
-        f"{np.count_nonzero(beyond)} of {len(beyond)} particles are too far from their roots at frame {frame}, {far}"
+        f"{np.count_nonzero(beyond)} of {len(beyond)} particles are too far from their roots at frame {frame}, the "
+        f"farthest {distances[worst]:.3g} m, over {most[worst]:.3g} m, on strand {hair.ids[strands[worst]]}"
     )
     if distances[worst] > TORN * most[worst]:
         raise ArithmeticError(f"diverged: {message}: {names}")
     warn(f"{message}, and were moved back: {names} (more steps, or less wind)", stacklevel=3)
     units = ways[beyond] / distances[beyond, None]
     moving.points[deep:][beyond] = roots[strands[beyond]] + most[beyond, None] * units
-    drift = drifts[strands[beyond]]
-    away = np.einsum("ni,ni->n", moving.velocities[deep:][beyond] - drift, units)
+    away = np.einsum("ni,ni->n", moving.velocities[deep:][beyond] - drifts[strands[beyond]], units)
     moving.velocities[deep:][beyond] -= np.maximum(away, 0.0)[:, None] * units

@@ -23,11 +23,11 @@ import numpy as np
 from numba import njit
 
 from hairpipe.geometry.vec3 import dot, flattened, minus, row, unit
-from hairpipe.particles.contact import Planes
+from hairpipe.particles.contact import Planes, touch
 from hairpipe.particles.interaction import Pairs, normal_of
 from hairpipe.particles.links import measure_links, stiffen
 from hairpipe.particles.model import Model, Moving, inverse_masses, shape, slope
-from hairpipe.particles.step import Forces, Springs, touch
+from hairpipe.particles.step import Forces, Springs
 
 
 def advance_explicitly(

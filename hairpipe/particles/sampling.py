@@ -78,18 +78,19 @@ class Lines(NamedTuple):
 
     @property
     def lengths(self) -> np.ndarray:
-        """Of the strands [m], (S,)."""
         return self.arcs[self.offsets[1:] - 1]
+
+    @property
+    def owners(self) -> np.ndarray:
+        """The strand of every point, (p,)."""
+        return np.repeat(np.arange(len(self.offsets) - 1), np.diff(self.offsets))
 
     def at(self, places: Places) -> tuple[np.ndarray, np.ndarray]:
         """Return points [m] and directions, (n, 3) each; below the skin they go along `roots`."""
         strands, arcs = places
-        begin = self.offsets[strands]
-        end = self.offsets[strands + 1]
         reach = 1.0 + float(self.lengths.max())
-        whose = np.repeat(np.arange(len(self.offsets) - 1), np.diff(self.offsets))
-        after = np.searchsorted(self.arcs + reach * whose, arcs + reach * strands, side="right")
-        below = np.clip(after - 1, begin, end - 2)
+        after = np.searchsorted(self.arcs + reach * self.owners, arcs + reach * strands, side="right")
+        below = np.clip(after - 1, self.offsets[strands], self.offsets[strands + 1] - 2)
         span = np.maximum(self.arcs[below + 1] - self.arcs[below], 1e-12)
         share = np.clip((arcs - self.arcs[below]) / span, 0.0, 1.0)[:, None]
         points = (1.0 - share) * self.points[below] + share * self.points[below + 1]
@@ -97,38 +98,6 @@ class Lines(NamedTuple):
         points += np.minimum(arcs, 0.0)[:, None] * self.roots[strands]
         ways = np.where((arcs < 0.0)[:, None], self.roots[strands], ways)
         return points, ways / np.linalg.norm(ways, axis=1)[:, None]
-
-
-def lines_of(groom: Groom) -> Lines:
-    """Find the lines that the hair of a groom runs along; pure."""
-    points = axes_of(groom)
-    offsets = groom.offsets
-    steps = np.diff(points, axis=0, prepend=points[:1])
-    sizes = np.linalg.norm(steps, axis=1)
-    steps[offsets[:-1]], sizes[offsets[:-1]] = 0.0, 0.0
-    sums = np.cumsum(sizes)
-    arcs = sums - np.repeat(sums[offsets[:-1]], np.diff(offsets))
-    ahead = np.roll(steps, -1, axis=0)
-    ahead[offsets[1:] - 1] = 0.0
-    ways = steps + ahead
-    ways = _units(ways)
-    return Lines(points, offsets, arcs, ways, _root_directions(ways[offsets[:-1]], groom.root_frames[:, :, 2]))
-
-
-def _root_directions(ways: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """Return t_r of (4), with w_t = w_n: the direction of hair at the skin, at least 45 degrees from it; pure.
-
-    A straight extension below the skin of hair that begins along it, or inwards, would come out elsewhere.
-    """
-    across = _units(ways - np.sum(ways * normals, axis=1)[:, None] * normals)
-    flat = np.sum(ways * normals, axis=1) < np.sqrt(0.5)
-    return np.where(flat[:, None], _units(across + normals), ways)
-
-
-def _units(vectors: np.ndarray) -> np.ndarray:
-    """Return vectors, (n, 3), at length 1; those without length as they are."""
-    sizes = np.linalg.norm(vectors, axis=1)[:, None]
-    return vectors / np.where(sizes > 0.0, sizes, 1.0)
 
 
 def sample(groom: Groom, count: int, sampling: Sampling, seed: int) -> Samples:
@@ -141,26 +110,45 @@ def sample(groom: Groom, count: int, sampling: Sampling, seed: int) -> Samples:
     if count > len(groom.points):
         message = f"{count} particles on a groom of {len(groom.points)} points"
         raise BadInput(message, where="particles", right="fewer particles, or a groom of more strands")
-    lines = lines_of(groom)
+    lines = _lines_of(groom)
     choose = _OnStrands(lines, seed) if sampling == "strands" else _InSpace(lines, seed)
-    places, spacing = _with_count(choose, count, float(np.ptp(lines.points, axis=0).max()))
-    deep = choose.below(places, spacing)
-    free = _ordered(places, morton_order(lines.at(places)[0]))
-    deep = _ordered(deep, morton_order(lines.at(deep)[0]))
-    both = Places(*(np.concatenate(pair) for pair in zip(deep, free, strict=True)))
+    free, spacing = _with_count(choose, count, float(np.ptp(lines.points, axis=0).max()))
+    parts = list[Places]()
+    for part in (choose.below(free, spacing), free):
+        order = morton_order(lines.at(part)[0])
+        parts.append(Places(part.strands[order], part.arcs[order]))
+    both = Places(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
     points, directions = lines.at(both)
     used, whose = np.unique(both.strands, return_inverse=True)
+    places = Places(whose.astype(np.int32), both.arcs)
     return Samples(
-        take(groom, used),
-        Places(whose.astype(np.int32), both.arcs),
-        points,
-        directions,
-        float(segment_lengths(groom.points, groom.offsets).sum()),
+        take(groom, used), places, points, directions, float(segment_lengths(groom.points, groom.offsets).sum())
     )
 
 
-def _ordered(places: Places, order: np.ndarray) -> Places:
-    return Places(places.strands[order], places.arcs[order])
+def _lines_of(groom: Groom) -> Lines:
+    points, offsets = axes_of(groom), groom.offsets
+    steps = np.diff(points, axis=0, prepend=points[:1])
+    sizes = np.linalg.norm(steps, axis=1)
+    steps[offsets[:-1]], sizes[offsets[:-1]] = 0.0, 0.0
+    sums = np.cumsum(sizes)
+    arcs = sums - np.repeat(sums[offsets[:-1]], np.diff(offsets))
+    ahead = np.roll(steps, -1, axis=0)
+    ahead[offsets[1:] - 1] = 0.0
+    ways = _units(steps + ahead)
+    # t_r of (4), with w_t = w_n: at least 45 degrees from the skin. A straight extension below the skin of hair that
+    # begins along it, or inwards, would come out elsewhere.
+    starts, normals = ways[offsets[:-1]], groom.root_frames[:, :, 2]
+    upright = np.sum(starts * normals, axis=1)
+    across = _units(starts - upright[:, None] * normals)
+    roots = np.where((upright < np.sqrt(0.5))[:, None], _units(across + normals), starts)
+    return Lines(points, offsets, arcs, ways, roots)
+
+
+def _units(vectors: np.ndarray) -> np.ndarray:
+    """Return vectors, (n, 3), at length 1; those without length as they are."""
+    sizes = np.linalg.norm(vectors, axis=1)[:, None]
+    return vectors / np.where(sizes > 0.0, sizes, 1.0)
 
 
 class _OnStrands:
@@ -193,11 +181,10 @@ class _InSpace:
     def __init__(self, lines: Lines, seed: int) -> None:
         self.lines, self.seed, self.tree = lines, seed, KDTree(lines.points)
         self.order = stream(seed, "particles in space").permutation(len(lines.points))
-        self.whose = np.repeat(np.arange(len(lines.offsets) - 1), np.diff(lines.offsets))
 
     def free(self, spacing: float) -> Places:
         chosen = darts(self.tree, self.order, spacing)
-        return Places(self.whose[chosen], self.lines.arcs[chosen])
+        return Places(self.lines.owners[chosen], self.lines.arcs[chosen])
 
     def below(self, places: Places, spacing: float) -> Places:
         steps = np.arange(1, 1 + int(np.ceil(4 * DEPTH)))
@@ -205,9 +192,8 @@ class _InSpace:
         deep = Places(np.repeat(np.arange(count), len(steps)), -0.25 * spacing * np.tile(steps, count))
         deep = Places(*(column[deep.arcs >= -DEPTH * spacing] for column in deep))
         points = self.lines.at(deep)[0]
-        taken = KDTree(self.lines.at(places)[0])
         order = stream(self.seed, "particles below the skin").permutation(len(points))
-        room = taken.query(points)[0] >= spacing
+        room = KDTree(self.lines.at(places)[0]).query(points)[0] >= spacing
         kept = darts(KDTree(points), order[room[order]], spacing)
         return Places(deep.strands[kept], deep.arcs[kept])
 

@@ -1,14 +1,14 @@
 """A shot of particles: their start, their steps through a frame, and cuts, over which they go with their roots.
 
-Links that support the hair as groomed: one linear solve, after which hair neither sinks nor creeps.
-
-With K at rest, and roots held, (sum K d d^T + eps) u = m g gives the sag of particles, and T = K d . u' the tension of
+With `sag_free`, links support the hair as groomed: after one linear solve it neither sinks nor creeps. With K at rest,
+and roots held, (sum K d d^T + eps) u = m g gives the sag of particles, and T = K d . u' the tension of
 every link; its rest length becomes l - T / K. The diagonal eps, 1e-4 of the mean one, bounds the sag on links that
 cannot support it. Hair on a body still sinks: its support is unknown here.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -19,9 +19,8 @@ from hairpipe.laws.drag import warn_of_storm
 from hairpipe.laws.settings import BodyContact
 from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.particles.contact import Planes, look, planes_of, push_out, stale
-from hairpipe.particles.directions import redirect
 from hairpipe.particles.interaction import Law, exchange, find_pairs
-from hairpipe.particles.links import measure_links, stiffen
+from hairpipe.particles.links import measure_links, redirect, stiffen
 from hairpipe.particles.model import Model, Moving, build_model, inverse_masses, keep_within_reach, reaches_of
 from hairpipe.particles.printed import PrintedLaw, advance_explicitly, push_pairs
 from hairpipe.particles.settings import Interaction, ParticleContact, ParticleSettings, Printed
@@ -35,45 +34,6 @@ from hairpipe.solve.boundary import Driver, motion_of_roots, velocities_around_r
 from hairpipe.values import Cloud, Groom, Particles
 from hairpipe.values.particles import ParticleState
 
-SOFT = 1e-4
-"""Regularisation of the diagonal, over its mean."""
-EXACT = 1e-4
-"""Error of the solve, as `TOLERANCE` of a step."""
-
-
-def rest_lengths(model: Model, points: np.ndarray, axial: np.ndarray, gravity: float, strain: float) -> np.ndarray:
-    """Return the rest lengths of links [m], (E,), for equilibrium of particles at points [m], (N, 3); pure.
-
-    axial    E A of every particle [N], (N,)
-    gravity  [m/s^2]
-    strain   maximum relative change of a length
-    """
-    links = model.links
-    count = len(points)
-    ways = np.empty((len(links.ends), 4))
-    stiffness = np.empty(len(links.ends))
-    measure_links(links, points, ways)
-    stiffen(links, model.reach, axial, ways, stiffness)
-    d = ways[:, :3]
-    blocks = np.zeros((count, 6))
-    outer = stiffness[:, None] * d[:, [0, 0, 0, 1, 1, 2]] * d[:, [0, 1, 2, 1, 2, 2]]
-    for end in range(2):
-        np.add.at(blocks, links.ends[:, end], outer)
-    blocks[:, [0, 3, 5]] += SOFT * blocks[model.deep :, [0, 3, 5]].mean()
-    joins = np.sqrt(stiffness)[:, None] * d
-    system = build_system(links, model.deep)
-    system.joins[:] = np.pad(joins[links.by], ((0, 0), (0, 1))).ravel()
-    set_blocks(system, blocks)
-    sunk = np.zeros(4 * count, np.float32)
-    residual = np.zeros((count, 4), np.float32)
-    residual[model.deep :, 1] = -gravity * model.masses[model.deep :]
-    residual = residual.ravel()
-    solve(system, residual, sunk, EXACT, 0.0)
-    u = sunk.reshape(-1, 4)[:, :3].astype(float)
-    stretch = np.sum(d * (u[links.ends[:, 1]] - u[links.ends[:, 0]]), axis=1) / links.lengths
-    return links.lengths * (1.0 - np.clip(stretch, -strain, strain))
-
-
 MOST_NAMED = 10
 DENSE = 0.99
 """Quantile of the density at rest up to which pressure leaves hair alone."""
@@ -81,6 +41,10 @@ LIMIT_OF_SOLVE = 1e18
 """Force [N], or damper [N s/m], whose square 32 bits do not hold: a solve would leave the particle where it is."""
 NEAR_ROOT = 0.5
 """Largest distance of a particle from bodies, over its distance to the root along the hair."""
+SOFT = 1e-4
+"""Regularisation of the diagonal, over its mean."""
+EXACT = 1e-4
+"""Error of the solve, as `TOLERANCE` of a step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,13 +72,41 @@ def prepare(particles: Particles, settings: ParticleSettings) -> Prepared:
     rest = model.links.lengths
     if settings.sag_free is not None:
         rest = rest_lengths(model, particles.points, axial, settings.gravity, settings.sag_free.strain)
-    springs = Springs(axial, rest, settings.damping)
-    reaches = reaches_of(particles, settings.sag)
     if "links" in settings.printed:
         model = model._replace(links=model.links._replace(keeps=np.full(len(rest), np.inf)))
+    constants = model, Springs(axial, rest, settings.damping), reaches_of(particles, settings.sag)
     if settings.interaction is None:
-        return Prepared(model, springs, reaches, None)
-    return Prepared(model, springs, reaches, *laws_of(settings.interaction, settings.printed, model, particles.points))
+        return Prepared(*constants, None)
+    return Prepared(*constants, *laws_of(settings.interaction, settings.printed, model, particles.points))
+
+
+def rest_lengths(model: Model, points: np.ndarray, axial: np.ndarray, gravity: float, strain: float) -> np.ndarray:
+    """Return the rest lengths of links [m], (E,), for equilibrium of particles at points [m], (N, 3); pure.
+
+    axial    E A of every particle [N], (N,)
+    gravity  [m/s^2]
+    strain   maximum relative change of a length
+    """
+    links, deep, count = model.links, model.deep, len(points)
+    ways, stiffness = np.empty((len(links.ends), 4)), np.empty(len(links.ends))
+    measure_links(links, points, ways)
+    stiffen(links, model.reach, axial, ways, stiffness)
+    d = ways[:, :3]
+    blocks = np.zeros((count, 6))
+    outer = stiffness[:, None] * d[:, [0, 0, 0, 1, 1, 2]] * d[:, [0, 1, 2, 1, 2, 2]]
+    for end in range(2):
+        np.add.at(blocks, links.ends[:, end], outer)
+    blocks[:, [0, 3, 5]] += SOFT * blocks[deep:, [0, 3, 5]].mean()
+    joins = np.sqrt(stiffness)[:, None] * d
+    system = build_system(links, deep)
+    system.joins[:] = np.pad(joins[links.by], ((0, 0), (0, 1))).ravel()
+    set_blocks(system, blocks)
+    sunk, weights = np.zeros((count, 4), np.float32), np.zeros((count, 4), np.float32)
+    weights[deep:, 1] = -gravity * model.masses[deep:]
+    solve(system, weights.ravel(), sunk.ravel(), EXACT, 0.0)
+    u = sunk[:, :3].astype(float)
+    stretch = np.sum(d * (u[links.ends[:, 1]] - u[links.ends[:, 0]]), axis=1) / links.lengths
+    return links.lengths * (1.0 - np.clip(stretch, -strain, strain))
 
 
 def laws_of(
@@ -164,25 +156,14 @@ class ParticleSimulation:
         return move_over_cut(self.particles, state, drivers)
 
     def _bodies_at(self, frame: Frame) -> list[Collider]:
-        """Build the bodies of a frame."""
         contact = BodyContact(self.settings.contact.friction, self.settings.contact.thickness)
         return bodies_of(frame.surfaces, frame.parts, contact, frame.frame_dt)
-
-
-def _check_finite(particles: Particles, points: np.ndarray, velocities: np.ndarray) -> None:
-    """Raise ArithmeticError that names strands where particles are not finite."""
-    lost = ~(np.isfinite(points).all(1) & np.isfinite(velocities).all(1))
-    if lost.any():
-        ids = np.unique(particles.hair.ids[particles.strands[lost]])
-        named = ", ".join(map(str, ids[:MOST_NAMED]))
-        raise ArithmeticError(f"{np.count_nonzero(lost)} particles are not finite, among them on strands {named}")
 
 
 def start(particles: Particles, prepared: Prepared, frame: Frame, bodies: Sequence[Collider]) -> ParticleState:
     """Place particles rigidly with their roots, with links at rest."""
     motions, rates = (m[particles.strands] for m in motion_of_roots(frame.drivers[1], particles.hair))
-    points = moved(motions, particles.points)
-    directions = turned(motions, particles.directions)
+    points, directions = _moved(motions, particles.points), _turned(motions, particles.directions)
     deep, links = prepared.model.deep, prepared.model.links
     if bodies and (look(bodies, points[deep:], frame.frame_dt).distance < 0.0).all():
         right = "hair outside the body: check unit, position and pose of groom and body"
@@ -190,7 +171,7 @@ def start(particles: Particles, prepared: Prepared, frame: Frame, bodies: Sequen
     stiffness = np.empty(len(links.ends))
     redirect(links, prepared.model.reach, prepared.springs.axial, deep, points, stiffness, directions.copy())
     tensions = stiffness * (links.lengths - prepared.springs.rest)
-    return ParticleState(points, moved(rates, particles.points), directions, tensions)
+    return ParticleState(points, _moved(rates, particles.points), directions, tensions)
 
 
 def advance_frame(
@@ -205,79 +186,65 @@ def advance_frame(
 
     With a printed formula, particles are not moved back to their roots, so that its failure is visible.
     """
-    model = prepared.model
-    springs = prepared.springs
-    deep = prepared.model.deep
-    frame_dt = frame.frame_dt
-    points = state.points.copy()
-    velocities = state.velocities.copy()
-    directions = state.directions.copy()
+    model, springs, deep = prepared.model, prepared.springs, prepared.model.deep
     acting = find_acting(particles, prepared, state, frame, bodies, settings)
-    moving = Moving(points, velocities, state.tensions.copy())
-    planes = acting.planes
-    ways = acting.ways
-    dt = frame_dt / settings.steps
-    stiffness = np.empty(len(model.links.ends))
+    moving = Moving(state.points.copy(), state.velocities.copy(), state.tensions.copy())
+    directions, stiffness = state.directions.copy(), np.empty(len(model.links.ends))
+    dt = frame.frame_dt / settings.steps
+    given = model, springs, acting.forces, acting.planes, acting.roots, dt, moving
     if "steps" in settings.printed:
 
         def begin(moving: Moving, dt: float) -> None:
             redirect(model.links, model.reach, springs.axial, deep, moving.points, stiffness, directions)
             _act(prepared, moving.points, directions, dt, moving.velocities)
 
-        advance_explicitly(model, springs, acting.forces, planes, ways.points, dt, moving, begin)
+        advance_explicitly(*given, begin)
     else:
-        advance(model, springs, acting.forces, planes, ways.points, dt, moving)
-    _check_finite(particles, points, velocities)
+        advance(*given)
+    _check_finite(particles, moving.points, moving.velocities)
     if not settings.printed:
         keep_within_reach(particles, prepared.reaches, frame.drivers[1], deep, frame.number, moving)
     if bodies:
-        again = stale(planes, acting.found, acting.places, points, deep)
-        there = look(bodies, points[again], frame_dt, reach=planes.thickness[again])
-        push_out(there, again, planes, state.points, frame_dt, moving)
-    velocities[:deep], directions[:deep] = ways.velocities, ways.directions
-    redirect(model.links, model.reach, springs.axial, deep, points, stiffness, directions)
-    return ParticleState(points, velocities, directions, moving.tensions)
+        again = stale(acting.planes, acting.found, acting.places, moving.points, deep)
+        there = look(bodies, moving.points[again], frame.frame_dt, reach=acting.planes.thickness[again])
+        push_out(there, again, acting.planes, state.points, frame.frame_dt, moving)
+    moving.velocities[:deep], directions[:deep] = acting.velocities, acting.directions
+    redirect(model.links, model.reach, springs.axial, deep, moving.points, stiffness, directions)
+    return ParticleState(moving.points, moving.velocities, directions, moving.tensions)
+
+
+def _check_finite(particles: Particles, points: np.ndarray, velocities: np.ndarray) -> None:
+    lost = ~(np.isfinite(points).all(1) & np.isfinite(velocities).all(1))
+    if lost.any():
+        ids = np.unique(particles.hair.ids[particles.strands[lost]])
+        named = ", ".join(map(str, ids[:MOST_NAMED]))
+        raise ArithmeticError(f"{np.count_nonzero(lost)} particles are not finite, among them on strands {named}")
 
 
 def _act(prepared: Prepared, points: np.ndarray, directions: np.ndarray, dt: float, velocities: np.ndarray) -> None:
     """Change velocities by what hair exchanges with hair in dt [s], in place."""
-    model = prepared.model
-    law = prepared.law
-    inverses = inverse_masses(prepared.model)
-    if law is None:
+    if prepared.law is None:
         return
-    pairs = find_pairs(model.masses, points, model.range)
-    exchange(law, pairs, inverses, points, directions, dt, velocities)
+    inverses = inverse_masses(prepared.model)
+    pairs = find_pairs(prepared.model.masses, points, prepared.model.range)
+    exchange(prepared.law, pairs, inverses, points, directions, dt, velocities)
     if prepared.printed is not None:
         push_pairs(prepared.printed, pairs, inverses, points, directions, dt, velocities)
 
 
-@dataclass(frozen=True, eq=False)
-class RootWays:
-    """Paths of particles below the skin in a frame.
-
-    points      positions at the start of each step, and at the end [m], (steps + 1, deep, 3)
-    velocities  at the end [m/s], (deep, 3)
-    directions  at the end, (deep, 3)
-    """
-
-    points: np.ndarray
-    velocities: np.ndarray
-    directions: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class Acting:
+class Acting(NamedTuple):
     """Prescribed motion, forces and contacts of particles in a frame.
 
-    ways    paths of particles below the skin
-    forces  forces of gravity, air and hair
-    places  predicted positions of particles at the end [m], (N, 3)
-    found   probe of bodies there
-    planes  contact planes of these
+    roots       particles below the skin at the start of each step, and at the end [m], (steps + 1, deep, 3)
+    velocities  of these at the end [m/s], (deep, 3), and their directions there, (deep, 3)
+    forces      forces of gravity, air and hair
+    places      predicted positions of particles at the end [m], (N, 3)
+    found       probe of bodies there, and contact planes of these
     """
 
-    ways: RootWays
+    roots: np.ndarray
+    velocities: np.ndarray
+    directions: np.ndarray
     forces: Forces
     places: np.ndarray
     found: SdfSample
@@ -293,8 +260,10 @@ def find_acting(
     settings: ParticleSettings,
 ) -> Acting:
     """Find what acts on particles from the previous frame to this one; pure."""
-    model, frame_dt = prepared.model, frame.frame_dt
-    ways = _ways_of_roots(particles, state, frame, model.deep, settings.steps)
+    model, frame_dt, deep = prepared.model, frame.frame_dt, prepared.model.deep
+    rest, now = (particles.points[:deep], particles.directions[:deep]), (state.points[:deep], state.velocities[:deep])
+    motions = motion_of_roots(frame.drivers[1], particles.hair)
+    roots = _follow_roots(motions, particles.strands[:deep], rest, now, frame_dt, settings.steps)
     forces = _forces_on(prepared, settings, state, frame.began)
     ahead = state.velocities
     if "steps" not in settings.printed:
@@ -304,44 +273,28 @@ def find_acting(
         forces.push[:] += model.masses[:, None] * (ahead - state.velocities) / frame_dt
     places = state.points + frame_dt * ahead
     _check_finite(particles, places, ahead)
-    found = look(bodies, places, frame_dt, model.deep)
+    found = look(bodies, places, frame_dt, deep)
     thickness = np.minimum(settings.contact.thickness, NEAR_ROOT * np.maximum(particles.arcs, 0.0))
-    return Acting(ways, forces, places, found, planes_of(found, places, thickness, settings.contact.friction))
-
-
-def _ways_of_roots(particles: Particles, state: ParticleState, frame: Frame, deep: int, steps: int) -> RootWays:
-    """Find them: on the cubic through places and velocities at both frames, as roots of strands go."""
-    x0, v0, strands, rest = (
-        state.points[:deep],
-        state.velocities[:deep],
-        particles.strands[:deep],
-        particles.points[:deep],
-    )
-    motions, rates = motion_of_roots(frame.drivers[1], particles.hair)
-    ends = rest, particles.directions[:deep], x0, v0
-    return RootWays(*_follow_roots(motions, rates, strands, ends, frame.frame_dt, steps))
+    return Acting(*roots, forces, places, found, planes_of(found, places, thickness, settings.contact.friction))
 
 
 @njit(cache=True)
-def _follow_roots(motions, rates, strands, ends, dt, steps):
-    """Return the arrays of `RootWays`.
+def _follow_roots(motions, strands, rest, now, dt, steps):
+    """Return the first three arrays of `Acting`, by the cubic through places and velocities at both frames.
 
-    ends  positions and directions at rest, positions and velocities at the previous frame
+    rest, now  positions and directions at rest, positions and velocities at the previous frame
     """
-    rest, directions, x0, v0 = ends
     count = len(strands)
-    ways = np.empty((steps + 1, count, 3))
-    v1 = np.empty((count, 3))
-    t1 = np.empty((count, 3))
+    ways, v1, t1 = np.empty((steps + 1, count, 3)), np.empty((count, 3)), np.empty((count, 3))
     for k in range(count):
-        motion, rate = motions[strands[k]], rates[strands[k]]
-        x, t = row(rest, k), row(directions, k)
+        motion, rate = motions[0][strands[k]], motions[1][strands[k]]
+        x, t = row(rest[0], k), row(rest[1], k)
         for c in range(3):
-            x1 = dot(row(motion, c), x) + motion[c, 3]
+            x0, v0, x1 = now[0][k, c], now[1][k, c], dot(row(motion, c), x) + motion[c, 3]
             v1[k, c], t1[k, c] = dot(row(rate, c), x) + rate[c, 3], dot(row(motion, c), t)
             for step in range(steps + 1):  # Hermite's between both frames: smooth at the frames, too.
                 s = step / steps
-                place = (1 + 2 * s) * (1 - s) ** 2 * x0[k, c] + s * (1 - s) ** 2 * dt * v0[k, c]
+                place = (1 + 2 * s) * (1 - s) ** 2 * x0 + s * (1 - s) ** 2 * dt * v0
                 ways[step, k, c] = place + s**2 * (3 - 2 * s) * x1 + s**2 * (s - 1) * dt * v1[k, c]
     return ways, v1, t1
 
@@ -368,26 +321,22 @@ def _forces_on(prepared: Prepared, settings: ParticleSettings, state: ParticleSt
 def move_over_cut(particles: Particles, state: ParticleState, drivers: tuple[Driver, Driver]) -> ParticleState:
     """Move particles with their roots from the body before a cut to that after it; pure.
 
-    drivers  bodies before the cut and after it
-
     As `hairpipe.shot.cuts.move_over_cut` for strands; directions rotate, tensions are unchanged, and no time passes.
     """
     strands, groom = particles.strands, particles.hair
     rigid, turn = (motions[strands] for motions in rigid_over_cut(drivers, groom))
     before, after = (velocities_around_roots(driver, groom)[strands] for driver in drivers)
-    points = moved(rigid, state.points)
-    against = state.velocities - moved(before, state.points)
-    velocities = turned(turn, against) + moved(after, points)
-    return replace(state, points=points, velocities=velocities, directions=turned(turn, state.directions))
+    points = _moved(rigid, state.points)
+    velocities = _turned(turn, state.velocities - _moved(before, state.points)) + _moved(after, points)
+    return replace(state, points=points, velocities=velocities, directions=_turned(turn, state.directions))
 
 
-def moved(motions: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return points x -> R x + t [m], (n, 3), by rigid motions [R | t], (n, 3, 4); pure."""
-    return turned(motions, points) + motions[:, :, 3]
+def _moved(motions: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return points x -> R x + t [m], (n, 3), by rigid motions [R | t], (n, 3, 4)."""
+    return _turned(motions, points) + motions[:, :, 3]
 
 
-def turned(motions: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Return directions t -> R t, (n, 3), by rigid motions [R | t], (n, 3, 4); pure."""
+def _turned(motions: np.ndarray, directions: np.ndarray) -> np.ndarray:
     return np.einsum("nij,nj->ni", motions[:, :, :3], directions)
 
 

@@ -17,18 +17,16 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from hairpipe.geometry.vec3 import dot, flattened, length, minus, plus, row, scaled
-from hairpipe.particles.contact import Planes, least_speed, rubbed
+from hairpipe.geometry.vec3 import dot, minus, plus, row, scaled
+from hairpipe.particles.contact import Planes, constrain, touch
 from hairpipe.particles.links import measure_links, stiffen
 from hairpipe.particles.model import Model, Moving, inverse_masses
-from hairpipe.particles.solve import build_system, hold, product, set_block, solve, take_off
+from hairpipe.particles.solve import build_system, set_block, solve
 
 TOLERANCE = 1e-2
 """Tolerance of a solve over its change, in the norm of energy; links tear at a much larger one."""
 STILL = 1e-4
 """Velocity below which nothing is solved more exactly [m/s]."""
-CREEP = 1e-4
-"""Speed at which what does not slide gives way [m/s]."""
 
 
 class Springs(NamedTuple):
@@ -80,7 +78,7 @@ def advance(
         stiffen(links, model.reach, springs.axial, ways, stiffness)
         system, residual = _assemble(model, springs, forces, moving, dt, ways, stiffness)
         change = np.zeros(4 * count, np.float32)
-        _hold(system, planes, moving, left, dt, residual, change)
+        constrain(system, planes, moving, left, dt, residual, change)
         made += solve(system, residual, change, TOLERANCE, still)
         for k in range(deep, count):
             for c in range(3):
@@ -151,56 +149,3 @@ def _assemble(model, springs, forces, moving, dt, ways, stiffness):
         residual[4 * k + 1] = pull[k, 1] + dt * push[k, 1] - (b * v[k, 0] + d * v[k, 1] + e * v[k, 2])
         residual[4 * k + 2] = pull[k, 2] + dt * push[k, 2] - (c * v[k, 0] + e * v[k, 1] + f * v[k, 2])
     return system, residual
-
-
-@njit(cache=True, error_model="numpy")
-def _hold(system, planes, moving, left, dt, residual, change):
-    """Hold particles that would come too near to bodies, and move them with the bodies, in place.
-
-    The contact force on a single particle with unchanged links determines friction: a damper with mu times this force
-    at the speed at which the single particle would slide.
-    """
-    count = len(planes.offsets)
-    held = np.zeros(count, np.bool_)
-    dampers = np.empty(count)
-    any_held = False
-    for k in range(system.deep, count):
-        n = row(planes.normals, k)
-        if dot(n, n) == 0.0:
-            continue
-        v, drift = row(moving.velocities, k), row(planes.drifts, k)
-        least = least_speed(planes, k, row(moving.points, k), left, dt)
-        ahead = plus(v, product(system.inverses, k, (residual[4 * k], residual[4 * k + 1], residual[4 * k + 2])))
-        if dot(n, ahead) < least:
-            held[k] = any_held = True
-            push = planes.friction * (least - dot(n, ahead)) / dot(n, product(system.inverses, k, n))
-            sliding = flattened(minus(ahead, drift), n)
-            speed = length(sliding)
-            if speed > 0.0:
-                along = scaled(1.0 / speed, sliding)
-                speed -= push * dot(along, product(system.inverses, k, along))
-            dampers[k] = push / max(speed, CREEP)
-            for c in range(3):
-                change[4 * k + c] = (least - dot(n, v)) * n[c]
-    if not any_held:
-        return
-    take_off(system, change, residual)
-    for k in range(system.deep, count):
-        if held[k]:
-            n = row(planes.normals, k)
-            u = flattened(minus(row(moving.velocities, k), row(planes.drifts, k)), n)
-            r = flattened((residual[4 * k], residual[4 * k + 1], residual[4 * k + 2]), n)
-            for c in range(3):
-                residual[4 * k + c] = r[c] - dampers[k] * u[c]
-            hold(system, k, n, dampers[k])
-
-
-@njit(cache=True, error_model="numpy")
-def touch(planes: Planes, deep: int, left: float, dt: float, moving: Moving) -> None:
-    """Stop what comes too near in a step, with the friction of that, in place; arguments are those of `least_speed`."""
-    for k in range(deep, len(moving.points)):
-        n, v = row(planes.normals, k), row(moving.velocities, k)
-        missing = least_speed(planes, k, row(moving.points, k), left, dt) - dot(n, v)
-        if missing > 0.0:  # Links may have pulled it nearer than `_hold` foresaw.
-            v = rubbed(planes, k, plus(v, scaled(missing, n)), missing)
-            moving.velocities[k, 0], moving.velocities[k, 1], moving.velocities[k, 2] = v

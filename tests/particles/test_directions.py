@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.particles.directions import redirect
+from hairpipe.particles.links import redirect
 from hairpipe.particles.model import build_model
 
 

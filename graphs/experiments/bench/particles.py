@@ -22,9 +22,8 @@ from hairpipe.groom.style import Style
 from hairpipe.laws.settings import BodyContact
 from hairpipe.levelset.bake import bake
 from hairpipe.particles.contact import look
-from hairpipe.particles.directions import turn_directions
 from hairpipe.particles.interaction import exchange, find_pairs
-from hairpipe.particles.links import LinkRule, link, measure_links, stiffen
+from hairpipe.particles.links import LinkRule, link, measure_links, stiffen, turn_directions
 from hairpipe.particles.model import Moving, inverse_masses
 from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Fibre, Interaction, ParticleSettings
@@ -162,7 +161,7 @@ def parts_of(
     moving = Moving(points.copy(), state.velocities.copy(), state.tensions.copy())
     solving, iterations = timed(
         lambda: advance(
-            model, prepared.springs, acting.forces, acting.planes, acting.ways.points, dt / settings.steps, moving
+            model, prepared.springs, acting.forces, acting.planes, acting.roots, dt / settings.steps, moving
         )
     )
     seconds = search, exchanged, turning, stiffening, solving, body + looking
