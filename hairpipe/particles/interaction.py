@@ -185,7 +185,7 @@ def exchange(law, pairs, inverse_masses, points, directions, dt, velocities):
         others, gradients = np.empty(most, np.int64), np.empty((most, 4))
         for k in range(len(velocities)):
             if pairs.density[k] > law.rest[k]:  # Each with the velocities that the last has left: on one thread.
-                _press(law, pairs, inverse_masses, points, dt, k, others, gradients, velocities, pressed)
+                _press(law, pairs, (inverse_masses, points), dt, k, (others, gradients), velocities, pressed)
     over = 1.0 / law.h
     for k in range(count):
         i, j = np.int64(pairs.ends[k, 0]), np.int64(pairs.ends[k, 1])
@@ -203,11 +203,12 @@ def exchange(law, pairs, inverse_masses, points, directions, dt, velocities):
 
 
 @inlined
-def _press(law, pairs, inverse_masses, points, dt, k, others, gradients, velocities, pressed):
+def _press(law, pairs, particles, dt, k, room, velocities, pressed):
     """Apply the pressure of particle k, which is too dense, to its neighbours and add it to pair impulses, in place.
 
-    others, gradients  work arrays: neighbours, and the gradient of the density by their positions, its length last
+    room  work arrays: neighbours, and the gradient of the density by their positions, its signed length last
     """
+    (inverse_masses, points), (others, gradients) = particles, room
     rate, weight = 0.0, 0.0
     total = (0.0, 0.0, 0.0)
     begin, end = np.int64(pairs.rows[k]), np.int64(pairs.rows[k + 1])

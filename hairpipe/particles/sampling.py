@@ -78,6 +78,7 @@ class Lines(NamedTuple):
 
     @property
     def lengths(self) -> np.ndarray:
+        """Of the strands [m], (S,)."""
         return self.arcs[self.offsets[1:] - 1]
 
     @property
