@@ -45,6 +45,7 @@ from numba import njit, prange
 
 from hairpipe.contact.contact_points import USUAL, Scale
 from hairpipe.geometry.compile import inlined
+from hairpipe.laws.coulomb import coulomb
 from hairpipe.levelset.collider import SdfSample
 from hairpipe.solve.interactions import Prediction
 from hairpipe.values.hair import Touching
@@ -305,7 +306,7 @@ def _update_touching(contact, i, v, friction):
     if contact.c_t[i] >= c:  # Sticks within the cone of friction, else it slides at the speed it would have alone.
         if force <= limit:
             return False
-        contact.c_t[i] = min(c, limit * c / (STIFF * (force - limit)))
+        contact.c_t[i] = coulomb(c, limit * c, STIFF * (force - limit))
         contact.slid[i] = 0.0
         return True
     speeds_up = force > limit
@@ -318,7 +319,7 @@ def _update_touching(contact, i, v, friction):
             return True
         force += _constant_part(contact, squared) * contact.c_t[i] * (squared - along) / np.sqrt(squared)
     # A fixed point: the damper that gives mu N at this speed; small errors are mended in later solves.
-    contact.c_t[i] = min(c, limit / speed) if speed > 0.0 else c
+    contact.c_t[i] = coulomb(c, limit, speed)
     contact.slid[i, 0] = tx if speeds_up else 0.0
     contact.slid[i, 1] = ty if speeds_up else 0.0
     contact.slid[i, 2] = tz if speeds_up else 0.0

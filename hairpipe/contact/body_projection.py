@@ -30,6 +30,7 @@ from numba import njit, prange
 
 from hairpipe.contact.body_implicit import DEEP, PUSH_OUT
 from hairpipe.contact.contact_points import USUAL, Scale
+from hairpipe.laws.coulomb import slide
 from hairpipe.levelset.collider import SdfSample
 
 _CHUNK = 512
@@ -54,17 +55,6 @@ class Motion(NamedTuple):
     mass: np.ndarray
     dt: float
     friction: float
-
-
-@njit(cache=True)
-def slide(u, n, push, friction):
-    """Return relative motion u after a normal push >= 0 and the friction it causes; all (3,) tuples."""
-    normal = u[0] * n[0] + u[1] * n[1] + u[2] * n[2]
-    tx, ty, tz = u[0] - normal * n[0], u[1] - normal * n[1], u[2] - normal * n[2]
-    speed = np.sqrt(tx * tx + ty * ty + tz * tz)
-    keep = max(0.0, 1.0 - friction * push / speed) if speed > 0.0 else 0.0
-    normal += push
-    return normal * n[0] + keep * tx, normal * n[1] + keep * ty, normal * n[2] + keep * tz
 
 
 def farthest(start_distance: np.ndarray, dt: float, scale: Scale = USUAL) -> np.ndarray:

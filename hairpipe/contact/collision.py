@@ -25,13 +25,14 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.contact.contact_points import apply, between, impulse, inverse_mass
+from hairpipe.contact.contact_points import apply, between, inverse_mass
 from hairpipe.contact.crossings import Crossings, crossings
 from hairpipe.geometry.pair_search import search
 from hairpipe.geometry.segment_tree import Frame, Tree, build_tree, find_frame
 from hairpipe.geometry.segments import all_segments, known_pairs, mean_width, picked, refuse_lost
 from hairpipe.geometry.sorting import places_of
 from hairpipe.geometry.vec3 import dot, minus, plus, scaled
+from hairpipe.laws.coulomb import impulse
 from hairpipe.laws.settings import Collisions
 
 _MANY = 0.125

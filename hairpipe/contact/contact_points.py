@@ -22,6 +22,7 @@ from numba import njit, prange
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.segments import Pairs, mean_width
 from hairpipe.geometry.vec3 import any_across, cross, dot, minus, scaled, unit
+from hairpipe.laws.repulsion import RELAXATION, repulsion
 from hairpipe.laws.settings import Collisions
 
 _EARTH = 9.81  # [m/s^2]
@@ -53,11 +54,6 @@ REACH = 2.0
 """Search distance in thicknesses: pairs within it at the start of a step may touch before its end.
 
 With only those that touch at the start, hair that falls on a stack would be caught when already inside.
-"""
-RELAXATION = 5e-3
-"""Time in which two hairs that overlap and carry nothing come apart, at the usual scale [s]: viscosity over stiffness.
-
-Without it they separate within one step, at a speed inversely proportional to it, and stacks keep trembling.
 """
 _COINCIDENT = 1e-9
 """Points nearer than this [m] have no direction between them."""
@@ -142,18 +138,6 @@ def apply(v, masses, segments, fractions, i, impulse):
 
 
 @inlined
-def impulse(u, n, dv, friction, mass):
-    """Return the impulse that changes n.u by dv > 0 and reduces the sliding u_t by at most friction dv [N s].
-
-    u  relative velocity of first and second point; mass  mass M of the pair
-    """
-    ut = minus(u, scaled(dot(n, u), n))
-    slide = np.sqrt(dot(ut, ut))
-    slowed = min(friction * dv / slide, 1.0) if slide > 0.0 else 0.0
-    return scaled(mass, minus(scaled(dv, n), scaled(slowed, ut)))
-
-
-@inlined
 def along(x, k):
     """x_(k+1) - x_k."""
     return x[k + 1, 0] - x[k, 0], x[k + 1, 1] - x[k, 1], x[k + 1, 2] - x[k, 2]
@@ -196,5 +180,6 @@ def _find(normals, loads, thickness, pairs, points, velocities, law, widths):
         normals[i, 0], normals[i, 1], normals[i, 2] = n
         # What comes near only now has not been slowed down yet.
         kept = single * mean_width(widths, pairs.segments, i)
-        loads[i] = max(stiffness * (kept - gap) - viscosity * max(speed, 0.0), 0.0) if gap < kept else 0.0
+        push = repulsion(stiffness, viscosity, kept - gap, max(speed, 0.0))
+        loads[i] = max(push, 0.0) if gap < kept else 0.0
         thickness[i] = kept

@@ -1,20 +1,4 @@
-"""Coulomb friction between hairs: a spring along the contact that slips at the limit of friction.
-
-After Cundall and Strack, A discrete numerical model for granular assemblies, Geotechnique 29, 1979. The two points of a
-contact with the load N have moved along it, since it began, by the elongation s of a spring. With its stiffness k and
-relaxation r, those of the normal,
-
-    f_t = -k e,   e = s + r u_t,   |f_t| <= mu N
-
-Hair that sticks is held without creep, and hair that slides by mu N, at any speed, mass and step. Without the damping
-a heap on a body trembles for long. In a stage of duration t and weight h the spring is implicit. With e_p at the
-prediction and e = e_p + (h + r) J dv,
-
-    f_t = -c e,   c = min(k, mu N / |e_p|),   M_t = t (h + r) c (I - n n^T)
-
-This is the force of Coulomb's law where hair slides as predicted, and less where friction slows it: it never turns a
-motion around. A contact that carried nothing at the start of the step begins by an impact. It takes from |e_p| the part
-t (h + r) mu N / m by which friction slows two free segments, 1/m = sum w^2 / m_i: the impulse is then that of the law.
+"""Elongations of the friction between hairs, over steps and from one segment to the next; the law is `coulomb.py`.
 
 A contact that slides over a joint becomes one of the next segment: a pair without an elongation takes over that of a
 pair next to it.
@@ -57,19 +41,6 @@ def sheared(contacts: Contacts, points: np.ndarray, anchors: np.ndarray) -> Shea
     closed = np.empty(len(anchors), np.bool_)
     _shear(elongations, closed, contacts, points, anchors)
     return Shear(contacts.segments[closed], elongations[closed])
-
-
-@inlined
-def spring(s, u, lagged, h, stiffness, relaxation, limit, slowed):
-    """Return c [N/m] and e [m] at a prediction.
-
-    s          elongation there [m]; u  relative velocity along the contact there, and the lagged one [m/s]
-    h          weight of the stage [s], by which a solve that is linearised at rest moves on with the lagged velocity
-    limit      mu N [N]; slowed  what friction takes from |e_p| [m]
-    """
-    ahead = length(plus(s, plus(scaled(h, minus(lagged, u)), scaled(relaxation, lagged))))
-    c = min(stiffness, limit / max(ahead - slowed, 1e-12)) if limit > 0.0 else 0.0
-    return c, plus(s, scaled(relaxation, u))
 
 
 @njit(cache=True, parallel=True)

@@ -21,9 +21,10 @@ in Bridson et al., it is part of each impulse, so that Coulomb's law holds for e
 import numpy as np
 from numba import njit
 
-from hairpipe.contact.contact_points import apply, between, find_contacts, impulse, inverse_mass
+from hairpipe.contact.contact_points import apply, between, find_contacts, inverse_mass
 from hairpipe.geometry.segments import Pairs
 from hairpipe.geometry.vec3 import dot
+from hairpipe.laws.coulomb import impulse
 from hairpipe.laws.settings import Collisions
 
 _SHARE = 0.1

@@ -1,13 +1,8 @@
 """Repulsion between hairs by springs in the linear system of a stage, as stacks need, with friction.
 
-Along the normal of a contact, one-sided,
-
-    f_n = max(0, k (thickness - g) - c n.u),    g = n.J x,    u = J v,    M_n = t (h k + c) n n^T,
-
-h and t being the weight of the stage's end and its duration, see `solve/couplings.py`. Along the contact
-acts Coulomb's friction, see `friction.py`. Its load N is that at the start of the step or, if larger, the force that
-would stop the two segments alone: the first is right for hair at rest, where the second ignores the stack above, and
-the second for impacts.
+Along the normal of a contact acts the law of `laws/repulsion.py`, along the contact Coulomb's, `laws/coulomb.py`. Its
+load N is that at the start of the step or, if larger, the force that would stop the two segments alone: the first is
+right for hair at rest, where the second ignores the stack above, and the second for impacts.
 
 If the solve is linearised at rest (backward Euler, the paper's half steps), the prediction has no velocity, and the
 way along the contact, N and new contacts are computed from the motion with lagged_velocity.
@@ -28,9 +23,10 @@ still holds: the two loads add up to one.
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.contact.contact_points import RELAXATION, USUAL, Contacts, Scale, between, inverse_mass
-from hairpipe.contact.friction import spring
+from hairpipe.contact.contact_points import USUAL, Contacts, Scale, between, inverse_mass
 from hairpipe.geometry.vec3 import dot, flattened, plus, row
+from hairpipe.laws.coulomb import elongated
+from hairpipe.laws.repulsion import RELAXATION, repulsion, repulsion_slope
 from hairpipe.laws.settings import Collisions
 from hairpipe.solve.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
 from hairpipe.solve.interactions import Prediction
@@ -75,16 +71,17 @@ def _linearise(out, contacts, anchors, at, law):
         un, closing = dot(n, u), dot(n, coming)
         h = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]])
         ahead = overlap - h * (closing - un)  # By the lagged velocity, as a solve may be linearised at rest.
-        force, load = stiffness * overlap - viscosity * un, stiffness * ahead - viscosity * closing
+        force = repulsion(stiffness, viscosity, overlap, un)
+        load = repulsion(stiffness, viscosity, ahead, closing)
         # A loaded contact acts one step longer than it pushes: hair at rest would lose and catch it in turns.
         if np.isfinite(force + load) and (contacts.loads[i] > 0.0 or (ahead > 0.0 and load > 0.0)):
             w = inverse_mass(masses, segments, fractions, i)
-            along = span * (h * stiffness + viscosity)
+            along = span * repulsion_slope(stiffness, viscosity, h)
             # The load of the last step holds a stack at rest; what stops the pair alone is the load of an impact.
             limit = friction * max(contacts.loads[i], load / (1.0 + along * w))
             s = flattened(plus(row(anchors, i), apart), n)
             slowed = 0.0 if contacts.loads[i] > 0.0 else span * (h + relaxation) * limit * w
-            c, e = spring(s, flattened(u, n), flattened(coming, n), h, stiffness, relaxation, limit, slowed)
+            c, e = elongated(s, flattened(u, n), flattened(coming, n), h, stiffness, relaxation, limit, slowed)
             acts[i] = True
             exerted[i, ALONG] = along
             exerted[i, ACROSS] = span * (h + relaxation) * c

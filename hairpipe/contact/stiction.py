@@ -1,25 +1,7 @@
-"""Stiction, Sec. 5.2: segments that came close are connected by a spring until they are pulled apart.
+"""Connections of stiction: segments that came close stick until they are pulled apart; the law is `laws/adhesion.py`.
 
-A connection joins the closest points of its segments at its creation. It is a spring that resists stretch and
-compression, and breaks abruptly, Fig. 10c:
-
-    f = -k (l - reach) d + ...,   d = (x - y) / l,   k = force / (release - reach),   0 at l > release
-
-on the first point x, the opposite on the second, y, with damping along d, a fraction of critical for the two points
-alone: 1/m = sum w_i^2 / m_i. It is implicit, with its stiffness except for negative terms:
-
-    K = k d d^T + max(T, 0) / l (I - d d^T),   T = k (l - reach),   C = c d d^T,   c = 2 fraction sqrt(k m).
-
-Connections are broken and created at the start of a step. One that is beyond release at a prediction breaks within the
-step: its stiffness becomes that of a spring with the same work over the whole distance, k (release - reach)^2 / (l -
-reach)^2, and c is multiplied by (release - reach) / (l - reach). Otherwise its force would grow with the step,
-and stop the separation of hair.
-
-The force of a connection is the geometric mean of the forces of its two segments, as the adhesion of unlike surfaces
-is that of the adhesions of each to its like (Girifalco and Good 1957): hair without force sticks to nothing.
-
-We differ from the authors' code, which has a modulus without a unit, is explicit, and limits the connections of only
-one of the two segments.
+A connection joins the closest points of its segments at its creation. Connections are broken and created at the start
+of a step.
 """
 
 from typing import NamedTuple
@@ -28,11 +10,11 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.contact.contact_points import between, inverse_mass, normal_of
-from hairpipe.errors import BadInput
 from hairpipe.geometry.proximity import near_pairs
 from hairpipe.geometry.segments import Pairs, key_of, mean_width
 from hairpipe.geometry.sorting import places_of, rows_at
 from hairpipe.geometry.vec3 import dot
+from hairpipe.laws.adhesion import adhesion, stiffness_of
 from hairpipe.laws.settings import Stiction
 from hairpipe.solve.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
 from hairpipe.solve.interactions import Prediction
@@ -54,17 +36,6 @@ class Connections(NamedTuple):
 def no_connections() -> Connections:
     """Make an empty set."""
     return Connections(np.empty((0, 2), np.int32), np.empty((0, 2)))
-
-
-def stiffness_of(stiction: Stiction) -> float:
-    """Stiffness of a connection [N/m]; BadInput where it would break before it pulls."""
-    if not stiction.release > stiction.reach:
-        raise BadInput(
-            f"the release distance of stiction, {stiction.release} m, is less than its reach, {stiction.reach} m",
-            where="stiction.release",
-            right="more than stiction.reach",
-        )
-    return stiction.force.value / (stiction.release - stiction.reach)
 
 
 def release(
@@ -196,11 +167,8 @@ def _linearise(out, connections, at, law, widths, grips):
             longer = length - wide * reach
             slack = wide * (far - reach)
             stiffness = single * (grips[segments[i, 0]] * grips[segments[i, 1]]) / wide
-            # Beyond release it breaks within the step: a weaker spring that does the same work until then.
-            present = min(slack / max(longer, slack), 1.0)
-            k = stiffness * present * present
             w = inverse_mass(masses, segments, fractions, i)
-            c = 2.0 * fraction * present * np.sqrt(stiffness / w) if w > 0.0 else 0.0
+            k, c = adhesion(stiffness, fraction, longer, slack, w)
             # One h for both strands, so that what they exert on each other is opposite.
             h = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]])
             pull = k * longer

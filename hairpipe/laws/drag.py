@@ -13,90 +13,20 @@ half of what friction does across: the ratio of a slender body in creeping flow 
 in a viscous fluid, 1970). At Re = 50 this is the skin friction that Matsui measured on yarn (1976), 0.37 Re^-0.61, and
 at Re = 5 twice that.
 
-Settings of the wind of a shot, in physical units.
+The force on a segment of length L and direction d that moves with u relative to the air is
+
+    f = -L (c_n u_n + c_t u_t),   u_t = (u . d) d,   u_n = u - u_t,
+
+half of it at each end, where u is the velocity of that end relative to the air. The coefficients are those of the mean
+of both ends at the start of the solve; with them the force is linear in v, and stable for any step.
 """
 
-from dataclasses import dataclass
-from math import hypot
-from typing import Annotated, NamedTuple
-from warnings import warn
+from typing import NamedTuple
 
 import numpy as np
 
 from hairpipe.geometry.compile import inlined
-from hairpipe.units import Ge, Gt, Interval, KilogramsPerCubicMetre, Metres, MetresPerSecond, PascalSeconds, Seconds
-
-STORM = 115.0
-"""Speed of the strongest gust that was measured near the ground, in 1996, rounded up [m/s]."""
-Velocity = tuple[MetresPerSecond, MetresPerSecond, MetresPerSecond]
-
-
-@dataclass(frozen=True)
-class Coefficients:
-    """Linear drag: force on a metre of hair at 1 m/s.
-
-    normal      drag coefficient of flow across the hair
-    tangential  drag coefficient of flow along the hair
-    """
-
-    normal: Annotated[PascalSeconds, Interval(ge=0.0, le=1.0)] = 2e-4
-    tangential: Annotated[PascalSeconds, Interval(ge=0.0, le=1.0)] = 5e-5
-
-
-@dataclass(frozen=True)
-class Gusts:
-    """Turbulent eddies, advected by the wind.
-
-    strength  root mean square of each component of the velocity
-    size      correlation length: the correlation along a line is exp(-(r / size)^2 / 2)
-    duration  correlation time in the moving frame: the correlation is exp(-(t / duration)^2 / 2)
-    seed      seed of the random numbers
-    """
-
-    strength: Annotated[MetresPerSecond, Interval(ge=0.0, le=100.0)] = 1.0
-    size: Annotated[Metres, Interval(gt=1e-3, le=1e3)] = 0.5
-    duration: Annotated[Seconds, Interval(gt=1e-3, le=1e4)] = 0.5
-    seed: Annotated[int, Ge(0)] = 0
-
-
-@dataclass(frozen=True)
-class Shielding:
-    """Reduction of the wind by hair upstream.
-
-    cell   cell size of the grid of hair density; larger for a very wide groom
-    hairs  number of hairs that a strand represents in the density
-    """
-
-    cell: Annotated[Metres, Interval(ge=1e-3, le=1.0)] = 0.01
-    hairs: Annotated[float, Interval(ge=0.0, le=1e6)] = 1.0
-
-
-@dataclass(frozen=True)
-class Wind:
-    """Moving air and the drag of a fibre in it, in place of `air.drag` for still air.
-
-    velocity      mean velocity of the air; zero for the drag of still air
-    density       mass density of the air
-    viscosity     dynamic viscosity of the air
-    coefficients  prescribed drag coefficients, in place of those of a cylinder at its Reynolds number
-    gusts         turbulence of the wind; if absent, the wind is steady
-    shielding     reduction of the wind by hair upstream; if absent, the wind is uniform
-    """
-
-    velocity: Velocity = (0.0, 0.0, -1.0)
-    density: Annotated[KilogramsPerCubicMetre, Gt(0.0)] = 1.2
-    viscosity: Annotated[PascalSeconds, Gt(0.0)] = 1.8e-5
-    coefficients: Coefficients | None = None
-    gusts: Gusts | None = None
-    shielding: Shielding | None = None
-
-
-def warn_of_storm(wind: Wind | None) -> None:
-    """Warn of a mean velocity above that of any storm."""
-    speed = 0.0 if wind is None else hypot(*wind.velocity)
-    if speed > STORM:
-        message = f"wind.velocity has {speed:,.0f} m/s, above {STORM:.0f} m/s, the strongest gust ever measured"
-        warn(f"{message} (velocities are in m/s)", stacklevel=3)
+from hairpipe.laws.settings import Wind
 
 
 class Law(NamedTuple):
@@ -136,3 +66,38 @@ def tangential_drag(law: Law, speed: float) -> float:
     if law.tangential >= 0.0:
         return law.tangential
     return 0.25 * law.viscosity * 6.8 * (law.per_speed * speed) ** 0.11
+
+
+@inlined
+def add_drag_of_segment(points, velocities, air, k, law, size, push, damping):
+    """Add the drag push - damping v of the segment from point k to the next, in place, see `add_drag`."""
+    dx, dy, dz = points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1], points[k + 1, 2] - points[k, 2]
+    length = np.sqrt(dx * dx + dy * dy + dz * dz)
+    if not length > 0.0:
+        return
+    dx, dy, dz = dx / length, dy / length, dz / length
+    ux = 0.5 * (velocities[k, 0] + velocities[k + 1, 0] - air[k, 0] - air[k + 1, 0])
+    uy = 0.5 * (velocities[k, 1] + velocities[k + 1, 1] - air[k, 1] - air[k + 1, 1])
+    uz = 0.5 * (velocities[k, 2] + velocities[k + 1, 2] - air[k, 2] - air[k + 1, 2])
+    along, squared = ux * dx + uy * dy + uz * dz, ux * ux + uy * uy + uz * uz
+    across = np.sqrt(max(squared - along * along, 0.0))  # Rounding may make it negative where wind is along the hair.
+    normal = 0.5 * length * normal_drag(law, size * across)
+    # c_n (I - d d^T) + c_t d d^T = c_n I + (c_t - c_n) d d^T: half of it for each end.
+    excess = 0.5 * length * tangential_drag(law, size * np.sqrt(squared)) - normal
+    xx = normal + excess * dx * dx
+    xy = excess * dx * dy
+    xz = excess * dx * dz
+    yy = normal + excess * dy * dy
+    yz = excess * dy * dz
+    zz = normal + excess * dz * dz
+    for p in (k, k + 1):
+        wx, wy, wz = air[p, 0], air[p, 1], air[p, 2]
+        push[p, 0] += xx * wx + xy * wy + xz * wz
+        push[p, 1] += xy * wx + yy * wy + yz * wz
+        push[p, 2] += xz * wx + yz * wy + zz * wz
+        damping[p, 0] += xx
+        damping[p, 1] += xy
+        damping[p, 2] += xz
+        damping[p, 3] += yy
+        damping[p, 4] += yz
+        damping[p, 5] += zz

@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.geometry.compile import inlined
-from hairpipe.laws.drag import Gusts
+from hairpipe.laws.settings import Gusts
 from hairpipe.values.random_streams import stream
 
 FRAMES = 16

@@ -9,11 +9,14 @@ from hairpipe.units import (
     Fraction,
     Ge,
     Gt,
+    Hertz,
     Interval,
     KilogramsPerCubicMetre,
     Metres,
+    MetresPerSecond,
     Newtons,
     NewtonsPerMetre,
+    PascalSeconds,
     PerSecond,
     Seconds,
     SecondsSquaredPerMetreSquared,
@@ -37,6 +40,91 @@ class Air:
     """
 
     drag: Drag = Drag(8.0)
+
+
+Velocity = tuple[MetresPerSecond, MetresPerSecond, MetresPerSecond]
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """Linear drag: force on a metre of hair at 1 m/s.
+
+    normal      drag coefficient of flow across the hair
+    tangential  drag coefficient of flow along the hair
+    """
+
+    normal: Annotated[PascalSeconds, Interval(ge=0.0, le=1.0)] = 2e-4
+    tangential: Annotated[PascalSeconds, Interval(ge=0.0, le=1.0)] = 5e-5
+
+
+@dataclass(frozen=True)
+class Gusts:
+    """Turbulent eddies, advected by the wind.
+
+    strength  root mean square of each component of the velocity
+    size      correlation length: the correlation along a line is exp(-(r / size)^2 / 2)
+    duration  correlation time in the moving frame: the correlation is exp(-(t / duration)^2 / 2)
+    seed      seed of the random numbers
+    """
+
+    strength: Annotated[MetresPerSecond, Interval(ge=0.0, le=100.0)] = 1.0
+    size: Annotated[Metres, Interval(gt=1e-3, le=1e3)] = 0.5
+    duration: Annotated[Seconds, Interval(gt=1e-3, le=1e4)] = 0.5
+    seed: Annotated[int, Ge(0)] = 0
+
+
+@dataclass(frozen=True)
+class Shielding:
+    """Reduction of the wind by hair upstream.
+
+    cell   cell size of the grid of hair density; larger for a very wide groom
+    hairs  number of hairs that a strand represents in the density
+    """
+
+    cell: Annotated[Metres, Interval(ge=1e-3, le=1.0)] = 0.01
+    hairs: Annotated[float, Interval(ge=0.0, le=1e6)] = 1.0
+
+
+@dataclass(frozen=True)
+class Wind:
+    """Moving air and the drag of a fibre in it, in place of `air.drag` for still air.
+
+    velocity      mean velocity of the air; zero for the drag of still air
+    density       mass density of the air
+    viscosity     dynamic viscosity of the air
+    coefficients  prescribed drag coefficients, in place of those of a cylinder at its Reynolds number
+    gusts         turbulence of the wind; if absent, the wind is steady
+    shielding     reduction of the wind by hair upstream; if absent, the wind is uniform
+    """
+
+    velocity: Velocity = (0.0, 0.0, -1.0)
+    density: Annotated[KilogramsPerCubicMetre, Gt(0.0)] = 1.2
+    viscosity: Annotated[PascalSeconds, Gt(0.0)] = 1.8e-5
+    coefficients: Coefficients | None = None
+    gusts: Gusts | None = None
+    shielding: Shielding | None = None
+
+
+FREQUENCIES = Interval(ge=0.0, le=1e4)
+
+
+@dataclass(frozen=True)
+class Frequency(Varied):
+    __doc__ = Varied.__doc__
+    value: Annotated[Hertz, FREQUENCIES]
+    low: Annotated[Hertz, FREQUENCIES] = 0.0
+
+
+@dataclass(frozen=True)
+class Goal:
+    """Pull of every point of hair to its place in the groom, which the skin carries rigidly.
+
+    frequency  natural frequency of a free point about its place; 0 where there is no pull
+    damping    ratio of damping to critical damping, for motion relative to that place
+    """
+
+    frequency: Frequency = Frequency(4.0)
+    damping: Annotated[float, Interval(ge=0.0, le=100.0)] = 1.0
 
 
 @dataclass(frozen=True)

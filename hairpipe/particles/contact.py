@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from hairpipe.contact.body_projection import slide
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.vec3 import dot, flattened, length, minus, plus, row, scaled
+from hairpipe.laws.coulomb import coulomb, slide
 from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.particles.model import Moving
 from hairpipe.particles.solve import hold, product, take_off
@@ -112,7 +112,7 @@ def constrain(system, planes, moving, left, dt, residual, change):
             if speed > 0.0:
                 along = scaled(1.0 / speed, sliding)
                 speed -= push * dot(along, product(system.inverses, k, along))
-            dampers[k] = push / max(speed, CREEP)
+            dampers[k] = coulomb(np.inf, push, max(speed, CREEP))
             for c in range(3):
                 change[4 * k + c] = (least - dot(n, v)) * n[c]
     if not held.any():

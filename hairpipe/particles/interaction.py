@@ -28,6 +28,7 @@ from numba import njit
 
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.vec3 import Vector, cross, dot, flattened, length, minus, plus, row, scaled
+from hairpipe.laws.coulomb import coulomb
 from hairpipe.particles.model import shape, slope
 
 CELLS = 4
@@ -258,5 +259,5 @@ def _lost(u, n, collision, friction, mass, bound, pressed):
     across = minus(u, along)
     hit = collision / (1.0 + collision) * mass
     rub = friction / (1.0 + friction) * mass
-    most = bound * (hit * length(along) + pressed) / length(across)  # inf or NaN without sliding: not less than rub.
-    return plus(scaled(hit, along), scaled(most if most < rub else rub, across))
+    slowed = coulomb(rub, bound * (hit * length(along) + pressed), length(across))
+    return plus(scaled(hit, along), scaled(slowed, across))

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import pi
 from typing import Annotated, Literal
 
-from hairpipe.laws.drag import Wind
+from hairpipe.laws.settings import Wind
 from hairpipe.units import (
     Ge,
     Gt,

@@ -15,7 +15,6 @@ from numba import njit
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.vec3 import dot, row
-from hairpipe.laws.drag import warn_of_storm
 from hairpipe.laws.settings import BodyContact
 from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.particles.contact import Planes, look, planes_of, push_out, stale
@@ -26,7 +25,7 @@ from hairpipe.particles.printed import PrintedLaw, advance_explicitly, push_pair
 from hairpipe.particles.settings import Interaction, ParticleContact, ParticleSettings, Printed
 from hairpipe.particles.solve import build_system, set_blocks, solve
 from hairpipe.particles.step import Forces, Springs, advance
-from hairpipe.shot.breeze import LooseFibres, add_wind
+from hairpipe.shot.breeze import LooseFibres, add_wind, warn_of_storm
 from hairpipe.shot.build import bodies_of
 from hairpipe.shot.cuts import rigid_over_cut
 from hairpipe.shot.shot import Frame, warn_of_connections

@@ -1,26 +1,16 @@
-"""Air as an interaction: a force on every point of the hair, linear in its velocity.
-
-Drag of air on the segments of strands.
-
-The force on a segment of length L and direction d that moves with u relative to the air is (see `cylinder.py`)
-
-    f = -L (c_n u_n + c_t u_t),   u_t = (u . d) d,   u_n = u - u_t,
-
-half of it at each end, where u is the velocity of that end relative to the air. The coefficients are those of the mean
-of both ends at the start of the solve; with them the force is linear in v, and stable for any step.
-
-Wind on particles, each of which represents a number of parallel fibres.
-"""
+"""Air as an interaction with strands, and with particles, each of which represents a number of parallel fibres."""
 
 from dataclasses import replace
+from math import hypot
 from typing import NamedTuple
+from warnings import warn
 
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.geometry.compile import inlined
-from hairpipe.laws.drag import Law, Wind, law_of, normal_drag, tangential_drag
+from hairpipe.laws.drag import Law, add_drag_of_segment, law_of
 from hairpipe.laws.gusts import add_gusts, modes_of
+from hairpipe.laws.settings import Wind
 from hairpipe.solve.interactions import Interaction, Prediction, Start
 from hairpipe.volume.shielding import Shield, shield_of, weaken
 
@@ -46,42 +36,19 @@ def add_drag(
     for strand in prange(len(offsets) - 1):
         end = offsets[strand + 1] if at.active[offsets[strand]] else offsets[strand]  # A strand is active as a whole.
         for k in range(offsets[strand], end - 1):  # One thread per strand: segments add to common points in order.
-            _add_segment(at.points, at.lagged_velocity, air, k, law, sizes[k], push, damping)
+            add_drag_of_segment(at.points, at.lagged_velocity, air, k, law, sizes[k], push, damping)
 
 
-@inlined
-def _add_segment(points, velocities, air, k, law, size, push, damping):
-    """Add the drag of the segment from point k to the next."""
-    dx, dy, dz = points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1], points[k + 1, 2] - points[k, 2]
-    length = np.sqrt(dx * dx + dy * dy + dz * dz)
-    if not length > 0.0:
-        return
-    dx, dy, dz = dx / length, dy / length, dz / length
-    ux = 0.5 * (velocities[k, 0] + velocities[k + 1, 0] - air[k, 0] - air[k + 1, 0])
-    uy = 0.5 * (velocities[k, 1] + velocities[k + 1, 1] - air[k, 1] - air[k + 1, 1])
-    uz = 0.5 * (velocities[k, 2] + velocities[k + 1, 2] - air[k, 2] - air[k + 1, 2])
-    along, squared = ux * dx + uy * dy + uz * dz, ux * ux + uy * uy + uz * uz
-    across = np.sqrt(max(squared - along * along, 0.0))  # Rounding may make it negative where wind is along the hair.
-    normal = 0.5 * length * normal_drag(law, size * across)
-    # c_n (I - d d^T) + c_t d d^T = c_n I + (c_t - c_n) d d^T: half of it for each end.
-    excess = 0.5 * length * tangential_drag(law, size * np.sqrt(squared)) - normal
-    xx = normal + excess * dx * dx
-    xy = excess * dx * dy
-    xz = excess * dx * dz
-    yy = normal + excess * dy * dy
-    yz = excess * dy * dz
-    zz = normal + excess * dz * dz
-    for p in (k, k + 1):
-        wx, wy, wz = air[p, 0], air[p, 1], air[p, 2]
-        push[p, 0] += xx * wx + xy * wy + xz * wz
-        push[p, 1] += xy * wx + yy * wy + yz * wz
-        push[p, 2] += xz * wx + yz * wy + zz * wz
-        damping[p, 0] += xx
-        damping[p, 1] += xy
-        damping[p, 2] += xz
-        damping[p, 3] += yy
-        damping[p, 4] += yz
-        damping[p, 5] += zz
+STORM = 115.0
+"""Speed of the strongest gust that was measured near the ground, in 1996, rounded up [m/s]."""
+
+
+def warn_of_storm(wind: Wind | None) -> None:
+    """Warn of a mean velocity above that of any storm."""
+    speed = 0.0 if wind is None else hypot(*wind.velocity)
+    if speed > STORM:
+        message = f"wind.velocity has {speed:,.0f} m/s, above {STORM:.0f} m/s, the strongest gust ever measured"
+        warn(f"{message} (velocities are in m/s)", stacklevel=3)
 
 
 class Breeze(Interaction):

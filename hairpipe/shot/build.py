@@ -37,7 +37,7 @@ from hairpipe.solve.integrator import Integrator
 from hairpipe.solve.interactions import Interaction, StepEnd
 from hairpipe.solve.nine_steps import FullStep, Trapezoid
 from hairpipe.solve.stage import Rule
-from hairpipe.solve.strain_limit import StrainFilter
+from hairpipe.solve.strain_filter import StrainFilter
 from hairpipe.solve.surroundings import Surroundings
 from hairpipe.solve.tr_bdf2 import TrBdf2
 from hairpipe.strands.hair_model import HairModel

@@ -1,16 +1,7 @@
-"""Goals as an interaction: a damped spring from a point of hair to a place that a body carries.
+"""Goals as an interaction: of the whole groom by `[hair.goal]`, and of pinned points; the law is `laws/goal.py`.
 
-The force on a point of mass m at x with velocity v, whose goal is g(t), is
-
-    f = m w^2 (g - x) + 2 z m w (g' - v),   w = 2 pi frequency,   z the ratio of damping,
-
-the negative gradient of m w^2 |x - g|^2 / 2 and a damper. It is linear in x and v: in the solve it is fully implicit,
-on the diagonal of the banded system, and stable for any step. A goal moves on the cubic through the places and
-velocities of two frames, as the clamps at the roots do (`solve/boundary.py`).
-
-Goals of a frame: of the whole groom by `[hair.goal]`, and of pinned points.
-
-Points of hair pinned to a body: which they are, and where the body carries them.
+A goal moves on the cubic through the places and velocities of two frames, as the clamps at the roots do
+(`solve/boundary.py`).
 """
 
 from collections.abc import Sequence
@@ -25,13 +16,75 @@ from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.triangles import Sites
 from hairpipe.groom.binding import name_strands, nearest_sites, root_frames
 from hairpipe.groom.sampling import members_of
-from hairpipe.laws.goal import Goal, Impulse
+from hairpipe.laws.goal import goal, goal_slope, spring_of
+from hairpipe.laws.settings import Goal
 from hairpipe.solve.boundary import Driver, motion_of_roots
 from hairpipe.solve.interactions import Interaction, Prediction, Start
 from hairpipe.strands.hair_model import HairModel
 from hairpipe.values import Groom, Mesh, Pins
 from hairpipe.values.groom import fractions_along
 from hairpipe.values.hair import HairState
+
+_EQUAL = 1e-6
+"""Relative difference of times that rounding may make."""
+
+
+class Impulse:
+    """Impulse of a force on every one of k points in a frame, summed as the integrators sum it.
+
+    A stage x = xh + h v, v = vh + h f / m over a span s adds, to round-off,
+
+        (s - h) f_ + h f
+
+    where f is the force at its end and f_ what the scheme takes for it before: the force at the start of the step in
+    the trapezoidal rule, h = s / 2; otherwise the mean force since the start of the step, or over the last step where
+    the stage begins with the step (BDF2). Backward Euler, h = s, has no such part. We neglect that corrections after
+    the solves move hair between steps.
+
+    last_solve_only  whether the last solve of a step makes all of its velocity: the nine steps
+    """
+
+    def __init__(self, count: int) -> None:
+        """Begin a frame without impulse."""
+        self.last_solve_only = False
+        self._frame, self._step = np.zeros((2, count, 3))
+        self._force = self._mean = self._step
+        self._time = self._dt = 0.0
+
+    @property
+    def total(self) -> np.ndarray:
+        """The impulse since the frame began [N s], (k, 3)."""
+        return self._frame + self._step
+
+    def begin(self, force: np.ndarray, time: float, dt: float) -> None:
+        """Begin a step of dt [s] at a time since the frame [s], where the force [N] is (k, 3)."""
+        self._frame = self.total
+        self._mean = self._step / self._dt if self._dt else force
+        self._step = np.zeros_like(force)
+        self._force, self._time, self._dt = force, time, dt
+        self._stage, self._began = np.nan, self._step
+
+    def add(self, force: np.ndarray, weights: np.ndarray, active: np.ndarray, time: float, span: float) -> None:
+        """Add a stage that ends at a time with a force [N], (k, 3).
+
+        weights, active  weight of the end [s], and whether its strand was solved now, (k,): otherwise nothing changes
+        span             duration of the stage [s]
+        """
+        if self.last_solve_only:
+            self._step = np.where(active[:, None], self._dt * force, self._step)
+            return
+        if time != self._stage:
+            self._stage, self._began = time, self._step.copy()
+        before = time - span - self._time
+        trapezoid = (np.abs(2.0 * weights - span) < _EQUAL * span)[:, None]
+        if before < _EQUAL * self._dt:
+            began = np.zeros_like(force)
+            earlier = np.where(trapezoid, self._force, self._mean)
+        else:
+            began = self._began
+            earlier = began / before
+        end = weights[:, None]
+        self._step = np.where(active[:, None], began + (span - end) * earlier + end * force, self._step)
 
 
 class Springs(NamedTuple):
@@ -140,9 +193,10 @@ def _add_pull(at, springs, owners, rest, place, rate, push, damping):
             h, stiffness, d = at.weights[k], springs.stiffness[i], springs.damping[i]
             for c in range(3):
                 away = _moved(place[owners[i]], rest, i, c) - at.points[k, c]
-                push[k, c] += stiffness * (away + h * at.velocities[k, c]) + d * _moved(rate[owners[i]], rest, i, c)
+                ahead = away + h * at.velocities[k, c]  # of a point that does not move: damping is as of `goal_slope`
+                push[k, c] += goal(stiffness, d, ahead, _moved(rate[owners[i]], rest, i, c))
             for diagonal in (0, 3, 5):
-                damping[k, diagonal] += h * stiffness + d
+                damping[k, diagonal] += goal_slope(stiffness, d, h)
 
 
 @njit(cache=True, parallel=True)
@@ -153,7 +207,7 @@ def _find_force(points, velocities, springs, owners, rest, place, rate, force):
         for c in range(3):
             away = _moved(place[owners[i]], rest, i, c) - points[k, c]
             slip = _moved(rate[owners[i]], rest, i, c) - velocities[k, c]
-            force[i, c] = springs.stiffness[i] * away + springs.damping[i] * slip
+            force[i, c] = goal(springs.stiffness[i], springs.damping[i], away, slip)
 
 
 def goals_of(
@@ -209,9 +263,7 @@ def frequencies_of(goal: Goal, hair: HairModel) -> np.ndarray:
 
 def _springs(points: np.ndarray, masses: np.ndarray, frequency: np.ndarray, damping: float) -> Springs:
     """Return springs of a frequency [Hz], (k,), and a ratio of damping at points, (k,); masses [kg] are of all."""
-    omega = 2.0 * np.pi * frequency
-    mass = masses[points]
-    return Springs(points.astype(np.int64), mass * omega**2, 2.0 * damping * mass * omega)
+    return Springs(points.astype(np.int64), *spring_of(masses[points], frequency, damping))
 
 
 def _shift(places: np.ndarray) -> np.ndarray:

@@ -4,12 +4,11 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from hairpipe.errors import BadInput
-from hairpipe.laws.drag import Wind
-from hairpipe.laws.goal import Goal
 from hairpipe.laws.settings import (
     Air,
     BodyContact,
     Collisions,
+    Goal,
     Locks,
     SagFree,
     Scheme,
@@ -17,6 +16,7 @@ from hairpipe.laws.settings import (
     Stiction,
     StrainLimit,
     Volume,
+    Wind,
 )
 from hairpipe.strands.interface import Construction
 from hairpipe.strands.material import VariedMaterial

@@ -11,10 +11,10 @@ import numpy as np
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.segments import LostPoints
-from hairpipe.laws.drag import warn_of_storm
 from hairpipe.laws.settings import BodyContact
 from hairpipe.levelset.collider import Collider
 from hairpipe.shot import shot
+from hairpipe.shot.breeze import warn_of_storm
 from hairpipe.shot.build import (
     bodies_of,
     check_scheme,

@@ -14,7 +14,7 @@ from hairpipe.solve.conjugate_gradients import StrandCoupling
 from hairpipe.solve.interactions import Interaction, Start, StepEnd
 from hairpipe.solve.stage import Iterate, Rule, Stage, State, Step
 from hairpipe.solve.stage_driver import StageDriver
-from hairpipe.solve.strain_limit import mark_length_jumps
+from hairpipe.solve.strain_filter import mark_length_jumps
 from hairpipe.strands.axis import Axis, axis_of
 from hairpipe.strands.interface import StrandModel
 from hairpipe.strands.layout import Layout

@@ -20,7 +20,8 @@ from numba import njit, prange
 
 from hairpipe.body.rotations import frame_along
 from hairpipe.geometry.compile import inlined
-from hairpipe.laws.drag import Law, Wind, normal_drag
+from hairpipe.laws.drag import Law, normal_drag
+from hairpipe.laws.settings import Wind
 from hairpipe.volume.transfer import sample, splat, voxel_at
 
 MOST_NODES = 1 << 22

@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 
-from hairpipe.laws.drag import Wind
+from hairpipe.laws.settings import Wind
 from hairpipe.particles.model import LOAD
 
 LENGTH = 0.2

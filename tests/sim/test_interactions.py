@@ -8,17 +8,19 @@ import pytest
 
 from hairpipe.body.scripted_motion import Track, drive
 from hairpipe.formats.hdf5 import decode, digest, encode
-from hairpipe.laws.drag import Gusts, Shielding, Wind
 from hairpipe.laws.settings import (
     Air,
     BodyContact,
     Collisions,
     Drag,
+    Gusts,
     Scheme,
+    Shielding,
     StepControl,
     Stiction,
     StrainLimit,
     Thickness,
+    Wind,
 )
 from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import advance_frame, start

@@ -6,8 +6,7 @@ from dataclasses import replace
 import pytest
 
 from hairpipe.groom.strands import lay_strands
-from hairpipe.laws.drag import Wind
-from hairpipe.laws.settings import BodyContact
+from hairpipe.laws.settings import BodyContact, Wind
 from hairpipe.levelset.bake import bake
 from hairpipe.shot.shot import Frame, next_state
 from hairpipe.shot.simulate import StrandSimulation

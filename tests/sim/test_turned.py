@@ -7,8 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hairpipe.groom.curl import Helix, wound
-from hairpipe.laws.drag import Wind
-from hairpipe.laws.settings import StepControl, StrainLimit
+from hairpipe.laws.settings import StepControl, StrainLimit, Wind
 from hairpipe.shot import build, simulate
 from hairpipe.shot.settings import Scene
 from hairpipe.strands.hair_model import build_hair

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import root_scalar
 
-from hairpipe.laws.drag import Coefficients, Gusts, Shielding, Wind, law_of, normal_drag, tangential_drag
+from hairpipe.laws.drag import law_of, normal_drag, tangential_drag
+from hairpipe.laws.settings import Coefficients, Gusts, Shielding, Wind
 from hairpipe.shot.breeze import Breeze
 from hairpipe.solve.interactions import Prediction
 from hairpipe.strands.material import Material

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hairpipe.laws.drag import Gusts, Wind
 from hairpipe.laws.gusts import add_gusts, modes_of
+from hairpipe.laws.settings import Gusts, Wind
 from hairpipe.shot.breeze import Breeze
 
 GUSTS = Gusts(strength=0.8, size=0.3, duration=0.4)

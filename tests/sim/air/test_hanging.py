@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import root_scalar
 
-from hairpipe.laws.drag import Coefficients, Wind
-from hairpipe.laws.settings import Scheme, StepControl
+from hairpipe.laws.settings import Coefficients, Scheme, StepControl, Wind
 from hairpipe.strands.material import Material
 
 SOFT = Material(young=1e7, softening=1.0)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.laws.drag import Shielding, Wind, law_of, normal_drag
+from hairpipe.laws.drag import law_of, normal_drag
+from hairpipe.laws.settings import Shielding, Wind
 from hairpipe.shot.breeze import LooseFibres, add_wind
 
 SEGMENT, DIAMETER = 0.02, 80e-6

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from hairpipe.laws.drag import Coefficients, Shielding, Wind, law_of
+from hairpipe.laws.drag import law_of
+from hairpipe.laws.settings import Coefficients, Shielding, Wind
 from hairpipe.shot.breeze import Breeze
 from hairpipe.solve.interactions import Start
 from hairpipe.volume.shielding import MOST_NODES, fraction, shield_of

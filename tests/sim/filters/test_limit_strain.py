@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hairpipe.solve.strain_limit import limit_strain
+from hairpipe.laws.strain_limit import limit_strain
 from hairpipe.strands.network import SHAPE
 
 CLAMPED = SHAPE.clamped

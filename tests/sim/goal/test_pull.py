@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.laws.goal import Frequency, Goal
-from hairpipe.laws.settings import Scheme
+from hairpipe.laws.settings import Frequency, Goal, Scheme
 from hairpipe.measure.motion import measure_impulses
 from hairpipe.shot.build import with_interactions
 from hairpipe.shot.goals import frequencies_of, goals_of

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from hairpipe.contact.body_projection import slide
+from hairpipe.laws.coulomb import slide
 from hairpipe.laws.settings import Scheme
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider_field import build_collider_field

@@ -1,18 +1,4 @@
-"""Biased strain limiting: Sec. 4.2 of Selle, Lentine, Fedkiw 2008.
-
-From root to tip every particle that lies farther than (1 + tolerance) l0 from its neighbour nearer the root is moved
-along the line between them, and only it moves, so that one pass satisfies every limit. A perturbed particle depends on
-the one of its two edges that is nearer the root.
-
-We differ from the paper: the limit is a tolerance, not the rest length, so that springs balance the weight of hair at
-rest and no hidden velocity grows, and the velocity is not corrected, which would add energy. Hair so soft that its
-weight stretches it by more than the tolerance is held by the limit only, and its velocity grows: it needs a greater
-tolerance. Real hair stretches by 1e-6, and by 1e-4 with the default softening.
-
-Only the far particle moves, so momentum is not kept. From a default hair of 30 cm in a shake of 2,500 deg/s it takes
-less than a thousandth of what the weight gives (tests/sim/test_strain.py).
-
-Strands that were stretched or shortened by corrections after a step.
+"""The strain limit at the end of a step, and strands that corrections stretched or shortened.
 
 A fibre hardly stretches: half a percent is a tension of 0.005 E A, thousands of times the weight of a hair. After such
 a correction the forces of the step are not those at its end.
@@ -24,10 +10,10 @@ from typing import ClassVar
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.geometry.simd import any_lane, either, load, maximum, minimum, select, sqrt, store
+from hairpipe.geometry.simd import any_lane, either, load, select, sqrt, store
+from hairpipe.laws.strain_limit import limit_strain
 from hairpipe.solve.interactions import Interaction
 from hairpipe.strands.interface import StrandModel, shape_of
-from hairpipe.strands.layout import Shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,31 +34,6 @@ class StrainFilter(Interaction):
         if len(held):
             limits[held > 0.0] = np.inf
         limit_all(self.model, x, limits)
-
-
-@njit(cache=True)
-def _draw_in(x, p, parent, inverse_rest, limit):
-    """Move particle p towards its parent until their distance is at most limit times the rest length."""
-    px, py, pz = load(x, (parent, 0)), load(x, (parent, 1)), load(x, (parent, 2))
-    dx, dy, dz = load(x, (p, 0)) - px, load(x, (p, 1)) - py, load(x, (p, 2)) - pz
-    stretch = sqrt(dx * dx + dy * dy + dz * dz) * inverse_rest
-    scale = minimum(limit / maximum(stretch, 1e-12), 1.0)  # Only shortens, in all lanes alike: no branch.
-    store(x, (p, 0), px + scale * dx)
-    store(x, (p, 1), py + scale * dy)
-    store(x, (p, 2), pz + scale * dz)
-
-
-@njit(cache=True)
-def limit_strain(x: np.ndarray, inverse_lengths: np.ndarray, shape: Shape, limit: float) -> None:
-    """Shorten every segment of a block of strands that is stretched beyond the limit, in place.
-
-    x                positions [m], (particles, 3, W)
-    inverse_lengths  of the springs, see the model, (particles, springs, W)
-    limit            length over that at rest, of all strands or lanes with that of each
-    """
-    for p in range(shape.clamped, x.shape[0] - shape.after):  # From the root on, so that one pass is enough.
-        parent = p - 1 if p % shape.stride else p - shape.stride
-        _draw_in(x, p, parent, load(inverse_lengths, (parent, p - parent - 1)), limit)
 
 
 @njit(cache=True, parallel=True)
