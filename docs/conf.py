@@ -20,6 +20,7 @@ extensions = [
     "extension.differences",
     "extension.gallery",
     "extension.includes",
+    "extension.ledger",
 ]
 myst_enable_extensions = ["colon_fence", "deflist"]
 myst_heading_anchors = 5

@@ -53,7 +53,10 @@ sys.dont_write_bytecode = False
 # Compiling makes and keeps many small objects, which the collector would go through again and again.
 gc.set_threshold(100_000, 20, 100)
 
-COMPILED_FIRST = ("sim", "experiments", "measure", "bench", "nodes", "tune", "test_graphs.py", "levelset", "spatial")
+COMPILED_FIRST = (
+    *("laws", "strands", "solve", "contact", "shot", "experiments", "measure", "bench", "nodes", "tune"),
+    *("test_graphs.py", "levelset", "geometry"),
+)
 """Rooms whose tests wait for kernels, most of them for the same: one process begins with these, the other elsewhere."""
 
 

@@ -10,7 +10,7 @@ weight stretches it by more than the tolerance is held by the limit only, and it
 tolerance. Real hair stretches by 1e-6, and by 1e-4 with the default softening.
 
 Only the far particle moves, so momentum is not kept. From a default hair of 30 cm in a shake of 2,500 deg/s it takes
-less than a thousandth of what the weight gives (tests/sim/test_strain.py).
+less than a thousandth of what the weight gives (tests/shot/test_strain.py).
 """
 
 import numpy as np

@@ -9,7 +9,7 @@ the sum running over the springs s at a particle p. At N = 4,000 the rounding er
 hair without contact the effect depends on the model: hair of 25 cm in a shake has an error of 22 % of its length as a
 network at N = 1,650; as a rod at N = 740 the error is 0.001 % larger than in double precision
 (`graphs/experiments/precision.toml`). So the largest N allowed is a property of the model, `ModelKind.single_limit`. At
-that limit rounding moves falling hair by less than the error of a step of 1/240 s (`tests/sim/test_precision.py`).
+that limit rounding moves falling hair by less than the error of a step of 1/240 s (`tests/shot/test_precision.py`).
 
 Hair on a body has three times the error of double precision and saves no time, since queries of the body dominate;
 hair in contact with hair saves a tenth, and its trajectories diverge. So hair with possible contacts is computed in

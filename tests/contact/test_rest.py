@@ -14,7 +14,7 @@ from hairpipe.shot.simulate import advance_frame, start, strands_of
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material
 
-from ..conftest import groom_of
+from ..strand_scenes import groom_of
 
 FPS, FRAMES = 24.0, 72
 BOX = bake(build_box((0.03, 0.03, 0.05), (0.05, -0.025, 0.0)), 0.004, 4.0)

@@ -17,7 +17,7 @@ from hairpipe.strands.axis import axis_of
 from hairpipe.strands.material import Material
 from hairpipe.values import Pins
 
-from ..conftest import plate
+from ..strand_scenes import plate
 
 FRAME = 1 / 24
 SCHEMES = ("tr_bdf2", "bdf2", "backward_euler", "nine_steps")

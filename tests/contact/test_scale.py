@@ -15,7 +15,7 @@ from hairpipe.shot.simulate import advance_frame, start, strands_of
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material
 
-from ..conftest import groom_of
+from ..strand_scenes import groom_of
 
 LARGER, SLOWER, DENSER = 4.0, 2.0, 8.0
 FRAMES, FPS = 16, 24.0
