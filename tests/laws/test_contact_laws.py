@@ -59,14 +59,14 @@ def test_a_goal_is_the_gradient_of_its_energy_and_its_frequency_that_of_a_free_p
     assert pull_slope(k, d, h) == pytest.approx(-(ahead(1.0) - ahead(-1.0)) / 2.0, rel=1e-9)
 
 
-def test_a_connection_is_a_spring_up_to_release_whose_force_there_is_that_of_the_settings():
+def test_a_connection_at_release_has_the_force_of_the_settings():
     k, _ = stuck(stiffness_of(STICKY), 0.5, SLACK, SLACK, 1e6)
     assert k == pytest.approx(stiffness_of(STICKY))
     assert k * SLACK == pytest.approx(STICKY.force.value)
 
 
 @pytest.mark.parametrize("times", [1.0, 1.5, 4.0, 100.0])
-def test_a_connection_that_breaks_in_a_step_does_the_work_of_one_that_breaks_at_release(times):
+def test_a_connection_that_breaks_in_a_step_does_the_work_of_release(times):
     k, _ = stuck(stiffness_of(STICKY), 0.5, times * SLACK, SLACK, 1e6)
     assert 0.5 * k * (times * SLACK) ** 2 == pytest.approx(0.5 * stiffness_of(STICKY) * SLACK**2)
 

@@ -50,7 +50,7 @@ def test_the_force_is_within_the_limit_and_equal_to_it_where_hair_slides(most, l
         assert c == most
 
 
-def test_what_does_not_move_sticks_and_what_carries_nothing_slides_freely():
+def test_hair_at_rest_sticks_and_hair_without_load_slides_freely():
     assert secant(3.0, 0.0, 0.0) == 3.0
     assert secant(3.0, 0.0, 1.0) == 0.0
 
