@@ -52,9 +52,8 @@ def simulate_hair(
 
     Another model of hair is a node of its own, with strands and a state as outputs.
     """
-    from hairpipe.shot.precision import choose_precision
     from hairpipe.shot.shot import Frame
-    from hairpipe.shot.simulate import next_state, strands_of
+    from hairpipe.shot.simulate import choose_precision, next_state, strands_of
     from hairpipe.solve.boundary import driver_of
 
     solid = bool(surface or parts)

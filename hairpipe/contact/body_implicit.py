@@ -60,7 +60,7 @@ _TURNED = 0.9  # cosine between normals; what turns farther in a step is a shock
 PUSH_OUT = 0.5
 """Speed at which points come out that begin a step nearer than they keep [m/s]."""
 DEEP = 1e-3
-"""Less than this inside counts as on the surface [m]; what begins a step deeper rises, see `depenetration.py`."""
+"""Less than this inside counts as on the surface [m]; what begins a step deeper rises, see `body.py`."""
 _CHUNK = 512
 
 

@@ -9,10 +9,10 @@ once for the final velocity and once for the displacement of the step. A point t
 be pushed out on the other side, continues from its first contact with V'; a point that leaves on the same side has
 slid around the body, and only its straight path cuts through.
 
-We differ from the paper: points that begin inside are left to `depenetration.py`, and points that begin nearer than
+We differ from the paper: points that begin inside are left to `body.py`, and points that begin nearer than
 their thickness are moved out at a bounded speed, so that a groom that starts within the body does not burst; no
-segment is stretched by more than a tenth (`length_projection.py`), so that squeezed hair is not flung away when it is
-released; and where contact is held in the solve (`implicit.py`), only its remaining errors are corrected.
+segment is stretched by more than a tenth (`drape`), so that squeezed hair is not flung away when it is
+released; and where contact is held in the solve (`body_implicit.py`), only its remaining errors are corrected.
 
 Projection of strands out of a body without stretch: alternates between both constraints.
 

@@ -14,8 +14,7 @@ from numba import njit, prange
 
 from hairpipe.contact.collision import collide
 from hairpipe.contact.contact_points import REACH, USUAL, Contacts, Scale, find_contacts
-from hairpipe.contact.friction import anchor, no_shear, sheared
-from hairpipe.contact.impulses import sweep
+from hairpipe.contact.repulsion import anchor, no_shear, sheared, sweep
 from hairpipe.contact.repulsion import linearise as linearise_contacts
 from hairpipe.contact.stiction import Connections, connect, no_connections, release, room, stiffest
 from hairpipe.contact.stiction import linearise as linearise_connections

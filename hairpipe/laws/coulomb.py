@@ -7,8 +7,8 @@ stiffness [N/m], for the relative velocity of an impact a mass [kg], or its shar
 sticks is held by `most`; what slides has the force mu N at any speed. The work f_t . q is never positive. Implicit in q
 the derivative is c across and along the motion; exact, it is 0 along it, and friction would turn a motion around.
 
-Contact of hair with bodies (`contact/body_implicit.py`, `body_projection.py`), between hairs (`friction.py`), the nine
-steps and swept collisions (`impulses.py`, `collision.py`), and particles call `coulomb` alone. It costs a division.
+Contact with bodies (`contact/body_implicit.py`, `body_projection.py`), contact between hairs and the impulses of the
+nine steps (`repulsion.py`), swept collisions (`collision.py`) and particles call `coulomb`. It costs a division.
 
 Between hairs q is the elongation e of a spring after Cundall and Strack, A discrete numerical model for granular
 assemblies, Geotechnique 29, 1979. The two points of a contact have moved along it by s since it began, u_t is their

@@ -9,7 +9,8 @@ For resting hair it is the gradient of k o^2 / 2. In a stage of weight h and dur
 r is the time in which two hairs that overlap and carry nothing come apart. Without it they separate within one step,
 at a speed inversely proportional to it, and stacks keep trembling. It costs a few multiplications.
 
-We differ from Selle, Lentine, Fedkiw 2008, who adapt the impulses of Bridson, Fedkiw, Anderson 2002 (`impulses.py`).
+We differ from Selle, Lentine, Fedkiw 2008, who adapt the impulses of Bridson, Fedkiw, Anderson 2002: these are `sweep`
+in `contact/repulsion.py`.
 """
 
 from hairpipe.geometry.compile import inlined

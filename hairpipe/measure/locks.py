@@ -40,7 +40,7 @@ def measure_locks(
 
     released            former followers that have neither returned to a lock nor become guides of others
     guide disagreement  estimated error of followers from the guides: the rms over their points, 0 without followers
-    audited strands     strands whose audit ended at this frame (`shot/lock_audit.py`)
+    audited strands     strands whose audit ended at this frame (`shot/locks.py`)
     audit error         rms distance of their points from the places that their guides predict; NaN without audits
     audit error bound   of all followers, with a confidence of 90 %, for independent locks; NaN for fewer than two
     error               rms distance of all points from the truth, NaN without truth

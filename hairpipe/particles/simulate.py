@@ -27,8 +27,7 @@ from hairpipe.particles.solve import build_system, set_blocks, solve
 from hairpipe.particles.step import Forces, Springs, advance
 from hairpipe.shot.breeze import LooseFibres, add_wind, warn_of_storm
 from hairpipe.shot.build import bodies_of
-from hairpipe.shot.cuts import rigid_over_cut
-from hairpipe.shot.shot import Frame, warn_of_connections
+from hairpipe.shot.shot import Frame, rigid_over_cut, warn_of_connections
 from hairpipe.solve.boundary import Driver, motion_of_roots, velocities_around_roots
 from hairpipe.values import Cloud, Groom, Particles
 from hairpipe.values.particles import ParticleState
@@ -320,7 +319,7 @@ def _forces_on(prepared: Prepared, settings: ParticleSettings, state: ParticleSt
 def move_over_cut(particles: Particles, state: ParticleState, drivers: tuple[Driver, Driver]) -> ParticleState:
     """Move particles with their roots from the body before a cut to that after it; pure.
 
-    As `hairpipe.shot.cuts.move_over_cut` for strands; directions rotate, tensions are unchanged, and no time passes.
+    As `hairpipe.shot.shot.move_over_cut` for strands; directions rotate, tensions are unchanged, and no time passes.
     """
     strands, groom = particles.strands, particles.hair
     rigid, turn = (motions[strands] for motions in rigid_over_cut(drivers, groom))

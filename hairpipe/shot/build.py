@@ -13,8 +13,8 @@ import numpy as np
 
 from hairpipe.contact.body import BodyContacts
 from hairpipe.contact.contact_points import USUAL, Scale, scale_of
-from hairpipe.contact.friction import no_shear
 from hairpipe.contact.hair import REST, HairContacts
+from hairpipe.contact.repulsion import no_shear
 from hairpipe.contact.stiction import Connections, same_hair_keys
 from hairpipe.errors import BadInput
 from hairpipe.geometry.proximity import near_pairs
@@ -37,7 +37,7 @@ from hairpipe.solve.integrator import Integrator
 from hairpipe.solve.interactions import Interaction, StepEnd
 from hairpipe.solve.nine_steps import FullStep, Trapezoid
 from hairpipe.solve.stage import Rule
-from hairpipe.solve.strain_filter import StrainFilter
+from hairpipe.solve.stretch import StrainFilter
 from hairpipe.solve.surroundings import Surroundings
 from hairpipe.solve.tr_bdf2 import TrBdf2
 from hairpipe.strands.hair_model import HairModel

@@ -131,7 +131,7 @@ def warn_of_growth(
 
 
 def warn_of_lost(hair: HairModel, before: HairState, after: HairState, frame: int) -> None:
-    """Name the strands that repeated a step in a frame, unless they are few of many; see `integrators/lost.py`."""
+    """Name the strands that repeated a step in a frame, unless they are few of many; see `solve/lost.py`."""
     if not may_be_lost(hair.model):
         return
     rows = hair.model.first[:-1]
@@ -147,7 +147,7 @@ def warn_of_lost(hair: HairModel, before: HairState, after: HairState, frame: in
 
 
 def warn_of_held(hair: HairModel, now: State, mended: np.ndarray, steps: int, frame: int) -> None:
-    """Warn of the strands that could not be solved in some steps of a frame, see `integrators/lost.py`.
+    """Warn of the strands that could not be solved in some steps of a frame, see `solve/lost.py`.
 
     now     hair at the end of the frame, with the number of steps
     mended  strands that were not finite at the start of the frame, (blocks, W) bool

@@ -3,7 +3,7 @@
 Formation of locks: lasting connections of stiction join their hairs, the pairs with most connections first.
 
 In steady motion connections are nearly permanent, so hairs with many common connections move together. One hair of
-each lock, its guide, is simulated; the others are interpolated (`carrying.py`).
+each lock, its guide, is simulated; the others are interpolated (`lock_followers.py`).
 """
 
 from dataclasses import dataclass, fields, replace

@@ -23,10 +23,8 @@ often and steps became shorter, `bench paper long_straight_5000` took 27.0 s per
 2,000 strands and a tolerance of 1e-2 it took 6.3 instead of 2.3, and 9.1 if couplings first absorbed the residual as
 if points were free.
 
-The couplings of strands in one stage, from all interactions, as one operator.
-
-Strands exchange impulses until convergence, `pcg.py`; the own blocks of the couplings are part of each strand's
-system. Strands that are solved again use the resulting positions of the others.
+The own blocks of the couplings are part of each strand's system. Strands that are solved again use the resulting
+positions of the others.
 """
 
 from collections.abc import Callable, Sequence
@@ -40,8 +38,20 @@ from numba import njit, prange
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.simd import load, store, width
 from hairpipe.solve import conjugate_gradients as pcg
-from hairpipe.solve.coupling_operator import CouplingRows, coupling_rows, follow, impulses_after, multiply_across
-from hairpipe.solve.couplings import NOWHERE, Incidence, Places, couplings_at, find_incidence, join, part_of
+from hairpipe.solve.couplings import (
+    NOWHERE,
+    CouplingRows,
+    Incidence,
+    Places,
+    coupling_rows,
+    couplings_at,
+    find_incidence,
+    follow,
+    impulses_after,
+    join,
+    multiply_across,
+    part_of,
+)
 from hairpipe.solve.implicit_stage import copy_active
 from hairpipe.solve.interactions import Interaction, Prediction
 

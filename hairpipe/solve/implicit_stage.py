@@ -47,7 +47,6 @@ from hairpipe.solve.band import (
 )
 from hairpipe.solve.stage import Iterate, Rule, Stage, System
 from hairpipe.solve.stretch import overstrained, set_tensions
-from hairpipe.strands.axis import Axis
 from hairpipe.strands.interface import (
     StiffnessPart,
     Terms,
@@ -61,6 +60,7 @@ from hairpipe.strands.interface import (
     spring_constant,
     springs_from,
 )
+from hairpipe.strands.layout import Axis
 
 _EXPLICIT = int(SpringForm.explicit)
 

@@ -8,7 +8,7 @@ Their first stage is one of backward Euler over the whole stage of the others,
 
 in one system with the strands that they touch, which have their own weights. Forces jump if contact with the body
 began or ended in a step, or moved a point out of the body at its end, or if a correction after the solves stretched or
-relieved a strand (`length_jump.py`).
+relieved a strand (`stretch.py`).
 """
 
 from typing import Protocol

@@ -30,7 +30,7 @@ import numpy as np
 
 from hairpipe.geometry.simd import combine_all, copied
 from hairpipe.solve.couplings import NOWHERE, Couplings, Places
-from hairpipe.strands.axis import Axis, follow
+from hairpipe.strands.layout import Axis, follow
 from hairpipe.values.hair import HairState
 
 

@@ -92,7 +92,7 @@ class State:
     a      accelerations of the last stage [m/s^2], (rows, 3, W)
     T      tensions of the springs in the last solve [N], (rows, springs, W)
     fresh  strands whose forces jumped afterwards: their accelerations are invalid, (blocks, W) bool
-    held   number of steps since the last frame without a solution for each strand, see `integrators/lost.py`,
+    held   number of steps since the last frame without a solution for each strand, see `solve/lost.py`,
            (blocks, W) int64
     failed number of steps since the last frame without a solution for any strand
     """

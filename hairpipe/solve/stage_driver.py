@@ -37,8 +37,8 @@ from hairpipe.solve.implicit_stage import (
 )
 from hairpipe.solve.interactions import Interaction, Prediction
 from hairpipe.solve.stage import Iterate, Rule, Stage, System
-from hairpipe.strands.axis import Axis
 from hairpipe.strands.interface import StrandModel, shape_of
+from hairpipe.strands.layout import Axis
 
 
 @njit(cache=True, parallel=True)
@@ -189,7 +189,7 @@ class StageDriver:
         return Prediction(points, velocities, lagged, self.masses, weights, active_points, *times)
 
     def _act(self, here: Prediction, stage: Stage, active: np.ndarray, like: np.ndarray, *, renew: bool) -> np.ndarray:
-        """Return external terms of active strands, (blocks, W); see `external_terms.py`.
+        """Return external terms of active strands, (blocks, W); see `implicit_stage.py`.
 
         renew  linearise forces between strands again; else those of previous solves are used
         """

@@ -14,10 +14,9 @@ from hairpipe.solve.conjugate_gradients import StrandCoupling
 from hairpipe.solve.interactions import Interaction, Start, StepEnd
 from hairpipe.solve.stage import Iterate, Rule, Stage, State, Step
 from hairpipe.solve.stage_driver import StageDriver
-from hairpipe.solve.strain_filter import mark_length_jumps
-from hairpipe.strands.axis import Axis, axis_of
+from hairpipe.solve.stretch import mark_length_jumps
 from hairpipe.strands.interface import StrandModel
-from hairpipe.strands.layout import Layout
+from hairpipe.strands.layout import Axis, Layout, axis_of
 from hairpipe.values.hair import HairState
 
 

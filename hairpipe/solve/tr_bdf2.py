@@ -10,7 +10,7 @@ again. Each stage is one solve, linearised at the prediction. Strands that a ste
 
 Forces between strands change velocities within a stage as in backward Euler: they are removed from v - vh and from v1
 - v, so that no stage reverses the impacts of the previous one. Strands whose forces have jumped restart: their first
-stage is one of backward Euler, see `restart.py`.
+stage is one of backward Euler, see `integrator.py`.
 
 We differ from the paper, whose half step and trapezoid (Sec. 4) gain or lose energy at steps at which this scheme is
 accurate.

@@ -134,7 +134,7 @@ class ModelKind:
 
     equilibrium   finds the rest state of strands in equilibrium at x [m], (rows, 3, W), under gravity [m/s^2], (3,):
                   rest state and T, like `inverse_lengths`, and largest strain of an edge, (blocks, W); None: springs
-    single_limit  number of explicit steps per step up to which single precision is chosen, see `shot/precision.py`;
+    single_limit  number of explicit steps per step up to which single precision is chosen, see `shot/simulate.py`;
                   0, for a model without measurements: never
 
     The other fields are kernels that numba inlines, see the functions of those names below.

@@ -7,8 +7,8 @@ the angle of the edge to the next. x_-1 lies behind the root and forms the clamp
 it acts at x_0 exactly. q lies next to x_-1 and defines the director of the buried edge; q' does so next to x_n for a
 held tip, and otherwise moves with it. Neither has an equation.
 
-A vertex has B/2l c^4 |k - k'|^2 + C/2l c^2 (psi - psi')^2 (`vertex.py`), with c = cos(phi'/2) of its natural bend phi':
-2 tan(phi/2) overestimates a coarse bend, and a curl of 8 segments per turn would be 18 % too stiff. Edges are springs
+A vertex has B/2l c^4 |k - k'|^2 + C/2l c^2 (psi - psi')^2, see `bend_twist.py`; c = cos(phi'/2) of its natural bend
+phi': 2 tan(phi/2) overestimates a coarse bend, and a curl of 8 segments per turn would be 18 % too stiff. Edges are springs
 with a multiplier, as in the network.
 
 We differ from the sources: twist has no inertia, so that its angles are not part of the motion but only of each solve,
@@ -38,8 +38,8 @@ two moments, a torque and a tension. So a strand is solved node by node:
 
     q1 g1_f + q2 g2_f + q3 g3_f + T tf = F,   q1 g1_b + q2 g2_b + q3 = Q
 
-with g the derivatives of `vertex.py` by the edge f that ends at the node and by its angle, and F and Q the weight and
-the contributions from the side of the tip. Then
+with g the derivatives of `bend_twist.py` by the edge f that ends at the node and by its angle, and F and Q the weight
+and the contributions from the side of the tip. Then
 
     k' = k - q / B1,   psi' = psi - q3 / C1,   l' = l / (1 + T / EA)
 

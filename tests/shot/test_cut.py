@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hairpipe.body.scripted_motion import Track, drive
-from hairpipe.shot.cuts import move_over_cut
+from hairpipe.shot.shot import move_over_cut
 from hairpipe.shot.simulate import restored, start
 from hairpipe.values import Ends
 from hairpipe.values.hair import Touching

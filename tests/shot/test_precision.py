@@ -8,8 +8,7 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.laws.settings import Collisions, SagFree, Stiction
-from hairpipe.shot.precision import choose_precision
-from hairpipe.shot.simulate import start
+from hairpipe.shot.simulate import choose_precision, start
 from hairpipe.strands.hair_model import build_hair, build_models
 from hairpipe.strands.material import Material
 from hairpipe.strands.network import NETWORK, highest_frequency

@@ -13,7 +13,7 @@ from hairpipe.shot.goals import frequencies_of, goals_of
 from hairpipe.shot.lock_guides import take_guides
 from hairpipe.shot.shot import Frame, next_state
 from hairpipe.shot.simulate import StrandSimulation, advance_frame, start
-from hairpipe.strands.axis import axis_of
+from hairpipe.strands.layout import axis_of
 from hairpipe.strands.material import Material
 from hairpipe.values import Pins
 

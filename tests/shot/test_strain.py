@@ -13,7 +13,7 @@ from hairpipe.shot.simulate import start
 from hairpipe.solve.boundary import ClampPath, clamp_at
 from hairpipe.solve.stage import State, Step
 from hairpipe.solve.step_size import limits_of, next_step
-from hairpipe.solve.strain_filter import StrainFilter
+from hairpipe.solve.stretch import StrainFilter
 from hairpipe.solve.surroundings import Surroundings
 from hairpipe.strands.material import Material
 

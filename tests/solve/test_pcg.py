@@ -8,8 +8,7 @@ import pytest
 
 from hairpipe.geometry.simd_vec4 import WHOLE
 from hairpipe.solve.conjugate_gradients import MOST, solve
-from hairpipe.solve.coupling_operator import coupling_rows, multiply_across
-from hairpipe.solve.couplings import Couplings, find_incidence
+from hairpipe.solve.couplings import Couplings, coupling_rows, find_incidence, multiply_across
 
 POINTS, STRANDS, LENGTH, MASS = 14, 10, 6e-3, 4e-8
 """Of a strand, strands; of a segment [m], of a point [kg]: real hair, 8 cm."""

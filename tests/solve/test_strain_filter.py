@@ -8,7 +8,7 @@ from hairpipe.shot.build import integrator_of
 from hairpipe.solve.boundary import ClampPath, clamp_at
 from hairpipe.solve.interactions import Interaction
 from hairpipe.solve.stage import State, Step
-from hairpipe.solve.strain_filter import LENGTH_JUMP, StrainFilter, mark_length_jumps
+from hairpipe.solve.stretch import LENGTH_JUMP, StrainFilter, mark_length_jumps
 from hairpipe.solve.surroundings import Surroundings
 
 FRAME = 1 / 24

@@ -10,8 +10,8 @@ from hairpipe.solve.band import row_size
 from hairpipe.solve.implicit_stage import ROWS, ExternalTerms, factor_stages, lay_out
 from hairpipe.solve.stage import Iterate, Stage, System
 from hairpipe.solve.stage_driver import respond
-from hairpipe.strands.axis import axis_of
 from hairpipe.strands.hair_model import build_hair
+from hairpipe.strands.layout import axis_of
 from hairpipe.strands.material import Material
 
 H = 1 / 240

@@ -10,8 +10,8 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.groom.curl import Helix, wound
 from hairpipe.groom.strands import unbound
-from hairpipe.shot.precision import choose_precision
 from hairpipe.shot.settings import Scene
+from hairpipe.shot.simulate import choose_precision
 from hairpipe.strands.hair_model import build_hair, build_models
 from hairpipe.strands.material import Material
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.strands.axis import axis_of
-from hairpipe.strands.layout import Layout, lay_out, relaid
+from hairpipe.strands.layout import Layout, axis_of, lay_out, relaid
 from hairpipe.strands.registry import strand_models
 
 COUNTS = [4, 3, 4, 6, 3, 4, 4, 4, 4, 4, 4, 3]

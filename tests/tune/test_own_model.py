@@ -30,7 +30,7 @@ from hairpipe.values import Ends, Groom, Strands
 from hairpipe.values.value import value
 from hairpipe.engine import Cuts, Pair, Time, node
 from hairpipe.solve.boundary import motion_of_roots
-from hairpipe.shot.cuts import rigid_over_cut
+from hairpipe.shot.shot import rigid_over_cut
 from hairpipe.shot.shot import Frame, next_state
 from hairpipe.units import Gt, Seconds
 

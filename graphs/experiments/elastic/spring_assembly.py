@@ -1,7 +1,7 @@
 """Forces and stiffness of the springs of a mesh, added to a right-hand side and a sparse matrix.
 
 Every spring is one direction n with weights g_i of its particles, a force f n g_i and a stiffness s g_i g_j n n^T; a
-linear spring has its tension term besides, as in `spring.py`. Directions, weights and forces of altitude
+linear spring has its tension term besides, as in `stretch.py`. Directions, weights and forces of altitude
 springs are found eight at a time, one in each lane; what is shared by particles is then added in order, so that a
 result does not depend on threads.
 """

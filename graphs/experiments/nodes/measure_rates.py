@@ -32,7 +32,7 @@ def measure_rates(
     finer      factor by which the longest step of that run is shorter
     """
     from hairpipe.graphs.experiments.studies.integrators.rates import rate_table
-    from hairpipe.shot.precision import choose_precision
+    from hairpipe.shot.simulate import choose_precision
     from hairpipe.strands.hair_model import build_models
 
     models = build_models(groom, settings.material, settings.model, settings.construction)

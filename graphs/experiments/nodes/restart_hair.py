@@ -44,7 +44,7 @@ def restart_hair(
     """
     from hairpipe.graphs.experiments.measure.around import Around
     from hairpipe.graphs.experiments.measure.restarts import restart_tables
-    from hairpipe.shot.precision import choose_precision
+    from hairpipe.shot.simulate import choose_precision
     from hairpipe.strands.hair_model import build_models
 
     models = build_models(groom, settings.material, settings.model, settings.construction)

@@ -8,10 +8,9 @@ from hairpipe import __version__
 from hairpipe.graphs.experiments.peers.hanging import FRAME, Hanging, Peer, Strands
 from hairpipe.groom.strands import lay_strands, unbound
 from hairpipe.laws.settings import Air, Drag, StepControl
-from hairpipe.shot.precision import choose_precision
 from hairpipe.shot.settings import HairSettings
 from hairpipe.shot.shot import Frame
-from hairpipe.shot.simulate import next_state
+from hairpipe.shot.simulate import choose_precision, next_state
 from hairpipe.strands.hair_model import build_models
 from hairpipe.strands.registry import ModelName
 

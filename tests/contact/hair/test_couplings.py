@@ -3,8 +3,16 @@
 import numba
 import numpy as np
 
-from hairpipe.solve.coupling_operator import coupling_rows, follow, impulses_after, multiply_across
-from hairpipe.solve.couplings import Couplings, find_incidence, join, part_of
+from hairpipe.solve.couplings import (
+    Couplings,
+    coupling_rows,
+    find_incidence,
+    follow,
+    impulses_after,
+    join,
+    multiply_across,
+    part_of,
+)
 
 SINGLE = 1e-6
 """Other sides are multiplied in single precision."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.contact.contact_points import find_contacts
-from hairpipe.contact.friction import anchor, no_shear, sheared
+from hairpipe.contact.repulsion import anchor, no_shear, sheared
 from hairpipe.graphs.experiments.studies.contact.rub import Rub, creep, sliding_ratio
 from hairpipe.laws.settings import Collisions, StepControl, Thickness
 from hairpipe.values.hair import Shear

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.contact.impulses import sweep
+from hairpipe.contact.repulsion import sweep
 from hairpipe.laws.settings import Collisions, Thickness
 
 LAW = Collisions(Thickness(3e-4), friction=0.3, stiffness=0.5, sweeps=3)

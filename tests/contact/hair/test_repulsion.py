@@ -6,8 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hairpipe.contact.contact_points import find_contacts
-from hairpipe.contact.friction import anchor, no_shear
-from hairpipe.contact.repulsion import linearise
+from hairpipe.contact.repulsion import anchor, linearise, no_shear
 from hairpipe.laws.settings import Collisions, Thickness
 from hairpipe.solve.couplings import Couplings, matrices
 from hairpipe.solve.interactions import Prediction

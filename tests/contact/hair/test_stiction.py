@@ -19,8 +19,7 @@ from hairpipe.contact.stiction import (
 from hairpipe.geometry.proximity import closest_pairs, near_pairs
 from hairpipe.geometry.segments import key_of
 from hairpipe.laws.settings import Stiction
-from hairpipe.solve.coupling_operator import coupling_rows
-from hairpipe.solve.couplings import Couplings, find_incidence, matrices
+from hairpipe.solve.couplings import Couplings, coupling_rows, find_incidence, matrices
 from hairpipe.solve.interactions import Prediction
 from hairpipe.solve.tr_bdf2 import G
 

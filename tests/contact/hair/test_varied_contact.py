@@ -7,14 +7,13 @@ import pytest
 
 from hairpipe.contact.collision import collide
 from hairpipe.contact.hair import HairContacts
-from hairpipe.contact.impulses import sweep
+from hairpipe.contact.repulsion import sweep
 from hairpipe.contact.stiction import Connections, linearise, stiffest
 from hairpipe.geometry.proximity import near_pairs
 from hairpipe.laws.settings import Collisions, Force, Stiction, Thickness
 from hairpipe.shot.build import surroundings_of
 from hairpipe.shot.simulate import start
-from hairpipe.solve.coupling_operator import coupling_rows
-from hairpipe.solve.couplings import Couplings, find_incidence
+from hairpipe.solve.couplings import Couplings, coupling_rows, find_incidence
 from hairpipe.solve.interactions import Prediction
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material

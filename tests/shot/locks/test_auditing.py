@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.shot.lock_audit import about_roots, audited_locks, back_in, moved_since, to_audit
+from hairpipe.shot.locks import about_roots, audited_locks, back_in, moved_since, to_audit
 
 LEADERS = np.array([0, 0, 2, 2, 2, 5, 6, 6, 6, 9, 9, 11, 11], np.int32)
 """Five locks, with one to two hairs that follow, and a hair alone."""

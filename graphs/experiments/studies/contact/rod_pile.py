@@ -7,9 +7,7 @@ import numpy as np
 from scipy import sparse
 
 from hairpipe.contact.contact_points import REACH, Contacts, find_contacts
-from hairpipe.contact.friction import anchor, no_shear
-from hairpipe.contact.impulses import sweep
-from hairpipe.contact.repulsion import linearise
+from hairpipe.contact.repulsion import anchor, linearise, no_shear, sweep
 from hairpipe.geometry.proximity import near_pairs
 from hairpipe.laws.settings import Collisions
 from hairpipe.solve.couplings import Couplings, couplings_at, matrices
@@ -76,7 +74,7 @@ def sweep_over(pile: Pile, law: Collisions, dt: float, *, elastic: bool) -> None
 
 
 class PileSystem(NamedTuple):
-    """The linear system A dv = b of the free points of a pile, its contacts and their anchors, see `friction.py`."""
+    """The linear system A dv = b of the free points of a pile, its contacts and their anchors, see `coulomb.py`."""
 
     A: sparse.csr_matrix
     b: np.ndarray

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.sparse import bsr_matrix, csr_matrix
 from scipy.sparse.linalg import cg, spsolve
 
-from hairpipe.contact.friction import sheared
+from hairpipe.contact.repulsion import sheared
 from hairpipe.graphs.experiments.studies.contact.rod_pile import (
     GRAVITY,
     MASS,

@@ -14,7 +14,7 @@ from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import start
 from hairpipe.solve.boundary import ClampPath, clamp_at
 from hairpipe.solve.stage import State, Step
-from hairpipe.solve.strain_filter import StrainFilter
+from hairpipe.solve.stretch import StrainFilter
 from hairpipe.solve.surroundings import Surroundings
 from hairpipe.strands.hair_model import HairModel, build_hair
 
