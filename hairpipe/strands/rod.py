@@ -8,8 +8,8 @@ it acts at x_0 exactly. q lies next to x_-1 and defines the director of the buri
 held tip, and otherwise moves with it. Neither has an equation.
 
 A vertex has B/2l c^4 |k - k'|^2 + C/2l c^2 (psi - psi')^2, see `bend_twist.py`; c = cos(phi'/2) of its natural bend
-phi': 2 tan(phi/2) overestimates a coarse bend, and a curl of 8 segments per turn would be 18 % too stiff. Edges are springs
-with a multiplier, as in the network.
+phi': 2 tan(phi/2) overestimates a coarse bend, and a curl of 8 segments per turn would be 18 % too stiff. Edges are
+springs with a multiplier, as in the network.
 
 We differ from the sources: twist has no inertia, so that its angles are not part of the motion but only of each solve,
 and the state of a strand has its twists (`frames.py`). The results of a solve (see `State.T`) are in a row
