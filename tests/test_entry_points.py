@@ -47,7 +47,6 @@ STARTED = {
     "wedge promote": "wedge promote copy.toml feel height=0.05",
     "tune": "tune shot.toml --node lag --tolerance 2mm",
     "warm": "warm shot.toml -j1 -q",
-    "workers": "workers",
     "version": "version",
     "graph": "graph shot.toml",
     "validate": "validate shot.toml -q -j1",

@@ -20,7 +20,6 @@ from hairpipe.app.api.source import Source
 from hairpipe.engine.file.bounds import Bounds
 from hairpipe.engine.file.graph import Graph, Node
 from hairpipe.engine.file.wedge import Comparison
-from hairpipe.engine.hosts.keeper import kept_workers
 from hairpipe.engine.hosts.member import Member
 from hairpipe.engine.hosts.offer import program_digest
 from hairpipe.engine.node.messages import nearest
@@ -127,8 +126,6 @@ class GraphShot:
 
     graph  graph of the engine
     """
-
-    _outlives = False
 
     def __init__(self, source: Source, store: Store, spare: list[Member] | None = None) -> None:
         self._source, self._store, self._spare = source, store, spare
@@ -277,7 +274,6 @@ class GraphShot:
             judge=stopping,
             spare=self._spare,
             scans=scans,
-            outlives=self._outlives,
         )
         self._make_cache()
         begun = time.monotonic()
@@ -303,20 +299,11 @@ class GraphShot:
             for member in spare:
                 member.end()
 
-    def with_workers(self, spare: list[Member], *, outlives: bool = False) -> Self:
-        """Return the shot with idle workers, which its runs take from this list and return to it.
-
-        outlives  whether they may outlive this process: what their nodes print is discarded then
-        """
+    def with_workers(self, spare: list[Member]) -> Self:
+        """Return the shot with idle workers, which its runs take from this list and return to it."""
         kept = copy(self)
-        kept._spare, kept._outlives = spare, outlives
+        kept._spare = spare
         return kept
-
-    @contextmanager
-    def sharing_workers(self) -> Iterator[Self]:
-        """Yield the shot with idle workers of earlier processes; those of its runs are kept for later ones."""
-        with kept_workers(self.graph.folder) as spare:
-            yield self.with_workers(spare, outlives=True)
 
     def get(self, target: str | Target, *, frames: FrameSet = None) -> Any:
         """Read a result from the cache; BadInput where it has not been computed.

@@ -26,7 +26,7 @@ CHECKOUT = ("validate", "results", "bench")
 COMMANDS = (
     *("run", "plan", "watch", "view", "report", "explain", "graph", "nodes", "get", "blender", "convert"),
     *("tune", "validate", "wedge", "farm", "results"),
-    *("cache", "warm", "workers", "trust", "usd", "data", "bench", "version"),
+    *("cache", "warm", "trust", "usd", "data", "bench", "version"),
 )
 """Modules by name, in the order of their use; each defines the command of its name."""
 BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 2, 130, 141

@@ -35,7 +35,6 @@ class Host:
     reader    of the code on this machine
     codes     digests of the code behind modules on this machine, as far as known
     spare     idle workers of earlier runs: taken before one is started, given back at the end; None: all end
-    outlives  whether spare workers may outlive this process
     kernels   environment that names the compiled kernels; None before it is needed
     warnings  for the user
     """
@@ -48,15 +47,13 @@ class Host:
         reader: CodeReader,
         codes: dict[str, str] | None = None,
         spare: list[Member] | None = None,
-        *,
-        outlives: bool = False,
     ) -> None:
         self.machine, self.threads = machine, threads
         self.store = Store(Path(offer.store))
         self.leases = Leases(self.store)
         self.hello: dict[str, Any] = {"store": offer.store, "codec": offer.codec, "folder": offer.folder}
         self.hello |= {"trusted": offer.trusted, "memory": MEMORY, "processor_class": processor_class()}
-        self.hello |= {"sources": reader.stamps, "outlives": outlives}
+        self.hello |= {"sources": reader.stamps}
         self.modules = sorted(set(offer.modules))
         self.reader, self.spare = reader, spare
         self.kernels: dict[str, str] | None = None

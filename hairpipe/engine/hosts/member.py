@@ -5,7 +5,6 @@ Values never pass through here: workers read and write the store.
 
 import json
 import os
-import select
 import signal
 import socket
 import subprocess
@@ -28,26 +27,6 @@ PATIENCE = 60.0
 BOOT = "from hairpipe.engine.worker.worker import main; main({})"
 
 
-class Foreign:
-    """A worker process that another process has started, by its descriptor of Linux, which no later process gets."""
-
-    def __init__(self, descriptor: int) -> None:
-        self.descriptor = descriptor
-
-    def poll(self) -> int | None:
-        """Return None while the process runs; its exit code is not known."""
-        return None if not select.select([self.descriptor], [], [], 0.0)[0] else 0
-
-    def wait(self) -> None:
-        """Wait for the end of the process."""
-        select.select([self.descriptor], [], [])
-
-    def kill(self) -> None:
-        """Kill the process."""
-        with suppress(ProcessLookupError):
-            signal.pidfd_send_signal(self.descriptor, signal.SIGKILL)
-
-
 @dataclass(eq=False)
 class Member:
     """A worker process, its first message and environment, and the key of the job that it evaluates.
@@ -57,7 +36,7 @@ class Member:
     """
 
     wide: bool
-    process: "subprocess.Popen[bytes] | Foreign"
+    process: "subprocess.Popen[bytes]"
     connection: Connection
     hello: dict[str, Any]
     environment: dict[str, str]
@@ -90,8 +69,6 @@ class Member:
     def fate(self) -> str:
         """Say how the process ended."""
         code = self.process.wait()
-        if code is None:
-            return "the worker process ended"
         if code >= 0:
             return f"the worker process ended with exit code {code}"
         hint = ", possibly out of memory" if -code == signal.SIGKILL else ""
@@ -102,20 +79,16 @@ def start(wide: bool, environment: dict[str, str], hello: dict[str, Any]) -> Mem
     """Start a worker; its standard output is redirected to standard error, where it mixes with no result.
 
     hello  first message: store, codec, folder of node types and what is trusted in it, memory, class of the processor,
-           stamps of the sources behind the keys; `outlives`: whether the worker may outlive this process, whose
-           standard error it must not hold open then
+           stamps of the sources behind the keys
     """
-    output = subprocess.DEVNULL if hello["outlives"] else 2
     ours, theirs = socket.socketpair()
     with theirs, interrupts_blocked():
         process = subprocess.Popen(
             child.command(BOOT.format(theirs.fileno())),
             pass_fds=[theirs.fileno()],
             stdin=subprocess.DEVNULL,
-            stdout=output,
-            stderr=output,
+            stdout=2,
             env=environment,
-            start_new_session=hello["outlives"],
         )
     if not wide:
         with suppress(OSError):

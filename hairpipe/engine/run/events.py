@@ -50,7 +50,6 @@ class Options:
     insecure      whether a connection to it without TLS is allowed
     wait          time for which the run waits for results that only other processes evaluate [s]; None without end
     spare         idle workers that stay between runs of which each is given this list; None: they end with the run
-    outlives      whether these workers may outlive this process
     """
 
     jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
@@ -65,7 +64,6 @@ class Options:
     judge: Judge = Judge()  # noqa: RUF009 (it has no state)
     spare: list[Member] | None = None
     scans: int = 1
-    outlives: bool = False
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ def make_engine(resolver: Resolver, options: Options) -> Engine:
         return DaskEngine(options.scheduler, send, insecure=options.insecure)
     offer = Offer(str(resolver.store.root), options.codec, str(resolver.graph.folder), modules)
     threads = max(1, options.jobs // options.scans)
-    host = Host(offer, MACHINE, threads, resolver.reader, codes, options.spare, outlives=options.outlives)
+    host = Host(offer, MACHINE, threads, resolver.reader, codes, options.spare)
     return LocalEngine(host, Slots(options.scans, options.jobs))
 
 

@@ -9,9 +9,7 @@ import gc
 import inspect
 import json
 import os
-import select
 import sys
-import threading
 import time
 import traceback
 from collections.abc import Callable
@@ -208,18 +206,6 @@ def is_closed(connection: Connection) -> bool:
         return True
 
 
-def end_with(connection: Connection) -> None:
-    """End this process when the other end of a connection is closed, also during a job."""
-    poll = select.poll()
-    poll.register(connection.fileno(), select.POLLHUP)
-
-    def watch() -> None:
-        poll.poll()
-        os._exit(0)
-
-    threading.Thread(target=watch, daemon=True).start()
-
-
 def keep_freed() -> None:
     """Keep freed memory in this process for the next allocation, where its C library is glibc.
 
@@ -240,7 +226,7 @@ def main(descriptor: int) -> None:
     connection = Connection(descriptor)
     try:
         hello = json.loads(connection.recv_bytes())
-        end_with(connection) if hello["outlives"] else die_with_parent()
+        die_with_parent()
         worker = Worker(hello, lambda: is_closed(connection))
         while True:
             if not connection.poll(IDLE if worker.values.unwritten else None):

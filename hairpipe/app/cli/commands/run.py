@@ -2,7 +2,6 @@
 
 import json
 import sys
-from contextlib import nullcontext
 from pathlib import Path
 
 import click
@@ -20,7 +19,6 @@ from hairpipe.app.cli import options
 @options.wedge
 @options.engine
 @click.option("-k", "--keep-going", is_flag=True, help="Continue after a failure with independent nodes.")
-@click.option("--keep", is_flag=True, help="Keep workers for the next run with --keep: see `hairpipe workers`.")
 @options.publish_root
 @click.option("--force", is_flag=True, help="Overwrite files that are not from hairpipe or were changed.")
 @click.option(
@@ -55,7 +53,6 @@ def run(
     wedge: str | None,
     engine: options.Engine,
     keep_going: bool,
-    keep: bool,
     publish_root: Path | None,
     force: bool,
     wait: float | None,
@@ -78,9 +75,6 @@ def run(
     With --only a part of the frames is computed, each as in the shot of all --frames: a file or table of all frames is
     computed and published only by a run that finds all of them.
 
-    With --keep, workers are idle for ten minutes after the run, and the next run does not import code, load kernels and
-    prepare nodes again. A change of code starts new workers. The printed output of nodes is discarded.
-
     A run that was stopped or killed resumes where it was. Exit codes: 0 all is computed, 1 a node failed, 2 bad input,
     75 other processes compute the rest, 130 interrupted.
     """
@@ -95,11 +89,8 @@ def run(
         from hairpipe.graphs.experiments.figures.recording import Recording
 
         recording = Recording(shot, record or None, overrides, frames, to)
-    with (
-        shot.sharing_workers() if keep else nullcontext(shot) as working,
-        RunDisplay(shot.graph, engine["jobs"], quiet=quiet) as display,
-    ):
-        done = working.run(
+    with RunDisplay(shot.graph, engine["jobs"], quiet=quiet) as display:
+        done = shot.run(
             frames,
             to=to,
             progress=display,
