@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from hairpipe.engine import File
-from hairpipe.engine.plan.gc import Found, is_whole, verify
+from hairpipe.engine.plan.maintenance import Found, is_whole, verify
 from hairpipe.engine.run.publish import files_of
 from hairpipe.engine.store.atomic import write_text
 from hairpipe.engine.store.digest import digest, digest_bytes

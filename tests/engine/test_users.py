@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.engine.plan.gc import clean
+from hairpipe.engine.plan.maintenance import clean
 from hairpipe.engine.store.atomic import replacing, workspace
 from hairpipe.engine.store.lease import Leases
 from hairpipe.engine.store.ownership import check_store

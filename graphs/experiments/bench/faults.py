@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hairpipe.engine.file.load import load_graph
-from hairpipe.engine.plan.gc import Found, clean, verify
+from hairpipe.engine.plan.maintenance import Found, clean, verify
 from hairpipe.engine.run.events import Options
 from hairpipe.engine.run.scheduler import run
 from hairpipe.engine.store.store import Store

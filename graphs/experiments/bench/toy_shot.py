@@ -11,7 +11,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from hairpipe.engine.file.load import load_graph
-from hairpipe.engine.plan.gc import items
+from hairpipe.engine.plan.maintenance import items
 from hairpipe.engine.run.events import Options
 from hairpipe.engine.run.scheduler import run
 from hairpipe.engine.store.store import Store

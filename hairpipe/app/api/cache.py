@@ -4,10 +4,21 @@ import os
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from hairpipe.engine.file.graph import Graph
-from hairpipe.engine.plan.gc import Found, Item, Swept, clean, items, live_keys, usage, verify
+from hairpipe.engine.plan.maintenance import (
+    Finding,
+    Found,
+    Item,
+    Swept,
+    clean,
+    diagnose,
+    items,
+    live_keys,
+    usage,
+    verify,
+)
 from hairpipe.engine.plan.planner import Entry
 from hairpipe.engine.plan.tasks import Task
 from hairpipe.engine.store.lease import Leases
@@ -16,9 +27,6 @@ from hairpipe.engine.store.store import Store
 from hairpipe.engine.worker.machine_code import kernels_parent
 from hairpipe.errors import BadInput
 from hairpipe.plain_file import check_plain
-
-if TYPE_CHECKING:
-    from hairpipe.engine.store.doctor import Finding
 
 __all__ = ["Cache", "Found", "Item", "Swept", "open_store"]
 
@@ -92,19 +100,9 @@ class Cache:
         kept = live_keys(self._store(), [graph for shot in keep for graph in shot.graphs()])
         return clean(self._store(read_only=dry_run), keep=kept, older=older, size=size)
 
-    def diagnose(self, *, pair: bool = False) -> "Iterator[Finding]":
-        """Check whether the folder does what several runs, users and machines need; yields findings one by one.
-
-        pair  check between this machine and a second one, too, which does the same within two minutes
-
-        BadInput where no second machine does.
-        """
-        from hairpipe.engine.store.doctor import diagnose
-        from hairpipe.engine.store.doctor_pair import diagnose_pair
-
-        yield from diagnose(self._store())
-        if pair:
-            yield from diagnose_pair(self._store())
+    def diagnose(self) -> Iterator[Finding]:
+        """Check whether the folder supports several runs, users and machines; yields findings one by one."""
+        return diagnose(self._store())
 
     def _store(self, *, read_only: bool = False) -> Store:
         return open_store(self._root, read_only=read_only)

@@ -1,12 +1,9 @@
 """`hairpipe cache`: what is kept and what may go."""
 
 import json
-import subprocess
 from pathlib import Path
 
 import pytest
-
-from tests.cli.conftest import START
 
 
 def listed(hairpipe, arguments: str = "") -> list[dict]:
@@ -101,15 +98,8 @@ def test_bad_input_removes_nothing(arguments, message, computed, hairpipe):
 
 def test_the_doctor_names_what_a_folder_does(hairpipe, monkeypatch):
     lines = hairpipe("cache doctor").stdout.splitlines()
-    assert len(lines) == 11 and all(line.startswith(("ok  ", "note")) for line in lines)
-    monkeypatch.setattr("hairpipe.engine.store.doctor.is_one", lambda path: False)
+    assert len(lines) == 5 and all(line.startswith(("ok  ", "note")) for line in lines)
+    monkeypatch.setattr("hairpipe.engine.plan.maintenance.create", lambda path: True)
     result = hairpipe("cache doctor --json")
     faults = {item["check"] for item in json.loads(result.stdout)["findings"] if item["verdict"] == "fault"}
-    assert result.exit_code == 1 and faults == {"replacement"}
-
-
-def test_two_doctors_meet_in_the_folder(hairpipe, shot):
-    other = subprocess.Popen([*START, "cache", "doctor", "--pair"], stdout=subprocess.PIPE)
-    own = hairpipe("cache doctor --pair").stdout.splitlines()
-    output, _ = other.communicate(timeout=240)
-    assert other.returncode == 0 and own[11:] == output.decode().splitlines()[11:] and len(own) == 20
+    assert result.exit_code == 1 and faults == {"exclusive creation"}

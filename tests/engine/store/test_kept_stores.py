@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hairpipe.engine.plan.gc import Found, verify
+from hairpipe.engine.plan.maintenance import Found, verify
 from hairpipe.engine.store.digest import action_key
 from hairpipe.engine.store.listing import read_listing
 from hairpipe.engine.store.store import Store

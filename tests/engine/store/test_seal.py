@@ -6,7 +6,7 @@ import threading
 import pytest
 from numba.core.caching import IndexDataCacheFile
 
-from hairpipe.engine.plan.gc import verify
+from hairpipe.engine.plan.maintenance import verify
 from hairpipe.engine.store.seal import is_sealed, is_there, removed
 
 KERNEL = """

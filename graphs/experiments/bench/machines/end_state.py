@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from hairpipe.engine.plan.gc import Found, items, verify
+from hairpipe.engine.plan.maintenance import Found, items, verify
 from hairpipe.engine.store.digest import digest, digest_bytes
 from hairpipe.engine.store.store import Store
 

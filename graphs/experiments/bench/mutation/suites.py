@@ -10,8 +10,6 @@ SUITES: dict[str, tuple[str, ...]] = {
     "key/code.py": ("key", "worker/test_machine_code.py", "worker/test_kernel_cache.py"),
     "store/atomic.py": ("store/test_atomic.py", "store/test_ownership.py", "test_leases.py", "test_users.py"),
     "store/digest.py": ("store/test_digest.py", "store/test_record.py", "store/test_kept_stores.py", "key"),
-    "store/doctor.py": ("store/test_doctor.py",),
-    "store/doctor_pair.py": ("store/test_doctor.py",),
     "store/failure_note.py": ("test_notes.py", "test_read_only.py", "plan/test_divergence.py"),
     "store/fingerprint.py": ("store/test_fingerprint.py", "key", "test_damage.py", "run/test_scheduler.py"),
     "store/holder.py": ("store/test_holder.py", "store/test_atomic.py", "store/test_lease.py"),

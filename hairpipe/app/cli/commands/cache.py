@@ -144,16 +144,15 @@ def gc(
 
 
 @cache.command()
-@click.option("--pair", is_flag=True, help="Check between two machines: run the same on both at one time.")
 @options.cache
 @options.as_json
-def doctor(pair: bool, cache: Path, as_json: bool) -> None:
+def doctor(cache: Path, as_json: bool) -> None:
     """Check whether the folder of results supports several runs, users and machines.
 
     Exit code 0: it does, 1: results could be damaged or computed twice.
     """
     found = []
-    for finding in hairpipe.Cache(cache).diagnose(pair=pair):
+    for finding in hairpipe.Cache(cache).diagnose():
         found.append(finding)
         if not as_json:
             click.echo(one_line(f"{finding.verdict:5}  {finding.check:18}  {finding.result}; {finding.meaning}"))

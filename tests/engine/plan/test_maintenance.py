@@ -5,8 +5,8 @@ import time
 
 import pytest
 
-from hairpipe.engine.plan import gc
-from hairpipe.engine.plan.gc import clean, items, live_keys, usage
+from hairpipe.engine.plan import maintenance
+from hairpipe.engine.plan.maintenance import clean, items, live_keys, usage
 from hairpipe.engine.run import publish
 
 pytestmark = pytest.mark.usefixtures("kept")
@@ -151,13 +151,13 @@ def test_objects_added_during_cleaning_are_kept(shot, monkeypatch):
     """Objects are listed before results, so that of an object listed the result is not missed."""
     shot.run(to=["seed"])
     there = set(shot.store.object_names())
-    listing = gc.objects
+    listing = maintenance.objects
 
     def objects(store):
         found = listing(store)
         shot.run(to=["move"])
         return found
 
-    monkeypatch.setattr(gc, "objects", objects)
+    monkeypatch.setattr(maintenance, "objects", objects)
     clean(shot.store, older=3600.0)
     assert there <= set(shot.store.object_names()) and len(list(shot.store.object_names())) == 11

@@ -1,16 +1,21 @@
-"""Garbage collection and verification of a store."""
+"""Maintenance of a store: garbage collection, verification, and checks of its folder."""
 
 import os
+import shutil
+import stat
 from collections.abc import Callable, Iterable, Iterator, Set
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal, NamedTuple
 
 from hairpipe.engine.file.graph import Graph
 from hairpipe.engine.plan.planner import plan
-from hairpipe.engine.store.atomic import discard
+from hairpipe.engine.store.atomic import discard, now_in, workspace
 from hairpipe.engine.store.digest import action_key
 from hairpipe.engine.store.fingerprint import digest_file
+from hairpipe.engine.store.lease import EXPIRY, read_lease
 from hairpipe.engine.store.listing import parse_listing
 from hairpipe.engine.store.record import Record
 from hairpipe.engine.store.seal import is_sealed
@@ -19,6 +24,10 @@ from hairpipe.errors import BadInput
 
 YOUNG = 3600.0
 """Minimum age of a removed unreferenced object [s]: a run may be about to reference a newer one."""
+FILES, CONTENDERS = 25, 8
+"""Files that are created at the same moment by as many threads."""
+LITTLE = 2e9
+"""Free space that a run of a few frames may fill [bytes]."""
 
 CheckValue = Callable[[Path], str]
 """Returns the digest of the value in an object file; BadInput if there is none."""
@@ -199,3 +208,83 @@ def is_young(store: Store, name: str, now: float) -> bool:
     with suppress(FileNotFoundError):
         return now - store.object_path(name).stat().st_mtime < YOUNG
     return False
+
+
+class Finding(NamedTuple):
+    """What a check of the folder of a store has found.
+
+    verdict  ok; note: no result depends on it; fault: results may be damaged or computed twice
+    meaning  consequence, and what to do
+    """
+
+    check: str
+    verdict: Literal["ok", "note", "fault"]
+    result: str
+    meaning: str
+
+
+def diagnose(store: Store) -> Iterator[Finding]:
+    """Check whether the folder of a store supports several runs, users and machines; it is made where it is missing.
+
+    Yields findings one by one; what the checks write is removed. A check that the system refuses is a fault.
+    """
+    with suppress(OSError):
+        store.room(store.temporary / "any")
+    status = store.root.stat()
+    meaning = "its group writes to it" if status.st_mode & stat.S_IWGRP else "one user writes; for a group: chmod 2775"
+    owner = f"user {status.st_uid}, group {status.st_gid}, {stat.filemode(status.st_mode)}"
+    yield Finding("folder", "ok", owner, meaning)
+    if not os.access(store.root, os.W_OK | os.X_OK):
+        meaning = "results are used; a run that has to compute ends with a message: permit this user to write"
+        yield Finding("writing", "note", "not permitted", meaning)
+        return
+    folders = [path for pattern in ("*", "*/*") for path in store.root.glob(pattern) if path.is_dir()]
+    closed = sum(not os.access(path, os.W_OK | os.X_OK) for path in folders)
+    meaning = "their owners: chmod -R g+rwX FOLDER, and g+s for its folders" if closed else "this user can add results"
+    result = f"{closed:,} of {len(folders):,} folders not writable"
+    yield Finding("permissions", "fault" if closed else "ok", result, meaning)
+    free = shutil.disk_usage(store.root).free
+    is_ample = free > LITTLE
+    meaning = "a run stops without loss when the disk is full" if is_ample else "a run may soon stop: hairpipe cache gc"
+    yield Finding("space", "ok" if is_ample else "note", f"{free / 1e9:,.1f} GB free", meaning)
+    try:
+        wins = creations(store)
+        is_exclusive = set(wins) == {1}
+        result = f"{wins.count(1)} of {FILES} files created once, by {CONTENDERS} threads"
+    except OSError as error:
+        is_exclusive = False
+        result = error.strerror or str(error)
+    meaning = (
+        "no result is computed twice" if is_exclusive else "results are computed twice: choose another file system"
+    )
+    yield Finding("exclusive creation", "ok" if is_exclusive else "fault", result, meaning)
+    yield age_of_leases(store)
+
+
+def creations(store: Store) -> list[int]:
+    """Create files from several threads at once; return the number of successes for each, which should be 1."""
+    with workspace(store.temporary) as folder, ThreadPoolExecutor(CONTENDERS) as threads:
+        return [sum(threads.map(create, [folder / f"only{number}"] * CONTENDERS)) for number in range(FILES)]
+
+
+def create(path: Path) -> bool:
+    """Create a file as a lease is created; False where it exists."""
+    try:
+        os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL))
+    except FileExistsError:
+        return False
+    return True
+
+
+def age_of_leases(store: Store) -> Finding:
+    """Compare the last renewal of each lease with the time after which it expires, by the clock of the file system."""
+    found = [read_lease(path) for path in (store.root / "lease").glob("[0-9a-f]*")]
+    leases = [lease for lease in found if lease is not None and lease.patience]
+    hosts = sorted({lease.host or "unknown" for lease in leases})
+    age = max((now_in(store.temporary) - lease.stamp / 1e9 for lease in leases), default=0.0)
+    result = f"{len(leases)} held now" + (
+        f", on {', '.join(hosts)}, last renewed at most {max(age, 0.0):.0f} s ago" if hosts else ""
+    )
+    if age > EXPIRY:
+        return Finding("leases", "note", result, "of a process that ended, or is not seen: runs take it over")
+    return Finding("leases", "ok", result, "a lease lasts while its holder computes")
