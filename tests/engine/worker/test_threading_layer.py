@@ -8,15 +8,33 @@ import pytest
 from hairpipe import child
 from hairpipe.engine.hosts.member import environment
 from hairpipe.engine.worker import threading_layer
-from hairpipe.engine.worker.threading_layer import NAME, ORDER, CallCost, choose_layer, is_loadable
+from hairpipe.engine.worker.threading_layer import NAME, ORDER, choose_layer, is_loadable
 
 CALLS = """
-import json, numba
+import json, time
+import numba, numpy as np
 from hairpipe.engine.worker.threading_layer import layer_in_use
-from hairpipe.engine.worker.threading_layer import measure_calls
+
+@numba.njit(parallel=True)
+def add_one(x):
+    for i in numba.prange(len(x)):
+        x[i] += 1.0
+
+def median_cost(x):
+    spent = []
+    for _ in range(500):
+        begun = time.perf_counter()
+        add_one(x)
+        spent.append(time.perf_counter() - begun)
+    return float(np.median(spent))
+
 before = layer_in_use()
-costs = measure_calls(500, 20_000)
-print(json.dumps([before, layer_in_use(), numba.config.THREADING_LAYER_PRIORITY, costs]))
+x = np.zeros(2000)
+add_one(x)
+early = median_cost(x)
+for _ in range(20_000):
+    add_one(x)
+print(json.dumps([before, layer_in_use(), numba.config.THREADING_LAYER_PRIORITY, [early, median_cost(x)]]))
 """
 
 
@@ -28,11 +46,11 @@ def nothing_told(monkeypatch):
 
 @pytest.fixture
 def installed(monkeypatch):
-    """Pretend that these layers can be loaded, and that their calls cost so much."""
+    """Pretend that these layers can be loaded, and that TBB has this version of its interface."""
 
-    def install(**costs):
-        monkeypatch.setattr(threading_layer, "is_loadable", costs.__contains__)
-        monkeypatch.setattr(threading_layer, "cost_of", costs.get)
+    def install(*names, tbb=0):
+        monkeypatch.setattr(threading_layer, "is_loadable", names.__contains__)
+        monkeypatch.setattr(threading_layer, "tbb_version", lambda: tbb)
 
     return install
 
@@ -46,50 +64,42 @@ def test_workers_compute_with_our_layer_and_their_calls_stay_as_cheap():
     assert late < 3 * early
 
 
-def test_without_openmp_the_layer_with_the_cheapest_calls_is_chosen(installed):
-    installed(omp=None, tbb=None, workqueue=None)
-    assert choose_layer() == ("omp", {ORDER: "omp tbb workqueue"}, ""), "nothing is measured"
-    installed(tbb=CallCost(2.0, 2.0), workqueue=CallCost(50.0, 50.0))
+def test_openmp_is_chosen_then_a_recent_tbb_then_that_of_numba(installed):
+    installed("omp", "tbb", "workqueue", tbb=12120)
+    assert choose_layer() == ("omp", {ORDER: "omp tbb workqueue"}, "")
+    installed("tbb", "workqueue", tbb=12120)
     assert choose_layer() == ("tbb", {ORDER: "tbb workqueue omp"}, "")
-    installed(tbb=CallCost(9.0, 90.0), workqueue=CallCost(50.0, 50.0))
-    assert choose_layer() == ("workqueue", {ORDER: "workqueue tbb omp"}, "")
-    installed(workqueue=None)
+    installed("tbb", "workqueue", tbb=12110)
+    assert choose_layer() == ("workqueue", {ORDER: "workqueue omp tbb"}, "")
+    installed("workqueue")
     assert choose_layer() == ("workqueue", {ORDER: "workqueue omp tbb"}, "")
 
 
-def test_a_forced_threading_layer_is_used_with_a_warning_for_slow_calls(installed, monkeypatch):
-    installed(omp=None, tbb=CallCost(9.5, 78.0), workqueue=None)
+def test_a_forced_threading_layer_is_used_with_a_warning_for_an_old_tbb(installed, monkeypatch):
+    installed("omp", "tbb", "workqueue", tbb=12080)
     for variable, value in ((NAME, "tbb"), (ORDER, "tbb omp workqueue")):
         with monkeypatch.context() as patch:
             patch.setenv(variable, value)
             name, settings, warning = choose_layer()
-        assert name == "tbb" and settings == {} and "from 9.5 to 78 us" in warning
+        assert name == "tbb" and settings == {} and "TBB of 2021.12" in warning
     monkeypatch.setenv(NAME, "workqueue")
     assert choose_layer() == ("workqueue", {}, "")
     monkeypatch.setenv(NAME, "tbb")
-    installed(tbb=CallCost(2.0, 2.1))
+    installed("tbb", tbb=12120)
+    assert choose_layer() == ("tbb", {}, "")
+    installed("omp")
     assert choose_layer() == ("tbb", {}, "")
 
 
-def test_a_run_says_that_calls_of_a_named_layer_grow_dearer(shot, installed, monkeypatch):
-    installed(tbb=CallCost(9.5, 78.0))
+def test_numba_uses_no_tbb_below_its_own_limit(monkeypatch):
+    monkeypatch.setattr(threading_layer, "tbb_version", lambda: threading_layer.OLDEST_TBB - 1)
+    assert not is_loadable.__wrapped__("tbb")
+
+
+def test_a_run_warns_of_a_named_layer_whose_calls_become_slower(shot, installed, monkeypatch):
+    installed("tbb", tbb=12080)
     monkeypatch.setenv(ORDER, "tbb omp workqueue")
     warned = []
     outcome = shot.run(to=["move"], report=lambda event: warned.append(event))
     assert outcome.exit_code == 0
     assert [event.message for event in warned if event.kind == "warning"] == [choose_layer().warning]
-
-
-def test_the_cost_of_a_layer_is_measured_once(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    begun = []
-
-    class Done:
-        stdout = "[3.0, 4.0]"
-
-    monkeypatch.setattr(subprocess, "run", lambda *_, env, **__: begun.append(env[NAME]) or Done)
-    threading_layer.cost_of.cache_clear()
-    for _ in range(2):
-        assert threading_layer.cost_of("workqueue") == CallCost(3.0, 4.0)
-        threading_layer.cost_of.cache_clear()
-    assert begun == ["workqueue"]
