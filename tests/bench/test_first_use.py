@@ -5,7 +5,7 @@ from subprocess import CompletedProcess
 
 import pytest
 
-from hairpipe.engine.worker.kernel_cache import FOLDER_DIGITS
+from hairpipe.engine.worker.machine_code import FOLDER_DIGITS
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.engine import first_use
 from hairpipe.graphs.experiments.bench.engine.first_use import kernels_in

@@ -14,11 +14,9 @@ import pytest
 
 from hairpipe.engine.code import CodeReader
 from hairpipe.engine.file.load import load_graph
-from hairpipe.engine.hosts.host import Host
-from hairpipe.engine.hosts.local_engine import LocalEngine
+from hairpipe.engine.hosts.host import Host, Job, LocalEngine
 from hairpipe.engine.hosts.member import Member
 from hairpipe.engine.hosts.offer import Offer
-from hairpipe.engine.hosts.protocol import Job
 from hairpipe.engine.plan.planner import plan
 from hairpipe.engine.run.events import CODEC, Options
 from hairpipe.engine.run.scheduler import run

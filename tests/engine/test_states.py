@@ -7,8 +7,7 @@ from collections import Counter
 import pytest
 
 from hairpipe.engine.code import CodeReader
-from hairpipe.engine.hosts.host import Host
-from hairpipe.engine.hosts.local_engine import LocalEngine
+from hairpipe.engine.hosts.host import Host, LocalEngine
 from hairpipe.engine.hosts.offer import Offer
 from hairpipe.engine.plan.tasks import Task
 from hairpipe.engine.run import scheduler

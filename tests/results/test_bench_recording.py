@@ -3,7 +3,7 @@
 import os
 import sys
 
-from hairpipe.engine.worker.kernel_cache import TABLE
+from hairpipe.engine.worker.machine_code import TABLE
 from hairpipe.graphs.experiments.bench import paper
 from hairpipe.graphs.experiments.bench.machine import Machine
 from hairpipe.graphs.experiments.bench.report import Report

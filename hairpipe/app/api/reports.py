@@ -8,12 +8,10 @@ from typing import Any, Literal, Protocol
 
 from hairpipe.app.api.formatting import duration, plural, shown, table
 from hairpipe.app.api.selection import FrameSet
-from hairpipe.engine.file.frameset import fold_frames
-from hairpipe.engine.file.graph import Graph, Node
-from hairpipe.engine.file.merged import origin
-from hairpipe.engine.plan.levels import Level
+from hairpipe.engine.file.graph import Graph, Node, origin
+from hairpipe.engine.file.read import fold_frames
 from hairpipe.engine.plan.planner import Entry
-from hairpipe.engine.plan.tasks import Task
+from hairpipe.engine.plan.tasks import Level, Task
 from hairpipe.engine.run.events import Event, Failure, NodeProgress, Outcome, Progress
 from hairpipe.engine.run.survey import NodeSurvey, Survey
 from hairpipe.engine.store.record import Record

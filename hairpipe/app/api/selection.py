@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from hairpipe.engine.file.frameset import fold_frames, parse_frames
+from hairpipe.engine.file.read import fold_frames, parse_frames
 from hairpipe.errors import BadInput
 
 __all__ = ["FrameSet", "Names", "Target", "fold_frames", "read_frames", "read_names", "read_target"]

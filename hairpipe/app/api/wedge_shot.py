@@ -7,8 +7,7 @@ from typing import Any, Self
 from hairpipe.app.api.graph_shot import GraphShot, Stopping, read_table
 from hairpipe.app.api.selection import Names, read_names
 from hairpipe.app.api.source import Source
-from hairpipe.engine.file.graph import Graph
-from hairpipe.engine.file.merged import merged, unvaried
+from hairpipe.engine.file.graph import Graph, merged, unvaried
 from hairpipe.engine.file.overrides import WEDGE
 from hairpipe.engine.file.wedge import Wedge, find_wedge, variant_name
 from hairpipe.engine.node.messages import nearest

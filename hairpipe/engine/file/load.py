@@ -14,10 +14,9 @@ from typing import Any
 
 from hairpipe.engine.file.bounds import RIGHT, is_data, located
 from hairpipe.engine.file.edges import Incomplete, connect, read_edges
-from hairpipe.engine.file.frameset import MOST_FRAMES
 from hairpipe.engine.file.graph import FRAME_MARK, Edge, Graph, Node, project_of
 from hairpipe.engine.file.overrides import LAYOUT, nodes_of, parse_value, put
-from hairpipe.engine.file.read import ESCAPE, GraphText, read_graph_text
+from hairpipe.engine.file.read import ESCAPE, MOST_FRAMES, GraphText, read_graph_text
 from hairpipe.engine.file.registry import Registry
 from hairpipe.engine.file.trust import Untrusted
 from hairpipe.engine.file.wedge import read_wedges

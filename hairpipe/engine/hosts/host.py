@@ -1,20 +1,26 @@
-"""A host: the child processes of one machine and user, which evaluate jobs for the engines.
+"""The protocol between a scheduler and an engine, which evaluates jobs on this machine or on others.
+
+A host: the child processes of one machine and user, which evaluate jobs for the engines.
 
 Before a job is evaluated, its host compares what the key stands for with what it has itself, and looks for the result
 in the store.
+
+The engine of this machine: its host in the process of the scheduler.
 """
 
 import json
 import tempfile
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
+from multiprocessing.connection import wait
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 from hairpipe.engine.code import CodeReader, differing_versions, version
 from hairpipe.engine.hosts.member import Member, environment, start
 from hairpipe.engine.hosts.offer import Offer, code_difference
-from hairpipe.engine.hosts.protocol import Job, Reply
+from hairpipe.engine.store.digest import Parts
 from hairpipe.engine.store.fingerprint import fingerprint, is_changed, stamp_of
 from hairpipe.engine.store.lease import Leases, forget_failure, note_failure
 from hairpipe.engine.store.store import Store
@@ -22,6 +28,92 @@ from hairpipe.engine.worker.machine_code import claim_kernels, kernels_environme
 from hairpipe.engine.worker.threading_layer import choose_layer
 from hairpipe.errors import BadInput
 from hairpipe.processor import processor_class
+
+Reply = dict[str, Any]
+"""Answer to a job, as plain values: its `key`, the `machine`, `held`, the objects that only its worker has, and one of
+
+record   fields of its record, which is in the store; with `found`, it was there before
+leased   another process evaluates it, or has the state that it starts from in memory
+lost     name of an object that is missing
+failure  kind, message and traceback, as in `Failure`
+"""
+
+
+@dataclass(frozen=True)
+class Job:
+    """An evaluation, as plain values: its JSON may go to another machine.
+
+    module   of the node type, by which a host digests its code
+    parts    of the key; inputs are named by their digests
+    settings of the node, with absolute paths of files
+    files    digests of those files by path
+    outputs  names of the outputs
+    spared   output that a stored result may lack: the state of a scan, which may have been thinned
+    wide     whether it runs on all threads of a machine
+    avoid    machines that have failed at it
+    fleeting output that may stay in memory, unwritten: the state of a scan that only its next frame takes
+    """
+
+    key: str
+    node: str
+    frame: int | None
+    type: str
+    module: str
+    parts: Parts
+    settings: dict[str, Any]
+    time: dict[str, Any]
+    files: dict[str, str]
+    outputs: tuple[str, ...]
+    spared: str | None
+    wide: bool
+    avoid: tuple[str, ...] = ()
+    fleeting: str | None = None
+
+
+class Slots(NamedTuple):
+    """Numbers of jobs that can begin now: wide ones take all threads of a machine, narrow ones run next to others."""
+
+    wide: int
+    narrow: int
+
+
+class Engine(Protocol):
+    """Evaluates jobs; at most as many at a time as there are slots.
+
+    machines  names of those that take jobs
+    """
+
+    machines: set[str]
+
+    @property
+    def warnings(self) -> list[str]:
+        """Warnings for the user."""
+        ...
+
+    def slots(self) -> Slots:
+        """Count the free slots."""
+        ...
+
+    def submit(self, job: Job) -> None:
+        """Begin a job in a free slot."""
+        ...
+
+    def replies(self, timeout: float | None) -> Iterator[Reply]:
+        """Wait for replies, at most for a time [s]; a machine or process that is gone gives a failure."""
+        ...
+
+    def leave_out(self, machine: str) -> None:
+        """Give a machine no further jobs."""
+        ...
+
+    def cancel(self, keys: Iterable[str]) -> None:
+        """Stop jobs, which are not replied to."""
+        ...
+
+    def close(self) -> None:
+        """End the use of all machines; jobs have been replied to or cancelled."""
+        ...
+
 
 MEMORY = 256 << 20
 """Memory in which a worker keeps values it may need again [bytes]."""
@@ -194,3 +286,55 @@ class Host:
         same = {path: stamp for path, stamp in sources.items() if not is_changed(path, stamp)}
         self.members.append(start(wide, surroundings, self.hello | {"sources": same | self.reader.stamps}))
         return self.members[-1]
+
+
+MACHINE = "this machine"
+
+
+class LocalEngine:
+    """Evaluates jobs in the workers of this machine.
+
+    most  largest numbers of jobs at a time; by default a wide one, and as many narrow ones as a wide one has threads
+    """
+
+    def __init__(self, host: Host, most: Slots | None = None) -> None:
+        self.host, self.most = host, most or Slots(1, host.threads)
+        self.machines = {host.machine}
+        self._at_once: list[Reply] = []
+
+    @property
+    def warnings(self) -> list[str]:
+        """Those of the host."""
+        return self.host.warnings
+
+    def slots(self) -> Slots:
+        """Count the free slots."""
+        wide = sum(member.wide for member in self.host.busy)
+        return Slots(self.most.wide - wide, self.most.narrow - len(self.host.busy) + wide)
+
+    def submit(self, job: Job) -> None:
+        """Begin a job in a free slot."""
+        begun = self.host.begin(job)
+        if not isinstance(begun, Member):
+            self._at_once.append(begun)
+
+    def replies(self, timeout: float | None) -> Iterator[Reply]:
+        """Wait for replies; that of a worker that died is a failure."""
+        if self._at_once:
+            yield self._at_once.pop()
+            return
+        ready = wait([member.connection for member in self.host.busy], timeout)
+        for member in [member for member in self.host.busy if member.connection in ready]:
+            yield self.host.reply_of(member)
+
+    def leave_out(self, machine: str) -> None:
+        """Give this machine no further jobs."""
+        self.machines.discard(machine)
+
+    def cancel(self, keys: Iterable[str]) -> None:
+        """Kill the workers of these jobs."""
+        self.host.cancel(set(keys))
+
+    def close(self) -> None:
+        """End the host."""
+        self.host.close()

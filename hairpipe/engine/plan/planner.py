@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeGuard
 
 from hairpipe.engine.file.graph import Graph
-from hairpipe.engine.plan.divergence import end_known_scan
-from hairpipe.engine.plan.resolve import Resolver
+from hairpipe.engine.plan.resolve import Resolver, end_known_scan
 from hairpipe.engine.plan.tasks import Task, sources
 from hairpipe.engine.store.digest import Parts, action_key
 from hairpipe.engine.store.lease import recall_failure

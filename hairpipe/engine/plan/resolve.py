@@ -1,14 +1,17 @@
-"""Keys and records of tasks, for plans and runs."""
+"""Keys and records of tasks, for plans and runs.
+
+Divergence of scans: nodes with `Reached` inputs continue with the frames before.
+"""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from hairpipe.engine.code import Code, CodeReader, keyed_choice
 from hairpipe.engine.file.graph import Edge, Graph, Node
 from hairpipe.engine.node.settings import Field, fields_of, map_values
 from hairpipe.engine.plan.arguments import Named, name_inputs
 from hairpipe.engine.plan.tasks import Inputs, Source, Task, sources, unroll
-from hairpipe.engine.store.digest import Parts, key_parts
+from hairpipe.engine.store.digest import Parts, digest, key_parts
 from hairpipe.engine.store.fingerprint import fingerprint
 from hairpipe.engine.store.lease import Leases
 from hairpipe.engine.store.record import Record
@@ -129,3 +132,48 @@ class Resolver:
 def state_of(node: Node) -> str | None:
     """Return the output of a scan that is an input of its next frame, if it has another output, too."""
     return node.type.state if len(node.type.outputs) > 1 else None
+
+
+class Divergence(NamedTuple):
+    """A scan that diverged.
+
+    lost       tasks of the scan, from the failed one on
+    consumers  tasks of other nodes that continue with the frames before
+    """
+
+    lost: frozenset[Task]
+    consumers: frozenset[Task]
+
+
+def divergence_note(key: str) -> str:
+    """Return the name of the note in the store on divergence of the task with this key; plans read it."""
+    return digest("ending", key)
+
+
+def end_known_scan(resolver: Resolver, task: Task, key: str) -> Divergence | None:
+    """End a scan, as `end_scan`, if the store has a note on divergence of the task with this key."""
+    return None if resolver.store.recall(divergence_note(key)) is None else end_scan(resolver, task)
+
+
+def end_scan(resolver: Resolver, failed: Task) -> Divergence | None:
+    """Remove the tasks of a scan, from a failed one on, from `Reached` inputs; in place.
+
+    Returns None without a change if another node needs all frames, no node needs any, or no frame was reached.
+    """
+    node = resolver.graph.nodes[failed.node]
+    if node.type.mode != "scan" or node.publish is not None or failed.frame is None:
+        return None
+    tasks = [task for task in resolver.tasks if task.node == failed.node]
+    lost = frozenset(task for task in tasks if task.frame is not None and task.frame >= failed.frame)
+    left = {}
+    for task, inputs in resolver.tasks.items():
+        socket = resolver.graph.nodes[task.node].type.socket
+        for plug, found in inputs.items():
+            if task.node == failed.node or not any(source.task in lost for source in found):
+                continue
+            left[task, plug] = [source for source in found if source.task not in lost]
+            if socket(plug).view != "reached" or not left[task, plug]:
+                return None
+    for (task, plug), found in left.items():
+        resolver.tasks[task][plug] = found
+    return Divergence(lost, frozenset(task for task, _ in left)) if left else None

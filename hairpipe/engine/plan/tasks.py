@@ -1,10 +1,27 @@
-"""A graph unrolled over frames: tasks and their inputs."""
+"""A graph unrolled over frames: tasks and their inputs.
+
+The portion of a shot that a run computes: results at some frames, equal to those of the whole shot.
+
+Collectors, nodes that depend on all frames, are computed by the run that finds all their inputs in the store.
+
+Levels of a shot, which are computed in sequence; each is divided among machines.
+
+once       values for the shot without inputs per frame
+frames-1   values per frame without a scan before them
+scans-1    scans, each on one machine
+frames-2   values per frame that depend on those, and so on
+collect    nodes that depend on all frames
+
+In a wedge, what all variants share comes first: `once-variants`, `frames-1-variants` and `collect-variants` are divided
+among variants.
+"""
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import NamedTuple
 
-from hairpipe.engine.file.graph import Graph, Node
+from hairpipe.engine.file.graph import BEGIN, Graph, Node
+from hairpipe.errors import BadInput
 
 
 class Task(NamedTuple):
@@ -94,3 +111,117 @@ def order_of(graph: Graph) -> Callable[[Task], tuple[int, int]]:
     """Return the sort key for the order of dependency: by node, then by frame."""
     rank = {name: number for number, name in enumerate(graph.nodes)}
     return lambda task: (rank[task.node], task.frame or 0)
+
+
+class Portion:
+    """Requested tasks of a run, and those that it may compute.
+
+    only   frames to compute; None for all of the run
+    asked  requested tasks
+    """
+
+    def __init__(
+        self, graph: Graph, tasks: Mapping[Task, Inputs], frames: tuple[int, ...], only: tuple[int, ...] | None
+    ) -> None:
+        outside = sorted(set(only or ()) - set(frames))
+        if outside:
+            what = f"--only: frame {outside[0]} is not a frame of the run"
+            raise BadInput(what, where=graph.path, right="frames that --frames selects")
+        self.frames = frozenset(frames if only is None else only)
+        self.collectors = frozenset() if only is None else frozenset(collectors(graph))
+        self.asked = set(tasks) if only is None else self._needed(tasks)
+
+    def computes(self, task: Task) -> bool:
+        """Whether the run may compute a task; other results are only looked up."""
+        return task in self.asked or task.node in self.collectors
+
+    def publishes(self, task: Task) -> bool:
+        """Whether the run publishes the file of a task."""
+        return task.frame is None or task.frame in self.frames
+
+    def ends(self, task: Task, limits: Mapping[str, int]) -> bool:
+        """Whether a task is the last of its node that the run computes, also where the node is stopped at a frame."""
+        following = Task(task.node, (task.frame or 0) + 1)
+        return following not in self.asked or is_beyond(following, limits)
+
+    def _needed(self, tasks: Mapping[Task, Inputs]) -> set[Task]:
+        """Find the tasks at the frames and those for the shot, with their dependencies, without collectors."""
+        found: set[Task] = set()
+        queue = [task for task in tasks if task.frame is None or task.frame in self.frames]
+        while queue:
+            task = queue.pop()
+            if task not in found and task.node not in self.collectors:
+                found.add(task)
+                queue.extend(source.task for source in sources(tasks[task]))
+        return found
+
+
+def collectors(graph: Graph) -> list[str]:
+    """List the nodes with one value for the shot that depend on values per frame, in the order of the graph."""
+    late: dict[str, bool] = {}
+    for node in graph.nodes.values():
+        late[node.name] = node.per_frame or any(late[edge.node] for edge in node.edges.values())
+    return [name for name, is_late in late.items() if is_late and not graph.nodes[name].per_frame]
+
+
+COLLECT = "collect"
+VARIANTS = "-variants"
+ORDER = ("once", "each", "scan")
+"""Modes of nodes in the order in which they are computed."""
+NAMES = {"once": "once", "each": "frames", "scan": "scans"}
+"""Name of a level by the mode of its nodes."""
+
+
+class Level(NamedTuple):
+    """Nodes that can be computed after the previous levels.
+
+    groups    nodes without consumers in this level, in groups that can be computed concurrently; none: all nodes
+    by_frame  whether frames can be computed concurrently, too
+    """
+
+    name: str
+    groups: tuple[tuple[str, ...], ...]
+    by_frame: bool
+
+
+def levels_of(graph: Graph) -> list[Level]:
+    """List the levels of a graph in order."""
+    late = set(collectors(graph))
+    scans: dict[str, int] = {}
+    found: dict[tuple[int, int, bool], list[str]] = {}
+    for name, node in graph.nodes.items():
+        sources = [edge.node for edge in node.edges.values()]
+        if late.intersection(sources):
+            late.add(name)
+        scans[name] = max([scans[other] + (graph.nodes[other].type.mode == "scan") for other in sources], default=0)
+        if name not in late:
+            mode = node.type.mode
+            found.setdefault((scans[name], ORDER.index(mode), mode != "scan" and _varies(name)), []).append(name)
+    levels = []
+    for (number, place, varies), names in sorted(found.items()):
+        mode = ORDER[place]
+        name = NAMES[mode] + (f"-{number + 1}" if mode != "once" else "") + (VARIANTS if varies else "")
+        groups = tuple((name,) for name in names) if mode == "scan" else _by_variant(_ends(graph, names))
+        levels.append(Level(name, groups, mode == "each"))
+    if ends := _ends(graph, [name for name in graph.nodes if name in late and _varies(name)]):
+        levels.append(Level(COLLECT + VARIANTS, _by_variant(ends), False))
+    return [*levels, Level(COLLECT, (), False)] if late else levels
+
+
+def _varies(name: str) -> bool:
+    """Whether a node of a wedge is of some variants only."""
+    return BEGIN in name
+
+
+def _ends(graph: Graph, names: list[str]) -> list[str]:
+    """Return the nodes of a level without consumers in it."""
+    needed = {edge.node for name in names for edge in graph.nodes[name].edges.values()}
+    return [name for name in names if name not in needed]
+
+
+def _by_variant(names: list[str]) -> tuple[tuple[str, ...], ...]:
+    """Group nodes by the variants that have them."""
+    groups: dict[str, list[str]] = {}
+    for name in names:
+        groups.setdefault(name.partition(BEGIN)[2], []).append(name)
+    return tuple(map(tuple, groups.values()))

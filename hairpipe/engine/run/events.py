@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from hairpipe.engine.file.graph import Graph
-from hairpipe.engine.file.merged import origin
+from hairpipe.engine.file.graph import Graph, origin
 from hairpipe.engine.hosts.member import Member
 from hairpipe.engine.plan.tasks import Task
 from hairpipe.engine.store.record import Record

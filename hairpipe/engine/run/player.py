@@ -17,8 +17,7 @@ from hairpipe.engine.plan.tasks import Source, Task, inputs_of
 from hairpipe.engine.run.events import CODEC
 from hairpipe.engine.store.store import Store
 from hairpipe.engine.store.values import Values, codec_named
-from hairpipe.engine.worker.kernel_cache import guard_kernels
-from hairpipe.engine.worker.machine_code import claim_kernels, kernels_environment, kernels_parent
+from hairpipe.engine.worker.machine_code import claim_kernels, guard_kernels, kernels_environment, kernels_parent
 from hairpipe.errors import BadInput
 
 

@@ -14,19 +14,14 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
-from hairpipe.engine.file.graph import Graph
-from hairpipe.engine.file.merged import origin
+from hairpipe.engine.file.graph import Graph, origin
 from hairpipe.engine.hosts.dask_engine import DaskEngine
-from hairpipe.engine.hosts.host import Host
-from hairpipe.engine.hosts.local_engine import MACHINE, LocalEngine
+from hairpipe.engine.hosts.host import MACHINE, Engine, Host, Job, LocalEngine, Reply, Slots
 from hairpipe.engine.hosts.offer import Offer, sent_offer
-from hairpipe.engine.hosts.protocol import Engine, Job, Reply, Slots
 from hairpipe.engine.node.signature import File
 from hairpipe.engine.plan.checkpoints import Thinner, state_objects
-from hairpipe.engine.plan.divergence import divergence_note, end_scan
-from hairpipe.engine.plan.portion import Portion
-from hairpipe.engine.plan.resolve import Resolver, state_of
-from hairpipe.engine.plan.tasks import Task, is_beyond, order_of, sources
+from hairpipe.engine.plan.resolve import Resolver, divergence_note, end_scan, state_of
+from hairpipe.engine.plan.tasks import Portion, Task, is_beyond, order_of, sources
 from hairpipe.engine.run.events import Event, Failure, Kind, Options, Outcome, Report
 from hairpipe.engine.run.publish import Publisher
 from hairpipe.engine.store.digest import action_key

@@ -1,4 +1,6 @@
-"""Values in the store: named by their content, and verified when they are read. This is the workers' side.
+"""A file with companions in the store: which object has which name. The listing is named by its content.
+
+Values in the store: named by their content, and verified when they are read. This is the workers' side.
 
 The codec is handed in: a module that takes a value apart into a tree of arrays and scalars, digests it, writes and
 reads it, and builds it again. What a node is given is always a fresh copy built from such a tree, so that a node cannot
@@ -8,22 +10,91 @@ change what another one sees, and a value that was just computed is the same, by
 import copy
 import errno
 import importlib
+import json
 import os
 import shutil
 from collections import Counter, OrderedDict
 from collections.abc import Callable
 from contextlib import suppress
-from pathlib import Path
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
 from typing import Any, NoReturn, Protocol, cast
+from unicodedata import category
 
 from hairpipe.engine.node.signature import File, Spent
 from hairpipe.engine.store.atomic import flush, open_made, reopening, replacing
+from hairpipe.engine.store.digest import digest, parsed
 from hairpipe.engine.store.fingerprint import CHUNK, digest_file
 from hairpipe.engine.store.lease import Leases, lease_of
-from hairpipe.engine.store.listing import Listing, read_listing
-from hairpipe.engine.store.record import Output
+from hairpipe.engine.store.record import Output, is_object
 from hairpipe.engine.store.store import LostObject, Store
 from hairpipe.errors import BadInput
+
+MOST_BYTES = 64 << 20
+"""Of a listing: about a million companions [bytes]."""
+
+
+@dataclass(frozen=True)
+class Listing:
+    """Objects of a file and of what must lie next to it.
+
+    path        object of the file itself
+    companions  objects by relative name; ValueError for one that would lead out of the folder of the file
+    """
+
+    path: str
+    companions: dict[str, str]
+
+    def __post_init__(self) -> None:
+        for label in self.companions:
+            check_name(label)
+
+    @property
+    def name(self) -> str:
+        """Name of the object that the listing is."""
+        return digest("set", self._plain) + ".set"
+
+    @property
+    def text(self) -> str:
+        """The listing as it is stored."""
+        return json.dumps(self._plain)
+
+    @property
+    def _plain(self) -> dict[str, Any]:
+        return {"path": self.path, "companions": self.companions}
+
+
+def read_listing(store: Store, name: str) -> Listing:
+    """Read a listing of a store; LostObject, and it is removed, where it is not there or not what its name says."""
+    path = store.object_path(name)
+    found = parse_listing(path) if store.has(name) else None
+    if found is None or found.name != name:
+        store.remove(path)
+        raise LostObject(name)
+    return found
+
+
+@reopening
+def parse_listing(path: Path) -> Listing | None:
+    """Read a file as a listing; None where it is none. Only its name tells that it is as written."""
+    try:
+        with path.open("rb") as file:
+            fields = parsed(file.read(MOST_BYTES))
+        listing = Listing(fields["path"], dict(fields["companions"]))
+    except (FileNotFoundError, ValueError, TypeError, KeyError):
+        return None
+    names = [listing.path, *listing.companions.values()]
+    whole = fields.keys() == {"path", "companions"} and isinstance(fields["companions"], dict)
+    return listing if whole and all(is_object(name, ".bin") for name in names) else None
+
+
+def check_name(label: str) -> None:
+    """Refuse the name of a companion that would lead out of the folder of its file, or that hides where it leads."""
+    path = PurePosixPath(label)
+    is_plain = bool(path.parts) and not path.is_absolute() and ".." not in path.parts and str(path) == label
+    if not is_plain or any(category(letter) in ("Cc", "Cs") for letter in label):
+        raise ValueError(f"companion {label!r} is not a relative name")
+
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Errors of a file that does not fit: on the disk, in a quota, in the limit of a process."""

@@ -1,4 +1,22 @@
-"""The folder of compiled kernels, and the table of current kernels for processes.
+"""Numba's cache of kernels, in folders by the digest of the code that they are compiled of.
+
+Numba detects edits of the file that defines a kernel, not of those that it calls. A process is told in its environment
+of a table with the digest of every module, which was made before it started. Code enters a kernel in two ways: by what
+its module imports, which the digest covers, and by the types of its arguments (fields of a record, the kernels of a
+strand model, operators on lanes), so a kernel is looked up by the digests of their modules too. A module without an
+entry in the table has its kernels compiled by each process.
+
+A kernel is one file, which holds what numba looks it up by: there is no index that processes overwrite each other, or
+that names types which another process cannot import. The seal that follows the pickle is checked before numba reads it.
+
+Machine code of a compiled function, generated only if its address is asked for.
+
+Numba optimises every function by itself, generates its machine code, and does both again in each function that
+contains it. Nobody calls the first code of a function that is only inlined, nor that of the body of a parallel loop,
+which is compiled by itself, in the loop over a thread's share, and in the function. Here such a function stays
+intermediate code, in memory and in the folder of kernels, and the function that contains it is optimised as a whole.
+
+The folder of compiled kernels, and the table of current kernels for processes.
 
 Machine code is compiled from the module that defines a kernel and all its imports: the digest of that code is part of
 the name of the folder of the module's kernels. So an edit leaves all kernels current that cannot contain it, and
@@ -7,22 +25,315 @@ come from anywhere, and kernels are code.
 """
 
 import errno
+import json
 import os
 import shutil
+import sys
 import time
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from functools import cache
+from importlib.abc import MetaPathFinder
+from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
+from importlib.util import spec_from_file_location
+from io import BytesIO
 from pathlib import Path
+from types import FunctionType, ModuleType
+from typing import IO, Any, NamedTuple, Self
 
 import hairpipe
-from hairpipe.engine.code import CodeReader
-from hairpipe.engine.store.digest import digest
+from hairpipe.engine.code import INSTALLED, CodeReader
+from hairpipe.engine.store.atomic import replacing
+from hairpipe.engine.store.digest import digest, digest_bytes
+from hairpipe.engine.store.fingerprint import is_there, seal
 from hairpipe.engine.store.ownership import fault_of, make_own, own_folder
 from hairpipe.engine.store.store import Store
-from hairpipe.engine.worker.kernel_cache import FOLDER_DIGITS, TABLE, Entry, guard_kernels, write_table
 from hairpipe.engine.worker.threading_layer import choose_layer
 from hairpipe.errors import BadInput
+
+KNOWN = (0, 68)
+"""Version of numba whose internal classes are patched here; another one compiles as it does by itself."""
+
+
+def defer_code() -> None:
+    """Patch numba's modules of compilation, in place: libraries of functions generate their code when it is needed."""
+    import numba
+    from numba.core import codegen, compiler
+
+    if numba.version_info[:2] != KNOWN:
+        return
+    from numba.core.environment import lookup_environment
+
+    class DeferredLibrary(codegen.JITCodeLibrary):
+        """A library of functions, which are linked into others as they were written until one of them is called."""
+
+        _pending, _compiled_object = False, None
+
+        def _optimize_final_module(self) -> None:
+            """Leave it to `_generate`."""
+
+        def _finalize_final_module(self) -> None:
+            """Make code that was read from a file ready; other code is generated now only if it calls itself."""
+            if self._compiled_object is not None:
+                super()._finalize_final_module()
+                return
+            self._finalize_dynamic_globals()
+            self._verify_declare_only_symbols()
+            self._finalized = self._pending = True
+            if any(name.startswith(codegen.RuntimeLinker.PREFIX) for name in self._globals()):
+                self._generate()
+
+        def _generate(self) -> None:
+            """Optimise the module and generate its code, with the environments of all functions in it."""
+            self._pending = False
+            super()._optimize_final_module()
+            self._final_module.verify()
+            super()._finalize_final_module()
+            for name in self._globals():
+                environment = lookup_environment(name)
+                if environment is not None:
+                    self._codegen.set_env(name, environment)  # pyright: ignore[reportAttributeAccessIssue]
+
+        def _globals(self) -> list[str]:
+            return [variable.name for variable in self._final_module.global_variables]
+
+        def _defines(self, name: str) -> bool:
+            try:
+                return not self._final_module.get_function(name).is_declaration
+            except NameError:
+                return False
+
+        def get_pointer_to_function(self, name: str) -> int:
+            """Return the address of a function, 0 where there is none of that name."""
+            self._ensure_finalized()
+            if self._pending and self._defines(name):
+                self._generate()
+            return super().get_pointer_to_function(name)
+
+        def serialize_using_object_code(self) -> Any:
+            """Give what is kept of the library in a file."""
+            return self.serialize_using_bitcode() if self._pending else super().serialize_using_object_code()
+
+    set_env = codegen.JITCPUCodegen.set_env
+    define_pipeline = compiler.DefaultPassBuilder.define_parfor_gufunc_pipeline
+
+    def set_env_of_generated(self: Any, name: str, environment: Any) -> None:
+        if self._engine.is_symbol_defined(name):
+            set_env(self, name, environment)
+
+    def define_without_entries(state: Any) -> Any:
+        """Leave out the entries for Python and for C of the body of a parallel loop, which nobody calls."""
+        state.flags.no_cpython_wrapper = state.flags.no_cfunc_wrapper = True
+        return define_pipeline(state)
+
+    codegen.JITCPUCodegen._library_class = DeferredLibrary
+    codegen.JITCPUCodegen.set_env = set_env_of_generated  # pyright: ignore[reportAttributeAccessIssue]
+    builder: Any = compiler.DefaultPassBuilder
+    builder.define_parfor_gufunc_pipeline = staticmethod(define_without_entries)
+
+
+TABLE = "HAIRPIPE_KERNELS"
+"""Variable that names the table of digests, a JSON object of the fields of `Entry` by file; kernels lie next to it."""
+CACHING = "numba.core.caching"
+"""The module of numba that reads and writes kernels."""
+FOLDER_DIGITS = 24
+"""Length of the digest at the end of the name of each folder of kernels, and of each table."""
+VERSIONED = {"builtins", "llvmlite", "numba", "numpy", *sys.stdlib_module_names}
+"""Distributions whose types need no digest: numba's version and Python's are part of every look-up."""
+
+
+class Entry(NamedTuple):
+    """Entry of a module in the table.
+
+    code  digest of the module and of all its imports
+    key   digest of the code and the compiler options of its kernels
+    """
+
+    module: str
+    code: str
+    key: str
+
+    @property
+    def folder(self) -> str:
+        """Name of the folder of its kernels."""
+        return f"{self.module}-{self.key[:FOLDER_DIGITS]}"
+
+
+def write_table(folder: Path, entries: Mapping[str, Entry]) -> Path:
+    """Write the table of digests, see `TABLE`, into the folder of kernels, and return its path."""
+    text = json.dumps(entries)
+    path = folder / f"table-{digest_bytes('kernels', text.encode())[:FOLDER_DIGITS]}"
+    try:
+        os.utime(path)
+    except OSError:
+        with replacing(path, lasting=False) as file:
+            file.write_text(text, encoding="utf-8")
+    return path
+
+
+@cache
+def table() -> dict[str, Entry]:
+    """Read the table of digests that this process was told of; empty where there is none."""
+    path = os.environ.get(TABLE)
+    return {file: Entry(*fields) for file, fields in json.loads(Path(path).read_bytes()).items()} if path else {}
+
+
+def guard_kernels() -> None:
+    """Let numba load only sealed kernels of current code in this process, whether it has been imported or not.
+
+    It generates machine code only where it is needed.
+    """
+    table()
+    if CACHING in sys.modules:
+        guard(sys.modules[CACHING])
+    elif not any(isinstance(finder, Finder) for finder in sys.meta_path):
+        sys.meta_path.insert(0, Finder())
+
+
+class Finder(MetaPathFinder):
+    """Import hook that guards the module of numba that reads kernels; many workers never import it."""
+
+    def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
+        """Find that module alone."""
+        spec = PathFinder.find_spec(name, path) if name == CACHING else None
+        return spec and spec_from_file_location(name, spec.origin, loader=GuardingLoader(name, str(spec.origin)))
+
+
+class GuardingLoader(SourceFileLoader):
+    """Imports a module as usual, and guards the classes that it defines."""
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Import the module."""
+        super().exec_module(module)
+        guard(module)
+
+
+class KernelLocator:
+    """Tells numba where the kernels of a function lie, as its own locators do; an empty path: they are not kept."""
+
+    def __init__(self, function: FunctionType, file: str) -> None:
+        self._line = function.__code__.co_firstlineno
+        self._py_file = file
+        entry = table().get(file)
+        self._path = str(Path(os.environ[TABLE]).parent / entry.folder) if entry else ""
+
+    @classmethod
+    def from_function(cls, function: FunctionType, file: str) -> Self | None:
+        """Locate a function of this file; None for numba's own place, where we were told of none or it is installed."""
+        installed = any(folder in Path(file).parts for folder in INSTALLED) and file not in table()
+        return None if TABLE not in os.environ or installed else cls(function, file)
+
+    def ensure_cache_path(self) -> None:
+        """Leave the folder to whoever writes to it."""
+
+    def get_cache_path(self) -> str:
+        """Name the folder."""
+        return self._path
+
+    def get_source_stamp(self) -> str:
+        """Digest the bytes of the file: functions of one name are distinguished by their lines."""
+        return digest_of_file(self._py_file, Path(self._py_file).stat().st_mtime_ns) if self._path else ""
+
+    def get_disambiguator(self) -> str:
+        """Number the first line of the function."""
+        return str(self._line)
+
+
+@cache
+def digest_of_file(file: str, modified: int) -> str:
+    """Digest the bytes of a file, once a process while it is not modified."""
+    return digest_bytes("kernels", Path(file).read_bytes())
+
+
+def guard(caching: Any) -> None:
+    """Patch numba's module of caches: where kernels lie, how they are looked up, checked and sealed; in place."""
+    locators = caching.CacheImpl._locator_classes
+    cache_file = caching.IndexDataCacheFile
+    if KernelLocator in locators:
+        return
+    locators.insert(0, KernelLocator)
+    load_data, save_data, open_for_write = cache_file._load_data, cache_file._save_data, cache_file._open_for_write
+
+    def load(self: Any, key: Any) -> Any:
+        name = name_of(self, key)
+        if name and is_there(Path(self._data_path(name))):
+            with suppress(OSError):  # of one that has gone since
+                known, data = load_data(self, name)
+                with suppress(OSError):
+                    os.utime(self._cache_path)
+                return data if known == key else None
+        return None
+
+    def save(self: Any, key: Any, data: Any) -> None:
+        name = name_of(self, key)
+        if name and is_current(self._cache_path):
+            save_data(self, name, (key, data))
+
+    @contextmanager
+    def open_to_seal(self: Any, path: str) -> Iterator[IO[bytes]]:
+        buffer = BytesIO()
+        yield buffer
+        data = buffer.getvalue()
+        with suppress(OSError):  # of a full disk, say: a kernel that is not kept costs time and nothing else
+            Path(path).parent.mkdir(parents=True, exist_ok=True)
+            with open_for_write(self, path) as file:
+                file.write(data + seal(Path(path), data))
+
+    cache_file.load, cache_file.save, cache_file._open_for_write = load, save, open_to_seal
+    defer_code()
+
+
+def name_of(cache_file: Any, key: tuple[Any, ...]) -> str | None:
+    """Name the file of a kernel by all that numba looks it up by; None where it cannot be kept."""
+    code = codes_behind(key[0]) if cache_file._cache_path else None
+    if code is None:
+        return None
+    parts = [repr(key), code, repr(cache_file._source_stamp), cache_file._version]  # numba's own stamps are bytes
+    return f"{cache_file._index_name.removesuffix('.nbi')}.{digest('kernels', parts)[:FOLDER_DIGITS]}.nbc"
+
+
+def codes_behind(signature: Any) -> list[str] | None:
+    """List the digests of the modules behind the types of a signature; None where one of them is not known.
+
+    A function that is an argument cannot be told from another one in another process.
+    """
+    from numba.core.types import Callable, Type
+
+    modules = set[str]()
+    seen = set[int]()
+    queue = [signature]
+    while queue:
+        thing = queue.pop()
+        if id(thing) in seen:
+            continue
+        seen.add(id(thing))
+        if isinstance(thing, Callable):
+            return None
+        if isinstance(thing, Type):
+            modules.add(type(thing).__module__)
+            queue.extend(vars(thing).values())
+        elif isinstance(thing, type):
+            modules.add(thing.__module__)
+        elif isinstance(thing, tuple | list):
+            queue.extend(thing)
+        elif isinstance(thing, dict):
+            queue.extend(thing.values())
+    files = [file_of(name) for name in sorted(modules) if name.partition(".")[0] not in VERSIONED]
+    return [table()[file].key for file in files] if table().keys() >= set(files) else None
+
+
+def file_of(module: str) -> str:
+    """Path of the file of an imported module; empty where it has none."""
+    return getattr(sys.modules.get(module), "__file__", None) or ""
+
+
+def is_current(folder: str) -> bool:
+    """Whether nothing has been edited since the table was made that kernels of a folder are compiled of."""
+    reader = CodeReader(lambda name, make: make())
+    alike = [entry for entry in table().values() if entry.key.startswith(folder[-FOLDER_DIGITS:])]
+    return all(reader.code_of(entry.module).digest == entry.code for entry in alike)
+
 
 WITHOUT_KERNELS = ("api", "chart", "cli", "graph", "page", "tune", "wedge")
 """Rooms without kernels, and without types that kernels take."""

@@ -28,12 +28,11 @@ from hairpipe.engine.node.messages import recorded_warnings
 from hairpipe.engine.node.signature import Cuts, First, Time, Workspace
 from hairpipe.engine.plan.arguments import Preparations, build_arguments
 from hairpipe.engine.store.atomic import workspace
-from hairpipe.engine.store.fingerprint import is_changed
+from hairpipe.engine.store.fingerprint import is_changed, removed
 from hairpipe.engine.store.record import Output, Record
-from hairpipe.engine.store.seal import removed
 from hairpipe.engine.store.store import Store
 from hairpipe.engine.store.values import Values, codec_named, is_full
-from hairpipe.engine.worker.kernel_cache import guard_kernels
+from hairpipe.engine.worker.machine_code import guard_kernels
 from hairpipe.engine.worker.threading_layer import layer_in_use
 from hairpipe.errors import BadInput
 from hairpipe.processor import processor_class

@@ -2,7 +2,7 @@
 
 import os
 
-from hairpipe.engine.worker.kernel_cache import TABLE
+from hairpipe.engine.worker.machine_code import TABLE
 from hairpipe.graphs.experiments.bench import paper
 from hairpipe.graphs.experiments.bench.engine import first_use
 from hairpipe.graphs.experiments.bench.machine import Machine

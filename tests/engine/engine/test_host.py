@@ -14,10 +14,8 @@ import pytest
 from hairpipe.engine.code import CodeReader
 from hairpipe.engine.file.trust import _granted
 from hairpipe.engine.hosts import offer as offering
-from hairpipe.engine.hosts.host import Host
-from hairpipe.engine.hosts.local_engine import LocalEngine
+from hairpipe.engine.hosts.host import Host, Job, LocalEngine
 from hairpipe.engine.hosts.offer import Offer, accept, sent_offer
-from hairpipe.engine.hosts.protocol import Job
 from hairpipe.engine.plan.resolve import Resolver
 from hairpipe.engine.plan.tasks import Task
 from hairpipe.engine.run.events import CODEC

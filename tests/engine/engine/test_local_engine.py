@@ -4,9 +4,8 @@ import signal
 
 import pytest
 
-from hairpipe.engine.hosts.local_engine import LocalEngine
+from hairpipe.engine.hosts.host import LocalEngine, Slots
 from hairpipe.engine.hosts.member import Member
-from hairpipe.engine.hosts.protocol import Slots
 from hairpipe.engine.run.events import Options
 from hairpipe.engine.run.scheduler import run
 from hairpipe.engine.store.fingerprint import stamp_of

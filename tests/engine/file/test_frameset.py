@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hairpipe.engine.file.frameset import fold_frames, parse_frames
+from hairpipe.engine.file.read import fold_frames, parse_frames
 from hairpipe.errors import BadInput
 
 

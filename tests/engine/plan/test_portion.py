@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from hairpipe.engine.plan.portion import collectors
+from hairpipe.engine.plan.tasks import collectors
 from hairpipe.engine.run.events import Options
 from hairpipe.engine.run.scheduler import run
 from hairpipe.engine.store.lease import Leases

@@ -12,8 +12,8 @@ import pytest
 
 from hairpipe.engine.plan.maintenance import Found, verify
 from hairpipe.engine.store.digest import action_key
-from hairpipe.engine.store.listing import read_listing
 from hairpipe.engine.store.store import Store
+from hairpipe.engine.store.values import read_listing
 from hairpipe.formats import hdf5
 
 KEPT = sorted((Path(__file__).parent / "kept").iterdir())

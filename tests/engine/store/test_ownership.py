@@ -8,8 +8,7 @@ import pytest
 from hairpipe.engine.hosts.host import Host
 from hairpipe.engine.store import ownership
 from hairpipe.engine.store.ownership import TRUST, check_store
-from hairpipe.engine.worker.kernel_cache import TABLE
-from hairpipe.engine.worker.machine_code import claim_kernels, kernels_parent
+from hairpipe.engine.worker.machine_code import TABLE, claim_kernels, kernels_parent
 from hairpipe.errors import BadInput
 
 

@@ -7,7 +7,7 @@ import pytest
 from numba.core.caching import IndexDataCacheFile
 
 from hairpipe.engine.plan.maintenance import verify
-from hairpipe.engine.store.seal import is_sealed, is_there, removed
+from hairpipe.engine.store.fingerprint import is_sealed, is_there, removed
 
 KERNEL = """
 from numba import njit

@@ -38,7 +38,7 @@ def permutations(n):
 """,
 }
 RUN = """
-from hairpipe.engine.worker.kernel_cache import guard_kernels
+from hairpipe.engine.worker.machine_code import guard_kernels
 guard_kernels()
 import json, sys
 import numpy as np

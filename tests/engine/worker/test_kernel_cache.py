@@ -12,8 +12,7 @@ import pytest
 from hairpipe import child
 from hairpipe.engine.code import CodeReader
 from hairpipe.engine.worker import machine_code
-from hairpipe.engine.worker.kernel_cache import codes_behind, table
-from hairpipe.engine.worker.machine_code import claim_kernels, kernels_environment
+from hairpipe.engine.worker.machine_code import claim_kernels, codes_behind, kernels_environment, table
 from hairpipe.geometry.simd import LanesType
 from hairpipe.strands.chain import Chain
 from hairpipe.strands.interface import Terms
@@ -46,7 +45,7 @@ def _force(x):
     "apart.py": "from numba import njit\n@njit(cache=True)\ndef apart(x):\n    return x - 1.0\n",
 }
 RUN = """
-from hairpipe.engine.worker.kernel_cache import guard_kernels
+from hairpipe.engine.worker.machine_code import guard_kernels
 guard_kernels()
 import json, studio.model
 from typing import NamedTuple

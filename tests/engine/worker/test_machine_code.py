@@ -10,8 +10,8 @@ import pytest
 from hairpipe.engine import code
 from hairpipe.engine.code import CodeReader
 from hairpipe.engine.worker import machine_code
-from hairpipe.engine.worker.kernel_cache import FOLDER_DIGITS
 from hairpipe.engine.worker.machine_code import (
+    FOLDER_DIGITS,
     KEPT,
     NOTES,
     UNUSED,

@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from hairpipe.engine.worker.kernel_cache import TABLE
+from hairpipe.engine.worker.machine_code import TABLE
 from hairpipe.graphs.experiments.bench import contact, core, faults
 from hairpipe.graphs.experiments.bench.machine import Machine
 from hairpipe.graphs.experiments.bench.report import Report

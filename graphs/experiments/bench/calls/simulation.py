@@ -13,7 +13,8 @@ from contextlib import ExitStack, contextmanager
 from typing import Any
 from unittest.mock import patch
 
-from hairpipe.engine.hosts import host, local_engine
+from hairpipe.engine.hosts import host
+from hairpipe.engine.hosts import host as local_engine
 from hairpipe.engine.hosts.member import Member
 from hairpipe.engine.run import scheduler
 from hairpipe.engine.store import atomic, lease

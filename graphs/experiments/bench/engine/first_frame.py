@@ -17,7 +17,7 @@ from hairpipe.engine.code import CodeReader
 from hairpipe.engine.file.load import load_graph
 from hairpipe.engine.hosts.member import environment
 from hairpipe.engine.store.store import Store
-from hairpipe.engine.worker import kernel_cache
+from hairpipe.engine.worker import machine_code
 from hairpipe.engine.worker.machine_code import claim_kernels, kernels_environment, kernels_parent
 from hairpipe.graphs.experiments.bench.replay import Replay
 from hairpipe.graphs.experiments.bench.report import Report, make_report
@@ -89,8 +89,8 @@ def report_phases(graph_path: str, overrides: dict[str, str], store: str, node: 
     """Compute two frames in this process, and print processor seconds by phase as JSON."""
     clock = Clock()
     clock.seconds[PYTHON] = time.process_time()
-    kernel_cache.is_there = clock.counted(DIGESTS, kernel_cache.is_there)
-    kernel_cache.guard_kernels()
+    machine_code.is_there = clock.counted(DIGESTS, machine_code.is_there)
+    machine_code.guard_kernels()
     with clock.phase(NUMBA):
         import numba  # noqa: F401
         from numba.core import caching

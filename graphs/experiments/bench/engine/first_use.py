@@ -9,7 +9,7 @@ from pathlib import Path
 
 from hairpipe.child import command, environment
 from hairpipe.engine.file.load import load_graph
-from hairpipe.engine.worker.kernel_cache import FOLDER_DIGITS
+from hairpipe.engine.worker.machine_code import FOLDER_DIGITS
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.report import Case, Report, make_report
 
