@@ -31,7 +31,7 @@ ORDER = (
 )
 """Rooms from the bottom up: the files of one import from it and from those before it."""
 WITHIN = {
-    "engine": "node store file edit code plan worker hosts run results",
+    "engine": "node store file edit code plan worker hosts run",
 }
 """The same within a room, for its folders and files: one imports from itself and from those before it."""
 BASE = {"errors", "units", "plain_file", "child", "apart", "processor", "openvdb_library", "values"}

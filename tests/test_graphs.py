@@ -15,9 +15,8 @@ import hairpipe
 from hairpipe.engine.file.graph import Edge, Graph
 from hairpipe.engine.file.load import load_graph
 from hairpipe.engine.hosts.member import Member
-from hairpipe.engine.plan.planner import plan
+from hairpipe.engine.plan.planner import plan, read_result
 from hairpipe.engine.plan.tasks import Task, unroll
-from hairpipe.engine.results import read_result
 from hairpipe.engine.run.events import Options
 from hairpipe.engine.run.scheduler import run
 from hairpipe.engine.store.store import Store

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hairpipe.engine.plan.planner import read_result
 from hairpipe.engine.plan.tasks import Task
-from hairpipe.engine.results import read_result
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.replay import Replay
 

@@ -18,9 +18,10 @@ from hairpipe.engine.hosts.host import Host, Job, LocalEngine
 from hairpipe.engine.hosts.member import Member
 from hairpipe.engine.hosts.offer import Offer
 from hairpipe.engine.plan.planner import plan
-from hairpipe.engine.run.events import CODEC, Options
+from hairpipe.engine.run.events import Options
 from hairpipe.engine.run.scheduler import run
 from hairpipe.engine.store.store import Store
+from hairpipe.engine.store.values import CODEC
 from hairpipe.engine.worker import machine_code
 
 HERE = Path(__file__).parent

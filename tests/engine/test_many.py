@@ -4,8 +4,8 @@ from collections import Counter
 
 import pytest
 
+from hairpipe.engine.plan.planner import read_result
 from hairpipe.engine.plan.tasks import Task
-from hairpipe.engine.results import read_result
 from hairpipe.errors import BadInput
 
 HEAD = "schema = 1\nframes = [1, 3]\nfps = 24\n"

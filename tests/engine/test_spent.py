@@ -2,8 +2,8 @@
 
 import pytest
 
+from hairpipe.engine.plan.planner import read_result
 from hairpipe.engine.plan.tasks import Task
-from hairpipe.engine.results import read_result
 from hairpipe.errors import BadInput
 
 from .conftest import CHAIN

@@ -11,8 +11,8 @@ from hairpipe.engine.hosts.host import Host, LocalEngine
 from hairpipe.engine.hosts.offer import Offer
 from hairpipe.engine.plan.tasks import Task
 from hairpipe.engine.run import scheduler
-from hairpipe.engine.run.events import CODEC
 from hairpipe.engine.store.store import Store
+from hairpipe.engine.store.values import CODEC
 
 from .conftest import wait_for
 

@@ -7,11 +7,11 @@ from warnings import warn
 from hairpipe.engine.file.graph import Graph
 from hairpipe.engine.node.signature import First, Time
 from hairpipe.engine.plan.arguments import Preparations, build_arguments, name_inputs
+from hairpipe.engine.plan.planner import read_result
 from hairpipe.engine.plan.tasks import Source, Task, inputs_of
-from hairpipe.engine.results import read_result
-from hairpipe.engine.run.events import CODEC
 from hairpipe.engine.run.scheduler import run
 from hairpipe.engine.store.store import Store
+from hairpipe.engine.store.values import CODEC
 from hairpipe.engine.worker.worker import keep_freed
 from hairpipe.errors import BadInput
 

@@ -23,10 +23,9 @@ from hairpipe.engine.file.wedge import Comparison
 from hairpipe.engine.hosts.member import Member
 from hairpipe.engine.hosts.offer import program_digest
 from hairpipe.engine.node.messages import nearest
-from hairpipe.engine.plan.planner import Planner
+from hairpipe.engine.plan.planner import Planner, read_result, read_value
 from hairpipe.engine.plan.planner import explain as explain_task
 from hairpipe.engine.plan.tasks import Level, Task, is_beyond, levels_of
-from hairpipe.engine.results import read_result, read_value
 from hairpipe.engine.run.events import RECENT, Event, Judge, Options
 from hairpipe.engine.run.player import Player, playing_environment
 from hairpipe.engine.run.scheduler import run as run_graph

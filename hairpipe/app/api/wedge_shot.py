@@ -11,8 +11,8 @@ from hairpipe.engine.file.graph import Graph, merged, unvaried
 from hairpipe.engine.file.overrides import WEDGE
 from hairpipe.engine.file.wedge import Wedge, find_wedge, variant_name
 from hairpipe.engine.node.messages import nearest
+from hairpipe.engine.plan.planner import read_value
 from hairpipe.engine.plan.tasks import Task
-from hairpipe.engine.results import read_value
 from hairpipe.engine.store.record import Record
 from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput

@@ -12,8 +12,8 @@ from hairpipe.engine.file.graph import Graph, origin
 from hairpipe.engine.hosts.member import Member
 from hairpipe.engine.plan.tasks import Task
 from hairpipe.engine.store.record import Record
+from hairpipe.engine.store.values import CODEC
 
-CODEC = "hairpipe.formats.hdf5"
 RECENT = 15
 """Number of latest evaluations whose median is the rate: the first ones include compilation."""
 

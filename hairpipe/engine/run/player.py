@@ -14,9 +14,8 @@ from hairpipe.engine.node.signature import First, Time
 from hairpipe.engine.plan.arguments import Preparations, build_arguments, name_inputs
 from hairpipe.engine.plan.planner import Planner
 from hairpipe.engine.plan.tasks import Source, Task, inputs_of
-from hairpipe.engine.run.events import CODEC
 from hairpipe.engine.store.store import Store
-from hairpipe.engine.store.values import Values, codec_named
+from hairpipe.engine.store.values import CODEC, Values, codec_named
 from hairpipe.engine.worker.machine_code import claim_kernels, guard_kernels, kernels_environment, kernels_parent
 from hairpipe.errors import BadInput
 

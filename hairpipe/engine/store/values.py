@@ -326,3 +326,6 @@ def check_space(root: Path, needed: int) -> None:
 def is_full(error: OSError) -> bool:
     """Whether an error means that a disk is full; HDF5 reports it in its message only."""
     return error.errno in FULL or any(f"errno = {number}" in str(error) for number in FULL)
+
+
+CODEC = "hairpipe.formats.hdf5"

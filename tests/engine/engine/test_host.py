@@ -18,10 +18,10 @@ from hairpipe.engine.hosts.host import Host, Job, LocalEngine
 from hairpipe.engine.hosts.offer import Offer, accept, sent_offer
 from hairpipe.engine.plan.resolve import Resolver
 from hairpipe.engine.plan.tasks import Task
-from hairpipe.engine.run.events import CODEC
 from hairpipe.engine.store.digest import action_key
 from hairpipe.engine.store.lease import Leases
 from hairpipe.engine.store.store import Store
+from hairpipe.engine.store.values import CODEC
 from hairpipe.errors import BadInput
 
 

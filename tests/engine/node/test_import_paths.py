@@ -7,8 +7,8 @@ import pytest
 
 from hairpipe.engine.code import CodeReader
 from hairpipe.engine.file.registry import Registry
+from hairpipe.engine.plan.planner import read_result
 from hairpipe.engine.plan.tasks import Task
-from hairpipe.engine.results import read_result
 from hairpipe.engine.run.scheduler import run
 
 NODE = '''"""A number that somebody else gives."""

@@ -4,8 +4,8 @@ from collections import deque
 
 import pytest
 
+from hairpipe.engine.plan.planner import read_result
 from hairpipe.engine.plan.tasks import Task
-from hairpipe.engine.results import read_result
 from hairpipe.engine.run.events import Judge
 from hairpipe.engine.run.survey import NodeSurvey, Survey
 

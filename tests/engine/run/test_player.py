@@ -3,8 +3,8 @@
 import pytest
 
 from hairpipe.engine.file.graph import Edge
+from hairpipe.engine.plan.planner import read_result
 from hairpipe.engine.plan.tasks import Task
-from hairpipe.engine.results import read_result
 from hairpipe.engine.run.player import Player, played_nodes, playing_environment
 from hairpipe.errors import BadInput
 

@@ -166,8 +166,8 @@ def test_pair_is_the_current_value_twice_at_the_first_frame(shot):
 
 
 def value_of(shot, name):
+    from hairpipe.engine.plan.planner import read_result
     from hairpipe.engine.plan.tasks import Task
-    from hairpipe.engine.results import read_result
 
     node, _, frame = name.partition("@")
     return read_result(shot.load(), shot.store, Task(node, int(frame) if frame else None)).value

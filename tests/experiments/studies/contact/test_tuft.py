@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from hairpipe.engine.file.load import load_graph
+from hairpipe.engine.plan.planner import read_result
 from hairpipe.engine.plan.tasks import Task
-from hairpipe.engine.results import read_result
 from hairpipe.engine.run.events import Options
 from hairpipe.engine.run.scheduler import run
 from hairpipe.engine.store.store import Store
