@@ -59,7 +59,7 @@ def blender(module: str) -> list[str]:
 
 
 NO_JOB = "JOB: dict[str, Any] = {}"
-PROGRAM = Path(__file__).with_name("import_shot.py")
+PROGRAM = Path(__file__).with_name("blender_import_shot.py")
 
 
 def job_of(shot: Path, blend: Path | None = None, picture: Path | None = None) -> dict[str, Any]:
