@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from pxr import UsdGeom
 
-from hairpipe.formats.usd.check.finding import Fault, Rule
+from hairpipe.formats.usd.check.finding import Fault, Rule, fault_of
 from hairpipe.formats.usd.check.scene import TOKENS, Scene, Track
 
 TRIPLES = ("float3[]", "vector3f[]")
@@ -101,7 +101,7 @@ def schemas(client: Client, hair: Track, name: str) -> Iterator[Fault]:
         above = above.GetParent()
     for schema in client.schemas:
         if schema not in applied:
-            yield Fault(str(hair.prim.GetPath()), f"has no {schema}; {name} reads curves without it not as hair")
+            yield fault_of(hair.prim, f"has no {schema}; {name} reads curves without it not as hair")
 
 
 def primvars(client: Client, hair: Track, name: str) -> Iterator[Fault]:
@@ -109,27 +109,27 @@ def primvars(client: Client, hair: Track, name: str) -> Iterator[Fault]:
     shape = hair.first
     given = {p.GetPrimvarName(): p for p in UsdGeom.PrimvarsAPI(hair.prim).GetPrimvarsWithValues()}
     for missing in (key for key, known in client.primvars.items() if known.needed and key not in given):
-        yield Fault(hair.path(f"primvars:{missing}"), f"has no value; {name} needs it to deform hair by guides")
+        yield hair.fault(f"primvars:{missing}", f"has no value; {name} needs it to deform hair by guides")
     for key, value in given.items():
         known = client.primvars.get(key)
         bare = key.removeprefix("primvars:")
         if known is None and client.prefix and f"{client.prefix}{bare}" in client.primvars:
             message = f"is not read, since its name does not begin with {client.prefix}"
-            yield Fault(hair.path(f"primvars:{key}"), f"{message}; {name} reads {client.prefix}{bare}")
+            yield hair.fault(f"primvars:{key}", f"{message}; {name} reads {client.prefix}{bare}")
         if known is None and not (client.prefix and key.startswith(client.prefix)):
             continue
         kind = str(value.GetTypeName())
         types = client.scalars if known is None else known.types
         if kind not in types:
-            yield Fault(hair.path(f"primvars:{key}"), f"is {kind}, which {name} ignores; it reads {', '.join(types)}")
+            yield hair.fault(f"primvars:{key}", f"is {kind}, which {name} ignores; it reads {', '.join(types)}")
         interpolation = value.GetInterpolation()
         if known is not None and interpolation not in known.interpolations:
             message = f"is {interpolation}, which {name} ignores; it reads {' or '.join(known.interpolations)}"
-            yield Fault(hair.path(f"primvars:{key}"), message)
+            yield hair.fault(f"primvars:{key}", message)
         count = len(value.ComputeFlattened(shape.time) or ())
         if shape.consistent and count != shape.size(interpolation):
             message = f"has {count} values, which {name} skips; {interpolation} takes {shape.size(interpolation)}"
-            yield Fault(hair.path(f"primvars:{key}"), message)
+            yield hair.fault(f"primvars:{key}", message)
 
 
 def widths(client: Client, hair: Track, name: str) -> Iterator[Fault]:
@@ -137,10 +137,10 @@ def widths(client: Client, hair: Track, name: str) -> Iterator[Fault]:
     curves = UsdGeom.Curves(hair.prim)
     interpolation = curves.GetWidthsInterpolation()
     if not curves.GetWidthsAttr().HasValue():
-        yield Fault(hair.path("widths"), f"has no value; {name} draws hair one centimetre or one unit thick")
+        yield hair.fault("widths", f"has no value; {name} draws hair one centimetre or one unit thick")
     elif interpolation not in client.widths:
         message = f"interpolation is {interpolation}, which {name} ignores; hair is too thick"
-        yield Fault(hair.path("widths"), f"{message}; use {' or '.join(client.widths)}")
+        yield hair.fault("widths", f"{message}; use {' or '.join(client.widths)}")
 
 
 def bases(client: Client, hair: Track, name: str) -> Iterator[Fault]:
@@ -149,7 +149,7 @@ def bases(client: Client, hair: Track, name: str) -> Iterator[Fault]:
     basis = curves.GetBasisAttr().Get()
     if curves.GetTypeAttr().Get() == TOKENS.cubic and basis not in client.bases:
         message = f"is {basis}, whose control points {name} draws as points of the curve"
-        yield Fault(hair.path("basis"), f"{message}; use {' or '.join(client.bases)}")
+        yield hair.fault("basis", f"{message}; use {' or '.join(client.bases)}")
 
 
 def guides(client: Client, hair: Track, name: str) -> Iterator[Fault]:
@@ -158,7 +158,7 @@ def guides(client: Client, hair: Track, name: str) -> Iterator[Fault]:
     marks, closest = (api.GetPrimvar(key) for key in ("groom_guide", "groom_closest_guides"))
     values = np.asarray(marks.ComputeFlattened(hair.first.time)) if marks.HasValue() else np.zeros(0)
     if client.guides and len(values) and values.dtype.kind in "iuf" and (values != 0).all():
-        yield Fault(hair.path("primvars:groom_guide"), f"marks all strands as guides, of which {name} draws none")
+        yield hair.fault("primvars:groom_guide", f"marks all strands as guides, of which {name} draws none")
     ids = api.GetPrimvar("groom_id")
     if client.guides and closest.HasValue() and ids.HasValue():
         named = np.asarray(closest.ComputeFlattened(hair.first.time)).ravel()
@@ -168,7 +168,7 @@ def guides(client: Client, hair: Track, name: str) -> Iterator[Fault]:
         if not np.isin(np.rint(named), known).all():
             lost = np.rint(named)[~np.isin(np.rint(named), known)][0]
             message = f"names the guide {lost:g}, which is not the groom_id of a guide"
-            yield Fault(hair.path("primvars:groom_closest_guides"), message)
+            yield hair.fault("primvars:groom_closest_guides", message)
 
 
 def bindings(client: Client, scene: Scene) -> Iterator[Fault]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 Severity = Literal["error", "warning"]
 
@@ -20,6 +20,11 @@ class Fault(NamedTuple):
     time: float | None = None
 
 
+def fault_of(item: Any, message: str, time: float | None = None) -> Fault:
+    """Return a fault of a prim or property."""
+    return Fault(str(item.GetPath()), message, time)
+
+
 class Rule(NamedTuple):
     """A rule for stages: an error breaks the picture, a warning breaks the use in other programs."""
 
@@ -30,15 +35,7 @@ class Rule(NamedTuple):
 
 @dataclass(frozen=True)
 class Finding:
-    """A rule that is broken at one place.
-
-    rule      name of the rule
-    path      of the layer, prim or attribute
-    time      first time code, or None
-    message   fault and remedy
-    severity  error or warning
-    count     number of faults at this path
-    """
+    """A rule that is broken at one place, by its name; `time` is the first time code, `count` the number of faults."""
 
     rule: str
     path: str

@@ -1,9 +1,4 @@
-"""Visible hair and meshes of a stage over time, one frame of one shape in memory at a time.
-
-A shape at one time as arrays, read once and checked by many rules.
-
-A shape over time, one frame of it in memory at a time.
-"""
+"""Visible hair and meshes of a stage over time, with one frame of one shape in memory at a time, and roots on skins."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -14,18 +9,35 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, Vt
 
 from hairpipe.errors import BadInput
+from hairpipe.formats.usd.check.finding import Fault
 from hairpipe.formats.usd.skeleton import Binding, find_bindings
-from hairpipe.formats.usd.stage import RENDERED, to_metres
+from hairpipe.formats.usd.stage import RENDERED, spaces_of, to_metres
 
 TOKENS = UsdGeom.Tokens
+TINY = np.finfo(np.float64).tiny
+REST = (2 / 3, 3 / 2)
+"""Accepted lengths at rest over those at the first time: a rest pose in the unit of the points."""
+OURS = ("primvars:hairId", "primvars:pref", "primvars:skinprim", "velocities")
+MANY = 20  # fewest curves that are hair
+OFF = 0.01  # of a strand's length: largest distance of a bound root from the skin
+LOOSE = 0.1  # the same of a root without an authored face, which may slide
+FAR = 20.0  # times that: distance from which a single root is a fault
+MOST = 0.5  # least share of strands with a valid face of a mesh
+PROBED = 64  # strands of which the nearest place is searched
+BLOCK = 1 << 17  # pairs of point and triangle in memory
 
 
 class Snapshot:
-    """Curves or a mesh at one time; an absent attribute, or one that is not an array of numbers, is None.
+    """Curves or a mesh at one time; an absent attribute, or one that is not an array of numbers, is None or empty.
 
-    curves  whether these are curves
-    code    time code, or None for constant shapes
+    curves    whether these are curves
+    code      time code, or None for constant shapes
+    points    (n, 3) float32, of the attribute `positions`
+    counts    vertex counts of curves or faces, (c,) int64
+    corners   points at the corners of the faces, (k,) int32
     """
+
+    positions = "points"
 
     def __init__(self, prim: Usd.Prim, time: Usd.TimeCode) -> None:
         self.prim = prim
@@ -34,9 +46,9 @@ class Snapshot:
         self.curves = prim.IsA(UsdGeom.BasisCurves)
         self._arrays: dict[str, np.ndarray | None] = {}
 
-    def path(self, name: str) -> str:
-        """Return the path of an attribute, for messages."""
-        return f"{self.prim.GetPath()}.{name}"
+    def fault(self, name: str, message: str, timed: bool = True) -> Fault:
+        """Return a fault of an attribute, at this time or at all times."""
+        return Fault(f"{self.prim.GetPath()}.{name}", message, self.code if timed else None)
 
     def array(self, name: str, columns: int = 1) -> np.ndarray | None:
         """Return a numeric array attribute, (n,) or (n, columns), as it is stored."""
@@ -50,76 +62,76 @@ class Snapshot:
 
     @cached_property
     def points(self) -> np.ndarray:
-        """Return positions, (n, 3) float32; empty where they are absent."""
-        points = self.array("points", 3)
+        points = self.array(self.positions, 3)
         return np.empty((0, 3), np.float32) if points is None else points
 
     @cached_property
     def counts(self) -> np.ndarray:
-        """Return the vertex counts of curves or faces, (c,) int64; empty where they are absent."""
         counts = self.array("curveVertexCounts" if self.curves else "faceVertexCounts")
         return np.empty(0, np.int64) if counts is None else counts.astype(np.int64)
 
     @cached_property
     def corners(self) -> np.ndarray:
-        """Return the points at the corners of the faces, (k,) int32; empty where they are absent."""
         corners = self.array("faceVertexIndices")
         return np.empty(0, np.int32) if corners is None else corners
 
     @cached_property
     def consistent(self) -> bool:
-        """Return whether counts and elements agree."""
+        """Whether counts and elements agree."""
         elements = self.points if self.curves else self.corners
         return bool(self.counts.sum() == len(elements) and (self.counts >= 0).all())
 
     @cached_property
     def sound(self) -> bool:
-        """Return whether these are curves of two or more points each, all finite."""
+        """Whether these are curves of two or more points each, all finite."""
         whole = self.curves and self.consistent and len(self.counts) and (self.counts > 1).all()
         return bool(whole and np.isfinite(self.points).all())
 
     @cached_property
+    def faces(self) -> bool:
+        """Whether this is a mesh with faces, all of existing points."""
+        whole = self.consistent and len(self.counts) and len(self.corners) and len(self.points)
+        return bool(whole and self.corners.min() >= 0 and self.corners.max() < len(self.points))
+
+    @cached_property
+    def triangles(self) -> bool:
+        """Whether all faces are triangles, and all points finite."""
+        return self.faces and bool((self.counts == 3).all() and np.isfinite(self.points).all())
+
+    @cached_property
     def world(self) -> np.ndarray:
-        """Return the matrix from the shape to the world, which acts on row vectors, (4, 4) float64."""
+        """Matrix to the world, which acts on row vectors, (4, 4) float64."""
         return np.array(UsdGeom.Xformable(self.prim).ComputeLocalToWorldTransform(self.time))
 
     @cached_property
     def placed(self) -> np.ndarray:
-        """Return positions in the world, (n, 3) float64."""
+        """Positions in the world, (n, 3) float64."""
         return self.points @ self.world[:3, :3] + self.world[3, :3]
 
     @cached_property
     def roots(self) -> np.ndarray:
-        """Return the index of the first point of every curve, (c,) int64."""
+        """Index of the first point of every curve, or corner of every face, (c,) int64."""
         return np.cumsum(self.counts) - self.counts
 
     @cached_property
     def tips(self) -> np.ndarray:
-        """Return the index of the last point of every curve, (c,) int64."""
+        """Index of the last point of every curve, (c,) int64."""
         return np.cumsum(self.counts) - 1
 
     @cached_property
     def segments(self) -> np.ndarray:
-        """Return the lengths of all segments of valid curves, one curve after the other, (n - c,) float64."""
+        """Lengths of all segments of valid curves, one curve after the other, (n - c,) float64."""
         steps = np.linalg.norm(np.diff(self.points.astype(np.float64), axis=0), axis=1)
         return np.delete(steps, self.tips[:-1])
 
     @cached_property
     def lengths(self) -> np.ndarray:
-        """Return the lengths of valid curves, (c,) float64."""
+        """Lengths of valid curves, (c,) float64."""
         return self.per_strand(np.add, self.segments)
 
     def per_strand(self, reduce: np.ufunc, values: np.ndarray) -> np.ndarray:
         """Reduce values of the segments, (n - c,), to one for every curve, (c,)."""
         return reduce.reduceat(values, self.roots - np.arange(len(self.counts)))
-
-    def per_strand_of_points(self, values: np.ndarray) -> np.ndarray:
-        """Return the sums of values of the points, (n,), over every curve, (c,)."""
-        return np.add.reduceat(values, self.roots)
-
-    def nearest_of_points(self, values: np.ndarray) -> np.ndarray:
-        """Return the least of the values of the points, (n,), of every curve, (c,)."""
-        return np.minimum.reduceat(values, self.roots)
 
     def size(self, interpolation: str) -> int:
         """Return the number of values of an interpolation."""
@@ -134,8 +146,10 @@ class Snapshot:
         return UsdGeom.BasisCurves(self.prim).ComputeVaryingDataSize(self.time)
 
 
-REST = (2 / 3, 3 / 2)
-"""Accepted lengths at rest over those at the first time: a rest pose in the unit of the points."""
+class RestShape(Snapshot):
+    """Hair at rest."""
+
+    positions = "primvars:pref"
 
 
 def notes_of(stage: Usd.Stage) -> dict[str, Any]:
@@ -159,9 +173,13 @@ class Track:
         """Return the shape at a time code, or a constant shape."""
         return Snapshot(self.prim, Usd.TimeCode.Default() if time is None else Usd.TimeCode(time))
 
-    def path(self, name: str) -> str:
-        """Return the path of an attribute, for messages."""
-        return f"{self.prim.GetPath()}.{name}"
+    def fault(self, name: str, message: str, time: float | None = None) -> Fault:
+        """Return a fault of an attribute."""
+        return Fault(f"{self.prim.GetPath()}.{name}", message, time)
+
+    def has(self, *names: str) -> bool:
+        """Return whether one of some attributes has an authored value."""
+        return any(self.prim.GetAttribute(name).HasAuthoredValue() for name in names)
 
     def __iter__(self) -> Iterator[Snapshot]:
         """Yield the shape at every time, read on demand."""
@@ -169,61 +187,48 @@ class Track:
 
     @cached_property
     def first(self) -> Snapshot:
-        """Return the shape at its first time."""
+        """The shape at its first time."""
         return self.at(self.times[0] if self.times else None)
 
     @cached_property
     def points(self) -> list[float]:
-        """Return the codes at which the points have samples."""
+        """Codes at which the points have samples."""
         return self.prim.GetAttribute("points").GetTimeSamples()
 
     @cached_property
-    def cuts(self) -> list[float]:
-        """Return the time codes at which the shot is cut, from our notes."""
-        cuts = notes_of(self.prim.GetStage()).get("cuts")
-        return [float(cut) for cut in cuts] if cuts and isinstance(cuts, Vt.IntArray) else []
+    def rate(self) -> float:
+        """Time codes per second."""
+        return self.prim.GetStage().GetTimeCodesPerSecond()
 
     def is_cut(self, before: Snapshot, after: Snapshot) -> bool:
-        """Return whether the shot is cut between two times."""
-        return any(before.time.GetValue() < cut <= after.time.GetValue() for cut in self.cuts)
+        """Return whether the shot is cut between two times, by our notes."""
+        cuts = notes_of(self.prim.GetStage()).get("cuts")
+        noted = cuts if cuts and isinstance(cuts, Vt.IntArray) else ()
+        return any(before.time.GetValue() < cut <= after.time.GetValue() for cut in noted)
 
     @property
     def moves(self) -> bool:
-        """Return whether its points have samples at more than one time."""
+        """Whether its points have samples at more than one time."""
         return len(self.points) > 1
 
     @cached_property
     def still(self) -> Snapshot | None:
-        """Return hair in its rest pose; None where rest pose or hair is missing or invalid."""
-        still = Still(self.prim, self.first.time)
+        """Hair in its rest pose; None where rest pose or hair is missing or invalid."""
+        still = RestShape(self.prim, self.first.time)
         return still if still.sound and self.first.sound else None
 
     @cached_property
     def growth(self) -> np.ndarray:
-        """Return the lengths of strands at rest over those at the first time, (c,); 1 where there is no rest."""
+        """Lengths of strands at rest over those at the first time, (c,); 1 where there is no rest."""
         if self.still is None:
             return np.ones(len(self.first.counts))
-        return self.still.lengths / np.maximum(self.first.lengths, np.finfo(np.float64).tiny)
+        return self.still.lengths / np.maximum(self.first.lengths, TINY)
 
     @cached_property
     def reference(self) -> Snapshot | None:
-        """Return hair in its own rest pose, else at its first time; None where it is invalid."""
+        """Hair in its own rest pose, else at its first time; None where it is invalid."""
         near = self.still is not None and REST[0] <= np.median(self.growth) <= REST[1]
         return self.still if near else self.first if self.first.sound else None
-
-
-class Still(Snapshot):
-    """Hair at rest."""
-
-    @cached_property
-    def points(self) -> np.ndarray:
-        """Return rest positions, (n, 3) float32."""
-        pref = self.array("primvars:pref", 3)
-        return np.empty((0, 3), np.float32) if pref is None else pref
-
-
-OURS = ("primvars:hairId", "primvars:pref", "primvars:skinprim", "velocities")
-MANY = 20  # fewest curves that are hair
 
 
 @dataclass(frozen=True)
@@ -233,18 +238,18 @@ class Scene:
     hair    curves of hair
     meshes  visible meshes
     skins   all meshes: the skin of hair may be invisible
-    roots   roots of hair on them, by its path, as far as they were searched
+    found   roots of hair on them, by its path, as far as they were searched
     """
 
     stage: Usd.Stage
     hair: list[Track]
     meshes: list[Track]
     skins: list[Track]
-    roots: dict[Sdf.Path, Any] = field(default_factory=dict)
+    found: "dict[Sdf.Path, Roots | None]" = field(default_factory=dict)
 
     @cached_property
     def bindings(self) -> dict[Sdf.Path, Binding]:
-        """Return the bindings of meshes to skeletons; none for invalid skeletons."""
+        """Bindings of meshes to skeletons; none for invalid skeletons."""
         try:
             return find_bindings(self.stage)
         except BadInput:
@@ -252,7 +257,7 @@ class Scene:
 
     @cached_property
     def metres(self) -> np.ndarray:
-        """Return the matrix from the world to metres with Y up, column vectors, (4, 4) float64."""
+        """Matrix from the world to metres with Y up, column vectors, (4, 4) float64."""
         return to_metres(self.stage)
 
     def place(self, mesh: Track, time: float | None) -> np.ndarray:
@@ -269,11 +274,26 @@ class Scene:
 
     def moves(self, mesh: Track) -> bool:
         """Return whether a mesh moves."""
-        above = [mesh.prim]
-        while above[-1].GetParent().IsA(UsdGeom.Xformable):
-            above.append(above[-1].GetParent())
-        turned = any(UsdGeom.Xformable(prim).TransformMightBeTimeVarying() for prim in above)
+        turned = any(space.TransformMightBeTimeVarying() for space in spaces_of(mesh.prim))
         return mesh.moves or turned or mesh.prim.GetPath() in self.bindings
+
+    def roots(self, hair: Track) -> "Roots | None":
+        """Find the roots of hair: on authored faces, else on the moving mesh that is nearest at the first time."""
+        path = hair.prim.GetPath()
+        if path not in self.found:
+            self.found[path] = self.authored_roots(hair) or self._nearest_roots(hair)
+        return self.found[path]
+
+    def authored_roots(self, hair: Track) -> "Roots | None":
+        """Find the mesh with the authored faces of the hair; the nearest of several."""
+        return _best([roots for mesh in self.skins if hair.first.sound and (roots := _authored_on(self, hair, mesh))])
+
+    def _nearest_roots(self, hair: Track) -> "Roots | None":
+        if not (hair.first.sound and hair.moves) or hair.first.array("primvars:skinprim") is not None:
+            return None
+        moving = [mesh for mesh in self.meshes if self.moves(mesh)]
+        meshes = moving or (self.meshes if len(self.meshes) == 1 else [])
+        return _best([roots for mesh in meshes if (roots := _nearest_on(self, hair, mesh))])
 
 
 def find_scene(stage: Usd.Stage) -> Scene:
@@ -281,8 +301,8 @@ def find_scene(stage: Usd.Stage) -> Scene:
     prims = list(stage.Traverse(Usd.TraverseInstanceProxies()))
     hair = [Track(prim) for prim in prims if prim.IsA(UsdGeom.BasisCurves) and _is_drawn(prim)]
     skins = [Track(prim) for prim in prims if prim.IsA(UsdGeom.Mesh)]
-    meshes = [track for track in skins if _is_drawn(track.prim)]
-    return Scene(stage, [track for track in hair if _is_hair(track)], meshes, skins)
+    hair = [track for track in hair if len(track.first.counts) >= MANY or track.has(*OURS)]  # not a wire or a rope
+    return Scene(stage, hair, [track for track in skins if _is_drawn(track.prim)], skins)
 
 
 def _is_drawn(prim: Usd.Prim) -> bool:
@@ -291,6 +311,113 @@ def _is_drawn(prim: Usd.Prim) -> bool:
     return bool(shown and image.ComputePurpose() in RENDERED)
 
 
-def _is_hair(track: Track) -> bool:
-    """Return whether curves are hair, not a wire or a rope: many curves, or curves with attributes of hair."""
-    return len(track.first.counts) >= MANY or any(track.prim.GetAttribute(name).HasAuthoredValue() for name in OURS)
+@dataclass(frozen=True)
+class Roots:
+    """Roots of strands on a mesh.
+
+    scene, hair, mesh  scene, hair of the roots, and mesh under them
+    strands            strands with known roots, (s,) int64
+    corners            points of the mesh around each root, (s, 3) int64
+    weights            of these, (s, 3) float64
+    authored           whether the file states the faces; else they are the nearest at the first time
+    """
+
+    scene: Scene
+    hair: Track
+    mesh: Track
+    strands: np.ndarray
+    corners: np.ndarray
+    weights: np.ndarray
+    authored: bool
+
+    def misses(self, hair: Snapshot, time: float | None, *, tips: bool = False) -> np.ndarray:
+        """Return the distances of the roots, or tips, of hair from the skin at a time, (s,) [scene units]."""
+        ends = (hair.tips if tips else hair.roots)[self.strands]
+        on_skin = np.einsum("sk,skx->sx", self.weights, self.scene.place(self.mesh, time)[self.corners])
+        return np.linalg.norm(hair.placed[ends] - on_skin, axis=1)
+
+    def far(self, hair: Snapshot, time: float | None) -> np.ndarray:
+        """Return the roots so far off their authored skin that a single one is a fault, (s,) bool."""
+        return self.authored & (self.misses(hair, time) > FAR * self.reach)
+
+    @cached_property
+    def reach(self) -> float:
+        """Largest accepted distance of a root from the skin [scene units]."""
+        hair = self.hair.first
+        ends = hair.placed[1:] - hair.placed[:-1]
+        length = np.median(hair.per_strand(np.add, np.delete(np.linalg.norm(ends, axis=1), hair.tips[:-1])))
+        return float(length) * (OFF if self.authored else LOOSE)
+
+
+def _best(found: list[Roots]) -> Roots | None:
+    misses = [np.median(roots.misses(roots.hair.first, roots.hair.first.code)) for roots in found]
+    return found[int(np.argmin(misses))] if found else None
+
+
+def _authored_on(scene: Scene, hair: Track, mesh: Track) -> Roots | None:
+    faces = hair.first.array("primvars:skinprim")
+    uv = hair.first.array("primvars:skinprimuv", 2)
+    skin = mesh.first
+    if faces is None or uv is None or not len(faces) == len(uv) == len(hair.first.counts) or not skin.triangles:
+        return None
+    known = (faces >= 0) & (faces < len(skin.counts))
+    if known.mean() < MOST:
+        return None
+    corners = skin.corners.reshape(-1, 3)[faces[known].astype(np.int64)]
+    inside = uv[known].astype(np.float64)  # so that weights sum to 1 also far from the origin
+    weights = np.column_stack([1 - inside.sum(axis=1), inside])
+    return Roots(scene, hair, mesh, np.flatnonzero(known), corners, weights, authored=True)
+
+
+def _nearest_on(scene: Scene, hair: Track, mesh: Track) -> Roots | None:
+    """Return the nearest places on a mesh to some of the roots at the first time of the hair."""
+    skin = mesh.first
+    if not skin.faces:
+        return None
+    strands = np.unique(np.linspace(0, len(hair.first.counts) - 1, PROBED).astype(np.int64))
+    points = scene.place(mesh, hair.first.code)
+    inner = np.maximum(skin.counts - 2, 0)  # triangles about the first corner of each face
+    step = np.arange(inner.sum()) - np.repeat(np.cumsum(inner) - inner, inner)
+    first = np.repeat(skin.roots, inner)
+    triangles = skin.corners[np.stack([first, first + step + 1, first + step + 2], axis=1)].astype(np.int64)
+    if not (np.isfinite(points).all() and len(triangles)):
+        return None
+    roots = hair.first.placed[hair.first.roots[strands]]
+    size = max(1, BLOCK // len(triangles))
+    found = [_nearest(roots[i : i + size], points[triangles]) for i in range(0, len(roots), size)]
+    face, weights = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return Roots(scene, hair, mesh, strands, triangles[face], weights, authored=False)
+
+
+def _nearest(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return for points (p, 3) the nearest of triangles (t, 3, 3), (p,) int64, and its corners' weights, (p, 3)."""
+    weights = _project(points[:, None], *np.moveaxis(triangles, 1, 0))
+    candidates = [np.where((weights >= 0).all(axis=-1, keepdims=True), weights, np.nan)]
+    candidates += [_on_edge(points[:, None], triangles, i, (i + 1) % 3) for i in range(3)]
+    stacked = np.stack(candidates)
+    places = np.einsum("kptc,tcx->kptx", stacked, triangles)
+    distances = np.nan_to_num(((places - points[:, None]) ** 2).sum(axis=-1), nan=np.inf)
+    best = distances.min(axis=0).argmin(axis=1)
+    kind = distances[:, np.arange(len(points)), best].argmin(axis=0)
+    return best, stacked[kind, np.arange(len(points)), best]
+
+
+def _project(points: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """Return the weights of the corners at the foot of the perpendicular; NaN for triangles without area."""
+    e, f, d = b - a, c - a, points - a
+    ee, ef, ff, de, df = ((one * other).sum(-1) for one, other in ((e, e), (e, f), (f, f), (d, e), (d, f)))
+    area = ee * ff - ef * ef
+    with np.errstate(divide="ignore", invalid="ignore"):
+        v, w = (ff * de - ef * df) / area, (ee * df - ef * de) / area
+    return np.stack([1 - v - w, v, w], axis=-1)
+
+
+def _on_edge(points: np.ndarray, triangles: np.ndarray, i: int, j: int) -> np.ndarray:
+    """Return the weights of the corners at the nearest point of the edge from corner i to j."""
+    start = triangles[:, i]
+    along = triangles[:, j] - start
+    share = np.clip(((points - start) * along).sum(-1) / np.maximum((along * along).sum(-1), TINY), 0, 1)
+    weights = np.zeros((*share.shape, 3))
+    weights[..., i] = 1 - share
+    weights[..., j] = share
+    return weights

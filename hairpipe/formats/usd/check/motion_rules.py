@@ -1,23 +1,91 @@
-"""Rules for velocities, which agree with the motion of the points, in units per second, and for accelerations."""
+"""Rules for motion: velocities in units per second that agree with the points, in sums and for single strands."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.formats.usd.check.finding import Fault, Rule
-from hairpipe.formats.usd.check.roots import find_roots
-from hairpipe.formats.usd.check.scene import Scene, Snapshot, Track
-from hairpipe.formats.usd.check.strand_motion import velocities_of_strands
+from hairpipe.formats.usd.check.finding import Fault
+from hairpipe.formats.usd.check.scene import TINY, Scene, Snapshot, Track
 
 MISFIT = 0.75  # largest relative difference of a step and its velocities, which are those of instants between
 SLIGHT = 0.1  # of the usual step: smaller steps are ignored
 EXACT = 0.015  # tolerance of the scale of all velocities, beyond their scatter
 BELONG = 0.3  # least correlation of velocities with the displacement of the points
 LATE = 0.25  # ratio of misfits from which velocities are those of another frame
-MOVES_NONE = "are not 0, but points stand still"
 ROUNDING = 64 * np.finfo(np.float32).eps  # of positions, in parts of the largest
 WILD = (0.2, 5.0)  # accelerations over the change of the velocities
+STILL = "are not 0, but points stand still"
+WHY = "of another unit or frame, or the shape accelerates within the frame, as hair from rest in a wind does"
+SCALE = (0.3, 3.0)  # the same of a single strand
+JUMP = 0.5  # of its length: largest deviation of all points of a strand from the motion of its velocities
+ALONE = 10.0  # times the usual deviation from which a strand jumps
+
+
+def velocities_of_strands(track: Track) -> Iterator[Fault]:
+    """Find strands with wrong velocities: 0 at one time or at all times, backwards, of another unit."""
+    authored = both = seen = np.zeros(0)
+    for before, now in _pairs(track):
+        lead = _lead(before, now)
+        way = now.points.astype(np.float64) - before.points
+        yield from _lost(track, before, way)
+        authored = _add(authored, np.add.reduceat((lead**2).sum(axis=1), now.roots))
+        both = _add(both, np.add.reduceat((lead * way).sum(axis=1), now.roots))
+        seen = _add(seen, np.add.reduceat((way**2).sum(axis=1), now.roots))
+    larger = np.maximum(authored, seen)
+    minded = larger > SLIGHT**2 * np.median(larger) if len(larger) else larger > 0
+    scale = np.sqrt(authored / np.maximum(seen, TINY))
+    wrong = minded & ((both < BELONG * np.sqrt(authored * seen)) | (scale < SCALE[0]) | (scale > SCALE[1]))
+    if wrong.any() and not wrong[minded].all():  # another rule reports all together
+        at = int(np.argmax(wrong))
+        turned = ", backwards" if both[at] < 0 else ""
+        message = f"of strand {at} carry it {scale[at]:.2g} times as far as it goes{turned}"
+        yield track.first.fault("velocities", f"{message}; {wrong.sum()} such strands")
+
+
+def _lost(track: Track, hair: Snapshot, way: np.ndarray) -> Iterator[Fault]:
+    """Find strands whose velocities are exactly 0 at a time at which they move, as the others do."""
+    speeds = np.abs(np.asarray(hair.array("velocities", 3))).max(axis=1)
+    still = np.maximum.reduceat(speeds, hair.roots) == 0.0
+    far = np.add.reduceat(np.linalg.norm(way, axis=1), hair.roots)
+    lost = still & (far > SLIGHT * np.median(far)) & (far > 0)
+    if lost.any() and not still.all():
+        yield hair.fault("velocities", f"of strand {np.argmax(lost)} are 0; {lost.sum()} such strands")
+
+
+def strand_jumps(scene: Scene) -> Iterator[Fault]:
+    """Find strands of which all points jump: to another strand, or to none."""
+    for track in scene.hair:
+        for before, now in _pairs(track):
+            misses = now.points.astype(np.float64) - before.points - _lead(before, now)
+            off = np.minimum.reduceat(np.linalg.norm(misses, axis=1), now.roots)
+            usual = max(float(np.median(off)), TINY)
+            jumped = (off > JUMP * before.lengths) & (off > ALONE * usual)
+            if jumped.any():
+                message = f"strand {np.argmax(jumped)} jumps by {off[np.argmax(jumped)]:.3g} from {before.code:g} on"
+                yield track.fault("points", f"{message}; {jumped.sum()} such strands", now.code)
+
+
+def _pairs(track: Track) -> Iterator[tuple[Snapshot, Snapshot]]:
+    """Yield pairs of consecutive samples of the same valid strands, with velocities at both."""
+    for before, now in pairwise(track.at(time) for time in track.points):
+        arrays = [shape.array("velocities", 3) for shape in (before, now)]
+        whole = all(a is not None and len(a) == len(now.points) and np.isfinite(a).all() for a in arrays)
+        alike = before.sound and now.sound and np.array_equal(before.counts, now.counts)
+        if alike and whole and not track.is_cut(before, now):
+            yield before, now
+
+
+def _lead(before: Snapshot, now: Snapshot) -> np.ndarray:
+    """Return the displacements by velocities from one sample to the next, (n, 3): (v0 + v1) / 2 dt."""
+    speeds = [np.asarray(shape.array("velocities", 3), np.float64) for shape in (before, now)]
+    rate = before.prim.GetStage().GetTimeCodesPerSecond()
+    return (speeds[0] + speeds[1]) / 2 * (now.time.GetValue() - before.time.GetValue()) / rate
+
+
+def _add(sums: np.ndarray, more: np.ndarray) -> np.ndarray:
+    return sums + more if len(sums) == len(more) else more
 
 
 class Sums(NamedTuple):
@@ -54,7 +122,7 @@ def velocity_match(scene: Scene) -> Iterator[Fault]:
         if track.moves and track.prim.GetAttribute("velocities").HasValue():
             message = next(_overall(track), "")
             if message:
-                yield Fault(track.path("velocities"), f"{message}; units per second are right", track.first.code)
+                yield track.first.fault("velocities", f"{message}; units per second are right")
             elif steps := list(_step_by_step(track)):
                 yield from steps
             elif track.first.curves:
@@ -68,7 +136,7 @@ def _overall(track: Track) -> Iterator[str]:
     """
     right, late, early = NONE, NONE, NONE
     authored_before = seen_before = None
-    rate = track.prim.GetStage().GetTimeCodesPerSecond()
+    rate = track.rate
     for trio in _trios(track):
         authored, seen = _simpson(trio, rate)
         right = right.add(authored, seen)
@@ -132,16 +200,13 @@ def _step_by_step(track: Track) -> Iterator[Fault]:
     for step in steps:
         larger = max(step.authored, step.seen)
         if step.misfit > max(MISFIT * larger, step.noise) and larger > SLIGHT * usual:
-            text = f"are {step.authored / step.seen:.2g} times the motion of the points" if step.seen else MOVES_NONE
-            why = (
-                "of another unit or frame, or the shape accelerates within the frame, as hair from rest in a wind does"
-            )
-            yield Fault(track.path("velocities"), f"{text} to {step.after:g}: {why}", step.code)
+            text = f"are {step.authored / step.seen:.2g} times the motion of the points" if step.seen else STILL
+            yield track.fault("velocities", f"{text} to {step.after:g}: {WHY}", step.code)
 
 
 def _steps(track: Track) -> Iterator[Step]:
     """Compare neighbours: (v0 + v1) / 2 = (x1 - x0) / (t1 - t0), up to the third derivative of x."""
-    rate = track.prim.GetStage().GetTimeCodesPerSecond()
+    rate = track.rate
     before = None
     for now in (track.at(time) for time in track.points):
         before = None if before is None or track.is_cut(before, now) else before
@@ -163,13 +228,13 @@ def velocities_missing(scene: Scene) -> Iterator[Fault]:
     for track in scene.hair:
         attribute = track.prim.GetAttribute("velocities")
         if track.moves and not attribute.HasValue():
-            yield Fault(track.path("velocities"), "has no value; moving hair needs them, in units per second")
+            yield track.fault("velocities", "has no value; moving hair needs them, in units per second")
         elif not track.moves and attribute.HasValue():
             yield from _frozen(track)
-        roots = find_roots(scene, track) if track.moves and attribute.HasValue() else None
+        roots = scene.roots(track) if track.moves and attribute.HasValue() else None
         if roots and roots.mesh.moves and not roots.mesh.prim.GetAttribute("velocities").HasValue():
             message = f"has no value, while {track.prim.GetPath()} on it has; what moves together is blurred together"
-            yield Fault(roots.mesh.path("velocities"), message)
+            yield roots.mesh.fault("velocities", message)
 
 
 def _frozen(track: Track) -> Iterator[Fault]:
@@ -181,7 +246,7 @@ def _frozen(track: Track) -> Iterator[Fault]:
     way = np.linalg.norm(speed, axis=1).max(initial=0) / stage.GetTimeCodesPerSecond()
     if way > EXACT * np.median(hair.lengths):
         span = f"{stage.GetStartTimeCode():g} to {stage.GetEndTimeCode():g}"
-        yield Fault(track.path("points"), f"has one value from {span}, but velocities that move it", hair.code)
+        yield hair.fault("points", f"has one value from {span}, but velocities that move it")
 
 
 def acceleration_match(scene: Scene) -> Iterator[Fault]:
@@ -189,7 +254,7 @@ def acceleration_match(scene: Scene) -> Iterator[Fault]:
     for track in scene.hair:
         sums = NONE
         before = None
-        rate = track.prim.GetStage().GetTimeCodesPerSecond()
+        rate = track.rate
         moves = track.moves and track.prim.GetAttribute("accelerations").HasValue()
         for now in (track.at(time) for time in track.points) if moves else ():
             arrays = [s.array(n, 3) for s in (before, now) if s is not None for n in ("velocities", "accelerations")]
@@ -199,11 +264,4 @@ def acceleration_match(scene: Scene) -> Iterator[Fault]:
             before = now
         if sums.seen > 0 and not (WILD[0] <= sums.scale <= WILD[1]):
             message = f"change the velocities {sums.authored**0.5 / sums.seen**0.5:.2g} times as much as they change"
-            yield Fault(track.path("accelerations"), f"{message}; units per second squared are right", track.first.code)
-
-
-RULES = (
-    Rule("velocity-match", "warning", velocity_match),
-    Rule("velocities", "warning", velocities_missing),
-    Rule("acceleration-match", "warning", acceleration_match),
-)
+            yield track.first.fault("accelerations", f"{message}; units per second squared are right")

@@ -1,13 +1,173 @@
-"""Rules for strands: constant lengths above 0, those of the groom at rest."""
+"""Rules for the curves of hair: counts, basis, widths, ids; constant lengths, those of the groom at rest."""
 
+import re
 from collections.abc import Iterator
 
 import numpy as np
 from pxr import UsdGeom
 
-from hairpipe.formats.usd.check.finding import Fault, Rule
-from hairpipe.formats.usd.check.roots import authored_roots
-from hairpipe.formats.usd.check.scene import REST, Scene, Snapshot, Track
+from hairpipe.formats.usd.check.finding import Fault, fault_of
+from hairpipe.formats.usd.check.scene import REST, TINY, TOKENS, Scene, Snapshot, Track
+
+IDS = re.compile(r"(?i)(^|[:_])((hair|strand|curve|groom)?_?ids?|[a-z]+Id)$")
+"""Names of ids of strands in other programs."""
+FAT = 20.0  # width of a strand that is too thick, over the median
+THICK = 1.5  # width of a tip that is too thick, over that of the root
+SMALLEST = {TOKENS.nonperiodic: 4, TOKENS.periodic: 3, TOKENS.pinned: 2}
+"""Fewest points of a cubic curve by its wrap mode."""
+
+
+def curve_counts(curves: Snapshot) -> Iterator[Fault]:
+    """Find curve counts that do not sum to the number of points."""
+    for name, columns in (("points", 3), ("curveVertexCounts", 1)):
+        if curves.array(name, columns) is None:
+            yield curves.fault(name, "has no value")
+            return
+    if not len(curves.counts):
+        yield curves.fault("curveVertexCounts", "is empty; there is no hair")
+    if not curves.consistent:
+        message = f"sums to {curves.counts.sum()}, but there are {len(curves.points)} points"
+        yield curves.fault("curveVertexCounts", message)
+
+
+def curve_length(curves: Snapshot) -> Iterator[Fault]:
+    """Find curves of too few points for their basis, which renderers drop."""
+    if not curves.consistent:
+        return
+    kind, basis, wrap = shape(curves)
+    least = SMALLEST.get(wrap, 2) if kind == TOKENS.cubic else 2
+    short = curves.counts < least
+    if kind == TOKENS.cubic and basis == TOKENS.bezier:
+        left = curves.counts % 3
+        short |= (left != 0) if wrap == TOKENS.periodic else (left != 1) | (curves.counts < 4)
+    if short.any():
+        first = int(np.argmax(short))
+        message = f"curve {first} has {curves.counts[first]} points, which makes no {wrap} {kind} {basis} curve"
+        yield curves.fault("curveVertexCounts", f"{message}; {short.sum()} such curves")
+
+
+def hair_basis(curves: Snapshot) -> Iterator[Fault]:
+    """Find curves that do not pass through their points, or leave the skin in some clients."""
+    kind, basis, wrap = shape(curves)
+    if kind == TOKENS.linear:
+        return
+    if basis != TOKENS.catmullRom:
+        far = f"passes them at up to {_gap(curves):.2g}" if basis == TOKENS.bspline and curves.sound else "misses them"
+        message = f"is {basis}: the curve {far}, which is right for control points; for simulated points use catmullRom"
+        yield curves.fault("basis", message)
+    if wrap != TOKENS.pinned:
+        yield curves.fault("wrap", f"is {wrap}, which ends before the root and the tip; use pinned")
+
+
+def _gap(curves: Snapshot) -> float:
+    """Return the largest distance of a uniform cubic B-spline from its inner control points, in their unit."""
+    points = curves.points.astype(np.float64)
+    inner = np.ones(max(len(points) - 2, 0), bool)
+    for ends in (curves.roots, curves.tips):
+        inner[ends[(ends > 0) & (ends < len(points) - 1)] - 1] = False
+    apart = np.linalg.norm(points[:-2] - 2.0 * points[1:-1] + points[2:], axis=1) / 6.0
+    return float(apart[inner].max(initial=0.0))
+
+
+def widths(curves: Snapshot) -> Iterator[Fault]:
+    """Find curves without a usable diameter: a missing one is drawn one unit thick."""
+    values = curves.array("widths")
+    if values is None or not len(values):
+        yield curves.fault("widths", "has no value; every hair is drawn one unit thick")
+    elif not (values > 0).any():
+        yield curves.fault("widths", "are all 0, so that nothing is drawn")
+    elif (values < 0).any():
+        yield curves.fault("widths", f"element {np.argmax(values < 0)} is negative")
+    elif curves.consistent:
+        interpolation = UsdGeom.Curves(curves.prim).GetWidthsInterpolation()
+        wanted = curves.size(interpolation)
+        if interpolation not in (TOKENS.vertex, TOKENS.constant):
+            message = f"interpolation is {interpolation}, which clients count differently; use vertex or constant"
+            yield curves.fault("widths", message)
+        elif len(values) != wanted:
+            yield curves.fault("widths", f"has {len(values)} elements; {interpolation} interpolation takes {wanted}")
+
+
+def taper(curves: Snapshot) -> Iterator[Fault]:
+    """Find hair that is thicker at its tip than at its root: widths in the opposite order of the points."""
+    values = curves.array("widths")
+    if values is None or not curves.sound or len(values) != len(curves.points):
+        return
+    roots, tips = values[curves.roots], values[curves.tips]
+    if np.median(tips) > THICK * max(np.median(roots), 0):
+        message = f"are {np.median(tips):.3g} at tips and {np.median(roots):.3g} at roots; they begin at the root"
+        yield curves.fault("widths", message)
+
+
+def uneven_widths(curves: Snapshot) -> Iterator[Fault]:
+    """Find strands that vanish between root and tip, and strands that are far thicker than the others."""
+    values = curves.array("widths")
+    if values is None or not curves.sound or len(values) != len(curves.points) or not np.isfinite(values).all():
+        return
+    inner = np.ones(len(values), bool)
+    inner[curves.tips] = False
+    gone = np.logical_or.reduceat(inner & (values == 0), curves.roots)
+    thick = np.maximum.reduceat(values, curves.roots)
+    fat = thick > FAT * np.median(thick)
+    if (values > 0).any() and gone.any():
+        message = f"of strand {np.argmax(gone)} are 0 before its tip; {gone.sum()} such strands, drawn in parts"
+        yield curves.fault("widths", message)
+    elif fat.any():
+        message = f"of strand {np.argmax(fat)} are {thick[np.argmax(fat)]:.3g}, others {np.median(thick):.3g}"
+        yield curves.fault("widths", f"{message}; {fat.sum()} such strands")
+
+
+def two_of_one(curves: Snapshot) -> Iterator[Fault]:
+    """Find primvars that some clients use in place of the attribute of the same name."""
+    for name in ("points", "widths", "velocities", "normals", "accelerations"):
+        primvar, own = (curves.prim.GetAttribute(n) for n in (f"primvars:{name}", name))
+        if primvar and primvar.HasAuthoredValue() and own.HasAuthoredValue():
+            yield fault_of(primvar, f"replaces {name} in some clients and not in others; keep one", curves.code)
+
+
+def hair_ids(curves: Snapshot) -> Iterator[Fault]:
+    """Find moving hair without ids, ids that are not integers, and repeated ids."""
+    attribute = curves.prim.GetAttribute("primvars:hairId")
+    ids = curves.array("primvars:hairId")
+    if not (attribute and attribute.HasValue()):
+        moves = curves.prim.GetAttribute("points").GetNumTimeSamples() > 1
+        if moves and not any(IDS.search(name) for name in curves.prim.GetAuthoredPropertyNames()):
+            message = "has no value; moving strands are identified by whole numbers, one per strand"
+            yield curves.fault("primvars:hairId", message, timed=False)
+        return
+    if ids is None or ids.dtype.kind == "f":
+        message = f"is of type {attribute.GetTypeName()}; whole numbers name strands, int[] is right"
+        yield curves.fault("primvars:hairId", message, timed=False)
+        return
+    names, first, seen = np.unique(ids, return_index=True, return_counts=True)
+    if (seen > 1).any():
+        twice = first[seen > 1].min()
+        message = f"{ids[twice]} names {seen[names == ids[twice]][0]} curves; {(seen > 1).sum()} such ids"
+        yield curves.fault("primvars:hairId", message)
+
+
+def lock_ids(curves: Snapshot) -> Iterator[Fault]:
+    """Find followers of a missing strand or of another follower: ids of other strands, or in another order."""
+    ids, followed = curves.array("primvars:hairId"), curves.array("primvars:lockId")
+    if ids is None or followed is None or not len(ids) == len(followed) == len(curves.counts):
+        return
+    unknown = ~np.isin(followed, ids)
+    leads = np.isin(ids, followed)
+    chained = leads & (followed != ids)
+    if unknown.any():
+        message = f"strand {np.argmax(unknown)} follows {followed[np.argmax(unknown)]}, which is not a hairId"
+        yield curves.fault("primvars:lockId", f"{message}; {unknown.sum()} such strands")
+    elif chained.any():
+        at = int(np.argmax(chained))
+        message = f"others follow {ids[at]}, which follows {followed[at]}; {chained.sum()} such of {leads.sum()}"
+        yield curves.fault("primvars:lockId", f"{message}, ids are in the order of the strands")
+
+
+def shape(curves: Snapshot) -> tuple[str, str, str]:
+    """Return type, basis and wrap, as authored or as the schema has it."""
+    prim = UsdGeom.BasisCurves(curves.prim)
+    return prim.GetTypeAttr().Get(), prim.GetBasisAttr().Get(), prim.GetWrapAttr().Get()
+
 
 COLLAPSED = 0.01  # of the median length
 COINCIDENT = 1e-3  # of a strand's mean segment
@@ -27,7 +187,6 @@ OTHERS, PARTED = 0.05, 3.0  # share of strands with other neighbours, and distan
 MANY = 500  # number of roots whose neighbours are found
 FEW = 8  # fewest places that define a lattice
 ON_LATTICE = 0.02  # tolerance of a lattice in single precision, over its step
-TINY = np.finfo(np.float64).tiny
 
 
 def collapsed(track: Track, hair: Snapshot) -> Iterator[Fault]:
@@ -38,10 +197,10 @@ def collapsed(track: Track, hair: Snapshot) -> Iterator[Fault]:
     alike = _coincident(hair)
     if short.any():
         message = f"strand {np.argmax(short)} has no length; {short.sum()} such, drop them or keep their shape"
-        yield Fault(track.path("points"), message, hair.code)
+        yield hair.fault("points", message)
     elif alike.any():
         message = f"points of strand {np.argmax(alike)} lie on each other; {alike.sum()} such strands"
-        yield Fault(track.path("points"), f"{message}, which have no direction there", hair.code)
+        yield hair.fault("points", f"{message}, which have no direction there")
 
 
 def _short(hair: Snapshot) -> np.ndarray:
@@ -67,7 +226,7 @@ def spikes(track: Track, hair: Snapshot) -> Iterator[Fault]:
     spiked = (hair.counts > LEAST) & (longest > SPIKE * others) & ~_short(hair)
     if spiked.mean() > SOME or (spiked & (longest > ALONE * others)).any():
         message = f"strand {np.argmax(spiked)} has a segment {SPIKE:g} times as long as its others"
-        yield Fault(track.path("points"), f"{message}; {spiked.sum()} such strands", hair.code)
+        yield hair.fault("points", f"{message}; {spiked.sum()} such strands")
 
 
 def zigzags(track: Track, hair: Snapshot) -> Iterator[Fault]:
@@ -92,7 +251,7 @@ def zigzags(track: Track, hair: Snapshot) -> Iterator[Fault]:
     found = np.unique(owners[begins[whole]])
     if len(found) > SOME * len(hair.counts):
         message = f"of strand {found[0]} alternate from side to side; {len(found)} such strands"
-        yield Fault(track.path("points"), f"{message}; points are in order, curls have 3 or more a turn", hair.code)
+        yield hair.fault("points", f"{message}; points are in order, curls have 3 or more a turn")
 
 
 def stretch(track: Track, hair: Snapshot) -> Iterator[Fault]:
@@ -103,7 +262,7 @@ def stretch(track: Track, hair: Snapshot) -> Iterator[Fault]:
     kept = ~(_short(hair) | _coincident(hair) | _short(track.first))
     ratio = float(np.median((hair.lengths / np.maximum(before.lengths, TINY))[kept])) if kept.any() else 1.0
     if not STRETCH[0] <= ratio <= STRETCH[1]:
-        yield Fault(track.path("points"), f"make strands {ratio:.3g} times as long as they were", hair.code)
+        yield hair.fault("points", f"make strands {ratio:.3g} times as long as they were")
         return
     parts = hair.segments / np.maximum(before.segments, TINY)
     minded = before.segments > SHORT * np.median(before.segments)
@@ -113,7 +272,7 @@ def stretch(track: Track, hair: Snapshot) -> Iterator[Fault]:
         torn = torn if torn.mean() > SOME else apart
         worst = hair.per_strand(np.maximum, np.where(minded, parts, 0))[np.argmax(torn)]
         message = f"stretch a segment of strand {np.argmax(torn)} to {worst:.2g} times its length"
-        yield Fault(track.path("points"), f"{message}; {torn.sum()} such strands", hair.code)
+        yield hair.fault("points", f"{message}; {torn.sum()} such strands")
 
 
 def widths_steady(track: Track, hair: Snapshot) -> Iterator[Fault]:
@@ -128,7 +287,7 @@ def widths_steady(track: Track, hair: Snapshot) -> Iterator[Fault]:
         message = (
             f"element {np.argmax(changed)} is {now[np.argmax(changed)]:.3g} and was {before[np.argmax(changed)]:.3g}"
         )
-        yield Fault(track.path("widths"), f"{message}; {changed.sum()} such, hair keeps its width", hair.code)
+        yield hair.fault("widths", f"{message}; {changed.sum()} such, hair keeps its width")
 
 
 def rounded(track: Track, hair: Snapshot) -> Iterator[Fault]:
@@ -138,7 +297,7 @@ def rounded(track: Track, hair: Snapshot) -> Iterator[Fault]:
     steps = [_lattice(hair.points[:, axis]) for axis in range(3)]
     if min(steps) > ROUGH * np.median(hair.segments):
         message = f"lie on a lattice of {min(steps):.2g}, {np.median(hair.segments) / min(steps):.2g} steps a segment"
-        yield Fault(track.path("points"), f"{message}; single precision is right", hair.code)
+        yield hair.fault("points", f"{message}; single precision is right")
 
 
 def _lattice(values: np.ndarray) -> float:
@@ -162,24 +321,24 @@ def rest(scene: Scene) -> Iterator[Fault]:
         apart = ((track.growth < OTHER[0]) | (track.growth > OTHER[1])) & ~_short(track.first)
         if not REST[0] <= ratio <= REST[1]:
             message = f"has strands {ratio:.3g} times as long as points has; it is in the unit of the points"
-            yield Fault(track.path("primvars:pref"), message)
+            yield track.fault("primvars:pref", message)
         elif apart.mean() > SOME:
             message = f"strand {np.argmax(apart)} is {track.growth[np.argmax(apart)]:.2g} times as long as in points"
-            yield Fault(track.path("primvars:pref"), f"{message}; {apart.sum()} such strands, are they others?")
+            yield track.fault("primvars:pref", f"{message}; {apart.sum()} such strands, are they others?")
         elif _is_reversed(track.first, track.still):
-            yield Fault(track.path("primvars:pref"), "has its tips where points has its roots; the root comes first")
+            yield track.fault("primvars:pref", "has its tips where points has its roots; the root comes first")
         elif _is_mirrored(track.first, track.still) and stands(scene, track):
-            yield Fault(track.path("primvars:pref"), "is a mirror image of points; mirror it back")
+            yield track.fault("primvars:pref", "is a mirror image of points; mirror it back")
         elif (others := _scrambled(track.first, track.still)) > OTHERS:
             message = (
                 f"{others:.0%} of strands have other neighbours there than in points: they belong to other strands"
             )
-            yield Fault(track.path("primvars:pref"), message)
+            yield track.fault("primvars:pref", message)
 
 
 def stands(scene: Scene, track: Track) -> bool:
     """Return whether hair is on a skin at its first time, or on an unknown one."""
-    roots = authored_roots(scene, track)
+    roots = scene.authored_roots(track)
     return roots is None or bool(np.median(roots.misses(track.first, track.first.code)) <= roots.reach)
 
 
@@ -189,7 +348,7 @@ def _without_rest(track: Track) -> Iterator[Fault]:
         for names in (("skinprim", "skinprimuv"), ("pref", "Pref", "rest"))
     )
     if bound and not rested:
-        yield Fault(track.path("primvars:pref"), "has no value; hair that is bound to a skin needs its rest pose")
+        yield track.fault("primvars:pref", "has no value; hair that is bound to a skin needs its rest pose")
 
 
 def _scrambled(hair: Snapshot, still: Snapshot) -> float:
@@ -230,14 +389,3 @@ def _unlike(these: np.ndarray, those: np.ndarray) -> float:
     left, _, right = np.linalg.svd(a.T @ b)
     turn = left @ np.diag([1, 1, np.linalg.det(left @ right)]) @ right
     return float(np.sqrt(((a @ turn - b) ** 2).sum(axis=1).mean()))
-
-
-FRAME_RULES = (
-    Rule("collapsed", "error", collapsed),
-    Rule("spike", "warning", spikes),
-    Rule("zigzag", "warning", zigzags),
-    Rule("stretch", "error", stretch),
-    Rule("widths-steady", "warning", widths_steady),
-    Rule("rounded", "warning", rounded),
-)
-RULES = (Rule("rest", "error", rest),)
