@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from hairpipe.body.scalp import Scalp
 from hairpipe.engine import node
-from hairpipe.formats.animated_meshes import list_parts
+from hairpipe.formats.registry import list_parts, suffixes_of
 from hairpipe.plain_file import Absent
 from hairpipe.units import Interval, Metres, Reads, Suffixes
 from hairpipe.values import Body
@@ -14,9 +14,7 @@ from hairpipe.values import Body
 @node(frames="once")
 def load_body(
     *,
-    file: Annotated[
-        Path, Suffixes((".obj", ".usd", ".usda", ".usdc", ".usdz", ".gltf", ".glb", ".abc", ".ply")), Reads(list_parts)
-    ],
+    file: Annotated[Path, Suffixes(suffixes_of("body")), Reads(list_parts)],
     group: str | None = None,
     skeleton: Path | None = None,
     weights: Path | None = None,
@@ -44,7 +42,7 @@ def load_body(
     scalp      hairline that defines the map "scalp"; if absent, the map of the file
     """
     from hairpipe.body.preparation import prepare
-    from hairpipe.formats.bodies import read_body
+    from hairpipe.formats.registry import read_body
     from hairpipe.levelset.facing import turned_outward
 
     body = read_body(file, group=group, skeleton=skeleton, weights=weights, time=time_code, absent=absent)

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from hairpipe.engine import node
-from hairpipe.formats.animated_meshes import list_parts
+from hairpipe.formats.registry import list_parts, suffixes_of
 from hairpipe.groom.resampling import SHORTEST
 from hairpipe.plain_file import Absent
 from hairpipe.units import Ge, Gt, Interval, Metres, Reads, Suffixes
@@ -15,11 +15,7 @@ from hairpipe.values import Body, Groom
 def load_groom(
     scalp: Body,
     *,
-    file: Annotated[
-        Path,
-        Suffixes((".usd", ".usda", ".usdc", ".usdz", ".abc", ".hair", ".data", ".bin", ".ply", ".obj", ".tfx")),
-        Reads(list_parts),
-    ],
+    file: Annotated[Path, Suffixes(suffixes_of("strands")), Reads(list_parts)],
     unit: Annotated[Metres, Gt(0.0)] = 1.0,
     up: Literal["y", "z"] = "y",
     time_code: float | None = None,
@@ -63,7 +59,7 @@ def load_groom(
                     file
     """
     from hairpipe.errors import BadInput
-    from hairpipe.formats.strand_files import read_strands
+    from hairpipe.formats.registry import read_strands
     from hairpipe.groom.importing import adopt, selected
     from hairpipe.groom.resampling import Cut
 

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from hairpipe.engine import Cuts, First, Time, node
-from hairpipe.formats.animated_meshes import SUFFIXES, list_files
+from hairpipe.formats.registry import list_files, suffixes_of
 from hairpipe.plain_file import Absent
 from hairpipe.units import Gt, Interval, Metres, Reads, Suffixes
 from hairpipe.values import Body, Mesh
@@ -17,7 +17,7 @@ def load_mesh_cache(
     rest: Body | None = None,
     first: First = First(1001),  # noqa: B008 - a number
     *,
-    file: Annotated[Path, Suffixes(SUFFIXES), Reads(list_files)],
+    file: Annotated[Path, Suffixes(suffixes_of("meshes")), Reads(list_files)],
     group: str | None = None,
     clip: str | None = None,
     unit: Annotated[Metres, Interval(ge=1e-6, le=1e6)] = 1.0,
@@ -50,7 +50,7 @@ def load_mesh_cache(
     """
     from hairpipe.body.preparation import follow
     from hairpipe.formats.animated_meshes import AT, Instant
-    from hairpipe.formats.animation_files import read_moving
+    from hairpipe.formats.registry import read_moving
 
     def elapsed(frame: int) -> float:
         return (frame - (AT if at is None else at)) / time.fps * speed

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from hairpipe.engine import Cuts, First, Time, node
-from hairpipe.formats.animated_meshes import GLTF, USD, list_files
+from hairpipe.formats.registry import list_files, suffixes_of
 from hairpipe.plain_file import Absent
 from hairpipe.units import Degrees, Ge, Gt, Metres, Reads, Seconds, Suffixes
 from hairpipe.values import Body, Pose
@@ -17,7 +17,7 @@ def load_motion(
     cuts: Cuts,
     first: First = First(1001),  # noqa: B008 - a number
     *,
-    file: Annotated[Path, Suffixes((".bvh", *GLTF, *USD)), Reads(list_files)],
+    file: Annotated[Path, Suffixes(suffixes_of("motion")), Reads(list_files)],
     clip: str | None = None,
     group: str | None = None,
     at: int | None = None,
@@ -60,9 +60,9 @@ def load_motion(
     """
     from hairpipe.body.posing import Playback, approach, pose_at
     from hairpipe.formats.animated_meshes import AT, Instant
-    from hairpipe.formats.animation_files import recall_joints
     from hairpipe.formats.bvh import recall_bvh
-    from hairpipe.formats.joint_motion import clip_of, pose_of, sample_pose, start_of, weighted
+    from hairpipe.formats.registry import recall_joints
+    from hairpipe.formats.rigging import clip_of, pose_of, sample_pose, start_of, weighted
 
     def elapsed(frame: int) -> float:
         since = (frame - anchor) / time.fps

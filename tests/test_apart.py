@@ -16,7 +16,7 @@ import pytest
 from hairpipe import apart, child
 from hairpipe.apart import work_apart
 from hairpipe.errors import BadInput
-from hairpipe.formats.usd.meshes import read_body, read_curves
+from hairpipe.formats.registry import read_body, read_strands
 from hairpipe.formats.usd.stage import check_file
 
 from .sources import HOME
@@ -81,7 +81,7 @@ work_apart(bytearray, 1 << 40)
 def test_a_death_is_bad_input(tmp_path: Path) -> None:
     path = tmp_path / "deep.usda"
     path.write_text("#usda 1.0\n" + 'def Xform "a" {' * 200_000 + "}" * 200_000)
-    for read in (read_body, read_curves):
+    for read in (read_body, lambda path: read_strands(path, 1.0, "y", None)):
         with pytest.raises(BadInput, match=r"deep\.usda: the reader crashes on the file \(SIG"):
             read(path)
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.formats.bodies import read_body
 from hairpipe.formats.bvh import read_bvh
 from hairpipe.formats.hdf5 import read
 from hairpipe.formats.makehuman import read_weights
 from hairpipe.formats.pictures import read_image, read_picture
+from hairpipe.formats.registry import read_body
 from hairpipe.formats.tfx import read_tfx
 from hairpipe.formats.usd.stage import open_stage
 from hairpipe.formats.vdb_read import inspect

@@ -11,9 +11,8 @@ import numpy as np
 
 from hairpipe.apart import recall
 from hairpipe.errors import BadInput
-from hairpipe.formats.animated_meshes import Instant, Points, Shape, join_shapes, read_at, sampled
-from hairpipe.formats.polygons import triangulate, warn_of_unused
-from hairpipe.formats.rigging import warn_of_cage
+from hairpipe.formats.animated_meshes import Instant, Points, read_at, sampled
+from hairpipe.formats.polygons import Polygons, join_polygons, triangulate, warn_of_cage, warn_of_unused
 from hairpipe.plain_file import checked_size
 from hairpipe.values import Mesh
 
@@ -21,7 +20,7 @@ EXACT = 1e-6
 """Distance from a sample at which a time is the sample [s]."""
 
 
-def read(path: Path, group: str | None, instant: Instant | None) -> Shape:
+def read(path: Path, group: str | None, instant: Instant | None) -> Polygons:
     """Read the visible meshes of a file at an instant, or without velocities at the first sample for None.
 
     group  path of an object, or a pattern of paths, to read with all below; None for all
@@ -38,7 +37,7 @@ def read(path: Path, group: str | None, instant: Instant | None) -> Shape:
         raise BadInput(what, where=path, right="a file in the format Ogawa") from None
 
 
-def read_rest(path: Path, group: str | None) -> Shape:
+def read_rest(path: Path, group: str | None) -> Polygons:
     """Read the visible meshes of a file at the first sample; see `read`."""
     return read(path, group, None)
 
@@ -53,7 +52,7 @@ def import_alembic(path: Path) -> Any:
 
 
 class AlembicMeshes:
-    """Samples of the meshes of a file, a `Source` of `animated_meshes.py`; time codes are frames of the shot.
+    """Samples of the meshes of a file, see `animated_meshes.Samples`; time codes are frames of the shot.
 
     Raises BadInput where there are no meshes; warns of other shapes.
     """
@@ -88,12 +87,10 @@ class AlembicMeshes:
             warnings.warn(f"{self.path} {item.getFullName()}, {why}, is not read", stacklevel=2)
         return None
 
-    def shape(self, sample: int) -> Shape:
-        """Read the triangles at a sample, and all points there."""
-        return join_shapes([piece.shape(self.seconds[sample]) for piece in self.pieces])
+    def shape(self, sample: int) -> Polygons:
+        return join_polygons([piece.shape(self.seconds[sample]) for piece in self.pieces])
 
     def sample(self, sample: int) -> list[Points]:
-        """Read the points of the meshes at a sample; BadInput where polygons are not those of the first one."""
         return [piece.sample(self.seconds[sample]) for piece in self.pieces]
 
 
@@ -121,7 +118,7 @@ class Piece:
         """Return the times of all samples of points and transforms [s]."""
         return [times_of(schema).tolist() for schema in (self.schema, *self.spaces)]
 
-    def shape(self, time: float) -> Shape:
+    def shape(self, time: float) -> Polygons:
         """Read the triangles and points at a time; BadInput where counts, indices and points do not agree."""
         sizes, corners = self.polygons
         points = self.sample(time)[0]
@@ -139,7 +136,7 @@ class Piece:
         chosen = triangulate(points[corners], sizes)[:, ::-1]  # Alembic winds polygons clockwise
         uv = self._coordinates(len(points))
         mesh = Mesh(points, np.ascontiguousarray(corners[chosen], np.int32), uv=None if uv is None else uv[chosen])
-        return Shape(mesh, np.repeat(np.arange(len(sizes)), sizes - 2))
+        return Polygons(mesh, np.repeat(np.arange(len(sizes)), sizes - 2))
 
     def sample(self, time: float) -> Points:
         """Read points and velocities at a time, linear between samples; BadInput where polygons have changed."""

@@ -1,30 +1,19 @@
 """An animated mesh at one instant, from the samples around it, which are read one by one.
 
-Interpolation of samples in time: weights of the samples around an instant.
-
 Between two samples points follow the cubic through both with the velocities there (Hermite). Velocities are those of
 the file or, without any, the slope of the parabola through three samples: those before, at and after a sample, and the
 nearest three at a cut and at an end. A value depends on two samples to either side of its instant, and on no others.
-
-Files of an animated mesh: a numbered sequence, the layers and value clips of a stage, or buffers of glTF.
 """
 
-import os
-import re
 import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.formats.gltf import SUFFIXES as GLTF
-from hairpipe.formats.gltf import list_files as list_buffers
-from hairpipe.formats.gltf import named
-from hairpipe.formats.polygons import merge_meshes
-from hairpipe.plain_file import stamp_of
+from hairpipe.formats.polygons import Polygons
 from hairpipe.values import Mesh
 
 SLACK = 1e-3
@@ -57,13 +46,11 @@ class Take(NamedTuple):
 
 
 def take_at(times: np.ndarray, at: float, cuts: Sequence[tuple[float, float]]) -> Take:
-    """Return the samples of the take that holds an instant; pure.
+    """Return the samples of the take that holds an instant; BadInput where it has none. Pure.
 
     times  of the samples, ascending [s], (n,)
     cuts   instants of the last frame before each cut and of the first one after it, ascending [s]; samples between the
            two belong to neither take
-
-    Raises BadInput where a take has no sample.
     """
     starts = [after - SLACK * (after - before) for before, after in cuts if after <= at]
     ends = [before + SLACK * (after - before) for before, after in cuts if after > at]
@@ -111,7 +98,7 @@ def stencil_at(times: np.ndarray, at: float, cuts: Sequence[tuple[float, float]]
 
 
 class _Table:
-    """Sums of weights by sample."""
+    """Sums of weights by sample, (2, 2) each, see `Stencil`."""
 
     def __init__(self) -> None:
         self.weights: dict[int, np.ndarray] = {}
@@ -132,16 +119,12 @@ class _Table:
             self.add(one, slope * weights)
 
     def stencil(self) -> Stencil:
-        """Return the sums in the order of the samples."""
         samples = sorted(self.weights)
         return Stencil(np.array(samples), np.array([self.weights[sample] for sample in samples]))
 
 
 def slopes(times: np.ndarray, at: float) -> np.ndarray:
-    """Return the weights of values in the slope at an instant of the polynomial through them, (n,); pure.
-
-    times  of the values, one to three [s], (n,)
-    """
+    """Return the weights of values at one to three times [s] in the slope at an instant of the polynomial, (n,)."""
     powers = np.arange(len(times))
     ahead = np.vander(times - at, increasing=True)
     return np.linalg.solve(ahead.T, (powers == 1).astype(float)) if len(times) > 1 else np.zeros(1)
@@ -159,7 +142,7 @@ SLOW, ALIKE = 0.01, 0.5
 class Instant:
     """What is read from an animated mesh.
 
-    start       time code of the file at the frame `at`, see `Source.rate`; None for that of `place`
+    start       time code of the file at the frame `at`, see `Samples.rate`; None for that of `place`
     elapsed     time since then [s]
     cuts        the same of the last frame before each cut, and of the first after it, ascending [s]
     at          a frame of the shot
@@ -181,49 +164,30 @@ class Instant:
     speed: float = 1.0
 
 
-class Shape(NamedTuple):
-    """Triangles of a mesh: those of each polygon follow each other.
-
-    mesh    at one sample [m or file units]
-    owners  polygon of every triangle, (m,) int64
-    """
-
-    mesh: Mesh
-    owners: np.ndarray
-
-
-def join_shapes(shapes: Sequence[Shape]) -> Shape:
-    """Return the triangles of several meshes as one."""
-    firsts = np.cumsum([0] + [shape.owners.max(initial=-1) + 1 for shape in shapes])
-    owners = [shape.owners + first for shape, first in zip(shapes, firsts, strict=False)]
-    return Shape(merge_meshes([shape.mesh for shape in shapes]), np.concatenate(owners))
-
-
 Points = tuple[np.ndarray, np.ndarray | None]
-"""Points of a piece [m or file units] and their velocities [1/s], (n, 3) float64 each, None for a piece without any."""
+"""Points of a mesh [m or file units] and their velocities [1/s], (n, 3) float64 each, None for a mesh without any."""
 
 
-class Source(Protocol):
-    """Samples of an animated mesh, which consists of pieces with the same points at all times.
+class Samples(Protocol):
+    """Samples of an animated mesh, which consists of meshes with the same points at all times.
 
     codes  time codes of the samples, ascending, (t,) float64
     rate   time codes per second [1/s]
+    own    whether the samples of each mesh have velocities
     """
 
     codes: np.ndarray
     rate: float
 
     @property
-    def own(self) -> Sequence[bool]:
-        """Whether the samples of each piece have velocities."""
-        ...
+    def own(self) -> Sequence[bool]: ...
 
-    def shape(self, sample: int) -> Shape:
+    def shape(self, sample: int) -> Polygons:
         """Read the triangles at a sample, and all points there; BadInput where they are invalid."""
         ...
 
     def sample(self, sample: int) -> list[Points]:
-        """Read the points of the pieces at a sample; BadInput where they are invalid, or polygons have changed."""
+        """Read the points of the meshes at a sample; BadInput where they are invalid, or polygons have changed."""
         ...
 
 
@@ -260,10 +224,7 @@ def frames_of(codes: np.ndarray, rate: float, instant: Instant, start: float) ->
 def _warn_of_times(
     codes: np.ndarray, rate: float, instant: Instant, start: float, written: Callable[[float], float]
 ) -> None:
-    """Warn where times of file and shot do not meet, with the settings that make them meet.
-
-    written  value of the setting `start` for a time code
-    """
+    """Warn where times of file and shot do not meet, with the settings that make them meet."""
     first, last = (f"{round(frame, 2):g}" for frame in frames_of(codes, rate, instant, start))
     gaps = np.diff(codes) / rate
     apart = float(np.median(gaps))
@@ -286,7 +247,7 @@ def _warn_of_times(
         warnings.warn(f"{message} ({right})", stacklevel=3)
 
 
-def read_at(source: Source, instant: Instant, written: Callable[[float], float] = float) -> Shape:
+def read_at(source: Samples, instant: Instant, written: Callable[[float], float] = float) -> Polygons:
     """Return the mesh at an instant, with velocities: no more samples than one are in memory at a time.
 
     Warns where velocities of the file are not those of its points, and where its times do not meet those of the shot.
@@ -310,21 +271,18 @@ def read_at(source: Source, instant: Instant, written: Callable[[float], float] 
         first = 0
         for given, has in zip(source.sample(sample), own, strict=True):
             part = slice(first, first := first + len(given[0]))
-            for kind in {has, False}:
-                used = stencils[kind].weights[stencils[kind].samples == sample]
-                for weights in used:
-                    if kind == has:
-                        add(points[part], weights[0], given)
-                        add(velocities[part], weights[1], given)
-                    if kind is False:
-                        add(slopes[part], weights[1], given)
+            for weights in stencils[has].weights[stencils[has].samples == sample]:
+                _add(points[part], weights[0], given)
+                _add(velocities[part], weights[1], given)
+            for weights in stencils[False].weights[stencils[False].samples == sample]:
+                _add(slopes[part], weights[1], given)
     if any(own):
         _compare(velocities, slopes)
     mesh = shape.mesh
-    return Shape(Mesh(points, mesh.triangles, instant.speed * velocities, mesh.uv), shape.owners)
+    return Polygons(Mesh(points, mesh.triangles, instant.speed * velocities, mesh.uv), shape.owners)
 
 
-def add(sums: np.ndarray, weights: np.ndarray, given: Points) -> None:
+def _add(sums: np.ndarray, weights: np.ndarray, given: Points) -> None:
     """Add the weighted points and velocities of a sample to sums (n, 3), in place."""
     for weight, values in zip(weights, given, strict=True):
         if weight != 0.0 and values is not None:
@@ -337,100 +295,3 @@ def _compare(velocities: np.ndarray, slopes: np.ndarray) -> None:
     if max(sizes[:2]) > SLOW and sizes[2] > ALIKE * max(sizes[:2]):
         what = "velocities of the file are not those of its points, which may mean units per frame"
         warnings.warn(f'{what} (velocities = "samples" computes them from the points)', stacklevel=3)
-
-
-USD = (".usd", ".usda", ".usdc", ".usdz")
-NUMBERED = (".obj", ".ply")
-ALEMBIC = ".abc"
-SUFFIXES = (*USD, ALEMBIC, *GLTF, *NUMBERED)
-MARK = re.compile(r"#+")
-LAST_NUMBER = re.compile(r"\d+(?=\.\w+$)")
-Stamps = dict[str, tuple[int, ...]]
-
-_known: dict[Path, tuple[Stamps, dict[str, Path]]] = {}
-"""Files of stages, with the stamps of these and of their folders: as long as all are unchanged, so is the list.
-
-Files that do not exist have stamps, too: the stage is composed of them as soon as they do.
-"""
-
-
-def list_files(path: Path) -> dict[str, Path]:
-    """Return the files that are read for a path, by their names; one alone has none.
-
-    Those of a sequence such as `mesh.####.obj` are named by their numbers, those of a stage by relative paths.
-
-    Raises BadInput where there are none, or where a stage cannot be read.
-    """
-    if is_sequence(path):
-        return {str(number): file for number, file in numbered(path).items()}
-    return list_parts(path)
-
-
-def list_parts(path: Path) -> dict[str, Path]:
-    """Return the files of a mesh, hair or motion that is not a sequence, as of `list_files`."""
-    return list_layers(path) if path.suffix.lower() in USD and path.is_file() else list_buffers(path)
-
-
-def is_sequence(path: Path) -> bool:
-    """Whether a path is that of a numbered sequence; one without a mark for the number is that of a still mesh."""
-    return path.suffix.lower() in NUMBERED and MARK.search(path.name) is not None
-
-
-def numbered(path: Path) -> dict[int, Path]:
-    """Return the files of a sequence in the order of their numbers, which replace the only `####` of the name.
-
-    Numbers may be longer than the mark, and negative. Links are followed to files of the same suffix.
-
-    Raises BadInput where there are none, two of one number, or a link to a file of another suffix.
-    """
-    marks = list(MARK.finditer(path.name))
-    if len(marks) != 1:
-        right = f"one mark for the number, such as {path.stem}.####{path.suffix}"
-        raise BadInput(f"the name of a sequence has {len(marks)} marks", where=path, right=right)
-    found: dict[int, Path] = {}
-    for match in matches(path):
-        number = int(match[1])
-        if number in found:
-            what = f"{match[0]} and {found[number].name} have the same number"
-            raise BadInput(what, where=path, right="one file for each number")
-        found[number] = path.parent / match[0]
-        target = Path(os.path.realpath(found[number]))
-        if target.suffix.lower() != path.suffix.lower():
-            what = f"the file is a link to {target}"
-            raise BadInput(what, where=found[number], right=f"a link to a {path.suffix} file, or no link")
-    if not found:
-        right = f"files such as {MARK.sub(f'{1001:0{len(marks[0][0])}d}', path.name)}"
-        raise BadInput("the sequence has no files", where=path, right=right)
-    return dict(sorted(found.items()))
-
-
-def matches(path: Path) -> list[re.Match[str]]:
-    """Match the names in the folder with that of a sequence, which has one mark; the group is the number."""
-    before, mark, after = re.split(f"({MARK.pattern})", path.name)
-    pattern = re.compile(rf"{re.escape(before)}(-?\d{{{len(mark)},}}){re.escape(after)}")
-    names = sorted(file.name for file in path.parent.iterdir()) if path.parent.is_dir() else []
-    return [match for match in map(pattern.fullmatch, names) if match]
-
-
-def alone(path: Path) -> dict[int, Path]:
-    """Return one file as a sequence of one; warns where it is one of several numbered files."""
-    sequence = path.with_name(LAST_NUMBER.sub(lambda number: "#" * len(number[0]), path.name))
-    count = len(matches(sequence)) if is_sequence(sequence) else 1
-    if count > 1:
-        message = f"{path} is one of {count} numbered files, and holds still: {sequence.name} reads all of them"
-        warnings.warn(message, stacklevel=2)
-    return {0: path}
-
-
-def list_layers(path: Path) -> dict[str, Path]:
-    """Return the existing files that a stage is composed of, and those of its value clips, by relative paths."""
-    known = _known.get(path)
-    if known is None or any(stamp_of(file) != stamp for file, stamp in known[0].items()):
-        from hairpipe.apart import work_apart
-        from hairpipe.formats.usd.layer_files import list_files as composed
-        from hairpipe.formats.usd.layer_files import with_folders
-
-        found = work_apart(composed, path)
-        stamps = {str(place): stamp_of(str(place)) for place in with_folders(found)}
-        _known[path] = known = stamps, named(path, [file for file in found if file.exists()])
-    return known[1]

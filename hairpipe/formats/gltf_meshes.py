@@ -1,11 +1,6 @@
-"""Meshes of a glTF file, with skins and morph targets, as samples of an animated mesh.
-
-Nodes of a glTF file over time: their transforms, and the weights of morph targets.
-"""
+"""Meshes, bodies and motion of glTF files: skins and morph targets."""
 
 import warnings
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,212 +9,12 @@ import numpy as np
 
 from hairpipe.apart import recall
 from hairpipe.errors import BadInput
-from hairpipe.formats.animated_meshes import Instant, Points, Shape, join_shapes, read_at
+from hairpipe.formats.animated_meshes import Instant, Points, read_at
 from hairpipe.formats.gltf import Document
-from hairpipe.formats.polygons import warn_of_unused
-from hairpipe.values import Mesh
-
-WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}
-REST = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0)}
-
-
-class Track(NamedTuple):
-    """Keys of one property of a node.
-
-    times   ascending [s], (k,)
-    values  (k, c); of a cubic (k, 3, c): tangent before, value, tangent after
-    kind    LINEAR, STEP or CUBICSPLINE
-    """
-
-    times: np.ndarray
-    values: np.ndarray
-    kind: str
-
-    def at(self, time: float, turns: bool) -> np.ndarray:
-        """Return the value at a time, (c,); rotations are quaternions (x, y, z, w) of length 1."""
-        times = self.times
-        held = self.values[:, 1] if self.kind == "CUBICSPLINE" else self.values
-        k = int(np.searchsorted(times, time, side="right")) - 1
-        if k < 0 or k >= len(times) - 1:
-            return unit(held[0 if k < 0 else -1], turns)
-        span = times[k + 1] - times[k]
-        share = (time - times[k]) / span
-        if self.kind == "STEP" or share == 0.0:
-            return unit(held[k], turns)
-        if self.kind == "CUBICSPLINE":
-            square = share * share
-            cube = square * share
-            weights = 2 * cube - 3 * square + 1, span * (cube - 2 * square + share), 3 * square - 2 * cube
-            _, first, leaving = self.values[k]
-            arriving, second, _ = self.values[k + 1]
-            sums = weights[0] * first + weights[1] * leaving + weights[2] * second + span * (cube - square) * arriving
-            return unit(sums, turns)
-        return slerp(held[k], held[k + 1], share) if turns else (1.0 - share) * held[k] + share * held[k + 1]
-
-
-def unit(values: np.ndarray, turns: bool) -> np.ndarray:
-    """Return values, those of a rotation with length 1."""
-    return values / max(float(np.linalg.norm(values)), 1e-30) if turns else values
-
-
-def slerp(first: np.ndarray, second: np.ndarray, share: float) -> np.ndarray:
-    """Return the quaternion at a share of the shorter great arc between two."""
-    first, second = unit(first, True), unit(second, True)
-    cosine = float(first @ second)
-    second, cosine = (second, cosine) if cosine >= 0.0 else (-second, -cosine)
-    if cosine > 1.0 - 1e-9:
-        return unit((1.0 - share) * first + share * second, True)
-    angle = np.arccos(cosine)
-    return (np.sin((1.0 - share) * angle) * first + np.sin(share * angle) * second) / np.sin(angle)
-
-
-def find_take(clips: Sequence[Mapping[str, Any]]) -> list[int]:
-    """Return the indices of the animations that play together with the first: those that move nothing that it moves.
-
-    Programs write an animation for each object and for its shape keys; others move the same nodes in another way. Pure.
-    """
-    moved = set[tuple[Any, Any]]()
-    found = list[int]()
-    for number, clip in enumerate(clips):
-        targets = [channel["target"] for channel in clip["channels"]]
-        own = {(target.get("node"), target.get("path")) for target in targets}
-        if moved.isdisjoint(own):
-            found.append(number)
-            moved |= own
-    return found
-
-
-class Animation:
-    """The nodes of the scene of a file, and its animations of one take; none if nothing `moves`.
-
-    tracks   by node and property
-    parents  of all nodes, -1 at roots
-    order    nodes of the scene, parents first
-    """
-
-    def __init__(self, document: Document, clip: str | None, moves: bool = True) -> None:
-        self.document = document
-        self.nodes = document.get("nodes")
-        self.parents = np.full(len(self.nodes), -1)
-        self.order = self._walk()
-        self.tracks = self._read_tracks(clip) if moves else {}
-
-    def _walk(self) -> list[int]:
-        document = self.document
-        scenes = document.get("scenes")
-        children = {child for node in self.nodes for child in node.get("children", ())}
-        roots = [node for node in range(len(self.nodes)) if node not in children]
-        if scenes:
-            roots = scenes[document.json.get("scene", 0)].get("nodes", [])
-        order = dict[int, None]()
-        pending = list(reversed(roots))
-        while pending:
-            node = pending.pop()
-            if node in order:
-                where = f"{document.path}, nodes[{node}]"
-                raise BadInput("its nodes are not a tree", where=where, right="each node below one other, once")
-            order[node] = None
-            below = self.nodes[node].get("children", ())
-            self.parents[list(below)] = node
-            pending += reversed(below)
-        return list(order)
-
-    def _read_tracks(self, clip: str | None) -> dict[tuple[int, str], Track]:
-        document = self.document
-        clips = document.get("animations")
-        names = [str(animation.get("name", index)) for index, animation in enumerate(clips)]
-        chosen = [given for given, name in zip(clips, names, strict=True) if fnmatchcase(name, clip or name)]
-        if clip is not None and not chosen:
-            right = f"one of {', '.join(names[:12])}" if names else "no clip: the file has no animation"
-            raise BadInput(f"there is no animation {clip!r}", where=document.path, right=right)
-        if not clips:
-            return {}
-        if clip is None:
-            numbers = find_take(clips)
-            chosen = [clips[number] for number in numbers]
-            if len(numbers) < len(clips):
-                read = ", ".join(names[number] for number in numbers[:12])
-                message = f"{document.path} has the animations {', '.join(names[:12])}: {read} is read"
-                warnings.warn(f"{message}; `clip` selects another", stacklevel=2)
-        found = {}
-        for samplers, channel in ((c["samplers"], channel) for c in chosen for channel in c["channels"]):
-            node, what = (channel["target"].get(name) for name in ("node", "path"))
-            if node is None or what not in (*WIDTHS, "weights"):
-                warnings.warn(f"{document.path}: a channel for {what} is not read", stacklevel=2)
-                continue
-            if channel["sampler"] >= len(samplers):
-                where = f"{document.path}, animation of node {node}"
-                raise BadInput(f"there is no sampler {channel['sampler']}", where=where, right=f"below {len(samplers)}")
-            found[node, what] = self._read_track(samplers[channel["sampler"]], what)
-        return found
-
-    def _read_track(self, sampler: dict[str, Any], what: str) -> Track:
-        times = self.document.numbers(sampler["input"], 1).astype(float)
-        values = self.document.numbers(sampler["output"], WIDTHS.get(what, 1)).astype(float)
-        kind = sampler.get("interpolation", "LINEAR")
-        rows = (len(times), 3) if kind == "CUBICSPLINE" else (len(times),)
-        where = f"{self.document.path}, accessor {sampler['output']}"
-        is_ascending = len(times) > 0 and (np.diff(times) > 0.0).all()
-        if not is_ascending or len(values) % np.prod(rows) or (what in WIDTHS and len(values) != np.prod(rows)):
-            right = f"{'' if what in WIDTHS else 'a multiple of '}{np.prod(rows)} values, for ascending times"
-            raise BadInput(f"{len(values)} values do not fit the times", where=where, right=right)
-        return Track(times, values.reshape(*rows, -1), kind)
-
-    @property
-    def span(self) -> tuple[float, float] | None:
-        """First and last time of all keys [s]; None without an animation."""
-        ends = [(track.times[0], track.times[-1]) for track in self.tracks.values()]
-        return (float(min(a for a, _ in ends)), float(max(b for _, b in ends))) if ends else None
-
-    def transforms(self, time: float | None) -> np.ndarray:
-        """Return the node-to-world matrices at a time [s], or at rest for None, column vectors, (N, 4, 4)."""
-        world = np.tile(np.eye(4), (len(self.nodes), 1, 1))
-        for node in self.order:
-            parent = self.parents[node]
-            local = self._local(node, time)
-            world[node] = world[parent] @ local if parent >= 0 else local
-        if not np.isfinite(world).all():
-            where = f"{self.document.path}, nodes[{int(np.argmin(np.isfinite(world).all(axis=(1, 2))))}]"
-            raise BadInput("the transform is not finite", where=where, right="smaller scales and translations")
-        return world
-
-    def _local(self, node: int, time: float | None) -> np.ndarray:
-        given = self.nodes[node]
-        if "matrix" in given:
-            return np.array(given["matrix"], float).reshape(4, 4).T
-        parts = {}
-        for what, rest in REST.items():
-            track = self.tracks.get((node, what))
-            parts[what] = np.array(given.get(what, rest), float)
-            if track is not None and time is not None:
-                parts[what] = track.at(time, what == "rotation")
-        x, y, z, w = unit(parts["rotation"], True)
-        turn = np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-            ]
-        )
-        local = np.eye(4)
-        local[:3, :3] = turn * parts["scale"]
-        local[:3, 3] = parts["translation"]
-        return local
-
-    def weights(self, node: int, count: int, time: float | None) -> np.ndarray:
-        """Return the weights of the morph targets of a node at a time, or at rest, (count,)."""
-        track = self.tracks.get((node, "weights"))
-        if track is not None and time is not None:
-            values = track.at(time, False)
-        else:
-            given = self.nodes[node].get("weights")
-            mesh = self.document.get("meshes")[self.nodes[node]["mesh"]]
-            values = np.array(given if given is not None else mesh.get("weights", [0.0] * count), float)
-        if len(values) != count:
-            where = f"{self.document.path}, node {node}"
-            raise BadInput(f"there are {len(values)} weights", where=where, right=f"{count}: one for each morph target")
-        return values
-
+from hairpipe.formats.gltf_nodes import Animation
+from hairpipe.formats.polygons import Polygons, join_polygons, warn_of_unused
+from hairpipe.formats.rigging import NOBODY, JointMotion, Key, Part, find_tips, join_parts, rigid, unique_names
+from hairpipe.values import Body, Mesh, Skeleton
 
 KNOWN = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "COLOR_0")
 MOST_FRAMES = 1_000_000
@@ -228,8 +23,7 @@ TRIANGLES = 4
 """Mode of primitives: others are strips, fans, lines and points."""
 
 
-@dataclass(frozen=True)
-class Piece:
+class Piece(NamedTuple):
     """A mesh of a node, with welded vertices: formats for graphics cards have several where normals differ.
 
     points   at rest, in the space of the mesh [m], (n, 3) float64
@@ -251,7 +45,7 @@ class Piece:
 
 
 class SkinnedPieces:
-    """Samples of the meshes of a file, one a frame of the shot, see `hairpipe.formats.animated_meshes.Source`.
+    """Samples of the meshes of a file, one a frame of the shot, see `animated_meshes.Samples`.
 
     Between keys rotations turn along arcs, which a cubic between sparse keys would not follow.
     """
@@ -275,14 +69,12 @@ class SkinnedPieces:
         self.codes = codes[np.insert(np.diff(codes) > 1e-6, 0, True)]
         self.own = [False] * len(self.pieces)
 
-    def shape(self, sample: int) -> Shape:
-        """Read the triangles, and all points at a sample."""
-        points = self.sample(sample)
-        meshes = [Mesh(p, piece.triangles, uv=piece.uv) for (p, _), piece in zip(points, self.pieces, strict=True)]
-        return join_shapes([Shape(mesh, np.arange(len(mesh.triangles))) for mesh in meshes])
+    def shape(self, sample: int) -> Polygons:
+        pairs = zip(self.sample(sample), self.pieces, strict=True)
+        meshes = [Mesh(points, piece.triangles, uv=piece.uv) for (points, _), piece in pairs]
+        return join_polygons([Polygons(mesh, np.arange(len(mesh.triangles))) for mesh in meshes])
 
     def sample(self, sample: int) -> list[Points]:
-        """Return the points of the meshes at a sample [m]."""
         return [(points, None) for points in self.at(float(self.codes[sample] / self.rate))]
 
     def at(self, time: float | None) -> list[np.ndarray]:
@@ -357,7 +149,6 @@ class SkinnedPieces:
             raise BadInput("a primitive has no positions", where=where, right="3 or more")
 
         def numbers(index: int, columns: int) -> np.ndarray:
-            """Return a value of each vertex."""
             found = self.document.numbers(index, columns)
             if len(found) != n:
                 at = f"{self.path}, accessor {index}"
@@ -386,10 +177,7 @@ class SkinnedPieces:
     def _influences(
         self, indices: list[np.ndarray], shares: list[np.ndarray], skin: int | None, node: int, n: int, where: str
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the nodes that move vertices, (n, k), and their weights, (n, k), rows of sum 1.
-
-        indices, shares  joints of the skin and weights, of each set of four
-        """
+        """Return the nodes that move vertices, (n, k), and their weights, (n, k), from those of each set of four."""
         if skin is None:
             return np.full((n, 1), node), np.ones((n, 1))
         nodes = np.array(self.document.get("skins")[skin]["joints"], np.int64)
@@ -416,19 +204,176 @@ def weld(piece: Piece) -> Piece:
     kept = first[order]
     triangles = np.argsort(order)[place.reshape(-1)][piece.triangles]
     real = (triangles != triangles[:, (1, 2, 0)]).all(axis=1)
-    return Piece(
-        piece.node,
-        piece.points[kept],
-        piece.targets[:, kept],
-        np.ascontiguousarray(triangles[real], np.int32),
-        None if piece.uv is None else piece.uv[real],
-        piece.skin,
-        piece.joints[kept],
-        piece.weights[kept],
-        {name: values[kept] for name, values in piece.maps.items()},
+    return piece._replace(
+        points=piece.points[kept],
+        targets=piece.targets[:, kept],
+        triangles=np.ascontiguousarray(triangles[real], np.int32),
+        uv=None if piece.uv is None else piece.uv[real],
+        joints=piece.joints[kept],
+        weights=piece.weights[kept],
+        maps={name: values[kept] for name, values in piece.maps.items()},
     )
 
 
-def read_moving(path: Path, group: str | None, clip: str | None, instant: Instant) -> Shape:
+def read_moving(path: Path, group: str | None, clip: str | None, instant: Instant) -> Polygons:
     """Read the meshes of a clip at an instant."""
     return read_at(recall(SkinnedPieces, path, group, clip, instant.fps), instant)
+
+
+ALIKE = 1e-5
+"""Largest difference of motions of a joint from the bound mesh to rest, relative or [m]: positions are float32."""
+
+
+class Joints:
+    """Nodes that move the meshes of a file.
+
+    nodes    a parent before its children, (J,)
+    names    of the nodes, unique
+    parents  index of the next joint above, -1 at a root, (J,) int32
+    world    joint-to-world at rest [m], (J, 4, 4)
+    rest     the same without scale
+    """
+
+    def __init__(self, pieces: SkinnedPieces) -> None:
+        self.pieces = pieces
+        animation = pieces.animation
+        used = {int(node) for piece in pieces.pieces for node in np.unique(piece.joints)}
+        self.nodes = [node for node in animation.order if node in used]
+        given = [str(animation.nodes[node].get("name") or f"node{node}") for node in self.nodes]
+        self.names = tuple(
+            name if given.count(name) == 1 else f"{name}#{node}" for name, node in zip(given, self.nodes, strict=True)
+        )
+        self.parents = np.array([self._parent(node) for node in self.nodes], np.int32)
+        self.world = animation.transforms(None)[self.nodes]
+        where = f"{pieces.path}, joint {self.names[int(np.argmin(np.abs(np.linalg.det(self.world[:, :3, :3]))))]}"
+        if np.abs(np.linalg.det(self.world[:, :3, :3])).min() < 1e-30:
+            raise BadInput("the transform at rest cannot be inverted", where=where, right="a scale that is not 0")
+        self.rest = rigid(self.world)
+
+    def _parent(self, node: int) -> int:
+        parents = self.pieces.animation.parents.tolist()
+        above = parents[node]
+        while above >= 0 and above not in self.nodes:
+            above = parents[above]
+        return self.nodes.index(above) if above >= 0 else -1
+
+    def skeleton(self) -> Skeleton:
+        """Return the joints at rest."""
+        return Skeleton(self.names, self.parents, self.rest, find_tips(self.parents, self.rest[:, :3, 3]))
+
+
+def read_body(path: Path, group: str | None = None) -> Body:
+    """Read the meshes of a file at rest as one body, with the joints of their skins; without skins it has no joints.
+
+    group  name of a node, or a pattern of names, to read with all below; None for all
+
+    Raises BadInput where the file cannot be used; the message names the mesh or the accessor.
+    """
+    pieces = SkinnedPieces(path, group, None, 24.0, moves=False)
+    joints = Joints(pieces) if pieces.skins else None
+    places = np.zeros(len(pieces.animation.nodes), np.int32)
+    if joints:
+        places[joints.nodes] = np.arange(len(joints.nodes))
+    binds = bind_pieces(pieces)
+    names = name_weights(pieces)
+    parts = list[Part]()
+    for points, piece, (matrix, _) in zip(pieces.at(None), pieces.pieces, binds, strict=True):
+        mesh = Mesh(points, piece.triangles, uv=piece.uv)
+        k = piece.joints.shape[1] if joints else 0
+        base = piece.points @ matrix[:3, :3].T + matrix[:3, 3]
+        keys = keys_of(piece, names[piece.node], matrix)
+        parts.append(Part(mesh, piece.maps, places[piece.joints[:, :k]], piece.weights[:, :k], base, keys))
+    skeleton = joints.skeleton() if joints else NOBODY
+    turns = join_turns(joints, [turns for _, turns in binds], f"{path}") if joints else np.zeros((0, 4, 4))
+    return join_parts(parts, skeleton, turns, weights_of(pieces, names, None))
+
+
+def bind_pieces(pieces: SkinnedPieces) -> list[tuple[np.ndarray, dict[int, np.ndarray]]]:
+    """Return the matrix of every mesh to its place in the world, (4, 4), and motions of its nodes from there to rest.
+
+    The place is the one at rest, where nodes agree about it. A mesh with a node of another mesh has the place from
+    which that node moves both alike.
+    """
+    moved = [motions_of(pieces, piece) for piece in pieces.pieces]
+    found = dict[int, tuple[np.ndarray, dict[int, np.ndarray]]]()
+    turns = dict[int, np.ndarray]()
+    while len(found) < len(moved):
+        waiting = [n for n in range(len(moved)) if n not in found]
+        number = next((n for n in waiting if not turns.keys().isdisjoint(moved[n])), waiting[0])
+        regular = {node: motion for node, motion in moved[number].items() if abs(np.linalg.det(motion[:3, :3])) > 1e-30}
+        first = next(iter(moved[number]))
+        place = next(
+            (np.linalg.inv(turns[node]) @ motion for node, motion in regular.items() if node in turns),
+            regular.get(first, np.eye(4)),
+        )
+        unplace = np.linalg.inv(place)
+        found[number] = place, {node: motion @ unplace for node, motion in moved[number].items()}
+        turns = {node: found[number][1][node] for node in regular} | turns
+    return [found[n] for n in range(len(moved))]
+
+
+def motions_of(pieces: SkinnedPieces, piece: Piece) -> dict[int, np.ndarray]:
+    """Return the matrices (4, 4) by which the nodes of a mesh move its points to rest."""
+    world = pieces.animation.transforms(None)
+    nodes, unbind = pieces.skins[piece.skin] if piece.skin is not None else (np.array([piece.node]), np.eye(4)[None])
+    used = np.isin(nodes, piece.joints)
+    return dict(zip(nodes[used].tolist(), world[nodes[used]] @ unbind[used], strict=True))
+
+
+def join_turns(joints: Joints, binds: list[dict[int, np.ndarray]], where: str) -> np.ndarray:
+    """Return the motion of each joint from the bound mesh to rest, (J, 4, 4); warns where meshes disagree about one."""
+    turns = np.tile(np.eye(4), (len(joints.nodes), 1, 1))
+    for place, node in enumerate(joints.nodes):
+        found = [bind[node] for bind in binds if node in bind]
+        turns[place] = found[0]
+        if any(np.abs(other - found[0]).max() > ALIKE for other in found):
+            message = f"{where}: skins bind the joint {joints.names[place]} in several ways"
+            warnings.warn(f"{message}: poses follow the first (load_mesh_cache reads all points)", stacklevel=2)
+    return turns
+
+
+def name_weights(pieces: SkinnedPieces) -> dict[int, list[str]]:
+    """Return the names of the morph targets of every node with a mesh.
+
+    Those of a name have their number, in one node, or their node: smile#2.
+    """
+    given = dict[int, list[str]]()
+    for piece in pieces.pieces:
+        mesh = pieces.document.get("meshes")[pieces.animation.nodes[piece.node]["mesh"]]
+        extras = mesh.get("extras")
+        named = extras.get("targetNames") if isinstance(extras, dict) else None
+        named = named if isinstance(named, list) else []
+        count = len(piece.targets)
+        names = [str(named[k]) if k < len(named) else f"target{k}" for k in range(count)]
+        given[piece.node] = unique_names(names, range(count))
+    owners = [node for node, names in given.items() for _ in names]
+    unique = iter(unique_names([name for names in given.values() for name in names], owners))
+    return {node: [next(unique) for _ in names] for node, names in given.items()}
+
+
+def weights_of(pieces: SkinnedPieces, named: dict[int, list[str]], time: float | None) -> dict[str, float]:
+    """Return the weights of the morph targets, named by node, at a time [s], or at rest, by name."""
+    return {
+        name: float(weight)
+        for node, names in named.items()
+        for name, weight in zip(names, pieces.animation.weights(node, len(names), time), strict=True)
+    }
+
+
+def keys_of(piece: Piece, names: list[str], matrix: np.ndarray) -> list[Key]:
+    """Return the morph targets of a mesh as keys, moved by a matrix (4, 4)."""
+    rows = [np.flatnonzero((target != 0.0).any(axis=1)) for target in piece.targets]
+    moved = [target[row] @ matrix[:3, :3].T for target, row in zip(piece.targets, rows, strict=True)]
+    return [Key(name, 1.0, row, offsets) for name, row, offsets in zip(names, rows, moved, strict=True)]
+
+
+def read_joints(path: Path, group: str | None, clip: str | None, fps: float) -> JointMotion:
+    """Read the joints and weights of a clip, with a sample at each frame of the shot."""
+    pieces = SkinnedPieces(path, group, clip, fps)
+    joints = Joints(pieces)
+    unbind = np.linalg.inv(joints.world) @ joints.rest
+    moved = [pieces.animation.transforms(float(code / fps))[joints.nodes] @ unbind for code in pieces.codes]
+    named = name_weights(pieces)
+    weights = np.array([[*weights_of(pieces, named, float(code / fps)).values()] for code in pieces.codes])
+    shapes = tuple(weights_of(pieces, named, None))
+    return JointMotion(joints.skeleton(), np.array(moved), pieces.codes, fps, float(pieces.codes[0]), shapes, weights)

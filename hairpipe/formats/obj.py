@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.formats.polygons import triangulate
+from hairpipe.formats.polygons import Polygons, triangulate
 from hairpipe.formats.text import LARGEST, parse_number, parse_numbers, read_text
 from hairpipe.values import Mesh
 
@@ -21,24 +21,19 @@ NOT_READ = ("vn", "s", "usemtl", "mtllib")
 """Statements of normals and materials, which are not used."""
 
 
-def read_obj(path: Path, group: str | None = None) -> Mesh:
+def read_polygons(path: Path, group: str | None = None) -> Polygons:
     """Read the triangles of a file, or of one group or object of it, and all vertices of the file, in its order.
 
     Polygons are cut into triangles. Texture coordinates are kept if all of these faces have them.
     Raises BadInput, with the line, where the file cannot be read or is not a mesh.
     """
-    return read_polygons(path, group)[0]
-
-
-def read_polygons(path: Path, group: str | None) -> tuple[Mesh, np.ndarray]:
-    """Read a mesh as `read_obj` does, and the polygon of each of its m triangles, (m,) int64."""
     return _Obj(path).mesh(group)
 
 
 def read_points(path: Path) -> tuple[np.ndarray, bytes]:
     """Return the vertices of a file, (n, 3) float64, and a digest of the vertices of its faces.
 
-    Raises BadInput, with the line, as `read_obj` does.
+    Raises BadInput, with the line, as `read_polygons` does.
     """
     file = _Obj(path)
     faces = file.items("f", least=3)
@@ -216,7 +211,7 @@ class _Obj:
         ]
         return places.reshape(-1), named
 
-    def mesh(self, group: str | None) -> tuple[Mesh, np.ndarray]:
+    def mesh(self, group: str | None) -> Polygons:
         """Return the triangles of all faces or of a group, and the polygon of each."""
         coordinates = self.numbers("vt", 1, 2)
         faces = self.items("f", least=3)
@@ -235,7 +230,7 @@ class _Obj:
         bare = np.logical_or.reduceat(texture < 0, np.cumsum(sizes) - sizes)
         self.warn_of_unread(int(bare.sum()), len(sizes))
         uv = None if bare.any() else coordinates.astype(np.float32)[texture][chosen][real]
-        return Mesh(self.points, triangles[real], uv=uv), np.repeat(np.arange(len(sizes)), sizes - 2)[real]
+        return Polygons(Mesh(self.points, triangles[real], uv=uv), np.repeat(np.arange(len(sizes)), sizes - 2)[real])
 
     def warn_of_unread(self, bare: int, faces: int) -> None:
         """Warn of statements that are not read, and of texture coordinates that only some corners have."""

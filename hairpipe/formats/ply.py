@@ -22,8 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.formats.animated_meshes import Shape
-from hairpipe.formats.polygons import triangulate, warn_of_unused
+from hairpipe.formats.polygons import Polygons, triangulate, warn_of_unused
 from hairpipe.formats.text import LARGEST, MOST_BYTES, parse_numbers
 from hairpipe.plain_file import content
 from hairpipe.values import Mesh
@@ -298,7 +297,7 @@ CORNERS = ("vertex_indices", "vertex_index")
 KNOWN = ("x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha")
 
 
-def read_ply_mesh(path: Path, group: str | None = None) -> Shape:
+def read_ply_mesh(path: Path, group: str | None = None) -> Polygons:
     """Read the triangles of a file; BadInput where it has no polygons, or invalid ones."""
     if group is not None:
         raise BadInput("a PLY file has no groups", where=path, right="no group")
@@ -311,7 +310,7 @@ def read_ply_mesh(path: Path, group: str | None = None) -> Shape:
         right = f"polygons of 3 corners or more, of the vertices 0 to {len(points) - 1}"
         raise BadInput("a polygon is invalid", where=f"{path}, element face", right=right)
     triangles = corners[triangulate(points[corners], faces.counts)].astype(np.int32)
-    return Shape(Mesh(points, triangles), np.repeat(np.arange(len(faces.counts)), faces.counts - 2))
+    return Polygons(Mesh(points, triangles), np.repeat(np.arange(len(faces.counts)), faces.counts - 2))
 
 
 def read_ply_points(path: Path) -> tuple[np.ndarray, bytes]:

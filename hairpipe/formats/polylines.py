@@ -1,6 +1,8 @@
-"""Strands of OBJ files (l statements) and of PLY files (elements strand or edge).
+"""Strands of files that state neither unit nor axis, in metres with Y up.
 
-Strands of files that state neither unit nor axis, in metres with Y up.
+OBJ:    l statements; PLY: elements strand or edge
+.data:  USC-HairSalon, little-endian: int32 strands, then for each strand int32 points and float32[3] for each
+.bin:   reconstructions such as CT2Hair: the same with float32[7] a point: place, direction, label
 """
 
 import warnings
@@ -13,6 +15,7 @@ import numpy as np
 from hairpipe.errors import BadInput
 from hairpipe.formats.obj import read_lines
 from hairpipe.formats.ply import Columns, Lists, read_ply
+from hairpipe.plain_file import content
 from hairpipe.values.groom import Curves, numbered
 
 Up = Literal["y", "z"]
@@ -158,3 +161,49 @@ def chains(edges: np.ndarray, count: int, path: Path) -> tuple[np.ndarray, np.nd
         closed = np.setdiff1d(np.flatnonzero(degree), order)[0]
         raise BadInput(f"the line through vertex {closed} is closed", where=path, right="open lines")
     return np.array(order), np.array(counts)
+
+
+NUMBERS = {".data": 3, ".bin": 7}
+"""Numbers of a point, by suffix."""
+
+
+def read_records(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
+    """Return the strands that have points.
+
+    unit  unit of the file's coordinates, which the file does not state [m]
+    up    axis of the file
+    Raises BadInput, with the byte, where a number of strands or points contradicts the size of the file; warns of
+    strands without points, and of directions and labels, which are not read.
+    """
+    words = np.frombuffer(whole_words(content(path, f"a {path.suffix} file")), "<i4")
+    width = NUMBERS[path.suffix.lower()]
+    strands = int(words[0])
+    if not 1 <= strands < len(words):
+        right = f"1 to {len(words) - 1}, for a file of {4 * len(words)} bytes"
+        raise BadInput(f"{strands} strands", where=f"{path}, byte 0", right=right)
+    counts = np.empty(strands, np.int64)
+    at = 1
+    for s in range(strands):
+        count = int(words[at]) if at < len(words) else -1
+        left = (len(words) - at - 1) // width
+        if not 0 <= count <= left:
+            what = f"strand {s} has {count} points" if at < len(words) else f"strand {s} of {strands} is missing"
+            right = f"0 to {left}: the file has no more" if left >= 0 else "a whole file"
+            raise BadInput(what, where=f"{path}, byte {4 * at}", right=right)
+        counts[s] = count
+        at += 1 + width * count
+    if at < len(words):
+        raise BadInput(
+            f"{4 * (len(words) - at)} bytes follow the last strand", where=f"{path}, byte {4 * at}", right="none"
+        )
+    heads = np.cumsum(1 + width * counts) - width * counts
+    numbers = np.delete(words[1:], heads - 1).view("<f4").reshape(-1, width)
+    if not counts.all():
+        warnings.warn(f"{path}: {(counts == 0).sum()} strands have no points and are left out", stacklevel=2)
+    if width > 3:
+        warnings.warn(f"{path}: directions and labels are not read", stacklevel=2)
+    return plain_curves(numbers[:, :3], counts[counts > 0], unit, up)
+
+
+def whole_words(data: bytes) -> bytes:
+    return data[: len(data) // 4 * 4] or bytes(4)

@@ -100,7 +100,7 @@ def test_smooth_step_rises_level_at_both_ends():
 
 
 def test_the_default_hairline_fits_the_makehuman_head(shared):
-    from hairpipe.formats.bodies import read_body
+    from hairpipe.formats.registry import read_body
 
     folder = shared / "body_makehuman"
     rig = {"skeleton": folder / "default.mhskel", "weights": folder / "default_weights.mhw"}

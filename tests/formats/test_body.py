@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.formats.bodies import read_body
+from hairpipe.formats.registry import read_body
 
 TRIANGLE = "g a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
@@ -21,7 +21,7 @@ def test_half_a_rig_is_refused(tmp_path):
 
 @pytest.mark.parametrize("name", ["a.fbx", "a", "a.obj.gz"])
 def test_other_formats_are_named(tmp_path, name):
-    with pytest.raises(BadInput, match=r"\.obj, .*USD"):
+    with pytest.raises(BadInput, match=r"\.usd, .*\.ply or \.obj"):
         read_body(tmp_path / name)
 
 

@@ -30,12 +30,10 @@ from hairpipe.apart import work_apart
 from hairpipe.errors import BadInput
 from hairpipe.formats import vdb_write
 from hairpipe.formats.animated_meshes import Instant
-from hairpipe.formats.animation_files import read_moving, recall_joints
-from hairpipe.formats.bodies import read_body
 from hairpipe.formats.bvh import read_bvh
 from hairpipe.formats.makehuman import read_skeleton, read_weights
 from hairpipe.formats.pictures import read_image
-from hairpipe.formats.strand_files import read_strands
+from hairpipe.formats.registry import read_body, read_moving, read_strands, recall_joints
 from hairpipe.formats.vdb_read import read_voxels
 from hairpipe.formats.vdb_write import density_grids
 from hairpipe.values import Density

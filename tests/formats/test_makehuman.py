@@ -140,10 +140,10 @@ def test_any_value_in_weights_gives_weights_or_one_message(tmp_path, path, value
 
 
 def test_the_real_rig_fits_the_real_body(shared):
-    from hairpipe.formats.obj import read_obj
+    from hairpipe.formats.obj import read_polygons
 
     folder = shared / "body_makehuman"
-    points = read_obj(folder / "base.obj").points
+    points = read_polygons(folder / "base.obj").mesh.points
     skeleton = read_skeleton(folder / "default.mhskel", points)
     assert len(skeleton.names) == 163 and (skeleton.parents < np.arange(163)).all()
     head = skeleton.names.index("head")

@@ -4,7 +4,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hairpipe.errors import BadInput
-from hairpipe.formats.obj import read_obj
+from hairpipe.formats.obj import read_polygons
 
 SQUARE = """# a square and a triangle
 o thing
@@ -28,7 +28,7 @@ f 1/1 2/2 5/3
 def read_text_as_obj(folder, text: str, group: str | None = None):
     path = folder / "mesh.obj"
     path.write_bytes(text.encode())
-    return read_obj(path, group)
+    return read_polygons(path, group).mesh
 
 
 @pytest.mark.parametrize(
@@ -143,7 +143,7 @@ def test_any_bytes_give_one_message(tmp_path, content):
     path = tmp_path / "mesh.obj"
     path.write_bytes(content)
     with pytest.raises(BadInput):
-        read_obj(path)
+        read_polygons(path)
 
 
 # As counted by an independent reader: vertices and triangles.
@@ -157,12 +157,12 @@ FILES = {
 
 @pytest.mark.parametrize("name", FILES)
 def test_real_files_are_read_whole(shared, name):
-    mesh = read_obj(shared / name)
+    mesh = read_polygons(shared / name).mesh
     assert (len(mesh.points), len(mesh.triangles)) == FILES[name]
 
 
 def test_the_makehuman_body_is_one_closed_component(shared):
-    mesh = read_obj(shared / "body_makehuman" / "base.obj", "body")
+    mesh = read_polygons(shared / "body_makehuman" / "base.obj", "body").mesh
     assert len(mesh.points) == 19158 and len(mesh.triangles) == 2 * 13378
     assert np.array_equal(np.unique(mesh.triangles), np.arange(13380))
     corners = mesh.points[mesh.triangles]

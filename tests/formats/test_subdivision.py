@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 
-from hairpipe.formats.rigging import limit_points, warn_of_cage
+from hairpipe.formats.polygons import limit_points, warn_of_cage
 
 CUBE = np.array([[x, y, z] for x in (-1.0, 1) for y in (-1.0, 1) for z in (-1.0, 1)])
 SIDES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]

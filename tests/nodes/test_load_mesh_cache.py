@@ -10,7 +10,7 @@ import hairpipe
 from hairpipe.body.preparation import prepare
 from hairpipe.engine import Time
 from hairpipe.errors import BadInput
-from hairpipe.formats.bodies import read_body
+from hairpipe.formats.registry import read_body
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_mesh_cache import load_mesh_cache
 from hairpipe.values import Mesh

@@ -15,7 +15,7 @@ from hairpipe.app.page.values import WIDTHS, strands_document
 from hairpipe.engine import Frames, Time, Workspace
 from hairpipe.engine.run.player import Played, Player
 from hairpipe.errors import BadInput
-from hairpipe.formats.strand_files import read_strands
+from hairpipe.formats.registry import read_strands
 from hairpipe.groom.interpolating import clumped, interpolated
 from hairpipe.groom.keys import weigh_keys
 from hairpipe.groom.sampling import take

@@ -1,7 +1,4 @@
-"""Curves of a stage as polylines in metres.
-
-Shapes of curves: polylines through the points of B-splines, Bezier curves and NURBS; others are their points.
-"""
+"""Curves of a stage as polylines in metres: those of B-splines, Bezier curves and NURBS pass through points on them."""
 
 import warnings
 from collections.abc import Sequence
@@ -172,10 +169,27 @@ def _sample(basis: np.ndarray, spans: np.ndarray, points: np.ndarray) -> np.ndar
 NAMED = 5  # number of curves in a message
 
 
-def read(
-    path: Path, prim: str | None, time: float | None = None, guides: bool = False, absent: Absent = "refuse"
+def read_curves(
+    path: Path,
+    prim: str | None = None,
+    time: float | None = None,
+    guides: bool = False,
+    absent: Absent = "refuse",
 ) -> Curves:
-    """Read the visible curves at or under a prim; see `hairpipe.formats.usd.meshes.read_curves`."""
+    """Read all BasisCurves and cubic NurbsCurves of a stage at one time as strands, root first.
+
+    Invisible curves and those of purpose proxy are omitted; those of purpose guide, too, where there are others.
+    Linear and Catmull-Rom curves interpolate their points, which are returned unchanged; B-splines, Bezier curves and
+    NURBS are evaluated. Those without pins are returned with the ends of pinned ones, as spare points. The
+    rest shape is that of primvar `pref` or `rest`, ids are those of `hairId`, `groom_id` or `id`.
+
+    prim    path of curves or of a parent of curves; by default the whole stage
+    time    time code; by default the first at which all meshes and curves have samples
+    guides  whether curves of purpose guide are read in any case
+    absent  whether absent files of the stage are refused, or warned of
+
+    Raises BadInput if the file, or what it says, cannot be used; the message names the prim and the curve.
+    """
     with usd_faults(path):
         stage = open_whole(path, prim, absent)
         go_to(stage, time)

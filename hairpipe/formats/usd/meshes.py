@@ -1,9 +1,4 @@
-"""Polygon meshes of a stage as triangles in metres, with the maps on their vertices.
-
-Body of a stage: its meshes as one, and their skeletons.
-
-Bodies and grooms from USD files (usd, usda, usdc, usdz), in metres with Y up.
-"""
+"""Polygon meshes of a stage as triangles in metres with Y up, with the maps on their vertices, and bodies of them."""
 
 import warnings
 from collections.abc import Sequence
@@ -13,12 +8,9 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, UsdGeom, UsdSkel
 
-from hairpipe.apart import work_apart
 from hairpipe.errors import BadInput
-from hairpipe.formats.polygons import merge_meshes, triangulate
-from hairpipe.formats.rigging import Key, join_shapes, merge_maps, stack_influences, warn_of_cage
-from hairpipe.formats.usd import curves
-from hairpipe.formats.usd import meshes as skinned_meshes
+from hairpipe.formats.polygons import triangulate, warn_of_cage
+from hairpipe.formats.rigging import Key, Part, join_parts
 from hairpipe.formats.usd.skeleton import (
     REST,
     Binding,
@@ -48,8 +40,7 @@ from hairpipe.formats.usd.stage import (
     usd_faults,
 )
 from hairpipe.plain_file import Absent
-from hairpipe.values import Body, Bound, DualQuaternions, Mesh
-from hairpipe.values.groom import Curves
+from hairpipe.values import Body, DualQuaternions, Mesh
 
 PER_VERTEX = (UsdGeom.Tokens.vertex, UsdGeom.Tokens.varying)
 SKINNING = "skel:"  # prefix of the names of joint indices and weights
@@ -195,116 +186,6 @@ def _check_count(primvar: UsdGeom.Primvar, values: np.ndarray, right: int) -> No
         raise BadInput(f"has {len(values)} elements", where=where, right=right_count)
 
 
-@dataclass(frozen=True)
-class Piece:
-    """One mesh of the body, n vertices, each following k joints of the whole skeleton.
-
-    joints   (n, k) int32
-    weights  (n, k) float64
-    bound    points before the joints rest [m], (n, 3) float64
-    centre   origin of the skeleton [m], (3,)
-    dual     vertices skinned by dual quaternions, (n,) bool
-    keys     of its blend shapes
-    """
-
-    painted: Painted
-    joints: np.ndarray
-    weights: np.ndarray
-    bound: np.ndarray
-    centre: np.ndarray
-    dual: np.ndarray
-    keys: list[Key]
-
-
-def read(path: Path, prim: str | None, time: float | None = None, absent: Absent = "refuse") -> Body:
-    """Read the visible meshes at or under a prim as one body; see `hairpipe.formats.usd.meshes.read_body`."""
-    with usd_faults(path):
-        stage = open_whole(path, prim, absent)
-        go_to(stage, time)
-        meshes = [UsdGeom.Mesh(p) for p in shown(stage, prim, UsdGeom.Mesh)]
-        bindings = find_bindings(stage)
-        rigs = _read_rigs([bindings[mesh.GetPath()] for mesh in meshes if mesh.GetPath() in bindings])
-        animated = find_bindings(stage, shapes=True)
-        animators = [animated.get(mesh.GetPath()) for mesh in meshes]
-        names = name_weights(meshes, animators)
-        pieces = [
-            _read_piece(mesh, bindings.get(mesh.GetPath()), rigs, _Shapes(animator, names))
-            for mesh, animator in zip(meshes, animators, strict=True)
-        ]
-        for mesh in meshes:
-            warn_of_scheme(mesh)
-        time = read_time([mesh.GetPrim() for mesh in meshes if mesh.GetPath() not in bindings], time)
-    mesh = merge_meshes([piece.painted.mesh for piece in pieces])
-    joints = stack_influences([piece.joints for piece in pieces])
-    weights = stack_influences([piece.weights for piece in pieces])
-    painted = [piece.painted for piece in pieces]
-    counts = [len(p.mesh.points) for p in painted]
-    maps = merge_maps([p.maps for p in painted], counts)
-    turns = np.concatenate([np.empty((0, 4, 4)), *(rig.turns for rig in rigs.values())])
-    dual = np.flatnonzero(np.concatenate([piece.dual for piece in pieces])).astype(np.int32)
-    centres = np.repeat([piece.centre for piece in pieces], counts, axis=0)[dual]
-    return Body(
-        mesh,
-        join_rigs(list(rigs.values())),
-        joints,
-        weights,
-        maps,
-        time,
-        DualQuaternions(dual, centres) if len(dual) else None,
-        join_shapes([piece.keys for piece in pieces], counts, {}),
-        Bound(np.concatenate([piece.bound for piece in pieces]), turns) if (turns != np.eye(4)).any() else None,
-    )
-
-
-def _read_rigs(bindings: Sequence[Binding]) -> dict[Sdf.Path, Rig]:
-    rigs: dict[Sdf.Path, Rig] = {}
-    for binding in bindings:
-        if binding.skeleton.GetPrim().GetPath() not in rigs:
-            first = sum(len(rig.joints) for rig in rigs.values())
-            rigs[binding.skeleton.GetPrim().GetPath()] = read_rig(binding.skeleton, first)
-    return rigs
-
-
-@dataclass(frozen=True)
-class _Shapes:
-    """What animates the blend shapes of a mesh, and the names of their weights."""
-
-    binding: Binding | None
-    names: Names
-
-    def read(self, mesh: UsdGeom.Mesh, matrix: np.ndarray, n: int) -> list[Key]:
-        if not has_blend_shapes(mesh):
-            return []
-        if self.binding is not None:
-            return read_keys(mesh, self.binding, self.names, matrix, n)
-        message = f"{mesh.GetPath()} has blend shapes without a Skeleton to animate them, which are ignored"
-        warnings.warn(message, stacklevel=3)
-        return []
-
-
-def _read_piece(mesh: UsdGeom.Mesh, binding: Binding | None, rigs: dict[Sdf.Path, Rig], shapes: _Shapes) -> Piece:
-    points = numbers(mesh.GetPointsAttr(), 3)
-    n = len(points)
-    if binding is None:
-        if rigs:
-            warnings.warn(f"{mesh.GetPath()} is not bound to a skeleton, and follows the first joint", stacklevel=2)
-        painted = read_mesh(mesh, points, place(mesh.GetPrim()))
-        k = min(len(rigs), 1)
-        unturn = np.linalg.inv(next(iter(rigs.values())).turns[0]) if rigs else np.eye(4)
-        keys = shapes.read(mesh, unturn @ place(mesh.GetPrim()), n)
-        bound = move(unturn, painted.mesh.points)
-        return Piece(painted, np.zeros((n, k), np.int32), np.ones((n, k)), bound, np.zeros(3), np.zeros(n, bool), keys)
-    rig = rigs[binding.skeleton.GetPrim().GetPath()]
-    joints, weights = read_influences(rig, binding.skinning, n)
-    painted = read_mesh(mesh, skin_at_rest(rig, binding.skinning, points, joints, weights), rig.matrix)
-    first = np.take_along_axis(joints, weights.argmax(axis=1)[:, None], axis=1)
-    bends = ((joints != first) & (weights > 0.0)).any(axis=1)
-    dual = bends & (binding.skinning.GetSkinningMethod() == UsdSkel.Tokens.dualQuaternion)
-    matrix = rig.matrix @ columns(binding.skinning.GetGeomBindTransform(REST))
-    keys = shapes.read(mesh, matrix, n)
-    return Piece(painted, joints, weights, move(matrix, points), rig.matrix[:3, 3], dual, keys)
-
-
 def read_body(path: Path, prim: str | None = None, time: float | None = None, absent: Absent = "refuse") -> Body:
     """Read the meshes of a stage as one body at rest, with the UsdSkel skeletons that move them.
 
@@ -318,28 +199,76 @@ def read_body(path: Path, prim: str | None = None, time: float | None = None, ab
 
     Raises BadInput if the file, or what it says, cannot be used; the message names the prim.
     """
-    return work_apart(skinned_meshes.read, path, prim, time, absent)
+    with usd_faults(path):
+        stage = open_whole(path, prim, absent)
+        go_to(stage, time)
+        meshes = [UsdGeom.Mesh(p) for p in shown(stage, prim, UsdGeom.Mesh)]
+        bindings = find_bindings(stage)
+        rigs = _read_rigs([bindings[mesh.GetPath()] for mesh in meshes if mesh.GetPath() in bindings])
+        animated = find_bindings(stage, shapes=True)
+        animators = [animated.get(mesh.GetPath()) for mesh in meshes]
+        names = name_weights(meshes, animators)
+        parts = list[Part]()
+        centres, dual = list[np.ndarray](), list[np.ndarray]()
+        for mesh, animator in zip(meshes, animators, strict=True):
+            binding = bindings.get(mesh.GetPath())
+            part = _read_part(mesh, binding, rigs, animator, names)
+            parts.append(part)
+            rig = None if binding is None else rigs[binding.skeleton.GetPrim().GetPath()]
+            centres.append(np.zeros(3) if rig is None else rig.matrix[:3, 3])
+            dual.append(_is_dual(binding, part))
+        for mesh in meshes:
+            warn_of_scheme(mesh)
+        time = read_time([mesh.GetPrim() for mesh in meshes if mesh.GetPath() not in bindings], time)
+    turns = np.concatenate([np.empty((0, 4, 4)), *(rig.turns for rig in rigs.values())])
+    blended = np.flatnonzero(np.concatenate(dual)).astype(np.int32)
+    about = np.repeat(centres, [len(part.bound) for part in parts], axis=0)[blended]
+    quaternions = DualQuaternions(blended, about) if len(blended) else None
+    return join_parts(parts, join_rigs(list(rigs.values())), turns, {}, time, quaternions)
 
 
-def read_curves(
-    path: Path,
-    prim: str | None = None,
-    time: float | None = None,
-    guides: bool = False,
-    absent: Absent = "refuse",
-) -> Curves:
-    """Read all BasisCurves and cubic NurbsCurves of a stage at one time as strands, root first.
+def _read_rigs(bindings: Sequence[Binding]) -> dict[Sdf.Path, Rig]:
+    rigs: dict[Sdf.Path, Rig] = {}
+    for binding in bindings:
+        if binding.skeleton.GetPrim().GetPath() not in rigs:
+            first = sum(len(rig.joints) for rig in rigs.values())
+            rigs[binding.skeleton.GetPrim().GetPath()] = read_rig(binding.skeleton, first)
+    return rigs
 
-    Invisible curves and those of purpose proxy are omitted; those of purpose guide, too, where there are others.
-    Linear and Catmull-Rom curves interpolate their points, which are returned unchanged; B-splines, Bezier curves and
-    NURBS are evaluated. Those without pins are returned with the ends of pinned ones, as spare points. The
-    rest shape is that of primvar `pref` or `rest`, ids are those of `hairId`, `groom_id` or `id`.
 
-    prim    path of curves or of a parent of curves; by default the whole stage
-    time    as of `read_body`
-    guides  whether curves of purpose guide are read in any case
-    absent  as of `read_body`
+def _read_part(
+    mesh: UsdGeom.Mesh, binding: Binding | None, rigs: dict[Sdf.Path, Rig], animator: Binding | None, names: Names
+) -> Part:
+    """Read a mesh, which a binding to a skeleton moves, and blend shapes, which another may animate."""
+    points = numbers(mesh.GetPointsAttr(), 3)
+    n = len(points)
+    if binding is None:
+        if rigs:
+            warnings.warn(f"{mesh.GetPath()} is not bound to a skeleton, and follows the first joint", stacklevel=2)
+        painted = read_mesh(mesh, points, place(mesh.GetPrim()))
+        k = min(len(rigs), 1)
+        joints, weights = np.zeros((n, k), np.int32), np.ones((n, k))
+        unturn = np.linalg.inv(next(iter(rigs.values())).turns[0]) if rigs else np.eye(4)
+        matrix = unturn @ place(mesh.GetPrim())
+        bound = move(unturn, painted.mesh.points)
+    else:
+        rig = rigs[binding.skeleton.GetPrim().GetPath()]
+        joints, weights = read_influences(rig, binding.skinning, n)
+        painted = read_mesh(mesh, skin_at_rest(rig, binding.skinning, points, joints, weights), rig.matrix)
+        matrix = rig.matrix @ columns(binding.skinning.GetGeomBindTransform(REST))
+        bound = move(matrix, points)
+    keys = list[Key]()
+    if has_blend_shapes(mesh) and animator is not None:
+        keys = read_keys(mesh, animator, names, matrix, n)
+    elif has_blend_shapes(mesh):
+        message = f"{mesh.GetPath()} has blend shapes without a Skeleton to animate them, which are ignored"
+        warnings.warn(message, stacklevel=3)
+    return Part(painted.mesh, painted.maps, joints, weights, bound, keys)
 
-    Raises BadInput if the file, or what it says, cannot be used; the message names the prim and the curve.
-    """
-    return work_apart(curves.read, path, prim, time, guides, absent)
+
+def _is_dual(binding: Binding | None, part: Part) -> np.ndarray:
+    """Return the vertices that dual quaternions bend: those of several joints, (n,) bool."""
+    if binding is None or binding.skinning.GetSkinningMethod() != UsdSkel.Tokens.dualQuaternion:
+        return np.zeros(len(part.bound), bool)
+    first = np.take_along_axis(part.joints, part.weights.argmax(axis=1)[:, None], axis=1)
+    return ((part.joints != first) & (part.weights > 0.0)).any(axis=1)

@@ -8,7 +8,8 @@ from pxr import Usd, UsdGeom, UsdSkel, Vt
 
 from hairpipe.apart import recall
 from hairpipe.errors import BadInput
-from hairpipe.formats.animated_meshes import Instant, Points, Shape, join_shapes, read_at, sampled
+from hairpipe.formats.animated_meshes import Instant, Points, read_at, sampled
+from hairpipe.formats.polygons import Polygons, join_polygons
 from hairpipe.formats.usd.layer_files import list_files, with_folders
 from hairpipe.formats.usd.meshes import polygon_owners, read_mesh, warn_of_scheme
 from hairpipe.formats.usd.skeleton import Binding, filled, find_bindings, turn_codes, weight_codes
@@ -28,14 +29,14 @@ from hairpipe.formats.usd.stage import (
 from hairpipe.plain_file import Absent
 
 
-def read(path: Path, prim: str | None, instant: Instant, absent: Absent = "refuse") -> Shape:
+def read(path: Path, prim: str | None, instant: Instant, absent: Absent = "refuse") -> Polygons:
     """Read the visible meshes at or under a prim, or those that a pattern names, at an instant."""
     with usd_faults(path):
         return read_at(recall(MovingMeshes, path, prim, absent), instant)
 
 
 class MovingMeshes:
-    """Samples of the meshes of a stage in metres with Y up, see `hairpipe.formats.animated_meshes.Source`.
+    """Samples of the meshes of a stage in metres with Y up, see `animated_meshes.Samples`.
 
     Raises BadInput for a stage without meshes, or with a PointInstancer among them.
     """
@@ -55,11 +56,10 @@ class MovingMeshes:
         for mesh in self.meshes:
             warn_of_scheme(mesh)
 
-    def shape(self, sample: int) -> Shape:
-        """Read the triangles at a sample, and all points there."""
+    def shape(self, sample: int) -> Polygons:
         self._go_to(self.codes[sample])
         pairs = zip(self.meshes, self.bindings, strict=True)
-        return join_shapes([Shape(read_mesh(m, *_points(m, b)).mesh, polygon_owners(m)) for m, b in pairs])
+        return join_polygons([Polygons(read_mesh(m, *_points(m, b)).mesh, polygon_owners(m)) for m, b in pairs])
 
     def sample(self, sample: int) -> list[Points]:
         """Read the points of the meshes at a sample; BadInput where polygons are not those of the first one."""

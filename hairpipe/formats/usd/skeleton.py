@@ -1,9 +1,4 @@
-"""UsdSkel skeletons of a stage, and the meshes they move.
-
-Blend shapes of UsdSkel, with in-betweens, and the weights of an animation.
-
-Motion of the joints of UsdSkel skeletons.
-"""
+"""UsdSkel: skeletons of a stage and the meshes they move, blend shapes with in-betweens, and their motion."""
 
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,8 +10,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from hairpipe.errors import BadInput
 from hairpipe.formats.animated_meshes import sampled
-from hairpipe.formats.joint_motion import JointMotion
-from hairpipe.formats.rigging import Key, find_tips, rigid, unique_names
+from hairpipe.formats.rigging import ROUNDED, JointMotion, Key, find_tips, rigid, unique_names
 from hairpipe.formats.usd.stage import (
     checked,
     columns,
@@ -33,8 +27,6 @@ from hairpipe.plain_file import Absent
 from hairpipe.values import Skeleton
 
 REST = Usd.TimeCode.EarliestTime()
-ROUNDED = 1e-9
-"""Largest difference of bind pose and rest pose that rounding explains."""
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from hairpipe.errors import BadInput
 from hairpipe.formats.alembic_curves import read_alembic
 from hairpipe.formats.alembic_groom import TARGETS, size_of, write_alembic
 from hairpipe.formats.groom_shot import GroomShot
+from hairpipe.formats.usd.curves import read_curves
 from hairpipe.formats.usd.groom_targets import write_groom
-from hairpipe.formats.usd.meshes import read_curves
 from hairpipe.values import Strands
 from tests.formats.complete_groom import complete_groom
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hairpipe.engine import Frames, Time, Workspace
-from hairpipe.formats.strand_files import read_strands
+from hairpipe.formats.registry import read_strands
 from hairpipe.groom.sampling import take
 from hairpipe.nodes.export_alembic import export_alembic
 from hairpipe.nodes.export_groom import export_groom

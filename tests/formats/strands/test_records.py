@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.formats.strand_files import read_records
+from hairpipe.formats.polylines import read_records
 
 COUNTS = (4, 2, 7, 3, 5)
 

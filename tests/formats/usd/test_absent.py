@@ -7,7 +7,8 @@ import pytest
 from pxr import Sdf, Usd
 
 from hairpipe.errors import BadInput
-from hairpipe.formats.animated_meshes import Instant, list_parts
+from hairpipe.formats.animated_meshes import Instant
+from hairpipe.formats.registry import list_parts
 from hairpipe.formats.usd import curves, moving_meshes
 from hairpipe.formats.usd import meshes as skinned_meshes
 from hairpipe.formats.usd.stage import open_whole
@@ -109,9 +110,9 @@ def test_a_body_and_hair_that_are_referenced_are_read(tmp_path):
         tmp_path / "shot.usda",
         'def "body" (references = @./body.usda@) {}\ndef "hair" (payload = @./hair.usda@) {}',
     )
-    composed, alone = (skinned_meshes.read(shot.parent / name, "/body") for name in ("shot.usda", "body.usda"))
+    composed, alone = (skinned_meshes.read_body(shot.parent / name, "/body") for name in ("shot.usda", "body.usda"))
     assert np.array_equal(composed.mesh.points, alone.mesh.points) and len(alone.mesh.points) == 4
-    composed, alone = (curves.read(shot.parent / name, "/hair") for name in ("shot.usda", "hair.usda"))
+    composed, alone = (curves.read_curves(shot.parent / name, "/hair") for name in ("shot.usda", "hair.usda"))
     assert np.array_equal(composed.points, alone.points) and len(alone.points) == 2
 
 

@@ -20,15 +20,14 @@ import sys, warnings
 from pathlib import Path
 from hairpipe.errors import BadInput
 from hairpipe import apart
-from hairpipe.formats.usd.groom import curves
-from hairpipe.formats.usd.meshes import skinned_meshes
+from hairpipe.formats.usd import curves, meshes
 from hairpipe.formats.usd.check.lint import lint
 
 warnings.simplefilter("ignore")
 apart.MEMORY = 1 << 30
 apart.limit_memory()
 for path in map(Path, sys.argv[1:]):
-    for work in (lambda: skinned_meshes.read(path, None), lambda: curves.read(path, None), lambda: lint(path)):
+    for work in (lambda: meshes.read_body(path), lambda: curves.read_curves(path), lambda: lint(path)):
         try:
             work()
         except BadInput as fault:

@@ -12,8 +12,8 @@ from pxr import Sdf
 from hairpipe.apart import work_apart
 from hairpipe.app.cli.commands.usd import lint_file
 from hairpipe.errors import BadInput
+from hairpipe.formats.registry import read_body, read_strands
 from hairpipe.formats.usd.layer_files import find_layers
-from hairpipe.formats.usd.meshes import read_body, read_curves
 from hairpipe.formats.usd.stage import open_stage
 
 LEVELS = 40
@@ -60,7 +60,7 @@ def test_a_layer_that_is_a_pipe_is_refused_before_it_is_opened(tmp_path: Path, a
 def test_readers_and_lint_refuse_it(tmp_path: Path) -> None:
     (tmp_path / "zero.usda").symlink_to("/dev/zero")
     path = compose(tmp_path / "a.usda", "reference", "zero.usda")
-    for read in (read_body, read_curves, lambda path: work_apart(lint_file, path)):
+    for read in (read_body, lambda path: read_strands(path, 1.0, "y", None), lambda path: work_apart(lint_file, path)):
         with pytest.raises(BadInput, match=r"a\.usda: refers to zero\.usda, which is a device"):
             read(path)
 
@@ -100,10 +100,10 @@ def test_references_that_double_at_each_level_end_at_a_limit(
     script = f"""
 import resource, sys
 from pathlib import Path
-from hairpipe.formats.usd.meshes import read_curves
+from hairpipe.formats.registry import read_strands
 
 resource.setrlimit(resource.{limit}, {most})
-read_curves(Path(sys.argv[1]))
+read_strands(Path(sys.argv[1]), 1.0, "y", None)
 """
     child = subprocess.run([sys.executable, "-c", script, doubling], capture_output=True, text=True)
     assert f"doubling.usda: {message}" in child.stderr

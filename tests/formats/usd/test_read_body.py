@@ -9,7 +9,7 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
 from hairpipe.errors import BadInput
-from hairpipe.formats.usd.meshes import read, read_body
+from hairpipe.formats.usd.meshes import read_body
 from hairpipe.values import Mesh
 
 CUBE = np.array([[x, y, z] for x in (0.0, 2) for y in (0.0, 2) for z in (0.0, 2)])
@@ -36,7 +36,7 @@ def test_stands_in_metres_with_y_up(new_stage, saved, up: str, scale: float) -> 
     stage = new_stage(up, scale)
     UsdGeom.Xform.Define(stage, "/scene").AddTranslateOp().Set(Gf.Vec3d(10, 20, 30))
     cube(stage, "/scene/body")
-    body = read(saved(stage), None)
+    body = read_body(saved(stage), None)
     x, y, z = ((CUBE + np.array([10, 20, 30])) * scale).T
     expected = np.stack([x, y, z] if up == "Y" else [x, z, -y], axis=1)
     np.testing.assert_allclose(body.mesh.points, expected, rtol=0, atol=1e-6)
@@ -50,7 +50,7 @@ def test_takes_the_transform_of_the_earliest_time(new_stage, saved) -> None:
     for time in (1001, 1002):
         op.Set(Gf.Vec3d(time, 0, 0), time)
     cube(stage, "/scene/body")
-    assert read(saved(stage), None).mesh.points[:, 0].min() == pytest.approx(1001)
+    assert read_body(saved(stage), None).mesh.points[:, 0].min() == pytest.approx(1001)
 
 
 @pytest.mark.parametrize("mirrored", [False, True])
@@ -61,7 +61,7 @@ def test_triangles_face_out_for_any_handedness(new_stage, saved, mirrored: bool,
     mesh.CreateOrientationAttr(TOKENS.leftHanded if left else TOKENS.rightHanded)
     if mirrored:
         mesh.AddScaleOp().Set(Gf.Vec3f(-1, 1, 1))
-    assert volume(read(saved(stage), None).mesh) == pytest.approx(8)
+    assert volume(read_body(saved(stage), None).mesh) == pytest.approx(8)
 
 
 def test_leaves_holes_out_with_their_texture_coordinates(new_stage, saved) -> None:
@@ -70,7 +70,7 @@ def test_leaves_holes_out_with_their_texture_coordinates(new_stage, saved) -> No
     mesh.CreateHoleIndicesAttr([1])
     values = Vt.Vec2fArray([Gf.Vec2f(n, 2 * n) for n in range(24)])
     UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", TYPES.TexCoord2fArray, TOKENS.faceVarying).Set(values)
-    read_in = read(saved(stage), None).mesh
+    read_in = read_body(saved(stage), None).mesh
     assert len(read_in.triangles) == 10 and read_in.uv.shape == (10, 3, 2)
     corner = {(v, f) for f in range(6) for v in QUADS[4 * f : 4 * f + 4] if f != 1}
     for triangle, uv in zip(read_in.triangles, read_in.uv, strict=True):
@@ -87,7 +87,7 @@ def test_lays_texture_coordinates_on_the_corners(new_stage, saved, interpolation
     primvar.Set(Vt.Vec2fArray([Gf.Vec2f(n, -n) for n in range(8)]))
     if not per_vertex:
         primvar.SetIndices(Vt.IntArray(QUADS))
-    mesh = read(saved(stage), None).mesh
+    mesh = read_body(saved(stage), None).mesh
     np.testing.assert_array_equal(mesh.uv[..., 0], mesh.triangles)
     np.testing.assert_array_equal(mesh.uv[..., 1], -mesh.triangles)
 
@@ -100,7 +100,7 @@ def test_a_cage_is_named_where_its_scheme_is_authored(new_stage, saved, scheme: 
         mesh.CreateSubdivisionSchemeAttr(scheme)
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
-        read(saved(stage), None)
+        read_body(saved(stage), None)
     assert ["/body is a subdivision surface" in str(w.message) for w in warned] == [True] * named
 
 
@@ -110,7 +110,7 @@ def test_texture_coordinates_of_another_number_are_named_and_left_out(new_stage,
     primvar.Set(Vt.Vec2fArray(17))
     message = r"given\.usda /body\.primvars:st has 17 elements, not 24 for faceVarying.*without texture coordinates"
     with pytest.warns(UserWarning, match=message):
-        mesh = read(saved(stage), None).mesh
+        mesh = read_body(saved(stage), None).mesh
     assert mesh.uv is None and volume(mesh) == pytest.approx(8)
 
 
@@ -122,7 +122,7 @@ def test_a_unit_that_is_a_single_float_is_read(new_stage, saved, tmp_path: Path)
     double, single = (np.float32(0.5).tobytes() + bytes([0, 0, kind, 0x40]) for kind in (9, 8))
     assert data.count(double) == 1
     (tmp_path / "single.usdc").write_bytes(data.replace(double, single))
-    assert volume(read(tmp_path / "single.usdc", None).mesh) == pytest.approx(8 * 0.5**3)
+    assert volume(read_body(tmp_path / "single.usdc", None).mesh) == pytest.approx(8 * 0.5**3)
 
 
 def test_float_primvars_on_vertices_are_maps(new_stage, saved) -> None:
@@ -147,7 +147,7 @@ def test_merges_all_that_is_shown_and_takes_one_prim_on_request(new_stage, saved
     cube(stage, "/char/proxy").CreatePurposeAttr(TOKENS.proxy)
     cube(stage, "/char/guide").CreatePurposeAttr(TOKENS.guide)
     path = saved(stage)
-    both, one = read(path, None), read(path, "/char/first")
+    both, one = read_body(path, None), read_body(path, "/char/first")
     assert len(both.mesh.points) == 16 and volume(both.mesh) == pytest.approx(16)
     assert both.maps["scalp"].sum() == 8 and len(both.weights) == 16
     assert len(one.mesh.points) == 8 and one.mesh.points.max() == 2 and not one.maps
@@ -161,7 +161,7 @@ def test_reads_instances(new_stage, saved) -> None:
         instance.GetPrim().GetReferences().AddInternalReference("/asset")
         instance.GetPrim().SetInstanceable(True)
         instance.AddTranslateOp().Set(Gf.Vec3d(10 * n, 0, 0))
-    assert read(saved(stage), "/world").mesh.points[:, 0].max() == 12
+    assert read_body(saved(stage), "/world").mesh.points[:, 0].max() == 12
 
 
 def bent(change: Callable[[UsdGeom.Mesh], object]) -> Callable[[Usd.Stage], object]:
@@ -206,7 +206,7 @@ def test_invalid_prims_are_refused_with_their_path(new_stage, saved, plant: Call
     stage = new_stage()
     plant(stage)
     with pytest.raises(BadInput) as caught:
-        read(saved(stage), None)
+        read_body(saved(stage), None)
     assert message in str(caught.value) and "given.usda" in str(caught.value)
 
 
@@ -216,7 +216,7 @@ def test_names_what_there_is_when_a_prim_is_not_there(new_stage, saved) -> None:
     path = saved(stage)
     for wrong in ("/bodi", "body", "", "//", "/body.points"):
         with pytest.raises(BadInput, match=r"no prim .*\(a path under /body\)"):
-            read(path, wrong)
+            read_body(path, wrong)
 
 
 def test_reads_every_kind_of_usd_file(new_stage, tmp_path: Path) -> None:
@@ -230,4 +230,4 @@ def test_reads_every_kind_of_usd_file(new_stage, tmp_path: Path) -> None:
     (tmp_path / "crlf.usda").write_bytes(text.replace(b"\n", b"\r\n"))
     assert UsdUtils.CreateNewUsdzPackage(str(tmp_path / "a.usdc"), str(tmp_path / "a.usdz"))
     for name in ("a.usdc", "a.usd", "a.usda", "A.USDA", "crlf.usda", "a.usdz"):
-        assert volume(read(tmp_path / name, None).mesh) == pytest.approx(8), name
+        assert volume(read_body(tmp_path / name, None).mesh) == pytest.approx(8), name

@@ -9,17 +9,16 @@ from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 from scipy.interpolate import BSpline
 
 from hairpipe.errors import BadInput
-from hairpipe.formats.usd.curves import STEPS
-from hairpipe.formats.usd.curves import read as read_file
-from hairpipe.formats.usd.meshes import read as read_body
-from hairpipe.formats.usd.meshes import read_curves
+from hairpipe.formats.registry import read_strands
+from hairpipe.formats.usd.curves import STEPS, read_curves
+from hairpipe.formats.usd.meshes import read_body
 
 TOKENS, NAN = UsdGeom.Tokens, float("nan")
 
 
 def read(path: Path, prim: str | None) -> tuple[np.ndarray, np.ndarray]:
     """Points and offsets of curves as the file says that they are: without what pins would add."""
-    found = read_file(path, prim)
+    found = read_curves(path, prim)
     first, last = found.offsets[:-1] + found.spare, found.offsets[1:] - found.spare
     rows = [np.arange(*ends) for ends in zip(first, last, strict=True)]
     return found.points[np.concatenate(rows)], np.cumsum([0, *map(len, rows)]).astype(np.int32)
@@ -110,7 +109,7 @@ def test_the_door_reads_the_same(new_stage, saved) -> None:
     stage = new_stage("Z", 0.01)
     curves(stage, wild(4, 7))
     path = saved(stage)
-    reported, seen = read_curves(path), read_file(path, None)
+    reported, seen = read_strands(path, 1.0, "y", None), read_curves(path)
     for name in ("points", "offsets", "ids", "held", "spare"):
         np.testing.assert_array_equal(getattr(reported, name), getattr(seen, name))
     assert reported.rest is seen.rest is reported.widths is seen.widths is None
@@ -125,7 +124,7 @@ def test_without_pins_the_ends_that_pins_would_give_are_spare(new_stage, saved) 
     curves(stage, [strand], TOKENS.bspline, TOKENS.nonperiodic, path="/groom/a")
     curves(stage, [strand], TOKENS.catmullRom, TOKENS.nonperiodic, path="/groom/b")
     curves(stage, [strand], TOKENS.bspline, TOKENS.pinned, path="/groom/c")
-    found = read_file(saved(stage), None)
+    found = read_curves(saved(stage), None)
     assert found.spare.tolist() == [STEPS, 1, 0]
     for begin in found.offsets[:-1]:
         np.testing.assert_allclose(found.points[begin], strand[0], atol=1e-6)
@@ -138,7 +137,7 @@ def test_ids_of_the_file_are_taken_over(new_stage, saved, name: str) -> None:
     stage = new_stage()
     for path, ids in (("/groom/a", [7, 3]), ("/groom/b", [12])):
         primvar(curves(stage, wild(*[4] * len(ids)), path=path), name, Sdf.ValueTypeNames.IntArray, TOKENS.uniform, ids)
-    assert read_file(saved(stage), None).ids.tolist() == [7, 3, 12]
+    assert read_curves(saved(stage), None).ids.tolist() == [7, 3, 12]
 
 
 @pytest.mark.parametrize(
@@ -154,7 +153,7 @@ def test_curves_without_an_id_get_new_numbers(new_stage, saved, kind: str, ids: 
     stage = new_stage()
     primvar(curves(stage, wild(4, 4)), "hairId", getattr(Sdf.ValueTypeNames, kind), TOKENS.uniform, ids)
     with pytest.warns(UserWarning, match=r"ids of 1 of 2 curves|hairId is not .*: not used"):
-        assert read_file(saved(stage), None).ids.tolist() == kept
+        assert read_curves(saved(stage), None).ids.tolist() == kept
 
 
 @pytest.mark.parametrize("name", ["pref", "rest"])
@@ -163,43 +162,43 @@ def test_the_rest_shape_is_read_as_the_points_are(new_stage, saved, name: str) -
     prim = curves(stage, [strand], TOKENS.bspline, TOKENS.pinned)
     values = Vt.Vec3fArray.FromNumpy(rest.astype(np.float32))
     primvar(prim, name, Sdf.ValueTypeNames.Point3fArray, TOKENS.vertex, values)
-    found = read_file(saved(stage), None)
+    found = read_curves(saved(stage), None)
     prim.GetPointsAttr().Set(values)
-    np.testing.assert_allclose(found.rest, read_file(saved(stage), None).points, atol=1e-9)
+    np.testing.assert_allclose(found.rest, read_curves(saved(stage), None).points, atol=1e-9)
 
 
 def test_mismatched_rest_shape_is_reported(new_stage, saved) -> None:
     stage = new_stage()
     primvar(curves(stage, wild(6)), "pref", Sdf.ValueTypeNames.Point3fArray, TOKENS.vertex, [Gf.Vec3f(0)] * 5)
     with pytest.warns(UserWarning, match="primvars:pref has 5 values for 6 points: not used"):
-        assert read_file(saved(stage), None).rest is None
+        assert read_curves(saved(stage), None).rest is None
 
 
 @pytest.mark.parametrize(("count", "expected"), [(1, [2] * 9), (2, [2] * 4 + [3] * 5), (9, list(range(2, 11)))])
 def test_widths_are_those_of_the_points_in_metres(new_stage, saved, count: int, expected: list) -> None:
     stage = new_stage("Y", 0.01)
     curves(stage, wild(4, 5)).CreateWidthsAttr([2.0 + i for i in range(count)])
-    np.testing.assert_allclose(read_file(saved(stage), None).widths, 0.01 * np.array(expected))
+    np.testing.assert_allclose(read_curves(saved(stage), None).widths, 0.01 * np.array(expected))
 
 
 def test_widths_of_another_number_are_reported(new_stage, saved) -> None:
     stage = new_stage()
     curves(stage, wild(4, 5)).CreateWidthsAttr([1.0, 0.0, 1.0])
     with pytest.warns(UserWarning, match="widths are 3 values for 2 curves of 9 points, not 1 or 2 or 9: not used"):
-        assert read_file(saved(stage), None).widths is None
+        assert read_curves(saved(stage), None).widths is None
 
 
 def test_widths_of_0_at_the_tip_are_kept(new_stage, saved) -> None:
     stage = new_stage()
     curves(stage, wild(4)).CreateWidthsAttr([3.0, 2.0, 1.0, 0.0])
-    np.testing.assert_allclose(read_file(saved(stage), None).widths, [3, 2, 1, 0])
+    np.testing.assert_allclose(read_curves(saved(stage), None).widths, [3, 2, 1, 0])
 
 
 def test_invalid_widths_are_interpolated(new_stage, saved) -> None:
     stage = new_stage()
     curves(stage, wild(4, 3, 2)).CreateWidthsAttr([3.0, NAN, 1.0, -1.0, 5.0, 5.0, 5.0, NAN, NAN])
     with pytest.warns(UserWarning) as reported:
-        found = read_file(saved(stage), None).widths
+        found = read_curves(saved(stage), None).widths
     np.testing.assert_allclose(found, [3, 2, 1, 1, 5, 5, 5, 3, 3])
     assert [
         "4 of 9 are negative or not finite" in str(reported[0].message),
@@ -223,7 +222,7 @@ def test_varying_widths_lie_at_the_ends_of_spans(
     values = 1.0 + np.arange(prim.ComputeVaryingDataSize(0)) ** 2
     prim.CreateWidthsAttr(values)
     prim.SetWidthsInterpolation(TOKENS.varying)
-    found = read_file(saved(stage), None).widths
+    found = read_curves(saved(stage), None).widths
     np.testing.assert_allclose(found[list(ends)], values)
     half = found[ends[0] : ends[-1] + 1]
     np.testing.assert_allclose(half, np.interp(np.arange(len(half)), np.array(ends) - ends[0], values))
@@ -235,7 +234,7 @@ def test_a_curve_that_is_none_does_not_take_the_others_along(new_stage, saved, b
     prim = curves(stage, [strands[0], *wild(bad), strands[1]], wrap=TOKENS.nonperiodic)
     primvar(prim, "hairId", Sdf.ValueTypeNames.IntArray, TOKENS.uniform, [5, 6, 7])
     with pytest.warns(UserWarning, match=rf"hair: 1 of 3 curves are left out: 1: .* {bad} points"):
-        found = read_file(saved(stage), None)
+        found = read_curves(saved(stage), None)
     assert found.ids.tolist() == [5, 7] and len(found.points) == 11
 
 
@@ -247,7 +246,7 @@ def test_primvars_are_maps_and_those_that_cannot_be_are_named(new_stage, saved) 
     curves(stage, wild(4), path="/groom/hidden").CreateVisibilityAttr("invisible")
     UsdGeom.HermiteCurves.Define(stage, "/groom/hermite")
     with pytest.warns(UserWarning) as reported:
-        found = read_file(saved(stage), None)
+        found = read_curves(saved(stage), None)
     messages = " ".join(str(warning.message) for warning in reported)
     assert "primvars that are not used: note" in messages and found.maps["clump"] == [0.5]
     assert "shapes that are not read: /groom/hidden (invisible), /groom/hermite (a HermiteCurves)" in messages
@@ -260,7 +259,7 @@ def test_maps_of_several_prims_are_joined_and_follow_the_kept_curves(new_stage, 
     primvar(first, "broken", floats, TOKENS.uniform, [1.0, NAN, 3.0])
     primvar(curves(stage, wild(4), path="/groom/other"), "frizz", floats, TOKENS.uniform, [0.5])
     with pytest.warns(UserWarning) as reported:
-        found = read_file(saved(stage), None)
+        found = read_curves(saved(stage), None)
     assert {name: values.tolist() for name, values in found.maps.items()} == {"clump": [1, 3, 0], "frizz": [0, 0, 0.5]}
     assert any("primvars that are not used: broken" in str(warning.message) for warning in reported)
 
@@ -269,7 +268,7 @@ def test_curves_of_another_type_are_named(new_stage, saved) -> None:
     stage = new_stage()
     UsdGeom.HermiteCurves.Define(stage, "/groom/hermite")
     with pytest.raises(BadInput, match="no visible BasisCurves or NurbsCurves, but HermiteCurves, which are not read"):
-        read_file(saved(stage), None)
+        read_curves(saved(stage), None)
 
 
 def test_body_and_hair_are_read_at_one_time(new_stage, saved) -> None:
@@ -285,10 +284,10 @@ def test_body_and_hair_are_read_at_one_time(new_stage, saved) -> None:
         points.Set(Vt.Vec3fArray(4, Gf.Vec3f(time)), time)
     path = saved(stage)
     with pytest.warns(UserWarning, match="read at time code 1002, the first at which all"):
-        hair, body = read_file(path, None), read_body(path, None)
+        hair, body = read_curves(path, None), read_body(path, None)
     assert hair.time == body.time == 1002.0
     assert (hair.points == 1002).all() and np.array_equal(body.mesh.points, corners + 1002)
-    hair, body = read_file(path, None, 1004.0), read_body(path, None, 1004.0)
+    hair, body = read_curves(path, None, 1004.0), read_body(path, None, 1004.0)
     assert (hair.points == 1004).all() and np.array_equal(body.mesh.points, corners + 1004)
 
 

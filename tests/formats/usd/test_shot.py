@@ -13,9 +13,8 @@ from pxr import Usd, UsdGeom, UsdShade
 
 from hairpipe.errors import BadInput
 from hairpipe.formats.usd.check.lint import lint
-from hairpipe.formats.usd.curves import STEPS
-from hairpipe.formats.usd.curves import read as read_curves
-from hairpipe.formats.usd.meshes import read as read_body
+from hairpipe.formats.usd.curves import STEPS, read_curves
+from hairpipe.formats.usd.meshes import read_body
 from hairpipe.formats.usd.shot import Shot, write_clips, write_shot
 from hairpipe.formats.vdb_read import inspect
 from hairpipe.groom.resampling import spline_knots

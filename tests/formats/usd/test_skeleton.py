@@ -6,7 +6,7 @@ from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
 from hairpipe.engine import Time
 from hairpipe.errors import BadInput
-from hairpipe.formats.usd.meshes import read
+from hairpipe.formats.usd.meshes import read_body
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_motion import load_motion
 from hairpipe.values import Body
@@ -81,7 +81,7 @@ def test_rests_where_usdskel_puts_it(new_stage, saved, own_rest: bool) -> None:
     rest = locals_of([at(*o, turn=-20 * n) for n, o in enumerate(ORIGINS)]) if own_rest else None
     character(stage, rest)
     path = saved(stage)
-    body = read(path, None)
+    body = read_body(path, None)
     pose = [Gf.Matrix4d(m) for m in stage.GetPrimAtPath("/char/skeleton").GetAttribute("restTransforms").Get()]
     np.testing.assert_allclose(body.mesh.points, y_up(baked(stage, pose)), atol=2e-8)
 
@@ -89,7 +89,7 @@ def test_rests_where_usdskel_puts_it(new_stage, saved, own_rest: bool) -> None:
 def test_bends_as_usdskel_bends_it(new_stage, saved) -> None:
     stage = new_stage("Z", 0.01)
     character(stage)
-    body = read(saved(stage), None)
+    body = read_body(saved(stage), None)
     world = [at(*o, turn=25 * n) for n, o in enumerate(ORIGINS)]
     to_metres = np.array([[0.01, 0, 0, 0], [0, 0, 0.01, 0], [0, -0.01, 0, 0], [0, 0, 0, 1]])
     joints = np.stack([to_metres @ np.array(w * PLACE).T for w in world])
@@ -100,7 +100,7 @@ def test_bends_as_usdskel_bends_it(new_stage, saved) -> None:
 def test_joints_have_names_parents_origins_and_tips(new_stage, saved) -> None:
     stage = new_stage("Z", 0.01)
     character(stage)
-    skeleton = read(saved(stage), None).skeleton
+    skeleton = read_body(saved(stage), None).skeleton
     assert skeleton.names == ("hips", "spine", "head", "tail")
     assert skeleton.parents.tolist() == [-1, 0, 1, 1] and skeleton.parents.dtype == np.int32
     origins = y_up(np.array([PLACE.Transform(Gf.Vec3d(*o)) for o in ORIGINS]))
@@ -118,7 +118,7 @@ def test_leaves_of_one_name_keep_their_paths(new_stage, saved) -> None:
     stage = new_stage()
     character(stage)
     stage.GetPrimAtPath("/char/skeleton").GetAttribute("joints").Set(["a", "a/b", "a/b/c", "a/b/c/b"])
-    assert read(saved(stage), None).skeleton.names == ("a", "a/b", "c", "a/b/c/b")
+    assert read_body(saved(stage), None).skeleton.names == ("a", "a/b", "c", "a/b/c/b")
 
 
 def test_weights_are_normalised_and_a_bare_vertex_follows_the_root(new_stage, saved) -> None:
@@ -127,7 +127,7 @@ def test_weights_are_normalised_and_a_bare_vertex_follows_the_root(new_stage, sa
     weights = np.tile([1.5, 0.5], (N, 1))
     weights[3] = 0
     UsdSkel.BindingAPI(mesh).GetJointWeightsPrimvar().Set(weights.ravel().tolist())
-    body = read(saved(stage), None)
+    body = read_body(saved(stage), None)
     np.testing.assert_allclose(body.weights.sum(axis=1), 1, atol=1e-12)
     np.testing.assert_allclose(body.weights[0], [0.75, 0.25])
     assert body.joints[3, 0] == 0 and body.weights[3, 0] == 1
@@ -144,7 +144,7 @@ def test_weights_of_any_sum_rest_where_those_of_sum_1_do(new_stage, saved) -> No
         weights[3] = bare
         binding.GetJointIndicesPrimvar().Set(joints.ravel().tolist())
         binding.GetJointWeightsPrimvar().Set((scale * weights).ravel().tolist())
-        points.append(read(saved(stage), None).mesh.points)
+        points.append(read_body(saved(stage), None).mesh.points)
     pose = [Gf.Matrix4d(m) for m in stage.GetPrimAtPath("/char/skeleton").GetAttribute("restTransforms").Get()]
     np.testing.assert_allclose(points[1], points[0], atol=1e-5)
     binding.GetJointWeightsPrimvar().Set(np.vstack([weights[:3], [[1.0, 0.0]], weights[4:]]).ravel().tolist())
@@ -156,7 +156,7 @@ def test_dual_quaternions_are_read_at_rest_and_marked_where_they_bend(new_stage,
     rest = locals_of([at(*o, turn=-20 * n) for n, o in enumerate(ORIGINS)])
     binding = UsdSkel.BindingAPI(character(stage, rest))
     binding.CreateSkinningMethodAttr("dualQuaternion")
-    body = read(saved(stage), None)
+    body = read_body(saved(stage), None)
     np.testing.assert_array_equal(body.dual.vertices, np.flatnonzero(body.joints[:, 0] != body.joints[:, 1]))
     np.testing.assert_allclose(body.mesh.points, y_up(baked(stage, rest)), atol=2e-8)
 
@@ -166,7 +166,7 @@ def test_dual_quaternions_of_one_joint_are_linear(new_stage, saved) -> None:
     binding = UsdSkel.BindingAPI(character(stage))
     binding.CreateSkinningMethodAttr("dualQuaternion")
     binding.GetJointIndicesPrimvar().Set([n % 4 for n in range(N) for _ in range(2)])
-    body = read(saved(stage), None)
+    body = read_body(saved(stage), None)
     assert body.dual is None
     world = [at(*o, turn=25 * n) for n, o in enumerate(ORIGINS)]
     to_metres = np.array([[0.01, 0, 0, 0], [0, 0, 0.01, 0], [0, -0.01, 0, 0], [0, 0, 0, 1]])
@@ -216,7 +216,7 @@ def test_blend_shapes_without_a_skeleton_are_named(new_stage, saved) -> None:
         mesh.GetPrim().RemoveProperty(name)
     stage.RemovePrim("/char/skeleton")
     with pytest.warns(UserWarning, match="/char/mesh has blend shapes without a Skeleton to animate them"):
-        body = read(saved(stage), None)
+        body = read_body(saved(stage), None)
     assert not body.skeleton.names and body.shapes is None
     still = [PLACE.Transform(Gf.Vec3d(p)) for p in mesh.GetPointsAttr().Get()]
     np.testing.assert_allclose(body.mesh.points, still, atol=1e-6)
@@ -240,7 +240,7 @@ def test_blend_shapes_that_do_not_fit_are_refused(new_stage, saved, name: str, v
     shape.CreatePointIndicesAttr()
     shape.GetPrim().GetAttribute(name).Set(value)
     with pytest.raises(BadInput, match=message):
-        read(saved(stage), None)
+        read_body(saved(stage), None)
 
 
 def test_two_keys_of_a_blend_shape_at_one_weight_are_refused(new_stage, saved) -> None:
@@ -251,7 +251,7 @@ def test_two_keys_of_a_blend_shape_at_one_weight_are_refused(new_stage, saved) -
     for weight, message in ((1.0, "a second key at the weight 1"), (0.0, "a key at the weight 0")):
         between.SetWeight(weight)
         with pytest.raises(BadInput, match=f"blend shape smile of mesh 0: {message}"):
-            read(saved(stage), None)
+            read_body(saved(stage), None)
 
 
 def test_names_that_do_not_fit_blend_shapes_are_reported(new_stage, saved) -> None:
@@ -260,7 +260,7 @@ def test_names_that_do_not_fit_blend_shapes_are_reported(new_stage, saved) -> No
     smile(stage)
     UsdSkel.BindingAPI(stage.GetPrimAtPath("/char/mesh")).GetBlendShapesAttr().Set(["smile", "frown"])
     with pytest.warns(UserWarning, match="/char/mesh: skel:blendShapes has 2 names for 1 blend shapes, which are ig"):
-        body = read(saved(stage), None)
+        body = read_body(saved(stage), None)
     assert body.shapes is None and len(body.mesh.points) == N
 
 
@@ -270,7 +270,7 @@ def test_a_blend_shape_may_move_nothing(new_stage, saved) -> None:
     shape = smile(stage)
     shape.CreatePointIndicesAttr([])
     shape.GetOffsetsAttr().Set([])
-    body = read(saved(stage), None)
+    body = read_body(saved(stage), None)
     assert body.shapes.names == ("smile",) and body.shapes.rows.tolist() == [0, 0]
 
 
@@ -279,7 +279,7 @@ def test_weights_are_not_a_map(new_stage, saved) -> None:
     binding = UsdSkel.BindingAPI(character(stage))
     binding.CreateJointIndicesPrimvar(False, 1).Set([2] * N)
     binding.CreateJointWeightsPrimvar(False, 1).Set([1.0] * N)
-    body = read(saved(stage), None)
+    body = read_body(saved(stage), None)
     assert not body.maps and (body.joints == 2).all()
 
 
@@ -292,7 +292,7 @@ def test_a_mesh_without_joints_under_a_bound_root_follows_the_first(new_stage, s
     hat.CreateFaceVertexCountsAttr([3])
     hat.CreateFaceVertexIndicesAttr([0, 1, 2])
     with pytest.warns(UserWarning, match="/char/hat is not bound to a skeleton"):
-        body = read(saved(stage), None)
+        body = read_body(saved(stage), None)
     np.testing.assert_allclose(body.mesh.points[N:], [PLACE.Transform(Gf.Vec3d(n, 0, n * n)) for n in range(3)])
     assert (body.joints[N:] == 0).all() and (body.weights[N:, 0] == 1).all() and len(body.skeleton.names) == 4
 
@@ -303,7 +303,7 @@ def test_a_rigid_mesh_follows_its_joints_by_the_meshs_own_order(new_stage, saved
     binding.CreateJointsAttr(["hips/spine/tail", "hips"])
     binding.CreateJointIndicesPrimvar(True, 1).Set([0])
     binding.CreateJointWeightsPrimvar(True, 1).Set([1.0])
-    body = read(saved(stage), None)
+    body = read_body(saved(stage), None)
     pose = list(stage.GetPrimAtPath("/char/skeleton").GetAttribute("restTransforms").Get())
     np.testing.assert_allclose(body.mesh.points, baked(stage, pose), atol=2e-6)
     assert body.joints.shape == (N, 1) and (body.joints == 3).all() and (body.weights == 1).all()
@@ -319,7 +319,7 @@ def test_several_skeletons_become_one(new_stage, saved) -> None:
     UsdGeom.Mesh(stage.GetPrimAtPath("/hat")).CreateFaceVertexCountsAttr([3])
     UsdGeom.Mesh(stage.GetPrimAtPath("/hat")).CreateFaceVertexIndicesAttr([0, 1, 2])
     with pytest.warns(UserWarning, match="/hat is not bound to a skeleton"):
-        body = read(saved(stage), None)
+        body = read_body(saved(stage), None)
     skeleton = body.skeleton
     assert skeleton.parents.tolist() == [-1, 0, 1, 1, -1, 4, 5, 5] and len(set(skeleton.names)) == 8
     assert body.joints[N : 2 * N].min() == 4 and (body.joints[2 * N :] == 0).all()
@@ -355,7 +355,7 @@ def test_refuses_broken_skeletons(new_stage, saved, prim: str, name: str, value:
     binding.CreateSkinningMethodAttr()
     stage.GetPrimAtPath(prim).GetAttribute(name).Set(value)
     with pytest.raises(BadInput) as caught:
-        read(saved(stage), None)
+        read_body(saved(stage), None)
     assert message in str(caught.value) and prim in str(caught.value)
 
 
@@ -371,4 +371,4 @@ def test_refuses_joints_and_weights_that_do_not_go_together(new_stage, saved, sp
     else:
         binding.GetPrim().RemoveProperty("primvars:skel:jointWeights")
     with pytest.raises(BadInput, match="do not fit the points"):
-        read(saved(stage), None)
+        read_body(saved(stage), None)

@@ -8,7 +8,7 @@ from pxr import Gf, Usd, UsdGeom, Vt
 from scipy.interpolate import BSpline
 
 from hairpipe.errors import BadInput
-from hairpipe.formats.usd.curves import STEPS, read
+from hairpipe.formats.usd.curves import STEPS, read_curves
 
 TOKENS = UsdGeom.Tokens
 
@@ -41,7 +41,7 @@ def test_nurbs_lie_on_the_curves_of_scipy(new_stage, saved, weighted: bool) -> N
     prim = nurbs(stage, strands, CLAMPED, weights if weighted else None)
     prim.CreateWidthsAttr(np.arange(11) / 100.0)
     prim.SetWidthsInterpolation(TOKENS.vertex)
-    found = read(saved(stage), None)
+    found = read_curves(saved(stage), None)
     for s, (points, knots, weight) in enumerate(zip(strands, CLAMPED, weights, strict=True)):
         line = found.points[found.offsets[s] : found.offsets[s + 1]]
         ends = np.unique(knots[3:-3])
@@ -66,7 +66,7 @@ def test_other_nurbs_are_refused(new_stage, saved, strands, knots, message: str)
     stage = new_stage()
     nurbs(stage, strands, knots)
     with pytest.raises(BadInput) as caught:
-        read(saved(stage), None)
+        read_curves(saved(stage), None)
     assert message in str(caught.value) and "/groom/nurbs" in str(caught.value)
 
 
@@ -74,8 +74,8 @@ def test_quadratic_nurbs_and_parts_of_curves_are_refused(new_stage, saved) -> No
     stage = new_stage()
     nurbs(stage, wild(5), [np.arange(9.0)]).CreateRangesAttr([Gf.Vec2d(3.5, 5.0)])
     with pytest.raises(BadInput, match="ranges are parts of the curves"):
-        read(saved(stage), None)
+        read_curves(saved(stage), None)
     stage = new_stage(name="quadratic.usda")
     nurbs(stage, wild(6), [np.arange(9.0)]).CreateOrderAttr([3])
     with pytest.raises(BadInput, match="has the order 3"):
-        read(saved(stage), None)
+        read_curves(saved(stage), None)

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from hairpipe.body.preparation import drop_unused
 from hairpipe.body.shapes import build_box, build_cylinder, join
-from hairpipe.formats.bodies import read_body
+from hairpipe.formats.registry import read_body
 from hairpipe.groom.growing import closed
 from hairpipe.levelset.facing import facing_inward, turn, turned_outward
 from hairpipe.nodes.grow_groom import grow_groom

@@ -181,9 +181,11 @@ def test_pieces_end_where_three_triangles_meet(box):
 
 
 def test_lashes_of_an_artist_stop_hair(shared):
-    from hairpipe.formats.obj import read_obj
+    from hairpipe.formats.obj import read_polygons
 
-    lashes, bust = (read_obj(shared / "sintel" / name) for name in ("sintel-eyelashes.obj", "sintel-collider.obj"))
+    lashes, bust = (
+        read_polygons(shared / "sintel" / name).mesh for name in ("sintel-eyelashes.obj", "sintel-collider.obj")
+    )
     assert not len(split_pieces(lashes)[0].triangles)
     surface = bake_sheets(bust, lashes, 0.002, 8.0, "fill", 0.004)
     middles = lashes.points[lashes.triangles].mean(axis=1)

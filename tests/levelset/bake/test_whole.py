@@ -241,9 +241,9 @@ def test_openvdb_agrees_but_for_its_own_error(openvdb, sphere, voxel):
     [("sintel.obj", 0.01, 0.0092, 148), ("sintel-collider.obj", 0.01, 0.00498, 0)],
 )
 def test_real_bodies(shared, name, voxel, volume, open_edges):
-    from hairpipe.formats.obj import read_obj
+    from hairpipe.formats.obj import read_polygons
 
-    mesh = read_obj(shared / "sintel" / name)
+    mesh = read_polygons(shared / "sintel" / name).mesh
     with warnings.catch_warnings(record=True) as reported:
         warnings.simplefilter("always")
         surface = bake(mesh, voxel, HALF_WIDTH)

@@ -9,7 +9,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 from hairpipe.engine import Frames, Time, Workspace
 from hairpipe.errors import BadInput
 from hairpipe.formats.usd.check.lint import lint
-from hairpipe.formats.usd.meshes import read_curves
+from hairpipe.formats.usd.curves import read_curves
 from hairpipe.groom.sampling import take
 from hairpipe.nodes.export_groom import export_groom
 from hairpipe.values import Groom, Strands
