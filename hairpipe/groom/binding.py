@@ -1,10 +1,7 @@
 """Roots bound to the body, Sec. 6 of Selle, Lentine, Fedkiw 2008: a point of a triangle, and the triangle's frame.
 
-We differ from the paper, which embeds the first points of a hair in tetrahedra of a head that deforms.
-
-Causes of roots off the body: curves from the tip, an offset, another unit or axis, or another time.
-
-Each cause is tested: it applies if its correction moves the roots onto the body.
+We differ from the paper, which embeds the first points of a hair in tetrahedra of a head that deforms. Where roots lie
+off the body, each known cause is tested: it applies if its correction moves the roots onto the body.
 """
 
 import warnings
@@ -34,17 +31,12 @@ ROUNDS = 40  # in which an offset is found
 
 
 class Cause(NamedTuple):
-    """Cause and remedy of roots off a body."""
-
     what: str
     right: str
 
 
 def cause_of_misfit(mesh: Mesh, roots: np.ndarray, tips: np.ndarray, reach: float) -> Cause | None:
-    """Return the cause of roots (S, 3) not within reach [m] of a body; None if no cause is found. Pure.
-
-    tips  other ends of the strands, (S, 3)
-    """
+    """Return the cause of roots not within reach [m] of a body, from both ends of strands (S, 3), if one is found."""
     tree = tree_over(mesh.points[mesh.triangles])
     chosen = np.unique(np.linspace(0, len(roots) - 1, SAMPLED).astype(np.int64))
     roots, tips = roots[chosen], tips[chosen]
@@ -55,35 +47,26 @@ def cause_of_misfit(mesh: Mesh, roots: np.ndarray, tips: np.ndarray, reach: floa
             moved = scale * roots @ matrix.T
             apart = np.ptp(moved, axis=0).max(initial=0.0) > WIDE * reach  # a smaller set of places fits anywhere
             if (turn or scale != 1.0) and apart and share_on(tree, moved, reach) >= MOST:
-                return Cause(describe_unit(scale, turn), "one unit and one up axis of hair and body")
+                size = UNITS.get(scale) or UNITS.get(1.0 / scale, "")
+                finer, other = ("hair", "the body") if scale < 1.0 else ("the body", "hair")
+                parts = [f"{finer} is in units of {size}, {other} in metres"] if size else []
+                parts += [f"hair has {turn}"] if turn else []
+                return Cause(", and ".join(parts), "one unit and one up axis of hair and body")
     offset = common_offset(mesh, tree, roots, reach)
-    if offset is not None:
-        vector = ", ".join(f"{x:.4g}" for x in np.round(offset, 4) + 0.0)
-        right = "points with one transform; the present ones may have been transformed twice"
-        return Cause(f"all are displaced by one vector, ({vector}) m", right)
-    return None
-
-
-def describe_unit(scale: float, turn: str) -> str:
-    """Describe a unit, or an axis, which makes roots lie on the body."""
-    unit = UNITS.get(scale) or UNITS.get(1.0 / scale, "")
-    finer, other = ("hair", "the body") if scale < 1.0 else ("the body", "hair")
-    parts = [f"{finer} is in units of {unit}, {other} in metres"] if unit else []
-    return ", and ".join([*parts, *([f"hair has {turn}"] if turn else [])])
+    if offset is None:
+        return None
+    vector = ", ".join(f"{x:.4g}" for x in np.round(offset, 4) + 0.0)
+    right = "points with one transform; the present ones may have been transformed twice"
+    return Cause(f"all are displaced by one vector, ({vector}) m", right)
 
 
 def share_on(tree: Tree, places: np.ndarray, reach: float) -> float:
-    """Return the share of places (n, 3) within reach [m] of a body."""
     finite = places[np.isfinite(places).all(axis=1)]
     return float((project(tree, finite)[1] <= reach).mean()) if len(finite) else 0.0
 
 
 def common_offset(mesh: Mesh, tree: Tree, roots: np.ndarray, reach: float) -> np.ndarray | None:
-    """Return the offset of roots (S, 3) from a body [m], (3,); None if there is none.
-
-    The translation to the closest points is iterated [ICP, Besl and McKay 1992], without rotation, from the present
-    position, from the middle of the body and from its top.
-    """
+    """Return the offset of roots from a body [m], if there is one: ICP [Besl and McKay 1992] by translations alone."""
     lower = mesh.points.min(axis=0)
     upper = mesh.points.max(axis=0)
     middle = 0.5 * (lower + upper)
@@ -184,11 +167,7 @@ def root_frames(
 
 
 def rigid_strands(groom: Groom, motions: np.ndarray, rates: np.ndarray, diameter: float) -> Strands:
-    """Return a groom's strands moved rigidly with their roots; pure.
-
-    motions, rates  motions of the roots from rest, x -> R x + t, and their time derivatives, (S, 3, 4)
-    diameter        diameter of every strand [m]
-    """
+    """Return the strands of a groom, moved by motions of their roots, with their time derivatives, (S, 3, 4); pure."""
     strand = np.repeat(np.arange(len(groom.ids)), np.diff(groom.offsets))
     placed = np.concatenate([groom.points, np.ones((len(groom.points), 1))], axis=1)
     points, velocities = (np.einsum("pij,pj->pi", bound[strand], placed) for bound in (motions, rates))

@@ -1,9 +1,8 @@
 """A helix cut into equal segments, and the turn of a curve that was.
 
-The axis of hair: of a curl the line that it winds about, of other hair the hair itself.
-
-The tangent of a curl rotates about its axis, so the axis defines its direction. The axis at a point is the mean of the
-curve over one turn about it; within half a turn of an end it is extrapolated along its tangent.
+The axis of hair is for a curl the line that it winds about, for other hair the hair itself. The tangent of a curl
+rotates about its axis, so the axis defines its direction. The axis at a point is the mean of the curve over one turn
+about it; within half a turn of an end it is extrapolated along its tangent.
 """
 
 from dataclasses import dataclass
@@ -90,7 +89,15 @@ def axes_of(groom: Groom) -> np.ndarray:
     for begin, end in zip(groom.offsets[:-1], groom.offsets[1:], strict=True):
         turn = turn_of(groom.points[begin:end])
         if 2.0 < turn <= end - begin - 2:
-            axes[begin:end] = _axis_of(groom.points[begin:end], turn)
+            centres, middle = centres_of(groom.points[begin:end], turn)
+            axis = axes[begin:end]
+            at = np.arange(len(axis))
+            axis[middle] = centres
+            way = (centres[-1] - centres[0]) / max(len(middle) - 1, 1)
+            before = at[: middle[0]]
+            after = at[middle[-1] + 1 :]
+            axis[before] = centres[0] - (middle[0] - before)[:, None] * way
+            axis[after] = centres[-1] + (after - middle[-1])[:, None] * way
     return axes
 
 
@@ -109,17 +116,3 @@ def curls_of(groom: Groom) -> np.ndarray:
     ends = [(k, groom.offsets[k], groom.offsets[k + 1]) for k in np.flatnonzero(bends >= 2.0 * np.pi)]
     found = [k for k, begin, end in ends if 2.0 < turn_of(groom.points[begin:end]) <= end - begin - 1]
     return np.array(found, np.int64)
-
-
-def _axis_of(points: np.ndarray, turn: float) -> np.ndarray:
-    """Return the axis of a curl, (n, 3), of so many segments a turn."""
-    centres, middle = centres_of(points, turn)
-    axis = np.empty_like(points)
-    at = np.arange(len(points))
-    axis[middle] = centres
-    way = (centres[-1] - centres[0]) / max(len(middle) - 1, 1)
-    before = at[: middle[0]]
-    after = at[middle[-1] + 1 :]
-    axis[before] = centres[0] - (middle[0] - before)[:, None] * way
-    axis[after] = centres[-1] + (after - middle[-1])[:, None] * way
-    return axis

@@ -1,12 +1,7 @@
-"""Hair grown from the scalp of a body.
+"""Hair grown from the scalp of a body: its style strand by strand, its axis, and the curl wound around it.
 
-Closed body as an obstacle of growing hair, so that every point is inside or outside.
-
-Curls: a helix wound around the axis of a strand.
-
-Style of every single strand.
-
-The axis of a strand: it leaves the skin, bends over, slides along the body and hangs.
+The axis of a strand leaves the skin, bends over, slides along the body and hangs. The body is closed first, so that
+every point is inside or outside.
 """
 
 import warnings
@@ -26,8 +21,8 @@ from hairpipe.groom.painting import Canvas, Paint, maps_at, vertex_coat
 from hairpipe.groom.resampling import Cut, fitting, put, stride_on
 from hairpipe.groom.seeding import Density, seed_roots
 from hairpipe.groom.strand_arrays import offsets_of
-from hairpipe.groom.style import Comb, Curl, Style
-from hairpipe.levelset.closed_surface import Hole, capped, edge_uses, holes
+from hairpipe.groom.style import Comb, Style
+from hairpipe.levelset.closed_surface import capped, edge_uses, holes
 from hairpipe.values import Groom, Mesh
 from hairpipe.values.random_streams import stream
 
@@ -35,33 +30,21 @@ LEAST_BODY = 1e-3  # volume over area^(3/2) of a body: a ball has 0.094, a sheet
 
 
 def closed(mesh: Mesh) -> Mesh:
-    """Return a mesh without holes, their caps facing outward; pure.
-
-    A sheet has no inside, and caps would only add a second sheet: it is returned unchanged.
-    """
+    """Return a mesh without holes, their caps facing outward; a sheet, which has no inside, is returned unchanged."""
     edges, uses = edge_uses(mesh.triangles)
     found = holes(edges[uses % 2 == 1], mesh.points)
     if not found:
         return mesh
-    whole = capped(mesh, [facing_outward(hole, mesh.triangles) for hole in found])
+    following = np.roll(mesh.triangles, -1, axis=1)
+    for n, hole in enumerate(found):  # A cap faces outward if the loop runs like the triangles around it.
+        first, second = hole.loop[:2]
+        if not ((mesh.triangles == first) & (following == second)).any():
+            found[n] = hole._replace(loop=hole.loop[::-1], weights=hole.weights[::-1])
+    whole = capped(mesh, found)
     areas = area_vectors(whole)
     middle = whole.points.mean(axis=0)
     volume = np.sum((whole.points[whole.triangles[:, 0]] - middle) * areas) / 3.0
     return whole if volume > LEAST_BODY * np.linalg.norm(areas, axis=1).sum() ** 1.5 else mesh
-
-
-def facing_outward(hole: Hole, triangles: np.ndarray) -> Hole:
-    """Return the hole with its loop in the sense of the triangles around it, which its cap then goes against; pure."""
-    first, second = hole.loop[:2]
-    along = (triangles == first) & (np.roll(triangles, -1, axis=1) == second)
-    return hole if along.any() else hole._replace(loop=hole.loop[::-1], weights=hole.weights[::-1])
-
-
-@njit(cache=True)
-def any_normal(direction: Vector) -> Vector:
-    """Return some unit vector across a direction."""
-    axis = (1.0, 0.0, 0.0) if abs(direction[0]) < 0.7 else (0.0, 1.0, 0.0)
-    return unit(flattened(axis, direction), axis)
 
 
 @njit(cache=True)
@@ -79,7 +62,8 @@ def wind(axis: np.ndarray, step: float, radius: float, pitch: float, onset: floa
         ahead = row(axis, k + 1) if k < last else plus(here, minus(here, before))
         tangent = unit(minus(ahead, before), (0.0, -1.0, 0.0))
         before = here  # The old place of the point before, which has been moved: tangents are those of the axis.
-        normal = unit(flattened(normal, tangent), any_normal(tangent))
+        across = (1.0, 0.0, 0.0) if abs(tangent[0]) < 0.7 else (0.0, 1.0, 0.0)
+        normal = unit(flattened(normal, tangent), unit(flattened(across, tangent), across))
         t = min(k * step / onset, 1.0)
         angle = 2.0 * np.pi * k * step / pitch + phase
         reach = radius * t * t * (3.0 - 2.0 * t)
@@ -93,39 +77,32 @@ BACK_OF_HEAD = 0.6  # how far the skin faces backwards where nothing is left of 
 
 
 class Layout(NamedTuple):
-    """Parameters of growth, one row per strand.
-
-    roots      [m], (S, 3)
-    ahead      unit direction of the hair at the skin, (S, 3)
-    combs      pull where it touches the body, in units of gravity, (S, 3)
-    layers     distance from the body at which it slides [m], (S,)
-    lengths    [m], (S,)
-    radii      of the curls [m], (S,); 0 for straight hair
-    pitches    of the curls [m], (S,)
-    phases     of the curls at the root [rad], (S,)
-    """
-
-    roots: np.ndarray
-    ahead: np.ndarray
-    combs: np.ndarray
-    layers: np.ndarray
-    lengths: np.ndarray
-    radii: np.ndarray
-    pitches: np.ndarray
-    phases: np.ndarray
+    roots: np.ndarray  # [m], (S, 3)
+    ahead: np.ndarray  # unit direction of the hair at the skin, (S, 3)
+    combs: np.ndarray  # pull where it touches the body, in units of gravity, (S, 3)
+    layers: np.ndarray  # distance from the body at which it slides [m], (S,)
+    lengths: np.ndarray  # [m], (S,)
+    radii: np.ndarray  # of the curls [m], (S,); 0 for straight hair
+    pitches: np.ndarray  # of the curls [m], (S,)
+    phases: np.ndarray  # of the curls at the root [rad], (S,)
 
 
 def lay_out(canvas: Canvas, style: Style, sites: Sites, frames: np.ndarray) -> Layout:
-    """Return the layout of hair that grows from sites with given root frames, (S, 3, 4)."""
     roots, normals = frames[:, :, 3], frames[:, :, 2]
     combs = comb_pulls(canvas, style.comb, sites, roots, normals)
-    lift = canvas.numbers(style.lift, "lift", sites)
-    radii, pitches = curls(canvas, style.curl, sites)
+    pulls = combs + np.array((0.0, -1.0, 0.0))
+    along = normalized(pulls - np.sum(pulls * normals, axis=1, keepdims=True) * normals)
+    lift = np.radians(canvas.numbers(style.lift, "lift", sites))
+    radii, pitches = np.zeros(len(roots)), np.ones(len(roots))
+    if style.curl is not None:
+        radii = canvas.numbers(style.curl.radius, "curl.radius", sites)
+        pitches = canvas.numbers(style.curl.pitch, "curl.pitch", sites)
+        radii, pitches = np.where(pitches < FLATTEST, 0.0, radii), np.maximum(pitches, FLATTEST)
     depth = stream(canvas.seed, "layer").random(len(roots))
     turn = stream(canvas.seed, "phase").random(len(roots))
     return Layout(
         roots=roots,
-        ahead=leaving_directions(combs, normals, np.radians(lift)),
+        ahead=normalized(np.cos(lift)[:, None] * along + np.sin(lift)[:, None] * normals),
         combs=combs,
         layers=GAP + depth * style.volume + radii,
         lengths=canvas.numbers(style.length, "length", sites),
@@ -136,29 +113,12 @@ def lay_out(canvas: Canvas, style: Style, sites: Sites, frames: np.ndarray) -> L
 
 
 def comb_pulls(canvas: Canvas, comb: Comb, sites: Sites, roots: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """Return the pull of the comb on every strand, in units of gravity, (S, 3)."""
     pulls = comb.stray * stream(canvas.seed, "stray").normal(size=roots.shape)
     side = np.where(roots[:, 0] < comb.parting, -1.0, 1.0)
     parted = np.clip(1.0 + normals[:, 2] / BACK_OF_HEAD, 0.0, 1.0)
     pulls[:, 0] += side * parted * canvas.numbers(comb.sideways, "comb.sideways", sites)
     pulls[:, 2] -= canvas.numbers(comb.back, "comb.back", sites)
     return pulls
-
-
-def leaving_directions(combs: np.ndarray, normals: np.ndarray, lift: np.ndarray) -> np.ndarray:
-    """Return the unit directions at an angle lift [rad], (S,), to the skin, over the way the hair is pulled, (S, 3)."""
-    pulls = combs + np.array((0.0, -1.0, 0.0))
-    along = normalized(pulls - np.sum(pulls * normals, axis=1, keepdims=True) * normals)
-    return normalized(np.cos(lift)[:, None] * along + np.sin(lift)[:, None] * normals)
-
-
-def curls(canvas: Canvas, curl: Curl | None, sites: Sites) -> tuple[np.ndarray, np.ndarray]:
-    """Return radius and pitch of the curl of every strand [m], (S,) each; the radius of straight hair is 0."""
-    if curl is None:
-        return np.zeros(len(sites.triangles)), np.ones(len(sites.triangles))
-    radii = canvas.numbers(curl.radius, "curl.radius", sites)
-    pitches = canvas.numbers(curl.pitch, "curl.pitch", sites)
-    return np.where(pitches < FLATTEST, 0.0, radii), np.maximum(pitches, FLATTEST)
 
 
 DOWN = (0.0, -1.0, 0.0)
@@ -179,12 +139,10 @@ def pull(comb: Vector, touch: float, normal: Vector) -> Vector:
 
 @njit(cache=True)
 def lay(solid: Solid, axis: np.ndarray, ahead: Vector, comb: Vector, layer: float, bend: float, step: float) -> None:
-    """Write a polyline (k, 3) with a point every step [m] from its first point, which is the root.
+    """Write a polyline (k, 3), a point every step [m], from its first point, the root, where it goes `ahead`.
 
-    ahead  unit direction at the skin
-    comb   pull where it touches the body, in units of gravity
-    layer  distance from the body at which it slides [m]
-    bend   length over which it bends to the direction of its pull [m]
+    comb, layer  pull on the body, in units of gravity, and distance from it at which the strand slides [m]
+    bend         length over which it bends to the direction of its pull [m]
     """
     here = row(axis, 0)
     gap, normal, place = distance_and_normal(solid, here, 0)
@@ -227,12 +185,9 @@ def lift_off(solid: Solid, curve: np.ndarray, gap: float) -> None:
 
 @njit(cache=True)
 def clearance(solid: Solid, here: Vector, there: Vector, need: float, place: int) -> tuple[float, float, Vector, int]:
-    """Return the distance of a segment's end from the body [m], its deficit [m] and the direction of correction.
+    """Return the distance of a segment's end from the body [m], its lack [m], outward direction and closest triangle.
 
-    need   required distance of its end from the body [m]; its middle should be outside
-    place  guess of the closest triangle
-
-    The third value is the outward direction in which the end has to move by the deficit; the last the closest triangle.
+    need   required distance of the end [m], while the middle should be outside; place  guess of the closest triangle
     """
     gap, normal, place = distance_and_normal(solid, there, place)
     lack = need - gap
@@ -276,12 +231,9 @@ def turned_out(solid: Solid, here: Vector, there: Vector, need: float, place: in
 
 @njit(cache=True)
 def keep_out(solid: Solid, points: np.ndarray, gap: float) -> None:
-    """Rotate segments out of the body, in place, from the root on; lengths are unchanged.
+    """Rotate segments of a strand, (k, 3), out of the body, in place, from the root on; lengths and curls are kept.
 
-    points  points of a strand, the first on the skin [m], (k, 3)
-    gap     required clearance of points, from RISE on [m]; only those with less than LEAST of it are moved
-
-    The strand beyond a segment is translated with its end, so that its shape is kept: a curl stays a curl.
+    Only points with less than LEAST of the gap [m], which is full from RISE on, are moved.
     """
     free, way, place = 0.0, 0.0, 0
     for k in range(1, len(points)):
@@ -319,7 +271,10 @@ def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, cut:
     Raises BadInput if no hair can grow.
     """
     mesh = canvas.body.mesh
-    sites = seed_roots(mesh, scalp_density(canvas, density), strands, stream(canvas.seed, "roots"))
+    scalp = vertex_coat(canvas.body, "scalp", "scalp")
+    coat = None if density is None else canvas.coat(density, "density")
+    wanted: Density = scalp if coat is None else lambda sites: scalp(sites) * coat(sites)
+    sites = seed_roots(mesh, wanted, strands, stream(canvas.seed, "roots"))
     frames = root_frames(mesh.points, mesh.triangles, *sites)
     layout = lay_out(canvas, style, sites, frames)
     ids = np.flatnonzero(layout.lengths >= cut.shortest).astype(np.int32)
@@ -339,61 +294,39 @@ def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, cut:
 
 
 def count_segments(layout: Layout, cut: Cut, ids: np.ndarray) -> np.ndarray:
-    """Return how many segments every strand has, (S,); warn where they are fewer than asked, or than curls need."""
+    """Return the number of segments of each strand; warn where they are fewer than asked, or than curls need."""
     turns = np.where(layout.radii > 0.0, np.hypot(2.0 * np.pi * layout.radii, layout.pitches), np.inf)
     wanted = cut.wanted(layout.lengths, fitting(layout.lengths, turns))
     most = cut.bearable(layout.lengths)
     if cut != Cut(shortest=cut.shortest):
         warn_of_fewer(ids[most < wanted], cut.shortest)
     counts = np.minimum(wanted, most)
-    warn_of_zigzag(layout.lengths / turns, counts)
-    return counts
-
-
-def scalp_density(canvas: Canvas, paint: Paint | None) -> Density:
-    """Return the density of roots: the map "scalp" of the body times what is painted."""
-    scalp = vertex_coat(canvas.body, "scalp", "scalp")
-    coat = None if paint is None else canvas.coat(paint, "density")
-    return scalp if coat is None else lambda sites: scalp(sites) * coat(sites)
-
-
-def warn_of_zigzag(turns: np.ndarray, segments: np.ndarray) -> None:
-    """Warn where curls of so many turns, (S,), have too few segments, (S,), to be round."""
-    needed = FEWEST_SEGMENTS_A_TURN * turns
-    coarse = needed > segments
+    needed = FEWEST_SEGMENTS_A_TURN * (layout.lengths / turns)
+    coarse = needed > counts
     if coarse.any():
-        count = np.count_nonzero(coarse)
-        most = int(np.ceil(needed[coarse].max()))
         warnings.warn(
-            f"{count} curls have fewer than {FEWEST_SEGMENTS_A_TURN} segments per turn and are angular; "
-            f"segments = {most} avoids this",
+            f"{np.count_nonzero(coarse)} curls have fewer than {FEWEST_SEGMENTS_A_TURN} segments per turn and are "
+            f"angular; segments = {int(np.ceil(needed[coarse].max()))} avoids this",
             stacklevel=3,
         )
-
-
-@njit(cache=True)
-def axis_step(length: float, segments: int, radius: float, pitch: float) -> float:
-    """Return the step along the axis of a strand [m] that is fine enough for its segments and its curl."""
-    step = min(LONGEST_STEP, length / (segments * STEPS_A_SEGMENT))
-    return min(step, pitch / STEPS_A_TURN) if radius > 0.0 else step
+    return counts
 
 
 @njit(cache=True, parallel=True)
 def grow_strands(
     tree: Tree, normals: np.ndarray, layout: Layout, bend: float, onset: float, offsets: np.ndarray
 ) -> np.ndarray:
-    """Return the points of strands of equal segments [m], (P, 3).
+    """Return the points of strands of equal segments [m], (P, 3), by the offsets of strands.
 
     tree, normals  those of the body's Solid: a parallel loop does not accept a tuple within a tuple
-    bend           length over which a strand bends to the direction of its pull [m]
-    onset          length over which the radius of its curl grows [m]
-    offsets        strand s gets points offsets[s]:offsets[s+1], (S+1,) int32
+    bend, onset    length over which a strand bends to its pull, and over which the radius of its curl grows [m]
     """
     points = np.empty((offsets[-1], 3))
     for s in prange(len(layout.roots)):  # Strands are independent: each thread writes points of its own.
         length, radius, pitch = layout.lengths[s], layout.radii[s], layout.pitches[s]
         segments = offsets[s + 1] - offsets[s] - 1
-        step = axis_step(length, segments, radius, pitch)
+        step = min(LONGEST_STEP, length / (segments * STEPS_A_SEGMENT))
+        step = min(step, pitch / STEPS_A_TURN) if radius > 0.0 else step
         axis = np.empty((int(np.ceil(OVERGROWTH * length / step)) + 1, 3))
         put(axis, 0, row(layout.roots, s))
         solid = Solid(tree, normals)

@@ -14,16 +14,9 @@ from hairpipe.values import Groom, Strands
 
 
 class Guided(NamedTuple):
-    """Hair with guides.
-
-    groom    hair, then guides, marked
-    hair     both at every frame; None: at rest
-    closest  ids of three guides of each strand, and their weights, (S, 3) each; None without guides
-    """
-
-    groom: Groom
-    hair: Mapping[int, Strands] | None
-    closest: tuple[np.ndarray, np.ndarray] | None
+    groom: Groom  # hair, then guides, marked
+    hair: Mapping[int, Strands] | None  # both at every frame; None: at rest
+    closest: tuple[np.ndarray, np.ndarray] | None  # ids and weights of three guides of each strand, (S, 3) each
 
 
 def with_guides(
@@ -53,7 +46,7 @@ def with_guides(
     weights = np.concatenate([weights, np.tile((1.0, 0.0, 0.0), (len(itself), 1))])
     if hair is None:
         return Guided(both, None, (closest, weights))
-    strands = None
+    strands = np.zeros(0, np.int64)
     if key_hair is None:
         if len(np.unique(own[own >= 0])) < len(itself):
             raise BadInput("guides are not strands of the groom", where="in.keys", right="in.key_hair: their motion")
@@ -62,20 +55,20 @@ def with_guides(
 
 
 class Both(Mapping[int, Strands]):
-    """Hair and guides at the frames of the hair.
+    """Hair and guides at the frames of the hair; the guides are hair of their own, or strands of the hair, (K,)."""
 
-    guides   hair of the guides; None: strands of the hair, (K,)
-    """
-
-    def __init__(
-        self, hair: Mapping[int, Strands], guides: Mapping[int, Strands] | None, strands: np.ndarray | None
-    ) -> None:
+    def __init__(self, hair: Mapping[int, Strands], guides: Mapping[int, Strands] | None, strands: np.ndarray) -> None:
         self.hair, self.guides, self.strands = hair, guides, strands
 
     def __getitem__(self, frame: int) -> Strands:
-        """Return hair and guides at a frame."""
         first = self.hair[frame]
-        second = self.guides[frame] if self.guides is not None else some_of(first, self.strands)
+        if self.guides is not None:
+            second = self.guides[frame]
+        else:
+            rows = points_of_strands(self.strands, first.offsets)
+            widths = None if first.widths is None else first.widths[rows]
+            counts = np.diff(first.offsets)[self.strands]
+            second = Strands(first.points[rows], first.velocities[rows], offsets_of(counts), first.diameter, widths)
         counts = np.concatenate([np.diff(first.offsets), np.diff(second.offsets)])
         arrays = (np.concatenate([getattr(s, name) for s in (first, second)]) for name in ("points", "velocities"))
         widths = None
@@ -84,18 +77,7 @@ class Both(Mapping[int, Strands]):
         return Strands(*arrays, offsets_of(counts), first.diameter, widths)
 
     def __iter__(self) -> Iterator[int]:
-        """List the frames."""
         return iter(self.hair)
 
     def __len__(self) -> int:
-        """Return the number of frames."""
         return len(self.hair)
-
-
-def some_of(hair: Strands, strands: np.ndarray | None) -> Strands:
-    """Return some strands, (K,), of hair; pure."""
-    strands = np.arange(len(hair.offsets) - 1) if strands is None else strands
-    rows = points_of_strands(strands, hair.offsets)
-    widths = None if hair.widths is None else hair.widths[rows]
-    counts = np.diff(hair.offsets)[strands]
-    return Strands(hair.points[rows], hair.velocities[rows], offsets_of(counts), hair.diameter, widths)

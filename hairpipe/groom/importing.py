@@ -1,8 +1,7 @@
 """Strands made elsewhere become a groom: thinned, cut into equal segments, bound to the body.
 
-Choice of the shape of a file, points or rest points, whose roots lie on the body.
-
-Strands of reconstructions on a body: turned root first, and moved or cut where they are inside it.
+The shape of a file, points or rest points, is that whose roots lie on the body. Strands of reconstructions are turned
+root first, and moved or cut where they are inside the body.
 """
 
 import warnings
@@ -14,14 +13,14 @@ from typing import Literal
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.geometry.triangle_tree import Tree, project, tree_over
+from hairpipe.geometry.triangle_tree import project, tree_over
 from hairpipe.geometry.triangles import Sites, site_uv
 from hairpipe.groom.binding import bind_roots, bind_tips, name_strands, nearest_sites, root_frames
 from hairpipe.groom.painting import maps_at
 from hairpipe.groom.resampling import ROUNDING, Cut, equal_segments
 from hairpipe.groom.strand_arrays import offsets_of, points_of_strands, take_strands
 from hairpipe.levelset.bake import bake
-from hairpipe.levelset.collider import SdfSample
+from hairpipe.levelset.collider import probe_union
 from hairpipe.levelset.collider_field import ColliderField, build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.values import Body, Groom, Mesh
@@ -39,7 +38,11 @@ def placed(mesh: Mesh, curves: Curves) -> Curves:
     tree = tree_over(mesh.points[mesh.triangles])
     rest = curves.points if curves.rest is None else curves.rest
     shapes = [(shape, spare) for spare in (curves.spare, 0 * curves.spare) for shape in (rest, curves.points)]
-    distances = [off(tree, shape, curves.offsets, spare) for shape, spare in shapes]
+    distances = []
+    for shape, spare in shapes:
+        roots = shape[curves.offsets[:-1] + spare]
+        finite = np.isfinite(roots).all(axis=1)
+        distances.append(np.median(project(tree, roots[finite])[1]) if finite.any() else np.inf)
     shape, spare = shapes[int(np.argmin(distances))]
     first = curves.offsets[:-1] + spare
     last = curves.offsets[1:] - spare
@@ -50,13 +53,6 @@ def placed(mesh: Mesh, curves: Curves) -> Curves:
     widths, colours = (None if values is None else values[rows] for values in (curves.widths, curves.colours))
     more = {"rest": None, "widths": widths, "colours": colours}
     return replace(curves, points=shape[rows], offsets=offsets, spare=spare, **more)
-
-
-def off(tree: Tree, points: np.ndarray, offsets: np.ndarray, spare: np.ndarray) -> float:
-    """Return how far roots lie from the skin [m], on the median."""
-    roots = points[offsets[:-1] + spare]
-    finite = np.isfinite(roots).all(axis=1)
-    return float(np.median(project(tree, roots[finite])[1])) if finite.any() else np.inf
 
 
 Inside = Literal["keep", "push", "cut"]
@@ -86,11 +82,7 @@ def taken(
 
 
 def rooted(mesh: Mesh, curves: Curves, reach: float) -> Curves:
-    """Return the strands whose nearer end is within reach [m] of a body, from this end on; pure.
-
-    Warns of the numbers of strands that are turned, and of those left out, by their ids; raises BadInput if none is
-    left.
-    """
+    """Return the strands whose nearer end is within reach [m] of a body, from this end on; warn of the others. Pure."""
     ends = curves.offsets[:-1], curves.offsets[1:] - 1
     first, last = (nearest_sites(mesh, curves.points[end])[1] for end in ends)
     turned = last < first
@@ -118,9 +110,6 @@ def freed(mesh: Mesh, curves: Curves, inside: Inside) -> Curves:
     """Return the strands outside of a body: what is inside before the first point outside is cut off; pure.
 
     inside  later points inside are pushed out to the nearest place of the skin, or the strand is cut before them
-
-    Warns of the numbers of strands and points that are changed, and of strands that are left out since they are inside
-    as a whole. Raises BadInput if none is left, or where the body encloses nothing.
     """
     side = float(np.ptp(mesh.points, axis=0).max())
     with warnings.catch_warnings():
@@ -128,7 +117,7 @@ def freed(mesh: Mesh, curves: Curves, inside: Inside) -> Curves:
         level = bake(mesh, float(np.clip(side / SAMPLES, FINEST, COARSEST)), BAND)
     body = build_collider_field(level, level, 1.0, Interpolation.linear)
     points = curves.points.copy()
-    deep = _sampled(body, points).distance < -DEPTH
+    deep = probe_union([body], points).distance < -DEPTH
     starts = curves.offsets[:-1].astype(np.int64)
     ends = curves.offsets[1:].astype(np.int64)
     outside = np.where(deep, len(points), np.arange(len(points)))
@@ -142,7 +131,9 @@ def freed(mesh: Mesh, curves: Curves, inside: Inside) -> Curves:
     later = deep & (np.arange(len(points)) > np.repeat(first, ends - starts)) & np.repeat(kept, ends - starts)
     touched = np.add.reduceat(later, starts) > 0
     if inside == "push":
-        points = pushed(body, points, later)
+        for _ in range(PUSHES):
+            skin = probe_union([body], points[later])
+            points[later] -= np.minimum(skin.distance, 0.0)[:, None] * skin.normal
         lasts = ends
     else:
         reached = np.minimum.reduceat(np.where(later, np.arange(len(points)), len(points)), starts)
@@ -167,27 +158,12 @@ def freed(mesh: Mesh, curves: Curves, inside: Inside) -> Curves:
 
 
 def crossings(body: ColliderField, inside: np.ndarray, outside: np.ndarray) -> np.ndarray:
-    """Return where segments leave a body, from places inside to places outside, (n, 3) [m] each, by bisection; pure."""
+    """Return where segments leave a body, from places inside to places outside, (n, 3) [m] each, by bisection."""
     for _ in range(HALVINGS):
         middle = 0.5 * (inside + outside)
-        within = (_sampled(body, middle).distance < 0.0)[:, None]
+        within = (probe_union([body], middle).distance < 0.0)[:, None]
         inside, outside = np.where(within, middle, inside), np.where(within, outside, middle)
     return outside
-
-
-def pushed(body: ColliderField, points: np.ndarray, deep: np.ndarray) -> np.ndarray:
-    """Return points [m], (P, 3), of which some, (P,) bool, are moved along the normal out of a body; pure."""
-    points = points.copy()
-    for _ in range(PUSHES):
-        found = _sampled(body, points[deep])
-        points[deep] -= np.minimum(found.distance, 0.0)[:, None] * found.normal
-    return points
-
-
-def _sampled(body: ColliderField, points: np.ndarray) -> SdfSample:
-    found = SdfSample.blank(len(points))
-    body.probe(np.ascontiguousarray(points), 0.0, found)
-    return found
 
 
 Tips = Literal["file", "free", "held"]
@@ -220,8 +196,18 @@ def adopt(
     strands with too few segments, of strands that are omitted (non-finite or too short), and of distant tips.
     """
     shape = placed(body.mesh, taken(curves, choose_strands(len(curves.ids), strands)))
-    shape = replace(shape, held=tips_held(tips, shape.held))
-    shape = taken(shape, drop_broken(shape.points, shape.offsets, shape.ids))
+    if tips != "file":
+        shape = replace(shape, held=np.full(len(shape.held), tips == "held"))
+    if len(shape.ids) == 0:
+        raise BadInput("there are no strands", right="at least one")
+    finite = np.logical_and.reduceat(np.isfinite(shape.points).all(axis=1), shape.offsets[:-1])
+    broken = shape.ids[~finite]
+    if not finite.any():
+        raise BadInput(f"{name_strands(broken)} have points that are not finite", right="finite coordinates")
+    if len(broken):
+        message = f"{len(broken)} strands are left out, with points that are not finite: {name_strands(broken)}"
+        warnings.warn(message, stacklevel=2)
+    shape = taken(shape, np.flatnonzero(finite))
     with report_times(body, curves):
         shape = rooted(body.mesh, shape, reach) if nearer_end else shape
         shape = shape if inside == "keep" else freed(body.mesh, shape, inside)
@@ -237,7 +223,9 @@ def adopt(
     kept = drop_short(points, offsets, shape.ids, shortest)
     points, offsets = take_strands(points, offsets, kept)
     sites = Sites(*(array[long[kept]] for array in bound))
-    warn_of_shared_roots(points[offsets[:-1]])
+    shared = len(kept) - len(np.unique(points[offsets[:-1]], axis=0))
+    if shared:
+        warnings.warn(f"{shared} strands share their root with another strand", stacklevel=2)
     frames = root_frames(body.mesh.points, body.mesh.triangles, *sites)
     uv = site_uv(body.mesh, sites) if shape.root_uv is None else shape.root_uv[kept]
     maps = maps_at(body, sites) | {name: values[kept] for name, values in shape.maps.items()}
@@ -264,55 +252,24 @@ def selected(curves: Curves, select: Literal["all", "guides", "hair"]) -> Curves
     return taken(curves, chosen)
 
 
-def tips_held(tips: Tips, held: np.ndarray) -> np.ndarray:
-    """Return whether tips are held, (S,) bool: as the file has it, (S,), or all or none."""
-    return held if tips == "file" else np.full(len(held), tips == "held")
-
-
 def spread_along(
     values: np.ndarray, shape: Curves, strands: np.ndarray, points: np.ndarray, offsets: np.ndarray
 ) -> np.ndarray:
-    """Return values at the points of a shape, (p, ...), at those of resegmented strands, (P, ...), by length; pure.
-
-    strands          resegmented strands of the shape
-    points, offsets  points [m], (P, 3), and offsets of these
-    """
+    """Return values at the points of a shape at those of some of its strands, resegmented, by length; pure."""
     along = []
     for new, strand in enumerate(strands):
         rows = slice(shape.offsets[strand], shape.offsets[strand + 1])
-        way = arc_lengths(shape.points[rows])
-        here = arc_lengths(points[offsets[new] : offsets[new + 1]])
+        curves = shape.points[rows], points[offsets[new] : offsets[new + 1]]
+        steps = (np.linalg.norm(np.diff(curve, axis=0), axis=1) for curve in curves)
+        way, here = (np.concatenate([[0.0], np.cumsum(lengths)]) for lengths in steps)
         columns = values[rows].reshape(len(way), -1).T
         along.append(np.stack([np.interp(here * (way[-1] / here[-1]), way, column) for column in columns], axis=1))
     return np.concatenate(along).reshape(-1, *values.shape[1:]).astype(values.dtype)
 
 
-def arc_lengths(points: np.ndarray) -> np.ndarray:
-    """Return the length of a polyline (n, 3) up to each point [m], (n,)."""
-    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-
-
 def choose_strands(total: int, wanted: int | None) -> np.ndarray:
-    """Return which of total strands to keep, evenly spread, (S,) int32."""
     kept = total if wanted is None else min(wanted, total)
     return (np.arange(kept, dtype=np.int64) * total // max(kept, 1)).astype(np.int32)
-
-
-def drop_broken(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray) -> np.ndarray:
-    """Return the strands with finite points, (n,) int64; warn of the others by their ids.
-
-    Raise BadInput where none is.
-    """
-    if len(ids) == 0:
-        raise BadInput("there are no strands", right="at least one")
-    strand = np.repeat(np.arange(len(ids)), np.diff(offsets))
-    broken = np.bincount(strand, ~np.isfinite(points).all(axis=1), len(ids)) > 0
-    if broken.all():
-        raise BadInput(f"{name_strands(ids)} have points that are not finite", right="finite coordinates")
-    if broken.any():
-        tips_held = f"{broken.sum()} strands are left out, with points that are not finite: {name_strands(ids[broken])}"
-        warnings.warn(tips_held, stacklevel=3)
-    return np.flatnonzero(~broken)
 
 
 @contextmanager
@@ -329,15 +286,15 @@ def report_times(body: Body, curves: Curves) -> Iterator[None]:
 
 
 def drop_short(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray, shortest: float) -> np.ndarray:
-    """Return the strands at least as long as the shortest segment [m], (n,) int64; warn of the others by their ids.
-
-    Raise BadInput where none is.
-    """
+    """Return the strands no shorter than a segment [m], (n,), and warn of the others; BadInput where none is."""
     strand = np.repeat(np.arange(len(ids)), np.diff(offsets))
     pieces = np.linalg.norm(np.diff(points, axis=0), axis=1) * (strand[1:] == strand[:-1])
     lengths = np.bincount(strand[1:], pieces, len(ids))  # also of strands of one point
     long = lengths >= shortest * (1.0 - ROUNDING)
-    warn_of_dropped(ids[~long], shortest)
+    short = ids[~long]
+    if len(short):
+        message = f"{len(short)} strands are left out, shorter than shortest = {shortest:g} m: {name_strands(short)}"
+        warnings.warn(message, stacklevel=3)
     if not long.any():
         raise BadInput(f"all strands are shorter than shortest = {shortest:g} m", right="longer ones; look at the unit")
     return np.flatnonzero(long)
@@ -383,22 +340,8 @@ def warn_of_ironing(given: np.ndarray, offsets: np.ndarray, points: np.ndarray, 
         warnings.warn(f"{lost}; segments = {needed} avoids this", stacklevel=3)
 
 
-def warn_of_shared_roots(roots: np.ndarray) -> None:
-    """Warn where several strands grow from one and the same point."""
-    shared = len(roots) - len(np.unique(roots, axis=0))
-    if shared:
-        warnings.warn(f"{shared} strands share their root with another strand", stacklevel=3)
-
-
 def warn_of_fewer(ids: np.ndarray, shortest: float) -> None:
     """Warn that strands of these ids have fewer segments than asked for."""
     if len(ids):
         why = f"so that none is shorter than shortest = {shortest:g} m"
         warnings.warn(f"{len(ids)} strands are cut into fewer segments, {why}: {name_strands(ids)}", stacklevel=3)
-
-
-def warn_of_dropped(ids: np.ndarray, shortest: float) -> None:
-    """Warn that strands of these ids are left out."""
-    if len(ids):
-        tips_held = f"{len(ids)} strands are left out, shorter than shortest = {shortest:g} m: {name_strands(ids)}"
-        warnings.warn(tips_held, stacklevel=3)

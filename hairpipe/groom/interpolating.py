@@ -7,19 +7,16 @@ along it, see `key_turns`. It is the kinematic limit of Hsu et al. 2024, Real-ti
 Interpolation: lengths are exact, curls do not flatten, and rigid motions are exact. Velocities are the exact
 derivative.
 
-Clumps: tips of interpolated hair taper towards the nearest key.
+Tips taper towards the nearest key in clumps:
 
     y(a) = x(a) + p s((a - b) / (1 - b)) (x_g(a) - x(a)),   s(t) = t^2 (3 - 2 t)
 
 at a share a of the length, from the share b on, with x_g the nearest of the keys that it follows and p the pull.
 Segments have the directions of those between the y, and their original lengths. Velocities are the exact derivative.
 
-Normals of the hair shell, transported by the hair.
-
-    N_k(now) = Q_k grad S(x_k at rest)
-
-with Q_k the rotation of the segment after point k since rest, see `key_turns`: Petrovic, Henne, Anderson 2005,
-Sec. 4.1, who use frames of Bishop 1975 that are fixed to the head at the root.
+The hair transports the normals of its shell, N_k(now) = Q_k grad S(x_k at rest), with Q_k the rotation of the segment
+after point k since rest: Petrovic, Henne, Anderson 2005, Sec. 4.1, who use frames of Bishop 1975 that are fixed to the
+head at the root.
 """
 
 from dataclasses import replace
@@ -32,7 +29,7 @@ from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.vec3 import Vector, cross, flattened, length, minus, mix, plus, row, scaled
 from hairpipe.groom.keys import FOLLOWED, KeyTurns, KeyWeights, turned, turns_since
 from hairpipe.groom.resampling import put
-from hairpipe.levelset.collider import SdfSample
+from hairpipe.levelset.collider import SdfSample, probe_union
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.values import Groom, LevelSet, Normals, Strands
@@ -72,7 +69,6 @@ def _interpolate(
     points: np.ndarray,
     velocities: np.ndarray,
 ) -> None:
-    """Write points and velocities of all hairs, in place."""
     motions, rates = roots
     for s in prange(len(offsets) - 1):
         begin = offsets[s]
@@ -200,7 +196,6 @@ def _clump(
     points: np.ndarray,
     velocities: np.ndarray,
 ) -> None:
-    """Draw points to the keys, in place."""
     places, speeds, firsts = keys
     pull, begin = how
     for s in prange(len(offsets) - 1):
@@ -231,9 +226,7 @@ def _clump(
 
 def probe_shell(points: np.ndarray, shell: LevelSet) -> SdfSample:
     """Return the signed distance and its unit gradient at points [m], (P, 3); inf and 0 beyond its band."""
-    found = SdfSample.blank(len(points))
-    build_collider_field(shell, shell, 1.0, Interpolation.linear).probe(points, 0.0, found)
-    return found
+    return probe_union([build_collider_field(shell, shell, 1.0, Interpolation.linear)], points)
 
 
 def rotated_normals(rest: np.ndarray, groom: Groom, hair: Strands, roots: tuple[np.ndarray, np.ndarray]) -> Normals:

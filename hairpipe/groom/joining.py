@@ -1,7 +1,6 @@
 """Several grooms as one."""
 
 from dataclasses import fields
-from types import SimpleNamespace
 
 import numpy as np
 
@@ -26,8 +25,8 @@ def joined_strands(grooms: tuple[Groom, ...], groups: tuple[str, ...] = ()) -> G
         for name in ("points", "root_triangles", "root_barycentrics", "root_frames", "root_uv")
     }
     if any(groom.tip_triangles is not None for groom in grooms):
-        tips = [free_tips(len(groom.ids)) if groom.tip_triangles is None else groom for groom in grooms]
-        kept |= {name: np.concatenate([getattr(of, name) for of in tips]) for name in TIPS}
+        tips = [tips_of(groom) for groom in grooms]
+        kept |= {name: np.concatenate([tip[name] for tip in tips]) for name in TIPS}
     for name in ("widths", "colours", "guides"):
         values = [value for groom in grooms if (value := getattr(groom, name)) is not None]
         if len(values) == len(grooms):
@@ -37,7 +36,11 @@ def joined_strands(grooms: tuple[Groom, ...], groups: tuple[str, ...] = ()) -> G
         counts = [len(groom.ids) for groom in grooms]
         kept["groups"], names = numbered(np.repeat(groups, counts))
     elif any(groom.groups is not None for groom in grooms):
-        kept["groups"], names = joined_groups(grooms)
+        labels = [  # A groom without groups is one of its own.
+            np.full(len(groom.ids), f"groom{i}") if groom.groups is None else labels_of(groom.groups, groom.group_names)
+            for i, groom in enumerate(grooms)
+        ]
+        kept["groups"], names = numbered(np.concatenate(labels))
     shared = set.intersection(*(set(groom.maps) for groom in grooms))
     maps = {name: np.concatenate([groom.maps[name] for groom in grooms]) for name in sorted(shared)}
     counts = np.concatenate([np.diff(groom.offsets) for groom in grooms])
@@ -45,23 +48,13 @@ def joined_strands(grooms: tuple[Groom, ...], groups: tuple[str, ...] = ()) -> G
     return Groom(offsets=offsets_of(counts), ids=ids, group_names=names, maps=maps, **kept)
 
 
-def joined_groups(grooms: tuple[Groom, ...]) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return the group of each strand of all grooms in turn, (S,) int32, and the names of groups; pure.
-
-    A groom without groups is one of its own.
-    """
-    labels = [
-        np.full(len(groom.ids), f"groom{i}") if groom.groups is None else labels_of(groom.groups, groom.group_names)
-        for i, groom in enumerate(grooms)
-    ]
-    return numbered(np.concatenate(labels))
-
-
-def free_tips(count: int) -> SimpleNamespace:
-    """Return the fields of a groom that say of so many strands that their tips are free."""
-    triangles = np.full(count, FREE, np.int32)
-    frames = np.tile(np.eye(3, 4), (count, 1, 1))
-    return SimpleNamespace(tip_triangles=triangles, tip_barycentrics=np.zeros((count, 3)), tip_frames=frames)
+def tips_of(groom: Groom) -> dict[str, np.ndarray]:
+    """Return the fields of the tips; those of a groom without any are free."""
+    if groom.tip_triangles is not None:
+        return {name: getattr(groom, name) for name in TIPS}
+    count = len(groom.ids)
+    free = np.full(count, FREE, np.int32), np.zeros((count, 3)), np.tile(np.eye(3, 4), (count, 1, 1))
+    return dict(zip(TIPS, free, strict=True))
 
 
 def joined_ends(ends: tuple[Ends, ...]) -> Ends:

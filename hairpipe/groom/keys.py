@@ -1,12 +1,11 @@
-"""Rotations of the segments of key hairs since rest, and their angular velocities, once per frame.
+"""Rotations of the segments of key hairs since rest, once per frame; the keys of every strand, and their weights.
 
 With T_k the direction of a segment at rest, t_k now, and Q_0 = R the rotation of the root,
 
     Q_k = M(Q_{k-1} T_k, t_k) Q_{k-1},   w_k = w_M + M w_{k-1}
 
-where M(u, t) is the smallest rotation that maps u to t: twist is transported along the hair and conserved.
-
-Key strands of every strand of a groom, and their weights.
+where M(u, t) is the smallest rotation that maps u to t: twist is transported along the hair and conserved. The w are
+angular velocities.
 """
 
 from typing import NamedTuple
@@ -76,7 +75,6 @@ def _propagate(
     turns: np.ndarray,
     spins: np.ndarray,
 ) -> None:
-    """Transport the rotation of every root along its key, in place."""
     motions, rates = roots
     for g in prange(len(offsets) - 1):
         R = columns_of(motions, g)
@@ -127,7 +125,7 @@ def spin_of(motions: np.ndarray, rates: np.ndarray, g: int) -> Vector:
 
 @inlined
 def _smallest(c: Vector, a: float, v: Vector) -> Vector:
-    """The smallest rotation that takes u to t, of v; c = u x t, a = 1 + u.t."""
+    """Return v turned by the smallest rotation that takes u to t; c = u x t, a = 1 + u.t."""
     across = cross(c, v)
     return plus(plus(v, across), scaled(1.0 / a, cross(c, across)))
 

@@ -1,9 +1,4 @@
-"""Settings that are painted on a body, and settings that vary from strand to strand and along strands.
-
-Painted settings: values over the body, and a number for every strand.
-
-Settings that vary from strand to strand and along strands.
-"""
+"""Settings that are painted on a body, and settings that vary from strand to strand and along strands."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -136,9 +131,16 @@ class Canvas:
             raise BadInput("both a map and an image are given", where=name, right="one of the two")
         if paint.map is not None:
             return vertex_coat(self.body, paint.map, name)
-        if paint.image is not None:
-            return image_coat(self.body, paint.image, self.read_image, name)
-        return None
+        if paint.image is None:
+            return None
+        image, mesh = paint.image, self.body.mesh
+        if mesh.uv is None:
+            raise BadInput("the body has no texture coordinates for an image", where=name, right="a vertex map")
+        read = cache(self.read_image)
+        read(
+            next(iter(list_tiles(image).values()))
+        )  # a file that cannot be read is named where nothing is painted, too
+        return lambda sites: sample_image(image, read, site_uv(mesh, sites), name)
 
     def numbers(self, setting: Painted, name: str, sites: Sites) -> np.ndarray:
         """Return the value of a setting for the strand at every site, (k,)."""
@@ -162,21 +164,8 @@ def maps_at(body: Body, sites: Sites) -> dict[str, np.ndarray]:
     return {name: vertex_coat(body, name, name)(sites) for name in body.maps}
 
 
-def image_coat(body: Body, image: Path, read_image: ReadImage, where: str) -> Coat:
-    """Return the paint of an image laid over the texture coordinates of the body."""
-    if body.mesh.uv is None:
-        raise BadInput("the body has no texture coordinates for an image", where=where, right="a vertex map")
-    read = cache(read_image)
-    read(next(iter(list_tiles(image).values())))  # a file that cannot be read is named where nothing is painted, too
-    return lambda sites: sample_image(image, read, site_uv(body.mesh, sites), where)
-
-
 def sample_image(image: Path, read_image: ReadImage, uv: np.ndarray, where: str) -> np.ndarray:
-    """Return an image, or its tiles, at texture coordinates (k, 2), (k,).
-
-    Warns of coordinates outside a picture without tiles, whose border is continued there. Raises BadInput as
-    `list_tiles`, `tiles_at` and `read_image`.
-    """
+    """Return an image, or its tiles, at texture coordinates (k, 2), (k,); warn where a single picture ends."""
     tiles = list_tiles(image)
     if "" in tiles:
         if (np.abs(uv - 0.5) > 0.5 + EDGE).any():
@@ -220,46 +209,38 @@ def values_of(setting: Varied | float, groom: Groom, name: str, read_image: Read
         return setting.value
     strands = np.repeat(np.arange(len(groom.ids)), np.diff(groom.offsets))
     along = fractions_along(groom.points, groom.offsets)
-    along = np.stack([along, _at_middles(along)])
+    along = with_middles(along)
     along[1, groom.offsets[1:] - 1] = 1.0
-    values = _nominal(setting, groom, name)
+    values: Any = setting.value
+    if isinstance(setting, VariedWidth) and setting.widths is not None:
+        if groom.widths is None:
+            right = "a number, or a groom of a file with widths"
+            raise BadInput("the groom carries no widths", where=name, right=right)
+        values = setting.widths * with_middles(groom.widths)
     paint = _paint(setting, groom, name, read_image)
     if paint is not None:
         values = setting.low + (values - setting.low) * paint[strands]
-    factors = _group_factors(setting, groom, name)
+    factors = np.ones(len(groom.ids))
+    for group, factor in setting.groups:
+        factors *= np.where(members_of(groom, (group,), f"{name}.groups"), factor, 1.0)
     factors *= 1.0 + setting.variation * chances(0, name, groom.ids)
     values = values * factors[strands] * np.ones_like(along)
-    values = values * factors_along(setting.profile, along, f"{name}.profile")
+    if setting.profile:
+        places, profile = np.array(setting.profile).T
+        if (np.diff(places) <= 0.0).any():
+            raise BadInput("fractions that do not ascend", where=f"{name}.profile", right="[[0.0, 1.0], [1.0, 0.2]]")
+        values = values * np.interp(along, places, profile)
     _check_range(values, setting, groom.ids[strands], name)
     return values
 
 
-def factors_along(profile: Profile, fractions: np.ndarray, where: str) -> np.ndarray:
-    """Return the factors of a profile at fractions of the length; BadInput where those of the profile do not ascend."""
-    if not profile:
-        return np.ones_like(fractions)
-    places, factors = np.array(profile).T
-    if (np.diff(places) <= 0.0).any():
-        raise BadInput("fractions that do not ascend", where=where, right="[[0.0, 1.0], [1.0, 0.2]]")
-    return np.interp(fractions, places, factors)
-
-
-def _nominal(setting: Varied, groom: Groom, name: str) -> Any:
-    """Return the value before map and factors: a number, or the widths of the groom as `values_of`."""
-    if not isinstance(setting, VariedWidth) or setting.widths is None:
-        return setting.value
-    if groom.widths is None:
-        raise BadInput("the groom carries no widths", where=name, right="a number, or a groom of a file with widths")
-    return setting.widths * np.stack([groom.widths, _at_middles(groom.widths)])
-
-
-def _at_middles(values: np.ndarray) -> np.ndarray:
-    """Return the mean of each of the values, (P,), and the next; of the last its own."""
-    return np.append(0.5 * (values[:-1] + values[1:]), values[-1])
+def with_middles(values: np.ndarray) -> np.ndarray:
+    """Return values at points, (P,), and their means with the next ones, (2, P); the last has its own."""
+    return np.stack([values, np.append(0.5 * (values[:-1] + values[1:]), values[-1])])
 
 
 def map_of(groom: Groom, name: str, where: str) -> np.ndarray:
-    """Return a map of the groom by its name, or a group as 1 on its strands and 0 elsewhere, (S,); BadInput without."""
+    """Return a map of the groom, or a group as 1 on its strands and 0 elsewhere, (S,); BadInput without."""
     labels = np.empty(0, str) if groom.groups is None else labels_of(groom.groups, groom.group_names)
     found = groom.maps.get(name)
     if found is None and name in labels:
@@ -275,7 +256,6 @@ def map_of(groom: Groom, name: str, where: str) -> np.ndarray:
 
 
 def _paint(setting: Varied, groom: Groom, name: str, read_image: ReadImage | None) -> np.ndarray | None:
-    """Return the map or image of a setting at the strands, (S,); None without."""
     if setting.map is not None and setting.image is not None:
         raise BadInput("both a map and an image are given", where=name, right="one of the two")
     if setting.map is not None:
@@ -287,16 +267,7 @@ def _paint(setting: Varied, groom: Groom, name: str, read_image: ReadImage | Non
     return sample_image(setting.image, read_image, groom.root_uv.astype(float), name)
 
 
-def _group_factors(setting: Varied, groom: Groom, name: str) -> np.ndarray:
-    """Return the factor of the group of each strand, (S,)."""
-    factors = np.ones(len(groom.ids))
-    for group, factor in setting.groups:
-        factors *= np.where(members_of(groom, (group,), f"{name}.groups"), factor, 1.0)
-    return factors
-
-
 def _check_range(values: np.ndarray, setting: Varied, ids: np.ndarray, name: str) -> None:
-    """Refuse values out of the range of the setting; ids  of the strands of points, (P,)."""
     unit, interval = get_type_hints(type(setting), include_extras=True)["value"].__metadata__
     wrong = ~((values >= interval.ge) & (values <= interval.le))
     if wrong.any():

@@ -20,7 +20,7 @@ from hairpipe.geometry.vec3 import Vector, dot, flattened, length, minus, plus, 
 from hairpipe.groom.interpolating import go_on
 from hairpipe.groom.resampling import put
 from hairpipe.groom.strand_arrays import thicknesses
-from hairpipe.levelset.collider import Collider, SdfSample
+from hairpipe.levelset.collider import Collider, SdfSample, probe_union
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.levelset.interpolation import Interpolation
@@ -54,7 +54,7 @@ def pushed_out(
     kept[hair.offsets[:-1]] = -np.inf  # roots stay, wherever they are
     looked = np.flatnonzero(np.repeat(among, np.diff(hair.offsets)))
     for _ in range(LOOKS):
-        found = probed(bodies, points[looked], kept[looked])
+        found = probe_union(bodies, points[looked], kept[looked])
         deep = found.distance < kept[looked]
         strands = np.unique(np.searchsorted(hair.offsets, looked[deep], side="right") - 1)
         if not len(strands):
@@ -64,15 +64,6 @@ def pushed_out(
         begins = np.cumsum(counts) - counts
         looked = np.arange(counts.sum()) + np.repeat(hair.offsets[strands] - begins, counts)
     return replace(hair, points=points, velocities=velocities)
-
-
-def probed(bodies: Sequence[Collider], points: np.ndarray, reach: np.ndarray) -> SdfSample:
-    """Return what bodies are like at points, (P, 3), where they are nearer than a reach [m], (P,)."""
-    found = SdfSample.blank(len(points))
-    found.distance[:] = reach
-    for body in bodies:
-        body.probe(points, 0.0, found)
-    return found
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
@@ -113,7 +104,7 @@ def _push(
 
 @inlined
 def _outside(before: Vector, x: Vector, l: float, normal: Vector, level: float) -> Vector:
-    """The place at a distance l from the point before that is nearest to x of those above a plane n.x = level."""
+    # The place at a distance l from the point before that is nearest to x of those above a plane n.x = level.
     h = level - dot(normal, before)
     if dot(normal, minus(x, before)) >= h:
         return x

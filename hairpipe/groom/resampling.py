@@ -1,6 +1,6 @@
 """Curves cut into segments of equal length: every new point lies on the curve, one chord from the last.
 
-Number of segments of strands: given, by their length, or by the shape of strands.
+The number of segments of a strand is given, or by its length, or by its shape.
 """
 
 from dataclasses import dataclass
@@ -36,10 +36,7 @@ def cut_by_sphere(a: Vector, b: Vector, centre: Vector, radius: float) -> Vector
 
 @njit(cache=True)
 def stride(curve: np.ndarray, chord: float, points: np.ndarray) -> int:
-    """Step along a polyline (k, 3) by equal chords [m]; return the number of points (n, 3) reached.
-
-    The first point is that of the polyline; those beyond its end are not written.
-    """
+    """Write points (n, 3) along a polyline (k, 3) by equal chords [m], from its first; return how many it reaches."""
     here = a = row(curve, 0)
     put(points, 0, here)
     k = 1
@@ -66,7 +63,6 @@ def stride_on(curve: np.ndarray, chord: float, points: np.ndarray) -> None:
 
 @njit(cache=True)
 def arc_length(curve: np.ndarray) -> float:
-    """Return the length of a polyline [m]."""
     total = 0.0
     for k in range(1, len(curve)):
         total += length(minus(row(curve, k), row(curve, k - 1)))
@@ -111,7 +107,6 @@ def smooth(points: np.ndarray) -> np.ndarray:
 
 @njit(cache=True)
 def catmull_rom(a: Vector, b: Vector, c: Vector, d: Vector, t: float) -> Vector:
-    """Return the uniform Catmull-Rom curve at t, from b at 0 to c at 1."""
     wa = -0.5 * t * (1.0 - t) ** 2
     wd = -0.5 * t * t * (1.0 - t)
     wb = 1.0 - 2.5 * t * t + 1.5 * t**3

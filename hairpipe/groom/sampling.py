@@ -1,6 +1,6 @@
 """Some strands of a groom: every n-th, groups, or patches of neighbours, which hair that touches them needs.
 
-Members of an ensemble of grooms, which differ imperceptibly: they separate chaos from bias.
+Members of an ensemble of grooms differ imperceptibly: they separate chaos from bias.
 """
 
 from dataclasses import replace

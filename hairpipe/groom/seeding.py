@@ -1,23 +1,15 @@
 """Even placement of hair roots on the scalp with the painted density.
 
-Source: G. Turk, Re-tiling polygonal surfaces, SIGGRAPH 1992: points placed by area repel each other. We differ from
-the paper: the points follow a density, each with its own reach, r_i ~ (density_i)^(-1/2); and all move simultaneously,
-so that the result does not depend on an order or on the number of threads. Mesh and density are rounded first, so that
-it does not depend on floating-point errors either: see `rounding.py`.
-
-Walking on a triangle mesh: straight on within a triangle, folded over its edges, sliding along a border.
-
-Repulsion of points on a surface within their reach.
-
-Source: G. Turk, Re-tiling polygonal surfaces, SIGGRAPH 1992; reach by density, r ~ density^(-1/2).
-
-Inputs of root placement: the mesh and the density, rounded so coarsely that floating-point errors change neither.
+Source: G. Turk, Re-tiling polygonal surfaces, SIGGRAPH 1992: points placed by area repel each other within a reach. We
+differ from the paper: the points follow a density, each with its own reach, r_i ~ (density_i)^(-1/2); and all move
+simultaneously, so that the result does not depend on an order or on the number of threads. They walk straight on within
+a triangle, folded over its edges, sliding along a border.
 
 Root placement is chaotic. A root drawn in another triangle moves all others, so that an error of 1e-16 in one vertex
-(another processor, another version of numpy) would give another groom. Rounded to coarse steps, the mesh is the same:
-errors of 1e-12 m change a number of the bust in 4 of 10,000 cases, those of 1e-16 m in 4 of 100 million. Roots then
-have the same triangles and barycentrics to the bit, since the placement uses only addition, multiplication, division
-and square roots, which are exactly rounded everywhere, in a fixed order.
+(another processor, another version of numpy) would give another groom. So mesh and density are first rounded to coarse
+steps: errors of 1e-12 m change a number of the bust in 4 of 10,000 cases, those of 1e-16 m in 4 of 100 million. Roots
+then have the same triangles and barycentrics to the bit, since the placement uses only addition, multiplication,
+division and square roots, which are exactly rounded everywhere, in a fixed order.
 """
 
 import math
@@ -38,14 +30,8 @@ STANDSTILL = 1e-12  # barycentric move that is rounding error, not motion
 
 
 class Terrain(NamedTuple):
-    """Mesh data for a geodesic walk.
-
-    twins      corner across the edge opposite to each corner, -1 at a border, (m, 3) int32
-    gradients  gradients of the three barycentric coordinates over the triangle [1/m], (m, 3, 3) float64
-    """
-
-    twins: np.ndarray
-    gradients: np.ndarray
+    twins: np.ndarray  # corner across the edge opposite to each corner, -1 at a border, (m, 3) int32
+    gradients: np.ndarray  # of the three barycentric coordinates over the triangle [1/m], (m, 3, 3) float64
 
 
 def survey(mesh: Mesh, passable: np.ndarray) -> Terrain:
@@ -108,20 +94,13 @@ def walk_all(
 
 
 class Cells(NamedTuple):
-    """Points sorted into cubic cells; the keys of neighbours along the last axis are consecutive.
+    """Points sorted into cubic cells; the keys of neighbours along the last axis are consecutive."""
 
-    size    size of a cell [m]
-    counts  number of cells per axis, (3,) int64
-    places  cell of every point, (k, 3) int64
-    order   points sorted by key, (k,) int64
-    keys    keys of the cells of the sorted points, (k,) int64
-    """
-
-    size: float
-    counts: np.ndarray
-    places: np.ndarray
-    order: np.ndarray
-    keys: np.ndarray
+    size: float  # of a cell [m]
+    counts: np.ndarray  # number of cells per axis, (3,) int64
+    places: np.ndarray  # cell of every point, (k, 3) int64
+    order: np.ndarray  # points sorted by key, (k,) int64
+    keys: np.ndarray  # of the cells of the sorted points, (k,) int64
 
 
 def sort_into_cells(points: np.ndarray, size: float, furthest: float) -> Cells:
@@ -166,10 +145,7 @@ def total_push(i: int, points: np.ndarray, normals: np.ndarray, reach: np.ndarra
 
 @njit(cache=True, parallel=True)
 def repulsion(points: np.ndarray, normals: np.ndarray, reach: np.ndarray, cells: Cells) -> np.ndarray:
-    """Return the push on every point in its tangent plane [m], (k, 3), for any number of threads.
-
-    points (k, 3) and reach (k,) in m, unit normals (k, 3).
-    """
+    """Return the push on every point in its tangent plane [m], (k, 3), for any number of threads."""
     forces = np.empty_like(points)
     for i in prange(len(points)):  # Each point sums up for itself, and every pair is found twice: threads write apart.
         force = flattened(total_push(i, points, normals, reach, cells), row(normals, i))
@@ -185,10 +161,7 @@ POINT_STEPS, DENSITY_STEPS = 64, 256  # in the side of a triangle, and in the la
 
 
 def rounded_mesh(mesh: Mesh, bearing: np.ndarray) -> Mesh:
-    """Return the mesh with its points moved by up to a 70th of the side of a triangle with hair; pure.
-
-    bearing  whether a triangle has hair, (m,) bool; the median of their areas determines the step
-    """
+    """Return the mesh moved by up to a 70th of the side of a triangle of those marked, (m,) bool, on the median."""
     areas = np.linalg.norm(area_vectors(mesh)[bearing], axis=1)
     side = math.sqrt(2.0 * float(np.median(areas[areas > 0.0]))) if areas.any() else 1.0
     return Mesh(rounded(mesh.points, power_of_two(side) / POINT_STEPS), mesh.triangles)
@@ -201,7 +174,6 @@ def rounded_density(density: Density, largest: float) -> Density:
 
 
 def rounded(values: np.ndarray, step: float) -> np.ndarray:
-    """Return values rounded to multiples of a step, which is a power of two; 0 stays 0."""
     return step * np.floor(values / step + SHIFT)
 
 
@@ -249,8 +221,7 @@ def choose(
 ) -> Sites:
     """Return count sites, stratified by the cumulative mass of the triangles and at random places within them.
 
-    values  density at the samples of every triangle, (m, SAMPLES), used as a fallback if new samples have density 0
-    mass    density x area of every triangle, (m,)
+    values, mass  densities at the samples of every triangle, (m, SAMPLES), a fallback; and their mean x area, (m,)
     """
     cumulative = np.cumsum(mass)
     levels = (np.arange(count) + random.random(count)) / count * cumulative[-1]
@@ -266,12 +237,10 @@ def choose(
 
 
 def spread(mesh: Mesh, density: Density, sites: Sites, mass: np.ndarray) -> Sites:
-    """Return sites after the repulsion of their points, restricted to positive density.
+    """Return sites after the repulsion of their points, restricted to positive density; mass of triangles (m,).
 
     The reach shrinks from sweep to sweep: a wide one equalises numbers, a short one the distances to neighbours, which
     then vary by less than 5 %.
-
-    mass  density x area of every triangle, (m,)
     """
     terrain = survey(mesh, mass > 0.0)
     normals = unit_normals(mesh)
@@ -284,21 +253,14 @@ def spread(mesh: Mesh, density: Density, sites: Sites, mass: np.ndarray) -> Site
         points = site_points(mesh, sites)
         facing = normals[sites.triangles]
         forces = repulsion(points, facing, reach, sort_into_cells(points, mean_reach, reach.max()))
-        sites = stroll(density, terrain, sites, shortened(STEP * forces, LONGEST * reach))
+        triangles, barycentrics = sites.triangles.copy(), sites.barycentrics.copy()
+        walk_all(*terrain, triangles, barycentrics, shortened(STEP * forces, LONGEST * reach))
+        left = ~(density(Sites(triangles, barycentrics)) > 0.0)  # None leaves the density.
+        triangles[left], barycentrics[left] = sites.triangles[left], sites.barycentrics[left]
+        sites = Sites(triangles, barycentrics)
     return sites
 
 
 def shortened(moves: np.ndarray, longest: np.ndarray) -> np.ndarray:
-    """Return moves [m], (k, 3), no longer than longest [m], (k,)."""
     lengths = np.linalg.norm(moves, axis=1)
     return moves * (longest / np.maximum(lengths, longest))[:, None]
-
-
-def stroll(density: Density, terrain: Terrain, sites: Sites, moves: np.ndarray) -> Sites:
-    """Return sites moved along the surface by tangent vectors [m], (k, 3); none leaves the density."""
-    triangles = sites.triangles.copy()
-    barycentrics = sites.barycentrics.copy()
-    walk_all(*terrain, triangles, barycentrics, moves)
-    left = ~(density(Sites(triangles, barycentrics)) > 0.0)
-    triangles[left], barycentrics[left] = sites.triangles[left], sites.barycentrics[left]
-    return Sites(triangles, barycentrics)

@@ -1,7 +1,4 @@
-"""Strands by themselves, on no body: straight, arched or curled, side by side.
-
-A tuft of strands from a row of them.
-"""
+"""Strands on no body: straight, arched or curled, side by side, and tufts of several rows of them."""
 
 from dataclasses import dataclass, replace
 from typing import Annotated
@@ -113,7 +110,6 @@ def gather_tuft(row: Groom, tuft: Tuft) -> Groom:
 
 
 def moved(groom: Groom, shift: np.ndarray) -> Groom:
-    """Return a groom somewhere else; pure."""
     frames = groom.root_frames.copy()
     frames[:, :, 3] += shift
     return replace(groom, points=groom.points + shift, root_frames=frames)

@@ -63,5 +63,4 @@ def tiles_at(uv: np.ndarray, known: set[int], where: str) -> tuple[np.ndarray, n
 
 
 def _numbers(cells: np.ndarray) -> np.ndarray:
-    """Return the numbers of tiles at columns and rows, (k, 2)."""
     return (FIRST + cells[:, 0] + COLUMNS * cells[:, 1]).astype(int)

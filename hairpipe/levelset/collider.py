@@ -1,5 +1,6 @@
 """The protocol of a collider, a body that moves between two frames: distance queries and continuous collision."""
 
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -89,3 +90,13 @@ class Collider(Protocol):
         that passes through a thin part is detected.
         """
         ...
+
+
+def probe_union(
+    bodies: Sequence[Collider], points: np.ndarray, reach: float | np.ndarray = np.inf, seconds: float = 0.0
+) -> SdfSample:
+    """Return samples of the union of bodies at points [m], (P, 3), blank beyond a reach [m], (P,); pure."""
+    sample = SdfSample.blank(len(points), reach)
+    for body in bodies:
+        body.probe(np.ascontiguousarray(points), seconds, sample)
+    return sample

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.groom.push_out import probed
 from hairpipe.groom.sampling import take
 from hairpipe.groom.strands import lay_strands
 from hairpipe.levelset.bake import bake
+from hairpipe.levelset.collider import probe_union
 from hairpipe.values import Mesh
 from hairpipe.values.groom import segment_lengths
 
@@ -85,4 +85,4 @@ def test_any_number_of_threads_gives_the_same_bytes(curtain, surface, at, thread
 
 def test_nothing_is_probed_beyond_reach():
     points = np.zeros((3, 3))
-    assert np.array_equal(probed([], points, np.array([0.1, 0.2, 0.3])).distance, [0.1, 0.2, 0.3])
+    assert np.array_equal(probe_union([], points, np.array([0.1, 0.2, 0.3])).distance, [0.1, 0.2, 0.3])
