@@ -12,16 +12,11 @@ CHUNK = 16384  # points evaluated together: the temporaries of one stroke stay i
 
 @dataclass(frozen=True)
 class Ellipsoid:
-    """An ellipsoid turned about the x, y and z axis in that order.
+    """An ellipsoid turned about the x, y and z axis in that order."""
 
-    centre  [m]
-    radii   along its own axes [m]
-    turn    angles about x, y, z [deg]
-    """
-
-    centre: Vector
-    radii: Vector
-    turn: Vector = (0.0, 0.0, 0.0)
+    centre: Vector  # [m]
+    radii: Vector  # along its own axes [m]
+    turn: Vector = (0.0, 0.0, 0.0)  # angles about x, y, z [deg]
 
     @cached_property
     def axes(self) -> np.ndarray:
@@ -40,15 +35,11 @@ class Ellipsoid:
 
 @dataclass(frozen=True)
 class Cone:
-    """A line whose thickness changes from one end to the other, with round ends.
+    """A line whose thickness changes from one end to the other, with round ends."""
 
-    start, end  of its axis [m]
-    radii       there [m]
-    """
-
-    start: Vector
-    end: Vector
-    radii: tuple[float, float]
+    start: Vector  # [m]
+    end: Vector  # [m]
+    radii: tuple[float, float]  # at both [m]
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Estimate the signed distance [m] of points (n, 3): to the axis, less the radius there."""
@@ -62,18 +53,12 @@ class Cone:
 
 @dataclass(frozen=True)
 class Stroke:
-    """One step of modelling: join a part to the shape made so far, or carve it away.
-
-    part    what is added
-    blend   width of the smooth transition [m]
-    carve   take away instead of joining
-    mirror  do the same at the other side of the plane x = 0
-    """
+    """One step of modelling: join a part to the shape made so far, or carve it away."""
 
     part: Ellipsoid | Cone
-    blend: float
+    blend: float  # width of the smooth transition [m]
     carve: bool = False
-    mirror: bool = False
+    mirror: bool = False  # whether the same is done at the other side of the plane x = 0
 
 
 MIRROR_ROUNDING = 0.003  # mirrored parts see sqrt(x^2 + this^2) for |x|: no crease in the middle
@@ -83,7 +68,16 @@ def evaluate(strokes: tuple[Stroke, ...], points: np.ndarray) -> np.ndarray:
     """Return the signed distance estimate [m] of the shape at points (n, 3), negative inside, (n,). Pure."""
     result = np.empty(len(points))
     for first in range(0, len(points), CHUNK):
-        result[first : first + CHUNK] = _evaluate_chunk(strokes, points[first : first + CHUNK])
+        chunk = points[first : first + CHUNK]
+        mirrored = chunk.copy()
+        mirrored[:, 0] = np.sqrt(chunk[:, 0] ** 2 + MIRROR_ROUNDING**2)
+        field = strokes[0].part.distance(mirrored if strokes[0].mirror else chunk)
+        for stroke in strokes[1:]:
+            other = stroke.part.distance(mirrored if stroke.mirror else chunk)
+            # The maximum of a field and the negative of another is the negative of a minimum.
+            sign = -1.0 if stroke.carve else 1.0
+            field = sign * smooth_min(sign * field, other, stroke.blend)
+        result[first : first + CHUNK] = field
     return result
 
 
@@ -104,25 +98,10 @@ def project(strokes: tuple[Stroke, ...], points: np.ndarray, steps: int = 1) -> 
     return points
 
 
-def _evaluate_chunk(strokes: tuple[Stroke, ...], points: np.ndarray) -> np.ndarray:
-    mirrored = points.copy()
-    mirrored[:, 0] = np.sqrt(points[:, 0] ** 2 + MIRROR_ROUNDING**2)
-    field = strokes[0].part.distance(mirrored if strokes[0].mirror else points)
-    for stroke in strokes[1:]:
-        other = stroke.part.distance(mirrored if stroke.mirror else points)
-        field = smooth_max(field, -other, stroke.blend) if stroke.carve else smooth_min(field, other, stroke.blend)
-    return field
-
-
 def smooth_min(a: np.ndarray, b: np.ndarray, width: float) -> np.ndarray:
     """Return the minimum of two fields, rounded with continuous curvature where they differ by < `width` [m]."""
     overlap = np.maximum(width - np.abs(a - b), 0.0) / width
     return np.minimum(a, b) - overlap * overlap * overlap * (width / 6.0)
-
-
-def smooth_max(a: np.ndarray, b: np.ndarray, width: float) -> np.ndarray:
-    """Return the maximum of two fields, rounded as in smooth_min."""
-    return -smooth_min(-a, -b, width)
 
 
 def axis_rotation(axis: int, degrees: float) -> np.ndarray:

@@ -1,7 +1,4 @@
-"""Our own body: a mannequin's head, neck and shoulders, polygonised, rigged and painted from nothing.
-
-Even triangles: vertices slide within the surface towards the middle of their neighbours.
-"""
+"""Our own body: a mannequin's head, neck and shoulders, polygonised, rigged and painted from nothing."""
 
 from collections.abc import Callable
 from functools import partial
@@ -19,37 +16,25 @@ from hairpipe.values import Body, Mesh, Skeleton
 def relax(
     points: np.ndarray, triangles: np.ndarray, project: Callable[[np.ndarray], np.ndarray], rounds: int
 ) -> np.ndarray:
-    """Slide the vertices of a closed surface towards the mean of their neighbours, `rounds` times. Pure.
-
-    points     [m], (n, 3)
-    triangles  (m, 3), closed: every edge is seen once in each direction
-    project    puts points back on the surface
-    """
+    """Slide the vertices of a closed surface (n, 3) to the mean of their neighbours, and `project` them back; pure."""
     tail = triangles.ravel()
     head = triangles[:, (1, 2, 0)].ravel()
     neighbours = np.bincount(tail, minlength=len(points))[:, None]
     for _ in range(rounds):
         total = np.stack([np.bincount(tail, points[head, axis], len(points)) for axis in range(3)], axis=1)
         shift = total / neighbours - points
-        normals = _normals(points, triangles)
+        # Unlike `vertex_normals`, first corners are added, then second, then third ones: the last bits of the bust, and
+        # so of all hair that was grown on it, depend on the order.
+        a, b, c = (points[triangles[:, corner]] for corner in range(3))
+        doubled_area = np.cross(b - a, c - a)
+        normals = np.zeros_like(points)
+        for corner in range(3):
+            for axis in range(3):
+                normals[:, axis] += np.bincount(triangles[:, corner], doubled_area[:, axis], len(points))
+        normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
         shift -= np.einsum("ij,ij->i", shift, normals)[:, None] * normals
         points = project(points + 0.5 * shift)
     return points
-
-
-def _normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return the unit normals of the vertices, their triangles weighted by area, (n, 3).
-
-    Unlike `spatial.triangles.vertex_normals` it adds first corners, then second, then third ones: the last bits of the
-    bust, and so of all hair that was grown on it, depend on the order.
-    """
-    a, b, c = (points[triangles[:, corner]] for corner in range(3))
-    doubled_area = np.cross(b - a, c - a)
-    total = np.zeros_like(points)
-    for corner in range(3):
-        for axis in range(3):
-            total[:, axis] += np.bincount(triangles[:, corner], doubled_area[:, axis], len(points))
-    return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300)
 
 
 # Spacing of the samples [m] at coordinates between which it changes linearly: fine at face and ears, coarse below.
@@ -92,7 +77,7 @@ def build_bust() -> Body:
 
 
 def polygonise() -> tuple[np.ndarray, np.ndarray]:
-    """Return the points [m] (n, 3) and triangles (m, 3) of the surface; sampled, then drawn onto it and evened out."""
+    """Return points [m] and triangles of the surface: sampled, then drawn onto it and evened out."""
     right = graded_axis(SPACING_X) + 0.5 * SPACING_X[0][1]
     axes = (np.concatenate([-right[::-1], right]), graded_axis(SPACING_Y), graded_axis(SPACING_Z))
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
@@ -103,7 +88,7 @@ def polygonise() -> tuple[np.ndarray, np.ndarray]:
 
 
 def graded_axis(spacing: tuple[tuple[float, float], ...]) -> np.ndarray:
-    """Return coordinates [m] from the first to beyond the last one of `spacing`, as far apart as it says."""
+    """Return coordinates [m] from the first to beyond the last one of `spacing`, as far apart as it states."""
     places, steps = np.array(spacing).T
     coordinates = [places[0]]
     while coordinates[-1] < places[-1]:

@@ -8,14 +8,8 @@ from hairpipe.values import Body
 
 
 class Groups(NamedTuple):
-    """The joints of a skeleton in groups.
-
-    leaders  the joint whose frame each group has, (G,) int32
-    members  the group of every joint, (J,) int32
-    """
-
-    leaders: np.ndarray
-    members: np.ndarray
+    leaders: np.ndarray  # joint whose frame each group has, (G,) int32
+    members: np.ndarray  # group of every joint, (J,) int32
 
 
 def group_bones(body: Body, smallest: float) -> Groups:
@@ -30,7 +24,8 @@ def group_bones(body: Body, smallest: float) -> Groups:
     if not len(parents):
         return Groups(np.array([-1], np.int32), np.zeros(0, np.int32))
     leader = np.arange(len(parents), dtype=np.int32)
-    nearest = foremost(body)
+    strongest = np.argmax(body.weights, axis=1)  # of equal ones the first
+    nearest = np.take_along_axis(body.joints, strongest[:, None], axis=1)[:, 0]
     for joint in range(len(parents) - 1, -1, -1):
         skin = body.mesh.points[leader[nearest] == joint]
         small = not len(skin) or np.linalg.norm(np.ptp(skin, axis=0)) < smallest
@@ -38,12 +33,6 @@ def group_bones(body: Body, smallest: float) -> Groups:
             leader[leader == joint] = parents[joint]
     leaders, members = np.unique(leader, return_inverse=True)
     return Groups(leaders.astype(np.int32), members.astype(np.int32))
-
-
-def foremost(body: Body) -> np.ndarray:
-    """Return the joint that every vertex follows most, (n,); of equal ones the first."""
-    strongest = np.argmax(body.weights, axis=1)
-    return np.take_along_axis(body.joints, strongest[:, None], axis=1)[:, 0]
 
 
 def group_weights(body: Body, groups: Groups) -> np.ndarray:

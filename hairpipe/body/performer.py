@@ -11,16 +11,11 @@ AXES = {"X": 0, "Y": 1, "Z": 2}
 
 
 class Placement(NamedTuple):
-    """Positions and rotations of joints at k instants.
+    """Positions and rotations of joints at k instants."""
 
-    rotations  joint-to-world (k, J, 3, 3)
-    positions  in the units of the clip (k, J, 3)
-    local      the same in their parents (k, J, 3)
-    """
-
-    rotations: np.ndarray
-    positions: np.ndarray
-    local: np.ndarray
+    rotations: np.ndarray  # joint-to-world (k, J, 3, 3)
+    positions: np.ndarray  # in the units of the clip (k, J, 3)
+    local: np.ndarray  # the same in their parents (k, J, 3)
 
 
 def place_joints(clip: Clip, frames: np.ndarray) -> Placement:
@@ -84,7 +79,7 @@ def local_positions(clip: Clip, frames: np.ndarray) -> np.ndarray:
 
 
 def _rotation_channels(clip: Clip) -> tuple[np.ndarray, ...]:
-    """Joint, column, axis and place in the order of its joint of every rotation channel."""
+    """Return joint, column, axis and place in the order of its joint of every rotation channel."""
     table = []
     column = 0
     for joint, names in enumerate(clip.channels):

@@ -1,20 +1,15 @@
-"""The pose of a body at an instant of a clip, and how fast it changes.
+"""The pose of a body at an instant of a clip, and how fast it changes; all times are in samples of the clip.
 
-Motion of a body from rest to the first pose of a shot, so that hair does not start inside it.
+No motion goes on beyond the take of a clip that holds an instant: from cut to cut, or to an end of the clip.
 
-Every joint turns against its parent, and a root in the world, on the smooth path
+A body moves from rest to the first pose of a shot, so that hair does not start inside it: every joint turns against
+its parent, and a root in the world, on the smooth path
 
     L(t) = L_rest exp(h01(t / T) r) exp(g(t) w),   r = log(L_rest^T L_first),   g(t) = U h11(1 - (T - t) / U)
 
 over T, with Hermite's h01 = 3 a^2 - 2 a^3 and h11 = a^3 - a^2; places likewise. The last factor is a run-up of U at
 most, after which the joint has the velocity w that it begins the shot with: rest and first pose are met to the bit, and
 the path is C1 at both.
-
-The take of a clip that holds an instant: from cut to cut, or to an end of the clip. No motion goes on beyond it.
-
-All times are in samples of the clip.
-
-Height of the standing feet of a posed body above the floor of the body at rest.
 """
 
 import math
@@ -37,16 +32,12 @@ SLACK = 0.1  # by which an instant may be off its sample: files round their fram
 
 
 class Take(NamedTuple):
-    """Samples of a clip between which a body moves without a jump.
-
-    first, last    of the samples, both included
-    opens, closes  whether a cut is before the first, after the last; else the clip ends there
-    """
+    """Samples of a clip between which a body moves without a jump."""
 
     first: int
-    last: int
-    opens: bool
-    closes: bool
+    last: int  # included
+    opens: bool  # whether a cut is before the first; else the clip begins there
+    closes: bool  # whether a cut is after the last
 
     def window(self, at: float) -> tuple[tuple[float, float, float], float]:
         """Return three instants, of which the middle one is posed and the others give its rates, and their distance.
@@ -67,10 +58,7 @@ class Take(NamedTuple):
 
 
 def take_at(count: int, at: float, cuts: Sequence[tuple[float, float]]) -> Take:
-    """Return the take of a clip that holds an instant; pure.
-
-    count  of samples
-    cuts   the last instant of the shot before each cut, and the first after it, ascending
+    """Return the take of a clip of so many samples that holds an instant; cuts are instants before and after each.
 
     Which of the samples between the two are before the cut is not known: none of them is used. Raises BadInput where a
     take has no sample.
@@ -94,14 +82,22 @@ def standing_height(retarget: Retarget, clip: Clip) -> float | None:
     That is the median of the lower foot's height over the frames in which it rests; None where the body has no feet, or
     they rest in less than a tenth of the frames.
     """
-    feet = feet_of(retarget.skeleton)
+    skeleton = retarget.skeleton
+    roles = find_roles(skeleton.names)
+    feet = []  # masks of the joints of every foot, toes included
+    for joint in [joint for side in ("left", "right") for joint in roles.get(Role("foot", side), [])]:
+        below = np.zeros(len(skeleton.names), bool)
+        below[joint] = True
+        for child, parent in enumerate(skeleton.parents):
+            below[child] |= parent >= 0 and below[parent]
+        feet.append(below)
     if not feet:
         return None
     frames = np.unique(np.linspace(0.0, len(clip.values) - 1, LOOKS).round())
     step = min(1.0, len(clip.values) - 1.0)
     early = retarget.transforms(clip, np.minimum(frames, len(clip.values) - 1 - step))
     late = retarget.transforms(clip, np.minimum(frames + 1.0, len(clip.values) - 1.0))
-    found = [soles(retarget.skeleton, foot, early, late, clip.frame_time) for foot in feet]
+    found = [soles(skeleton, foot, early, late, clip.frame_time) for foot in feet]
     heights, speeds = np.stack([height for height, _ in found]), np.stack([speed for _, speed in found])
     lower = heights.argmin(axis=0)[None]
     height, speed = (np.take_along_axis(rows, lower, axis=0)[0] for rows in (heights, speeds))
@@ -109,28 +105,13 @@ def standing_height(retarget: Retarget, clip: Clip) -> float | None:
     return float(np.median(height[rests])) if rests.mean() >= 0.1 else None
 
 
-def feet_of(skeleton: Skeleton) -> list[np.ndarray]:
-    """Return the joints of every foot, toes included, as masks (J,) bool."""
-    roles = find_roles(skeleton.names)
-    found = []
-    for side in ("left", "right"):
-        for joint in roles.get(Role("foot", side), []):
-            below = np.zeros(len(skeleton.names), bool)
-            below[joint] = True
-            for child, parent in enumerate(skeleton.parents):
-                below[child] |= parent >= 0 and below[parent]
-            found.append(below)
-    return found
-
-
 def soles(
     skeleton: Skeleton, foot: np.ndarray, early: np.ndarray, late: np.ndarray, frame_time: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the height of a foot over its place at rest [m], (k,), and the speed of its lowest point [m/s], (k,).
-
-    early, late  joint-to-world matrices [m] at k instants and a frame later, (k, J, 4, 4)
-    """
-    local = np.concatenate([np.tile([0.0, 0.0, 0.0, 1.0], (foot.sum(), 1)), tips_within(skeleton)[foot]])
+    """Return the height of a foot over its place at rest [m] and the speed of its lowest point [m/s], (k,) each."""
+    tips = np.concatenate([skeleton.tips, np.ones((len(skeleton.tips), 1))], axis=1)
+    tips = np.einsum("jab,jb->ja", invert(skeleton.rest), tips)
+    local = np.concatenate([np.tile([0.0, 0.0, 0.0, 1.0], (foot.sum(), 1)), tips[foot]])
     joints = np.tile(np.flatnonzero(foot), 2)
     here, there = (np.einsum("kjab,jb->kja", moves[:, joints], local)[..., :3] for moves in (early, late))
     rest = min(skeleton.rest[foot, 1, 3].min(), skeleton.tips[foot, 1].min())
@@ -138,12 +119,6 @@ def soles(
     speeds = np.linalg.norm(there - here, axis=2) / frame_time
     heights = np.take_along_axis(here[..., 1], lowest, axis=1) - rest
     return heights[:, 0], np.take_along_axis(speeds, lowest, axis=1)[:, 0]
-
-
-def tips_within(skeleton: Skeleton) -> np.ndarray:
-    """Return the far ends of all bones in the frames of their joints [m], (J, 4), homogeneous."""
-    tips = np.concatenate([skeleton.tips, np.ones((len(skeleton.tips), 1))], axis=1)
-    return np.einsum("jab,jb->ja", invert(skeleton.rest), tips)
 
 
 LOOKAHEAD = 10  # frames at the head of a clip that a leading T pose is judged by
@@ -204,11 +179,10 @@ def pose_at(
 
 
 def lift(retarget: Retarget, clip: Clip, floor: str | None) -> float:
-    """Return the distance by which to lower the clip so that its feet touch the body's floor [m]; pure.
+    """Return the distance by which to lower the clip so that its feet touch the body's floor [m], `floor` = "feet".
 
-    floor  "clip": not at all; "feet": by all of what `standing_height` says; None: so for a single pose
-
-    A clip is left as it is by default: otherwise its last frame could move the first. It is warned of instead.
+    A clip is left as it is by default, but for a single pose: otherwise its last frame could move the first. It is
+    warned of instead, unless `floor` = "clip".
     """
     height = standing_height(retarget, clip) if floor != "clip" else None
     if height is None:
@@ -223,7 +197,7 @@ def lift(retarget: Retarget, clip: Clip, floor: str | None) -> float:
 
 
 def leading_frames(clip: Clip) -> int:
-    """Return 1 where the clip begins with a pose that is not part of the motion, else 0; warns if so. Pure.
+    """Return 1, with a warning, where the clip begins with a pose that is not part of the motion, else 0.
 
     That is where some joint turns by more than JUMP from the first frame to the second, and more than three times as
     much as any does from one to the next of the LOOKAHEAD frames after them.
@@ -259,7 +233,7 @@ def approach(rest: Body, first: Pose, before: float, over: float) -> Pose:
 
 
 def shares(before: float, over: float) -> tuple[float, float]:
-    """Return the share of the way h01, and the run-up g [s], so long before the first pose [s]. Pure."""
+    """Return the share of the way h01, and the run-up g [s], so long before the first pose [s]."""
     a = min(max(1.0 - before / over, 0.0), 1.0)
     up = min(RUN_UP, over)
     b = max(1.0 - before / up, 0.0)
@@ -267,7 +241,7 @@ def shares(before: float, over: float) -> tuple[float, float]:
 
 
 def placed(skeleton: Skeleton, first: Pose, before: float, over: float) -> np.ndarray:
-    """Return the joint-to-world matrices of that pose [m], (J, 4, 4). Pure."""
+    """Return the joint-to-world matrices of that pose [m], (J, 4, 4)."""
     share, run = shares(before, over)
     result = np.empty_like(first.transforms)
     for joint, parent in enumerate(skeleton.parents):

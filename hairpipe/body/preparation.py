@@ -8,7 +8,7 @@ import numpy as np
 from hairpipe.body.rotations import Z_UP
 from hairpipe.body.scalp import Scalp, between_ears, paint_scalp
 from hairpipe.errors import BadInput
-from hairpipe.values import BlendShapes, Body, DualQuaternions, Mesh, Skeleton
+from hairpipe.values import Body, DualQuaternions, Mesh, Skeleton
 
 LARGEST_HEAD = 0.35  # from the chin up, with hair that is modelled [m]
 SMALLEST, LARGEST = 0.05, 4.0  # [m] of a head and of a person, with room to spare
@@ -32,23 +32,14 @@ def prepare(body: Body, *, unit: float, up: str, joint: str, scalp: Scalp | None
             f"the body is {size:.3g} m large: is unit = {unit:g} (metres in one unit of the file)?", stacklevel=2
         )
     if not body.skeleton.names:
+        points = body.mesh.points
         body = rig_rigidly(body, joint)
-        scalp = scalp and placed_hairline(scalp, body.mesh.points)
+        if scalp is not None and scalp.at is None and np.ptp(points[:, 1]) > LARGEST_HEAD:
+            scalp = replace(scalp, at=between_ears(points))
+            place = ", ".join(f"{x:.3f}" for x in between_ears(points))
+            guessed = f"the body has no skeleton to locate its head: the hairline is centred at ({place}) m"
+            warnings.warn(f"{guessed}; scalp.at, the point between the ears, corrects this", stacklevel=2)
     return body if scalp is None else replace(body, maps={**body.maps, "scalp": paint_scalp(body, scalp)})
-
-
-def placed_hairline(scalp: Scalp, points: np.ndarray) -> Scalp:
-    """Return a hairline that says where the head is, guessed and warned of where the mesh is more than a head; pure.
-
-    points  of a body without a skeleton [m], (n, 3)
-    """
-    if scalp.at is not None or np.ptp(points[:, 1]) <= LARGEST_HEAD:
-        return scalp
-    at = between_ears(points)
-    place = ", ".join(f"{x:.3f}" for x in at)
-    guessed = f"the body has no skeleton to locate its head: the hairline is centred at ({place}) m"
-    warnings.warn(f"{guessed}; scalp.at, the point between the ears, corrects this", stacklevel=3)
-    return replace(scalp, at=at)
 
 
 def check(body: Body) -> Body:
@@ -74,30 +65,24 @@ def drop_unused(body: Body) -> Body:
     place[used] = np.arange(len(used))
     weights = body.weights[used]
     filled = np.flatnonzero((weights != 0.0).any(axis=0))
+    dual, shapes = body.dual, body.shapes
+    if dual is not None:
+        kept = np.isin(dual.vertices, used)
+        dual = DualQuaternions(place[dual.vertices[kept]], dual.centres[kept])
+    if shapes is not None:
+        kept = np.isin(shapes.vertices, used)
+        rows = np.concatenate([[0], np.cumsum(kept)])[shapes.rows]
+        shapes = replace(shapes, rows=rows, vertices=place[shapes.vertices[kept]], offsets=shapes.offsets[kept])
     return replace(
         body,
         mesh=Mesh(mesh.points[used], place[mesh.triangles], uv=mesh.uv),
         joints=np.take(body.joints[used], filled, axis=1),
         weights=np.take(weights, filled, axis=1),
         maps={name: values[used] for name, values in body.maps.items()},
-        dual=body.dual and dual_of(body.dual, used),
-        shapes=body.shapes and shapes_of(body.shapes, used),
+        dual=dual,
+        shapes=shapes,
         bound=body.bound and replace(body.bound, points=body.bound.points[used]),
     )
-
-
-def dual_of(dual: DualQuaternions, used: np.ndarray) -> DualQuaternions:
-    """Return those of vertices that are used, ascending. Pure."""
-    kept = np.isin(dual.vertices, used)
-    return DualQuaternions(np.searchsorted(used, dual.vertices[kept]).astype(np.int32), dual.centres[kept])
-
-
-def shapes_of(shapes: BlendShapes, used: np.ndarray) -> BlendShapes:
-    """Return blend shapes of vertices that are used, ascending. Pure."""
-    kept = np.isin(shapes.vertices, used)
-    rows = np.concatenate([[0], np.cumsum(kept)])[shapes.rows]
-    vertices = np.searchsorted(used, shapes.vertices[kept]).astype(np.int32)
-    return replace(shapes, rows=rows, vertices=vertices, offsets=shapes.offsets[kept])
 
 
 def follow(rest: Body | None, mesh: Mesh, owners: np.ndarray, *, unit: float, up: str) -> Mesh:
@@ -119,20 +104,14 @@ def follow(rest: Body | None, mesh: Mesh, owners: np.ndarray, *, unit: float, up
         what = f"the mesh has {len(used):,} vertices and {len(triangles):,} triangles"
         right = f"those of the body at rest: {len(own.points):,} and {len(own.triangles):,}"
         raise BadInput(what, where="file", right=right)
-    if not same_polygons(owners, triangles, own.triangles):
+    polygons = np.repeat(owners, 3)  # which may be cut along other diagonals
+    theirs, ours = (
+        np.unique(np.stack([polygons, corners.ravel()], axis=1), axis=0) for corners in (triangles, own.triangles)
+    )
+    if not (np.array_equal(triangles, own.triangles) or np.array_equal(theirs, ours)):
         right = "polygons in the same order, of the same vertices"
         raise BadInput("the polygons are not those of the body at rest", where="file", right=right)
     return Mesh(points, own.triangles, velocities, own.uv)
-
-
-def same_polygons(owners: np.ndarray, first: np.ndarray, second: np.ndarray) -> bool:
-    """Return whether triangles (m, 3) are of the same polygons, though perhaps cut along other diagonals; pure.
-
-    owners  polygon of every triangle, (m,)
-    """
-    polygons = np.repeat(owners, 3)
-    a, b = (np.unique(np.stack([polygons, t.ravel()], axis=1), axis=0) for t in (first, second))
-    return np.array_equal(first, second) or np.array_equal(a, b)
 
 
 def transform(body: Body, matrix: np.ndarray) -> Body:
@@ -158,10 +137,7 @@ def transform(body: Body, matrix: np.ndarray) -> Body:
 
 
 def rig_rigidly(body: Body, joint: str) -> Body:
-    """Return the body moved rigidly by one joint at the middle of its vertices, its tip at their top. Pure.
-
-    joint  its name
-    """
+    """Return the body moved rigidly by one joint at the middle of its vertices, its tip at their top."""
     points = body.mesh.points
     rest = np.eye(4)[None].copy()
     rest[0, :3, 3] = points.mean(axis=0)

@@ -1,8 +1,7 @@
 """A clip's motion carried over to a body of other proportions, rest pose and joint names.
 
-The pose of a clip that is taken for the body's pose at rest, and the turns that make the two agree.
-
-Matching of the joints of a body with those of a clip, and the unmatched joints.
+Joints of body and clip are matched by their roles. A pose of the clip is taken for the body's pose at rest, and turns
+make the two agree.
 """
 
 import warnings
@@ -29,28 +28,16 @@ WORDS = {"upperarm": "arm", "thigh": "leg", "spine": "trunk"}
 """The common name of a limb by its first part."""
 
 
-def with_pairs(roles: Roles, body: Roles, skeleton: Skeleton, clip: Clip, joints: Pairs) -> Roles:
-    """Return the roles of a clip's joints, with those that the user pairs with joints of the body. Pure.
-
-    Raises BadInput where a joint does not exist.
-    """
-    parts = {joint: role for role, found in body.items() for joint in found}
-    stated: Roles = {}
-    for name, leader in joints:
-        joint, followed = find_name(name, skeleton.names, "body"), find_name(leader, clip.names, "clip")
-        if joint in parts:
-            stated.setdefault(parts[joint], []).append(followed)
-    return roles | stated
-
-
 def match_joints(skeleton: Skeleton, clip: Clip, body: Roles, performer: Roles, joints: Pairs) -> np.ndarray:
-    """Return the clip joint that every joint of the body follows, -1 for none, (J,). Pure.
-
-    A limb follows where both its bones do: of one alone it is not known how the other lies. Raises BadInput where
-    nothing matches.
-    """
+    """Return the clip joint that every joint of the body follows, -1 for none, (J,); BadInput where nothing matches."""
+    partial = set()
+    for limb, side in product(LIMBS, ("left", "right")):  # of one bone alone it is not known how the other lies
+        bones = [Role(part, side) for part in limb[:2]]
+        if any(role in body and role not in performer for role in bones):
+            partial |= {Role(part, side) for part in limb}
     follows = np.full(len(skeleton.names), -1)
-    for joint, leader in match_roles(body, whole_limbs(body, performer)).items():
+    whole = {role: found for role, found in performer.items() if role not in partial}
+    for joint, leader in match_roles(body, whole).items():
         follows[joint] = leader
     for name, leader in joints:
         follows[find_name(name, skeleton.names, "body")] = find_name(leader, clip.names, "clip")
@@ -65,16 +52,6 @@ def match_joints(skeleton: Skeleton, clip: Clip, body: Roles, performer: Roles, 
     return follows
 
 
-def whole_limbs(body: Roles, performer: Roles) -> Roles:
-    """Return the roles of a performer without those of limbs of which a bone of the body has no counterpart. Pure."""
-    partial = set()
-    for limb, side in product(LIMBS, ("left", "right")):
-        bones = [Role(part, side) for part in limb[:2]]
-        if any(role in body and role not in performer for role in bones):
-            partial |= {Role(part, side) for part in limb}
-    return {role: joints for role, joints in performer.items() if role not in partial}
-
-
 def find_name(name: str, names: tuple[str, ...], owner: str) -> int:
     """Return the index of a joint by its name; BadInput with near ones where there is none."""
     if name in names:
@@ -85,35 +62,21 @@ def find_name(name: str, names: tuple[str, ...], owner: str) -> int:
 
 def warn_of_losses(clip: Clip, body: Roles, follows: np.ndarray) -> None:
     """Warn of limbs of the body that follow nothing, and of joints of the clip that move nothing."""
-    lost = [_name_of(role) for role in lost_limbs(body, follows)]
+    chains = [(Role(part),) for part in TRUNK]
+    chains += [tuple(Role(part, side) for part in limb) for limb in LIMBS for side in ("left", "right")]
+    ends = ([role for role in chain if role in body and (follows[body[role]] < 0).all()] for chain in chains)
+    lost = [f"{end[0].side} {WORDS.get(end[0].part, end[0].part)}".strip() for end in ends if end]
     if lost:
         message = f"no joint of the clip matches these parts of the body, which keep their rest pose: {', '.join(lost)}"
         warnings.warn(f"{message} (`joints` gives pairs of a joint of the body and a joint of the clip)", stacklevel=3)
-    unused = [name for name, used in zip(clip.names, used_joints(clip, follows), strict=True) if not used]
+    used = np.isin(np.arange(len(clip.names)), follows)
+    for joint in range(len(clip.names) - 1, -1, -1):  # A parent of a used joint is used.
+        if clip.parents[joint] >= 0:
+            used[clip.parents[joint]] |= used[joint]
+    unused = [clip.names[joint] for joint in np.flatnonzero(~used)]
     if unused:
         message = f"{len(unused)} of {len(clip.names)} joints of the clip are not used: {', '.join(unused)}"
         warnings.warn(message, stacklevel=3)
-
-
-def used_joints(clip: Clip, follows: np.ndarray) -> np.ndarray:
-    """Return which joints of a clip are followed, or carry one that is, (J,) bool. Pure."""
-    used = np.isin(np.arange(len(clip.names)), follows)
-    for joint in range(len(clip.names) - 1, -1, -1):
-        if clip.parents[joint] >= 0:
-            used[clip.parents[joint]] |= used[joint]
-    return used
-
-
-def lost_limbs(body: Roles, follows: np.ndarray) -> list[Role]:
-    """Return the first part of every limb of a body that follows nothing, from there to its end. Pure."""
-    chains = [(Role(part),) for part in TRUNK]
-    chains += [tuple(Role(part, side) for part in limb) for limb in LIMBS for side in ("left", "right")]
-    lost = ([role for role in chain if role in body and (follows[body[role]] < 0).all()] for chain in chains)
-    return [found[0] for found in lost if found]
-
-
-def _name_of(role: Role) -> str:
-    return f"{role.side} {WORDS.get(role.part, role.part)}".strip()
 
 
 UPRIGHT = 0.7  # cosine beyond which a performer counts as standing along an axis
@@ -124,30 +87,21 @@ TINY = 1e-12
 
 
 class Reference(NamedTuple):
-    """The joints of a clip in its reference pose, Y up.
+    """The joints of a clip in its reference pose, Y up."""
 
-    world      takes the file's axes to Y up (3, 3)
-    heading    turn about Y from facing +Z to facing as the performer does (3, 3)
-    rotations  joint-to-world (J, 3, 3)
-    positions  [file units] (J, 3)
-    lowest     height of the lowest joint or End Site [file units]
-    drawn      whether it is a drawn pose (all channels zero), not a recorded one
-    """
-
-    world: np.ndarray
-    heading: np.ndarray
-    rotations: np.ndarray
-    positions: np.ndarray
-    lowest: float
-    drawn: bool
+    world: np.ndarray  # takes the file's axes to Y up, (3, 3)
+    heading: np.ndarray  # turn about Y from facing +Z to facing as the performer does, (3, 3)
+    rotations: np.ndarray  # joint-to-world, (J, 3, 3)
+    positions: np.ndarray  # [file units], (J, 3)
+    lowest: float  # height of the lowest joint or End Site [file units]
+    drawn: bool  # whether it is a drawn pose (all channels zero), not a recorded one
 
 
 def find_reference(clip: Clip, roles: Roles, up: str | None, reference: str | None, yaw: float = 0.0) -> Reference:
-    """Return the reference pose; missing axes and poses are derived from the stance of the performer. Pure.
+    """Return the reference pose; missing axes and poses are derived from the stance of the performer.
 
-    up         "y", "z", or None: see `find_up`
-    reference  "zero", "first", or None: all channels zero where that pose stands upright, else the first frame
-    yaw        turn of the whole motion about Y [deg]
+    Without `reference` it is that of all channels zero where this stands upright, else the first frame; yaw [deg] is a
+    turn of the whole motion about Y.
     """
     zero = place_at_zero(clip)
     upright = Z_UP if (up or find_up(clip, roles)) == "z" else np.eye(3)
@@ -164,15 +118,15 @@ def find_reference(clip: Clip, roles: Roles, up: str | None, reference: str | No
 
 
 def turn(placement: Placement, world: np.ndarray) -> Placement:
-    """Return joints turned as a whole by a rotation matrix (3, 3). Pure."""
+    """Return joints turned as a whole by a rotation matrix (3, 3)."""
     return Placement(world @ placement.rotations, placement.positions @ world.T, placement.local)
 
 
 def find_up(clip: Clip, roles: Roles) -> str:
-    """Return the axis, "y" or "z", that the trunk points along in most of the motion; Y where it is unknown.
+    """Return the axis, "y" or "z", of the median direction of the trunk over LOOKS frames; Y where it is unknown.
 
-    It is that of the median direction over LOOKS frames of the clip. Warns where there is no trunk, where it lies, so
-    that the pose with all channels zero decides, and where it stands along the other axis in that pose.
+    Warns where there is no trunk, where it lies, so that the pose with all channels zero decides, and where it stands
+    along the other axis in that pose.
     """
     frames = np.unique(np.linspace(0.0, len(clip.values) - 1, LOOKS).round())
     motion = _axis_along(np.median(trunk_directions(place_joints(clip, frames).positions, roles), axis=0))
@@ -195,10 +149,7 @@ def _axis_along(direction: np.ndarray) -> str | None:
 
 
 def trunk_directions(positions: np.ndarray, roles: Roles) -> np.ndarray:
-    """Return the unit direction of the trunk, hips to head or next below it, (k, 3); 0 if unknown. Pure.
-
-    positions  of joints, (k, J, 3)
-    """
+    """Return the unit direction of the trunk of joints (k, J, 3), hips to head or next below it, (k, 3); 0 if none."""
     chain = [joint for part in ("hips", "spine", "neck", "head") for joint in roles.get(Role(part), [])]
     arms = players(roles, Role("upperarm", "left"), Role("upperarm", "right"))
     ends = [positions[:, chain[0]]] if chain else []
@@ -211,10 +162,7 @@ def trunk_directions(positions: np.ndarray, roles: Roles) -> np.ndarray:
 
 
 def standing_direction(positions: np.ndarray, roles: Roles) -> np.ndarray:
-    """Return the direction from feet over hips to head, shortened where they are not in line. Pure.
-
-    Of a performer without feet or head it is that of the trunk, and Y where that is unknown.
-    """
+    """Return the direction from feet over hips to head, shortened where they are not in line, or of the trunk, or Y."""
     joints = players(roles, Role("head"), Role("hips"), Role("foot", "left"), Role("foot", "right"))
     if joints is None:
         trunk = trunk_directions(positions[None], roles)[0]
@@ -226,7 +174,7 @@ def standing_direction(positions: np.ndarray, roles: Roles) -> np.ndarray:
 
 
 def find_heading(positions: np.ndarray, roles: Roles) -> np.ndarray:
-    """Return the turn about Y (3, 3) after which right thigh to left thigh, or arm to arm, points along it. Pure."""
+    """Return the turn about Y (3, 3) after which right thigh to left thigh, or arm to arm, points along it."""
     for part in ("thigh", "upperarm"):
         joints = players(roles, Role(part, "left"), Role(part, "right"))
         if joints is not None:
@@ -240,14 +188,12 @@ def find_heading(positions: np.ndarray, roles: Roles) -> np.ndarray:
 
 
 def players(roles: Roles, *parts: Role) -> list[int] | None:
-    """Return the joint that plays each part, the first one of a chain, or None where a part is missing. Pure."""
+    """Return the joint that plays each part, the first one of a chain, or None where a part is missing."""
     return [roles[part][0] for part in parts] if all(part in roles for part in parts) else None
 
 
 def align_parts(rest: np.ndarray, body: Roles, clip: Roles, reference: Reference) -> dict[Role, np.ndarray]:
-    """Return the turn (3, 3) of every part from the body's rest pose to the clip's reference pose. Pure.
-
-    rest  places of the body's joints [m], (J, 3)
+    """Return the turn (3, 3) of every part from the body's rest pose, (J, 3), to the clip's reference pose.
 
     Both face +Z. Arms and legs take the smallest turn that lays bone on bone, after that of their parent: an A pose
     meets a T pose without twist. Hands go with forearms; feet with shins in a drawn pose, while in a recorded one they
@@ -255,33 +201,31 @@ def align_parts(rest: np.ndarray, body: Roles, clip: Roles, reference: Reference
     trunk, while a recorded one leans as the performer did.
     """
     seen = reference.positions @ reference.heading
-    trunk = np.eye(3)
-    ends = Role("hips"), Role("neck")
-    if not reference.drawn and all(role in roles for role in ends for roles in (body, clip)):
-        lower, upper = ends
-        trunk = shortest_turn(rest[body[upper][0]] - rest[body[lower][0]], seen[clip[upper][0]] - seen[clip[lower][0]])
+
+    def bones(lower: Role, upper: Role) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return the way from one joint to the other, of the body and of the clip, where both have them."""
+        if not all(role in roles for role in (lower, upper) for roles in (body, clip)):
+            return None
+        return rest[body[upper][0]] - rest[body[lower][0]], seen[clip[upper][0]] - seen[clip[lower][0]]
+
+    spine = bones(Role("hips"), Role("neck"))
+    trunk = np.eye(3) if reference.drawn or spine is None else shortest_turn(*spine)
     turns = {role: trunk for role in body if role.part in ("hips", "spine", "clavicle")}
     for side in ("left", "right"):
         for limb in LIMBS:
-            turns |= _align_limb([Role(part, side) for part in limb], rest, seen, body, clip, trunk)
+            current = trunk
+            parts = [Role(part, side) for part in limb]
+            for near, far in pairwise(parts):
+                both = bones(near, far)
+                if both is not None:
+                    bone = current @ both[0]
+                    if np.linalg.norm(bone) > 0.0 and np.linalg.norm(both[1]) > 0.0:
+                        current = shortest_turn(bone, both[1]) @ current
+                turns[near] = current
+            turns[parts[-1]] = current
         if not reference.drawn:
             turns[Role("foot", side)] = np.eye(3)
     return turns
-
-
-def _align_limb(
-    limb: list[Role], rest: np.ndarray, seen: np.ndarray, body: Roles, clip: Roles, start: np.ndarray
-) -> dict[Role, np.ndarray]:
-    turns = {}
-    current = start
-    for upper, lower in pairwise(limb):
-        if all(role in roles for role in (upper, lower) for roles in (body, clip)):
-            bone = current @ (rest[body[lower][0]] - rest[body[upper][0]])
-            target = seen[clip[lower][0]] - seen[clip[upper][0]]
-            if np.linalg.norm(bone) > 0.0 and np.linalg.norm(target) > 0.0:
-                current = shortest_turn(bone, target) @ current
-        turns[upper] = current
-    return turns | {limb[-1]: current}
 
 
 ADULT_LEG = 0.82  # hip to ankle [m]: what a clip is scaled to where the body has no legs to compare with
@@ -289,25 +233,16 @@ ADULT_LEG = 0.82  # hip to ankle [m]: what a clip is scaled to where the body ha
 
 @dataclass(frozen=True)
 class Retarget:
-    """Retargeting of the joints of a clip to those of a skeleton.
-
-    follows      joint of the clip that every joint of the body follows, -1 where it follows its parent, (J,)
-    corrections  to be multiplied to the rotation of the clip's joint from the right, (J, 3, 3)
-    scale        metres in a unit of the clip
-    origins      position of every followed joint in the clip that stands for the body's at rest [clip units], (J, 3)
-    world        takes the clip's axes to Y up, (3, 3)
-    bones        position of every joint of the clip in its parent in its first frame [clip units], (K, 3)
-    stretches    joints of the clip by whose way in their parents every joint of the body is moved on
-    """
+    """Retargeting of the joints of a clip to those of a skeleton."""
 
     skeleton: Skeleton
-    follows: np.ndarray
-    corrections: np.ndarray
-    scale: float
-    origins: np.ndarray
-    world: np.ndarray
-    bones: np.ndarray
-    stretches: tuple[tuple[int, ...], ...]
+    follows: np.ndarray  # joint of the clip that every joint of the body follows, -1: its parent, (J,)
+    corrections: np.ndarray  # factors of the rotation of the clip's joint from the right, (J, 3, 3)
+    scale: float  # metres in a unit of the clip
+    origins: np.ndarray  # of every followed joint in the clip where the body is at rest [clip units], (J, 3)
+    world: np.ndarray  # takes the clip's axes to Y up, (3, 3)
+    bones: np.ndarray  # every joint of the clip in its parent in the first frame [clip units], (K, 3)
+    stretches: tuple[tuple[int, ...], ...]  # joints whose way in their parents moves each joint of the body on
 
     def transforms(self, clip: Clip, frames: np.ndarray) -> np.ndarray:
         """Return the joint-to-world matrices of the body [m] at fractional frames (k,) of the clip, (k, J, 4, 4). Pure.
@@ -322,21 +257,17 @@ class Retarget:
         for joint, (parent, leader) in enumerate(zip(parents, self.follows, strict=True)):
             if parent >= 0:
                 result[:, joint] = result[:, parent] @ invert(rest[parent]) @ rest[joint]
-                result[:, joint, :3, 3] += self.scale * self._way(clip, placement, joint)
+                way = np.zeros((len(frames), 3))
+                for moved in self.stretches[joint]:
+                    above = placement.rotations[:, clip.parents[moved]]
+                    way += np.einsum("kij,kj->ki", above, placement.local[:, moved] - self.bones[moved])
+                result[:, joint, :3, 3] += self.scale * way
             elif leader >= 0:
                 moved = placement.positions[:, leader] - self.origins[joint]
                 result[:, joint, :3, 3] = rest[joint, :3, 3] + self.scale * moved
             if leader >= 0:
                 result[:, joint, :3, :3] = placement.rotations[:, leader] @ self.corrections[joint]
         return result
-
-    def _way(self, clip: Clip, placement: Placement, joint: int) -> np.ndarray:
-        """Return how far the channels of the clip move a joint of the body against its parent [clip units], (k, 3)."""
-        way = np.zeros((len(placement.local), 3))
-        for moved in self.stretches[joint]:
-            above = placement.rotations[:, clip.parents[moved]]
-            way += np.einsum("kij,kj->ki", above, placement.local[:, moved] - self.bones[moved])
-        return way
 
 
 def build_retarget(
@@ -358,13 +289,18 @@ def build_retarget(
     Raises BadInput where a joint does not exist or none match; warns of what has no counterpart.
     """
     body = find_roles(skeleton.names)
-    performer = with_pairs(find_roles(clip.names), body, skeleton, clip, joints)
+    parts = {joint: role for role, found in body.items() for joint in found}
+    paired: Roles = {}
+    for name, leader in joints:
+        joint, followed = find_name(name, skeleton.names, "body"), find_name(leader, clip.names, "clip")
+        if joint in parts:
+            paired.setdefault(parts[joint], []).append(followed)
+    performer = find_roles(clip.names) | paired
     pose = find_reference(clip, performer, up, reference, yaw)
     follows = match_joints(skeleton, clip, body, performer, joints)
     warn_of_losses(clip, body, follows)
     facing = body_heading(skeleton, body)
     turns = align_parts(skeleton.rest[:, :3, 3] @ facing, body, performer, pose)
-    parts = {joint: role for role, found in body.items() for joint in found}
     corrections = np.tile(np.eye(3), (len(follows), 1, 1))
     for joint in np.flatnonzero(follows >= 0):
         part = parts.get(int(joint), Role(""))
@@ -378,7 +314,7 @@ def build_retarget(
 
 
 def body_heading(skeleton: Skeleton, body: Roles) -> np.ndarray:
-    """Return the turn about Y (3, 3) from facing +Z to facing as the body does at rest; none up to 45 degrees. Pure."""
+    """Return the turn about Y (3, 3) from facing +Z to facing as the body does at rest; none up to 45 degrees."""
     heading = find_heading(skeleton.rest[:, :3, 3], body)
     if heading[0, 0] > np.sqrt(0.5):
         return np.eye(3)
@@ -389,7 +325,7 @@ def body_heading(skeleton: Skeleton, body: Roles) -> np.ndarray:
 
 
 def find_stretches(skeleton: Skeleton, clip: Clip, follows: np.ndarray) -> tuple[tuple[int, ...], ...]:
-    """Return the joints of the clip with position channels between every joint of the body and what is above it. Pure.
+    """Return the joints of the clip with position channels between every joint of the body and what is above it.
 
     They go from the joint that is followed up to the one that the closest joint above it follows; none of a root, which
     has the whole way of its joint.
@@ -409,10 +345,7 @@ def find_stretches(skeleton: Skeleton, clip: Clip, follows: np.ndarray) -> tuple
 
 
 def find_scale(skeleton: Skeleton, follows: np.ndarray, body: Roles, performer: Roles, pose: Reference) -> float:
-    """Return the metres in a unit of the clip: leg to leg, or to an adult's leg, or from root to head. Pure.
-
-    Where joints tell none of these it is a metre, with a warning if a root moves by it.
-    """
+    """Return the metres in a unit of the clip: leg to leg, or to an adult's leg, or from root to head, or 1."""
     rest = skeleton.rest[:, :3, 3]
     own = leg_length(rest, body)
     theirs = leg_length(pose.positions, performer)
@@ -430,7 +363,7 @@ def find_scale(skeleton: Skeleton, follows: np.ndarray, body: Roles, performer: 
 
 
 def leg_length(positions: np.ndarray, roles: Roles) -> float:
-    """Return the length of thigh and shin, the mean of both legs; 0 without legs. Pure."""
+    """Return the length of thigh and shin, the mean of both legs; 0 without legs."""
     lengths = []
     for side in ("left", "right"):
         leg = players(roles, *(Role(part, side) for part in ("thigh", "shin", "foot")))
@@ -442,7 +375,7 @@ def leg_length(positions: np.ndarray, roles: Roles) -> float:
 def find_origins(
     skeleton: Skeleton, follows: np.ndarray, body: Roles, performer: Roles, pose: Reference, scale: float
 ) -> np.ndarray:
-    """Return where in the clip every followed joint is when the body is at rest [clip units], (J, 3). Pure.
+    """Return where in the clip every followed joint is when the body is at rest [clip units], (J, 3).
 
     A performer with legs stands over the clip's origin, on its floor y = 0; as high as the body does, if that has legs.
     Without legs, it is the reference pose as it is.

@@ -56,7 +56,9 @@ def find_roles(names: tuple[str, ...]) -> dict[Role, list[int]]:
     plain = plain_names(names)
     roles: dict[Role, list[int]] = {}
     taken: set[int] = set()
-    for part, side, synonyms in _parts():
+    parts = [(part, "", synonyms) for part, synonyms in CENTRE.items()]
+    parts += [(part, side, synonyms) for side in ("left", "right") for part, synonyms in SIDED.items()]
+    for part, side, synonyms in parts:
         found = [joint for word in synonyms for joint, name in enumerate(plain) if name == (word, side)]
         found = sorted(found) if part in CHAINS else [joint for joint in found if joint not in taken][:1]
         if found:
@@ -65,42 +67,31 @@ def find_roles(names: tuple[str, ...]) -> dict[Role, list[int]]:
     return roles
 
 
-def _parts() -> list[tuple[str, str, tuple[str, ...]]]:
-    middle = [(part, "", synonyms) for part, synonyms in CENTRE.items()]
-    return middle + [(part, side, synonyms) for side in ("left", "right") for part, synonyms in SIDED.items()]
-
-
 def plain_names(names: tuple[str, ...]) -> list[tuple[str, str]]:
-    """Return the bare lower-case name of every joint and its side, without what most names begin or end with. Pure.
+    """Return the bare lower-case name and the side of every joint, without a word that most names begin or end with.
 
     That is the name of the character, or a word for a joint.
     """
-    words = [words_of(name) for name in names]
+    last_parts = [re.split(r"[:|]", name)[-1] for name in names]
+    words = [[word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", part)] for part in last_parts]
     for end in (0, -1):
         while common := _common_word(words, end):
             words = [some[1 + end : len(some) + end] if some[end:][:1] == [common] else some for some in words]
-    return [_vertebra(name) or plain_words(some) for name, some in zip(names, words, strict=True)]
+    vertebrae = [VERTEBRA.fullmatch(name) for name in names]
+    return [
+        (("neck" if found[1].lower() == "c" else "spine"), "") if found else plain_words(some)
+        for found, some in zip(vertebrae, words, strict=True)
+    ]
 
 
 def _common_word(words: list[list[str]], end: int) -> str | None:
-    """Find the word that most of these begin with, or end with, in front of or behind others; None without one."""
+    """Return the word that most of these begin with, or end with, in front of or behind others; None without one."""
     found = Counter(some[end] for some in words if len(some) > 1 and some[end] not in KNOWN)
     word, count = max(found.items(), key=lambda item: item[1], default=("", 0))
     return word if count > COMMON * len(words) else None
 
 
-def words_of(name: str) -> list[str]:
-    """Return the words of a name in lower case, without digits. Pure."""
-    return [word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", re.split(r"[:|]", name)[-1])]
-
-
-def _vertebra(name: str) -> tuple[str, str] | None:
-    found = VERTEBRA.fullmatch(name)
-    return None if found is None else ("neck" if found[1].lower() == "c" else "spine", "")
-
-
 def plain_words(words: list[str]) -> tuple[str, str]:
-    """Return the bare name that the words of a joint make, and its side. Pure."""
     words = [word for word in words if word not in PREFIXES]
     side = next((SIDES[word] for word in words if SIDES.get(word)), "")
     plain = "".join(word for word in words if word not in SIDES)

@@ -1,11 +1,8 @@
-"""Rigid transforms and frames, column vectors.
+"""Rigid transforms, rotations as vectors and as unit quaternions. All functions are pure.
 
-Rotations as vectors, axis times angle [rad], and their rates: what a path of poses is made of.
-
-J(r) maps the rate of such a vector to the angular velocity in the turned frame: the right Jacobian, exp(r)^T d exp(r) =
-[J dr] (Chirikjian 2011, 10.86). All functions are pure.
-
-Unit quaternions as arrays (..., 4), real part first; the rotation q and -q are the same.
+A rotation vector is axis times angle [rad]; a path of poses is made of them. J(r) maps the rate of such a vector to the
+angular velocity in the turned frame: the right Jacobian, exp(r)^T d exp(r) = [J dr] (Chirikjian 2011, 10.86).
+Quaternions are arrays (..., 4), real part first; the rotation q and -q are the same. Vectors are columns.
 """
 
 import numpy as np
@@ -40,7 +37,6 @@ SMALL = 1e-3
 
 @njit(cache=True)
 def cross_matrix(r: np.ndarray) -> np.ndarray:
-    """Return the matrix that takes y to r x y, (3, 3)."""
     return np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
 
 

@@ -65,25 +65,17 @@ def paint_scalp(body: Body, rule: Scalp) -> np.ndarray:
 
     Raises BadInput where the body has no such joint.
     """
-    joint = find_joint(body.skeleton.names, rule.joint)
+    names = body.skeleton.names
+    heads = [k for k, name in enumerate(names) if name == rule.joint]
+    if not heads and rule.joint == Scalp.joint:
+        heads = find_roles(names).get(Role("head"), []) or [k for k, name in enumerate(names) if RIGIFY.search(name)]
+    if not heads:
+        right = f"one of {', '.join(names[:12])}"
+        raise BadInput(f"the body has no joint {rule.joint!r}", where="scalp.joint", right=right)
+    joint = heads[0]
     centre = body.skeleton.rest[joint, :3, 3] + (0.0, rule.up, rule.forward) if rule.at is None else np.array(rule.at)
     moved = np.where(body.joints == joint, body.weights, 0.0).sum(axis=1)
     return height_above(rule, body.mesh.points - centre) * smooth_step(moved, 0.0, 0.25)
-
-
-def find_joint(names: tuple[str, ...], joint: str) -> int:
-    """Return the index of a joint by its name or, for the default one, of that which plays the head; pure.
-
-    Raises BadInput where there is none.
-    """
-    if joint in names:
-        return names.index(joint)
-    heads = find_roles(names).get(Role("head"), []) or [k for k, name in enumerate(names) if RIGIFY.search(name)]
-    heads = heads if joint == Scalp.joint else []
-    if not heads:
-        right = f"one of {', '.join(names[:12])}"
-        raise BadInput(f"the body has no joint {joint!r}", where="scalp.joint", right=right)
-    return heads[0]
 
 
 def height_above(rule: Scalp, directions: np.ndarray) -> np.ndarray:

@@ -1,12 +1,6 @@
-"""Motion by keys: where to and how far turned, at given times.
+"""Motion by keys, and to and fro, of the ends of strands and of rigid bodies.
 
-Motion to and fro.
-
-The ends of strands at a time, as tracks and waves move them.
-
-Rigid motions x -> R x + t of many points at once, (S, 3, 4), each with its rate of change.
-
-A rigid body carried along keys: its mesh, and its level set, whose samples stay fixed in a frame that moves.
+Motions are rigid, x -> R x + t, of many points at once, (S, 3, 4), each with its rate of change.
 """
 
 from collections.abc import Sequence
@@ -105,7 +99,6 @@ class Track:
     ease: Literal["smooth", "linear"] = "smooth"
 
     def __post_init__(self) -> None:
-        """Raise BadInput where keys do not belong together, or the axis has no length."""
         unit(self.axis, "axis")
         if any(after - before <= INSTANT for before, after in pairwise(self.times)):
             raise BadInput(f"times = {list(self.times)}", right="ascending times")
@@ -116,10 +109,7 @@ class Track:
 
 
 def instant_of(frame: int, at: int, fps: float, cuts: Sequence[int]) -> float:
-    """Return the time of a frame [s], an instant into its take where the shot is cut next to it; pure.
-
-    at    frame at which time is zero
-    cuts  frames at which the shot is cut
+    """Return the time of a frame since `at` [s], just inside its take where the shot is cut next to it.
 
     A track that jumps between the two frames around a cut has the speed of its take there, not the mean of both sides.
     """
@@ -177,7 +167,6 @@ class Wave:
     pivot: Swing = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Raise BadInput where a direction has no length."""
         unit(self.along, "along")
         unit(self.axis, "axis")
 
@@ -191,7 +180,6 @@ def course_of_wave(wave: Wave, time: float) -> Course:
 
 
 def gone(wave: Wave, time: float) -> tuple[float, float]:
-    """Return the way gone over the fastest speed [s], and the present speed over the fastest."""
     phase = wave.frequency * time
     if wave.form == "sine":
         angle = 2.0 * np.pi * phase
@@ -245,8 +233,7 @@ def moved(mesh: Mesh, track: Track, time: float) -> Mesh:
 def moved_surface(surface: LevelSet, track: Track, time: float) -> BodyParts:
     """Return the level set of a body where keys take it at a time [s], as a body of one part.
 
-    The pivot of the track is a place in space. Raises BadInput where the body is not at rest, too: its level set would
-    have to be baked at every frame.
+    Raises BadInput where the body is not at rest, too: its level set would have to be baked at every frame.
     """
     if surface.velocity.any():
         right = "the level set of a mesh at rest, before it is moved"

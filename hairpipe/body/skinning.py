@@ -1,8 +1,7 @@
 """The skin follows blend shapes and joints, by linear blending or dual quaternions, with velocities in closed form.
 
-Displacements of a mesh by weights: linear between the keys of a shape, from 0 on.
-
-Dual quaternion skinning: turns of joints are blended as turns, so that a twisted limb keeps its volume.
+A shape is linear between its keys, from 0 on. Dual quaternions blend turns of joints as turns, so that a twisted limb
+keeps its volume.
 """
 
 import numpy as np
@@ -15,10 +14,7 @@ from hairpipe.values import BlendShapes, Body, Mesh, Pose
 
 
 def displace(rest: Body, pose: Pose) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return the bound mesh with its blend shapes [m], (n, 3), and its velocities [m/s], None where it is still. Pure.
-
-    Raises BadInput where the pose has other weights than the body.
-    """
+    """Return the bound mesh with its blend shapes [m], (n, 3), and its velocities [m/s], None where it is still."""
     base = rest.mesh.points if rest.bound is None else rest.bound.points
     shapes = rest.shapes
     if shapes is None:
@@ -38,7 +34,7 @@ def displace(rest: Body, pose: Pose) -> tuple[np.ndarray, np.ndarray | None]:
 
 
 def key_shares(shapes: BlendShapes, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the share of every key at weights (K,), and its slope over the weight, (m,) each. Pure.
+    """Return the share of every key at weights (K,), and its slope over the weight, (m,) each.
 
     A shape of a mesh is linear between its keys and nothing at 0, and beyond the last keys as between the last two.
     """
@@ -72,16 +68,11 @@ def blend_dual(
     matrices: np.ndarray,
     rates: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return points moved by joints [m] and their velocities [m/s], (n, 3) each. Pure.
+    """Return points (n, 3) moved by joints [m], and their velocities [m/s], by motions of joints since rest, (J, 4, 4).
 
     M_j = [R_j S_j | t_j],  q_j + e d_j = (1 + e t_j / 2) R_j,  b = sum_j w_j (q_j + e d_j),  x = b / |b| acting on
     sum_j w_j S_j x_rest (Kavan, Collins, Zara, O'Sullivan 2007), from the centre of scale, where q_j has the sign that
     is nearer to the quaternion of the largest weight. Velocities: derivatives by a complex step (Squire, Trapp 1998).
-
-    points, drift    the bound mesh [m] and its velocities [m/s], (n, 3); no drift is a still one
-    centres          points about which joints scale [m], (n, 3)
-    joints, weights  of every point, (n, k)
-    matrices, rates  motions of the joints since rest [m] and their time derivatives, (J, 4, 4)
     """
     turns, stretches = split(matrices[:, :3, :3], rates[:, :3, :3])
     M = matrices[:, :3] + 1j * STEP * rates[:, :3]

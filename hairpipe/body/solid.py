@@ -19,14 +19,10 @@ FACE, EDGES, VERTICES = 0, 1, 4  # features: the face, edges 1..3 opposite to co
 
 
 class Solid(NamedTuple):
-    """A mesh with queries for the depth of a point inside it.
+    """A mesh with queries for the depth of a point inside it."""
 
-    tree     over its triangles
-    normals  outward, of the seven features of each triangle in the tree, (k, 7, 3) float64
-    """
-
-    tree: Tree
-    normals: np.ndarray
+    tree: Tree  # over its triangles
+    normals: np.ndarray  # outward, of the seven features of each triangle in the tree, (k, 7, 3) float64
 
 
 def solid_of(mesh: Mesh) -> Solid:
@@ -40,22 +36,16 @@ def feature_normals(mesh: Mesh) -> np.ndarray:
     faces = unit_normals(mesh)
     twins = twin_corners(mesh.triangles)
     beyond = np.where((twins >= 0)[..., None], faces[twins // 3], 0.0)
-    vertices = pseudonormals(mesh, faces)[mesh.triangles]
-    return np.concatenate((faces[:, None], normalized(faces[:, None] + beyond), vertices), axis=1)
-
-
-def pseudonormals(mesh: Mesh, faces: np.ndarray) -> np.ndarray:
-    """Return the unit normals of the vertices, (n, 3): those of the faces around, weighted by the angle they span."""
     corners = mesh.points[mesh.triangles]
     ahead = normalized(np.roll(corners, -1, axis=1) - corners)
     back = normalized(np.roll(corners, -2, axis=1) - corners)
     angles = np.arccos(np.clip(np.sum(ahead * back, axis=-1), -1.0, 1.0))
-    return normalized(sum_at_vertices(mesh, angles[..., None] * faces[:, None]))
+    vertices = normalized(sum_at_vertices(mesh, angles[..., None] * faces[:, None]))[mesh.triangles]
+    return np.concatenate((faces[:, None], normalized(faces[:, None] + beyond), vertices), axis=1)
 
 
 @njit(cache=True)
 def feature_at(weights: Vector) -> int:
-    """Return the feature of a triangle that has a place with given barycentrics."""
     for k in range(3):
         if weights[k] == 1.0:  # Exact: `closest_on_triangle` writes 0 and 1, not results of arithmetic.
             return VERTICES + k

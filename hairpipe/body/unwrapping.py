@@ -17,10 +17,7 @@ ROUNDS = 3
 
 
 class Chart(NamedTuple):
-    """Disc of the unit square that a part fills.
-
-    centre  (u, v) of it
-    """
+    """Disc of the unit square that a part fills."""
 
     centre: tuple[float, float]
     radius: float
@@ -47,7 +44,9 @@ def unwrapped(points: np.ndarray, triangles: np.ndarray, parts: np.ndarray, char
 def flattened(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Return places (n, 2) of points (n, 3) in the unit disc, whose circle is the longest boundary."""
     count = len(points)
-    rim, *holes = sorted(boundaries(triangles), key=lambda loop: -loop_length(points[loop]))
+    loops = boundaries(triangles)
+    lengths = [np.linalg.norm(points[loop] - np.roll(points[loop], 1, axis=0), axis=1).sum() for loop in loops]
+    rim, *holes = [loops[k] for k in sorted(range(len(loops)), key=lambda k: -lengths[k])]
     rim = np.roll(rim, -np.argmax(points[rim, 2]))
     for hole in holes:  # closed by a fan about its middle
         fan = np.stack([np.full(len(hole), len(points)), np.roll(hole, -1), hole], axis=1)
@@ -80,15 +79,10 @@ def boundaries(triangles: np.ndarray) -> list[np.ndarray]:
     return loops
 
 
-def loop_length(points: np.ndarray) -> float:
-    """Return the length of a closed line."""
-    return float(np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1).sum())
-
-
 def embedded(
     points: np.ndarray, triangles: np.ndarray, rim: np.ndarray, circle: np.ndarray, stretch: np.ndarray
 ) -> np.ndarray:
-    """Return places (n, 2), those of `rim` given, each other one the average of its neighbours. Pure."""
+    """Return places (n, 2), those of `rim` given, each other one the average of its neighbours."""
     rows, columns, values = [], [], []
     for k in range(3):
         here, ahead, behind = (triangles[:, (k + j) % 3] for j in range(3))
