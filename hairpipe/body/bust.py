@@ -14,9 +14,9 @@ from hairpipe.values import Body, Mesh, Skeleton
 
 
 def relax(
-    points: np.ndarray, triangles: np.ndarray, project: Callable[[np.ndarray], np.ndarray], rounds: int
+    points: np.ndarray, triangles: np.ndarray, draw: Callable[[np.ndarray], np.ndarray], rounds: int
 ) -> np.ndarray:
-    """Slide the vertices of a closed surface (n, 3) to the mean of their neighbours, and `project` them back; pure."""
+    """Slide the vertices of a closed surface (n, 3) to the mean of their neighbours, and `draw` them back; pure."""
     tail = triangles.ravel()
     head = triangles[:, (1, 2, 0)].ravel()
     neighbours = np.bincount(tail, minlength=len(points))[:, None]
@@ -33,7 +33,7 @@ def relax(
                 normals[:, axis] += np.bincount(triangles[:, corner], doubled_area[:, axis], len(points))
         normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
         shift -= np.einsum("ij,ij->i", shift, normals)[:, None] * normals
-        points = project(points + 0.5 * shift)
+        points = draw(points + 0.5 * shift)
     return points
 
 

@@ -100,7 +100,7 @@ class Track:
 
     def __post_init__(self) -> None:
         unit(self.axis, "axis")
-        if any(after - before <= INSTANT for before, after in pairwise(self.times)):
+        if any(late - early <= INSTANT for early, late in pairwise(self.times)):
             raise BadInput(f"times = {list(self.times)}", right="ascending times")
         for name, keys in (("move", self.move), ("turn", self.turn)):
             if keys and len(keys) != len(self.times):

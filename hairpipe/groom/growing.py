@@ -323,11 +323,11 @@ def grow_strands(
     """
     points = np.empty((offsets[-1], 3))
     for s in prange(len(layout.roots)):  # Strands are independent: each thread writes points of its own.
-        length, radius, pitch = layout.lengths[s], layout.radii[s], layout.pitches[s]
+        extent, radius, pitch = layout.lengths[s], layout.radii[s], layout.pitches[s]
         segments = offsets[s + 1] - offsets[s] - 1
-        step = min(LONGEST_STEP, length / (segments * STEPS_A_SEGMENT))
+        step = min(LONGEST_STEP, extent / (segments * STEPS_A_SEGMENT))
         step = min(step, pitch / STEPS_A_TURN) if radius > 0.0 else step
-        axis = np.empty((int(np.ceil(OVERGROWTH * length / step)) + 1, 3))
+        axis = np.empty((int(np.ceil(OVERGROWTH * extent / step)) + 1, 3))
         put(axis, 0, row(layout.roots, s))
         solid = Solid(tree, normals)
         lay(solid, axis, row(layout.ahead, s), row(layout.combs, s), layout.layers[s], bend, step)
@@ -335,6 +335,6 @@ def grow_strands(
             wind(axis, step, radius, pitch, onset, layout.phases[s])
         lift_off(solid, axis, GAP)
         strand = points[offsets[s] : offsets[s + 1]]
-        stride_on(axis, length / segments, strand)
+        stride_on(axis, extent / segments, strand)
         keep_out(solid, strand, GAP)
     return points

@@ -199,11 +199,11 @@ def weigh_keys(keys: Groom, groom: Groom, parting: float) -> KeyWeights:
     weights = np.take_along_axis(alike / (distances**2 + _SAME_PLACE**2), chosen, axis=1)
     weights /= weights.sum(axis=1, keepdims=True)
     missing = ((0, 0), (0, FOLLOWED - chosen.shape[1]))
-    followed = np.pad(np.take_along_axis(nearest, chosen, axis=1), missing)
+    chosen_keys = np.pad(np.take_along_axis(nearest, chosen, axis=1), missing)
     own = keys_among(groom, keys)
     homes = np.asarray(KDTree(roots).query(theirs)[1])
     homes[own[own >= 0]] = np.flatnonzero(own >= 0)
-    return KeyWeights(own, followed, np.pad(weights, missing), homes)
+    return KeyWeights(own, chosen_keys, np.pad(weights, missing), homes)
 
 
 def keys_among(groom: Groom, keys: Groom) -> np.ndarray:

@@ -1,8 +1,6 @@
 """Bake the signed distance and the velocity of a moving body: a narrow band, and coarsely what is inside it.
 
-Blocks without bricks far inside a body: distance and velocity at their corners.
-
-The level set of a body with the distances of OpenVDB's conversion of a mesh, for comparison.
+Blocks without bricks far inside a body have distance and velocity at their corners.
 """
 
 from warnings import warn
@@ -22,12 +20,7 @@ from hairpipe.values import LevelSet, Mesh
 
 
 def inner_corners(tree: Tree, velocities: np.ndarray, lattice: Lattice, places: np.ndarray) -> np.ndarray:
-    """Return signed distance [m] and velocity [m/s] at the corners of blocks far inside, 0 at others; pure.
-
-    tree        tree over the surface
-    velocities  velocities of the corners of the surface's triangles [m/s], (m, 3, 3) float64
-    places      index of the brick of every block, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32
-    returns     (na + 1, nb + 1, nc + 1, 4) float32
+    """Return signed distance [m] and velocity [m/s] at the corners of blocks far inside, 0 at others, (..., 4) float32.
 
     Between them, a distance with a radius of curvature R has an error of up to (8 voxel)^2 / 4 R.
     """
@@ -44,7 +37,6 @@ def inner_corners(tree: Tree, velocities: np.ndarray, lattice: Lattice, places: 
 def _fill(
     tree: Tree, velocities: np.ndarray, which: np.ndarray, first: np.ndarray, voxel: float, corners: np.ndarray
 ) -> None:
-    """Fill the corners which, (n, 3) int64, in place."""
     for n in prange(len(which)):
         a, b, c = which[n]
         x, y, z = (first[0] + BRICK * a) * voxel, (first[1] + BRICK * b) * voxel, (first[2] + BRICK * c) * voxel
@@ -82,13 +74,10 @@ def bake(mesh: Mesh, voxel: float, half_width: float, open_edges: str = "fill") 
 def bake_sheets(
     body: Mesh | None, sheets: Mesh, voxel: float, half_width: float, open_edges: str, thickness: float | None
 ) -> LevelSet:
-    """Return the level set of a body, see `bake`, and of open surfaces with a thickness; pure.
+    """Return the level set of a body, see `bake`, and of open surfaces with a thickness [m], or two voxels; pure.
 
-    sheets     closed pieces are solid
-    thickness  of the others [m]; None: two voxels
-
-    The middle of a sheet, half a thickness from its surface, is inside by any sample around it. Raises BadInput as
-    `bake` does, and for a sheet that is thinner than two voxels, or thicker than the band.
+    Closed pieces of the sheets are solid. The middle of a sheet, half a thickness from its surface, is inside by any
+    sample around it. Raises BadInput as `bake` does, and for a thickness below two voxels or above that of the band.
     """
     thick = 2.0 * voxel if thickness is None else thickness
     if not 2.0 * voxel <= thick <= 2.0 * half_width * voxel:

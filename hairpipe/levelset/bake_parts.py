@@ -1,6 +1,6 @@
 """Bake a body as one level set for each group of bones, in the frame of the bones.
 
-Cutting of a body's skin into parts: closed patches that overlap their neighbours a little.
+The skin is cut into parts: closed patches that overlap their neighbours a little.
 """
 
 from dataclasses import replace
@@ -27,67 +27,54 @@ COLLAR, REACH = 0.2, 1.0
 
 
 class Cut(NamedTuple):
-    """A patch of the skin that belongs to a group of bones.
-
-    group      index of the group
-    vertices   vertices of the body in the patch, (k,) int64
-    triangles  triangles between them, indices into `vertices`, (m, 3) int32
-    rim        vertices on open edges of the body itself, (k,) bool
-    """
+    """A patch of the skin that belongs to a group of bones."""
 
     group: int
-    vertices: np.ndarray
-    triangles: np.ndarray
-    rim: np.ndarray
+    vertices: np.ndarray  # vertices of the body in the patch, (k,) int64
+    triangles: np.ndarray  # triangles between them, indices into `vertices`, (m, 3) int32
+    rim: np.ndarray  # vertices on open edges of the body itself, (k,) bool
 
 
 class Edges(NamedTuple):
-    """The edge graph of a skin. Coincident vertices count as one: skins are split along the seams of their texture.
+    """The edge graph of a skin. Coincident vertices count as one: skins are split along the seams of their texture."""
 
-    places   node of every vertex, (n,) int64
-    ends     nodes at the ends of the edges, (e, 2) int64
-    lengths  lengths of the edges [m], (e,) float64
-    """
-
-    places: np.ndarray
-    ends: np.ndarray
-    lengths: np.ndarray
+    places: np.ndarray  # node of every vertex, (n,) int64
+    ends: np.ndarray  # nodes at the ends of the edges, (e, 2) int64
+    lengths: np.ndarray  # of the edges [m], (e,) float64
 
 
 def cut_skin(body: Body, groups: Groups, overlap: float) -> list[Cut]:
-    """Return the patches of all groups that have skin; pure.
-
-    overlap  extension of a patch along the skin beyond the vertices with the largest weight of its group [m]
+    """Return the patches of all groups that have skin, which overlap [m] along the skin; warn of holes to be capped.
 
     Two bones share the skin where both have weight 1/2. Skin shared by more than two belongs to the first of them, so
     that no skin is omitted.
     """
     owners = group_weights(body, groups).argmax(axis=1)
-    skin = edges_along(body.mesh)
-    rim = rim_of(body.mesh, skin)
-    return [patch(body.mesh, skin, rim, group, owners == group, overlap) for group in np.unique(owners).tolist()]
-
-
-def rim_of(mesh: Mesh, skin: Edges) -> np.ndarray:
-    """Return which vertices are on open edges, (n,) bool; pure. Warns of these, since they will be capped."""
-    open_places = np.zeros(skin.places.max() + 1, bool)
-    found, _ = openings(mesh)
+    edges = edges_along(body.mesh)
+    open_places = np.zeros(edges.places.max() + 1, bool)
+    found, _ = openings(body.mesh)
     for hole in found:
-        open_places[skin.places[hole.loop]] = True
+        open_places[edges.places[hole.loop]] = True
     if found:
         warn(f"body: capped {describe(found)}", stacklevel=2)
-    return open_places[skin.places]
+    rim = open_places[edges.places]
+    return [patch(body.mesh, edges, rim, group, owners == group, overlap) for group in np.unique(owners).tolist()]
 
 
-def patch(mesh: Mesh, skin: Edges, rim: np.ndarray, group: int, own: np.ndarray, overlap: float) -> Cut:
+def patch(mesh: Mesh, edges: Edges, rim: np.ndarray, group: int, own: np.ndarray, overlap: float) -> Cut:
     """Return the patch of the vertices that are its own, (n,) bool, and of all within a distance [m] from those."""
-    kept = mesh.triangles[near_along(skin, own, overlap)[mesh.triangles].any(axis=1)]
-    vertices, triangles = np.unique(kept, return_inverse=True)
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import dijkstra
+
+    size = edges.places.max() + 1
+    graph = coo_array((edges.lengths, (edges.ends[:, 0], edges.ends[:, 1])), shape=(size, size)).tocsr()
+    distances = dijkstra(graph, directed=False, indices=np.unique(edges.places[own]), limit=overlap, min_only=True)
+    near = np.isfinite(distances)[edges.places]
+    vertices, triangles = np.unique(mesh.triangles[near[mesh.triangles].any(axis=1)], return_inverse=True)
     return Cut(group, vertices, triangles.reshape(-1, 3).astype(np.int32), rim[vertices])
 
 
 def edges_along(mesh: Mesh) -> Edges:
-    """Return the edges of a mesh; pure."""
     points, places = np.unique(mesh.points, axis=0, return_inverse=True)
     places = places.reshape(-1)
     ends = np.sort(places[mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)], axis=1)
@@ -95,49 +82,31 @@ def edges_along(mesh: Mesh) -> Edges:
     return Edges(places, ends, np.linalg.norm(points[ends[:, 0]] - points[ends[:, 1]], axis=1))
 
 
-def near_along(skin: Edges, own: np.ndarray, reach: float) -> np.ndarray:
-    """Return which vertices are within a distance [m] of some, (n,) bool, along the edges, (n,) bool; pure."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import dijkstra
-
-    size = skin.places.max() + 1
-    graph = coo_array((skin.lengths, (skin.ends[:, 0], skin.ends[:, 1])), shape=(size, size)).tocsr()
-    distances = dijkstra(graph, directed=False, indices=np.unique(skin.places[own]), limit=reach, min_only=True)
-    return np.isfinite(distances)[skin.places]
-
-
 def closed(points: np.ndarray, triangles: np.ndarray, rim: np.ndarray) -> Mesh:
-    """Return a patch closed by caps across its holes, static; pure.
+    """Return a patch closed by caps across its holes, static; at the cuts, which are not on its rim, by hats.
 
-    rim  vertices on open edges of the body itself, (n,) bool
-
-    At a cut the cap is a hat: a collar across a limb, and a cone inside the adjacent part.
+    A hat is a flat collar across a limb, and a cone inside the adjacent part.
     """
     mesh = Mesh(points, triangles, np.zeros_like(points))
     found = openings(mesh)[0]
     cut = [not rim[hole.loop].any() for hole in found]
     tall = [raised(mesh, hole) if here else hole for here, hole in zip(cut, found, strict=True)]
     for number in np.flatnonzero(cut):
-        mesh, loop = collared(mesh, found[number])
-        tall[number] = tall[number]._replace(loop=loop)
+        hole = found[number]
+        here = hole.loop
+        ahead = np.roll(hole.loop, -1)
+        ring = mesh.points[here] + COLLAR * (hole.centre - mesh.points[here])
+        inner = len(mesh.points) + np.arange(len(here))
+        next_inner = np.roll(inner, -1)
+        collar = np.concatenate([np.stack([ahead, here, inner], 1), np.stack([ahead, inner, next_inner], 1)])
+        points = np.concatenate([mesh.points, ring])
+        mesh = Mesh(points, np.concatenate([mesh.triangles, collar.astype(np.int32)]), np.zeros_like(points))
+        tall[number] = tall[number]._replace(loop=inner)
     return capped(mesh, tall)
 
 
-def collared(mesh: Mesh, hole: Hole) -> tuple[Mesh, np.ndarray]:
-    """Return the mesh with a hole narrowed by a flat collar, and the loop that is left open, (k,); pure."""
-    here = hole.loop
-    ahead = np.roll(hole.loop, -1)
-    ring = mesh.points[here] + COLLAR * (hole.centre - mesh.points[here])
-    inner = len(mesh.points) + np.arange(len(here))
-    next_inner = np.roll(inner, -1)
-    collar = np.concatenate([np.stack([ahead, here, inner], 1), np.stack([ahead, inner, next_inner], 1)])
-    points = np.concatenate([mesh.points, ring])
-    triangles = np.concatenate([mesh.triangles, collar.astype(np.int32)])
-    return Mesh(points, triangles, np.zeros_like(points)), inner
-
-
 def raised(mesh: Mesh, hole: Hole) -> Hole:
-    """Return a hole with its middle moved outwards, away from the skin that ends there; pure."""
+    """Return a hole with its middle moved outwards, away from the skin that ends there."""
     here = mesh.points[hole.loop]
     ahead = np.roll(mesh.points[hole.loop], -1, axis=0)
     area = 0.5 * np.cross(ahead - hole.centre, here - hole.centre).sum(axis=0)
@@ -178,7 +147,9 @@ def bake_parts(rest: Body, pose: Pose | None, voxel: float, half_width: float, s
     found, lost = [], []
     for label, cut, place in zip(labels, cuts, poses, strict=True):
         try:
-            part, share = bake_part(cut, points, place, voxel, half_width)
+            local = (points[cut.vertices] - place[:, 3]) @ place[:, :3]
+            patch_bytes = (np.round(local * STEPS) / STEPS + 0.0).tobytes(), cut.triangles.tobytes(), cut.rim.tobytes()
+            part, share = bake_once(*patch_bytes, voxel, half_width)
         except BadInput as error:
             right = f"{error.right}; with a larger `smallest` small parts join their parents"
             raise BadInput(error.what, where=f"{error.where}, part {label}", right=right) from error
@@ -191,10 +162,7 @@ def bake_parts(rest: Body, pose: Pose | None, voxel: float, half_width: float, s
 
 
 def frames_of(rest: Body, pose: Pose | None, leaders: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the frames of bones, [R | p] [m] and its rate, (G, 3, 4) each, R being the rotation since rest; pure.
-
-    leaders  the bones, (G,), whose joints are p; -1: no bone, with the frame of the world
-    """
+    """Return the frames of bones, or of the world for -1, [R | p] [m] and its rate, (G, 3, 4) each; R is since rest."""
     poses = np.tile(np.eye(3, 4), (len(leaders), 1, 1))
     rates = np.zeros((len(leaders), 3, 4))
     has_leader = leaders >= 0
@@ -211,24 +179,11 @@ def frames_of(rest: Body, pose: Pose | None, leaders: np.ndarray) -> tuple[np.nd
     return poses, rates
 
 
-def bake_part(
-    cut: Cut, points: np.ndarray, place: np.ndarray, voxel: float, half_width: float
-) -> tuple[LevelSet, float]:
-    """Return the level set of a part in its own frame, and the share of its area that is too thin for the voxel.
-
-    points  points of the posed skin [m], (n, 3) float64
-    place   [R | p] of the part [m], (3, 4) float64
-    """
-    local = (points[cut.vertices] - place[:, 3]) @ place[:, :3]
-    rounded = np.round(local * STEPS) / STEPS + 0.0
-    return bake_once(rounded.tobytes(), cut.triangles.tobytes(), cut.rim.tobytes(), voxel, half_width)
-
-
 @lru_cache(maxsize=REMEMBERED)
 def bake_once(points: bytes, triangles: bytes, rim: bytes, voxel: float, half_width: float) -> tuple[LevelSet, float]:
-    """Return the level set of an open patch, closed by caps, without velocities; see `closed`, `bake_surface`."""
-    patch = np.frombuffer(points).reshape(-1, 3), np.frombuffer(triangles, np.int32).reshape(-1, 3)
-    mesh = closed(*patch, np.frombuffer(rim, bool))
+    """Return the level set of an open patch, closed by caps, without velocities, and the lost share of its area."""
+    skin_part = np.frombuffer(points).reshape(-1, 3), np.frombuffer(triangles, np.int32).reshape(-1, 3)
+    mesh = closed(*skin_part, np.frombuffer(rim, bool))
     surface = Surface(mesh.points[mesh.triangles], np.zeros((len(mesh.triangles), 3, 3)))
     wide_triangles(surface.corners)
     found, lost = bake_surface(surface, lattice_around(surface.corners, voxel, half_width), half_width)

@@ -1,4 +1,8 @@
-"""The bricks of a narrow band: which there are, and what their samples hold."""
+"""The bricks of a narrow band: which there are, and what their samples hold.
+
+Velocities are those of the corners of the surface's triangles [m/s], (m, 3, 3) float64. Marks are those of the samples
+of a lattice, from `marked_samples`, (x, y, z) uint8.
+"""
 
 from typing import NamedTuple
 
@@ -16,41 +20,23 @@ MOST_STORED = 100_000_000
 
 
 class Bricks(NamedTuple):
-    """The bricks of a band, as in LevelSet.
+    """The bricks of a band, as in LevelSet."""
 
-    places    index of the brick of every block, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32
-    distance  [m], (B, 9, 9, 9) float32
-    velocity  [m/s], (B, 9, 9, 9, 3) float32
-    """
-
-    places: np.ndarray
-    distance: np.ndarray
-    velocity: np.ndarray
+    places: np.ndarray  # index of the brick of every block, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32
+    distance: np.ndarray  # [m], (B, 9, 9, 9) float32
+    velocity: np.ndarray  # [m/s], (B, 9, 9, 9, 3) float32
 
 
 class Band(NamedTuple):
-    """Lattice of the samples, and width of the band.
+    """Lattice of the samples, and width of the band."""
 
-    first  index of the lattice's first sample, (3,) int64
-    voxel  spacing of the samples [m]
-    width  of the band [m]
-    """
-
-    first: np.ndarray
-    voxel: float
-    width: float
+    first: np.ndarray  # index of the lattice's first sample, (3,) int64
+    voxel: float  # spacing of the samples [m]
+    width: float  # of the band [m]
 
 
 def filled_bricks(tree: Tree, velocities: np.ndarray, lattice: Lattice, marks: np.ndarray, width: float) -> Bricks:
-    """Return the bricks that the band touches; pure.
-
-    tree        tree over the surface
-    velocities  velocities of the corners of the surface's triangles [m/s], (m, 3, 3) float64
-    marks       marks of the lattice's samples, from flood_fill.marked_samples, (x, y, z) uint8
-    width       width of the band [m]
-
-    Raises BadInput if they would need too much memory.
-    """
+    """Return the bricks that a band of a width [m] around the surface touches; BadInput if they exceed the memory."""
     places = near_bricks(tree, lattice, width)
     refuse_if_huge(len(places) * SIDE**3, lattice.size, lattice.voxel, MOST_STORED)
     distance = np.empty((len(places), SIDE, SIDE, SIDE), np.float32)
@@ -63,10 +49,7 @@ def filled_bricks(tree: Tree, velocities: np.ndarray, lattice: Lattice, marks: n
 
 
 def brick_index(places: np.ndarray, marks: np.ndarray) -> np.ndarray:
-    """Return the index of the brick of every block, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32; pure.
-
-    places  blocks with a brick, (n, 3) int64; all samples of any other block are on one side
-    """
+    """Return the index of the brick of every block, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32."""
     corner = marks[:-1:BRICK, :-1:BRICK, :-1:BRICK] & OUTSIDE
     index = np.where(corner, LevelSet.FAR_OUTSIDE, LevelSet.FAR_INSIDE).astype(np.int32)
     index[tuple(places.T)] = np.arange(len(places), dtype=np.int32)
@@ -74,21 +57,16 @@ def brick_index(places: np.ndarray, marks: np.ndarray) -> np.ndarray:
 
 
 def near_bricks(tree: Tree, lattice: Lattice, width: float) -> np.ndarray:
-    """Return the bricks that the band may touch, (n, 3) int64, in memory order; pure.
-
-    width  width of the band [m]
-
-    No sample of a brick is farther from its middle than half the brick's diagonal.
-    """
+    """Return the bricks that the band of a width [m] may touch, (n, 3) int64, in memory order; pure."""
     distances = np.empty(lattice.bricks)
-    reach = width + np.sqrt(3) * BRICK / 2 * lattice.voxel
+    reach = width + np.sqrt(3) * BRICK / 2 * lattice.voxel  # No sample is farther from the middle of its brick.
     measure_middles(tree, lattice.first, lattice.voxel, reach, distances)
     return np.argwhere(distances < reach)
 
 
 @njit(cache=True)
 def measure_middles(tree: Tree, first: np.ndarray, voxel: float, reach: float, distances: np.ndarray) -> None:
-    """Measure, in place, the distance from the middle of every brick to the surface [m], exact within reach [m]."""
+    """Write the distance from the middle of every brick to the surface [m], exact within reach [m]."""
     na, nb, nc = distances.shape
     near = 0
     for a in range(na):
@@ -111,14 +89,7 @@ def fill_bricks(
     distance: np.ndarray,
     velocity: np.ndarray,
 ) -> None:
-    """Fill, in place, the first 8 x 8 x 8 samples of every brick: distance, and velocity of the closest point.
-
-    velocities  of the corners of the surface's triangles [m/s], (m, 3, 3) float64
-    places      blocks of the bricks, (n, 3) int64
-    marks       marks of the lattice's samples, from flood_fill.marked_samples, (x, y, z) uint8
-    distance    clamped outside to the width [m], (n, 9, 9, 9) float32
-    velocity    [m/s], (n, 9, 9, 9, 3) float32
-    """
+    """Fill, in place, the first 8 x 8 x 8 samples of bricks: clamped distance, and velocity of the closest point."""
     first, voxel, width = band.first, band.voxel, band.width
     for n in prange(len(places)):
         near = 0  # Of equally near triangles the guess may decide: it must not depend on what a thread did before.
@@ -142,9 +113,6 @@ def share_samples(
     index: np.ndarray, places: np.ndarray, width: float, distance: np.ndarray, velocity: np.ndarray
 ) -> None:
     """Fill, in place, the last samples of every brick along each axis: they are the first of the brick beyond.
-
-    index  index of the brick of every block, negative if there is none, with one more block at the end of every axis,
-           (na + 1, nb + 1, nc + 1) int32
 
     If that brick is missing, the sample is beyond the band: it takes sign and velocity of the previous sample, in a
     brick that is the same for all bricks with this sample. Inside, the distance is extrapolated.
@@ -171,10 +139,7 @@ def share_samples(
 
 @njit(cache=True)
 def holder(index: np.ndarray, i: int, j: int, k: int) -> tuple[int, int, int, int]:
-    """Return the first brick that contains a sample, preferably as its first sample, and the index in it.
-
-    At least one must contain it; the other candidates precede along one axis or more.
-    """
+    """Return the first brick that contains a sample, preferably as its first sample, and the index in it."""
     for a in (i // BRICK, (i - 1) // BRICK):  # In a fixed order: all bricks that share a sample find the same holder.
         for b in (j // BRICK, (j - 1) // BRICK):
             for c in (k // BRICK, (k - 1) // BRICK):

@@ -1,7 +1,4 @@
-"""The closed surface of a moving body, as the triangles that a level set is baked from.
-
-Holes of a mesh: the closed loops of its open edges, and the caps that close them.
-"""
+"""The closed surface of a moving body, as the triangles that a level set is baked from, and the caps of its holes."""
 
 from collections import defaultdict
 from typing import NamedTuple
@@ -17,18 +14,12 @@ NAMED = 4
 
 
 class Hole(NamedTuple):
-    """One loop of open edges.
+    """One loop of open edges."""
 
-    loop     its points, in order, (k,)
-    length   its length [m]
-    weights  share of every point in the middle of the loop: half of the two edges that meet there, (k,), sum 1
-    centre   this middle [m], (3,) float64
-    """
-
-    loop: np.ndarray
-    length: float
-    weights: np.ndarray
-    centre: np.ndarray
+    loop: np.ndarray  # its points, in order, (k,)
+    length: float  # [m]
+    weights: np.ndarray  # of the points in the middle: half of the two edges that meet there, (k,), sum 1
+    centre: np.ndarray  # this middle [m], (3,) float64
 
 
 def edge_uses(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -41,17 +32,22 @@ def edge_uses(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def holes(edges: np.ndarray, points: np.ndarray) -> list[Hole]:
-    """Return the loops that the open edges form, longest first; pure.
-
-    edges  edges of an odd number of triangles, (e, 2)
+    """Return the loops that edges of an odd number of triangles, (e, 2), form, longest first; pure.
 
     At every point of any mesh the number of such edges is even, so they always form closed loops.
     """
-    return sorted((measured(loop, points) for loop in loops(edges)), key=lambda hole: -hole.length)
+    found = []
+    for loop in loops(edges):
+        here = points[loop]
+        lengths = np.linalg.norm(np.roll(here, -1, axis=0) - here, axis=1)
+        length = float(lengths.sum())
+        shares = (lengths + np.roll(lengths, 1)) / (2 * length) if length > 0 else np.full(len(loop), 1 / len(loop))
+        found.append(Hole(np.array(loop), length, shares, shares @ here))
+    return sorted(found, key=lambda hole: -hole.length)
 
 
 def loops(edges: np.ndarray) -> list[list[int]]:
-    """Return the closed loops, none of which passes a point twice, that the edges fall into; pure."""
+    """Return the closed loops, none of which passes a point twice, that the edges fall into."""
     neighbours: dict[int, list[int]] = defaultdict(list)
     for a, b in edges.tolist():
         neighbours[a].append(b)
@@ -73,15 +69,6 @@ def loops(edges: np.ndarray) -> list[list[int]]:
                 place[there] = len(path)
                 path.append(there)
     return found
-
-
-def measured(loop: list[int], points: np.ndarray) -> Hole:
-    """Return the hole with its length and middle; pure."""
-    here = points[loop]
-    lengths = np.linalg.norm(np.roll(here, -1, axis=0) - here, axis=1)
-    length = float(lengths.sum())
-    shares = (lengths + np.roll(lengths, 1)) / (2 * length) if length > 0 else np.full(len(loop), 1 / len(loop))
-    return Hole(np.array(loop), length, shares, shares @ here)
 
 
 def capped(mesh: Mesh, found: list[Hole]) -> Mesh:
@@ -114,14 +101,10 @@ FARTHEST = 1e6
 
 
 class Surface(NamedTuple):
-    """Independent triangles, each with its own corners.
+    """Independent triangles, each with its own corners."""
 
-    corners     [m], (m, 3, 3) float64
-    velocities  of the corners [m/s], (m, 3, 3) float64
-    """
-
-    corners: np.ndarray
-    velocities: np.ndarray
+    corners: np.ndarray  # [m], (m, 3, 3) float64
+    velocities: np.ndarray  # of the corners [m/s], (m, 3, 3) float64
 
 
 def closed_surface(mesh: Mesh, open_edges: str) -> Surface:

@@ -7,16 +7,11 @@ import numpy as np
 
 
 class SdfSample(NamedTuple):
-    """Samples of the signed distance to a body at points; of several bodies, the nearest.
+    """Samples of the signed distance to a body at points; of several bodies, the nearest."""
 
-    distance  signed, negative inside [m], (P,) float64
-    normal    unit, outward, (P, 3) float64; 0 where the closest point is ambiguous
-    velocity  velocity of the body there [m/s], (P, 3) float64
-    """
-
-    distance: np.ndarray
-    normal: np.ndarray
-    velocity: np.ndarray
+    distance: np.ndarray  # signed, negative inside [m], (P,) float64
+    normal: np.ndarray  # unit, outward, (P, 3) float64; 0 where the closest point is ambiguous
+    velocity: np.ndarray  # of the body there [m/s], (P, 3) float64
 
     @classmethod
     def blank(cls, count: int, reach: float | np.ndarray = np.inf) -> "SdfSample":
@@ -25,12 +20,9 @@ class SdfSample(NamedTuple):
 
 
 class FirstHit(NamedTuple):
-    """First hits of moving points with a body; of several bodies, the earliest.
+    """First hits of moving points with a body; of several bodies, the earliest."""
 
-    fraction  fraction of the path from the old position to the new, 0 to 1; inf without a hit, (P,) float64
-    """
-
-    fraction: np.ndarray
+    fraction: np.ndarray  # of the path from the old position to the new, 0 to 1; inf without a hit, (P,) float64
 
     @classmethod
     def blank(cls, count: int) -> "FirstHit":
@@ -39,18 +31,13 @@ class FirstHit(NamedTuple):
 
 
 class Walk(NamedTuple):
-    """Points that move along straight lines, as arguments of kernels.
+    """Points that move along straight lines, as arguments of kernels."""
 
-    before, after  start and end [m], (P, 3) float64
-    thickness      distance from a body that counts as a hit, less than the body's band [m], (P,) float64
-    begin, finish  known lower bounds of the distances of both ends from bodies, -inf: unknown [m], (P,) float64
-    """
-
-    before: np.ndarray
-    after: np.ndarray
-    thickness: np.ndarray
-    begin: np.ndarray
-    finish: np.ndarray
+    before: np.ndarray  # start [m], (P, 3) float64
+    after: np.ndarray  # end [m], (P, 3) float64
+    thickness: np.ndarray  # distance from a body that counts as a hit, less than the body's band [m], (P,) float64
+    begin: np.ndarray  # known lower bound of the distance of the start from bodies, -inf: unknown [m], (P,) float64
+    finish: np.ndarray  # of the end
 
 
 class Collider(Protocol):

@@ -43,23 +43,13 @@ CHUNK = 512
 
 
 class Motion(NamedTuple):
-    """Motion of a body between two frames.
-
-    frame    time between them [s]
-    scheme   an Interpolation
-    speed    upper bound of the speed of its points [m/s]
-    corners  lower and upper corner of the box around the bricks of both frames [m], (2, 3) float64
-    """
-
-    frame: float
-    scheme: int
-    speed: float
-    corners: np.ndarray
+    frame: float  # time between both frames [s]
+    scheme: int  # an Interpolation
+    speed: float  # upper bound of the speed of points of the body [m/s]
+    corners: np.ndarray  # lower and upper corner of the box around the bricks of both frames [m], (2, 3) float64
 
 
 class Body(NamedTuple):
-    """A body at two frames, and how it moves between them."""
-
     before: Field
     after: Field
     motion: Motion
@@ -67,19 +57,13 @@ class Body(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ColliderField:
-    """A body between two frames, interpolated by one of the schemes; a Collider.
-
-    before, after  its level sets
-    frame          time between them [s]
-    scheme         scheme of interpolation
-    corners        lower and upper corner of the box around the bricks of both frames [m], (2, 3) float64
-    """
+    """A body between two frames, interpolated by one of the schemes; a Collider."""
 
     before: Field
     after: Field
-    frame: float
+    frame: float  # time between both frames [s]
     scheme: Interpolation
-    corners: np.ndarray
+    corners: np.ndarray  # lower and upper corner of the box around the bricks of both frames [m], (2, 3) float64
 
     @property
     def speed(self) -> float:
@@ -130,10 +114,7 @@ class ColliderField:
 
 
 def build_collider_field(before: LevelSet, after: LevelSet, frame: float, scheme: Interpolation) -> ColliderField:
-    """Build a body that moves from one level set to the next; shares their arrays.
-
-    frame  time between them [s]
-    """
+    """Build a body that moves from one level set to the next in a time [s]; shares their arrays."""
     both = (before, after)
     low = np.min([surface.origin for surface in both], axis=0)
     high = np.max([surface.origin + BRICK * surface.voxel * np.array(surface.bricks.shape) for surface in both], axis=0)
@@ -142,7 +123,6 @@ def build_collider_field(before: LevelSet, after: LevelSet, frame: float, scheme
 
 @njit(cache=True)
 def fastest(velocities: np.ndarray) -> float:
-    """Return the largest length of vectors (n, 3)."""
     most = 0.0
     for i in range(len(velocities)):
         x, y, z = velocities[i, 0], velocities[i, 1], velocities[i, 2]
@@ -152,7 +132,6 @@ def fastest(velocities: np.ndarray) -> float:
 
 @inlined
 def place_of(field: Field, brick: tuple[int, int, int], sample: tuple[int, int, int]) -> Vector:
-    """Return where a sample of a brick is [m]."""
     i, j, k = BRICK * brick[0] + sample[0], BRICK * brick[1] + sample[1], BRICK * brick[2] + sample[2]
     return field.x + i / field.per_metre, field.y + j / field.per_metre, field.z + k / field.per_metre
 
@@ -190,7 +169,6 @@ def largest_loss(one: Field, other: Field, time: float) -> float:
 
 @inlined
 def distance_on(body: Body, ray: SpaceTimeRay, s: float) -> float:
-    """Return the distance [m] to a body at a fraction s of a ray."""
     x, y, z = point_on(ray, s)
     motion = body.motion
     return distance_between(motion.scheme, body.before, body.after, time_on(ray, s), motion.frame, x, y, z)
@@ -227,9 +205,8 @@ def seen_from(ray: SpaceTimeRay, seconds: float, v: Vector) -> float:
 def first_hit(body: Body, ray: SpaceTimeRay, thickness: float, known: float) -> float:
     """Return the fraction of a ray at which the distance falls below the thickness [m], or inf.
 
-    known  sum of the known lower bounds of the distances at both ends [m]
-
-    If the distance changes by at most L over a ray, and the distances at both ends add up to more, it stays positive.
+    If the distance changes by at most L over a ray, and the distances at both ends, of which a sum is known, add up to
+    more, it stays positive.
     """
     first, last = crossed_box(row(body.motion.corners, 0), row(body.motion.corners, 1), ray)
     if not first <= last:
@@ -260,10 +237,7 @@ def _probe_between(
     normals: np.ndarray,
     velocities: np.ndarray,
 ) -> None:
-    """Write the sample of a body between two frames where it is nearer than `nearest`, in place.
-
-    A SdfSample is unpacked: a parallel loop loses writes to a member.
-    """
+    """Write the sample of a body where it is nearer; it is unpacked, as a parallel loop loses writes to a member."""
     scheme, frame, seconds = when
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(len(points), (chunk + 1) * CHUNK)):
@@ -288,7 +262,6 @@ def _probe_one(
     normals: np.ndarray,
     velocities: np.ndarray,
 ) -> None:
-    """Probe one level set."""
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(len(points), (chunk + 1) * CHUNK)):
             x, y, z = row(points, i)

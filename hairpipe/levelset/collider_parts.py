@@ -7,8 +7,6 @@ with the path of `pose_path`. A part of constant shape is read once.
 
 We differ from the paper (Selle et al. 2008, section 5), which blends one level set of the whole body along its mean
 velocity: this needs no velocities, preserves the shape of rotating parts, and does not mix two close bodies.
-
-Time at which moving points hit a body in parts, each of which is at rest in its own frame.
 """
 
 from dataclasses import dataclass
@@ -25,7 +23,7 @@ from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
 from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.levelset.parts_field import (
     PartField,
-    Places,
+    PartsQuery,
     Shape,
     largest_changes,
     nearest_part,
@@ -56,20 +54,15 @@ CHUNK = 512
 
 
 class Outlines(NamedTuple):
-    """Outlines of G parts in their own frames.
+    """Outlines of G parts in their own frames."""
 
-    changes    whether the shape of a part differs between the frames, (G,) bool
-    low, high  corners of the box around a part [m], (G, 3) float64
-    """
-
-    changes: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
+    changes: np.ndarray  # whether the shape of a part differs between the frames, (G,) bool
+    low: np.ndarray  # lower corner of the box around a part [m], (G, 3) float64
+    high: np.ndarray  # upper corner [m]
 
 
 @inlined
 def distance_on(shape: Shape, ray: SpaceTimeRay, s: float) -> float:
-    """Return the distance [m] to a part at a fraction s of a ray in its frame."""
     return shape_distance(shape, time_on(ray, s), point_on(ray, s))
 
 
@@ -83,8 +76,6 @@ def swelling_along(shape: Shape, ray: SpaceTimeRay, first: float, last: float) -
 @inlined
 def first_hit(shape: Shape, ray: SpaceTimeRay, low: Vector, high: Vector, kept: float) -> float:
     """Return the fraction of a ray in a part's frame at which the distance falls below `kept` [m], or inf.
-
-    low, high  corners of the part's box [m]
 
     If the distance changes by at most L over a ray, and the distances at both ends add up to more, it stays positive.
     """
@@ -104,7 +95,6 @@ def first_hit(shape: Shape, ray: SpaceTimeRay, low: Vector, high: Vector, kept: 
 
 @inlined
 def meets_box(boxes: np.ndarray, part: int, x: Vector, y: Vector) -> bool:
-    """Return whether the box around two points meets a part's."""
     meets = True
     for axis in range(3):
         meets = (
@@ -165,7 +155,6 @@ def sweep_parts(
 ) -> None:
     """Write the hits before `fraction` of points that move from the first of the times to the last, in place.
 
-    stances   stances of the parts at equidistant times
     boxes     boxes around the parts in the world at all these times [m], (G, 2, 3)
     farthest  longest displacement of a part [m]
     """
@@ -198,12 +187,7 @@ _LOOKS = 5
 
 @dataclass(frozen=True, eq=False)
 class ColliderParts:
-    """A body in parts between two frames; a Collider.
-
-    before, after  the parts at the two frames
-    outlines       outlines of the parts in their own frames
-    path           path of the poses
-    """
+    """A body in parts between two frames; a Collider."""
 
     before: PartField
     after: PartField
@@ -242,7 +226,7 @@ class ColliderParts:
         """Write what is nearer than out, in place; see Collider."""
         reach = np.full(len(points), np.inf) if reach is None else reach
         part_poses = part_poses_at(self.path, np.array([seconds]))
-        parts = Places(self.outlines.changes, boxes_at(part_poses, self.outlines), self.path.frame, reach)
+        parts = PartsQuery(self.outlines.changes, boxes_at(part_poses, self.outlines), self.path.frame, reach)
         probe_parts(self.before, self.after, part_poses, parts, points, *out)
 
     def sweep(self, walk: Walk, start: float, end: float, out: FirstHit) -> None:
@@ -260,12 +244,7 @@ class ColliderParts:
 
 
 def build_collider_parts(before: BodyParts, after: BodyParts, frame: float) -> ColliderParts:
-    """Build a body that moves from one frame to the next; shares the arrays.
-
-    frame  time between them [s]
-
-    Raises BadInput if the frames have different parts.
-    """
+    """Build a body that moves from one frame to the next in a time [s]; BadInput if the frames have different parts."""
     if before.names != after.names or before.voxel != after.voxel or before.half_width != after.half_width:
         right = "parts baked from one body with the same settings"
         raise BadInput("the parts of the body are not the same at both frames", where="parts", right=right)

@@ -32,14 +32,14 @@ def turned_outward(body: Body) -> Body:
 
 
 def turn(mesh: Mesh, turned: np.ndarray) -> Mesh:
-    """Return the mesh with the winding of some triangles, (m,) bool, reversed; pure."""
+    """Return the mesh with the winding of some triangles, (m,) bool, reversed."""
     triangles = np.where(turned[:, None], mesh.triangles[:, [0, 2, 1]], mesh.triangles)
     uv = None if mesh.uv is None else np.where(turned[:, None, None], mesh.uv[:, [0, 2, 1]], mesh.uv)
     return replace(mesh, triangles=triangles, uv=uv)
 
 
 def facing_inward(mesh: Mesh) -> np.ndarray:
-    """Return which triangles face inward, (m,) bool; pure.
+    """Return which triangles face inward, (m,) bool.
 
     Triangles that share an edge with no third one belong to one part, and face one side of it. The outer side of a part
     bulges, and has more area with the outside of the mesh in front and its inside behind, as a flood from outside finds
@@ -47,7 +47,8 @@ def facing_inward(mesh: Mesh) -> np.ndarray:
     faces where most of it does in the file, or away from there if the file as a whole is inside out. One with a single
     side, as a Moebius strip, is left alone.
     """
-    merged = merge_points(mesh)
+    points, same = np.unique(mesh.points, axis=0, return_inverse=True)  # joined along the seams of textures
+    merged = Mesh(points, same.reshape(-1)[mesh.triangles].astype(np.int32))
     vectors = area_vectors(merged)
     areas = np.linalg.norm(vectors, axis=1)
     count = len(areas)
@@ -62,21 +63,20 @@ def facing_inward(mesh: Mesh) -> np.ndarray:
     front = facing[own]
     whole = front + facing[other]
     seen = on_sides(areas * seen_sides(merged, normalized(vectors)))
-    bulge = on_sides(cones(merged, vectors, np.minimum(own, other)))
+    parts = np.minimum(own, other)
+    middles = merged.points[merged.triangles].mean(axis=1)
+    sums = [np.bincount(parts, areas * middles[:, axis], 2 * count) for axis in range(3)]
+    total = np.maximum(np.bincount(parts, areas, 2 * count), np.finfo(float).tiny)
+    centres = np.stack(sums, axis=1) / total[:, None]
+    bulge = on_sides(np.einsum("tx,tx->t", middles - centres[parts], vectors) / 3.0)  # volumes of cones to the middle
     sure = (np.abs(seen) > CLEAR * whole) & (np.sign(seen) == np.sign(bulge))
     fewer = np.where(2.0 * front == whole, own > other, 2.0 * front < whole)
     inside_out = areas[sure & (seen < 0.0)].sum() > MOST * areas[sure].sum()
     return (own != other) & np.where(sure, seen < 0.0, fewer ^ inside_out)
 
 
-def merge_points(mesh: Mesh) -> Mesh:
-    """Return the mesh with points at the same position made one, as those along a seam of a texture are; pure."""
-    points, merged = np.unique(mesh.points, axis=0, return_inverse=True)
-    return Mesh(points, merged.reshape(-1)[mesh.triangles].astype(np.int32))
-
-
 def two_sides(triangles: np.ndarray) -> np.ndarray:
-    """Number the sides of parts, (2 m,) int32: those of triangles (m, 3) as they are, then of reversed ones; pure."""
+    """Number the sides of parts, (2 m,) int32: those of triangles (m, 3) as they are, then of reversed ones."""
     corners = triangles.astype(np.int64)  # products of two vertex numbers do not fit into 32 bits
     tails = corners.ravel()
     heads = np.roll(corners, -1, axis=1).ravel()
@@ -95,26 +95,8 @@ def two_sides(triangles: np.ndarray) -> np.ndarray:
     return connected_components(links, directed=False)[1]
 
 
-def cones(mesh: Mesh, vectors: np.ndarray, parts: np.ndarray) -> np.ndarray:
-    """Return the signed volume of the cones from triangles to the middle of their part [m^3], (m,) float64; pure.
-
-    vectors  normals times areas [m^2], (m, 3)
-    parts    number of the part of every triangle, below 2 m, (m,)
-    """
-    middles = mesh.points[mesh.triangles].mean(axis=1)
-    areas = np.linalg.norm(vectors, axis=1)
-    size = 2 * len(parts)
-    sums = [np.bincount(parts, areas * middles[:, axis], size) for axis in range(3)]
-    total = np.maximum(np.bincount(parts, areas, size), np.finfo(float).tiny)
-    centres = np.stack(sums, axis=1) / total[:, None]
-    return np.einsum("tx,tx->t", middles - centres[parts], vectors) / 3.0
-
-
 def seen_sides(mesh: Mesh, normals: np.ndarray) -> np.ndarray:
-    """Return 1 where only the front of a triangle is outside, -1 where only its back is, else 0, (m,) int; pure.
-
-    normals  of the triangles, (m, 3)
-    """
+    """Return 1 where only the front of a triangle is outside, -1 where only its back is, else 0, (m,) int."""
     middles = mesh.points[mesh.triangles].mean(axis=1)
     voxel = float(np.ptp(mesh.points, axis=0).max()) / CELLS
     if voxel == 0.0:

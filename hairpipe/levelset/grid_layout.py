@@ -16,15 +16,11 @@ class Lattice:
     """Sample (i, j, k) lies at voxel * (first + (i, j, k)); brick (a, b, c) begins at sample 8 (a, b, c).
 
     `first` is a multiple of 8, so that bricks of two frames coincide, and coincide with the leaves of an OpenVDB tree.
-
-    first   index of the first sample, (3,) int64
-    bricks  along each axis
-    voxel   spacing of the samples [m]
     """
 
-    first: np.ndarray
-    bricks: tuple[int, int, int]
-    voxel: float
+    first: np.ndarray  # index of the first sample, (3,) int64
+    bricks: tuple[int, int, int]  # along each axis
+    voxel: float  # spacing of the samples [m]
 
     @property
     def samples(self) -> tuple[int, int, int]:

@@ -1,8 +1,7 @@
 """The level set of a moving body at a time between two frames, by one of three schemes.
 
-Sec. 5.1 and Fig. 15 of Selle, Lentine, Fedkiw 2008.
-
-A scheme defines where to read each frame, the departure points of semi-Lagrangian advection, and the weights:
+A scheme defines where to read each frame, the departure points of semi-Lagrangian advection, and the weights (Sec. 5.1
+and Fig. 15 of Selle, Lentine, Fedkiw 2008):
 
     phi(x, a) = (1 - weight) phi0(x0) + weight phi1(x1),   0 <= a <= 1
 """
@@ -30,12 +29,7 @@ TINY = 1e-300
 
 
 class DeparturePoints(NamedTuple):
-    """Departure points in the two frames, and their weight.
-
-    weight      weight of the second frame, 0 to 1
-    x0, y0, z0  departure point in the first frame [m]
-    x1, y1, z1  departure point in the second frame [m]
-    """
+    """Departure points in the two frames [m], and the weight of the second frame, 0 to 1."""
 
     weight: float
     x0: float

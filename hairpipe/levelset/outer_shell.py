@@ -1,6 +1,6 @@
 """The part of a closed surface that the outside touches, without the sheets that lie inside other parts.
 
-Samples that are connected to the outside without crossing the surface.
+Outside are the samples that are connected to the border of their lattice without crossing the surface.
 """
 
 from typing import NamedTuple
@@ -49,10 +49,7 @@ def side(pu: float, pv: float, qu: float, qv: float, u: float, v: float) -> floa
 
 @njit(cache=True)
 def block_steps(places: np.ndarray, axis: int, marks: np.ndarray) -> None:
-    """Mark, in place, the steps along one axis that meet a triangle.
-
-    places  positions of the triangles' corners, in samples from the first, (m, 3, 3) float64
-    """
+    """Mark, in place, the steps along an axis that meet a triangle; places are in samples from the first, (m, 3, 3)."""
     second, third = (axis + 1) % 3, (axis + 2) % 3
     step = np.zeros(3, np.int64)
     for t in range(len(places)):
@@ -118,14 +115,10 @@ DEEPEST = 128
 
 
 class Outer(NamedTuple):
-    """The part of a surface reached from outside.
+    """The part of a surface reached from outside."""
 
-    surface  its triangles; partly hidden ones are cut into pieces no larger than a voxel
-    lost     share of their area without inside samples behind it: parts too thin for the voxel
-    """
-
-    surface: Surface
-    lost: float
+    surface: Surface  # its triangles; partly hidden ones are cut into pieces no larger than a voxel
+    lost: float  # share of their area without inside samples behind it: parts too thin for the voxel
 
 
 def outer_surface(surface: Surface, marks: np.ndarray, lattice: Lattice) -> Outer:
@@ -152,10 +145,7 @@ def outer_surface(surface: Surface, marks: np.ndarray, lattice: Lattice) -> Oute
 
 @njit(cache=True)
 def sort_pieces(triangles: np.ndarray, marks: np.ndarray, pieces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Cut every triangle into pieces no larger than a voxel and find the pieces reached from outside.
-
-    triangles  positions of the corners, in samples from the first, and velocity [m/s], (m, 3, 6) float64
-    pieces     out: pieces that are reached, triangle by triangle, up to its length, (p, 3, 6) float64
+    """Cut triangles, (m, 3, 6), into pieces no larger than a voxel and write those reached from outside, (p, 3, 6).
 
     Returns the number of reached pieces of each triangle, (m,) int64, and the area of its pieces that are hidden,
     backed by an inside sample, and lost, (m, 3) float64 [voxel^2].

@@ -1,8 +1,6 @@
-"""The parts of a body at a frame as kernels see them, each read in its own frame.
+"""The parts of a body at a frame as kernels see them, each read in its own frame: distance, normal and velocity.
 
-Distance, normal and velocity of a body in parts at many points.
-
-The shape of a part between two frames, in its own frame: blended from that at the two.
+The shape of a part between two frames is blended, in its own frame, from that at the two.
 """
 
 from typing import NamedTuple
@@ -23,9 +21,6 @@ class PartField(NamedTuple):
     """The arrays and numbers of BodyParts, without their poses.
 
     starts, shapes, origins, bricks, distance, inner  as in BodyParts
-    corners     start of the corners of every part in `inner`, (G,) int64
-    per_metre   samples per metre [1/m]
-    background  distance beyond the band, outside [m]
     """
 
     starts: np.ndarray
@@ -34,9 +29,9 @@ class PartField(NamedTuple):
     bricks: np.ndarray
     distance: np.ndarray
     inner: np.ndarray
-    corners: np.ndarray
-    per_metre: float
-    background: float
+    corners: np.ndarray  # start of the corners of every part in `inner`, (G,) int64
+    per_metre: float  # samples per metre [1/m]
+    background: float  # distance beyond the band, outside [m]
 
 
 def part_field_of(parts: BodyParts) -> PartField:
@@ -97,16 +92,11 @@ def between_samples(d: np.ndarray, n: int, voxel: tuple[int, int, int], fraction
 
 
 class Shape(NamedTuple):
-    """Source of the distance to a part.
-
-    before, after  the parts at the two frames
-    changes        whether the shape of a part differs in the second frame, (G,) bool
-    part           its index
-    """
+    """Shape of a part between two frames."""
 
     before: PartField
     after: PartField
-    changes: np.ndarray
+    changes: np.ndarray  # whether the shape of a part differs in the second frame, (G,) bool
     part: int
 
 
@@ -121,8 +111,7 @@ def shape_distance(shape: Shape, a: float, X: Vector) -> float:
 
 @inlined
 def shape_gradient(shape: Shape, a: float, X: Vector) -> Vector:
-    """Return the gradient of the distance by central differences over one voxel, as `sample.gradient` does."""
-    e = 0.5 / shape.before.per_metre
+    e = 0.5 / shape.before.per_metre  # central differences over one voxel, as those of `sample.gradient`
     per = shape.before.per_metre
     gx = gy = gz = 0.0
     for side in (-1.0, 1.0):
@@ -155,7 +144,6 @@ def place_in(part_poses: PartPoses, t: int, part: int, x: Vector) -> Vector:
 
 @inlined
 def turned_out(part_poses: PartPoses, t: int, part: int, g: Vector) -> Vector:
-    """Return a vector in the frame of a part in the world, R g."""
     R = part_poses.turns
     return (
         R[t, part, 0, 0] * g[0] + R[t, part, 0, 1] * g[1] + R[t, part, 0, 2] * g[2],
@@ -181,8 +169,6 @@ def largest_changes(before: PartField, after: PartField, changes: np.ndarray) ->
     """Return the largest change of the distance to every part over the frame, in its own frame [m], (G,); pure.
 
     Values deeper inside than the band are clamped to its border: there the closest point may jump.
-
-    changes  whether the shape changes, (G,)
     """
     found = np.zeros(len(changes))
     for part in np.flatnonzero(changes):
@@ -228,7 +214,6 @@ STEEP = 0.5
 
 @inlined
 def is_within(boxes: np.ndarray, part: int, x: Vector) -> bool:
-    """Return whether a point is in a part's box."""
     inside = boxes[part, 0, 0] <= x[0] <= boxes[part, 1, 0] and boxes[part, 0, 1] <= x[1] <= boxes[part, 1, 1]
     return inside and boxes[part, 0, 2] <= x[2] <= boxes[part, 1, 2]
 
@@ -249,19 +234,13 @@ def nearest_part(
     return found, nearest
 
 
-class Places(NamedTuple):
-    """Data of G parts at one time for a query.
+class PartsQuery(NamedTuple):
+    """Data of G parts at one time for a query."""
 
-    changes  whether the shape of a part differs in the second frame, (G,) bool
-    boxes    boxes around the parts in the world [m], (G, 2, 3)
-    frame    time between the frames [s]
-    reach    distance from which on only the distance of a point is queried [m], (P,)
-    """
-
-    changes: np.ndarray
-    boxes: np.ndarray
-    frame: float
-    reach: np.ndarray
+    changes: np.ndarray  # whether the shape of a part differs in the second frame, (G,) bool
+    boxes: np.ndarray  # boxes around the parts in the world [m], (G, 2, 3)
+    frame: float  # time between the frames [s]
+    reach: np.ndarray  # distance from which on only the distance of a point is queried [m], (P,)
 
 
 @njit(cache=True, parallel=True)
@@ -269,16 +248,13 @@ def probe_parts(
     before: PartField,
     after: PartField,
     part_poses: PartPoses,
-    parts: Places,
+    parts: PartsQuery,
     points: np.ndarray,
     distance: np.ndarray,
     normal: np.ndarray,
     velocity: np.ndarray,
 ) -> None:
-    """Write the sample of the body where it is nearer than `distance`, in place; a SdfSample, unpacked.
-
-    stances  stances of the parts at one time
-    """
+    """Write the sample of the body where it is nearer than `distance`, in place; a SdfSample, unpacked."""
     changes, boxes, frame, reach = parts.changes, parts.boxes, parts.frame, parts.reach
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(len(points), (chunk + 1) * CHUNK)):

@@ -17,37 +17,23 @@ from hairpipe.body.rotations import exponential, inverse_jacobian, jacobian, log
 
 
 class PosePath(NamedTuple):
-    """The paths of G parts.
+    """The paths of G parts."""
 
-    turns     R_0, (G, 3, 3)
-    places    p_0 [m], (G, 3)
-    vectors   w0, r, J(r)^-1 w1 [rad], (3, G, 3)
-    ways      v0, p_1 - p_0, v1 [m], (3, G, 3)
-    frame     [s]
-    """
-
-    turns: np.ndarray
-    places: np.ndarray
-    vectors: np.ndarray
-    ways: np.ndarray
-    frame: float
+    turns: np.ndarray  # R_0, (G, 3, 3)
+    places: np.ndarray  # p_0 [m], (G, 3)
+    vectors: np.ndarray  # w0, r, J(r)^-1 w1 [rad], (3, G, 3)
+    ways: np.ndarray  # v0, p_1 - p_0, v1 [m], (3, G, 3)
+    frame: float  # [s]
 
 
 class PartPoses(NamedTuple):
-    """Poses and velocities of G parts at T times.
+    """Poses and velocities of G parts at T times."""
 
-    times   time since the first frame [frames], (T,)
-    turns   R, (T, G, 3, 3)
-    places  p [m], (T, G, 3)
-    spins   angular velocity in the world [rad/s], (T, G, 3)
-    drifts  velocity of p [m/s], (T, G, 3)
-    """
-
-    times: np.ndarray
-    turns: np.ndarray
-    places: np.ndarray
-    spins: np.ndarray
-    drifts: np.ndarray
+    times: np.ndarray  # since the first frame [frames], (T,)
+    turns: np.ndarray  # R, (T, G, 3, 3)
+    places: np.ndarray  # p [m], (T, G, 3)
+    spins: np.ndarray  # angular velocity in the world [rad/s], (T, G, 3)
+    drifts: np.ndarray  # velocity of p [m/s], (T, G, 3)
 
 
 def path_between(pose0: np.ndarray, rate0: np.ndarray, pose1: np.ndarray, rate1: np.ndarray, frame: float) -> PosePath:
@@ -69,7 +55,7 @@ def path_between(pose0: np.ndarray, rate0: np.ndarray, pose1: np.ndarray, rate1:
 
 
 def spin_within(turn: np.ndarray, rate: np.ndarray) -> np.ndarray:
-    """Return the angular velocity in its own frame [rad/s], (3,), of a rotation and its rate, (3, 3) each; pure.
+    """Return the angular velocity in its own frame [rad/s], (3,), of a rotation and its rate, (3, 3) each.
 
     Only the antisymmetric part of R^T dR/dt is used: a rate from finite differences also contains a small stretch.
     """
@@ -82,13 +68,9 @@ def part_poses_at(path: PosePath, times: np.ndarray) -> PartPoses:
     """Return the parts at times since the first frame [s], (T,); pure."""
     count = len(times)
     parts = len(path.places)
-    found = PartPoses(
-        np.empty(count),
-        np.empty((count, parts, 3, 3)),
-        np.empty((count, parts, 3)),
-        np.empty((count, parts, 3)),
-        np.empty((count, parts, 3)),
-    )
+    turns = np.empty((count, parts, 3, 3))
+    places, spins, drifts = np.empty((count, parts, 3)), np.empty((count, parts, 3)), np.empty((count, parts, 3))
+    found = PartPoses(np.empty(count), turns, places, spins, drifts)
     for t in range(count):
         a = times[t] / path.frame
         found.times[t] = a

@@ -17,26 +17,17 @@ FAR_OUTSIDE, FAR_INSIDE = LevelSet.FAR_OUTSIDE, LevelSet.FAR_INSIDE
 
 
 class Field(NamedTuple):
-    """The arrays and numbers of a level set, in a form for compiled functions.
-
-    bricks      index of the brick at every block of space, or LevelSet.FAR_OUTSIDE, FAR_INSIDE, (na, nb, nc) int32
-    distance    signed distance [m], (B, 9, 9, 9) float32
-    velocity    velocity of the nearest point of the surface [m/s], (B, 9, 9, 9, 3) float32
-    inner       distance and velocity at the corners of blocks far inside, (na + 1, nb + 1, nc + 1, 4) float32
-    x, y, z     position of the first sample [m]
-    per_metre   samples per metre [1/m]
-    background  distance beyond the band, outside [m]
-    """
+    """The arrays and numbers of a level set, in a form for compiled functions; arrays are those of LevelSet."""
 
     bricks: np.ndarray
     distance: np.ndarray
     velocity: np.ndarray
     inner: np.ndarray
-    x: float
+    x: float  # of the first sample [m]
     y: float
     z: float
-    per_metre: float
-    background: float
+    per_metre: float  # samples per metre [1/m]
+    background: float  # distance beyond the band, outside [m]
 
 
 def field_of(surface: LevelSet) -> Field:

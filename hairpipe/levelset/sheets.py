@@ -73,13 +73,7 @@ def lay(
     distance: np.ndarray,
     velocity: np.ndarray,
 ) -> None:
-    """Lower distances to those of sheets where these are nearer, with their velocities, in place.
-
-    velocities          of the corners of the sheets' triangles [m/s], (m, 3, 3)
-    places              blocks of the bricks, (n, 3) int64; first  index of the lattice's first sample
-    half                half thickness [m]
-    distance, velocity  of the solid [m], [m/s], (n, 9, 9, 9) and (n, 9, 9, 9, 3) float32
-    """
+    """Lower distances [m] to those of sheets, of half a thickness [m], where they are nearer, with their velocities."""
     voxel = 1.0 / solid.per_metre
     for n in prange(len(places)):
         near = 0
@@ -110,7 +104,7 @@ def lay(
 def move_outside(
     tree: Tree, velocities: np.ndarray, places: np.ndarray, band: Band, distance: np.ndarray, velocity: np.ndarray
 ) -> None:
-    """Write, in place, velocities of the closest points beyond the band: by them a part is found between frames.
+    """Write velocities of the closest points beyond the band: by them a part is found between frames.
 
     Arguments are those of `fill_bricks`, whose clamped distance does not decide between sheet and solid there.
     """

@@ -25,31 +25,20 @@ _LEAST, _SHARP = 0.25, 1e-2
 
 
 class SpaceTimeRay(NamedTuple):
-    """A straight line through space and time; a fraction 0 to 1 is a point on it.
+    """A straight line through space and time; a fraction 0 to 1 is a point on it."""
 
-    start  start [m]
-    way    vector from start to end [m]
-    a      time of the start since the first frame [frames]
-    da     duration [frames]
-    """
-
-    start: Vector
-    way: Vector
-    a: float
-    da: float
+    start: Vector  # [m]
+    way: Vector  # from start to end [m]
+    a: float  # time of the start since the first frame [frames]
+    da: float  # duration [frames]
 
 
 class Span(NamedTuple):
-    """The end of the part of a ray on which a body may be hit, with bounds of the distance.
+    """The end of the part of a ray on which a body may be hit, with bounds of the distance."""
 
-    last    fraction of the ray
-    change  largest change of the distance over the whole ray [m]
-    voxel   spacing of the samples of the distance [m]
-    """
-
-    last: float
-    change: float
-    voxel: float
+    last: float  # fraction of the ray
+    change: float  # largest change of the distance over the whole ray [m]
+    voxel: float  # spacing of the samples of the distance [m]
 
 
 @inlined
@@ -94,16 +83,11 @@ def crossed_box(low: Vector, high: Vector, ray: SpaceTimeRay) -> tuple[float, fl
 
 
 class Trace(NamedTuple):
-    """A search for the first hit along a ray, by fractions of the ray.
+    """A search for the first hit along a ray, by fractions of the ray."""
 
-    near  last fraction known to be clear; inf after a ray without a hit
-    far   first fraction known to be hit; inf: none yet
-    at    fraction whose distance is required next
-    """
-
-    near: float
-    far: float
-    at: float
+    near: float  # last one known to be clear; inf after a ray without a hit
+    far: float  # first one known to be hit; inf: none yet
+    at: float  # the one whose distance is required next
 
 
 @inlined

@@ -1,6 +1,6 @@
 """Errors of chaotic hair: of positions during the predictable frames, and of its climate afterwards."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -50,94 +50,58 @@ def climate_table(
     BadInput where strands do not correspond, no seed is on both sides, or members of the reference differ by more
     than half the tolerance at the start.
     """
+    row: dict[str, Any] = {**dict.fromkeys(NUMBERS, np.nan), "chaos": "", "failed": ""}
     frames = list(reference[0])
     seeds = sides.seeds[sides.model]
     lost = [(frame, seed) for run, seed in zip(model, seeds, strict=True) for frame in frames if frame not in run]
     if lost:
-        failed = f"member {min(lost)[1]} not finite at frame {min(lost)[0]}"
-        return _table({name: np.inf for name in (*ERRORS[:-1], *BIASES[:-1])}, "", failed)
+        row |= dict.fromkeys((*ERRORS[:-1], *BIASES[:-1]), np.inf)
+        row["failed"] = f"member {min(lost)[1]} not finite at frame {min(lost)[0]}"
+        return table_of_columns({name: [value] for name, value in row.items()})
     if len(frames) < 2:
         raise BadInput("a single frame", where="frames", right="at least two: nothing has moved at the first")
     frames = frames[1:]
     runs = [*model, *reference]
     squares = position_squares(runs, frames, criteria.patches)
     whole = squares.mean(axis=1)
-    spreads = np.array([_spread(matrix, sides) for matrix in whole])
-    count = min(criteria.predicted or predictable(spreads, criteria.tolerance), len(frames))
-    floor = _spread(whole[:count].mean(axis=0), sides)
-    if half:
-        pairs = [position_squares(pair, frames[:count], 1) for pair in zip(half, reference, strict=False)]
-        floor = np.sqrt(np.mean([matrix[..., 0, 1] for matrix in pairs]))
-    found = {"predicted [s]": count / criteria.fps}
-    found |= zip(ERRORS, (*_roots(paired(squares[:count].mean(axis=0), sides)), floor), strict=True)
-    if count < len(frames):
-        found |= _afterwards(squares[count:].mean(axis=0), sides)
-    if count + LEAST <= len(frames):
-        seen = look(observable_distances(runs, frames[count:], criteria), sides)
-        found |= zip(LOOKS, (seen.score, seen.p, *seen.ratios), strict=True)
-    return _table(found, describe_chaos(frames, count, spreads, criteria.tolerance), "")
-
-
-def predictable(spreads: np.ndarray, tolerance: float) -> int:
-    """Return the number of frames for which the spread of the reference [%], (frames,), is at most half the tolerance.
-
-    Raises BadInput if there are none.
-    """
-    count = frames_within(spreads, 50.0 * tolerance)
+    others = np.ix_(~sides.model, ~sides.model)
+    spreads = np.array([float(root_mean_square(matrix[others])) for matrix in whole])
+    allowed = 50.0 * criteria.tolerance  # half the tolerance [%]
+    count = min(criteria.predicted or frames_within(spreads, allowed), len(frames))
     if not count:
         what = f"members of the reference are {spreads[0]:.2g} % of their length apart at the first frame"
         right = f"more than {0.02 * spreads[0]:.2g}, or members that differ by less"
         raise BadInput(what, where="tolerance", right=right)
-    return count
-
-
-def describe_chaos(frames: Sequence[int], count: int, spreads: np.ndarray, tolerance: float) -> str:
-    """Describe whether hair with so many predictable frames is chaotic, and why."""
-    apart = f"two references are at most {spreads.max():.2g} % of length apart, {50.0 * tolerance:.2g} % is allowed"
-    if count == len(frames):
-        return f"none: {apart}"
+    floor = float(root_mean_square(whole[:count].mean(axis=0)[others]))
+    if half:
+        pairs = [position_squares(pair, frames[:count], 1) for pair in zip(half, reference, strict=False)]
+        floor = np.sqrt(np.mean([matrix[..., 0, 1] for matrix in pairs]))
+    row["predicted [s]"] = count / criteria.fps
+    errors = signed_root(np.array(paired(squares[:count].mean(axis=0), sides))).tolist()
+    row |= zip(ERRORS, (*errors, floor), strict=True)
+    if count < len(frames):
+        later = squares[count:].mean(axis=0)
+        distances = np.sqrt(later.mean(axis=0))
+        if len(later) > 1:
+            bias = interval_of_samples(squared_bias(np.sqrt(later), sides))
+        else:
+            bias = interval_by_members(np.sqrt(later[0]), sides)
+        least = float(signed_root(floors(distances, sides, squared_bias)))
+        row |= zip(BIASES, (*signed_root(np.array(bias)).tolist(), least), strict=True)
+        row["spread"] = float(spread_ratio(distances, sides))
+    if count + LEAST <= len(frames):
+        seen = look(observable_distances(runs, frames[count:], criteria), sides)
+        row |= zip(LOOKS, (seen.score, seen.p, *seen.ratios), strict=True)
+    apart = f"two references are at most {spreads.max():.2g} % of length apart, {allowed:.2g} % is allowed"
     short = ", and too few frames remain to compare statistics" if len(frames) - count < LEAST else ""
-    return f"from frame {frames[count]} on: {apart}{short}"
+    row["chaos"] = f"none: {apart}" if count == len(frames) else f"from frame {frames[count]} on: {apart}{short}"
+    return table_of_columns({name: [value] for name, value in row.items()})
 
 
 def paired(squares: np.ndarray, sides: Sides) -> Interval:
-    """Return the mean square of equal seeds, of squares (patches, K, K), and its interval by patches, or by seeds.
-
-    BadInput where there are none.
-    """
+    """Return the mean square of equal seeds, of squares (patches, K, K), and its interval by patches, or by seeds."""
     pairs = [np.flatnonzero(sides.seeds == seed) for seed in sides.seeds[sides.model]]
     found = [squares[:, pair[0], pair[1]] for pair in pairs if len(pair) == 2]
     if not found:
         raise BadInput("no member is on both sides", where="members", right="member 0 on both, at least")
     return interval_of_samples(np.mean(found, axis=0) if len(squares) > 1 else np.ravel(found))
-
-
-def bias(squares: np.ndarray, sides: Sides) -> Interval:
-    """Return B^2 of squares, (patches, K, K), and its interval by patches, or by members where there is one patch."""
-    if len(squares) > 1:
-        return interval_of_samples(squared_bias(np.sqrt(squares), sides))
-    return interval_by_members(np.sqrt(squares[0]), sides)
-
-
-def _afterwards(squares: np.ndarray, sides: Sides) -> dict[str, float]:
-    """Return bias, its floor and the ratio of spreads, of squares (patches, K, K)."""
-    distances = np.sqrt(squares.mean(axis=0))
-    floor = signed_root(floors(distances, sides, squared_bias))
-    found = dict(zip(BIASES, (*_roots(bias(squares, sides)), float(floor)), strict=True))
-    return found | {"spread": float(spread_ratio(distances, sides))}
-
-
-def _spread(squares: np.ndarray, sides: Sides) -> float:
-    """Return the root mean square distance of two members of the reference."""
-    return float(root_mean_square(squares[np.ix_(~sides.model, ~sides.model)]))
-
-
-def _roots(interval: Interval) -> list[float]:
-    """Return the roots of an interval of squares, with their sign."""
-    return signed_root(np.array(interval)).tolist()
-
-
-def _table(found: Mapping[str, Any], chaos: str, failed: str) -> Table:
-    """Make the row of the values that were found; the others are NaN."""
-    numbers = {name: [found.get(name, np.nan)] for name in NUMBERS}
-    return table_of_columns({**numbers, "chaos": [chaos], "failed": [failed]})

@@ -73,8 +73,7 @@ def split_table(cloud: Mapping[int, Cloud], particles: Particles) -> Table:
     parted = max(rooms, key=lambda frame: rooms[frame][0])
     right = cloud[parted].points[:, 0] > rooms[parted][1]
     across = low[ends].all(axis=1) & (right[ends[:, 0]] != right[ends[:, 1]])
-    gaps = []
-    opened = []
+    gaps, opened = [], []
     begin = end = 0.0
     for frame in cloud:
         x = cloud[frame].points[:, 0]
@@ -95,12 +94,10 @@ def _widest(x: np.ndarray) -> tuple[float, float]:
 
 
 def _nearest(points: np.ndarray) -> np.ndarray:
-    """Return the distance to the nearest other point [m], (N,)."""
     return np.asarray(KDTree(points).query(points, k=2)[0])[:, 1]
 
 
 def _open(points: np.ndarray, particles: Particles) -> np.ndarray:
-    """Return the links that are out of reach, (E,) bool."""
     return _lengths(points, *particles.links.T) > 2.0 * particles.reach
 
 

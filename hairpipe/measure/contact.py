@@ -1,11 +1,4 @@
-"""Contact of hair with bodies: penetration depth, speed and stretch.
-
-Pinching: points inside bodies for which there is no free place outside.
-
-Packing of hair: density, volume, and relative speed of neighbours.
-
-Distances within a tuft, and crossings of two locks.
-"""
+"""Contact of hair with bodies and with itself: depth, speed, stretch, crossings of two locks, and packing."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -15,7 +8,7 @@ from scipy.spatial import KDTree
 
 from hairpipe.errors import BadInput
 from hairpipe.groom.strand_arrays import at_shares
-from hairpipe.levelset.collider import Collider, SdfSample
+from hairpipe.levelset.collider import Collider, probe_union
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.levelset.interpolation import Interpolation
@@ -32,11 +25,8 @@ _ENOUGH = 0.5  # of the clearance; distances are not exact
 _FARTHEST = 2.0  # length of the traced path, over the sum of depth and clearance
 
 
-def is_pinched(points: np.ndarray, depths: np.ndarray, bodies: Sequence[Collider]) -> np.ndarray:
-    """Return the points inside bodies without free space, as where two bodies overlap, (P,); pure.
-
-    points  [m], (P, 3); depths  depths inside the bodies [m], (P,)
-    bodies  at time zero
+def is_pinched(points: np.ndarray, inside: np.ndarray, bodies: Sequence[Collider]) -> np.ndarray:
+    """Return the points inside bodies [m], (P, 3), without free space, as where two bodies overlap, (P,).
 
     A path out is traced along the normals, out of every body that it enters, up to twice the sum of depth and
     clearance: a point is pinched if there is no free position on it. It is not pinched if the path ends at an
@@ -44,11 +34,9 @@ def is_pinched(points: np.ndarray, depths: np.ndarray, bodies: Sequence[Collider
     """
     places = points.copy()
     pinched = np.ones(len(points), bool)
-    reach = _FARTHEST * (depths + ROOM)
+    reach = _FARTHEST * (inside + ROOM)
     for _ in range(_STEPS):
-        probe = SdfSample.blank(len(points), 2.0 * ROOM)
-        for body in bodies:
-            body.probe(places, 0.0, probe)
+        probe = probe_union(bodies, places, 2.0 * ROOM)
         near = np.linalg.norm(places - points, axis=1) <= reach
         outside = (probe.distance > _ENOUGH * ROOM) & near
         lost = (probe.distance < 0.0) & ~probe.normal.any(axis=1)
@@ -104,10 +92,10 @@ def measure_contacts(
         others = np.flatnonzero((depth > 0.0) & ~begun)
         pinched[others] = is_pinched(free_points(hair[frame])[others], depth[others], bodies)
         missed = np.where(begun | pinched, 0.0, depth)
-        deep = (1e3 * missed.max(initial=0.0), 1e3 * np.percentile(missed, 99.0) if len(missed) else 0.0)
-        deep = (*deep, np.count_nonzero(missed), len(depth))
-        left = (1e3 * depth[begun].max(initial=0.0), np.count_nonzero(begun))
-        left = (*left, 1e3 * depth[pinched].max(initial=0.0), np.count_nonzero(pinched))
+        quantile = 1e3 * np.percentile(missed, 99.0) if len(missed) else 0.0
+        deep = 1e3 * missed.max(initial=0.0), quantile, np.count_nonzero(missed), len(depth)
+        left = 1e3 * depth[begun].max(initial=0.0), np.count_nonzero(begun)
+        left = *left, 1e3 * depth[pinched].max(initial=0.0), np.count_nonzero(pinched)
         moving = np.delete(hair[frame].velocities.astype(float), hair[frame].offsets[:-1], axis=0)
         speed = np.linalg.norm(moving, axis=1).max(initial=0.0)
         stretch = 100.0 * (segment_lengths(hair[frame].points, hair[frame].offsets) / rest - 1.0).max(initial=-1.0)
@@ -127,15 +115,10 @@ def still_parts(parts: BodyParts) -> Collider:
 
 def depths(hair: Strands, bodies: Sequence[Collider]) -> np.ndarray:
     """Return the depth of all points but the roots inside the union of bodies [m], (P - S,); 0 outside."""
-    free = free_points(hair)
-    probe = SdfSample.blank(len(free), 0.0)
-    for body in bodies:
-        body.probe(free, 0.0, probe)
-    return 0.0 - probe.distance
+    return 0.0 - probe_union(bodies, free_points(hair), 0.0).distance
 
 
 def free_points(hair: Strands) -> np.ndarray:
-    """Return all points but the roots [m], (P - S, 3)."""
     return np.delete(hair.points.astype(float), hair.offsets[:-1], axis=0)
 
 
@@ -237,7 +220,7 @@ def packing_table(
 
 
 def relative_speed(hair: Strands, near: float) -> float:
-    """Return the root mean square speed of points against their nearest neighbours [m/s]; 0 without any; pure."""
+    """Return the root mean square speed of points against their nearest neighbours [m/s]; 0 without any."""
     points = np.delete(hair.points.astype(float), hair.offsets[:-1], axis=0)
     speeds = np.delete(hair.velocities.astype(float), hair.offsets[:-1], axis=0)
     strand = np.repeat(np.arange(len(hair.offsets) - 1), np.diff(hair.offsets) - 1)
@@ -252,10 +235,7 @@ def relative_speed(hair: Strands, near: float) -> float:
 
 
 def densities(hair: Strands, cell: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the density of hair around every sample along the strands [m/m^3], and its length [m], (n,); pure.
-
-    A segment is sampled as on the grid of `[hair.volume]`. BadInput where no strand is finite.
-    """
+    """Return the density of hair [m/m^3] around samples along strands, as on the grid of `[hair.volume]`, and lengths."""
     points = hair.points.astype(float)
     found = sample_strands(points, hair.offsets, reach_of(points, hair.offsets), cell)
     if found is None:
@@ -271,7 +251,7 @@ def densities(hair: Strands, cell: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def overlap(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray]) -> float:
-    """Return the common area of the histograms of two densities, by length, as from `densities`; pure."""
+    """Return the common area of the histograms of two densities, by length, as from `densities`."""
     bins = [np.floor(PER_OCTAVE * np.log2(density)).astype(int) for density, _ in (one, other)]
     least = min(b.min() for b in bins)
     most = max(b.max() for b in bins) - least + 1

@@ -1,6 +1,6 @@
 """Distance of hair from a reference of the same hair, also where the two differ in their segments.
 
-Deviation of a sample of hair from a reference, patch by patch: their spread is the uncertainty of the sample.
+Of a sample of hair it is measured patch by patch: their spread is the uncertainty of the sample.
 """
 
 from collections.abc import Mapping
@@ -17,23 +17,14 @@ from hairpipe.values.table import table_of_rows
 
 
 class Deviation(NamedTuple):
-    """Distances of hair from a reference at one frame; non-finite strands are excluded.
+    """Distances of hair from a reference at one frame; non-finite strands are excluded."""
 
-    tip            root mean square over the strands [m]
-    whole          root mean square over strands and points except the roots [m], strands of any length weighted
-                   equally
-    tip_percent    the same as `tip`, over the length of each strand in the reference [%]
-    whole_percent  the same as `whole`, likewise
-    largest        largest distance of a point [m]
-    lost           strands of the hair with a point that is not finite, (n,) int64
-    """
-
-    tip: float
-    whole: float
-    tip_percent: float
+    tip: float  # root mean square over the strands [m]
+    whole: float  # over strands and points except the roots, strands of any length weighted equally [m]
+    tip_percent: float  # the same as `tip`, over the length of each strand in the reference [%]
     whole_percent: float
-    largest: float
-    lost: np.ndarray
+    largest: float  # largest distance of a point [m]
+    lost: np.ndarray  # strands of the hair with a point that is not finite, (n,) int64
 
 
 def deviation(hair: Strands, reference: Strands, whose: np.ndarray | None = None) -> Deviation:
@@ -58,7 +49,7 @@ def deviation(hair: Strands, reference: Strands, whose: np.ndarray | None = None
     with np.errstate(invalid="ignore", over="ignore"):
         away = np.linalg.norm(at_shares(points, hair.offsets, strand, index / segments[strand]) - true, axis=1)
     lengths = strand_lengths(reference.points, reference.offsets)[whose]
-    lost = np.flatnonzero(~_is_finite(hair))
+    lost = np.flatnonzero(~np.logical_and.reduceat(np.isfinite(hair.points).all(axis=1), hair.offsets[:-1]))
     kept = np.setdiff1d(np.arange(count), lost)
     if not len(kept):
         return Deviation(*[np.nan] * 5, lost)
@@ -66,17 +57,8 @@ def deviation(hair: Strands, reference: Strands, whose: np.ndarray | None = None
     wholes = np.sqrt(np.add.reduceat(away**2, first) / segments)
     shares = 100.0 * tips / lengths, 100.0 * wholes / lengths
     largest = float(np.maximum.reduceat(away, first)[kept].max())
-    return Deviation(*(_rms(values[kept]) for values in (tips, wholes, *shares)), largest, lost)
-
-
-def _is_finite(hair: Strands) -> np.ndarray:
-    """Return which strands are finite, (S,) bool."""
-    return np.logical_and.reduceat(np.isfinite(hair.points).all(axis=1), hair.offsets[:-1])
-
-
-def _rms(values: np.ndarray) -> float:
-    """Return the root mean square."""
-    return float(np.sqrt(np.mean(values**2)))
+    squares = (np.mean(values[kept] ** 2) for values in (tips, wholes, *shares))
+    return Deviation(*(float(np.sqrt(square)) for square in squares), largest, lost)
 
 
 PATCH_COLUMNS = ("frame", "patch", "strands", "tip [m]", "whole [m]", "tip [%]", "whole [%]", "lost")

@@ -1,8 +1,7 @@
 """Distances of all pairs of runs of an ensemble: of points, and of observables.
 
-Observables of chaotic hair: position, volume, motion and stretch, without reference to single strands.
-
-Each is a function of the visible strands, so that it compares any two models of hair; all are pure.
+Observables of chaotic hair, position, volume, motion and stretch, do not refer to single strands: each is a function of
+the visible strands, so that it compares any two models of hair. All are pure.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -30,10 +29,7 @@ STILL = 1e-12
 
 
 def resampled(hair: Strands, offsets: np.ndarray) -> Strands:
-    """Return hair resampled to the point counts of these offsets, at equal shares of the lengths.
-
-    Raises ValueError if the numbers of strands differ.
-    """
+    """Return hair resampled to these offsets, at equal shares of the lengths; ValueError for another number."""
     if np.array_equal(hair.offsets, offsets):
         return hair
     if len(hair.offsets) != len(offsets):
@@ -45,10 +41,7 @@ def resampled(hair: Strands, offsets: np.ndarray) -> Strands:
 
 
 def wasserstein(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the Wasserstein-1 distance of strands at equal shares of their lengths [m], the mean over shares and axes.
-
-    one, other  positions of strands at each share [m], (shares, S, 3), S not necessarily the same
-    """
+    """Return the mean, over shares and axes, of Wasserstein-1 distances of strands at shares, (shares, S, 3) [m]."""
     from scipy.stats import wasserstein_distance
 
     pairs = [(a[:, axis], b[:, axis]) for a, b in zip(one, other, strict=True) for axis in range(3)]
@@ -56,7 +49,7 @@ def wasserstein(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def places(hair: Strands) -> np.ndarray:
-    """Return where every strand is at the shares of its length [m], (shares, S, 3)."""
+    """Return the position of every strand at the shares of its length [m], (shares, S, 3)."""
     return at_levels(hair, SHARES)
 
 
@@ -66,20 +59,14 @@ def gaps(hair: Strands) -> np.ndarray:
 
 
 def kinetic_energy(hair: Strands, gravity: float) -> float:
-    """Return the kinetic energy over m g L, the mean over strands; mass is even along a strand.
-
-    gravity  [m/s^2], above 0
-    """
+    """Return the kinetic energy over m g L, the mean over strands; mass is even along a strand."""
     masses = lengths_at_points(hair.points.astype(float), hair.offsets)
     energies = np.add.reduceat(0.5 * masses * np.sum(hair.velocities.astype(float) ** 2, axis=1), hair.offsets[:-1])
     return float(np.mean(energies / (gravity * strand_lengths(hair.points, hair.offsets) ** 2)))
 
 
 def log_spectrum(speeds: np.ndarray, fps: float) -> np.ndarray:
-    """Return the logarithm of the power of speeds at each frequency but 0, the mean over strands, (frequencies,).
-
-    speeds  of each strand at each frame [m/s], (frames, S)
-    """
+    """Return the logarithm of the power of speeds, (frames, S), at each frequency but 0, the mean over strands."""
     from scipy.signal import periodogram
 
     _, power = periodogram(speeds, fps, scaling="spectrum", axis=0)
@@ -87,7 +74,6 @@ def log_spectrum(speeds: np.ndarray, fps: float) -> np.ndarray:
 
 
 def tip_speeds(hair: Strands) -> np.ndarray:
-    """Return the speed of every tip [m/s], (S,)."""
     return np.linalg.norm(hair.velocities[hair.offsets[1:] - 1].astype(float), axis=1)
 
 
@@ -144,10 +130,10 @@ def _samples(hair: Strands, spacing: float) -> tuple[np.ndarray, np.ndarray]:
     return found.reshape(-1, 3), np.tile(lengths / pieces, pieces)
 
 
-def _keys(places: np.ndarray) -> np.ndarray:
+def _keys(cells: np.ndarray) -> np.ndarray:
     """Return one number for each cell of a grid that holds a place, (n, 2) or (n, 3), within a million cells of 0."""
-    keys = np.zeros(len(places), np.int64)
-    for column in np.floor(places).astype(np.int64).T:
+    keys = np.zeros(len(cells), np.int64)
+    for column in np.floor(cells).astype(np.int64).T:
         keys = (keys << 21) + column + (1 << 20)
     return keys
 
@@ -163,22 +149,14 @@ Run = Mapping[int, Strands]
 
 
 class Criteria(NamedTuple):
-    """Criteria of comparison.
+    """Criteria of comparison."""
 
-    tolerance  tolerance of points, over the length of their strands
-    patches    number of patches of consecutive strands, as equal as possible
-    reach      distance up to which two points touch [m]
-    gravity    [m/s^2], the scale of energy
-    fps        frames per second [1/s]
-    predicted  number of predictable frames after the first; None: found by the tolerance
-    """
-
-    tolerance: float
-    patches: int
-    reach: float
-    gravity: float
-    fps: float
-    predicted: int | None = None
+    tolerance: float  # of points, over the length of their strands
+    patches: int  # number of patches of consecutive strands, as equal as possible
+    reach: float  # distance up to which two points touch [m]
+    gravity: float  # scale of energy [m/s^2]
+    fps: float  # frames per second [1/s]
+    predicted: int | None = None  # number of predictable frames after the first; None: found by the tolerance
 
 
 def _apart(one: Any, other: Any) -> float:
@@ -220,29 +198,26 @@ def position_squares(runs: Sequence[Run], frames: Sequence[int], patches: int) -
 
 def observable_distances(runs: Sequence[Run], frames: Sequence[int], criteria: Criteria) -> np.ndarray:
     """Return distances of runs in every observable, means over the frames, (Q, K, K) in the order of `TESTED`."""
-    rests = _rests(runs)
+    firsts = [run[next(iter(run))] for run in runs]
+    rests = [segment_lengths(hair.points, hair.offsets) for hair in firsts]
     total = np.zeros((len(OBSERVABLES), len(runs), len(runs)))
     speeds = []
     for frame in frames:
         hairs = _hairs(runs, frame)
         speeds.append([tip_speeds(hair) for hair in hairs])
-        strains = [strain(run[frame], rest) for run, rest in zip(runs, rests, strict=True)]
-        views = [observables(hair, criteria) | {"strain": found} for hair, found in zip(hairs, strains, strict=True)]
-        total += [_matrix([view[name] for view in views], apart) for name, apart in OBSERVABLES.items()]
+        values = {
+            "position": [places(hair) for hair in hairs],
+            "density": [density(hair) for hair in hairs],
+            "silhouettes": [silhouettes(hair) for hair in hairs],
+            "nearest strand": [gaps(hair) for hair in hairs],
+            "contacts": [contacts(hair, criteria.reach) for hair in hairs],
+            "kinetic energy": [kinetic_energy(hair, criteria.gravity) for hair in hairs],
+            "strain": [strain(run[frame], rest) for run, rest in zip(runs, rests, strict=True)],
+        }
+        total += [_matrix(values[name], apart) for name, apart in OBSERVABLES.items()]
     spectra = [log_spectrum(np.array(series), criteria.fps) for series in zip(*speeds, strict=True)]
-    return np.concatenate([total / len(frames), [_matrix(spectra, _rms)]])
-
-
-def observables(hair: Strands, criteria: Criteria) -> dict[str, Any]:
-    """Return the observables of hair at a frame, by name, without strain."""
-    return {
-        "position": places(hair),
-        "density": density(hair),
-        "silhouettes": silhouettes(hair),
-        "nearest strand": gaps(hair),
-        "contacts": contacts(hair, criteria.reach),
-        "kinetic energy": kinetic_energy(hair, criteria.gravity),
-    }
+    spread = _matrix(spectra, lambda one, other: float(np.sqrt(np.mean((one - other) ** 2))))
+    return np.concatenate([total / len(frames), [spread]])
 
 
 def _hairs(runs: Sequence[Run], frame: int) -> list[Strands]:
@@ -254,12 +229,6 @@ def _hairs(runs: Sequence[Run], frame: int) -> list[Strands]:
         raise BadInput(f"members do not correspond: {wrong}", where="in.hair", right="the same strands") from None
 
 
-def _rests(runs: Sequence[Run]) -> list[np.ndarray]:
-    """Return the lengths of segments of each run at its first frame [m]."""
-    hairs = [run[next(iter(run))] for run in runs]
-    return [segment_lengths(hair.points, hair.offsets) for hair in hairs]
-
-
 def _matrix(values: Sequence[Any], apart: Callable[[Any, Any], float]) -> np.ndarray:
     """Return the distances of all values, (K, K)."""
     found = np.zeros((len(values), len(values)))
@@ -267,8 +236,3 @@ def _matrix(values: Sequence[Any], apart: Callable[[Any, Any], float]) -> np.nda
         for other in range(one):
             found[one, other] = found[other, one] = apart(values[one], values[other])
     return found
-
-
-def _rms(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the root mean square distance of two series."""
-    return float(np.sqrt(np.mean((one - other) ** 2)))

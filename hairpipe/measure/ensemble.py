@@ -24,27 +24,18 @@ _ROUNDING = 1e-12
 
 
 class Sides(NamedTuple):
-    """Sides and seeds of the runs of an ensemble.
+    """Sides and seeds of the runs of an ensemble."""
 
-    model  whether each run is of the model rather than of the reference, (K,) bool
-    seeds  seeds of the runs, different within a side, (K,) int
-    """
-
-    model: np.ndarray
-    seeds: np.ndarray
+    model: np.ndarray  # whether each run is of the model rather than of the reference, (K,) bool
+    seeds: np.ndarray  # of the runs, different within a side, (K,) int
 
 
 class Look(NamedTuple):
-    """Test whether a model differs significantly from its reference in any of some observables.
+    """Test whether a model differs significantly from its reference in any of some observables."""
 
-    ratios  energy distance T over its floor F for each, (Q,): above 1 exceeds the differences within the reference
-    score   Z, the largest of them; among many one often exceeds 1 by chance
-    p       share of all relabellings with a Z as large, which accounts for this
-    """
-
-    ratios: np.ndarray
-    score: float
-    p: float
+    ratios: np.ndarray  # energy distances T over their floors F, (Q,): differences within the reference are at most 1
+    score: float  # Z, the largest of them; among many one often exceeds 1 by chance
+    p: float  # share of all relabellings with a Z as large, which accounts for this
 
 
 class Interval(NamedTuple):
@@ -140,10 +131,10 @@ def signed_root(squares: np.ndarray) -> np.ndarray:
 
 
 def relabellings(sides: Sides) -> np.ndarray:
-    """Return all relabellings of runs that are as likely as the present one if both sides have one distribution.
+    """Return the relabellings of runs, (R, K) bool, that are as likely as the present one, which is the first.
 
-    (R, K) bool, the present one first. Runs whose seed is on one side only are exchanged freely, two of the same seed
-    with each other. Raises BadInput if there are more than 20,000.
+    That is if both sides have one distribution. Runs whose seed is on one side only are exchanged freely, two of the
+    same seed with each other. Raises BadInput if there are too many.
     """
     seeds, counts = np.unique(sides.seeds, return_counts=True)
     paired = np.isin(sides.seeds, seeds[counts == 2])
@@ -229,6 +220,5 @@ def _mean(distances: np.ndarray, apart: np.ndarray, one: np.ndarray, other: np.n
 
 
 def _check(count: int) -> None:
-    """Raise BadInput for too many relabellings."""
     if count > MOST:
         raise BadInput(f"{count:,} ways to relabel runs are more than {MOST:,}", right="fewer members: 8 against 8")

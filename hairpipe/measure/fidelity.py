@@ -1,7 +1,6 @@
 """Fidelity of a simulation: errors against a reference, and the frame of a failure."""
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -49,7 +48,13 @@ def fidelity_table(
     failed   kind and frame of the failure, or empty
     BadInput where strands do not correspond, or no frames are left.
     """
-    whose = None if grooms is None else matches(*grooms)
+    whose = None
+    if grooms is not None:
+        ours, theirs = (groom.ids for groom in grooms)
+        order = np.argsort(theirs)
+        whose = order[np.minimum(np.searchsorted(theirs[order], ours), len(order) - 1)]
+        if missing := ours[theirs[whose] != ours].tolist():
+            raise BadInput(f"the reference has no strand with id {missing[0]}", right="grooms with the same ids")
     found = []
     failed = ""
     rest = None
@@ -71,39 +76,23 @@ def fidelity_table(
             found.append((*error, deepest, stretch))
     if not found:
         raise BadInput("no frames are left to compare", right=f"more than {max(skip, 1)} frames")
-    row = _summed(np.array(found))
-    return table_of_rows(COLUMNS, [(*row, failed)])
+    values = np.array(found)
+    rms = np.sqrt(np.mean(values[:, [0, 1, 2, 3, 5]] ** 2, axis=0))
+    deepest, stretch = 1e3 * np.fmax.reduce(values[:, 6]), 100.0 * np.fmax.reduce(values[:, 7])
+    row = (*rms[:2], *(1e3 * rms[2:4]), 1e3 * values[:, 4].max(), 100.0 * rms[4], deepest, stretch, failed)
+    return table_of_rows(COLUMNS, [row])
 
 
-class FrameError(NamedTuple):
-    """Errors of hair at a frame: of tips and of strands [%] and [m], the largest [m], of the energy [m g L]."""
-
-    tip_percent: float
-    whole_percent: float
-    tip: float
-    whole: float
-    largest: float
-    energy: float
-
-
-def _summed(found: np.ndarray) -> list[float]:
-    """Summarise the errors of frames, (frames, 8), in the units of the columns."""
-    rms = np.sqrt(np.mean(found[:, [0, 1, 2, 3, 5]] ** 2, axis=0))
-    deepest, stretch = 1e3 * np.fmax.reduce(found[:, 6]), 100.0 * np.fmax.reduce(found[:, 7])
-    return [*rms[:2], *(1e3 * rms[2:4]), 1e3 * found[:, 4].max(), 100.0 * rms[4], deepest, stretch]
-
-
-def _errors(hair: Strands, truth: Strands, whose: np.ndarray | None, gravity: float) -> FrameError:
-    """Compare hair at a frame."""
+def _errors(hair: Strands, truth: Strands, whose: np.ndarray | None, gravity: float) -> tuple[float, ...]:
+    """Return errors of tips and of strands [%] and [m], the largest [m], and that of the energy [m g L]."""
     try:
         away = deviation(hair, truth, whose)
     except ValueError as error:
         raise BadInput(f"hair and reference do not correspond: {error}", right="grooms, which give their ids") from None
     which = slice(None) if whose is None else whose
-    energy = (_heads(hair, gravity) - _heads(truth, gravity)[which]) / strand_lengths(truth.points, truth.offsets)[
-        which
-    ]
-    return FrameError(away.tip_percent, away.whole_percent, away.tip, away.whole, away.largest, float(np.mean(energy)))
+    lengths = strand_lengths(truth.points, truth.offsets)[which]
+    energy = (_heads(hair, gravity) - _heads(truth, gravity)[which]) / lengths
+    return away.tip_percent, away.whole_percent, away.tip, away.whole, away.largest, float(np.mean(energy))
 
 
 def _heads(hair: Strands, gravity: float) -> np.ndarray:
@@ -121,12 +110,3 @@ def _heads(hair: Strands, gravity: float) -> np.ndarray:
     speeds = hair.velocities.astype(float)
     values = weights * (0.5 * np.sum(speeds**2, axis=1) / gravity + points[:, 1])
     return np.add.reduceat(values, starts) / (ends - starts)
-
-
-def matches(groom: Groom, other: Groom) -> np.ndarray:
-    """Return the index of each strand of a groom in another one, by ids, (S,); BadInput where an id is missing."""
-    order = np.argsort(other.ids)
-    place = order[np.minimum(np.searchsorted(other.ids[order], groom.ids), len(order) - 1)]
-    if missing := groom.ids[other.ids[place] != groom.ids].tolist():
-        raise BadInput(f"the reference has no strand with id {missing[0]}", right="grooms with the same ids")
-    return place

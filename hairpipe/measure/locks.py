@@ -67,7 +67,10 @@ def measure_locks(
             apart = 1e3 * float(np.sqrt((locks.disagreement.astype(float) ** 2).mean()))
         off = np.nan
         if truth is not None and frame in truth:
-            off = _distance(hair[frame], truth[frame])
+            if not np.array_equal(hair[frame].offsets, truth[frame].offsets):
+                right = "in.truth: the same groom without locks"
+                raise BadInput("hair and truth are not the same strands", right=right)
+            off = float(np.sqrt(((hair[frame].points - truth[frame].points) ** 2).sum(axis=1).mean()))
         lasting = 100.0 * float((ages >= LASTED).mean()) if len(ages) else 0.0
         stuck = len(ages) / len(inner), lasting
         simulated = np.count_nonzero(~locks.follows)
@@ -83,21 +86,12 @@ def _audited(audit: Audit | None) -> tuple[int, float, float]:
     """Return the number of audited strands, their rms error [mm], and its bound [mm]."""
     if audit is None:
         return 0, np.nan, np.nan
-    errors = audit.errors
     hairs = audit.hairs
-    squares = errors**2
-    count = len(errors)
+    squares = audit.errors**2
     mean = np.average(squares, weights=hairs)
     bound = np.nan
-    if count > 1:
+    if len(squares) > 1:
         # Variance of a ratio of means: sums of squares over the strands of a lock, and their number.
         apart = hairs * (squares - mean) / hairs.mean()
         bound = mean + uncertainty(apart)
     return int(hairs.sum()), 1e3 * float(np.sqrt(mean)), 1e3 * float(np.sqrt(bound))
-
-
-def _distance(hair: Strands, truth: Strands) -> float:
-    """Return the rms distance of all points [m]."""
-    if not np.array_equal(hair.offsets, truth.offsets):
-        raise BadInput("hair and truth are not the same strands", right="in.truth: the same groom without locks")
-    return float(np.sqrt(((hair.points - truth.points) ** 2).sum(axis=1).mean()))

@@ -1,19 +1,6 @@
-"""Speed, stretch and height of all hair, frame by frame.
+"""Motion of hair and its roots in numbers: speed, stretch, tension, swing, impulses of goals, and cost of a frame."""
 
-Tension along strands.
-
-Speed and acceleration of the roots of hair, frame by frame.
-
-Swing of hair about a head that turns: amplitude and lag.
-
-Values of every point of hair: depth in bodies, stretch, tension, lock.
-
-Impulse that goals and pins add to hair.
-
-Cost of a frame, from the recorded times of results.
-"""
-
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -139,10 +126,9 @@ def measure_root_motion(
 
 
 def differences(values: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first and the second derivative of values (n, ...) at ascending places (n,), by central differences.
+    """Return both derivatives of values (n, ...) at ascending places (n,): of a parabola through three neighbours.
 
-    They need not be evenly spaced: the derivatives are those of a parabola through three neighbours. Beyond both ends
-    values are extrapolated linearly, a single one as a constant.
+    Beyond both ends values are extrapolated linearly, a single one as a constant.
     """
     first, second = np.zeros_like(values), np.zeros_like(values)
     if len(at) > 1:
@@ -163,7 +149,6 @@ def root_places(groom: Groom, driver: Mesh | Ends) -> np.ndarray:
 
 
 def rms(vectors: np.ndarray) -> np.ndarray:
-    """Return the root mean square length of vectors (frames, S, 3) over the strands, (frames,)."""
     return np.sqrt(np.mean(np.sum(vectors**2, axis=2), axis=1))
 
 
@@ -254,11 +239,7 @@ def measure_points(
 
 
 def spread(values: np.ndarray, inner: np.ndarray, root: float | None = None) -> np.ndarray:
-    """Return values of all points except roots as values of all points, (p,); pure.
-
-    inner  points that are not roots, (p,) bool
-    root   value of the roots; by default that of the next point
-    """
+    """Return values of all points except roots as those of all points; roots have a value of their own, or the next."""
     spread_out = np.zeros(len(inner))
     spread_out[inner] = values
     roots = np.flatnonzero(~inner)
@@ -306,13 +287,8 @@ def cost_table(nodes: Sequence[Mapping[int, float]], warm: int, timed: int) -> T
 
     All values are NaN if there is no frame to time.
     """
-    seconds = list(after_the_first(nodes))
+    frames = sorted(set.intersection(*(set(node) for node in nodes)))[1:]  # those that all nodes have, but the first
+    seconds = [sum(node[frame] for node in nodes) for frame in frames]
     counted = seconds[min(warm, max(len(seconds) - 1, 0)) :][:timed] or [np.nan]
     row = (float(np.median(counted)), min(counted), max(counted), min(len(counted), len(seconds)))
     return table_of_rows(COST_COLUMNS, [row])
-
-
-def after_the_first(nodes: Sequence[Mapping[int, float]]) -> Iterable[float]:
-    """Sum the seconds of nodes, at every frame that all of them have but the first [s]."""
-    frames = sorted(set.intersection(*(set(node) for node in nodes)))
-    return (sum(node[frame] for node in nodes) for frame in frames[1:])

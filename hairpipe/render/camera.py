@@ -1,7 +1,4 @@
-"""A pinhole camera, Y up.
-
-Placement of the camera: the hair fills the picture, independent of its motion.
-"""
+"""A pinhole camera, Y up, and its placement: the hair fills the picture, independent of its motion."""
 
 from dataclasses import dataclass
 from typing import Literal, Self
@@ -17,20 +14,13 @@ NEAR = 0.01
 
 @dataclass(frozen=True)
 class Camera:
-    """Position, axes and film of a camera.
+    """Position, axes and film of a camera."""
 
-    eye     position of the pinhole [m], (3,) float64
-    axes    rows are the unit vectors to the right, up and into the picture, (3, 3) float64
-    focal   focal length [pixels]
-    width   of the film [pixels]
-    height  of the film [pixels]
-    """
-
-    eye: np.ndarray
-    axes: np.ndarray
-    focal: float
-    width: int
-    height: int
+    eye: np.ndarray  # position of the pinhole [m], (3,) float64
+    axes: np.ndarray  # rows are the unit vectors to the right, up and into the picture, (3, 3) float64
+    focal: float  # focal length [pixels]
+    width: int  # of the film [pixels]
+    height: int  # of the film [pixels]
 
     @classmethod
     def look_at(cls, eye: np.ndarray, target: np.ndarray, fov: float, width: int, height: int) -> Self:
@@ -83,40 +73,25 @@ DROP = 0.3
 
 @dataclass(frozen=True)
 class Shot:
-    """Camera settings of a picture; an eye and a target override those from the view and the hair.
+    """Camera settings of a picture; an eye and a target override those from the view and the hair."""
 
-    width   of the picture [pixels]
-    height  of the picture [pixels]
-    view    side of the head
-    fov     field of view across the shorter side [degrees]
-    eye     position of the camera [m]
-    target  point at the centre of the picture [m]
-    grain   pixels of the film across one of the picture
-    turn    rotation of the eye about the target, towards the left ear [degrees]
-    radius  half the length of the shorter side at the target, in place of that of the hair [m]
-    """
-
-    width: int
-    height: int
+    width: int  # of the picture [pixels]
+    height: int  # of the picture [pixels]
     view: View = "three_quarter"
-    fov: float = 24.0
-    eye: Place | None = None
-    target: Place | None = None
-    grain: int = GRAIN
-    turn: float = 0.0
-    radius: float | None = None
+    fov: float = 24.0  # field of view across the shorter side [degrees]
+    eye: Place | None = None  # position of the camera [m]
+    target: Place | None = None  # point at the centre of the picture [m]
+    grain: int = GRAIN  # pixels of the film across one of the picture
+    turn: float = 0.0  # rotation of the eye about the target, towards the left ear [degrees]
+    radius: float | None = None  # half the length of the shorter side at the target, by default that of the hair [m]
 
 
 @dataclass(frozen=True)
 class Framing:
-    """Area of a picture.
+    """Area of a picture."""
 
-    target  centre of the picture [m], (3,) float64
-    radius  half the length of its shorter side at the target [m]
-    """
-
-    target: np.ndarray
-    radius: float
+    target: np.ndarray  # centre of the picture [m], (3,) float64
+    radius: float  # half the length of its shorter side at the target [m]
 
 
 def frame_hair(points: np.ndarray, offsets: np.ndarray, radius: float | None = None) -> Framing:
@@ -137,7 +112,7 @@ def frame_hair(points: np.ndarray, offsets: np.ndarray, radius: float | None = N
 
 
 def radius_of(points: np.ndarray, offsets: np.ndarray) -> float:
-    """Return the radius of a picture of hair [m]; arguments as of `frame_hair`."""
+    """Return the radius of a picture of hair [m]."""
     roots = points[offsets[:-1]]
     centre = roots.mean(axis=0)
     spread = float(np.sqrt(np.mean(np.sum((roots - centre) ** 2, axis=1))))

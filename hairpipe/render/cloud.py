@@ -1,16 +1,11 @@
-"""Picture of hair as particles, on a body, in a studio, without strands.
+"""Picture of hair as particles, on a body, in a studio, without strands, by Bando, Chen, Nishita 2003, Sec. 5.
 
-Light of a lamp on particles and body: billboards in order of distance from the lamp attenuate the light behind.
-
-The first pass of Bando, Chen, Nishita 2003, Sec. 5:
+First, billboards in order of distance from a lamp attenuate the light behind them, on particles and body:
 
     l_i = mean of T under the billboard,   T <- T (1 - alpha) there
 
-Transmittance T is stored on the rays of `shadows`; behind the body it is 0.
-
-Billboards painted over the film from back to front, except behind the body.
-
-The second pass of Bando, Chen, Nishita 2003, Sec. 5.
+Transmittance T is stored on the rays of `shadows`; behind the body it is 0. Then billboards are painted over the film
+from back to front, except behind the body.
 """
 
 from typing import NamedTuple
@@ -45,17 +40,14 @@ DARK = 1e-4
 """Least light: that of the body's own shadow."""
 
 
-def transmittances(sprites: Sprites, levels: Levels, others: np.ndarray, front: np.ndarray) -> np.ndarray:
-    """Return the share of a lamp's light that reaches billboards, (N,), and then other points, (V,); pure.
+def transmittances(sprites: Sprites, levels: Levels, others: np.ndarray, begins: np.ndarray) -> np.ndarray:
+    """Return the share of a lamp's light that reaches billboards, (N,), and then other points, (V,).
 
-    sprites  billboards projected to the lamp: rows and columns of its rays, depths away from it
-    levels   of the textures of billboards
-    others   row and column, from 0 to as many as there are rays, and depth, (V, 3)
-    front    depth at which the body begins, infinite outside, (rows, columns)
+    Places are columns, rows and depths of the rays of the lamp; the body begins at depths (rows, columns).
     """
     order = np.argsort(np.concatenate([sprites.places[:, 2], others[:, 2]]), kind="stable")
     light = np.empty(len(order))
-    _pass(light, np.ones(front.shape), sprites, levels, others, front, order)
+    _pass(light, np.ones(begins.shape), sprites, levels, others, begins, order)
     return np.maximum(light, DARK)
 
 
@@ -66,19 +58,18 @@ def _pass(
     sprites: Sprites,
     levels: Levels,
     others: np.ndarray,
-    front: np.ndarray,
+    begins: np.ndarray,
     order: np.ndarray,
 ) -> None:
-    """Write the light of all in order of depth, and attenuate the rays, (rows, columns), both in place."""
     count = len(sprites.places)
     for n in order:  # From the lamp on: each attenuates only later ones.
         light[n] = (
-            _darken(through, sprites, levels, front, n) if n < count else _read(through, others[n - count], front)
+            _darken(through, sprites, levels, begins, n) if n < count else _read(through, others[n - count], begins)
         )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _darken(through: np.ndarray, sprites: Sprites, levels: Levels, front: np.ndarray, n: int) -> float:
+def _darken(through: np.ndarray, sprites: Sprites, levels: Levels, begins: np.ndarray, n: int) -> float:
     """Return the light on billboard n, on average over its texture, and attenuate its rays, in place."""
     height, width = through.shape
     column, row, depth = sprites.places[n, 0], sprites.places[n, 1], sprites.places[n, 2]
@@ -100,15 +91,15 @@ def _darken(through: np.ndarray, sprites: Sprites, levels: Levels, front: np.nda
             s, w = x * sx + y * sy, x * wx + y * wy
             alpha = min(opacity * texture[texel_of(s, along), texel_of(w, across), 0], 1.0)
             total += alpha
-            if depth + s * rise < front[i, j] + BIAS:
+            if depth + s * rise < begins[i, j] + BIAS:
                 taken += alpha * through[i, j]
             through[i, j] *= 1.0 - alpha
     return taken / total if total > 0.0 else 1.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _read(through: np.ndarray, at: np.ndarray, front: np.ndarray) -> float:
-    """Light at a point, interpolated between the centres of four rays; 1 outside."""
+def _read(through: np.ndarray, at: np.ndarray, begins: np.ndarray) -> float:
+    """Return the light at a point, interpolated between the centres of four rays; 1 outside."""
     height, width = through.shape
     x, y = at[0] - 0.5, at[1] - 0.5
     if not (0.0 <= x < width - 1 and 0.0 <= y < height - 1):
@@ -118,7 +109,7 @@ def _read(through: np.ndarray, at: np.ndarray, front: np.ndarray) -> float:
     for a in range(2):
         for b in range(2):
             weight = (y - i if a else 1.0 - (y - i)) * (x - j if b else 1.0 - (x - j))
-            taken += weight * through[i + a, j + b] * (at[2] < front[i + a, j + b] + BIAS)
+            taken += weight * through[i + a, j + b] * (at[2] < begins[i + a, j + b] + BIAS)
     return taken
 
 
@@ -127,14 +118,7 @@ SUNK, FADE = 0.010, 0.006
 
 
 def paint(film: np.ndarray, depth: np.ndarray, sprites: Sprites, colours: np.ndarray, levels: Levels) -> None:
-    """Paint billboards over the film, the farthest first, in place.
-
-    film     linear red, green, blue, (height, width, 3) float32
-    depth    of the body [m], (height, width)
-    sprites  depth [m]; those nearer than NEAR are not drawn
-    colours  linear, of the billboards, (N, 3) float64
-    levels   of their textures
-    """
+    """Paint billboards of linear colours, (N, 3), over the film, (height, width, 3), the farthest first, in place."""
     order = np.argsort(-sprites.places[:, 2], kind="stable")
     _paint(film, depth, sprites, colours.astype(np.float32), levels, order)
 
@@ -185,32 +169,19 @@ SHADES = 0.25
 
 
 class CloudStyle(NamedTuple):
-    """Style of drawn particles.
+    """Style of drawn particles."""
 
-    particles  at rest
-    framing    framing of the groom
-    buried     number of particles below the skin, the first ones, which move with the roots and are not drawn
-    half       half the length of billboards [m]
-    kinds      texture of every other particle, (N,)
-    colour     of the hair, linear, (3,)
-    colours    of every other particle, linear, (N, 3)
-    """
-
-    particles: Particles
-    framing: Framing
-    buried: int
-    half: float
-    kinds: np.ndarray
-    colour: np.ndarray
-    colours: np.ndarray
+    particles: Particles  # at rest
+    framing: Framing  # of the groom
+    buried: int  # number of particles below the skin, the first ones, which move with the roots and are not drawn
+    half: float  # half the length of billboards [m]
+    kinds: np.ndarray  # texture of every other particle, (N,)
+    colour: np.ndarray  # of the hair, linear, (3,)
+    colours: np.ndarray  # of every other particle, linear, (N, 3)
 
 
 def style_cloud(particles: Particles, colour: np.ndarray, size: float) -> CloudStyle:
-    """Choose how particles are drawn, once a shot; pure.
-
-    colour  of the hair, linear red, green and blue, (3,)
-    size    size of billboards, over the size that covers hair evenly
-    """
+    """Choose how particles are drawn in a linear colour, (3,), at a size over that which covers hair evenly; pure."""
     framing = frame_hair(particles.hair.points, particles.hair.offsets)
     buried = int(np.count_nonzero(particles.arcs < 0.0))
     shade = np.exp2(SHADES * kajiya_kay.noise(len(particles.hair.ids), 1))[particles.strands[buried:]]
@@ -227,21 +198,23 @@ def draw_cloud(cloud: Cloud, style: CloudStyle, body: Mesh | None, shot: Shot) -
     """
     body = NOBODY if body is None else body
     check(cloud, style.particles, body)
-    framing = frame_cloud(cloud, style)
+    shift = cloud.points[: style.buried] - style.particles.points[: style.buried]  # of particles below the skin
+    framing = Framing(style.framing.target + (shift.mean(axis=0) if len(shift) else 0.0), style.framing.radius)
     camera = place_camera(shot, framing)
     film = backdrop(camera.height, camera.width)
     sight = look_at_body(body, camera)
     shown = Cloud(*(values[style.buried :] for values in (cloud.points, cloud.velocities, cloud.directions)))
     hair, flesh = _shaded(shown, style, body, sight, (framing, camera))
     film[sight.rows, sight.columns] = at_pixels(sight, body.triangles, flesh)
-    paint(film, sight.depth, _seen(shown, style, camera), hair, streak_levels())
+    places = camera.project(shown.points)
+    ways = shown.directions @ camera.axes.T
+    x, y, z = camera.see(shown.points).T
+    scale = camera.focal / np.maximum(z, NEAR)
+    aside = ways[:, :2] - np.stack([x, y], axis=1) * (scale / camera.focal * ways[:, 2])[:, None]
+    along = np.column_stack([scale[:, None] * aside * (1.0, -1.0), ways[:, 2]])
+    sprites = lay_sprites(places, along, scale, style.half, OPACITY, style.kinds)
+    paint(film, sight.depth, sprites, hair, streak_levels())
     return develop(film, shot.grain)
-
-
-def frame_cloud(cloud: Cloud, style: CloudStyle) -> Framing:
-    """Frame the hair at rest, moved with the particles below the skin."""
-    moved = cloud.points[: style.buried] - style.particles.points[: style.buried]
-    return Framing(style.framing.target + (moved.mean(axis=0) if len(moved) else 0.0), style.framing.radius)
 
 
 def check(cloud: Cloud, particles: Particles, body: Mesh) -> None:
@@ -267,13 +240,18 @@ def check(cloud: Cloud, particles: Particles, body: Mesh) -> None:
 def _shaded(
     cloud: Cloud, style: CloudStyle, body: Mesh, sight: Sight, place: tuple[Framing, Camera]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Light from particles, (N, 3), and vertices of the body, (V, 3), to the eye, linear; 0 for invisible ones."""
+    """Return light from particles and vertices of the body to the eye, linear, (n, 3) each; 0 for invisible ones."""
     framing, camera = place
     seen = seen_vertices(sight, body.triangles)
     points = body.points[seen]
     normals = vertex_normals(body)[seen]
     turn_to(camera.eye, points, normals)
-    clay = skin.CLAY + _haired(style, body, points, camera) * (0.5 * style.colour - skin.CLAY)
+    share = np.zeros((0, 1))
+    if len(points):
+        rest = style.particles.hair
+        roots = np.einsum("sc,sci->si", rest.root_barycentrics, body.points[body.triangles[rest.root_triangles]])
+        share = SCALP * hair_share(points, roots, camera.axes)[:, None]
+    clay = skin.CLAY + share * (0.5 * style.colour - skin.CLAY)
     tilts = np.full(len(cloud.points), np.sin(kajiya_kay.TILT))
     no_normals = np.zeros_like(cloud.points)
     fibres = kajiya_kay.Fibres(cloud.points, cloud.directions, no_normals, style.colours, tilts)
@@ -281,7 +259,10 @@ def _shaded(
     flesh = skin.AMBIENT * clay
     for light in studio(camera.axes):
         cell, to_cells = cells_of(light, framing.target, SCENE * framing.radius, CELLS)
-        sprites = _lit(cloud, style, cell, to_cells)
+        along = _of_rays(cloud.directions @ to_cells[:, :3].T)
+        scale = np.full(len(along), 1.0 / cell)
+        middles = _of_rays(apply(to_cells, cloud.points))
+        sprites = lay_sprites(middles, along, scale, style.half, OPACITY, style.kinds)
         begins = front(apply(to_cells, body.points), body.triangles, 1, CELLS)
         depths = -np.log(transmittances(sprites, streak_levels(), _of_rays(apply(to_cells, points)), begins))
         on_hair, on_skin = depths[: len(hair)] / kajiya_kay.DENSITY, depths[len(hair) :] / skin.DENSITY
@@ -292,34 +273,6 @@ def _shaded(
     return hair, shed
 
 
-def _haired(style: CloudStyle, body: Mesh, points: np.ndarray, camera: Camera) -> np.ndarray:
-    """Share of the hair's colour in the skin at points, (n, 1)."""
-    if not len(points):
-        return np.zeros((0, 1))
-    hair = style.particles.hair
-    roots = np.einsum("sc,sci->si", hair.root_barycentrics, body.points[body.triangles[hair.root_triangles]])
-    return SCALP * hair_share(points, roots, camera.axes)[:, None]
-
-
-def _seen(cloud: Cloud, style: CloudStyle, camera: Camera) -> Sprites:
-    """Billboards projected to the camera."""
-    places = camera.project(cloud.points)
-    ways = cloud.directions @ camera.axes.T
-    x, y, z = camera.see(cloud.points).T
-    scale = camera.focal / np.maximum(z, NEAR)
-    aside = ways[:, :2] - np.stack([x, y], axis=1) * (scale / camera.focal * ways[:, 2])[:, None]
-    along = np.column_stack([scale[:, None] * aside * (1.0, -1.0), ways[:, 2]])
-    return lay_sprites(places, along, scale, style.half, OPACITY, style.kinds)
-
-
-def _lit(cloud: Cloud, style: CloudStyle, cell: float, to_cells: np.ndarray) -> Sprites:
-    """Billboards projected to a lamp."""
-    places = apply(to_cells, cloud.points)
-    along = cloud.directions @ to_cells[:, :3].T
-    scale = np.full(len(places), 1.0 / cell)
-    return lay_sprites(_of_rays(places), _of_rays(along), scale, style.half, OPACITY, style.kinds)
-
-
 def _of_rays(cells: np.ndarray) -> np.ndarray:
-    """Columns, rows and depths of a lamp's rays, see `front`, from places in its cells, (n, 3)."""
+    """Return columns, rows and depths of a lamp's rays, see `front`, from places in its cells, (n, 3)."""
     return np.ascontiguousarray(cells[:, [1, 0, 2]])

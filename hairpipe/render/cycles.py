@@ -1,8 +1,7 @@
 """Picture of hair by path tracing in Cycles; camera, lamps, backdrop and film are those of the preview.
 
-Run Blender in a child process, which ends with this one.
-
-Blender is under the GNU GPL: only `program.py` imports it, and only the child process runs that file.
+Blender is under the GNU GPL: only `program.py` imports it, and only a child process, which ends with this one, runs
+that file.
 """
 
 import json
@@ -12,14 +11,14 @@ from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 from signal import SIGKILL, Signals
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numba
 import numpy as np
 
 from hairpipe.child import command, environment
 from hairpipe.errors import BadInput
-from hairpipe.render.camera import NEAR, Camera, Shot, frame_hair, place_camera
+from hairpipe.render.camera import NEAR, Shot, frame_hair, place_camera
 from hairpipe.render.fibre import INDEX, ROUGHNESS, absorption_of
 from hairpipe.render.film import EDGE, backdrop, develop
 from hairpipe.render.kajiya_kay import TILT, strand_colours
@@ -29,10 +28,6 @@ from hairpipe.render.skin import CLAY, IRRADIANCE, hair_share
 from hairpipe.values import Mesh, Strands
 from hairpipe.values.groom import tapers
 
-if TYPE_CHECKING:
-    pass
-
-
 BOOT = (
     "from hairpipe.child import die_with_parent; die_with_parent();"  # importing Blender takes seconds
     "from hairpipe.render.cycles_program import main; main()"
@@ -41,15 +36,10 @@ SMALLER = "fewer strands, a smaller picture, or more memory"
 
 
 def run_blender(scene: dict[str, Any], arrays: dict[str, np.ndarray], folder: Path) -> np.ndarray:
-    """Return the image of a scene by Cycles: linear light, (height, width, 3) float32.
+    """Return the image of a scene, see `program.py`, by Cycles: linear light, (height, width, 3) float32.
 
-    It uses the number of threads of numba; the light does not depend on it.
-
-    scene   plain values, see `program.py`
-    arrays  hair and body, see there
-    folder  folder of the exchanged files, which are kept
-
-    Raises BadInput, in one line, where Blender is not installed or fails.
+    It uses the number of threads of numba; the light does not depend on it. Exchanged files stay in the folder. Raises
+    BadInput, in one line, where Blender is not installed or fails.
     """
     if find_spec("bpy") is None:
         mend = "pip install 'hairpipe[cycles]', with Python 3.11 or 3.13"
@@ -89,36 +79,25 @@ FAR = 1e4
 
 @dataclass(frozen=True)
 class Fibre:
-    """Material and drawn width of strands.
+    """Material and drawn width of strands."""
 
-    thickness  drawn width over the width that looks full, see `drawn_width`
-    colour     of a lock, linear red, green and blue, (3,)
-    """
-
-    thickness: float
-    colour: np.ndarray
+    thickness: float  # drawn width over the width that looks full, see `drawn_width`
+    colour: np.ndarray  # of a lock, linear red, green and blue, (3,)
 
 
 @dataclass(frozen=True)
 class Exposure:
-    """Sampling of light.
+    """Sampling of light."""
 
-    samples  paths per pixel
-    denoise  whether OpenImageDenoise removes the noise of few paths
-    shutter  exposure time, half before the frame and half after [s], for motion blur; 0: none
-    """
-
-    samples: int
-    denoise: bool
-    shutter: float
+    samples: int  # paths per pixel
+    denoise: bool  # whether OpenImageDenoise removes the noise of few paths
+    shutter: float  # exposure time, half before the frame and half after [s], for motion blur; 0: none
 
 
 def render_hair(
     hair: Strands, body: Mesh | None, shot: Shot, fibre: Fibre, exposure: Exposure, folder: Path
 ) -> np.ndarray:
     """Render hair, and the body under it, (height, width, 3) uint8, sRGB; the same on any number of threads.
-
-    folder  for files meanwhile, which are left there
 
     Raises BadInput where there is no strand, a position or a velocity is not finite, or Blender is not there or fails.
     """
@@ -136,6 +115,8 @@ def trace_hair(
     points = np.asarray(hair.points, float)
     framing = frame_hair(points, hair.offsets)
     roots = points[hair.offsets[:-1]]
+    strand = np.repeat(np.arange(len(roots)), np.diff(hair.offsets))
+    colours = strand_colours(fibre.colour, hair.offsets, strand, 2 * np.arange(len(points)))
     camera = place_camera(replace(shot, grain=1), framing)
     width = fibre.thickness * drawn_width(hair, framing, camera, 1)
     scene = {
@@ -143,7 +124,11 @@ def trace_hair(
         "skin": {"properties": {}, "inputs": SKIN},
         "lamps": [lamp_of(light) for light in studio(camera.axes)],
         "surroundings": EDGE.tolist(),
-        "camera": lens_of(camera),
+        "camera": {
+            **{"width": camera.width, "height": camera.height, "nearest": NEAR, "farthest": FAR},
+            "angle": 2.0 * np.arctan(0.5 * min(camera.width, camera.height) / camera.focal),
+            "axes": rows_of(camera.axes * [[1.0], [1.0], [-1.0]], camera.eye),
+        },
         "samples": exposure.samples,
         "denoise": exposure.denoise,
         "blur": exposure.shutter > 0.0,
@@ -155,7 +140,7 @@ def trace_hair(
         "hair_radii": 0.5 * width * relative_widths(hair) * tapers(hair.offsets),
         "hair_moves": exposure.shutter * hair.velocities,
         "hair_offsets": hair.offsets,
-        "hair_absorptions": absorptions(fibre.colour, hair.offsets),
+        "hair_absorptions": absorption_of(colours),
         "body_points": body.points,
         "body_moves": exposure.shutter * body.rates,
         "body_triangles": body.triangles,
@@ -163,13 +148,6 @@ def trace_hair(
         "wall": np.dstack([wall, np.ones(wall.shape[:2])]),
     }
     return run_blender(scene, arrays, folder)
-
-
-def absorptions(colour: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Absorption at points of strands over the radius of a hair, for the colours of the preview, (p, 3)."""
-    points = np.arange(offsets[-1])
-    strand = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
-    return absorption_of(strand_colours(colour, offsets, strand, 2 * points))
 
 
 def lamp_of(light: Light) -> dict[str, Any]:
@@ -183,14 +161,5 @@ def lamp_of(light: Light) -> dict[str, Any]:
     return {"colour": colour, "irradiance": irradiance, "angle": SOFT, "axes": rows_of(axes, np.zeros(3))}
 
 
-def lens_of(camera: Camera) -> dict[str, Any]:
-    """Describe a camera."""
-    angle = 2.0 * np.arctan(0.5 * min(camera.width, camera.height) / camera.focal)
-    axes = rows_of(camera.axes * [[1.0], [1.0], [-1.0]], camera.eye)
-    size = {"width": camera.width, "height": camera.height}
-    return {**size, "angle": angle, "nearest": NEAR, "farthest": FAR, "axes": axes}
-
-
 def rows_of(axes: np.ndarray, origin: np.ndarray) -> list[list[float]]:
-    """Write a frame as four rows: its axes, and its origin."""
     return [[*axis, 0.0] for axis in axes.tolist()] + [[*origin.tolist(), 1.0]]

@@ -45,10 +45,7 @@ def main() -> None:
 
 
 def add_hair(arrays: Any, fibre: dict[str, Any]) -> None:
-    """Add strands as Catmull-Rom curves: hair_points, hair_radii, hair_moves while exposed, hair_offsets.
-
-    The absorption over the radius of the hair is in hair_absorptions.
-    """
+    """Add strands as Catmull-Rom curves, with a move while exposed, and the absorption over the radius of the hair."""
     curves = bpy.data.hair_curves.new("hair")
     curves.add_curves(np.diff(arrays["hair_offsets"]).tolist())
     curves.set_types(type="CATMULL_ROM")
@@ -121,17 +118,13 @@ def add_camera(camera: dict[str, Any]) -> None:
 
 
 def add_object(data: Any) -> Any:
-    """Add data to the scene, and return its object."""
     shown = bpy.data.objects.new(data.name, data)
     bpy.context.scene.collection.objects.link(shown)
     return shown
 
 
 def make_material(shader: str, shading: dict[str, Any], attribute: str, varied: str) -> Any:
-    """Make a material of one shader node with these properties and inputs, by Blender's names.
-
-    One more input, `varied`, is an attribute of the points.
-    """
+    """Make a material of one shader node by Blender's names; the input `varied` is an attribute of the points."""
     material = bpy.data.materials.new(shader)
     nodes = material.node_tree.nodes
     nodes.clear()

@@ -4,11 +4,9 @@ Lokovic and Veach 2000. Every strand covers a share of the texels that it crosse
 OPACITY; the body attenuates as SOLID hairs. We differ from the paper: coverage is computed from the area of a segment
 projected to the lamp, shared among the four nearest texels, not from samples in each; texels are filtered already.
 
-Transmittance along a ray through translucent media: exact, compressed, and evaluated.
-
 Transmittance along a ray is a step function of depth: the product of (1 - opacity) of all fragments in front. It is
 compressed to a piecewise linear function within a tolerance of the steps, with two knots at one depth for a jump
-(Lokovic and Veach 2000, Sec. 3.2: each vertex narrows the interval of slopes from the last knot, until it is empty).
+(Sec. 3.2: each vertex narrows the interval of slopes from the last knot, until it is empty).
 """
 
 import math
@@ -24,12 +22,9 @@ from hairpipe.values import Mesh
 
 @njit(cache=True, nogil=True)
 def compress(depths: np.ndarray, opacities: np.ndarray, tolerance: float, knots: np.ndarray) -> int:
-    """Compress the transmittance behind n fragments into at most 2 n knots, and return their number.
+    """Compress the transmittance behind n fragments, depths ascending, into at most 2 n knots; return their number.
 
-    depths     of the fragments, ascending, (n,)
-    opacities  0 to 1, (n,)
-    tolerance  largest error of the result
-    knots      depth and transmittance, not increasing, (2 n, 2) float32, written
+    Knots are depth and transmittance, not increasing, (2 n, 2) float32.
     """
     begin = depths[0]
     value = 1.0
@@ -107,21 +102,13 @@ LEAST = 1e-4
 
 
 class DeepShadow(NamedTuple):
-    """Transmittance from a lamp to the places behind the texels of a map.
-
-    light     the lamp
-    to_cells  to_cells[:, :3] x + to_cells[:, 3] is the place of a world point x on the map and its depth away from the
-              lamp [texels], (3, 4) float64
-    cell      edge of a texel [m]
-    starts    texel (i, j) has knots[starts[t]:starts[t+1]] with t = TEXELS i + j, (TEXELS^2 + 1,) int64
-    knots     depth [texels] and transmittance, see `compress`, (k, 2) float32
-    """
+    """Transmittance from a lamp to the places behind the texels of a map."""
 
     light: Light
-    to_cells: np.ndarray
-    cell: float
-    starts: np.ndarray
-    knots: np.ndarray
+    to_cells: np.ndarray  # motion of world points to places on the map and depths from the lamp [texels], (3, 4)
+    cell: float  # edge of a texel [m]
+    starts: np.ndarray  # texel (i, j) has knots[starts[t]:starts[t+1]], t = TEXELS i + j, (TEXELS^2 + 1,) int64
+    knots: np.ndarray  # depth [texels] and transmittance, see `compress`, (k, 2) float32
 
     def between(self, points: np.ndarray) -> np.ndarray:
         """Optical depths between the lamp and world points (n, 3), in hairs as `Shadow.between`, (n,) float64."""
@@ -158,17 +145,12 @@ def cast_deep_shadow(
 
 
 def starts_of(counts: np.ndarray) -> np.ndarray:
-    """Return the first entry of each texel, and the number of all, (n + 1,) int64."""
     return np.concatenate([[0], np.cumsum(counts)])
 
 
 @njit(cache=True, nogil=True)
 def lay_body(ends: np.ndarray, fragments: np.ndarray, solid: np.ndarray) -> None:
-    """Add the front of the body, BIAS behind it, to the fragments of every texel, in place.
-
-    solid  hits of the rays of each texel [texels], ascending, infinite outside, (TEXELS^2, rays): each ray has its
-           share of the transmittance, which therefore falls by equal steps
-    """
+    """Add the front of the body, BIAS behind it, to the fragments of texels, by the hits of their rays, ascending."""
     step = (1.0 - math.exp(-OPACITY * SOLID)) / solid.shape[1]
     for t in range(len(solid)):
         for n, depth in enumerate(solid[t]):
@@ -231,7 +213,7 @@ def compress_all(starts: np.ndarray, fragments: np.ndarray, counts: np.ndarray, 
 
 @njit(cache=True, nogil=True)
 def look_up_deep(starts: np.ndarray, knots: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Optical depths -log(transmittance) / OPACITY at places (n, 3) [texels], between the texels, (n,) float64."""
+    """Return optical depths -log(transmittance) / OPACITY at places (n, 3) [texels], between the texels, (n,)."""
     taken = np.zeros(len(places))
     for p in range(len(places)):
         x = places[p, 0] - 0.5

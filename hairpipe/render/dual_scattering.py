@@ -73,9 +73,7 @@ def add_scattered(
 ) -> None:
     """Add the light of one lamp that points of fibres scatter to the eye, into `shed` (p, 3).
 
-    around  colour of hair around, linear, (3,)
-    eye     [m], (3,)
-    met     hairs between them and the lamp, and all on that ray, (p, 2)
+    met  hairs between them and the lamp, and all on that ray, (p, 2)
     """
     points, along, _, colours, tilts = fibres
     lx, ly, lz = light.towards
@@ -121,7 +119,7 @@ def add_scattered(
 
 @njit(cache=True, nogil=True)
 def streams(on: float, back: float, n: float, last: float) -> tuple[float, float]:
-    """Light on its way from the lamp, over what it sheds, behind n of the last hairs, and light on its way back."""
+    """Return light on its way from the lamp, over what it sheds, behind n of the last hairs, and on its way back."""
     lost = 1.0 - on
     k = max(math.sqrt(max(lost * lost - back * back, 0.0)), FLAT)
     echo = math.exp(-2.0 * k * (last - n))  # Only falling exponentials: sinh and cosh of deep hair would overflow.
@@ -162,7 +160,7 @@ def cone(sin_l: float, cos_l: float, sin_e: float, cos_e: float, turn: float, wi
 
 @njit(cache=True, nogil=True)
 def bessel(x: float) -> float:
-    """exp(-x) I_0(x), to 2e-7 (Abramowitz and Stegun 1964, 9.8.1 and 9.8.2)."""
+    """Return exp(-x) I_0(x), to 2e-7 (Abramowitz and Stegun 1964, 9.8.1 and 9.8.2)."""
     t = (x / 3.75) ** 2
     if t < 1.0:
         tail = 1.2067492 + t * (0.2659732 + t * (0.0360768 + t * 0.0045813))

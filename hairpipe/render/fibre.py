@@ -23,6 +23,8 @@ STEP = np.pi / (STEPS - 1)
 """From one azimuth to the next [rad]."""
 AZIMUTHS = np.arange(2 * STEPS - 2) * STEP
 """Of a whole turn, from that of the lamp [rad]."""
+OFFSETS = (np.arange(ACROSS) + 0.5) * 2.0 / ACROSS - 1.0
+"""Of light across a hair, over its radius, (ACROSS,)."""
 FRONT = np.cos(AZIMUTHS) > 0.0
 """Those on the side of the lamp."""
 INDEX = 1.55
@@ -104,25 +106,20 @@ def colour_of(absorbed: np.ndarray) -> np.ndarray:
 
 
 def pigment_colour(melanin: float, redness: float) -> np.ndarray:
-    """Return the colour of a lock of hairs by their pigment, linear red, green and blue, (3,) float64; pure.
+    """Return the colour of deep hair by its melanin, 0 white to 1 black, and the share that is red pheomelanin; pure.
 
-    melanin  how much, from 0, white, to 1, black
-    redness  share of it that is pheomelanin, which is red
-
-    Melanin m is -ln(1 - m) units of pigment, as in Blender, so that m goes evenly from white to black. The colour is
-    that of deep hair which absorbs as much.
+    Melanin m is -ln(1 - m) units of pigment, as in Blender, so that m goes evenly from white to black.
     """
     units = -np.log(max(1.0 - melanin, LEAST))
     return colour_of(units * ((1.0 - redness) * EUMELANIN + redness * PHEOMELANIN))
 
 
 def combine(sent: np.ndarray, spread: np.ndarray) -> np.ndarray:
-    """Add up what all lobes send into azimuths, (n, inclinations, azimuths)."""
     return np.einsum("cpth,pthn->ctn", sent, spread)
 
 
 def deep_colour(sharp: np.ndarray, averaged: np.ndarray) -> np.ndarray:
-    """Find the colour of deep hair in light from everywhere, seen from straight above, (n, inclinations); pure.
+    """Return the colour of deep hair in light from everywhere, seen from straight above, (n, inclinations).
 
     It takes N summed over the lobes, of a lamp and averaged, (n, inclinations, azimuths) each. A hair is seen at the
     depth s with the density exp(-s), where a lamp at the azimuth phi has s/cos(phi) hairs before it: of its own light
@@ -140,22 +137,17 @@ def deep_colour(sharp: np.ndarray, averaged: np.ndarray) -> np.ndarray:
     return STEP * sent.sum(axis=-1)
 
 
-def offsets_across() -> np.ndarray:
-    """Offsets h of light across a hair, over its radius, (ACROSS,)."""
-    return (np.arange(ACROSS) + 0.5) * 2.0 / ACROSS - 1.0
-
-
 def bent() -> tuple[np.ndarray, np.ndarray]:
-    """Sines of the inclinations theta_d, and indices of refraction as seen across the hair (Marschner et al. 2003)."""
+    """Return sines of theta_d, and indices of refraction as seen across the hair (Marschner et al. 2003)."""
     sines = np.linspace(0.0, 1.0, STEPS)
     sines[-1] = 1.0 - 1e-4
     return sines, np.sqrt((INDEX**2 - sines**2) / (1.0 - sines**2))
 
 
 def refract() -> tuple[np.ndarray, np.ndarray]:
-    """Fresnel's share of light that is reflected, and the way inside the hair over its radius, (STEPS, ACROSS) each."""
+    """Return Fresnel's share of reflected light, and the way inside the hair over its radius, (STEPS, ACROSS) each."""
     sines, index = bent()
-    h = offsets_across()
+    h = OFFSETS
     cosine = np.sqrt((1.0 - sines**2)[:, None] * (1.0 - h**2))
     inside = np.sqrt(1.0 - (1.0 - cosine**2) / INDEX**2)
     parallel = (INDEX * cosine - inside) / (INDEX * cosine + inside)
@@ -165,7 +157,7 @@ def refract() -> tuple[np.ndarray, np.ndarray]:
 
 
 def shares(entry: tuple[np.ndarray, np.ndarray], absorbed: np.ndarray) -> np.ndarray:
-    """Shares A of light of R, TT, TRT and the rest, by what is absorbed over a radius (n,), (n, 4, STEPS, ACROSS)."""
+    """Return the shares A of R, TT, TRT and the rest, by absorption over a radius (n,), (n, 4, STEPS, ACROSS)."""
     mirrored, way = entry
     through = np.exp(-absorbed[:, None, None] * way)
     once = (1.0 - mirrored) ** 2 * through
@@ -175,13 +167,13 @@ def shares(entry: tuple[np.ndarray, np.ndarray], absorbed: np.ndarray) -> np.nda
 
 
 def gaussians() -> tuple[np.ndarray, np.ndarray]:
-    """Where R, TT, TRT and what is left leave the hair, over all azimuths of a turn, (4, STEPS, ACROSS, 2 STEPS - 2).
+    """Return where R, TT, TRT and the rest leave the hair, over all azimuths, (4, STEPS, ACROSS, 2 STEPS - 2).
 
-    Returns these of a lamp, and averaged over light from half the azimuths. Sums over the azimuths, times their step,
-    are 1/ACROSS. Light leaves at 2 p gamma_t - 2 gamma_i + p pi.
+    That is of a lamp, and averaged over light from half the azimuths. Sums over the azimuths, times their step, are
+    1/ACROSS. Light leaves at 2 p gamma_t - 2 gamma_i + p pi.
     """
     index = bent()[1]
-    h = offsets_across()
+    h = OFFSETS
     outside = np.arcsin(h)
     inside = np.arcsin(h / index[:, None])
     spread = np.full((4, STEPS, ACROSS, len(AZIMUTHS)), 0.5 / np.pi)

@@ -1,9 +1,8 @@
-"""The film: backdrop, outlines, tone mapping.
+"""The film: backdrop, outlines, tone mapping and motion blur.
 
-Motion blur: pictures of hair and body at instants of the exposure are summed on the film.
-
-Pictures are summed, and hair is not smeared along its path, so that occlusion is right at each instant. Few instants
-would leave sharp copies of a hair: each strand has a time offset of its own, a fraction of the interval.
+For motion blur, pictures of hair and body at instants of the exposure are summed, and hair is not smeared along its
+path, so that occlusion is right at each instant. Few instants would leave sharp copies of a hair: each strand has a
+time offset of its own, a fraction of the interval.
 """
 
 from collections.abc import Iterator
@@ -133,16 +132,10 @@ def instants(hair: Strands, body: Mesh, camera: Camera, shutter: float) -> Itera
     if not np.isfinite(hair.velocities).all():
         raise BadInput("a velocity is not finite", where="hair", right="shutter = 0 draws hair without velocities")
     way = shutter * hair.velocities.astype(float)
-    count = instants_of(points, way, camera)
+    begin, end = (camera.project(points + side * way) for side in (-0.5, 0.5))
+    pixels = np.quantile(np.hypot(*(end - begin)[:, :2].T), 1.0 - FEW)
+    count = int(np.clip(np.ceil(pixels / STRIDE), 1, MOST))
     late = np.repeat(0.5 * noise(len(hair.offsets) - 1, 4), np.diff(hair.offsets))[:, None]
     for n in range(count):
         part = (n + 0.5) / count - 0.5
         yield points + (part + late / count) * way, Mesh(body.points + part * shutter * body.rates, body.triangles)
-
-
-def instants_of(points: np.ndarray, way: np.ndarray, camera: Camera) -> int:
-    """Return the number of instants for a continuous look of motion by `way`; both [m], (p, 3)."""
-    begin = camera.project(points - 0.5 * way)
-    end = camera.project(points + 0.5 * way)
-    pixels = np.quantile(np.hypot(*(end - begin)[:, :2].T), 1.0 - FEW)
-    return int(np.clip(np.ceil(pixels / STRIDE), 1, MOST))

@@ -32,20 +32,13 @@ TILT = math.radians(4.0)
 
 
 class Fibres(NamedTuple):
-    """Points of hair that is lit.
+    """Points of hair that is lit."""
 
-    points   [m], (p, 3) float64
-    along    unit vectors along the hair, (p, 3)
-    facing   normals of hair as one body, each as long as its share b of the diffuse light, (p, 3)
-    colours  linear, (p, 3)
-    tilts    sines of the angles that scales are tilted by, (p,)
-    """
-
-    points: np.ndarray
-    along: np.ndarray
-    facing: np.ndarray
-    colours: np.ndarray
-    tilts: np.ndarray
+    points: np.ndarray  # [m], (p, 3) float64
+    along: np.ndarray  # unit vectors along the hair, (p, 3)
+    facing: np.ndarray  # normals of hair as one body, each as long as its share b of the diffuse light, (p, 3)
+    colours: np.ndarray  # linear, (p, 3)
+    tilts: np.ndarray  # sines of the angles that scales are tilted by, (p,)
 
 
 def shade_hair(
@@ -76,10 +69,7 @@ def shade_hair(
 
 
 def facing_of(normals: Normals | None, count: int, share: float) -> np.ndarray | None:
-    """Return normals as long as their share of the diffuse light, (p, 3) float64; None without normals.
-
-    BadInput for another number of normals than that of the points.
-    """
+    """Return normals as long as their share of the diffuse light, (p, 3); BadInput where they are not of the points."""
     if normals is not None and len(normals.vectors) != count:
         what = f"{len(normals.vectors)} normals of {count} points"
         raise BadInput(what, where="in.normals", right="the normals of this hair")
@@ -99,14 +89,9 @@ def lay_fibres(
 
 
 def strand_colours(colour: np.ndarray, offsets: np.ndarray, strand: np.ndarray, sites: np.ndarray) -> np.ndarray:
-    """Colour sites on the strands: each strand a shade of its own, darker at the root, lighter at the tip.
+    """Return the linear colours of sites, (n, 3): each strand has a shade of its own, darker at the root than the tip.
 
-    colour   of the hair, linear, (3,)
-    offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
-    strand   of the sites, (n,)
-    sites    as in `shade_hair`, (n,)
-
-    Returns (n, 3) float64.
+    colour, strand  of the hair, linear, (3,), and of the sites, (n,); sites as in `shade_hair`
     """
     counts = np.diff(offsets)
     shade, warmth = noise(len(counts), 1), noise(len(counts), 2)
@@ -160,7 +145,6 @@ def lie(
 def add_light(shed: np.ndarray, fibres: Fibres, eye: np.ndarray, light: Light, between: np.ndarray) -> None:
     """Add the light of one lamp that points of fibres scatter to the eye, into `shed` (p, 3).
 
-    eye      [m], (3,)
     between  optical depth between them and the lamp, (p,)
 
     With l and e unit vectors to lamp and eye and t along the hair, diffuse kd sin(t,l), or as above, and specular

@@ -6,14 +6,10 @@ import numpy as np
 
 
 class Light(NamedTuple):
-    """A distant lamp.
+    """A distant lamp."""
 
-    towards  unit vector towards it, (3,) float64
-    colour   colour of its light, linear red, green and blue, (3,) float64
-    """
-
-    towards: np.ndarray
-    colour: np.ndarray
+    towards: np.ndarray  # unit vector towards it, (3,) float64
+    colour: np.ndarray  # of its light, linear red, green and blue, (3,) float64
 
 
 class Shade(Protocol):
@@ -45,9 +41,6 @@ STUDIO = (
 
 
 def studio(axes: np.ndarray) -> list[Light]:
-    """Place the lamps relative to a camera, so that all views have the same light.
-
-    axes  of the camera: rows to the right, up, into the picture, (3, 3)
-    """
+    """Place the lamps relative to a camera with these axes, (3, 3), so that all views have the same light."""
     viewer = axes * [[1.0], [1.0], [-1.0]]
     return [Light(np.array(to) @ viewer / np.linalg.norm(to), np.array(colour)) for to, colour in STUDIO]

@@ -1,11 +1,7 @@
-"""Hair as thin lines with exact coverage, sorted by depth in every pixel.
-
-Buffer of fragments for every pixel of a tile, sorted by depth.
+"""Hair as thin lines with exact coverage, sorted by depth in every pixel, tile by tile, nearest segments first.
 
 A pixel keeps its last KEPT fragments sorted (a k-buffer, Bavoil et al. 2007). For a further fragment, the nearest is
 blended: lines are drawn nearly from front to back, so that nearer fragments do not follow.
-
-Visible segments of hair in each tile of the film, the nearest first.
 """
 
 import math
@@ -29,31 +25,21 @@ SKIN = 0.002
 
 
 class Tile(NamedTuple):
-    """Pixels of a part of the film, (rows, columns).
+    """Pixels of a part of the film, (rows, columns)."""
 
-    kept     rings of fragments: depth [m], cover, linear red, green and blue, (rows, columns, KEPT, 5) float32
-    head     place of the nearest in its ring, (rows, columns) int32
-    filled   number of kept fragments, (rows, columns) int32
-    blended  light and transmittance of blended fragments, (rows, columns, 4) float32
-    through  transmittance of blended and kept fragments, (rows, columns) float32
-    sunk     depth at which hair is invisible below the skin [m], (rows, columns) float32
-    limit    depth at which everything is invisible, also behind opaque hair [m], (rows, columns) float32
-    far      greatest limit in every block, (rows/BLOCK, columns/BLOCK) float32
-    """
-
-    kept: np.ndarray
-    head: np.ndarray
-    filled: np.ndarray
-    blended: np.ndarray
-    through: np.ndarray
-    sunk: np.ndarray
-    limit: np.ndarray
-    far: np.ndarray
+    kept: np.ndarray  # rings of fragments: depth [m], cover, linear red, green and blue, (rows, columns, KEPT, 5)
+    head: np.ndarray  # place of the nearest in its ring, (rows, columns) int32
+    filled: np.ndarray  # number of kept fragments, (rows, columns) int32
+    blended: np.ndarray  # light and transmittance of blended fragments, (rows, columns, 4) float32
+    through: np.ndarray  # transmittance of blended and kept fragments, (rows, columns) float32
+    sunk: np.ndarray  # depth at which hair is invisible below the skin [m], (rows, columns) float32
+    limit: np.ndarray  # depth at which everything is invisible, also behind opaque hair [m], (rows, columns) float32
+    far: np.ndarray  # greatest limit in every block, (rows/BLOCK, columns/BLOCK) float32
 
 
 @njit(cache=True, nogil=True)
 def make_tile(depth: np.ndarray) -> Tile:
-    """Make an empty tile before a body, infinitely far where there is none [m], (rows, columns)."""
+    """Make an empty tile before a body, infinitely far where there is none [m]."""
     rows, columns = depth.shape
     limit = np.empty((rows, columns), np.float32)
     blended = np.zeros((rows, columns, 4), np.float32)
@@ -62,22 +48,12 @@ def make_tile(depth: np.ndarray) -> Tile:
             limit[i, j] = depth[i, j] + SKIN
             blended[i, j, 3] = 1.0
     kept = np.empty((rows, columns, KEPT, 5), np.float32)
-    head = np.zeros((rows, columns), np.int32)
-    return Tile(
-        kept,
-        head,
-        np.zeros((rows, columns), np.int32),
-        blended,
-        np.ones_like(limit),
-        limit,
-        limit.copy(),
-        farthest(limit),
-    )
+    head, filled = np.zeros((rows, columns), np.int32), np.zeros((rows, columns), np.int32)
+    return Tile(kept, head, filled, blended, np.ones_like(limit), limit, limit.copy(), farthest(limit))
 
 
 @njit(cache=True, nogil=True)
 def farthest(limit: np.ndarray) -> np.ndarray:
-    """Return the greatest limit in every block of pixels, (rows/BLOCK, columns/BLOCK) float32."""
     rows, columns = limit.shape
     far = np.zeros(((rows + BLOCK - 1) // BLOCK, (columns + BLOCK - 1) // BLOCK), np.float32)
     for i in range(rows):
@@ -130,18 +106,17 @@ def blend(tile: Tile, i: int, j: int, cover: float, red: float, green: float, bl
 
 @njit(cache=True, nogil=True)
 def hide(tile: Tile, i: int, j: int, limit: float) -> None:
-    """Set the limit of pixel (i, j) to a depth, in place."""
     top, left = i - i % BLOCK, j - j % BLOCK
     before, tile.limit[i, j] = tile.limit[i, j], limit
     if before < tile.far[i // BLOCK, j // BLOCK]:  # Another pixel sets the limit of the block.
         return
-    farthest = np.float32(0.0)
+    deepest = np.float32(0.0)
     for a in range(top, min(top + BLOCK, tile.limit.shape[0])):
         for b in range(left, min(left + BLOCK, tile.limit.shape[1])):
-            farthest = max(farthest, tile.limit[a, b])
-            if farthest == before:  # Another pixel is as far: the limit of the block is unchanged.
+            deepest = max(deepest, tile.limit[a, b])
+            if deepest == before:  # Another pixel is as far: the limit of the block is unchanged.
                 return
-    tile.far[i // BLOCK, j // BLOCK] = farthest
+    tile.far[i // BLOCK, j // BLOCK] = deepest
 
 
 @njit(cache=True, nogil=True)
@@ -164,33 +139,23 @@ LEVELS = 65535
 
 
 class Curves(NamedTuple):
-    """Strands on the film, and their visible segments.
+    """Strands on the film, and their visible segments."""
 
-    places   column [pixels], row [pixels] and depth [m] of the points, (p, 3) float64
-    offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
-    strand   of every point, (p,) int32
-    widths   of the points times the focal length [m pixels], (p,)
-    starts   points at which segments begin, by their least depth, (n,) int64
-    boxes    first and last blocks of rows and of columns that they may touch, (n, 4) int16
-    nearest  their least depth [m], (n,) float32
-    """
-
-    places: np.ndarray
-    offsets: np.ndarray
-    strand: np.ndarray
-    widths: np.ndarray
-    starts: np.ndarray
-    boxes: np.ndarray
-    nearest: np.ndarray
+    places: np.ndarray  # column [pixels], row [pixels] and depth [m] of the points, (p, 3) float64
+    offsets: np.ndarray  # strand s owns points offsets[s]:offsets[s+1], (S+1,)
+    strand: np.ndarray  # of every point, (p,) int32
+    widths: np.ndarray  # of the points times the focal length [m pixels], (p,)
+    starts: np.ndarray  # points at which segments begin, by their least depth, (n,) int64
+    boxes: np.ndarray  # first and last blocks of rows and of columns that they may touch, (n, 4) int16
+    nearest: np.ndarray  # their least depth [m], (n,) float32
 
 
 def lay_curves(places: np.ndarray, offsets: np.ndarray, width: float | np.ndarray, depth: np.ndarray) -> Curves:
     """Find the segments that are on the film and not behind the body, and order them; pure.
 
-    places   column [pixels], row [pixels], depth [m] of the points, (p, 3) float64; depth <= NEAR is not seen
-    offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
-    width    of strands, or of the points, (p,), times the focal length [m pixels]
-    depth    of the body [m], (height, width)
+    places  column [pixels], row [pixels], depth [m] of the points, (p, 3) float64; depth <= NEAR is not seen
+    width   of strands, or of the points, (p,), times the focal length [m pixels]
+    depth   of the body [m], (height, width)
 
     Steps of depth are equal in its logarithm, so that far outliers do not make them coarse.
     """
@@ -220,10 +185,8 @@ def bound(
 ) -> None:
     """Write blocks and least depth of the segment from every point, infinite for an invisible one.
 
-    far   depth from which a block is opaque [m]
-    film  its height and width [pixels]
-
     A segment lies within the control points of its curve in Bezier's form, p1, p1 + (p2 - p0)/6, p2 - (p3 - p1)/6, p2.
+    A block is opaque from a depth `far` on [m].
     """
     low, high = np.empty(3), np.empty(3)
     for i in range(len(places)):
@@ -266,9 +229,7 @@ def is_seen(far: np.ndarray, box: np.ndarray, nearest: float, top: int, left: in
 
 @njit(cache=True, nogil=True)
 def list_by_tile(boxes: np.ndarray, rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
-    """List the segments of every tile, in the order given; `rows` and `columns` are numbers of tiles.
-
-    boxes  first and last block of rows and of columns, (n, 4)
+    """List the segments of every tile, in the order given, by their boxes; `rows` and `columns` are numbers of tiles.
 
     Returns starts, (rows*columns + 1,) int64, and indices, int32: tile t has indices[starts[t]:starts[t+1]].
     """
@@ -410,9 +371,7 @@ def draw_line(tile: Tile, a: np.ndarray, b: np.ndarray) -> None:
     The line is cut along its longer direction into columns (or rows) at pixel centres; in each it covers an interval of
     the other direction, width / cos(slope) long, and every pixel is covered by its share of that interval. The coverage
     therefore sums to width times length, however thin the line, and lines that follow one another neither overlap nor
-    leave a gap.
-
-    a, b  column [pixels], row [pixels], depth [m], width [pixels], linear red, green, blue, (7,) float64
+    leave a gap. Ends are column, row [pixels], depth [m], width [pixels], linear red, green, blue, (7,) float64.
     """
     rows, columns = tile.limit.shape
     steep = abs(b[1] - a[1]) > abs(b[0] - a[0])

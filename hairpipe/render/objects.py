@@ -1,7 +1,4 @@
-"""Picture of a mesh on a level floor, flat shaded.
-
-Picture of a map of a body: the hairline.
-"""
+"""Picture of a mesh on a level floor, flat shaded, and of a map of a body: the hairline."""
 
 import numpy as np
 
@@ -26,10 +23,7 @@ NO_HAIR = np.zeros((0, 3)), np.zeros(1, np.int32)
 
 
 def draw_object(mesh: Mesh, shot: Shot, framing: Framing, colour: np.ndarray) -> np.ndarray:
-    """Draw a mesh and its shadow on the floor at y = 0, (height, width, 3) uint8, sRGB.
-
-    framing  default framing of the picture
-    colour   of the mesh, linear, (3,)
+    """Draw a mesh of a linear colour, (3,), and its shadow on the floor at y = 0, (height, width, 3) uint8, sRGB.
 
     Raises BadInput where a position is not finite.
     """
@@ -43,8 +37,13 @@ def draw_object(mesh: Mesh, shot: Shot, framing: Framing, colour: np.ndarray) ->
     film = backdrop(camera.height, camera.width)
     nearest = np.full((camera.height, camera.width), np.inf)
     for thing, paint in ((_floor(framing), FLOOR), (facets, colour)):
-        seen = _ahead(see_body(thing, camera), nearest)
-        film[seen.rows, seen.columns] = shade_skin(seen, np.tile(paint, (len(seen.rows), 1)), camera.eye, shadows)
+        seen = see_body(thing, camera)
+        at = seen.rows, seen.columns
+        ahead = seen.depth[at] < nearest[at]
+        seen = Surface(seen.rows[ahead], seen.columns[ahead], seen.points[ahead], seen.normals[ahead], seen.depth)
+        at = seen.rows, seen.columns
+        nearest[at] = seen.depth[at]
+        film[at] = shade_skin(seen, np.tile(paint, (len(seen.rows), 1)), camera.eye, shadows)
     return develop(film, shot.grain)
 
 
@@ -60,14 +59,6 @@ def _floor(framing: Framing) -> Mesh:
     return Mesh(points, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype(np.int32))
 
 
-def _ahead(surface: Surface, nearest: np.ndarray) -> Surface:
-    """Keep the pixels that are nearer than drawn ones, and update `nearest` in place."""
-    rows, columns = surface.rows, surface.columns
-    keep = surface.depth[rows, columns] < nearest[rows, columns]
-    nearest[rows[keep], columns[keep]] = surface.depth[rows[keep], columns[keep]]
-    return Surface(rows[keep], columns[keep], surface.points[keep], surface.normals[keep], surface.depth)
-
-
 PAINT, LINE = np.array([0.20, 0.045, 0.015]), np.array([0.9, 0.85, 0.35])
 """Colours of the map at 1, and at its contour of 0.5, linear."""
 HALF = 0.06
@@ -77,14 +68,15 @@ ROOM, SCENE = 1.6, 1.35
 
 
 def draw_hairline(body: Body, name: str, shot: Shot) -> np.ndarray:
-    """Draw a body at rest with one of its maps, (height, width, 3) uint8, sRGB.
-
-    name  of the map
-    Raise BadInput where the body has no such map, or nothing is painted.
-    """
+    """Draw a body at rest with one of its maps, (height, width, 3) uint8, sRGB; BadInput without, or if unpainted."""
     coat = vertex_coat(body, name, "map")
     mesh = body.mesh
-    framing = frame_paint(body, name)
+    painted = mesh.points[body.maps[name] >= 0.5]
+    if not len(painted):
+        raise BadInput(f"map '{name}' is less than a half everywhere", where="map", right="a map that is painted")
+    lower = painted.min(axis=0)
+    upper = painted.max(axis=0)
+    framing = Framing(0.5 * (lower + upper), max(0.5 * ROOM * float(np.linalg.norm(upper - lower)), 1e-3))
     camera = place_camera(shot, framing)
     shadows = [
         cast_shadow(light, framing.target, SCENE * framing.radius, *NO_HAIR, 0.0, mesh) for light in studio(camera.axes)
@@ -96,13 +88,3 @@ def draw_hairline(body: Body, name: str, shot: Shot) -> np.ndarray:
     colours = np.where(np.abs(paint - 0.5) < HALF, LINE, CLAY + paint * (PAINT - CLAY))
     film[surface.rows, surface.columns] = shade_skin(surface, colours, camera.eye, shadows)
     return develop(film, shot.grain)
-
-
-def frame_paint(body: Body, name: str) -> Framing:
-    """Frame the vertices whose value is at least 0.5; BadInput where there is none."""
-    painted = body.mesh.points[body.maps[name] >= 0.5]
-    if not len(painted):
-        raise BadInput(f"map '{name}' is less than a half everywhere", where="map", right="a map that is painted")
-    lower = painted.min(axis=0)
-    upper = painted.max(axis=0)
-    return Framing(0.5 * (lower + upper), max(0.5 * ROOM * float(np.linalg.norm(upper - lower)), 1e-3))

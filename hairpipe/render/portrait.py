@@ -10,7 +10,7 @@ from hairpipe.render.deep_shadow import cast_deep_shadow
 from hairpipe.render.film import backdrop, develop, instants, outlines, soften
 from hairpipe.render.kajiya_kay import shade_hair
 from hairpipe.render.lights import Light, Shade, studio
-from hairpipe.render.lines import Curves, draw_strands, lay_curves
+from hairpipe.render.lines import draw_strands, lay_curves
 from hairpipe.render.shadows import cast_shadow
 from hairpipe.render.skin import CLAY, hair_share, shade_skin
 from hairpipe.render.surface import see_body
@@ -90,7 +90,10 @@ def expose_portrait(
         outline = outlines(surface.depth, camera.focal)
         bare = layer[outline]
         curves = lay_curves(camera.project(places), hair.offsets, widths * camera.focal, surface.depth)
-        fresh = np.flatnonzero(lit_sites(curves, fine) & ~known)
+        lit = np.zeros(2 * len(points), bool)
+        for site in (0, 1, 2) if fine else (0, 2):  # ends, if fine middles, of visible segments
+            lit[2 * curves.starts + site] = True
+        fresh = np.flatnonzero(lit & ~known)
         colours[fresh] = shade(points, hair.offsets, fresh, colour, camera.eye, shadows)
         known[fresh] = True
         if not fine:
@@ -107,20 +110,17 @@ def cast_shadows(
 ) -> list[Shade]:
     """Cast the shadows of hair of widths [m] and of the body from every lamp, by the shadow map of that name."""
     points = np.asarray(hair.points, float)
-    casting = casters(points, hair.offsets, np.broadcast_to(width, len(points)))
+    every = (len(points) - 1) // CASTERS + 1  # of more, every n-th strand casts, n times as wide
+    counts = np.diff(hair.offsets)
+    cast = np.arange(len(counts)) % every == 0
+    chosen = np.repeat(cast, counts)
+    widths = every * np.broadcast_to(width, len(points))[chosen]
+    casting = points[chosen], np.concatenate([[0], np.cumsum(counts[cast])]), widths
     return [SHADOWS[shadow](light, framing.target, SCENE * framing.radius, *casting, body) for light in lights]
 
 
-def lit_sites(curves: Curves, fine: bool) -> np.ndarray:
-    """Return which sites are lit, see `shade_hair`: ends, if fine middles, of visible segments, (2 p,) bool."""
-    lit = np.zeros(2 * len(curves.places), bool)
-    for site in (0, 1, 2) if fine else (0, 2):
-        lit[2 * curves.starts + site] = True
-    return lit
-
-
 def drawn_width(hair: Strands, framing: Framing, camera: Camera, grain: int) -> float:
-    """Width of strands for a dense look [m]: at least their own, and at most WIDEST pixels of the picture."""
+    """Return the width of strands for a dense look [m]: at least their own, at most WIDEST pixels of the picture."""
     full = FULLNESS * framing.radius / (len(hair.offsets) - 1)
     pixel = grain * float(np.linalg.norm(camera.eye - framing.target)) / camera.focal
     return max(hair.diameter, min(full, WIDEST * pixel))
@@ -129,15 +129,6 @@ def drawn_width(hair: Strands, framing: Framing, camera: Camera, grain: int) -> 
 def relative_widths(hair: Strands) -> np.ndarray | float:
     """Return the widths of points over their mean, (p,), or 1 where they do not vary."""
     return 1.0 if hair.widths is None else hair.widths / np.float64(hair.diameter)
-
-
-def casters(points: np.ndarray, offsets: np.ndarray, widths: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Choose every n-th strand, n times as wide: points, offsets and widths of points that cast shadows."""
-    every = (len(points) - 1) // CASTERS + 1
-    counts = np.diff(offsets)
-    cast = np.arange(len(counts)) % every == 0
-    chosen = np.repeat(cast, counts)
-    return points[chosen], np.concatenate([[0], np.cumsum(counts[cast])]), every * widths[chosen]
 
 
 def check(hair: Strands, body: Mesh) -> None:

@@ -31,19 +31,12 @@ BIAS = 1.5
 
 
 class Shadow(NamedTuple):
-    """Optical depth in front of the cells of a cube, as seen from a lamp.
-
-    light     the lamp
-    to_cells  to_cells[:, :3] x + to_cells[:, 3] is the place in the cube of a world point x [cells], (3, 4) float64;
-              the third coordinate runs away from the lamp
-    cell      edge of a cell [m]
-    depth     at the centres of the cells, (n, n, n) float32
-    """
+    """Optical depth in front of the cells of a cube, as seen from a lamp."""
 
     light: Light
-    to_cells: np.ndarray
-    cell: float
-    depth: np.ndarray
+    to_cells: np.ndarray  # motion of world points to places in the cube [cells], the third away from the lamp, (3, 4)
+    cell: float  # edge of a cell [m]
+    depth: np.ndarray  # at the centres of the cells, (n, n, n) float32
 
     def between(self, points: np.ndarray) -> np.ndarray:
         """Optical depths between the lamp and world points (n, 3), (n,) float64."""
@@ -76,26 +69,22 @@ def cast_shadow(
 
 
 def cells_of(light: Light, centre: np.ndarray, radius: float, cells: int) -> tuple[float, np.ndarray]:
-    """Edge of a cell of the cube around a scene [m], and the motion of world points to places in it, (3, 4)."""
+    """Return the edge of a cell of the cube around a scene [m], and the motion of world points into it, (3, 4)."""
     cell = 2.0 * radius / cells
-    axes = across(light.towards) / cell
+    towards = light.towards
+    aside = np.cross(towards, [0.0, 1.0, 0.0] if abs(towards[1]) < 0.9 else [1.0, 0.0, 0.0])
+    aside /= np.linalg.norm(aside)
+    axes = np.stack([aside, np.cross(aside, -towards), -towards]) / cell  # two across the light, one away from the lamp
     return cell, np.column_stack([axes, cells / 2 - axes @ centre])
 
 
 def apply(to_cells: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Places of world points (n, 3) in the cube [cells], (n, 3)."""
+    """Return places of world points (n, 3) in the cube [cells], (n, 3)."""
     return points @ to_cells[:, :3].T + to_cells[:, 3]
 
 
-def across(towards: np.ndarray) -> np.ndarray:
-    """Two axes across the light and one along it, away from the lamp: rows of a rotation, (3, 3)."""
-    aside = np.cross(towards, [0.0, 1.0, 0.0] if abs(towards[1]) < 0.9 else [1.0, 0.0, 0.0])
-    aside /= np.linalg.norm(aside)
-    return np.stack([aside, np.cross(aside, -towards), -towards])
-
-
 def front(places: np.ndarray, triangles: np.ndarray, fine: int, cells: int) -> np.ndarray:
-    """Depth of the body along the rays [cells], infinite outside, (fine*cells, fine*cells); vertices in cells."""
+    """Return the depth of the body along the rays [cells], infinite outside, (fine*cells, fine*cells)."""
     far = places[:, 2].max(initial=0.0) + 1.0
     _, close = rasterise(fine * places[:, 1::-1], triangles, far - places[:, 2], fine * cells, fine * cells)
     return np.where(close > 0.0, far - close, np.inf)
@@ -146,7 +135,7 @@ def accumulate(depth: np.ndarray, solid: np.ndarray) -> None:
 
 @njit(cache=True, nogil=True, inline="always")
 def look_up(depth: np.ndarray, to_cells: np.ndarray, px: float, py: float, pz: float) -> float:
-    """Optical depth at a world point, between the centres of the cells; none outside the cube."""
+    """Return the optical depth at a world point, between the centres of the cells; none outside the cube."""
     x = to_cells[0, 0] * px + to_cells[0, 1] * py + to_cells[0, 2] * pz + to_cells[0, 3] - 0.5
     y = to_cells[1, 0] * px + to_cells[1, 1] * py + to_cells[1, 2] * pz + to_cells[1, 3] - 0.5
     z = to_cells[2, 0] * px + to_cells[2, 1] * py + to_cells[2, 2] * pz + to_cells[2, 3] - 0.5
@@ -158,7 +147,7 @@ def look_up(depth: np.ndarray, to_cells: np.ndarray, px: float, py: float, pz: f
 
 @njit(cache=True, nogil=True)
 def look_up_all(depth: np.ndarray, to_cells: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Optical depths at world points (n, 3), (n,) float64."""
+    """Return optical depths at world points (n, 3), (n,) float64."""
     taken = np.empty(len(points))
     for p in range(len(points)):
         taken[p] = look_up(depth, to_cells, points[p, 0], points[p, 1], points[p, 2])

@@ -1,7 +1,4 @@
-"""Shading of the body: diffuse, red at the terminator, with a faint highlight.
-
-Density of roots on the body: skin between drawn strands has the colour of hair.
-"""
+"""Shading of the body: diffuse, red at the terminator, a faint highlight, and hair's colour between drawn strands."""
 
 import math
 from collections.abc import Sequence
@@ -35,12 +32,7 @@ LIFT = 1.5
 
 
 def shade_skin(surface: Surface, colours: np.ndarray, eye: np.ndarray, shadows: Sequence[Shade]) -> np.ndarray:
-    """Return the light from visible points of the body to the eye, linear, (n, 3) float64.
-
-    colours  of the points, linear, (n, 3)
-    eye      [m], (3,)
-    shadows  of every lamp
-    """
+    """Return the light from visible points of the body to the eye, for their linear colours, (n, 3) float64."""
     shed = AMBIENT * colours
     for shadow in shadows:
         between = shadow.between(surface.points + LIFT * shadow.cell * surface.normals)
@@ -123,6 +115,5 @@ def spacing(roots: np.ndarray) -> float:
 
 @njit(cache=True, nogil=True)
 def count(counts: np.ndarray, places: np.ndarray) -> None:
-    """Count the places (n, 3) in the cells, in place."""
     for p in range(len(places)):
         add(counts, places[p, 0], places[p, 1], places[p, 2], 1.0)

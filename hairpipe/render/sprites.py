@@ -1,10 +1,7 @@
-"""Billboards projected to a film or to the view of a lamp: rectangles along the hair that face it.
+"""Billboards projected to a film or to the view of a lamp: rectangles along the hair that face it, and their textures.
 
-After Bando, Chen, Nishita 2003, Sec. 5: where hair points at the eye, billboards are shorter and more opaque.
-
-Textures of billboards: streaks along the hair that a particle represents, faded at the ends and sides.
-
-A soft spot instead looks like smoke.
+After Bando, Chen, Nishita 2003, Sec. 5: where hair points at the eye, billboards are shorter and more opaque. Textures
+are streaks along the hair that a particle represents, faded at the ends and sides: a soft spot looks like smoke.
 """
 
 from functools import cache
@@ -22,22 +19,14 @@ LEAST = 0.15
 
 
 class Sprites(NamedTuple):
-    """Billboards on a film.
+    """Billboards on a film."""
 
-    places   column [pixels], row [pixels] and depth of their middles, (N, 3) float64
-    axes     directions of the hair on the film, unit vectors, (N, 2)
-    halves   half of length and width [pixels], (N, 2)
-    rises    depth of the end towards the tip minus that of the middle, (N,)
-    opacity  opacity of a streak, more than 1 where hair points along the ray, (N,)
-    kinds    texture of each billboard, (N,) int64
-    """
-
-    places: np.ndarray
-    axes: np.ndarray
-    halves: np.ndarray
-    rises: np.ndarray
-    opacity: np.ndarray
-    kinds: np.ndarray
+    places: np.ndarray  # column [pixels], row [pixels] and depth of their middles, (N, 3) float64
+    axes: np.ndarray  # directions of the hair on the film, unit vectors, (N, 2)
+    halves: np.ndarray  # half of length and width [pixels], (N, 2)
+    rises: np.ndarray  # depth of the end towards the tip minus that of the middle, (N,)
+    opacity: np.ndarray  # of a streak, more than 1 where hair points along the ray, (N,)
+    kinds: np.ndarray  # texture of each billboard, (N,) int64
 
 
 def lay_sprites(

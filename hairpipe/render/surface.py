@@ -1,7 +1,4 @@
-"""Visible points of the body.
-
-Visible triangle at every pixel.
-"""
+"""Visible points of the body: the closest triangle at every pixel."""
 
 import math
 from dataclasses import dataclass
@@ -64,45 +61,30 @@ def weights(a: Place, b: Place, c: Place, area: float, x: float, y: float) -> tu
 
 @njit(cache=True, nogil=True, inline="always")
 def first_centre(x: float, size: int) -> int:
-    """Index of the first pixel whose centre is not before x, held within 0..size, for x of any magnitude."""
+    """Return the index of the first pixel whose centre is not before x, held within 0..size, for x of any magnitude."""
     return math.ceil(min(max(x, 0.0), size + 0.5) - 0.5)
 
 
 @dataclass(frozen=True)
 class Surface:
-    """Visible points of the body, one for every pixel of it.
+    """Visible points of the body, one for every pixel of it."""
 
-    rows     of the pixels, (n,) int64
-    columns  of the pixels, (n,) int64
-    points   seen [m], (n, 3) float64
-    normals  there, interpolated between the vertices and turned to the eye, unit vectors, (n, 3) float64
-    depth    of every pixel of the film along the view axis [m], infinite where no body is seen, (height, width)
-    """
-
-    rows: np.ndarray
-    columns: np.ndarray
-    points: np.ndarray
-    normals: np.ndarray
-    depth: np.ndarray
+    rows: np.ndarray  # of the pixels, (n,) int64
+    columns: np.ndarray  # of the pixels, (n,) int64
+    points: np.ndarray  # seen [m], (n, 3) float64
+    normals: np.ndarray  # there, interpolated between the vertices and turned to the eye, unit vectors, (n, 3)
+    depth: np.ndarray  # of every pixel of the film along the view axis [m], infinite without body, (height, width)
 
 
 class Sight(NamedTuple):
-    """Visible triangle of a body at every pixel.
+    """Visible triangle of a body at every pixel."""
 
-    rows       of the pixels with a triangle, (n,) int64
-    columns    of these, (n,) int64
-    depth      of every pixel of the film along the view axis [m], infinite where no body is seen, (height, width)
-    seen       triangle, (height, width) int32
-    places     of the vertices on the film, as `Camera.project` gives them, (v, 3)
-    closeness  of the vertices, 0 where they are behind the eye, (v,)
-    """
-
-    rows: np.ndarray
-    columns: np.ndarray
-    depth: np.ndarray
-    seen: np.ndarray
-    places: np.ndarray
-    closeness: np.ndarray
+    rows: np.ndarray  # of the pixels with a triangle, (n,) int64
+    columns: np.ndarray  # of these, (n,) int64
+    depth: np.ndarray  # of every pixel of the film along the view axis [m], infinite without body, (height, width)
+    seen: np.ndarray  # triangle, (height, width) int32
+    places: np.ndarray  # of the vertices on the film, as `Camera.project` gives them, (v, 3)
+    closeness: np.ndarray  # of the vertices, 0 where they are behind the eye, (v,)
 
 
 def look_at_body(body: Mesh, camera: Camera) -> Sight:
