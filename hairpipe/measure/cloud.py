@@ -15,32 +15,20 @@ CROSSED = 0.01
 """Distance beyond the end of the other half from which a particle is on the wrong side [m]."""
 COLUMNS = (
     "frames reached",
-    "nearest particle, of rest [%]",
-    "stretch [%]",
-    "links out of reach [%]",
-    "final links out of reach [%]",
-    "final stretch [%]",
-    "final speed [mm/s]",
+    "nearest particle, of rest [%]",  # 1 % quantile of the distance to another one, over that at rest: less is clumped
+    "stretch [%]",  # 99 % quantile of the distance to the next particle on the same hair over that at rest
+    *("links out of reach [%]", "final links out of reach [%]"),  # longer than twice their reach: of zero strength
+    *("final stretch [%]", "final speed [mm/s]"),  # root mean square
 )
 SPLIT = (
-    "initial gap [mm]",
-    "largest gap [mm]",
-    "final gap [mm]",
-    "released links [%]",
-    "final released links [%]",
-    "particles on the wrong side [%]",
+    *("initial gap [mm]", "largest gap [mm]", "final gap [mm]"),  # each side without the 5 % nearest to the other
+    *("released links [%]", "final released links [%]"),  # links across that are out of reach, at the largest gap
+    "particles on the wrong side [%]",  # more than 10 mm beyond the end of the other side, in the last frame
 )
 
 
 def cloud_table(cloud: Mapping[int, Cloud], particles: Particles) -> Table:
-    """Return one row, of the worst frame by default.
-
-    cloud             particles at the frames that were reached
-    nearest particle  1 % quantile of the distance to the nearest other particle, over that at rest: less is clumped
-    stretch           99 % quantile, of the distance to the next particle on the same hair over that at rest
-    links             share longer than twice their reach, which have zero strength
-    speed             root mean square
-    """
+    """Return one row, of the worst of the frames that were reached by default."""
     order = np.lexsort((particles.arcs, particles.strands))
     same = particles.strands[order[1:]] == particles.strands[order[:-1]]
     near, far = order[:-1][same], order[1:][same]
@@ -62,10 +50,6 @@ def split_table(cloud: Mapping[int, Cloud], particles: Particles) -> Table:
     """Return one row, of the particles in the outer half of the length of their hair.
 
     They are split at the widest gap along x at any frame, in the middle half of the hair.
-
-    gap         between the sides: each without the 5 % nearest to the other
-    released    links across that are out of reach, at the largest gap
-    wrong side  particles more than 10 mm beyond the end of the other side, in the last frame
     """
     hair, ends = particles.hair, particles.links
     low = particles.arcs > 0.5 * strand_lengths(hair.points, hair.offsets)[particles.strands]

@@ -25,7 +25,7 @@ _ENOUGH = 0.5  # of the clearance; distances are not exact
 _FARTHEST = 2.0  # length of the traced path, over the sum of depth and clearance
 
 
-def is_pinched(points: np.ndarray, inside: np.ndarray, bodies: Sequence[Collider]) -> np.ndarray:
+def is_pinched(points: np.ndarray, depth: np.ndarray, bodies: Sequence[Collider]) -> np.ndarray:
     """Return the points inside bodies [m], (P, 3), without free space, as where two bodies overlap, (P,).
 
     A path out is traced along the normals, out of every body that it enters, up to twice the sum of depth and
@@ -34,7 +34,7 @@ def is_pinched(points: np.ndarray, inside: np.ndarray, bodies: Sequence[Collider
     """
     places = points.copy()
     pinched = np.ones(len(points), bool)
-    reach = _FARTHEST * (inside + ROOM)
+    reach = _FARTHEST * (depth + ROOM)
     for _ in range(_STEPS):
         probe = probe_union(bodies, places, 2.0 * ROOM)
         near = np.linalg.norm(places - points, axis=1) <= reach
@@ -46,17 +46,10 @@ def is_pinched(points: np.ndarray, inside: np.ndarray, bodies: Sequence[Collider
 
 
 COLUMNS = (
-    "time [s]",
-    "deepest [mm]",
-    "99 % quantile [mm]",
-    "points inside",
-    "points",
-    "still inside [mm]",
-    "points still inside",
-    "pinched [mm]",
-    "points pinched",
-    "fastest point [m/s]",
-    "segment stretch [%]",
+    *("time [s]", "deepest [mm]", "99 % quantile [mm]", "points inside", "points"),  # deepest: 0 without points inside
+    *("still inside [mm]", "points still inside"),  # strands inside since the first frame; excluded elsewhere
+    *("pinched [mm]", "points pinched"),  # points between bodies without free space; excluded elsewhere
+    *("fastest point [m/s]", "segment stretch [%]"),  # the largest, over the length in the first frame
 )
 
 
@@ -66,14 +59,9 @@ def measure_contacts(
     parts: Sequence[Mapping[int, BodyParts]],
     fps: float,
 ) -> Table:
-    """Return a row for every frame, over all points but the roots, which the body holds; time zero is the first frame.
+    """Return a row for every frame, over all points but the roots; time zero is the first frame.
 
     surfaces, parts  level sets of the bodies; the depth of a point is the largest in any body
-    deepest          largest depth, 0 where all points are outside
-    99 % quantile    of the depth of points
-    still inside     strands that began inside and have not been outside as a whole since; excluded elsewhere
-    pinched          points between bodies without free space (`pinching.py`); excluded elsewhere
-    segment stretch  largest stretch, over the length in the first frame
     """
     frames = list(hair)
     rest = segment_lengths(hair[frames[0]].points, hair[frames[0]].offsets)
@@ -126,17 +114,14 @@ LEVELS = np.linspace(0.5, 1.0, 9)
 """Shares of the length at which strands are sampled, in the outer half."""
 
 CROSSING_COLUMNS = ("time [s]", "crossed pairs [%]", "crossed hairs [%]")
+"""A pair, a hair of each lock, is crossed in the opposite order of its roots along the line from the mean root of the
+first lock to that of the second, at a share of length in the outer half; a hair is crossed in most of its pairs."""
 
 
 def measure_crossing(hair: Mapping[int, Strands], count: int, fps: float) -> Table:
-    """Return a row for every frame, of two locks; time zero is the first.
+    """Return a row for every frame, of two locks; time zero is the first. BadInput where one has no strands.
 
     count  of strands in the first lock, which come first
-
-    crossed pairs  of one hair of each lock, in the opposite order of their roots along the line from the mean root of
-                   the first lock to that of the second, at the same share of length, in the outer half
-    crossed hairs  hairs crossed in more than half of their pairs, over all these shares
-    Raise BadInput where one lock has no strands.
     """
     frames = list(hair)
     total = len(hair[frames[0]].offsets) - 1
@@ -166,12 +151,12 @@ def nearest(levels: np.ndarray) -> np.ndarray:
 
 
 PACKING_COLUMNS = (
-    "neighbours [m/s]",
-    "nearest strand [mm]",
-    "volume [l]",
-    "density 99 % [km/l]",
-    "overlap [1]",
-    "strand error [% of length]",
+    "neighbours [m/s]",  # relative speed of a point, roots excluded, and the nearest point of another strand
+    "nearest strand [mm]",  # mean distance at the same share of the length
+    "volume [l]",  # of cells with hair: length of hair over the density around it, summed up
+    "density 99 % [km/l]",  # length of hair per volume: the 99 % quantile, by length of hair
+    "overlap [1]",  # of the histograms of density, by length of hair, of hair and reference: 1 if equal
+    "strand error [% of length]",  # against the reference, see `deviation`
 )
 DENSEST = 0.99
 """Quantile of the density around hair."""
@@ -182,19 +167,11 @@ PER_OCTAVE = 2
 def packing_table(
     hair: Mapping[int, Strands], reference: Mapping[int, Strands], cell: float, near: float, skip: int
 ) -> Table:
-    """Return one row, means over the frames; of speeds and errors, root mean squares.
+    """Return one row, means over the frames but the first ones skipped; of speeds and errors, root mean squares.
 
-    cell  side of the cubes in which hair is counted [m]
-    near  distance up to which points of two strands are neighbours [m]
-    skip  frames at the beginning that are excluded
+    cell, near  side of the cubes in which hair is counted, distance up to which points are neighbours [m]
 
-    neighbours      relative speed of a point, roots excluded, and the nearest point of another strand
-    nearest strand  mean distance at the same share of the length, see `tuft`
-    volume          of cells with hair: length of hair over the density around it, summed up
-    density         length of hair per volume: the 99 % quantile, by length of hair
-    overlap         of the histograms of density, by length of hair, of hair and reference: 1 if equal
-    strand error    against the reference, see `deviation`
-    Raise BadInput where strands do not correspond, or no frames are left.
+    Raises BadInput where strands do not correspond, or no frames are left.
     """
     frames = list(hair)[skip:]
     if not frames:
@@ -235,7 +212,7 @@ def relative_speed(hair: Strands, near: float) -> float:
 
 
 def densities(hair: Strands, cell: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the density of hair [m/m^3] around samples along strands, as on the grid of `[hair.volume]`, and lengths."""
+    """Return the density of hair around samples along strands [m/m^3], as on the grid of a volume, and lengths [m]."""
     points = hair.points.astype(float)
     found = sample_strands(points, hair.offsets, reach_of(points, hair.offsets), cell)
     if found is None:

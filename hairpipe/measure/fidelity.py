@@ -12,15 +12,10 @@ from hairpipe.values.groom import segment_lengths, strand_lengths
 from hairpipe.values.table import table_of_rows
 
 COLUMNS = (
-    "tip error [% of length]",
-    "strand error [% of length]",
-    "tip error [mm]",
-    "strand error [mm]",
-    "largest error [mm]",
-    "energy error [% of m g L]",
-    "deepest [mm]",
-    "stretch [%]",
-    "failed",
+    *("tip error [% of length]", "strand error [% of length]", "tip error [mm]", "strand error [mm]"),
+    *("largest error [mm]", "energy error [% of m g L]"),  # kinetic and potential, the mean over strands; NaN at g = 0
+    *("deepest [mm]", "stretch [%]"),  # largest depth of a point inside bodies at a frame; NaN without bodies
+    "failed",  # kind and frame of the failure, or empty
 )
 
 
@@ -43,10 +38,7 @@ def fidelity_table(
     bound    largest stretch of a segment, over its length in the first frame, that is not a failure
     skip     frames at the beginning that are excluded, except for failures
 
-    energy   kinetic and potential, the mean over the strands, over m g L of the reference; NaN without gravity
-    deepest  largest depth of a point inside bodies at a frame; NaN without bodies
-    failed   kind and frame of the failure, or empty
-    BadInput where strands do not correspond, or no frames are left.
+    Raises BadInput where strands do not correspond, or no frames are left.
     """
     whose = None
     if grooms is not None:

@@ -14,18 +14,14 @@ from hairpipe.values.table import table_of_rows
 LASTED = 5
 """Fewest frames of a lasting connection."""
 COLUMNS = (
-    "time [s]",
-    "connections per segment",
-    f"connections of {LASTED} or more frames [%]",
-    "simulated [%]",
-    "released, of simulated [%]",
+    *("time [s]", "connections per segment", f"connections of {LASTED} or more frames [%]", "simulated [%]"),
+    "released, of simulated [%]",  # former followers, neither back in a lock nor guides of others
     "largest lock",
-    "guide disagreement [mm]",
-    "audited strands",
-    "audit error [mm]",
-    "audit error bound [mm]",
-    "error [mm]",
-    "error [% of length]",
+    "guide disagreement [mm]",  # estimated rms error of points of followers from the guides; 0 without followers
+    "audited strands",  # whose audit ended at this frame (`shot/locks.py`)
+    "audit error [mm]",  # rms distance of their points from the places that their guides predict; NaN without audits
+    "audit error bound [mm]",  # of all followers, confidence of 90 %, independent locks; NaN for fewer than two
+    *("error [mm]", "error [% of length]"),  # rms distance of all points from the truth, NaN without truth
 )
 
 
@@ -36,17 +32,7 @@ def measure_locks(
     truth: Mapping[int, Strands] | None,
     fps: float,
 ) -> Table:
-    """Return a row for every frame; time zero is the first frame.
-
-    released            former followers that have neither returned to a lock nor become guides of others
-    guide disagreement  estimated error of followers from the guides: the rms over their points, 0 without followers
-    audited strands     strands whose audit ended at this frame (`shot/locks.py`)
-    audit error         rms distance of their points from the places that their guides predict; NaN without audits
-    audit error bound   of all followers, with a confidence of 90 %, for independent locks; NaN for fewer than two
-    error               rms distance of all points from the truth, NaN without truth
-
-    Raises BadInput where the truth is of other strands.
-    """
+    """Return a row for every frame; time zero is the first frame. BadInput where the truth is of other strands."""
     frames = list(hair)
     rows = []
     segments = np.diff(groom.points, axis=0)

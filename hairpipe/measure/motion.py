@@ -18,25 +18,15 @@ from hairpipe.values.hair import HairState
 from hairpipe.values.table import table_of_columns, table_of_rows
 
 COLUMNS = (
-    "time [s]",
-    "rms speed [mm/s]",
-    "fastest [mm/s]",
-    "longest stretch [%]",
-    "mean height [mm]",
-    "moved [mm]",
-    "moved farthest [mm]",
+    *("time [s]", "rms speed [mm/s]", "fastest [mm/s]"),
+    "longest stretch [%]",  # of a whole strand, over its length at the first frame
+    "mean height [mm]",  # along Y
+    *("moved [mm]", "moved farthest [mm]"),  # rms and largest displacement since the previous frame; 0 at a cut
 )
 
 
 def measure_speeds(hair: Mapping[int, Strands], fps: float, cuts: Sequence[int] = ()) -> Table:
-    """Return a row for every frame, over all points but the roots, which are prescribed; time zero is the first frame.
-
-    rms speed, fastest  of the points
-    longest stretch     largest stretch of a whole strand, over its length at the first frame
-    mean height         along Y
-    moved               rms displacement since the previous frame; 0 at a cut of the shot
-    moved farthest      largest displacement since the previous frame, likewise
-    """
+    """Return a row for every frame, over all points but the roots, which are prescribed; time zero is the first."""
     frames = list(hair)
     first = previous = hair[frames[0]]
     roots = first.offsets[:-1]
@@ -152,7 +142,11 @@ def rms(vectors: np.ndarray) -> np.ndarray:
     return np.sqrt(np.mean(np.sum(vectors**2, axis=2), axis=1))
 
 
-LAG_COLUMNS = ("lag [frames]", "correlation [1]", "swing [degrees]", "swing of the roots [degrees]")
+LAG_COLUMNS = (
+    *("lag [frames]", "correlation [1]"),  # delay of the largest correlation of the swing with that of the roots
+    *("swing [degrees]", "swing of the roots [degrees]"),  # peak to peak, of the lower quarters, in least squares
+)
+"""Rotations are those since the first frame, about the vertical through the middle of the roots."""
 LOWER = 0.75
 """Share of the points of a strand after which the lower quarter begins."""
 FINE = 10
@@ -162,14 +156,7 @@ LONGEST = 0.25
 
 
 def swing_table(hair: Mapping[int, Strands]) -> Table:
-    """Return one row.
-
-    swing  peak-to-peak rotation of the lower quarters of all strands since the first frame, about the vertical
-           through the middle of the roots, in least squares
-    lag    delay of the largest correlation of this angle with that of the roots
-
-    BadInput where roots do not turn.
-    """
+    """Return one row; BadInput where roots do not turn."""
     low, roots = [], []
     for frame in hair:
         ends = hair[frame].offsets
@@ -248,20 +235,14 @@ def spread(values: np.ndarray, inner: np.ndarray, root: float | None = None) -> 
 
 
 IMPULSE_COLUMNS = (
-    "time [s]",
-    "impulse x [N s]",
-    "impulse y [N s]",
-    "impulse z [N s]",
-    "mean force [N]",
-    "largest force on a strand [N]",
+    *("time [s]", "impulse x [N s]", "impulse y [N s]", "impulse z [N s]"),
+    "mean force [N]",  # magnitude of the impulse over the duration of a frame
+    "largest force on a strand [N]",  # the same of the strand with the largest impulse
 )
 
 
 def measure_impulses(groom: Groom, states: Mapping[int, HairState], group: str | None, fps: float) -> Table:
     """Return a row a frame: the impulse of goals in the solves of its steps, before contact; zero without goals.
-
-    mean force                 magnitude of the impulse over the duration of a frame
-    largest force on a strand  the same of the strand with the largest impulse
 
     Raises BadInput for a group that the groom does not have.
     """
