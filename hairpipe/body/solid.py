@@ -46,6 +46,7 @@ def feature_normals(mesh: Mesh) -> np.ndarray:
 
 @njit(cache=True)
 def feature_at(weights: Vector) -> int:
+    """Return the feature of a triangle that has a place with given barycentrics."""
     for k in range(3):
         if weights[k] == 1.0:  # Exact: `closest_on_triangle` writes 0 and 1, not results of arithmetic.
             return VERTICES + k

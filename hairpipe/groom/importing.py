@@ -268,6 +268,7 @@ def spread_along(
 
 
 def choose_strands(total: int, wanted: int | None) -> np.ndarray:
+    """Return which of total strands to keep, evenly spread, (S,) int32."""
     kept = total if wanted is None else min(wanted, total)
     return (np.arange(kept, dtype=np.int64) * total // max(kept, 1)).astype(np.int32)
 

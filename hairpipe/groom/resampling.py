@@ -63,6 +63,7 @@ def stride_on(curve: np.ndarray, chord: float, points: np.ndarray) -> None:
 
 @njit(cache=True)
 def arc_length(curve: np.ndarray) -> float:
+    """Return the length of a polyline [m]."""
     total = 0.0
     for k in range(1, len(curve)):
         total += length(minus(row(curve, k), row(curve, k - 1)))
@@ -107,6 +108,7 @@ def smooth(points: np.ndarray) -> np.ndarray:
 
 @njit(cache=True)
 def catmull_rom(a: Vector, b: Vector, c: Vector, d: Vector, t: float) -> Vector:
+    """Return the uniform Catmull-Rom curve at t, from b at 0 to c at 1."""
     wa = -0.5 * t * (1.0 - t) ** 2
     wd = -0.5 * t * t * (1.0 - t)
     wb = 1.0 - 2.5 * t * t + 1.5 * t**3

@@ -174,6 +174,7 @@ def rounded_density(density: Density, largest: float) -> Density:
 
 
 def rounded(values: np.ndarray, step: float) -> np.ndarray:
+    """Return values rounded to multiples of a step, which is a power of two; 0 stays 0."""
     return step * np.floor(values / step + SHIFT)
 
 

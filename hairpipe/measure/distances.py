@@ -74,6 +74,7 @@ def log_spectrum(speeds: np.ndarray, fps: float) -> np.ndarray:
 
 
 def tip_speeds(hair: Strands) -> np.ndarray:
+    """Return the speed of every tip [m/s], (S,)."""
     return np.linalg.norm(hair.velocities[hair.offsets[1:] - 1].astype(float), axis=1)
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 from signal import SIGKILL, Signals
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numba
 import numpy as np
@@ -27,6 +27,9 @@ from hairpipe.render.portrait import NOBODY, SCALP, check, drawn_width, relative
 from hairpipe.render.skin import CLAY, IRRADIANCE, hair_share
 from hairpipe.values import Mesh, Strands
 from hairpipe.values.groom import tapers
+
+if TYPE_CHECKING:  # Keys include all imports: they depend on that program, and on the version of bpy.
+    from hairpipe.render import cycles_program  # noqa: F401
 
 BOOT = (
     "from hairpipe.child import die_with_parent; die_with_parent();"  # importing Blender takes seconds

@@ -93,7 +93,7 @@ def test_a_lock_that_absorbs_nothing_is_not_seen_in_a_furnace(monkeypatch, tmp_p
     for name, stand_in in (("studio", lambda axes: []), ("EDGE", np.ones(3)), ("develop", lambda film, grain: film)):
         monkeypatch.setattr(scene, name, stand_in)
     # Strands of white hair vary, and absorb a little.
-    monkeypatch.setattr(scene, "absorptions", lambda colour, offsets: np.zeros((offsets[-1], 3)))
+    monkeypatch.setattr(scene, "absorption_of", np.zeros_like)
     monkeypatch.setattr(scene, "backdrop", lambda height, width: np.ones((height, width, 3)))
     roots = np.random.default_rng(1).uniform(-0.02, 0.02, (2000, 1, 3))
     lock = make_strands(roots + np.linspace(0.0, 0.2, 9)[:, None] * [0.0, -1.0, 0.0])
