@@ -11,8 +11,7 @@ from hairpipe.engine.plan.resolve import Resolver
 from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
 from hairpipe.geometry.triangles import Sites, site_points
-from hairpipe.groom.painting import Canvas, Paint, Painted, sample_image, sample_picture
-from hairpipe.groom.tiles import list_tiles
+from hairpipe.groom.painting import Canvas, Paint, Painted, list_tiles, sample_image, sample_picture
 from hairpipe.values import Mesh
 
 

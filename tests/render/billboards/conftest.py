@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from hairpipe.render.sprites import Levels, Sprites, lay_sprites
+from hairpipe.render.cloud import Levels, Sprites, lay_sprites
 
 
 @pytest.fixture(scope="session")

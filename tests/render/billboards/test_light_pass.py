@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.render.cloud import DARK, transmittances
-from hairpipe.render.sprites import Sprites
+from hairpipe.render.cloud import DARK, Sprites, transmittances
 
 OPEN, NOBODY = np.full((64, 64), np.inf), np.zeros((0, 3))
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hairpipe.render.sprites import KINDS, streak_levels
+from hairpipe.render.cloud import KINDS, streak_levels
 
 
 def test_coarser_levels_cover_as_much_and_are_as_bright() -> None:

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.render.cloud import FADE, SUNK, paint
-from hairpipe.render.sprites import Sprites
+from hairpipe.render.cloud import FADE, SUNK, Sprites, paint
 
 FAR = np.full((64, 64), np.inf)
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from hairpipe.body.bust import build_bust
-from hairpipe.body.groups import group_bones, group_weights
+from hairpipe.levelset.bake_parts import group_bones, group_weights
 from hairpipe.values import Body, Mesh, Skeleton
 
 
