@@ -27,7 +27,7 @@ BUDGETS = {
     "app": ("Python interface, command line, page, tuning, wedges, farms", 9005),
 }
 """What a room is about, and its most lines of Python. A budget may only fall: a new feature replaces older code."""
-MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 65_155, 377, 34, 128
+MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 65_155, 372, 33, 127
 """Most lines and files of all rooms, files with one importer, and files that `simulate_hair` imports."""
 REGISTERS = (
     *("hairpipe.nodes.", "hairpipe.app.cli.", "hairpipe.strands.registry", "hairpipe.shot.build"),
