@@ -79,13 +79,7 @@ class Piece(NamedTuple):
 
 
 def read_alembic(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
-    """Return the strands of the curves of a file at its first sample.
-
-    unit  unit of the file's coordinates, which the file does not state [m]
-    up    axis of the file
-    Raises BadInput where the library is missing, the file is damaged, or it has no curves, or closed ones; warns of
-    parameters and samples that are not read.
-    """
+    """Return the strands of the curves of a file at its first sample; BadInput without any, and for closed ones."""
     checked_size(path, "an Alembic file")
     library = import_alembic(path)
     try:
@@ -168,10 +162,7 @@ def joined(found: list[np.ndarray | None], pieces: list[Piece], blank: float, al
 
 
 def pieces_of(library: Any, item: Any, matrix: np.ndarray, path: Path) -> Iterator[Piece]:
-    """Yield the curves of an object and of all below it.
-
-    matrix  from the object to the world, for row vectors, (4, 4)
-    """
+    """Yield the curves of an object and of all below it; the matrix (4, 4) places row vectors in the world."""
     geometry = library.AbcGeom
     for index in range(item.getNumChildren()):
         child = item.getChild(index)
@@ -188,7 +179,6 @@ def pieces_of(library: Any, item: Any, matrix: np.ndarray, path: Path) -> Iterat
 
 
 def piece_of(library: Any, name: str, schema: Any, matrix: np.ndarray, where: str) -> Piece:
-    """Read the curves of an object at the first sample."""
     if schema.getNumSamples() > 1:
         warnings.warn(f"{where}: the first of {schema.getNumSamples()} samples is read", stacklevel=3)
     value = schema.getValue()

@@ -55,11 +55,7 @@ TARGETS = {
 
 
 def write_alembic(path: Path, shot: GroomShot, name: str) -> None:
-    """Write hair and guides for a program, with samples at the true times of frames.
-
-    Raises BadInput where the library is missing or the file cannot be written, OSError where the disk has no space for
-    it, and what `GroomShot.at` raises.
-    """
+    """Write hair and guides for a program, with samples at the true times of frames."""
     library = import_alembic(path)
     target = TARGETS[name]
     if shutil.disk_usage(path.parent).free < size_of(shot):  # the library ends the process where the disk is full
@@ -105,7 +101,6 @@ def sampling_of(library: Any, seconds: np.ndarray, fps: float) -> Any:
 
 
 def state_version(library: Any, top: Any) -> None:
-    """State the version of the specification, and the tool, on the topmost object."""
     properties = top.getSchema().getUserProperties()
     for name, number in zip(("groom_version_major", "groom_version_minor"), VERSION, strict=True):
         library.Abc.OInt16Property(properties, name).setValue(number)
@@ -148,7 +143,6 @@ class Curves:
         return array("V3fArray", self.target.placed(vectors[self.rows]))
 
     def _author(self, shot: GroomShot, maps: dict[str, np.ndarray]) -> None:
-        """Write what does not move."""
         uniform = self.library.AbcGeom.GeometryScope.kUniformScope
         groom, strands = shot.groom, self.strands
         numbers = {"groom_id": groom.ids, "groom_guide": groom.guides, "groom_group_id": groom.groups}
@@ -180,12 +174,10 @@ class Curves:
 
 
 def vertex(library: Any) -> Any:
-    """Return the scope of values of points."""
     return library.AbcGeom.GeometryScope.kVertexScope
 
 
 def array(kind: str, values: np.ndarray) -> Any:
-    """Copy numbers into an array of the library."""
     import imath
 
     made = getattr(imath, kind)(len(values))
@@ -194,7 +186,6 @@ def array(kind: str, values: np.ndarray) -> Any:
 
 
 def texts(values: list[str]) -> Any:
-    """Copy texts into an array of the library."""
     import imath
 
     made = imath.StringArray(len(values))

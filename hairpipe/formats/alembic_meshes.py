@@ -211,7 +211,6 @@ class Piece:
 
 
 def below(item: Any) -> Iterator[Any]:
-    """Yield an object and all below it."""
     yield item
     for index in range(item.getNumChildren()):
         yield from below(item.getChild(index))

@@ -27,13 +27,7 @@ IN_BLENDER = "import sys; sys.path.insert(0, {folder!r}); import {program}; {pro
 
 
 def run_program(module: str, job: dict[str, Any], made: Sequence[Path], where: Path) -> None:
-    """Run the program of a module of this folder, with a job on its standard input.
-
-    made   files that it has to write; earlier ones are removed first
-    where  file that messages name
-
-    Raises BadInput where Blender is not installed, fails, or has not written a file.
-    """
+    """Run the program of a module of this folder with a job; BadInput where it fails, or has not `made` all files."""
     for path in made:
         path.unlink(missing_ok=True)
     given = json.dumps(job).encode()
@@ -63,10 +57,7 @@ PROGRAM = Path(__file__).with_name("blender_import_shot.py")
 
 
 def job_of(shot: Path, blend: Path | None = None, picture: Path | None = None) -> dict[str, Any]:
-    """Return what the program needs: paths, and purposes and looks of the prims of the shot.
-
-    Raises BadInput where the shot cannot be read.
-    """
+    """Return what the program needs: paths, and purposes and looks of the prims of the shot."""
     found: Drawn = work_apart(find_drawn, shot)
     absolute = (None if path is None else os.fspath(path.resolve()) for path in (blend, picture))
     saved, drawn = absolute

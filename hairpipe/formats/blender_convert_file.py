@@ -53,7 +53,6 @@ def exists(name: str) -> bool:
 
 
 def operator(name: str) -> Any:
-    """Return the operator of a name such as wm.obj_import."""
     group, _, verb = name.partition(".")
     return getattr(getattr(bpy.ops, group), verb)
 

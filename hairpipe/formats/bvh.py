@@ -59,7 +59,6 @@ class Hierarchy:
         self.open: list[int] = []  # the joints whose braces are open, or END_SITE
 
     def read(self) -> None:
-        """Read the whole section."""
         if self.word().upper() != "HIERARCHY":
             raise self.fault("the file does not begin with HIERARCHY", "a BVH file")
         for word in iter(self.word, ""):
@@ -70,7 +69,6 @@ class Hierarchy:
             raise self.fault("there is no joint", "ROOT and a name")
 
     def read_item(self, word: str) -> None:
-        """Read the item that begins with this word."""
         match word.upper():
             case "ROOT" | "JOINT":
                 self.begin_joint(word.upper())
@@ -89,7 +87,6 @@ class Hierarchy:
                 )
 
     def begin_joint(self, keyword: str) -> None:
-        """Read the name of a joint and its opening brace."""
         if (keyword == "ROOT") == bool(self.open):
             raise self.fault(f"a {keyword} stands in the wrong place", "ROOT outermost, JOINT within a joint")
         parent = self.open[-1] if self.open else -1
@@ -104,7 +101,6 @@ class Hierarchy:
         self.begin(len(self.joints) - 1)
 
     def begin(self, joint: int) -> None:
-        """Read the opening brace of a joint or an End Site."""
         if joint == END_SITE and (not self.open or self.open[-1] == END_SITE):
             raise self.fault("an End Site stands outside a joint", "End Site within a joint")
         if self.word() != "{":
@@ -112,13 +108,11 @@ class Hierarchy:
         self.open.append(joint)
 
     def end_block(self) -> None:
-        """Close the innermost brace."""
         joint = self.open.pop()
         if joint != END_SITE and self.joints[joint].offset is None:
             raise self.fault(f"joint {self.joints[joint].name!r} has no OFFSET", "OFFSET x y z")
 
     def read_offset(self) -> None:
-        """Read the offset of a joint or of its end."""
         numbers = [self.number() for _ in range(3)]
         if not self.open:
             raise self.fault("an OFFSET stands outside a joint", "OFFSET within a joint")
@@ -128,7 +122,6 @@ class Hierarchy:
             self.joints[self.open[-1]].offset = numbers
 
     def read_channels(self) -> None:
-        """Read the channels of a joint."""
         count = self.number()
         if not self.open or self.open[-1] == END_SITE or self.joints[self.open[-1]].channels:
             raise self.fault("CHANNELS stand in the wrong place", "once within a joint")
@@ -191,10 +184,7 @@ def _recall(path: Path, size: int, modified: int) -> Clip:
 
 
 def read_bvh(path: Path) -> Clip:
-    """Read a clip with any order of channels and any names of joints.
-
-    Raises BadInput, with the line, where the file cannot be read or does not follow the format.
-    """
+    """Read a clip with any order of channels and any names of joints; BadInput with the line."""
     lines = read_text(path).splitlines()
     motion = next((i for i, line in enumerate(lines) if line.strip().upper() == "MOTION"), None)
     if motion is None:
@@ -247,7 +237,6 @@ def _filled(lines: list[str], start: int) -> Iterator[tuple[int, str]]:
 
 
 def _read_values(path: Path, lines: list[str], first: int, frames: int, width: int) -> np.ndarray:
-    """The channel values (frames, width); a frame may be broken over several lines."""
     text = " ".join(lines[first:]).encode()
     is_blank = np.append(True, np.isin(np.frombuffer(text, np.uint8), np.frombuffer(BLANKS, np.uint8)))
     values = parse_numbers(text, np.count_nonzero(is_blank[:-1] & ~is_blank[1:]))

@@ -1,14 +1,10 @@
 """Content of a glTF 2.0 file: its JSON and the numbers of its accessors, which are read from mapped files on demand.
 
 We read glTF ourselves: of the libraries that are kept up, `pygltflib` leaves accessors as bytes, and `trimesh` reads
-neither skins nor animations. Source: glTF 2.0 Specification, Khronos Group 2021.
-
-Members of the JSON of a glTF file that are read, and the values that each may have.
+neither skins nor animations. Source: glTF 2.0 Specification, Khronos Group 2021, 5: Properties Reference.
 
 Readers of a checked JSON need no checks of their own: its indices exist, and its numbers are finite. Members that are
-null are left out, and all others that are not listed here are ignored.
-
-Source: glTF 2.0 Specification, Khronos Group 2021, 5: Properties Reference.
+null are left out, and all that are not listed here are ignored.
 """
 
 import base64
@@ -29,103 +25,76 @@ SHOWN = 40
 """Largest number of letters of a value in a message."""
 
 
-class Index(NamedTuple):
-    """Place in a list of the JSON."""
-
-    of: str
-
-
 class Numbers(NamedTuple):
     """List of numbers; of any length for None."""
 
     length: int | None = None
 
 
-class OneOf(NamedTuple):
-    """One of some values."""
+Rule = Any
+"""What a value of the JSON may be.
 
-    values: tuple[object, ...]
-
-
-class Each(NamedTuple):
-    """List whose items follow a rule."""
-
-    rule: "Rule"
-
-
-class AllMembers(NamedTuple):
-    """Object whose members follow a rule, whatever their names."""
-
-    rule: "Rule"
-
-
-class Members(NamedTuple):
-    """Object with members that it must have, and others that it may have."""
-
-    needed: dict[str, "Rule"]
-    others: dict[str, "Rule"]
-
-
-Rule = Index | Numbers | OneOf | Each | AllMembers | Members | type
-"""A type is str, int (a whole number of 0 or more) or object (anything)."""
-
-WHOLE = OneOf((5121, 5123, 5125))
-NUMBER = OneOf((5120, 5121, 5122, 5123, 5125, 5126))
-SHAPES = OneOf(("SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"))
-INDICES = Members({"bufferView": Index("bufferViews"), "componentType": WHOLE}, {"byteOffset": int})
-VALUES = Members({"bufferView": Index("bufferViews")}, {"byteOffset": int})
-SPARSE = Members({"count": int, "indices": INDICES, "values": VALUES}, {})
-PRIMITIVE = Members(
-    {"attributes": AllMembers(Index("accessors"))},
-    {"indices": Index("accessors"), "mode": OneOf(tuple(range(7))), "targets": Each(AllMembers(Index("accessors")))},
-)
-NODE = {
-    "mesh": Index("meshes"),
-    "skin": Index("skins"),
-    "children": Each(Index("nodes")),
-    "matrix": Numbers(16),
-    "translation": Numbers(3),
-    "rotation": Numbers(4),
-    "scale": Numbers(3),
-    "weights": Numbers(),
-}
-SAMPLER = Members(
-    {"input": Index("accessors"), "output": Index("accessors")},
-    {"interpolation": OneOf(("LINEAR", "STEP", "CUBICSPLINE"))},
-)
-CHANNEL = Members({"sampler": int, "target": Members({}, {"node": Index("nodes"), "path": str})}, {})
+    "nodes"          an index of the list of this name
+    [rule]           a list whose items follow a rule
+    {"*": rule}      an object whose members follow a rule, whatever their names
+    {"name!": rule}  an object that must have a member, or may, without the mark
+    (a, b)           one of some values
+    type             str, int (a whole number of 0 or more) or object (anything)
+"""
+VALUES = {"bufferView!": "bufferViews", "byteOffset": int}
+INDICES = {**VALUES, "componentType!": (5121, 5123, 5125)}
+ACCESSORS = {"*": "accessors"}
 LISTS: dict[str, Rule] = {
-    "accessors": Members(
-        {"componentType": NUMBER, "type": SHAPES, "count": int},
-        {"bufferView": Index("bufferViews"), "byteOffset": int, "sparse": SPARSE},
-    ),
-    "animations": Members({"samplers": Each(SAMPLER), "channels": Each(CHANNEL)}, {}),
-    "buffers": Members({}, {"uri": str}),
-    "bufferViews": Members({"buffer": Index("buffers")}, {"byteOffset": int, "byteStride": int}),
-    "meshes": Members({"primitives": Each(PRIMITIVE)}, {"weights": Numbers()}),
-    "nodes": Members({}, NODE),
-    "scenes": Members({}, {"nodes": Each(Index("nodes"))}),
-    "skins": Members({"joints": Each(Index("nodes"))}, {"inverseBindMatrices": Index("accessors")}),
+    "accessors": {
+        "componentType!": (5120, 5121, 5122, 5123, 5125, 5126),
+        "type!": ("SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"),
+        "count!": int,
+        "bufferView": "bufferViews",
+        "byteOffset": int,
+        "sparse": {"count!": int, "indices!": INDICES, "values!": VALUES},
+    },
+    "animations": {
+        "samplers!": [
+            {"input!": "accessors", "output!": "accessors", "interpolation": ("LINEAR", "STEP", "CUBICSPLINE")}
+        ],
+        "channels!": [{"sampler!": int, "target!": {"node": "nodes", "path": str}}],
+    },
+    "buffers": {"uri": str},
+    "bufferViews": {"buffer!": "buffers", "byteOffset": int, "byteStride": int},
+    "meshes": {
+        "primitives!": [
+            {"attributes!": ACCESSORS, "indices": "accessors", "mode": tuple(range(7)), "targets": [ACCESSORS]}
+        ],
+        "weights": Numbers(),
+    },
+    "nodes": {
+        "mesh": "meshes",
+        "skin": "skins",
+        "children": ["nodes"],
+        "matrix": Numbers(16),
+        "translation": Numbers(3),
+        "rotation": Numbers(4),
+        "scale": Numbers(3),
+        "weights": Numbers(),
+    },
+    "scenes": {"nodes": ["nodes"]},
+    "skins": {"joints!": ["nodes"], "inverseBindMatrices": "accessors"},
 }
 """Rule of the items of each list of the JSON."""
-ROOT = Members(
-    {"asset": Members({"version": object}, {})},
-    {"scene": Index("scenes"), "extensionsRequired": Each(str), **{name: Each(rule) for name, rule in LISTS.items()}},
-)
-
-
-def check(json: Any, path: Path) -> None:
-    """Check the JSON of a file; leave out members that are null, in place.
-
-    Raises BadInput, with the place in the JSON, for the first value that is not right.
-    """
-    Checker(json, path).check(json, ROOT, "")
+ROOT = {
+    "asset!": {"version!": object},
+    "scene": "scenes",
+    "extensionsRequired": [str],
+    **{name: [rule] for name, rule in LISTS.items()},
+}
 
 
 class Checker:
-    """Check of the JSON of a file.
+    """Check of the JSON of a file, which leaves out members that are null, in place.
 
     counts  lengths of its lists, by name
+
+    Raises BadInput, with the place in the JSON, for the first value that is not right.
     """
 
     def __init__(self, json: Any, path: Path) -> None:
@@ -133,53 +102,50 @@ class Checker:
         lists = json if isinstance(json, dict) else {}
         self.counts = {name: len(lists[name]) for name in LISTS if isinstance(lists.get(name), list)}
 
-    def check(self, value: Any, rule: Rule, place: str) -> None:
+    def check(self, value: Any, rule: Rule, place: str = "") -> None:
         """Check a value, and all in it."""
         match rule:
-            case Index(name):
+            case str(name):
                 count = self.counts.get(name, 0)
-                self.demand(is_whole(value) and value < count, value, place, f"one of the {count} {name}, from 0")
+                self.demand(_is_whole(value) and value < count, value, place, f"one of the {count} {name}, from 0")
             case Numbers(length):
-                is_list = isinstance(value, list) and length in (None, len(value)) and all(map(is_number, value))
+                is_list = isinstance(value, list) and length in (None, len(value)) and all(map(_is_number, value))
                 self.demand(is_list, value, place, f"{'' if length is None else f'{length} '}numbers")
-            case OneOf(values):
+            case tuple(values):
                 is_known = isinstance(value, str | int) and value in values
                 self.demand(is_known, value, place, f"one of {', '.join(map(str, values))}")
-            case Each(inner):
+            case [inner]:
                 self.demand(isinstance(value, list), value, place, "a list")
                 for number, item in enumerate(value):
                     self.check(item, inner, f"{place}[{number}]")
-            case AllMembers(inner):
+            case {"*": inner}:
                 self.demand(isinstance(value, dict), value, place, "an object")
                 for name, item in value.items():
                     self.check(item, inner, f"{place}.{name[:SHOWN]}")
-            case Members(needed, others):
+            case dict(members):
                 self.demand(isinstance(value, dict), value, place, "an object")
-                for name, inner in (needed | others).items():
-                    within = f"{place}.{name}".removeprefix(".")
+                for marked, inner in members.items():
+                    name = marked.removesuffix("!")
                     if value.get(name) is not None:
-                        self.check(value[name], inner, within)
-                    elif name in needed:
+                        self.check(value[name], inner, f"{place}.{name}".removeprefix("."))
+                    elif name != marked:
                         raise BadInput("the value is missing", where=f"{self.path}, {place or 'JSON'}", right=name)
                     else:
                         value.pop(name, None)
             case kind:
-                is_kind = is_whole(value) if kind is int else isinstance(value, kind)
+                is_kind = _is_whole(value) if kind is int else isinstance(value, kind)
                 self.demand(is_kind, value, place, "a whole number" if kind is int else "a text")
 
     def demand(self, is_right: bool, value: Any, place: str, right: str) -> None:
-        """Raise BadInput for a value that is not right."""
         if not is_right:
             raise BadInput(f"the value is {value!r:.{SHOWN}}", where=f"{self.path}, {place or 'JSON'}", right=right)
 
 
-def is_whole(value: Any) -> bool:
-    """Return whether a value is a whole number from 0 to MOST_WHOLE."""
+def _is_whole(value: Any) -> bool:
     return type(value) is int and 0 <= value <= MOST_WHOLE
 
 
-def is_number(value: Any) -> bool:
-    """Return whether a value is a number of a usable size."""
+def _is_number(value: Any) -> bool:
     return type(value) in (int, float) and abs(value) <= LARGEST
 
 
@@ -212,9 +178,8 @@ def named(path: Path, files: list[Path]) -> dict[str, Path]:
     return {os.path.relpath(file, path.parent): file for file in files} if len(files) > 1 else {"": path}
 
 
-def refuse_constant(name: str) -> None:
-    """Refuse NaN and Infinity, which JSON does not have."""
-    raise ValueError(name)
+def _refuse_constant(name: str) -> None:
+    raise ValueError(name)  # NaN and Infinity, which JSON does not have
 
 
 class Document:
@@ -240,10 +205,10 @@ class Document:
         if items > MOST_ITEMS:
             raise BadInput(f"its JSON has {items:,} items", where=path, right=f"at most {MOST_ITEMS:,}")
         try:
-            self.json = json.loads(text, parse_constant=refuse_constant)
+            self.json = json.loads(text, parse_constant=_refuse_constant)
         except (ValueError, RecursionError):
             raise BadInput("its JSON cannot be read", where=path, right=RIGHT) from None
-        check(self.json, path)
+        Checker(self.json, path).check(self.json, ROOT)
         version = str(self.json["asset"]["version"])
         if not version.startswith("2."):
             raise BadInput(f"the version of glTF is {version[:20]}", where=path, right="2.0")
@@ -256,17 +221,14 @@ class Document:
     def _chunk(self, data: np.ndarray, begin: int, kind: bytes) -> np.ndarray:
         length = int.from_bytes(bytes(data[begin : begin + 4]), "little")
         if bytes(data[begin + 4 : begin + 8]) != kind or begin + 8 + length > len(data):
-            raise BadInput(
-                f"there is no chunk {kind.decode().strip(chr(0))} at byte {begin}", where=self.path, right=RIGHT
-            )
+            what = f"there is no chunk {kind.decode().strip(chr(0))} at byte {begin}"
+            raise BadInput(what, where=self.path, right=RIGHT)
         return data[begin + 8 : begin + 8 + length]
 
     def get(self, name: str) -> list[Any]:
-        """Return a list of the JSON, empty where there is none."""
         return self.json.get(name, [])
 
     def files(self) -> list[Path]:
-        """Return the file and those of its buffers."""
         texts = [buffer.get("uri", "data:") for buffer in self.get("buffers")]
         return [self.path, *(self._file_of(text) for text in texts if not text.startswith("data:"))]
 

@@ -64,10 +64,7 @@ def slerp(first: np.ndarray, second: np.ndarray, share: float) -> np.ndarray:
 
 
 def find_take(clips: Sequence[Mapping[str, Any]]) -> list[int]:
-    """Return the indices of the animations that play together with the first: those that move nothing that it moves.
-
-    Programs write an animation for each object and for its shape keys; others move the same nodes in another way. Pure.
-    """
+    """Return the animations that play with the first, which move nothing that it moves: one for each object."""
     moved = set[tuple[Any, Any]]()
     found = list[int]()
     for number, clip in enumerate(clips):

@@ -46,7 +46,6 @@ class GroomShot:
         return {name: np.flatnonzero(mask) for name, mask in masks.items() if mask.any()}
 
     def first(self) -> Strands | None:
-        """Return the hair at the first frame; None: at rest."""
         return None if not self.hair else self.at(next(iter(self.hair)))
 
     def widths(self, hair: Strands | None) -> np.ndarray:

@@ -119,7 +119,6 @@ def checked_text(value: Any, name: str) -> str:
 
 
 def digest_tree(tree: Tree) -> str:
-    """Digest a tree."""
     state = blake2b(digest_size=DIGEST_BYTES, person=b"value")
     for path, leaf in leaves(tree, ()):
         array = leaf if isinstance(leaf, np.ndarray) else None
@@ -177,7 +176,6 @@ def write(tree: Tree, path: Path, *, hollow: bool = False) -> None:
 
 
 def write_entry(group: h5py.Group, name: str, tree: Tree, *, hollow: bool = False) -> None:
-    """Write a tree under a name."""
     if isinstance(tree, dict):
         inner = group.create_group(escape(name))
         for key, item in tree.items():
@@ -231,7 +229,6 @@ class Reader:
         self.seen = set[int]()
 
     def group(self, group: h5py.Group) -> dict[str, Tree]:
-        """Read a group; ValueError for a foreign object in it."""
         self.visit(group)
         tree: dict[str, Tree] = {}
         for name, value in group.attrs.items():
@@ -279,7 +276,6 @@ def escape(name: str) -> str:
 
 
 def unescape(name: str) -> str:
-    """Undo `escape`."""
     if name == "%":
         return ""
     for letter, spelled in reversed(ESCAPES.items()):
@@ -312,7 +308,6 @@ def build(kind: Any, tree: Tree) -> Any:
 
 @cache
 def field_types(kind: type) -> dict[str, Any]:
-    """Types of the fields of a dataclass or NamedTuple by name."""
     hints = get_type_hints(kind)
     names = [f.name for f in dataclasses.fields(kind)] if dataclasses.is_dataclass(kind) else kind._fields
     return {name: hints[name] for name in names}

@@ -52,7 +52,6 @@ def read_weights(path: Path, names: tuple[str, ...], vertices: int) -> tuple[np.
 
 
 def _weight_rows(path: Path, bone: str, rows: Any, vertices: int) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices and weights of one bone."""
     right = f"pairs [vertex 0 to {vertices - 1}, weight of 0 or more]"
     where = f"{path}, weights.{bone}"
     if not isinstance(rows, list) or not all(isinstance(row, list) and len(row) == 2 for row in rows):

@@ -113,7 +113,6 @@ class _Obj:
         return np.ascontiguousarray(letters).view(f"S{width}")[:, 0]
 
     def statements(self, keyword: str) -> np.ndarray:
-        """Return the statements of a keyword, (k,)."""
         return np.flatnonzero(self.keywords == keyword.encode())
 
     def words(self, statement: int) -> list[str]:
@@ -142,7 +141,6 @@ class _Obj:
         return table
 
     def bad_numbers(self, statement: int, least: int, most: int) -> BadInput | None:
-        """Return what is wrong with the numbers of a statement."""
         words = self.words(statement)[:most]
         if len(words) >= least and None not in map(parse_number, words):
             return None
@@ -184,7 +182,6 @@ class _Obj:
         return _Items(statements, sizes, *found)
 
     def bad_corner(self, statement: int, words: list[str]) -> BadInput | None:
-        """Return what is wrong with the corners of a statement."""
         for word in words:
             parts = word.split("/")
             if len(parts) > 3:
@@ -249,7 +246,6 @@ class _Obj:
             warnings.warn(f"{self.path}: {message}", stacklevel=4)
 
     def missing(self, group: str | None, groups: list[tuple[str, ...]]) -> BadInput:
-        """Return the fault of a file without faces, or without those of a group."""
         names = sorted({name for names in groups for name in names if name})
         if group is None or not names:
             return BadInput("there are no faces", where=self.path, right="an OBJ file with v and f lines")
@@ -267,5 +263,4 @@ class _Obj:
 
 
 def blanks(match: re.Match[bytes]) -> bytes:
-    """Return as many blanks as a match has letters."""
     return b" " * len(match[0])

@@ -96,7 +96,6 @@ class Reel(Image.Image):
         self._frame = frame
 
     def tell(self) -> int:
-        """Return the selected frame, counted from 0."""
         return self._frame
 
 
@@ -120,11 +119,7 @@ def read_image(path: Path) -> np.ndarray:
 
 
 def decode_image(path: Path) -> np.ndarray:
-    """Return an image as values 0..1, (height, width) float64, the top row first; of colours the luma, alpha ignored.
-
-    Values are those of the file over the largest possible one: paint is a number, not light, so that gamma is kept.
-    Raise BadInput where the file cannot be read, is not an image, is broken, or has more pixels than Pillow allows.
-    """
+    """Return values 0..1, over the largest of the file without gamma, since paint is not light; of colours the luma."""
     checked_size(path, FORMATS)
     try:
         with warnings.catch_warnings():

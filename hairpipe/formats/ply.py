@@ -1,23 +1,15 @@
-"""Elements of Stanford PLY files (.ply), as text or binary.
+"""Elements of Stanford PLY files (.ply), as text or binary, and meshes of them.
 
-ply
-format binary_little_endian 1.0
-element vertex 3
-property float x
-element face 1
-property list uchar int vertex_indices
-end_header
-
-Meshes of PLY files (.ply): vertices and polygons.
+We read PLY ourselves: counts of a damaged header are checked before memory is taken, and rows of one size are read at
+once.
 """
 
 import hashlib
 import re
 import struct
-from abc import ABC, abstractmethod
 from array import array
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -78,14 +70,16 @@ def read_ply(path: Path) -> dict[str, Columns]:
     """
     data = content(path, "a .ply file")
     order, elements, begin = read_header(data, path)
-    if order:
-        rows: Rows = BinaryRows(data[begin:], order, path)
-    elif len(data) <= MOST_BYTES:
-        rows = TextRows(data[begin:], path)
-    else:
+    if not order and len(data) > MOST_BYTES:
         right = f"a binary one, or text of at most {MOST_BYTES:,} bytes"
         raise BadInput(f"the file is too large: {len(data):,} bytes", where=path, right=right)
-    return {element.name: read_element(element, rows) for element in elements if element.properties}
+    rows = Rows(data[begin:], order, path)
+    columns = dict[str, Columns]()
+    for element in filter(lambda element: element.properties, elements):
+        if len({p.name for p in element.properties}) < len(element.properties):
+            raise BadInput(f"two properties of {element.name} have one name", where=path, right="different names")
+        columns[element.name] = rows.take(element)
+    return columns
 
 
 def read_header(data: bytes, path: Path) -> tuple[str, list[Element], int]:
@@ -117,57 +111,46 @@ def read_header(data: bytes, path: Path) -> tuple[str, list[Element], int]:
     raise BadInput("the header does not end", where=path, right="a line end_header")
 
 
-def read_element(element: Element, rows: "Rows") -> Columns:
-    """Return the properties of an element, whose rows are next."""
-    names = [p.name for p in element.properties]
-    if len(set(names)) < len(names):
-        raise BadInput(f"two properties of {element.name} have one name", where=rows.path, right="different names")
-    return rows.take(element)
-
-
-class Rows(ABC):
+class Rows:
     """Values of a file in units of bytes, or of numbers of a text, read one element after the other.
 
-    data  units, (n,) uint8 or float64
-    at    first unit that is not read yet
+    order  of the bytes, '' of text
+    data   units, (n,) uint8 or float64; buffer  the same for access one by one
+    at     first unit that is not read yet
     """
 
-    def __init__(self, data: np.ndarray, path: Path) -> None:
-        self.data, self.path, self.at = data, path, 0
+    def __init__(self, data: bytes, order: str, path: Path) -> None:
+        self.order, self.path, self.at = order, path, 0
+        self.data = np.frombuffer(data, np.uint8) if order else _numbers_in(data, path)
+        self.buffer: Any = data if order else self.data.data
 
-    @abstractmethod
     def size(self, kind: str) -> int:
         """Return the number of units of a value."""
+        return int(kind[1]) if self.order else 1
 
-    @abstractmethod
-    def decode(self, units: np.ndarray, kind: str) -> np.ndarray:
-        """Return the values that units hold."""
-
-    @abstractmethod
     def number(self, kind: str, at: int) -> float:
-        """Return the value at a unit."""
+        return struct.unpack_from(self.order + LETTERS[kind], self.buffer, at)[0] if self.order else self.buffer[at]
 
-    def check(self, element: Element, needed: int) -> None:
-        """Raise BadInput where an element needs more units than are left."""
-        if needed > len(self.data) - self.at:
-            left = len(self.data) - self.at
-            what = f"{element.rows} rows of {element.name} need {needed} values or bytes more, the file has {left}"
-            raise BadInput(what, where=self.path, right="a whole file")
+    def decode(self, units: np.ndarray, kind: str) -> np.ndarray:
+        if self.order:
+            whole = len(units) // self.size(kind) * self.size(kind)
+            return np.ascontiguousarray(units[:whole]).view(self.order + kind)
+        with np.errstate(invalid="ignore"):
+            return units.astype(kind)
 
     def take(self, element: Element) -> Columns:
         """Return the properties of an element, whose rows are next."""
         sizes = [self.size(p.length or p.kind) for p in element.properties]
-        self.check(element, element.rows * sum(sizes))
+        needed, left = element.rows * sum(sizes), len(self.data) - self.at
+        if needed > left:
+            what = f"{element.rows} rows of {element.name} need {needed} values or bytes more, the file has {left}"
+            raise BadInput(what, where=self.path, right="a whole file")
         lengths = self._lengths(element, sizes)
-        spans = np.concatenate(
-            [
-                np.stack([np.full(element.rows, size), count * self.size(p.kind)], axis=1)
-                if p.length
-                else np.full((element.rows, 1), size)
-                for p, size, count in zip(element.properties, sizes, lengths, strict=True)
-            ],
-            axis=1,
-        )
+        wide = list[np.ndarray]()
+        for p, size, count in zip(element.properties, sizes, lengths, strict=True):
+            wide.append(np.full(element.rows, size))
+            wide += [count * self.size(p.kind)] if p.length else []
+        spans = np.stack(wide, axis=1)
         ends = self.at + np.cumsum(spans).reshape(spans.shape)
         begin, self.at = self.at, int(ends[-1, -1]) if element.rows else self.at
         columns: Columns = {}
@@ -237,52 +220,14 @@ class Rows(ABC):
         return int(found)
 
 
-class BinaryRows(Rows):
-    """Values of a binary file, in bytes."""
-
-    def __init__(self, data: bytes, order: str, path: Path) -> None:
-        super().__init__(np.frombuffer(data, np.uint8), path)
-        self.order, self.bytes = order, data
-
-    def size(self, kind: str) -> int:
-        """Return the number of bytes of a value."""
-        return int(kind[1])
-
-    def number(self, kind: str, at: int) -> float:
-        """Return the value at a byte."""
-        return struct.unpack_from(self.order + LETTERS[kind], self.bytes, at)[0]
-
-    def decode(self, units: np.ndarray, kind: str) -> np.ndarray:
-        """Return the values that bytes hold."""
-        whole = len(units) // self.size(kind) * self.size(kind)
-        return np.ascontiguousarray(units[:whole]).view(self.order + kind)
-
-
-class TextRows(Rows):
-    """Numbers of a text file."""
-
-    def __init__(self, text: bytes, path: Path) -> None:
-        count = np.count_nonzero(np.diff(np.isin(np.frombuffer(text, np.uint8), BLANKS).view(np.int8), prepend=1) < 0)
-        found = parse_numbers(text, int(count))
-        if found is None:
-            bad = next((w for w in re.finditer(rb"\S+", text) if not _is_number(w[0])), None)
-            what = f"{bad[0][:20].decode('latin-1') if bad else 'a word'!r} is not a number"
-            raise BadInput(what, where=path, right="numbers")
-        super().__init__(found, path)
-        self.numbers = found.data
-
-    def size(self, kind: str) -> int:
-        """Return the number of numbers of a value."""
-        return 1
-
-    def number(self, kind: str, at: int) -> float:
-        """Return a number of the text."""
-        return self.numbers[at]
-
-    def decode(self, units: np.ndarray, kind: str) -> np.ndarray:
-        """Return the numbers as values of a type."""
-        with np.errstate(invalid="ignore"):
-            return units.astype(kind)
+def _numbers_in(text: bytes, path: Path) -> np.ndarray:
+    count = np.count_nonzero(np.diff(np.isin(np.frombuffer(text, np.uint8), BLANKS).view(np.int8), prepend=1) < 0)
+    found = parse_numbers(text, int(count))
+    if found is None:
+        bad = next((w for w in re.finditer(rb"\S+", text) if not _is_number(w[0])), None)
+        what = f"{bad[0][:20].decode('latin-1') if bad else 'a word'!r} is not a number"
+        raise BadInput(what, where=path, right="numbers")
+    return found
 
 
 def _is_number(word: bytes) -> bool:

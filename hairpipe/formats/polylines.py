@@ -56,12 +56,7 @@ READ = {"x", "y", "z", "thickness", *COLOURS}
 
 
 def read_obj_strands(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
-    """Return the lines of an OBJ file; lines that meet at their ends are one strand; objects or groups are groups.
-
-    unit  unit of the file's coordinates, which the file does not state [m]
-    up    axis of the file
-    Raises BadInput, with the line, where the file cannot be read, has no lines, or has lines that branch or close.
-    """
+    """Return the lines of an OBJ file; lines that meet at their ends are one strand; objects or groups are groups."""
     lines = read_lines(path)
     edges = np.stack([lines.corners[:-1], lines.corners[1:]], axis=1)
     edges = np.delete(edges, np.cumsum(lines.sizes)[:-1] - 1, axis=0)
@@ -77,10 +72,7 @@ def read_obj_strands(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
 
 
 def read_ply_strands(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
-    """Return the strands of a PLY file, by the number of segments of each (nsegs of strand) or by edges.
-
-    Arguments and errors are those of `read_obj_strands`; thickness is read as width.
-    """
+    """Return the strands of a PLY file by numbers of segments, nsegs, or by edges; thickness is read as width."""
     elements = read_ply(path)
     vertex = elements.get("vertex", {})
     points = np.stack([column(vertex, name, path, "vertex") for name in "xyz"], axis=1)
@@ -125,11 +117,7 @@ def whole(values: np.ndarray, path: Path, name: str) -> np.ndarray:
 
 
 def chains(edges: np.ndarray, count: int, path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Return the vertices of the polylines that edges (n, 2) form, in order, and the number of vertices of each.
-
-    A polyline begins at the end with the lower index; its place in the order is that of this index.
-    Raises BadInput for vertices that do not exist, and where polylines branch or are closed.
-    """
+    """Return the vertices of polylines of edges (n, 2), each from its end with the lower index, and their counts."""
     if not len(edges) or edges.min() < 0 or edges.max() >= count:
         what = f"an edge has the vertex {edges.max()}" if len(edges) else "no edges"
         raise BadInput(what, where=path, right=f"vertices 0 to {count - 1}")
@@ -168,13 +156,7 @@ NUMBERS = {".data": 3, ".bin": 7}
 
 
 def read_records(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
-    """Return the strands that have points.
-
-    unit  unit of the file's coordinates, which the file does not state [m]
-    up    axis of the file
-    Raises BadInput, with the byte, where a number of strands or points contradicts the size of the file; warns of
-    strands without points, and of directions and labels, which are not read.
-    """
+    """Return the strands that have points; BadInput, with the byte, where a number contradicts the size of the file."""
     words = np.frombuffer(whole_words(content(path, f"a {path.suffix} file")), "<i4")
     width = NUMBERS[path.suffix.lower()]
     strands = int(words[0])

@@ -43,12 +43,7 @@ UNREAD = {"coordinates of strands": 16, "coordinates of points": 20, "thickness"
 
 
 def read_tfx(path: Path, unit: float = 1.0, up: Literal["y", "z"] = "y") -> Curves:
-    """Return the strands, root first, Y up, numbered by their order.
-
-    unit  unit of the file's coordinates, which the file does not state [m]
-    up    axis of the file
-    Raise BadInput where the file cannot be read or its header contradicts its size; warn of arrays that are not read.
-    """
+    """Return the strands, root first, Y up, numbered by their order."""
     data = content(path, "a .tfx file")
     form, strands, count, start = read_header(data, path)
     table = np.frombuffer(data, "<f4", form.width * strands * count, start).reshape(-1, form.width)

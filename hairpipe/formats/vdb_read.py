@@ -59,29 +59,23 @@ class Cursor:
         self.size = os.fstat(file.fileno()).st_size
 
     def fail(self, what: str, right: str = "an OpenVDB file", kind: type[BadInput] = BadInput) -> BadInput:
-        """Return the error at the current place."""
         return kind(what, where=f"{self.path}, byte {self.file.tell()}", right=right)
 
     def bytes(self, count: int) -> bytes:
-        """Return the next bytes."""
         if count > self.size - self.file.tell():
             raise self.fail(f"the file ends where {count} bytes should follow")
         return self.file.read(count)
 
     def numbers(self, form: str) -> tuple:
-        """Return the next numbers, by a struct format."""
         return struct.unpack(f"<{form}", self.bytes(struct.calcsize(f"<{form}")))
 
     def number(self, form: str) -> int:
-        """Return the next number."""
         return self.numbers(form)[0]
 
     def text(self) -> str:
-        """Return the next text, preceded by its length."""
         return self.bytes(self.number("I")).decode("utf-8", errors="replace")
 
     def seek(self, place: int) -> None:
-        """Skip to a later place."""
         if not self.file.tell() <= place <= self.size:
             raise self.fail(f"the next grid should be at byte {place} of {self.size}")
         self.file.seek(place)
@@ -109,7 +103,6 @@ def box(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
 
 
 def read_grids(cursor: Cursor) -> list[Grid]:
-    """Return the grids of a file, from its first byte on."""
     return [read_grid(cursor) for _ in range(open_archive(cursor))]
 
 
@@ -137,7 +130,6 @@ def checked_count(cursor: Cursor, least: int) -> int:
 
 
 def read_grid(cursor: Cursor) -> Grid:
-    """Return the next grid, and go to its end."""
     name, _, _ = cursor.text(), cursor.text(), cursor.text()
     start, _, end = cursor.numbers("3q")
     cursor.seek(start)
@@ -223,11 +215,7 @@ def read_voxels(path: Path, name: str) -> Voxels:
 
 
 def read_here(path: Path, name: str) -> Voxels:
-    """Read the grid of a name; kinds of files that are not read here are read by OpenVDB, where it is installed.
-
-    OpenVDB's process has the limits of this one. Raises BadInput for a missing grid, for one of points or vectors, and
-    for a damaged or another file.
-    """
+    """Read the grid of a name; kinds of files that are not read here are read by OpenVDB, where it is installed."""
     checked_size(path, "a readable OpenVDB file")
     try:
         with path.open("rb") as file:
@@ -335,7 +323,6 @@ def _read_node(
 
 
 def _read_leaf(cursor: Cursor, coding: _Coding, origin: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Read indices and values of the active voxels of a leaf."""
     active = _bits(cursor.bytes(BRICK**3 // 8))
     values = _read_values(cursor, coding, active)
     places = np.flatnonzero(active)

@@ -88,10 +88,7 @@ def write(path: Path, grids: Sequence[Grid], frame: int, half: bool = False) -> 
 
 
 def add_grid(data: bytearray, kind: str, tree: Tree, facts: Mapping[str, Fact], half: bool) -> None:
-    """Append a grid to a file, in place.
-
-    facts  metadata, by name; among it is the name
-    """
+    """Append a grid to a file, in place; its name is among its metadata."""
     if half:
         most = float(np.abs(tree.values).max(initial=0.0))
         if most > np.finfo(np.float16).max:
@@ -179,7 +176,6 @@ def bits(flags: np.ndarray) -> np.ndarray:
 
 
 def text(value: str) -> bytes:
-    """Return a text preceded by its length."""
     return struct.pack("<I", len(value.encode())) + value.encode()
 
 

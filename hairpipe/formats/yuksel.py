@@ -43,12 +43,7 @@ class Header(NamedTuple):
 
 
 def read_hair(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
-    """Return the strands with thickness as width, and colours.
-
-    unit  unit of the file's coordinates and thickness, which the file does not state [m]
-    up    axis of the file
-    Raises BadInput where the header contradicts the size of the file; warns of transparency, which is not read.
-    """
+    """Return the strands with thickness as width, and colours."""
     data = content(path, "a .hair file")
     if len(data) < HEADER.size or data[:4] != b"HAIR":
         raise BadInput("the file does not begin with a header of HAIR", where=f"{path}, byte 0", right="a .hair file")

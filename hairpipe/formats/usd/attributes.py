@@ -79,11 +79,7 @@ def widths(curves: UsdGeom.Curves, counts: np.ndarray) -> list[np.ndarray]:
 
 
 def per_curve(curves: UsdGeom.Curves, name: str, values: np.ndarray, counts: np.ndarray) -> list[np.ndarray] | None:
-    """Return the values of each curve: one, one a point, or one at each end of a span (varying).
-
-    values  of all curves, (n,) or (n, k); None, and a warning, where n fits no interpolation
-    counts  of the points of each curve, (S,)
-    """
+    """Return the values of each curve: one, one a point, or one at each end of a span; None, with a warning."""
     varying = span_ends(curves, counts)
     layouts = {1: None, len(counts): np.ones(len(counts), int), counts.sum(): counts, varying.sum(): varying}
     if len(values) not in layouts:
@@ -188,7 +184,6 @@ def unused_primvars(curves: UsdGeom.Curves, used: Collection[str]) -> list[str]:
 
 
 def _other_primvars(curves: UsdGeom.Curves) -> list[UsdGeom.Primvar]:
-    """List the primvars of curves that have no meaning of their own."""
     return [p for p in UsdGeom.PrimvarsAPI(curves).GetPrimvarsWithValues() if p.GetPrimvarName() not in KNOWN]
 
 

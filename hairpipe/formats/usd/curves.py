@@ -142,10 +142,7 @@ def polyline(curves: UsdGeom.Curves, points: np.ndarray, where: str) -> tuple[np
 
 
 def _bspline(points: np.ndarray) -> np.ndarray:
-    """Return points on a uniform cubic B-spline that is pinned by mirroring its ends, p[-1] = 2 p[0] - p[1].
-
-    That of the same points without wrap pinned is the same curve without its first and its last span.
-    """
+    """Return points on a uniform cubic B-spline that is pinned by mirroring its ends, p[-1] = 2 p[0] - p[1]."""
     points = np.concatenate([[2 * points[0] - points[1]], points, [2 * points[-1] - points[-2]]])
     return _sample(BSPLINE, np.arange(len(points) - 3), points)
 
@@ -330,10 +327,7 @@ def _report(faults: dict[int, BadInput], total: int, where: str) -> None:
 
 
 def _at_points(values: np.ndarray, count: int) -> np.ndarray:
-    """Return values, (n, k), at `count` points, (count, k); unknown ones are interpolated.
-
-    All are NaN where none is known, or where their number does not match.
-    """
+    """Return values, (n, k), at `count` points, unknown ones interpolated; NaN if none is known, or n is another."""
     known = np.isfinite(values).all(axis=1)
     if len(values) != count or not known.any():
         return np.full((count, values.shape[1]), np.nan)

@@ -37,7 +37,6 @@ def find_drawn(path: Path) -> Drawn:
 
 
 def look_of(prim: Usd.Prim) -> dict[str, Any]:
-    """Return type, purpose, and name and inputs of the material of a prim."""
     look: dict[str, Any] = {"type": str(prim.GetTypeName()), "purpose": str(UsdGeom.Imageable(prim).ComputePurpose())}
     material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
     if material:

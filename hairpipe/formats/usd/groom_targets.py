@@ -16,7 +16,17 @@ from pxr import Sdf, Usd, UsdGeom, Vt
 from hairpipe import __version__
 from hairpipe.formats.groom_shot import GroomShot
 from hairpipe.formats.usd.attributes import GUIDED, KNOWN
-from hairpipe.formats.usd.shot import author_body, author_curves, extent, hold_body, integers, vectors
+from hairpipe.formats.usd.shot import (
+    author_body,
+    author_curves,
+    extent,
+    floats,
+    integers,
+    pairs,
+    primvar,
+    set_body,
+    vectors,
+)
 from hairpipe.formats.usd.stage import create_stage
 from hairpipe.values import Strands
 from hairpipe.values.groom import DIAMETERS, labels_of
@@ -81,7 +91,7 @@ def write_groom(path: Path, shot: GroomShot, name: Name) -> None:
         mesh = replace(shot.scalp.mesh, points=turned(shot.scalp.mesh.points, target) / target.metres, velocities=None)
         prim = UsdGeom.Mesh.Define(stage, "/groom/scalp")
         author_body(prim, mesh)
-        hold_body(prim, mesh)
+        set_body(prim, mesh)
         for rest in target.rest:
             primvar(prim, rest, TYPES.Point3fArray, TOKENS.vertex, vectors(mesh.points))
     stage.Save()
@@ -125,7 +135,7 @@ def author(
     if groom.groups is not None and groom.group_names:
         names = labels_of(groom.groups, groom.group_names)[strands].tolist()
         primvar(prim, "groom_group_name", TYPES.StringArray, TOKENS.uniform, Vt.StringArray(names))
-    uv = Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(groom.root_uv[strands], np.float32))
+    uv = pairs(groom.root_uv[strands])
     primvar(prim, target.uv, TYPES.Float2Array if target.uv != "st" else TYPES.TexCoord2fArray, TOKENS.uniform, uv)
     if groom.colours is not None:
         primvar(prim, target.colours, target.colour, TOKENS.vertex, vectors(groom.colours[rows]))
@@ -156,16 +166,6 @@ def sample(
     prim.GetExtentAttr().Set(extent(placed, max(own, default=0.0) / 2), frame)
 
 
-def floats(values: np.ndarray) -> Vt.FloatArray:
-    """Return numbers, (n,), in single precision."""
-    return Vt.FloatArray.FromNumpy(np.ascontiguousarray(values, np.float32))
-
-
 def turned(vectors_: np.ndarray, target: Target) -> np.ndarray:
     """Return vectors (n, 3) with the vertical axis of a program; pure."""
     return vectors_ @ Y_UP_TO_Z_UP.T if target.up == TOKENS.z else vectors_.astype(np.float64)
-
-
-def primvar(prim: UsdGeom.Gprim, name: str, kind: Sdf.ValueTypeName, interpolation: str, value: object) -> None:
-    """Author a primvar."""
-    UsdGeom.PrimvarsAPI(prim).CreatePrimvar(name, kind, interpolation).Set(value)

@@ -141,10 +141,7 @@ def _solid_faces(prim: UsdGeom.Mesh, count: int) -> np.ndarray:
 
 
 def _read_uv(prim: UsdGeom.Mesh, vertices: np.ndarray, n: int) -> np.ndarray | None:
-    """Return the texture coordinates `st` of the face corners, (c, 2) float32; None without.
-
-    Warns of another number of them, as a mesh with edited faces may have.
-    """
+    """Return the texture coordinates `st` of the face corners, (c, 2) float32; None, with a warning, for others."""
     primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("st")
     if not primvar.HasValue():
         return None

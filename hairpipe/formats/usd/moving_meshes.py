@@ -131,7 +131,6 @@ def _points(mesh: UsdGeom.Mesh, binding: Binding | None) -> tuple[np.ndarray, np
 
 
 def _blend(mesh: UsdGeom.Mesh, binding: Binding, points: Vt.Vec3fArray, time: Usd.TimeCode) -> None:
-    """Add the weighted blend shapes to points, in place."""
     shapes = UsdSkel.BlendShapeQuery(UsdSkel.BindingAPI(mesh))
     weights = binding.skeleton.GetAnimQuery().ComputeBlendShapeWeights(time)
     mapper = binding.skinning.GetBlendShapeMapper()

@@ -1,16 +1,9 @@
-"""A shot: simulated hair and the body under it, as one file or as one value clip per frame.
+"""A shot: simulated hair and the body under it, as one file or as one value clip per frame; or a shape at one frame.
 
 The schema is the common subset of renderers: Catmull-Rom curves, by default, interpolate the simulated points, `pinned`
 keeps the root on the skin in every client, and all clients read widths on vertices. Points are relative to the origin
-of the world, in single precision: a kilometre away their errors are up to 0.03 mm.
-
-Samples of a shot: points, velocities, locks, normals and extents, checked before they are written.
-
-Constant values of a shot: strands, rest positions, root bindings, faces and materials.
-
-Stage of one mesh, or of hair, at one frame.
-
-Level set of the body as a volume, with fields in OpenVDB files next to the stage, one per frame.
+of the world, in single precision: a kilometre away their errors are up to 0.03 mm. The level set of the body is a
+volume, with fields in OpenVDB files next to the stage, one per frame.
 """
 
 import shutil
@@ -31,221 +24,21 @@ from hairpipe.values import Groom, Mesh, Strands
 from hairpipe.values.groom import DIAMETERS, drawn_widths
 from hairpipe.values.hair import HairState
 
+TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens
+ALWAYS = Usd.TimeCode.Default()
 NAMED = 5  # number of strands or vertices in a message
-
-
-def locks_of(state: HairState, groom: Groom | None, strands: int) -> np.ndarray:
-    """Return the id of the guide of each strand, its own for a simulated one, (S,); pure.
-
-    Raises BadInput where the state is of other hair.
-    """
-    leaders = state.leaders(strands)
-    if len(leaders) != strands:
-        raise BadInput("the states are not those of the hair", where="states", right="those of its simulation")
-    return leaders if groom is None else groom.ids[leaders]
-
-
-def declare_locks(prim: UsdGeom.BasisCurves) -> UsdGeom.Primvar:
-    """Declare the primvar of the guides of strands."""
-    api = UsdGeom.PrimvarsAPI(prim)
-    return api.CreatePrimvar("lockId", Sdf.ValueTypeNames.IntArray, UsdGeom.Tokens.uniform)
-
-
-def sample_hair(
-    prim: UsdGeom.BasisCurves, frame: int, strands: Strands, first: Strands, locks: np.ndarray | None
-) -> int:
-    """Author the hair at a frame; returns the bytes.
-
-    locks  guides of the strands, (S,), see `locks_of`
-    first  hair at the first frame, with the same strands
-
-    Raises BadInput if strands have changed, or have points that are not finite, naming them and the frame.
-    """
-    where = f"hair at frame {frame}"
-    if not np.array_equal(strands.offsets, first.offsets):
-        raise BadInput("the strands are not those of the first frame", where=where, right="the same points per strand")
-    for name, array in (("points", strands.points), ("velocities", strands.velocities)):
-        bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
-        owners = np.unique(np.searchsorted(strands.offsets, bad, side="right") - 1)
-        _refuse(f"strand{'s'[: len(owners) != 1]}", owners, name, where)
-    time = Usd.TimeCode(frame)
-    prim.GetPointsAttr().Set(vectors(strands.points), time)
-    prim.GetVelocitiesAttr().Set(vectors(strands.velocities), time)
-    prim.GetExtentAttr().Set(extent(strands.points, strands.diameter / 2), time)
-    if locks is not None:
-        declare_locks(prim).Set(integers(locks), time)
-    return strands.points.nbytes + strands.velocities.nbytes
-
-
-def hold_hair(prim: UsdGeom.BasisCurves, strands: Strands, locks: np.ndarray | None) -> None:
-    """Author the points and their extent as defaults, for clients that read only these."""
-    prim.GetPointsAttr().Set(vectors(strands.points))
-    prim.GetExtentAttr().Set(extent(strands.points, strands.diameter / 2))
-    if locks is not None:
-        declare_locks(prim).Set(integers(locks))
-
-
-def hold_body(prim: UsdGeom.Mesh, mesh: Mesh) -> None:
-    """Author the points, normals and extent as defaults, for clients that read only these."""
-    prim.GetPointsAttr().Set(vectors(mesh.points))
-    prim.GetNormalsAttr().Set(vectors(vertex_normals(mesh)))
-    prim.GetExtentAttr().Set(extent(mesh.points, 0.0))
-
-
-def sample_body(prim: UsdGeom.Mesh, frame: int, mesh: Mesh, first: Mesh) -> int:
-    """Author the body at a frame; returns the bytes.
-
-    first  body at the first frame, with the same triangles
-
-    Raises BadInput if the triangles have changed, or points are not finite, naming vertices and the frame.
-    """
-    where = f"body at frame {frame}"
-    if not np.array_equal(mesh.triangles, first.triangles) or len(mesh.points) != len(first.points):
-        raise BadInput("the triangles are not those of the first frame", where=where, right="the same triangles")
-    time = Usd.TimeCode(frame)
-    _refuse("vertices", np.flatnonzero(~np.isfinite(mesh.points).all(axis=1)), "points", where)
-    prim.GetPointsAttr().Set(vectors(mesh.points), time)
-    if mesh.velocities is not None:
-        _refuse("vertices", np.flatnonzero(~np.isfinite(mesh.velocities).all(axis=1)), "velocities", where)
-        prim.GetVelocitiesAttr().Set(vectors(mesh.velocities), time)
-    prim.GetNormalsAttr().Set(vectors(vertex_normals(mesh)), time)
-    prim.GetExtentAttr().Set(extent(mesh.points, 0.0), time)
-    return 36 * len(mesh.points)
-
-
-def _refuse(whose: str, bad: np.ndarray, what: str, where: str) -> None:
-    if len(bad):
-        listed = ", ".join(map(str, bad[:NAMED])) + (f" and {len(bad) - NAMED} more" if len(bad) > NAMED else "")
-        raise BadInput(f"{what} of {whose} {listed} are not finite", where=where, right="finite numbers")
-
-
-def vectors(array: np.ndarray) -> Vt.Vec3fArray:
-    """Convert an array (n, 3) to USD, in single precision."""
-    return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(array, np.float32))
-
-
-def integers(array: np.ndarray) -> Vt.IntArray:
-    """Convert an array of integers, (n,), to USD."""
-    return Vt.IntArray.FromNumpy(np.ascontiguousarray(array, np.int32))
-
-
-def extent(points: np.ndarray, padding: float) -> Vt.Vec3fArray:
-    """Return lower and upper corner of the box of the points (n, 3) [m], with a padding [m] on all sides."""
-    if not len(points):
-        return Vt.Vec3fArray([Gf.Vec3f(0), Gf.Vec3f(0)])
-    points = np.asarray(points, np.float32)
-    return vectors(np.stack([points.min(axis=0) - padding, points.max(axis=0) + padding]))
-
-
-HAIR_COLOUR = Gf.Vec3f(0.09, 0.045, 0.013)
-HAIR_ROUGHNESS = 0.4
-"""Colour and roughness of brown hair in bulk.
+PENDING = 1 << 24  # bytes of samples in memory before they are saved, so that memory does not grow with the shot
+BASES = {"catmull_rom": TOKENS.catmullRom, "bspline": TOKENS.bspline}
+"""Bases of the curves, by the name of the setting."""
+FIELDS = {"surface": ("float", "levelSet"), "vel": ("float3", "")}
+"""Grids of a file of a level set, their type and class."""
+HAIR = ("hair", Gf.Vec3f(0.09, 0.045, 0.013), 0.4, 1.55)
+"""Name, colour, roughness and index of refraction of brown hair in bulk.
 
 Eumelanin 0.4 absorbs 0.4 (0.419, 0.697, 1.37) [d'Eon et al. 2011], which makes this the colour of a mass of hair,
 exp(-5.89 sqrt(absorption)) [Chiang et al. 2016, azimuthal roughness 0.3].
 """
-KERATIN = 1.55
-"""Index of refraction."""
-SKIN_COLOUR = Gf.Vec3f(0.6, 0.4, 0.33)
-SKIN_ROUGHNESS = 0.6
-FLESH = 1.4
-TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens
-BASES = {"catmull_rom": TOKENS.catmullRom, "bspline": TOKENS.bspline}
-"""Bases of the curves, by the name of the setting."""
-
-
-def author_hair(
-    prim: UsdGeom.BasisCurves,
-    strands: Strands,
-    diameters: np.ndarray | None,
-    groom: Groom | None,
-    simulated: np.ndarray | None,
-    basis: str,
-) -> None:
-    """Author the strands, their width, ids and material, and from the groom their rest and roots.
-
-    diameters  diameters at points where the widths of the strands are others, (p,) [m]: `hairDiameter`
-    simulated  strands that are not interpolated, (S,) bool: `groom_guide`, the name in Unreal and Alembic grooms
-    basis      basis of the curves, one of BASES
-
-    Raises BadInput if the groom does not have these strands.
-    """
-    counts = np.diff(strands.offsets)
-    author_curves(prim, counts, basis)
-    prim.CreateWidthsAttr(Vt.FloatArray.FromNumpy(np.ascontiguousarray(strands.widths_at_points(), np.float32)))
-    prim.SetWidthsInterpolation(TOKENS.vertex)
-    if diameters is not None:
-        values = Vt.FloatArray.FromNumpy(np.ascontiguousarray(diameters, np.float32))
-        _primvar(prim, DIAMETERS, TYPES.FloatArray, TOKENS.vertex, values)
-    if groom is None:
-        _primvar(prim, "hairId", TYPES.IntArray, TOKENS.uniform, integers(np.arange(len(counts))))
-    else:
-        _author_groom(prim, strands, groom)
-    if simulated is not None:
-        _primvar(prim, "groom_guide", TYPES.IntArray, TOKENS.uniform, integers(simulated))
-
-
-def author_curves(prim: UsdGeom.BasisCurves, counts: np.ndarray, basis: str) -> None:
-    """Author pinned cubic curves of so many points each, (S,), with the material of hair."""
-    prim.CreateTypeAttr(TOKENS.cubic)
-    prim.CreateBasisAttr(basis)
-    prim.CreateWrapAttr(TOKENS.pinned)
-    prim.CreateCurveVertexCountsAttr(integers(counts))
-    _bind(prim, "hair", HAIR_COLOUR, HAIR_ROUGHNESS, KERATIN)
-
-
-def _author_groom(prim: UsdGeom.BasisCurves, strands: Strands, groom: Groom) -> None:
-    if not np.array_equal(groom.offsets, strands.offsets):
-        raise BadInput("the groom does not have the strands of the hair", where="groom", right="what was simulated")
-    coordinates = UsdUtils.GetPrimaryUVSetName()
-    pairs = Vt.Vec2fArray.FromNumpy
-    in_triangle = np.ascontiguousarray(groom.root_barycentrics[:, 1:], np.float32)
-    _primvar(prim, UsdUtils.GetPrefName(), TYPES.Point3fArray, TOKENS.vertex, vectors(groom.points))
-    _primvar(prim, "hairId", TYPES.IntArray, TOKENS.uniform, integers(groom.ids))
-    if groom.root_uv.any():  # a scalp without texture coordinates leaves 0
-        _primvar(prim, coordinates, TYPES.TexCoord2fArray, TOKENS.uniform, pairs(np.float32(groom.root_uv)))
-    _primvar(prim, "skinprim", TYPES.IntArray, TOKENS.uniform, integers(groom.root_triangles))
-    _primvar(prim, "skinprimuv", TYPES.Float2Array, TOKENS.uniform, pairs(in_triangle))
-
-
-def author_body(prim: UsdGeom.Mesh, mesh: Mesh) -> None:
-    """Author the faces, texture coordinates and material of the body."""
-    prim.CreateFaceVertexCountsAttr(Vt.IntArray(len(mesh.triangles), 3))
-    prim.CreateFaceVertexIndicesAttr(integers(mesh.triangles.ravel()))
-    prim.CreateSubdivisionSchemeAttr(TOKENS.none)
-    prim.SetNormalsInterpolation(TOKENS.vertex)
-    if mesh.uv is not None:
-        values = Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(mesh.uv.reshape(-1, 2), np.float32))
-        _primvar(prim, UsdUtils.GetPrimaryUVSetName(), TYPES.TexCoord2fArray, TOKENS.faceVarying, values)
-    _bind(prim, "skin", SKIN_COLOUR, SKIN_ROUGHNESS, FLESH)
-
-
-def _primvar(prim: UsdGeom.Gprim, name: str, kind: Sdf.ValueTypeName, interpolation: str, value: object) -> None:
-    UsdGeom.PrimvarsAPI(prim).CreatePrimvar(name, kind, interpolation).Set(value)
-
-
-def _bind(prim: UsdGeom.Gprim, name: str, colour: Gf.Vec3f, roughness: float, ior: float) -> None:
-    """Bind a plain material of its own to the prim, and set its colour, for clients that drop materials of curves.
-
-    The binding is for all purposes: previews ignore one for `full`.
-    """
-    prim.CreateDisplayColorAttr([colour])
-    stage = prim.GetPrim().GetStage()
-    root = prim.GetPrim().GetParent().GetPath()
-    looks = UsdGeom.Scope.Define(stage, root.AppendChild(UsdUtils.GetMaterialsScopeName()))
-    material = UsdShade.Material.Define(stage, looks.GetPath().AppendChild(name))
-    shader = UsdShade.Shader.Define(stage, material.GetPath().AppendChild("surface"))
-    shader.CreateIdAttr("UsdPreviewSurface")
-    shader.CreateInput("diffuseColor", TYPES.Color3f).Set(colour)
-    shader.CreateInput("roughness", TYPES.Float).Set(roughness)
-    shader.CreateInput("ior", TYPES.Float).Set(ior)
-    material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
-    UsdShade.MaterialBindingAPI.Apply(prim.GetPrim()).Bind(material)
-
-
-NAME = "levelset"
-FIELDS = {"surface": ("float", "levelSet"), "vel": ("float3", "")}
-"""Grids of a file, their type and class."""
+SKIN = ("skin", Gf.Vec3f(0.6, 0.4, 0.33), 0.6, 1.4)
 
 
 @dataclass(frozen=True)
@@ -258,52 +51,6 @@ class VolumeFile:
 
     path: Path
     box: tuple[tuple[float, ...], tuple[float, ...]]
-
-
-def write_volume(stage: Usd.Stage, name: str, files: Mapping[int, VolumeFile]) -> dict[str, Path]:
-    """Author a volume under the default prim, of purpose guide, and copy its files next to the stage.
-
-    Returns the files by the names, relative to the stage, under which it refers to them.
-
-    Raises BadInput if there are none.
-    """
-    if not files:
-        raise BadInput("there are no level sets to export", where="volume", right="at least one frame")
-    volume = UsdVol.Volume.Define(stage, stage.GetDefaultPrim().GetPath().AppendChild(NAME))
-    volume.CreatePurposeAttr(UsdGeom.Tokens.guide)
-    named = {f"{name}.volume/{name}.{frame:04d}.vdb": file.path for frame, file in files.items()}
-    assets = dict(zip(files, (Sdf.AssetPath(f"./{name}") for name in named), strict=True))
-    for grid, (kind, role) in FIELDS.items():
-        field = UsdVol.OpenVDBAsset.Define(stage, volume.GetPath().AppendChild(grid))
-        field.CreateFieldNameAttr(grid)
-        field.CreateFieldDataTypeAttr(kind)
-        if role:
-            field.CreateFieldClassAttr(role)
-        else:
-            field.CreateVectorDataRoleHintAttr("Vector")
-        volume.CreateFieldRelationship(grid, field.GetPath())
-        field.CreateFilePathAttr(next(iter(assets.values())))
-        for frame, asset in assets.items():
-            field.GetFilePathAttr().Set(asset, frame)
-    _author_boxes(volume, files)
-    return _copy(Path(stage.GetRootLayer().realPath).parent, named)
-
-
-def _author_boxes(volume: UsdVol.Volume, files: Mapping[int, VolumeFile]) -> None:
-    boxes = {frame: Vt.Vec3fArray([Gf.Vec3f(*corner) for corner in file.box]) for frame, file in files.items()}
-    volume.CreateExtentAttr(next(iter(boxes.values())))
-    for frame, box in boxes.items():
-        volume.GetExtentAttr().Set(box, frame)
-
-
-def _copy(folder: Path, named: Mapping[str, Path]) -> dict[str, Path]:
-    for name, path in named.items():
-        (folder / name).parent.mkdir(exist_ok=True)
-        shutil.copyfile(path, folder / name)
-    return {name: folder / name for name in named}
-
-
-PENDING = 1 << 24  # bytes of samples in memory before they are saved, so that memory does not grow with the shot
 
 
 @dataclass(frozen=True)
@@ -342,7 +89,7 @@ class Frame:
 
     hair       with the widths of a picture
     diameters  of the hair at its points where widths are others, (p,) [m]
-    locks      ids of the guides of strands, (S,), see `locks_of`
+    locks      ids of the guides of strands, those of simulated ones their own, (S,)
     """
 
     hair: Strands
@@ -388,40 +135,43 @@ def write_clips(path: Path, shot: Shot) -> dict[str, Path]:
         clip.Save()
     _begin_stage(path.parent / manifest, shot, first).Save()
     stage = _begin_shot(path, shot, first)
-    _refer(Usd.ClipsAPI(stage.GetDefaultPrim()), clips, manifest)
-    _hold_weakly(stage, shot, first)
-    return {name: path.parent / name for name in [*clips, manifest]} | _finish(stage, shot)
-
-
-def _refer(api: Usd.ClipsAPI, clips: Mapping[str, int], manifest: str) -> None:
-    """List the clips without a template, since a run may skip frames; the time of a clip is that of the stage."""
+    api = Usd.ClipsAPI(stage.GetDefaultPrim())
     api.SetClipPrimPath(str(api.GetPath()))
+    # No template, since a run may skip frames; the time of a clip is that of the stage.
     api.SetClipAssetPaths(Sdf.AssetPathArray([Sdf.AssetPath(f"./{name}") for name in clips]))
     api.SetClipActive([(frame, index) for index, frame in enumerate(clips.values())])
     api.SetClipManifestAssetPath(Sdf.AssetPath(f"./{manifest}"))
+    # Defaults are in a class that the shot inherits; elsewhere they would hide the clips.
+    weak = Sdf.Path(f"/_{shot.name}_at_first")
+    stage.CreateClassPrim(weak)
+    _declare(stage, weak, first)
+    _hold(stage, weak, first)
+    stage.GetDefaultPrim().GetReferences().AddInternalReference(weak)
+    return {name: path.parent / name for name in [*clips, manifest]} | _finish(stage, shot)
 
 
-def _finish(stage: Usd.Stage, shot: Shot) -> dict[str, Path]:
-    """Add the level sets and save; returns their files."""
-    files = {} if shot.levelsets is None else write_volume(stage, shot.name, shot.levelsets)
-    stage.Save()
-    return files
+def write_still(path: Path, value: Mesh | Strands | Groom, frame: int, fps: float) -> None:
+    """Write the shape at a frame, with the prims and attributes of a shot.
 
+    frame  number, which becomes the one time code
+    fps    frames per second [1/s]
 
-def _hold(stage: Usd.Stage, root: Sdf.Path, first: Frame) -> None:
-    """Author the first frame as defaults, at or under a prim."""
-    hold_hair(UsdGeom.BasisCurves(stage.OverridePrim(root.AppendChild("hair"))), first.hair, first.locks)
-    if first.body is not None:
-        hold_body(UsdGeom.Mesh(stage.OverridePrim(root.AppendChild("body"))), first.body)
-
-
-def _hold_weakly(stage: Usd.Stage, shot: Shot, first: Frame) -> None:
-    """Author the first frame as defaults in a class that the shot inherits; elsewhere they would hide the clips."""
-    path = Sdf.Path(f"/_{shot.name}_at_first")
-    stage.CreateClassPrim(path)
-    _declare(stage, path, first)
-    _hold(stage, path, first)
-    stage.GetDefaultPrim().GetReferences().AddInternalReference(path)
+    Raises BadInput where points are not finite.
+    """
+    if isinstance(value, Groom):
+        strands = Strands(value.points, np.zeros_like(value.points, np.float32), value.offsets, DIAMETER)
+        write_shot(path, Shot({frame: strands}, None, value, fps))
+    elif isinstance(value, Strands):
+        write_shot(path, Shot({frame: value}, None, None, fps))
+    else:
+        stage = create_stage(path, fps)
+        stage.SetStartTimeCode(frame)
+        stage.SetEndTimeCode(frame)
+        stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/shot").GetPrim())
+        body = UsdGeom.Mesh.Define(stage, "/shot/body")
+        author_body(body, value)
+        _sample_body(body, frame, value, value)
+        stage.Save()
 
 
 def _first_frame(shot: Shot) -> Frame:
@@ -435,14 +185,18 @@ def _first_frame(shot: Shot) -> Frame:
 
 def _load(shot: Shot, frame: int) -> Frame:
     hair = shot.hair[frame]
+    strands = len(hair.offsets) - 1
     widths = shot.groom.widths if hair.widths is None and shot.groom is not None else hair.widths
     diameters = None
     if shot.hairs is not None:
         diameters = hair.widths_at_points() if widths is None else widths
-        widths = drawn_widths(diameters, hair.offsets, shot.hairs / (len(hair.offsets) - 1))
+        widths = drawn_widths(diameters, hair.offsets, shot.hairs / strands)
     if widths is not None:
         hair = replace(hair, widths=widths, diameter=float(widths.max()))  # that extents have room for
-    locks = None if shot.states is None else locks_of(shot.states[frame], shot.groom, len(hair.offsets) - 1)
+    locks = None if shot.states is None else shot.states[frame].leaders(strands)
+    if locks is not None and len(locks) != strands:
+        raise BadInput("the states are not those of the hair", where="states", right="those of its simulation")
+    locks = locks if locks is None or shot.groom is None else shot.groom.ids[locks]
     return Frame(hair, diameters, None if shot.body is None else shot.body[frame], locks)
 
 
@@ -458,7 +212,7 @@ def _begin_shot(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
     model = Usd.ModelAPI(stage.GetDefaultPrim())
     model.SetKind(Kind.Tokens.component)
     model.SetAssetName(shot.name)
-    author_hair(_hair(stage), first.hair, first.diameters, shot.groom, shot.simulated, BASES[shot.curve])
+    _author_hair(_hair(stage), shot, first)
     if first.body is not None:
         author_body(_body(stage), first.body)
     return stage
@@ -483,7 +237,11 @@ def _declare(stage: Usd.Stage, root: Sdf.Path, first: Frame) -> None:
     for declare in changing:
         declare()
     if first.locks is not None:
-        declare_locks(hair)
+        _declare_locks(hair)
+
+
+def _declare_locks(prim: UsdGeom.BasisCurves) -> UsdGeom.Primvar:
+    return UsdGeom.PrimvarsAPI(prim).CreatePrimvar("lockId", TYPES.IntArray, TOKENS.uniform)
 
 
 def _hair(stage: Usd.Stage) -> UsdGeom.BasisCurves:
@@ -494,38 +252,202 @@ def _body(stage: Usd.Stage) -> UsdGeom.Mesh:
     return UsdGeom.Mesh(stage.GetDefaultPrim().GetChild("body"))
 
 
+def _hold(stage: Usd.Stage, root: Sdf.Path, first: Frame) -> None:
+    """Author the first frame as defaults, for clients that read only these, at or under a prim."""
+    hair = UsdGeom.BasisCurves(stage.OverridePrim(root.AppendChild("hair")))
+    hair.GetPointsAttr().Set(vectors(first.hair.points))
+    hair.GetExtentAttr().Set(extent(first.hair.points, first.hair.diameter / 2))
+    if first.locks is not None:
+        _declare_locks(hair).Set(integers(first.locks))
+    if first.body is not None:
+        set_body(UsdGeom.Mesh(stage.OverridePrim(root.AppendChild("body"))), first.body)
+
+
+def set_body(prim: UsdGeom.Mesh, mesh: Mesh, time: Usd.TimeCode = ALWAYS) -> None:
+    """Author the points, normals and extent of a body, by default those without a time."""
+    prim.GetPointsAttr().Set(vectors(mesh.points), time)
+    prim.GetNormalsAttr().Set(vectors(vertex_normals(mesh)), time)
+    prim.GetExtentAttr().Set(extent(mesh.points, 0.0), time)
+
+
 def _sample(stage: Usd.Stage, number: int, frame: Frame, first: Frame) -> int:
-    """Author the samples of a frame; returns the bytes."""
-    size = sample_hair(_hair(stage), number, frame.hair, first.hair, frame.locks)
+    """Author hair and body at a frame; return the bytes.
+
+    Raises BadInput where strands or triangles have changed, or points are not finite, naming them and the frame.
+    """
+    prim, hair = _hair(stage), frame.hair
+    where = f"hair at frame {number}"
+    if not np.array_equal(hair.offsets, first.hair.offsets):
+        raise BadInput("the strands are not those of the first frame", where=where, right="the same points per strand")
+    for name, array in (("points", hair.points), ("velocities", hair.velocities)):
+        owners = np.unique(np.searchsorted(hair.offsets, _not_finite(array), side="right") - 1)
+        _refuse(f"strand{'s'[: len(owners) != 1]}", owners, name, where)
+    time = Usd.TimeCode(number)
+    prim.GetPointsAttr().Set(vectors(hair.points), time)
+    prim.GetVelocitiesAttr().Set(vectors(hair.velocities), time)
+    prim.GetExtentAttr().Set(extent(hair.points, hair.diameter / 2), time)
+    if frame.locks is not None:
+        _declare_locks(prim).Set(integers(frame.locks), time)
+    size = hair.points.nbytes + hair.velocities.nbytes
     if frame.body is not None and first.body is not None:
-        size += sample_body(_body(stage), number, frame.body, first.body)
+        size += _sample_body(_body(stage), number, frame.body, first.body)
     return size
 
 
-def write_still(path: Path, value: Mesh | Strands | Groom, frame: int, fps: float) -> None:
-    """Write the shape at a frame, with the prims and attributes of a shot.
+def _sample_body(prim: UsdGeom.Mesh, frame: int, mesh: Mesh, first: Mesh) -> int:
+    where = f"body at frame {frame}"
+    if not np.array_equal(mesh.triangles, first.triangles) or len(mesh.points) != len(first.points):
+        raise BadInput("the triangles are not those of the first frame", where=where, right="the same triangles")
+    time = Usd.TimeCode(frame)
+    _refuse("vertices", _not_finite(mesh.points), "points", where)
+    if mesh.velocities is not None:
+        _refuse("vertices", _not_finite(mesh.velocities), "velocities", where)
+        prim.GetVelocitiesAttr().Set(vectors(mesh.velocities), time)
+    set_body(prim, mesh, time)
+    return 36 * len(mesh.points)
 
-    frame  number, which becomes the one time code
-    fps    frames per second [1/s]
 
-    Raises BadInput where points are not finite.
-    """
-    if isinstance(value, Mesh):
-        write_mesh(path, value, frame, fps)
-    elif isinstance(value, Groom):
-        strands = Strands(value.points, np.zeros_like(value.points, np.float32), value.offsets, DIAMETER)
-        write_shot(path, Shot({frame: strands}, None, value, fps))
+def _not_finite(array: np.ndarray) -> np.ndarray:
+    return np.flatnonzero(~np.isfinite(array).all(axis=1))
+
+
+def _refuse(whose: str, bad: np.ndarray, what: str, where: str) -> None:
+    if len(bad):
+        listed = ", ".join(map(str, bad[:NAMED])) + (f" and {len(bad) - NAMED} more" if len(bad) > NAMED else "")
+        raise BadInput(f"{what} of {whose} {listed} are not finite", where=where, right="finite numbers")
+
+
+def _author_hair(prim: UsdGeom.BasisCurves, shot: Shot, first: Frame) -> None:
+    """Author what is constant: strands, widths, ids, material, marks of simulated ones, rest and roots of a groom."""
+    strands, groom = first.hair, shot.groom
+    author_curves(prim, np.diff(strands.offsets), BASES[shot.curve])
+    prim.CreateWidthsAttr(floats(strands.widths_at_points()))
+    prim.SetWidthsInterpolation(TOKENS.vertex)
+    if first.diameters is not None:
+        primvar(prim, DIAMETERS, TYPES.FloatArray, TOKENS.vertex, floats(first.diameters))
+    if groom is None:
+        primvar(prim, "hairId", TYPES.IntArray, TOKENS.uniform, integers(np.arange(len(strands.offsets) - 1)))
+    elif not np.array_equal(groom.offsets, strands.offsets):
+        raise BadInput("the groom does not have the strands of the hair", where="groom", right="what was simulated")
     else:
-        write_shot(path, Shot({frame: value}, None, None, fps))
+        primvar(prim, UsdUtils.GetPrefName(), TYPES.Point3fArray, TOKENS.vertex, vectors(groom.points))
+        primvar(prim, "hairId", TYPES.IntArray, TOKENS.uniform, integers(groom.ids))
+        if groom.root_uv.any():  # a scalp without texture coordinates leaves 0
+            uv = pairs(groom.root_uv)
+            primvar(prim, UsdUtils.GetPrimaryUVSetName(), TYPES.TexCoord2fArray, TOKENS.uniform, uv)
+        primvar(prim, "skinprim", TYPES.IntArray, TOKENS.uniform, integers(groom.root_triangles))
+        primvar(prim, "skinprimuv", TYPES.Float2Array, TOKENS.uniform, pairs(groom.root_barycentrics[:, 1:]))
+    if shot.simulated is not None:  # the name in Unreal and in Alembic grooms
+        primvar(prim, "groom_guide", TYPES.IntArray, TOKENS.uniform, integers(shot.simulated))
 
 
-def write_mesh(path: Path, mesh: Mesh, frame: int, fps: float) -> None:
-    """Write a mesh at a frame."""
-    stage = create_stage(path, fps)
-    stage.SetStartTimeCode(frame)
-    stage.SetEndTimeCode(frame)
-    stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/shot").GetPrim())
-    body = UsdGeom.Mesh.Define(stage, "/shot/body")
-    author_body(body, mesh)
-    sample_body(body, frame, mesh, mesh)
+def author_curves(prim: UsdGeom.BasisCurves, counts: np.ndarray, basis: str) -> None:
+    """Author pinned cubic curves of so many points each, (S,), with the material of hair."""
+    prim.CreateTypeAttr(TOKENS.cubic)
+    prim.CreateBasisAttr(basis)
+    prim.CreateWrapAttr(TOKENS.pinned)
+    prim.CreateCurveVertexCountsAttr(integers(counts))
+    _bind(prim, *HAIR)
+
+
+def author_body(prim: UsdGeom.Mesh, mesh: Mesh) -> None:
+    """Author the faces, texture coordinates and material of the body."""
+    prim.CreateFaceVertexCountsAttr(Vt.IntArray(len(mesh.triangles), 3))
+    prim.CreateFaceVertexIndicesAttr(integers(mesh.triangles.ravel()))
+    prim.CreateSubdivisionSchemeAttr(TOKENS.none)
+    prim.SetNormalsInterpolation(TOKENS.vertex)
+    if mesh.uv is not None:
+        uv = pairs(mesh.uv.reshape(-1, 2))
+        primvar(prim, UsdUtils.GetPrimaryUVSetName(), TYPES.TexCoord2fArray, TOKENS.faceVarying, uv)
+    _bind(prim, *SKIN)
+
+
+def _bind(prim: UsdGeom.Gprim, name: str, colour: Gf.Vec3f, roughness: float, ior: float) -> None:
+    """Bind a plain material of its own to the prim, and set its colour, for clients that drop materials of curves.
+
+    The binding is for all purposes: previews ignore one for `full`.
+    """
+    prim.CreateDisplayColorAttr([colour])
+    stage = prim.GetPrim().GetStage()
+    root = prim.GetPrim().GetParent().GetPath()
+    looks = UsdGeom.Scope.Define(stage, root.AppendChild(UsdUtils.GetMaterialsScopeName()))
+    material = UsdShade.Material.Define(stage, looks.GetPath().AppendChild(name))
+    shader = UsdShade.Shader.Define(stage, material.GetPath().AppendChild("surface"))
+    shader.CreateIdAttr("UsdPreviewSurface")
+    shader.CreateInput("diffuseColor", TYPES.Color3f).Set(colour)
+    shader.CreateInput("roughness", TYPES.Float).Set(roughness)
+    shader.CreateInput("ior", TYPES.Float).Set(ior)
+    material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
+    UsdShade.MaterialBindingAPI.Apply(prim.GetPrim()).Bind(material)
+
+
+def primvar(prim: UsdGeom.Gprim, name: str, kind: Sdf.ValueTypeName, interpolation: str, value: object) -> None:
+    """Author a primvar."""
+    UsdGeom.PrimvarsAPI(prim).CreatePrimvar(name, kind, interpolation).Set(value)
+
+
+def vectors(array: np.ndarray) -> Vt.Vec3fArray:
+    """Convert an array (n, 3) to USD, in single precision."""
+    return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(array, np.float32))
+
+
+def pairs(array: np.ndarray) -> Vt.Vec2fArray:
+    """Convert an array (n, 2) to USD, in single precision."""
+    return Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(array, np.float32))
+
+
+def floats(array: np.ndarray) -> Vt.FloatArray:
+    """Convert numbers, (n,), to USD, in single precision."""
+    return Vt.FloatArray.FromNumpy(np.ascontiguousarray(array, np.float32))
+
+
+def integers(array: np.ndarray) -> Vt.IntArray:
+    """Convert an array of integers, (n,), to USD."""
+    return Vt.IntArray.FromNumpy(np.ascontiguousarray(array, np.int32))
+
+
+def extent(points: np.ndarray, padding: float) -> Vt.Vec3fArray:
+    """Return lower and upper corner of the box of the points (n, 3) [m], with a padding [m] on all sides."""
+    if not len(points):
+        return Vt.Vec3fArray([Gf.Vec3f(0), Gf.Vec3f(0)])
+    points = np.asarray(points, np.float32)
+    return vectors(np.stack([points.min(axis=0) - padding, points.max(axis=0) + padding]))
+
+
+def _finish(stage: Usd.Stage, shot: Shot) -> dict[str, Path]:
+    """Add the level sets, with copies of their files, and save; return these by their names in the stage."""
+    folder = Path(stage.GetRootLayer().realPath).parent
+    named = dict[str, Path]()
+    if shot.levelsets is not None:
+        named = {f"{shot.name}.volume/{shot.name}.{frame:04d}.vdb": f.path for frame, f in shot.levelsets.items()}
+        _author_volume(stage, shot.levelsets, list(named))
+    for name, path in named.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        shutil.copyfile(path, folder / name)
     stage.Save()
+    return {name: folder / name for name in named}
+
+
+def _author_volume(stage: Usd.Stage, files: Mapping[int, VolumeFile], names: list[str]) -> None:
+    """Author a volume of purpose guide under the default prim; BadInput without files."""
+    if not files:
+        raise BadInput("there are no level sets to export", where="volume", right="at least one frame")
+    volume = UsdVol.Volume.Define(stage, stage.GetDefaultPrim().GetPath().AppendChild("levelset"))
+    volume.CreatePurposeAttr(TOKENS.guide)
+    assets = dict(zip(files, (Sdf.AssetPath(f"./{name}") for name in names), strict=True))
+    for grid, (kind, role) in FIELDS.items():
+        field = UsdVol.OpenVDBAsset.Define(stage, volume.GetPath().AppendChild(grid))
+        field.CreateFieldNameAttr(grid)
+        field.CreateFieldDataTypeAttr(kind)
+        if role:
+            field.CreateFieldClassAttr(role)
+        else:
+            field.CreateVectorDataRoleHintAttr("Vector")
+        volume.CreateFieldRelationship(grid, field.GetPath())
+        field.CreateFilePathAttr(next(iter(assets.values())))
+        for frame, asset in assets.items():
+            field.GetFilePathAttr().Set(asset, frame)
+    boxes = {frame: Vt.Vec3fArray([Gf.Vec3f(*corner) for corner in file.box]) for frame, file in files.items()}
+    volume.CreateExtentAttr(next(iter(boxes.values())))
+    for frame, box in boxes.items():
+        volume.GetExtentAttr().Set(box, frame)

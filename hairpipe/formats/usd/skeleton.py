@@ -240,12 +240,10 @@ def name_weights(meshes: Sequence[UsdGeom.Mesh], bindings: Sequence[Binding | No
 
 
 def skeleton_of(binding: Binding) -> str:
-    """Return the path of the skeleton that animates a mesh."""
     return str(binding.skeleton.GetPrim().GetPath())
 
 
 def tokens_of(mesh: UsdGeom.Mesh) -> list[str]:
-    """Return the names of the blend shapes of a mesh."""
     return list(UsdSkel.BindingAPI(mesh).GetBlendShapesAttr().Get() or ())
 
 
@@ -366,6 +364,5 @@ def _find_skeletons(stage: Usd.Stage, group: str | None) -> tuple[Queries, Queri
 
 
 def _skeletons_of(bindings: Mapping[Sdf.Path, Binding], meshes: Sequence[Usd.Prim]) -> Queries:
-    """Return the skeleton of every mesh that has one, once."""
     found = [bindings[mesh.GetPath()].skeleton for mesh in meshes if mesh.GetPath() in bindings]
     return list({query.GetPrim().GetPath(): query for query in found}.values())

@@ -1,6 +1,6 @@
-"""Stages: creation, opening with clear messages, conversion to metres with Y up.
+"""Stages: creation, opening with clear messages, conversion to metres with Y up, attributes as arrays.
 
-Files and prims that a stage names and that do not exist: OpenUSD composes the rest without them.
+OpenUSD composes a stage without the files and prims that it names and that do not exist: these are refused or reported.
 """
 
 import re
@@ -16,6 +16,7 @@ from pxr import Pcp, Sdf, Tf, Usd, UsdGeom
 
 from hairpipe.apart import extend_time
 from hairpipe.errors import BadInput
+from hairpipe.formats.registry import USD
 from hairpipe.formats.usd.layer_files import clip_names, find_layers, resolve
 from hairpipe.plain_file import Absent, checked_size
 
@@ -28,6 +29,14 @@ FORMS = (
 )
 """Messages of OpenUSD, which has no other account of these errors."""
 RIGHT = 'all files of the stage, or absent = "warn" to read the rest'
+DOUBLES = ("metersPerUnit", "timeCodesPerSecond", "framesPerSecond", "startTimeCode", "endTimeCode")
+"""Numbers of a layer, for which other programs write floats and whole numbers."""
+NAMED = 5  # number of shapes in a message
+LINE = 160  # maximum length of a message of OpenUSD
+GUIDE = UsdGeom.Tokens.guide
+RENDERED = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)  # purposes
+Z_UP_TO_Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+WHOLE = Usd.TraverseInstanceProxies()
 
 
 class Gap(NamedTuple):
@@ -47,13 +56,12 @@ def check_whole(stage: Usd.Stage, prim: str | None, absent: Absent) -> None:
     """Raise BadInput for an absent reference, payload, sublayer or value clip, or warn of all.
 
     Inactive prims and variants that are not selected do not count. Those that a prim does not need are warned of.
-
-    prim  path or pattern of what is read; None for the whole stage
     """
     gaps = list(dict.fromkeys((*_left_out(stage), *_absent_clips(stage))))
     needed = _needed_by(stage, prim)
     for gap in gaps:
-        if absent == "refuse" and (needed is None or any(_is_related(gap.path, path) for path in needed)):
+        related = needed is None or any(gap.path.HasPrefix(p) or p.HasPrefix(gap.path) for p in needed)
+        if absent == "refuse" and related:
             more = f", and {len(gaps) - 1} more" if len(gaps) > 1 else ""
             raise BadInput(f"{gap.what}{more}", where=gap.where, right=RIGHT)
         warnings.warn(f"{gap.where}: {gap.what}, and is left out", stacklevel=2)
@@ -65,9 +73,8 @@ def _left_out(stage: Usd.Stage) -> Iterator[Gap]:
         prim = stage.GetPrimAtPath(error.rootSite.path)
         if isinstance(error, DROPPED) and not (prim and not prim.IsActive()):
             found = next((match for form in FORMS if (match := re.match(form, str(error)))), None)
-            yield Gap(
-                error.rootSite.path, *(_described(found) if found else (str(error), stage.GetRootLayer().realPath))
-            )
+            described = _described(found) if found else (str(error), stage_path(stage))
+            yield Gap(error.rootSite.path, *described)
 
 
 def _described(found: re.Match[str]) -> tuple[str, str]:
@@ -85,7 +92,7 @@ def _described(found: re.Match[str]) -> tuple[str, str]:
 
 def _absent_clips(stage: Usd.Stage) -> Iterator[Gap]:
     """Yield the value clips that do not exist, which USD does not report."""
-    for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
+    for prim in stage.Traverse(WHOLE):
         for spec in prim.GetPrimStack() if prim.HasAuthoredMetadata("clips") else ():
             lost = [name for name in clip_names(spec) if not Path(resolve(spec.layer, name)).exists()]
             if lost:
@@ -106,27 +113,12 @@ def _needed_by(stage: Usd.Stage, prim: str | None) -> set[Sdf.Path] | None:
             continue
         found.add(path)
         at = stage.GetPrimAtPath(path)
-        below = Usd.PrimRange(at, Usd.TraverseInstanceProxies()) if at else ()
+        below = Usd.PrimRange(at, WHOLE) if at else ()
         above = (stage.GetPrimAtPath(one) for one in path.GetParentPath().GetPrefixes())
         for one in (*(a for a in above if a), *below):
             bound = one.GetPropertiesInNamespace("skel")
             pending += [target for r in bound if isinstance(r, Usd.Relationship) for target in r.GetForwardedTargets()]
     return found
-
-
-def _is_related(one: Sdf.Path, other: Sdf.Path) -> bool:
-    """Whether one path is the other, above or below."""
-    return one.HasPrefix(other) or other.HasPrefix(one)
-
-
-DOUBLES = ("metersPerUnit", "timeCodesPerSecond", "framesPerSecond", "startTimeCode", "endTimeCode")
-"""Numbers of a layer, for which other programs write floats and whole numbers."""
-SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
-NAMED = 5  # number of shapes in a message
-LINE = 160  # maximum length of a message of OpenUSD
-GUIDE = UsdGeom.Tokens.guide
-RENDERED = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)  # purposes
-Z_UP_TO_Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 
 
 def create_stage(path: Path, fps: float) -> Usd.Stage:
@@ -202,7 +194,7 @@ def time_of(prim: Usd.Prim) -> Usd.TimeCode:
 
 def common_time(stage: Usd.Stage) -> float | None:
     """Return the first time code at which all meshes and curves have samples; None without samples."""
-    prims = [p for p in stage.Traverse(Usd.TraverseInstanceProxies()) if p.IsA(UsdGeom.PointBased)]
+    prims = [p for p in stage.Traverse(WHOLE) if p.IsA(UsdGeom.PointBased)]
     firsts = [times[0] for p in prims for times in _samples(p) if times]
     return max(firsts, default=None)
 
@@ -240,8 +232,8 @@ def spaces_of(prim: Usd.Prim) -> Iterator[UsdGeom.Xformable]:
 
 def check_file(path: Path) -> None:
     """Raise BadInput unless the path is a readable file with a suffix of USD."""
-    right = "a file that ends in " + ", ".join(SUFFIXES)
-    if path.suffix.lower() not in SUFFIXES:
+    right = "a file that ends in " + ", ".join(USD.suffixes)
+    if path.suffix.lower() not in USD.suffixes:
         raise BadInput("not named like a USD file", where=path, right=right)
     checked_size(path, right)
 
@@ -317,7 +309,7 @@ def shown(
     """
     pattern = prim if prim is not None and set(prim) & set("*?[") else None
     root = stage.GetPseudoRoot() if prim in (None, pattern) else _prim_at(stage, prim)
-    under = [p for p in Usd.PrimRange(root, Usd.TraverseInstanceProxies()) if pattern is None or _fits(p, pattern)]
+    under = [p for p in Usd.PrimRange(root, WHOLE) if pattern is None or _fits(p, pattern)]
     visible = [p for p in under if _is_one(p, schemas) and _is_visible(p)]
     found = [p for p in visible if _purpose(p) in RENDERED or (guides == "also" and _purpose(p) == GUIDE)]
     if guides == "only" and not found:
@@ -345,16 +337,10 @@ def _fits(prim: Usd.Prim, pattern: str) -> bool:
 
 def _is_rival(prim: Usd.Prim, schemas: Sequence[type]) -> bool:
     """Return whether a prim is another shape of the kind of the schemas: curves, or surfaces."""
-    curves = prim.IsA(UsdGeom.Curves)
-    return (
-        curves
-        if issubclass(schemas[0], UsdGeom.Curves)
-        else prim.IsA(UsdGeom.Gprim) and not curves and not _is_cloud(prim)
-    )
-
-
-def _is_cloud(prim: Usd.Prim) -> bool:
-    return prim.GetTypeName() in ("Points", "Volume")
+    if issubclass(schemas[0], UsdGeom.Curves):
+        return prim.IsA(UsdGeom.Curves)
+    is_surface = prim.IsA(UsdGeom.Gprim) and prim.GetTypeName() not in ("Points", "Volume")
+    return is_surface and not prim.IsA(UsdGeom.Curves)
 
 
 def _why_left(prim: Usd.Prim, schemas: Sequence[type]) -> str:
@@ -364,8 +350,7 @@ def _why_left(prim: Usd.Prim, schemas: Sequence[type]) -> str:
 
 
 def _instead(root: Usd.Prim, schemas: Sequence[type]) -> str:
-    """List curves of other types."""
-    curves = (p for p in Usd.PrimRange(root, Usd.TraverseInstanceProxies()) if p.IsA(UsdGeom.Curves))
+    curves = (p for p in Usd.PrimRange(root, WHOLE) if p.IsA(UsdGeom.Curves))
     others = sorted({p.GetTypeName() for p in curves if not _is_one(p, schemas)})
     return f", but {' and '.join(others)}, which are not read" if others else ""
 
@@ -387,10 +372,7 @@ def _purpose(prim: Usd.Prim) -> str:
 
 
 def numbers(attribute: Usd.Attribute, columns: int = 1, kind: type = np.float64) -> np.ndarray:
-    """Return an array attribute at the time of the stage, (n,) or (n, columns); empty where it has no value.
-
-    Raises BadInput for another type, or for numbers that are not finite.
-    """
+    """Return an array attribute at the time of the stage, as of `checked`."""
     return checked(attribute.Get(time_of(attribute.GetPrim())), attribute, columns, kind)
 
 
@@ -427,5 +409,4 @@ def location(prim: Usd.Prim) -> str:
 
 
 def stage_path(stage: Usd.Stage) -> str:
-    """Return the path of the stage's file, for messages."""
     return stage.GetRootLayer().realPath

@@ -45,7 +45,6 @@ class Finding:
     count: int = 1
 
     def __str__(self) -> str:
-        """Write the finding on one line."""
         time = "" if self.time is None else f" @ {self.time:g}"
         more = "" if self.count == 1 else f" [{self.count} times]"
         return f"{self.severity}: {self.rule}: {self.path}{time}: {self.message}{more}"

@@ -352,10 +352,7 @@ def _without_rest(track: Track) -> Iterator[Fault]:
 
 
 def _scrambled(hair: Snapshot, still: Snapshot) -> float:
-    """Return the share of strands whose nearest neighbour at the root is far at rest, 0 for few strands.
-
-    Neighbours on a deforming skin are the same; strands in another order have others.
-    """
+    """Return the share of strands whose nearest neighbour at the root is far at rest: those in another order."""
     if len(hair.counts) < FEW:
         return 0.0
     some = np.unique(np.linspace(0, len(hair.counts) - 1, MANY).astype(np.int64))

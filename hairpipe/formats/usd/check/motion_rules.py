@@ -130,10 +130,7 @@ def velocity_match(scene: Scene) -> Iterator[Fault]:
 
 
 def _overall(track: Track) -> Iterator[str]:
-    """Report the faults of the whole shot.
-
-    x1 - x-1 = dt/3 (v-1 + 4 v0 + v1) up to the fifth derivative of x (Simpson's rule).
-    """
+    """Report faults of the whole shot: x1 - x-1 = dt/3 (v-1 + 4 v0 + v1) to the fifth derivative (Simpson's rule)."""
     right, late, early = NONE, NONE, NONE
     authored_before = seen_before = None
     rate = track.rate

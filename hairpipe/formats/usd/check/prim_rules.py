@@ -293,5 +293,4 @@ def frame_names(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def _leader(prim: Usd.Prim) -> Usd.Attribute:
-    """Return the attribute that has a sample at every frame."""
     return prim.GetAttribute("filePath" if prim.IsA(UsdVol.OpenVDBAsset) else "points")

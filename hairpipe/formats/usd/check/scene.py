@@ -182,12 +182,10 @@ class Track:
         return any(self.prim.GetAttribute(name).HasAuthoredValue() for name in names)
 
     def __iter__(self) -> Iterator[Snapshot]:
-        """Yield the shape at every time, read on demand."""
         return (self.at(time) for time in self.times or [None])
 
     @cached_property
     def first(self) -> Snapshot:
-        """The shape at its first time."""
         return self.at(self.times[0] if self.times else None)
 
     @cached_property
@@ -197,7 +195,6 @@ class Track:
 
     @cached_property
     def rate(self) -> float:
-        """Time codes per second."""
         return self.prim.GetStage().GetTimeCodesPerSecond()
 
     def is_cut(self, before: Snapshot, after: Snapshot) -> bool:
