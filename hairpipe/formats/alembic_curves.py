@@ -17,9 +17,9 @@ import numpy as np
 
 from hairpipe.errors import BadInput
 from hairpipe.formats.alembic_meshes import import_alembic
-from hairpipe.formats.polylines import Up, plain_curves
+from hairpipe.formats.polylines import Up, join_groups, join_maps, join_values, plain_curves
 from hairpipe.plain_file import checked_size
-from hairpipe.values.groom import DIAMETERS, Curves, numbered
+from hairpipe.values.groom import DIAMETERS, Curves
 
 NUMBERS = ("Int32", "Float", "Int16", "Char", "Uchar", "Double", "UInt32", "Int64", "Boolean")
 VECTORS = ("V2f", "V2d", "V3f", "C3f", "C4f", "V3d", "N3f", "P3f", "V3i")
@@ -93,6 +93,7 @@ def read_alembic(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
     counts = np.concatenate([piece.counts for piece in pieces])
     if not len(counts) or (counts < 1).any():
         raise BadInput("a curve has no points", where=path, right="2 or more")
+    sizes, lengths = [len(piece.counts) for piece in pieces], [len(piece.points) for piece in pieces]
     rest = [piece.at_points("rest", 3) for piece in pieces]
     rested = [points is not None for points in rest]
     known = KNOWN if all(rested) or not any("rest" in piece.values for piece in pieces) else KNOWN - {"rest"}
@@ -100,43 +101,32 @@ def read_alembic(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
     if unread:
         warnings.warn(f"{path}: parameters that are not read: {', '.join(unread)}", stacklevel=2)
     more = {
-        "widths": joined([widths_in(p) for p in pieces], pieces, np.nan, True),
-        "colours": joined([p.at_points("color", 3) for p in pieces], pieces, 0.0, True),
-        "root_uv": joined([p.at_strands("root_uv") for p in pieces], pieces, 0.0, False),
-        "guides": joined([p.at_strands("guide") for p in pieces], pieces, 0.0, False),
-        "rest": joined(rest, pieces, 0.0, True) if all(rested) else None,
+        "widths": join_values([widths_in(p) for p in pieces], lengths, np.nan),
+        "colours": join_values([p.at_points("color", 3) for p in pieces], lengths, 0.0),
+        "root_uv": join_values([p.at_strands("root_uv") for p in pieces], sizes, 0.0),
+        "guides": join_values([p.at_strands("guide") for p in pieces], sizes, 0.0),
+        "rest": join_values(rest, lengths, 0.0) if all(rested) else None,
     }
     widths, guides = more["widths"], more["guides"]
     more["widths"] = None if widths is None else np.nan_to_num(widths[:, 0], nan=float(np.nanmedian(widths)))
     more["guides"] = None if guides is None else guides != 0
     more |= {n: v.astype(np.float32) for n in ("colours", "root_uv") if (v := more[n]) is not None}
     points = np.concatenate([piece.points for piece in pieces])
-    found = plain_curves(points, counts, unit, up, maps=joined_maps(pieces), **more)
-    ids = joined([piece.at_strands("id") for piece in pieces], pieces, -1.0, False)
+    found = plain_curves(points, counts, unit, up, maps=join_maps([p.maps() for p in pieces], sizes), **more)
+    ids = join_values([piece.at_strands("id") for piece in pieces], sizes, -1.0)
     if ids is not None and len(np.unique(ids)) == len(ids):
         found = replace(found, ids=ids.astype(np.int32))
     elif ids is not None:
         warnings.warn(f"{path}: groom_id repeats ids: strands are numbered by their order", stacklevel=2)
     labels = [labels_in(piece) for piece in pieces]
-    if len(pieces) > 1 or labels[0] is not None:
-        named = (np.full(len(p.counts), p.name) if of is None else of for p, of in zip(pieces, labels, strict=True))
-        groups, names = numbered(np.concatenate(list(named)))
-        found = replace(found, groups=groups, group_names=names)
-    return found
+    groups, names = join_groups(labels, sizes, [piece.name for piece in pieces])
+    return found if groups is None else replace(found, groups=groups, group_names=names)
 
 
 def widths_in(piece: Piece) -> np.ndarray | None:
     """Return the diameters of the curves of an object at all points, (p, 1), else their widths; None without."""
     diameters = piece.at_points(DIAMETERS, 1)
     return piece.at_points("width", 1) if diameters is None else diameters
-
-
-def joined_maps(pieces: list[Piece]) -> dict[str, np.ndarray]:
-    """Return the maps of the curves of all objects, (S,) each: 0 in objects without them."""
-    found = [piece.maps() for piece in pieces]
-    names = sorted({name for maps in found for name in maps})
-    pairs = [(maps, np.zeros(len(piece.counts))) for maps, piece in zip(found, pieces, strict=True)]
-    return {name: np.concatenate([maps.get(name, blank) for maps, blank in pairs]) for name in names}
 
 
 def labels_in(piece: Piece) -> np.ndarray | None:
@@ -146,19 +136,6 @@ def labels_in(piece: Piece) -> np.ndarray | None:
         if values is not None:
             return values.astype(str) if name == "group_name" else values.astype(np.int64).astype(str)
     return None
-
-
-def joined(found: list[np.ndarray | None], pieces: list[Piece], blank: float, along: bool) -> np.ndarray | None:
-    """Return values of all objects, with a blank in those without; None where no object has any.
-
-    along  whether they are values of points, not of curves
-    """
-    given = next((values for values in found if values is not None), None)
-    if given is None:
-        return None
-    sizes = [len(piece.points) if along else len(piece.counts) for piece in pieces]
-    pairs = zip(found, sizes, strict=True)
-    return np.concatenate([np.full((n, *given.shape[1:]), blank) if v is None else v for v, n in pairs])
 
 
 def pieces_of(library: Any, item: Any, matrix: np.ndarray, path: Path) -> Iterator[Piece]:

@@ -6,6 +6,7 @@ OBJ:    l statements; PLY: elements strand or edge
 """
 
 import warnings
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
@@ -48,6 +49,32 @@ def in_metres(points: np.ndarray, unit: float, up: Up) -> np.ndarray:
     """Return points of a file, (p, 3), in metres with Y up, float64; pure."""
     x, y, z = points.T.astype(np.float64) * unit
     return np.stack((x, y, z) if up == "y" else (x, z, -y), axis=1)
+
+
+def join_values(values: Sequence[np.ndarray | None], sizes: Sequence[int], blank: object) -> np.ndarray | None:
+    """Return values of all objects of a file, with a blank in those without; None where no object has any. Pure."""
+    given = next((found for found in values if found is not None), None)
+    if given is None:
+        return None
+    shapes = [(size, *given.shape[1:]) for size in sizes]
+    pairs = zip(values, shapes, strict=True)
+    return np.concatenate([np.full(shape, blank, given.dtype) if found is None else found for found, shape in pairs])
+
+
+def join_maps(maps: Sequence[Mapping[str, np.ndarray]], sizes: Sequence[int]) -> dict[str, np.ndarray]:
+    """Return the maps of the curves of all objects, (S,) each: 0 in objects without them. Pure."""
+    pairs = [(given, np.zeros(size)) for given, size in zip(maps, sizes, strict=True)]
+    return {n: np.concatenate([m.get(n, blank) for m, blank in pairs]) for n in sorted({n for m in maps for n in m})}
+
+
+def join_groups(
+    labels: Sequence[np.ndarray | None], sizes: Sequence[int], names: Sequence[str]
+) -> tuple[np.ndarray | None, tuple[str, ...]]:
+    """Return the group of each strand, (S,) int32, and their names; of several objects without groups each is one."""
+    if len(labels) == 1 and labels[0] is None:
+        return None, ()
+    objects = zip(labels, sizes, names, strict=True)
+    return numbered(np.concatenate([np.full(size, name) if own is None else own for own, size, name in objects]))
 
 
 EDGES = ("vertex1", "vertex2")

@@ -1,7 +1,6 @@
 """Curves of a stage as polylines in metres: those of B-splines, Bezier curves and NURBS pass through points on them."""
 
 import warnings
-from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,6 +8,7 @@ import numpy as np
 from pxr import UsdGeom
 
 from hairpipe.errors import BadInput
+from hairpipe.formats.polylines import join_groups, join_maps, join_values
 from hairpipe.formats.usd.attributes import (
     colours,
     groups,
@@ -35,7 +35,7 @@ from hairpipe.formats.usd.stage import (
     usd_faults,
 )
 from hairpipe.plain_file import Absent
-from hairpipe.values.groom import Curves, numbered
+from hairpipe.values.groom import Curves
 
 STEPS = 8  # chords per span of an approximating cubic: an error of 1/64 of its sagitta
 BEYOND = {UsdGeom.Tokens.catmullRom: 1, UsdGeom.Tokens.bspline: STEPS}
@@ -43,6 +43,7 @@ BEYOND = {UsdGeom.Tokens.catmullRom: 1, UsdGeom.Tokens.bspline: STEPS}
 BSPLINE = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6
 BEZIER = np.array([[1, 0, 0, 0], [-3, 3, 0, 0], [3, -6, 3, 0], [-1, 3, -3, 1.0]])
 CUBIC = 4  # order of a NURBS curve
+NAMED = 5  # number of curves in a message
 
 
 class Nurbs:
@@ -57,9 +58,8 @@ class Nurbs:
         orders = numbers(curves.GetOrderAttr(), kind=np.int64)
         knots, weights = (numbers(a) for a in (curves.GetKnotsAttr(), curves.GetPointWeightsAttr()))
         if len(orders) != len(counts):
-            raise BadInput(
-                f"order has {len(orders)} values", where=where, right=f"one for each of {len(counts)} curves"
-            )
+            right = f"one for each of {len(counts)} curves"
+            raise BadInput(f"order has {len(orders)} values", where=where, right=right)
         if len(knots) != (counts + orders).sum():
             right = f"points and order of each curve, {(counts + orders).sum()} in all"
             raise BadInput(f"there are {len(knots)} knots", where=where, right=right)
@@ -70,20 +70,18 @@ class Nurbs:
         self.orders = orders
         self.knots = np.split(knots, np.cumsum(counts + orders)[:-1])
         self.weights = np.split(weights if len(weights) else np.ones(counts.sum()), np.cumsum(counts)[:-1])
-        whole = [
-            (own[order - 1], own[-order]) for own, order in zip(self.knots, orders, strict=True) if len(own) > order
-        ]
+        pairs = zip(self.knots, orders, strict=True)
+        whole = [(own[order - 1], own[-order]) for own, order in pairs if len(own) > order]
         if len(ranges) and not (len(ranges) == len(whole) and np.allclose(ranges, whole)):
             raise BadInput("ranges are parts of the curves", where=where, right="those of the knots, or none")
 
-    def polyline(self, i: int, points: np.ndarray, where: str) -> np.ndarray:
-        """Return STEPS points a span of curve i and its end, from its control points (n, k); (m, k) float64."""
+    def polyline(self, i: int, points: np.ndarray, where: str) -> tuple[np.ndarray, int]:
+        """Return STEPS points a span of curve i and its end, from its control points (n, k), and 0; (m, k) float64."""
         knots = self.knots[i]
         weights = self.weights[i][:, None]
         if self.orders[i] != CUBIC:
-            raise BadInput(
-                f"the NURBS curve has the order {self.orders[i]}", where=where, right=f"{CUBIC}: a cubic one"
-            )
+            what = f"the NURBS curve has the order {self.orders[i]}"
+            raise BadInput(what, where=where, right=f"{CUBIC}: a cubic one")
         if len(points) < CUBIC:
             raise BadInput(f"the NURBS curve has {len(points)} points", where=where, right=f"{CUBIC} or more")
         if len(points) > CUBIC and np.array_equal(points[: CUBIC - 1, :3], points[1 - CUBIC :, :3]):
@@ -93,7 +91,8 @@ class Nurbs:
             raise BadInput("the knots do not ascend", where=where, right="knots that ascend")
         at = np.concatenate([np.linspace(knots[s], knots[s + 1], STEPS, endpoint=False) for s in spans])
         at = np.append(at, knots[spans[-1] + 1])
-        return de_boor(knots, np.append(np.repeat(spans, STEPS), spans[-1]), at, np.hstack([points * weights, weights]))
+        owners = np.append(np.repeat(spans, STEPS), spans[-1])
+        return de_boor(knots, owners, at, np.hstack([points * weights, weights])), 0
 
 
 def de_boor(knots: np.ndarray, spans: np.ndarray, at: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -115,10 +114,7 @@ def de_boor(knots: np.ndarray, spans: np.ndarray, at: np.ndarray, points: np.nda
 
 
 def polyline(curves: UsdGeom.Curves, points: np.ndarray, where: str) -> tuple[np.ndarray, int]:
-    """Return points on a curve pinned at both ends, (n, k) float64, and the number beyond either end of the curve.
-
-    The points of an interpolating curve are unchanged.
-    """
+    """Return points on a curve pinned at both ends, (n, k), and the number beyond either end of the curve."""
     cubic = curves.GetTypeAttr().Get() == UsdGeom.Tokens.cubic
     basis = curves.GetBasisAttr().Get()
     wrap = curves.GetWrapAttr().Get()
@@ -135,35 +131,21 @@ def polyline(curves: UsdGeom.Curves, points: np.ndarray, where: str) -> tuple[np
     if basis == UsdGeom.Tokens.catmullRom:
         return points, 0 if pinned else BEYOND[basis]
     if basis == UsdGeom.Tokens.bspline:
-        return _bspline(points), 0 if pinned else BEYOND[basis]
+        # Pinned by mirroring the ends, p[-1] = 2 p[0] - p[1]; without pins the first and last span are omitted.
+        points = np.concatenate([[2 * points[0] - points[1]], points, [2 * points[-1] - points[-2]]])
+        return _sample(BSPLINE, np.arange(len(points) - 3), points), 0 if pinned else BEYOND[basis]
     if basis == UsdGeom.Tokens.bezier:
-        return _bezier(points, where), 0
+        if len(points) < 4 or len(points) % 3 != 1:
+            raise BadInput(f"the Bezier curve has {len(points)} points", where=where, right="4, 7, 10, ...")
+        return _sample(BEZIER, np.arange(0, len(points) - 1, 3), points), 0
     raise BadInput(f"the basis is {basis}", where=where, right="catmullRom, bspline or bezier")
 
 
-def _bspline(points: np.ndarray) -> np.ndarray:
-    """Return points on a uniform cubic B-spline that is pinned by mirroring its ends, p[-1] = 2 p[0] - p[1]."""
-    points = np.concatenate([[2 * points[0] - points[1]], points, [2 * points[-1] - points[-2]]])
-    return _sample(BSPLINE, np.arange(len(points) - 3), points)
-
-
-def _bezier(points: np.ndarray, where: str) -> np.ndarray:
-    if len(points) < 4 or len(points) % 3 != 1:
-        raise BadInput(f"the Bezier curve has {len(points)} points", where=where, right="4, 7, 10, ...")
-    return _sample(BEZIER, np.arange(0, len(points) - 1, 3), points)
-
-
 def _sample(basis: np.ndarray, spans: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return STEPS points a span and the end of the last; a span s is controlled by points[s:s+4].
-
-    p(t) = (1, t, t^2, t^3) basis (p[s], p[s+1], p[s+2], p[s+3])
-    """
+    """Return STEPS points a span s and the end of the last: p(t) = (1, t, t^2, t^3) basis (p[s], ..., p[s+3])."""
     powers = np.vander(np.linspace(0, 1, STEPS + 1), 4, increasing=True)
     curve = np.einsum("tk,kp,spx->stx", powers, basis, points[spans[:, None] + np.arange(4)])
     return np.concatenate([curve[:, :-1].reshape(-1, points.shape[1]), curve[-1, -1:]])
-
-
-NAMED = 5  # number of curves in a message
 
 
 def read_curves(
@@ -203,6 +185,7 @@ def read_curves(
     if not lines:
         raise BadInput("the curves have no points", where=path, right="at least one curve")
     columns = np.concatenate(lines)
+    sizes = [len(part.ids) for part in parts]
     offsets = np.cumsum([0] + [len(line) for line in lines]).astype(np.int32)
     return Curves(
         np.ascontiguousarray(columns[:, :3]),
@@ -213,37 +196,12 @@ def read_curves(
         np.ascontiguousarray(columns[:, 3:6]) if any(part.rested for part in parts) else None,
         _known_widths(columns[:, 6], offsets, path),
         time,
-        _joined([part.uv for part in parts], parts, 0.0),
-        *_joined_groups(parts, [curves.GetPrim().GetName() for curves in prims]),
-        _joined([part.guides for part in parts], parts, False),
+        join_values([part.uv for part in parts], sizes, 0.0),
+        *join_groups([part.groups for part in parts], sizes, [curves.GetPrim().GetName() for curves in prims]),
+        join_values([part.guides for part in parts], sizes, False),
         np.nan_to_num(columns[:, 7:]).astype(np.float32) if any(part.coloured for part in parts) else None,
-        _joined_maps(parts),
+        join_maps([part.maps for part in parts], sizes),
     )
-
-
-def _joined(values: Sequence[np.ndarray | None], parts: list["_Part"], blank: object) -> np.ndarray | None:
-    """Return values of the strands of all parts, (S, ...), with a blank in parts without them; None without any."""
-    given = next((found for found in values if found is not None), None)
-    if given is None:
-        return None
-    pairs = zip(values, parts, strict=True)
-    shapes = ((found, (len(part.ids), *given.shape[1:])) for found, part in pairs)
-    return np.concatenate([np.full(shape, blank, given.dtype) if found is None else found for found, shape in shapes])
-
-
-def _joined_maps(parts: list["_Part"]) -> dict[str, np.ndarray]:
-    """Return the maps of the strands of all parts, (S,) each: 0 in parts without them."""
-    names = sorted({name for part in parts for name in part.maps})
-    return {n: np.concatenate([part.maps.get(n, np.zeros(len(part.ids))) for part in parts]) for n in names}
-
-
-def _joined_groups(parts: list["_Part"], names: list[str]) -> tuple[np.ndarray | None, tuple[str, ...]]:
-    """Return the group of each strand, (S,) int32, and their names; of several prims without groups each is one."""
-    labels = [part.groups for part in parts]
-    if all(groups is None for groups in labels) and len(parts) == 1:
-        return None, ()
-    pairs = zip(labels, parts, names, strict=True)
-    return numbered(np.concatenate([np.full(len(p.ids), n) if found is None else found for found, p, n in pairs]))
 
 
 class _Part(NamedTuple):
@@ -296,9 +254,7 @@ def _read_part(curves: UsdGeom.Curves) -> _Part:
         place_of = f"{where} curve {i}"
         try:
             whole = np.column_stack([strand, *values])
-            line, beyond = (
-                polyline(curves, whole, place_of) if nurbs is None else (nurbs.polyline(i, whole, place_of), 0)
-            )
+            line, beyond = nurbs.polyline(i, whole, place_of) if nurbs else polyline(curves, whole, place_of)
         except BadInput as fault:
             faults[i] = fault
             continue
@@ -336,10 +292,7 @@ def _at_points(values: np.ndarray, count: int) -> np.ndarray:
 
 
 def _between(values: np.ndarray, rows: int, beyond: int) -> np.ndarray:
-    """Return values at the points of a line, (rows, k), from those at the ends of its spans, (n, k), at equal steps.
-
-    beyond  points of the line before the curve begins
-    """
+    """Return values at the points of a line, (rows, k), from those at the ends of its spans, (n, k), at equal steps."""
     ends = np.linspace(beyond, rows - 1 - beyond, len(values))
     filled = _at_points(values, len(values))
     return np.stack([np.interp(np.arange(rows), ends, column) for column in filled.T], axis=1)
