@@ -1,7 +1,6 @@
 """What the README files say is so: commands parse, paths and anchors are there, figures name where they come from."""
 
 import re
-import shutil
 import sys
 import tomllib
 from pathlib import Path
@@ -158,12 +157,79 @@ def test_the_readme_is_one_page():
     assert len((HOME / "README.md").read_text(encoding="utf-8").splitlines()) <= MOST_LINES
 
 
-def test_the_graph_of_the_readme_can_be_loaded(tmp_path):
-    [text] = [block for language, block in FENCE.findall((HOME / "README.md").read_text()) if language == "toml"]
-    folder = tmp_path / "graphs"
-    shutil.copytree(HOME / "graphs/assets", folder / "assets", ignore=shutil.ignore_patterns("*.webp"))
-    (folder / "shot.toml").write_text(text)
-    assert load_graph(folder / "shot.toml").nodes["hair"].settings["stiction"]["release"] == 2.2e-3
+GROWING = re.compile(r"# (in )?[\w-]+\.toml\b")
+"""What begins a block of a graph that a page has its reader write: `tests/test_docs.py` loads these as they grow."""
+STAND_INS = """
+[parts]
+type = "bake_parts"
+in = { rest = "head", pose = "motion" }
+[front]
+type = "grow_groom"
+in.scalp = "head"
+[back]
+like = "front"
+[watch]
+type = "watch_hair"
+in = { hair = "hair", groom = "groom" }
+[motion_of_hair]
+type = "measure_motion"
+in.hair = "hair"
+"""
+"""Nodes that examples refer to besides those of the demo."""
+
+
+def with_tables(tables, more):
+    """Return tables in which others are merged; a node that states its type replaces one of its name."""
+    merged = dict(tables)
+    for name, value in more.items():
+        known = merged.get(name)
+        merge = isinstance(known, dict) and isinstance(value, dict) and "type" not in value
+        merged[name] = with_tables(known, value) if merge else value
+    return merged
+
+
+def needed_by(own, tables):
+    """Return what tables have for the whole graph, and those nodes that some of them need; pure."""
+    names = {name for name, value in tables.items() if not isinstance(value, dict) or name == "wedge"}
+    queue = [
+        "hair",
+        *own,
+        *(name for wedge in own.get("wedge", {}).values() for name in (*wedge["axes"], "watch", "picture")),
+    ]
+    while queue:
+        name = queue.pop()
+        if name in tables and name not in names:
+            names.add(name)
+            sockets = tables[name].get("in", {}).values()
+            queue += [each for socket in sockets for each in (socket if isinstance(socket, list) else [socket])]
+            queue += [tables[name].get("like", "")]
+    return {name: tables[name] for name in tables if name in names}
+
+
+@pytest.mark.parametrize(
+    ("page", "block"),
+    [
+        pytest.param(page, block, id=f"{name_of(page)}-{number}")
+        for page in PAGES
+        for number, (language, block) in enumerate(FENCE.findall(page.read_text(encoding="utf-8")))
+        if language == "toml" and not GROWING.match(block)
+    ],
+)
+def test_tables_of_pages_are_accepted(page, block, tmp_path, monkeypatch):
+    """A block with frames, head and body is a graph; any other is merged into the demo, whose nodes it refers to."""
+    write_files(page, tmp_path)
+    monkeypatch.setenv("HAIRPIPE_TRUST", str(tmp_path / "nodes"))
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "assets").symlink_to(HOME / "graphs/assets")
+    (tmp_path / "character.usd").touch()
+    own = tables = tomllib.loads(block)
+    if not {"frames", "head", "body"} <= own.keys():
+        demo = tomllib.loads((HOME / "graphs/demo.toml").read_text(encoding="utf-8") + STAND_INS)
+        tables = needed_by(own, with_tables(demo, own))
+    shot = hairpipe.load(tables)
+    for wedge in tables.get("wedge", {}):
+        assert shot.wedge(wedge)
+    assert shot.nodes
 
 
 def write_surroundings(folder):
