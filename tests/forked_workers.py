@@ -95,7 +95,7 @@ def start(command: list[str], *, pass_fds: list[int], stdout: int, env: dict[str
     if folder is None or source.environment != read_at_import(env):
         return subprocess.Popen(command, pass_fds=pass_fds, stdout=stdout, env=env, **others)
     request = {"path": command[-1], "environment": env, "folder": folder, "mask": read_umask()}
-    request |= {"descriptor": pass_fds[0], "session": others["start_new_session"]}
+    request |= {"descriptor": pass_fds[0]}
     with Path(os.devnull).open("r+b", buffering=0) as nothing:
         output = nothing.fileno() if stdout == subprocess.DEVNULL else stdout
         return ForkedWorker(source, request, [nothing.fileno(), output, output, pass_fds[0]])
@@ -146,8 +146,6 @@ def become(request: dict, descriptors: list[int]) -> None:
         for descriptor, place in zip(given, (0, 1, 2, request["descriptor"]), strict=True):
             os.dup2(descriptor, place)
             os.close(descriptor)
-        if request["session"]:
-            os.setsid()
         os.umask(request["mask"])
         os.chdir(request["folder"])
         os.environ.clear()
