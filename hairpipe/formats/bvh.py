@@ -16,6 +16,7 @@ import numpy as np
 
 from hairpipe.errors import BadInput
 from hairpipe.formats.text import LARGEST, parse_number, parse_numbers, read_text
+from hairpipe.plain_file import stamp_of
 from hairpipe.values.body import Clip
 
 CHANNELS = {
@@ -39,26 +40,23 @@ class Joint:
     channels: list[str] = field(default_factory=list)
 
 
-def tokenise(lines: list[str]) -> list[tuple[str, int]]:
-    """Words and braces with the number of their line, each line ended by an empty word: names may contain blanks."""
-    words = []
-    for number, line in enumerate(lines, start=1):
-        words += [(word, number) for word in re.findall(r"[{}]|[^\s{}]+", line)]
-        words.append(("", number))
-    return words
-
-
 class Hierarchy:
-    """Parser of the HIERARCHY section, without recursion, so that the depth is not limited."""
+    """Parser of the HIERARCHY section, without recursion, so that the depth is not limited.
 
-    def __init__(self, path: Path, tokens: list[tuple[str, int]]) -> None:
+    tokens  words and braces with their lines, each line ended by an empty word: names may contain blanks
+    open    the joints whose braces are open, or END_SITE
+    """
+
+    def __init__(self, path: Path, lines: list[str]) -> None:
         self.path = path
-        self.tokens = tokens
+        self.tokens = [
+            token
+            for number, line in enumerate(lines, start=1)
+            for token in (*((word, number) for word in re.findall(r"[{}]|[^\s{}]+", line)), ("", number))
+        ]
         self.place = 0
         self.joints: list[Joint] = []
-        self.open: list[int] = []  # the joints whose braces are open, or END_SITE
-
-    def read(self) -> None:
+        self.open: list[int] = []
         if self.word().upper() != "HIERARCHY":
             raise self.fault("the file does not begin with HIERARCHY", "a BVH file")
         for word in iter(self.word, ""):
@@ -69,61 +67,54 @@ class Hierarchy:
             raise self.fault("there is no joint", "ROOT and a name")
 
     def read_item(self, word: str) -> None:
+        inner = self.open[-1] if self.open else None
         match word.upper():
-            case "ROOT" | "JOINT":
-                self.begin_joint(word.upper())
+            case "ROOT" | "JOINT" as keyword:
+                self.begin_joint(keyword, inner)
             case "END":
                 self.rest_of_line()
+                if inner in (None, END_SITE):
+                    raise self.fault("an End Site stands outside a joint", "End Site within a joint")
                 self.begin(END_SITE)
             case "OFFSET":
-                self.read_offset()
+                numbers = [self.number() for _ in range(3)]
+                if inner is None:
+                    raise self.fault("an OFFSET stands outside a joint", "OFFSET within a joint")
+                if inner == END_SITE:
+                    self.joints[self.open[-2]].end = numbers
+                else:
+                    self.joints[inner].offset = numbers
             case "CHANNELS":
-                self.read_channels()
-            case "}" if self.open:
-                self.end_block()
+                self.read_channels(inner)
+            case "}" if inner is not None:
+                self.open.pop()
+                if inner != END_SITE and self.joints[inner].offset is None:
+                    raise self.fault(f"joint {self.joints[inner].name!r} has no OFFSET", "OFFSET x y z")
             case _:
-                raise self.fault(
-                    f"{word!r} is not understood here", "ROOT, JOINT, End Site, OFFSET, CHANNELS or a brace"
-                )
+                right = "ROOT, JOINT, End Site, OFFSET, CHANNELS or a brace"
+                raise self.fault(f"{word!r} is not understood here", right)
 
-    def begin_joint(self, keyword: str) -> None:
-        if (keyword == "ROOT") == bool(self.open):
+    def begin_joint(self, keyword: str, parent: int | None) -> None:
+        if (keyword == "ROOT") != (parent is None):
             raise self.fault(f"a {keyword} stands in the wrong place", "ROOT outermost, JOINT within a joint")
-        parent = self.open[-1] if self.open else -1
-        if self.open and parent == END_SITE:
+        if parent == END_SITE:
             raise self.fault("a JOINT stands within an End Site", "JOINT within a joint")
         name = self.rest_of_line()
         if not name:
             raise self.fault(f"a {keyword} has no name", f"{keyword} Hips")
         if len(self.joints) == MOST_JOINTS:
             raise self.fault(f"there are more than {MOST_JOINTS:,} joints", "a skeleton")
-        self.joints.append(Joint(name, parent))
+        self.joints.append(Joint(name, -1 if parent is None else parent))
         self.begin(len(self.joints) - 1)
 
     def begin(self, joint: int) -> None:
-        if joint == END_SITE and (not self.open or self.open[-1] == END_SITE):
-            raise self.fault("an End Site stands outside a joint", "End Site within a joint")
         if self.word() != "{":
             raise self.fault("a brace is missing", "{ after the name")
         self.open.append(joint)
 
-    def end_block(self) -> None:
-        joint = self.open.pop()
-        if joint != END_SITE and self.joints[joint].offset is None:
-            raise self.fault(f"joint {self.joints[joint].name!r} has no OFFSET", "OFFSET x y z")
-
-    def read_offset(self) -> None:
-        numbers = [self.number() for _ in range(3)]
-        if not self.open:
-            raise self.fault("an OFFSET stands outside a joint", "OFFSET within a joint")
-        if self.open[-1] == END_SITE:
-            self.joints[self.open[-2]].end = numbers
-        else:
-            self.joints[self.open[-1]].offset = numbers
-
-    def read_channels(self) -> None:
+    def read_channels(self, joint: int | None) -> None:
         count = self.number()
-        if not self.open or self.open[-1] == END_SITE or self.joints[self.open[-1]].channels:
+        if joint is None or joint == END_SITE or self.joints[joint].channels:
             raise self.fault("CHANNELS stand in the wrong place", "once within a joint")
         if count not in range(MOST_CHANNELS + 1):
             raise self.fault(f"a joint cannot have {count:g} channels", f"0 to {MOST_CHANNELS}")
@@ -133,10 +124,10 @@ class Hierarchy:
         positions = [name for name in names if name.endswith("position")]
         if len(set(positions)) < len(positions):
             raise self.fault("a position channel stands twice in one joint", "each once")
-        self.joints[self.open[-1]].channels = names
+        self.joints[joint].channels = names
 
     def word(self) -> str:
-        """The next word, skipping line ends; empty at the end of the section."""
+        """Return the next word, skipping line ends; empty at the end of the section."""
         while self.place < len(self.tokens):
             word, _ = self.tokens[self.place]
             self.place += 1
@@ -145,7 +136,6 @@ class Hierarchy:
         return ""
 
     def rest_of_line(self) -> str:
-        """The words up to the end of the line or a brace, as one name."""
         words = []
         while self.place < len(self.tokens) and self.tokens[self.place][0] not in ("", "{", "}"):
             words.append(self.tokens[self.place][0])
@@ -153,7 +143,6 @@ class Hierarchy:
         return " ".join(words)
 
     def number(self) -> float:
-        """The next word as a number."""
         word = self.word()
         value = parse_number(word)
         if value is None:
@@ -161,7 +150,7 @@ class Hierarchy:
         return value
 
     def fault(self, what: str, right: str) -> BadInput:
-        """Make the message for a fault at the latest word."""
+        """Return the fault at the latest word."""
         line = self.tokens[min(max(self.place - 1, 0), len(self.tokens) - 1)][1] if self.tokens else 1
         return BadInput(what, where=f"{self.path}, line {line}", right=right)
 
@@ -170,16 +159,12 @@ BLANKS = b" \t\v\f"
 
 
 def recall_bvh(path: Path) -> Clip:
-    """Read a clip once per process, as long as the file's size and time are unchanged."""
-    try:
-        status = path.stat()
-    except OSError:
-        return read_bvh(path)
-    return _recall(path, status.st_size, status.st_mtime_ns)
+    """Read a clip once per process, as long as the file is unchanged; see `read_bvh`."""
+    return _recall(path, stamp_of(str(path)))
 
 
 @lru_cache(maxsize=8)
-def _recall(path: Path, size: int, modified: int) -> Clip:
+def _recall(path: Path, stamp: tuple[int, ...]) -> Clip:
     return read_bvh(path)
 
 
@@ -193,8 +178,7 @@ def read_bvh(path: Path) -> Clip:
     if letters > MOST_LETTERS:
         right = f"at most {MOST_LETTERS:,}, for at most {MOST_JOINTS:,} joints"
         raise BadInput(f"the HIERARCHY section has {letters:,} letters", where=path, right=right)
-    hierarchy = Hierarchy(path, tokenise(lines[:motion]))
-    hierarchy.read()
+    hierarchy = Hierarchy(path, lines[:motion])
     frames, frame_time, first = _read_counts(path, lines, motion + 1)
     channels = tuple(tuple(joint.channels) for joint in hierarchy.joints)
     values = _read_values(path, lines, first, frames, sum(map(len, channels)))
@@ -221,9 +205,8 @@ def _read_counts(path: Path, lines: list[str], start: int) -> tuple[int, float, 
         match = re.fullmatch(expected[0], line.strip(), re.IGNORECASE)
         value = parse_number(match[1]) if match else None
         if value is None or value <= 0.0:
-            raise BadInput(
-                f"{line.strip()[:60]!r} is not understood", where=f"{path}, line {index + 1}", right=expected[1]
-            )
+            what = f"{line.strip()[:60]!r} is not understood"
+            raise BadInput(what, where=f"{path}, line {index + 1}", right=expected[1])
         found.append(value)
     else:
         index = len(lines)

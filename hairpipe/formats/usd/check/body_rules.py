@@ -51,8 +51,7 @@ def normals(scene: Scene) -> Iterator[Fault]:
         authored = _authored_normals(mesh)
         lengths = None if authored is None else np.linalg.norm(authored.astype(np.float64), axis=1)
         if lengths is not None and (np.abs(lengths - 1) > UNIT).mean() > UNEVEN:
-            message = f"are {np.median(lengths):.3g} long in the median; unit vectors are right"
-            yield mesh.fault("normals", message)
+            yield mesh.fault("normals", f"are {np.median(lengths):.3g} long in the median; unit vectors are right")
         elif authored is not None and _mean_cosine(authored, outward, areas) < INWARD:
             yield mesh.fault("normals", "look the other way than the faces; outward is right")
         elif authored is not None and (away := (np.einsum("fx,fx->f", authored, outward) < 0).mean()) > AWAY:
@@ -177,45 +176,43 @@ def _rim(mesh: Snapshot) -> tuple[int, int]:
     return int((faces == 1).sum()), len(faces)
 
 
-def skin_range(scene: Scene) -> Iterator[Fault]:
+def skin_range(scene: Scene, track: Track) -> Iterator[Fault]:
     """Find roots on missing faces, or outside of their triangle."""
-    for track in scene.hair:
-        faces = track.first.array("primvars:skinprim")
-        uv = track.first.array("primvars:skinprimuv", 2)
-        meshes = [len(mesh.first.counts) for mesh in scene.skins if mesh.first.consistent]
-        if faces is not None and len(faces) and meshes and len(meshes) == len(scene.skins):
-            wrong = (faces < 0) | (faces >= max(meshes))
-            if wrong.any():
-                message = f"strand {np.argmax(wrong)} stands on face {faces[np.argmax(wrong)]}; {wrong.sum()} such"
-                yield track.fault("primvars:skinprim", f"{message}, faces are 0 to {max(meshes) - 1}")
-        if uv is not None and len(uv):
-            wrong = (uv < -OUTSIDE).any(axis=1) | (uv > 1 + OUTSIDE).any(axis=1)
-            if all(mesh.first.triangles for mesh in scene.meshes):
-                wrong |= uv.sum(axis=1) > 1 + OUTSIDE
-            if wrong.any():
-                place = ", ".join(f"{x:.3g}" for x in uv[np.argmax(wrong)])
-                message = f"strand {np.argmax(wrong)} stands at {place}, outside of its face; {wrong.sum()} such"
-                yield track.fault("primvars:skinprimuv", f"{message}, both are 0 or more, their sum 1 or less")
+    faces = track.first.array("primvars:skinprim")
+    uv = track.first.array("primvars:skinprimuv", 2)
+    meshes = [len(mesh.first.counts) for mesh in scene.skins if mesh.first.consistent]
+    if faces is not None and len(faces) and meshes and len(meshes) == len(scene.skins):
+        wrong = (faces < 0) | (faces >= max(meshes))
+        if wrong.any():
+            message = f"strand {np.argmax(wrong)} stands on face {faces[np.argmax(wrong)]}; {wrong.sum()} such"
+            yield track.fault("primvars:skinprim", f"{message}, faces are 0 to {max(meshes) - 1}")
+    if uv is not None and len(uv):
+        wrong = (uv < -OUTSIDE).any(axis=1) | (uv > 1 + OUTSIDE).any(axis=1)
+        if all(mesh.first.triangles for mesh in scene.meshes):
+            wrong |= uv.sum(axis=1) > 1 + OUTSIDE
+        if wrong.any():
+            place = ", ".join(f"{x:.3g}" for x in uv[np.argmax(wrong)])
+            message = f"strand {np.argmax(wrong)} stands at {place}, outside of its face; {wrong.sum()} such"
+            yield track.fault("primvars:skinprimuv", f"{message}, both are 0 or more, their sum 1 or less")
 
 
-def roots_on_skin(scene: Scene) -> Iterator[Fault]:
+def roots_on_skin(scene: Scene, track: Track) -> Iterator[Fault]:
     """Find roots off the skin, strands with their tips on it, and hair that does not move with the body."""
-    for track in scene.hair:
-        roots = scene.roots(track)
-        if roots is None or not roots.reach:
-            continue
-        first = track.first
-        off = roots.misses(first, first.code) > roots.reach
-        upside = off & (roots.misses(first, first.code, tips=True) <= roots.reach)
-        if upside.mean() > SOME or (upside & roots.far(first, first.code)).any():
-            message = f"strand {roots.strands[np.argmax(upside)]} has its tip on the skin, not its root"
-            yield track.fault("points", f"{message}; {upside.sum()} such, the root comes first", first.code)
-        elif off.mean() > SOME or roots.far(first, first.code).any():
-            yield first.fault(
-                "points", f"{_away(roots, off, roots.misses(first, first.code))}; a root is a point of the skin"
-            )
-        else:
-            yield from _moves_with_skin(roots)
+    roots = scene.roots(track)
+    if roots is None or not roots.reach:
+        return
+    first = track.first
+    off = roots.misses(first, first.code) > roots.reach
+    upside = off & (roots.misses(first, first.code, tips=True) <= roots.reach)
+    if upside.mean() > SOME or (upside & roots.far(first, first.code)).any():
+        message = f"strand {roots.strands[np.argmax(upside)]} has its tip on the skin, not its root"
+        yield track.fault("points", f"{message}; {upside.sum()} such, the root comes first", first.code)
+    elif off.mean() > SOME or roots.far(first, first.code).any():
+        yield first.fault(
+            "points", f"{_away(roots, off, roots.misses(first, first.code))}; a root is a point of the skin"
+        )
+    else:
+        yield from _moves_with_skin(roots)
 
 
 def _moves_with_skin(roots: Roots) -> Iterator[Fault]:
@@ -247,24 +244,23 @@ def _late(roots: Roots, hair: Snapshot, time: float) -> str:
     return "; hair goes with the skin"
 
 
-def root_uv(scene: Scene) -> Iterator[Fault]:
+def root_uv(scene: Scene, track: Track) -> Iterator[Fault]:
     """Find texture coordinates of roots that differ from those of the skin, or are all equal."""
-    for track in scene.hair:
-        roots = scene.authored_roots(track)
-        st = track.first.array("primvars:st", 2)
-        if st is None or len(st) != len(track.first.counts) or not np.isfinite(st).all():
-            continue
-        if len(st) > 1 and not np.ptp(st, axis=0).any():
-            yield track.fault("primvars:st", "is the same for all strands; it is where each root stands")
-            continue
-        skin = None if roots is None else _skin_uv(roots)
-        if roots is not None and skin is not None:
-            wrong = np.abs(skin - st[roots.strands]).max(axis=1) > UV
-            if wrong.mean() > SOME:
-                at = int(np.argmax(wrong))
-                here, there = (f"({u:.3g}, {v:.3g})" for u, v in (st[roots.strands[at]], skin[at]))
-                message = f"of strand {roots.strands[at]} is {here}, where the skin has {there}; {wrong.sum()} such"
-                yield track.fault("primvars:st", message)
+    roots = scene.authored_roots(track)
+    st = track.first.array("primvars:st", 2)
+    if st is None or len(st) != len(track.first.counts) or not np.isfinite(st).all():
+        return
+    if len(st) > 1 and not np.ptp(st, axis=0).any():
+        yield track.fault("primvars:st", "is the same for all strands; it is where each root stands")
+        return
+    skin = None if roots is None else _skin_uv(roots)
+    if roots is not None and skin is not None:
+        wrong = np.abs(skin - st[roots.strands]).max(axis=1) > UV
+        if wrong.mean() > SOME:
+            at = int(np.argmax(wrong))
+            here, there = (f"({u:.3g}, {v:.3g})" for u, v in (st[roots.strands[at]], skin[at]))
+            message = f"of strand {roots.strands[at]} is {here}, where the skin has {there}; {wrong.sum()} such"
+            yield track.fault("primvars:st", message)
 
 
 def _skin_uv(roots: Roots) -> np.ndarray | None:

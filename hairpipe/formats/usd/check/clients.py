@@ -4,6 +4,7 @@ The rules are general; CLIENTS lists for each program what it reads.
 """
 
 from collections.abc import Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -79,19 +80,12 @@ def rules_for(name: str) -> tuple[Rule, ...]:
     """Return the rules for the scene of a stage that a program reads."""
     client = CLIENTS[name]
 
-    def each(find: object) -> object:
-        def faults(scene: Scene) -> Iterator[Fault]:
-            for track in scene.hair:
-                yield from find(client, track, name)  # type: ignore[operator]
-
-        return faults
-
     found = {"schema": schemas, "primvar": primvars, "widths": widths, "basis": bases, "guides": guides}
-    rules = tuple(Rule(f"{name}-{rule}", "error", each(find)) for rule, find in found.items())  # type: ignore[arg-type]
-    return (*rules, Rule(f"{name}-binding", "error", lambda scene: bindings(client, scene)))
+    rules = [Rule(f"{name}-{key}", "error", "hair", partial(find, client, name)) for key, find in found.items()]
+    return (*rules, Rule(f"{name}-binding", "error", "scene", partial(bindings, client)))
 
 
-def schemas(client: Client, hair: Track, name: str) -> Iterator[Fault]:
+def schemas(client: Client, name: str, _: Scene, hair: Track) -> Iterator[Fault]:
     """Find curves without the API schema by which a program knows hair."""
     above = hair.prim
     applied = set[str]()
@@ -104,7 +98,7 @@ def schemas(client: Client, hair: Track, name: str) -> Iterator[Fault]:
             yield fault_of(hair.prim, f"has no {schema}; {name} reads curves without it not as hair")
 
 
-def primvars(client: Client, hair: Track, name: str) -> Iterator[Fault]:
+def primvars(client: Client, name: str, _: Scene, hair: Track) -> Iterator[Fault]:
     """Find primvars of a type, an interpolation or a number of values that a program ignores, and missing ones."""
     shape = hair.first
     given = {p.GetPrimvarName(): p for p in UsdGeom.PrimvarsAPI(hair.prim).GetPrimvarsWithValues()}
@@ -132,7 +126,7 @@ def primvars(client: Client, hair: Track, name: str) -> Iterator[Fault]:
             yield hair.fault(f"primvars:{key}", message)
 
 
-def widths(client: Client, hair: Track, name: str) -> Iterator[Fault]:
+def widths(client: Client, name: str, _: Scene, hair: Track) -> Iterator[Fault]:
     """Find widths with an interpolation that a program does not read."""
     curves = UsdGeom.Curves(hair.prim)
     interpolation = curves.GetWidthsInterpolation()
@@ -143,7 +137,7 @@ def widths(client: Client, hair: Track, name: str) -> Iterator[Fault]:
         yield hair.fault("widths", f"{message}; use {' or '.join(client.widths)}")
 
 
-def bases(client: Client, hair: Track, name: str) -> Iterator[Fault]:
+def bases(client: Client, name: str, _: Scene, hair: Track) -> Iterator[Fault]:
     """Find curves that a program draws through their control points."""
     curves = UsdGeom.BasisCurves(hair.prim)
     basis = curves.GetBasisAttr().Get()
@@ -152,7 +146,7 @@ def bases(client: Client, hair: Track, name: str) -> Iterator[Fault]:
         yield hair.fault("basis", f"{message}; use {' or '.join(client.bases)}")
 
 
-def guides(client: Client, hair: Track, name: str) -> Iterator[Fault]:
+def guides(client: Client, name: str, _: Scene, hair: Track) -> Iterator[Fault]:
     """Find hair all of whose strands are guides, which are not drawn, and guides that are named and do not exist."""
     api = UsdGeom.PrimvarsAPI(hair.prim)
     marks, closest = (api.GetPrimvar(key) for key in ("groom_guide", "groom_closest_guides"))

@@ -5,6 +5,9 @@ from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 Severity = Literal["error", "warning"]
+Subject = Literal["stage", "asset", "prim", "field", "curves", "shape", "frame", "scene", "hair"]
+"""Arguments of a rule: the stage, a file that it names, a prim, a field of a volume and a reader of its file, curves or
+any shape at one time, hair with its motion at one time, all visible shapes, or these and one hair over time."""
 
 
 class Fault(NamedTuple):
@@ -30,6 +33,7 @@ class Rule(NamedTuple):
 
     name: str
     severity: Severity
+    subject: Subject
     faults: Callable[..., Iterator[Fault]]
 
 

@@ -311,29 +311,26 @@ def _lattice(values: np.ndarray) -> float:
     return float(step) if np.abs(off - np.round(off)).max() < ON_LATTICE else 0.0
 
 
-def rest(scene: Scene) -> Iterator[Fault]:
+def rest(scene: Scene, track: Track) -> Iterator[Fault]:
     """Find a rest pose in another unit than the hair, or of other strands."""
-    for track in scene.hair:
-        if track.still is None or not np.median(track.first.lengths):
-            yield from _without_rest(track)
-            continue
-        ratio = float(np.median(track.growth))
-        apart = ((track.growth < OTHER[0]) | (track.growth > OTHER[1])) & ~_short(track.first)
-        if not REST[0] <= ratio <= REST[1]:
-            message = f"has strands {ratio:.3g} times as long as points has; it is in the unit of the points"
-            yield track.fault("primvars:pref", message)
-        elif apart.mean() > SOME:
-            message = f"strand {np.argmax(apart)} is {track.growth[np.argmax(apart)]:.2g} times as long as in points"
-            yield track.fault("primvars:pref", f"{message}; {apart.sum()} such strands, are they others?")
-        elif _is_reversed(track.first, track.still):
-            yield track.fault("primvars:pref", "has its tips where points has its roots; the root comes first")
-        elif _is_mirrored(track.first, track.still) and stands(scene, track):
-            yield track.fault("primvars:pref", "is a mirror image of points; mirror it back")
-        elif (others := _scrambled(track.first, track.still)) > OTHERS:
-            message = (
-                f"{others:.0%} of strands have other neighbours there than in points: they belong to other strands"
-            )
-            yield track.fault("primvars:pref", message)
+    if track.still is None or not np.median(track.first.lengths):
+        yield from _without_rest(track)
+        return
+    ratio = float(np.median(track.growth))
+    apart = ((track.growth < OTHER[0]) | (track.growth > OTHER[1])) & ~_short(track.first)
+    if not REST[0] <= ratio <= REST[1]:
+        message = f"has strands {ratio:.3g} times as long as points has; it is in the unit of the points"
+        yield track.fault("primvars:pref", message)
+    elif apart.mean() > SOME:
+        message = f"strand {np.argmax(apart)} is {track.growth[np.argmax(apart)]:.2g} times as long as in points"
+        yield track.fault("primvars:pref", f"{message}; {apart.sum()} such strands, are they others?")
+    elif _is_reversed(track.first, track.still):
+        yield track.fault("primvars:pref", "has its tips where points has its roots; the root comes first")
+    elif _is_mirrored(track.first, track.still) and stands(scene, track):
+        yield track.fault("primvars:pref", "is a mirror image of points; mirror it back")
+    elif (others := _scrambled(track.first, track.still)) > OTHERS:
+        message = f"{others:.0%} of strands have other neighbours there than in points: they belong to other strands"
+        yield track.fault("primvars:pref", message)
 
 
 def stands(scene: Scene, track: Track) -> bool:

@@ -54,17 +54,16 @@ def _lost(track: Track, hair: Snapshot, way: np.ndarray) -> Iterator[Fault]:
         yield hair.fault("velocities", f"of strand {np.argmax(lost)} are 0; {lost.sum()} such strands")
 
 
-def strand_jumps(scene: Scene) -> Iterator[Fault]:
+def strand_jumps(scene: Scene, track: Track) -> Iterator[Fault]:
     """Find strands of which all points jump: to another strand, or to none."""
-    for track in scene.hair:
-        for before, now in _pairs(track):
-            misses = now.points.astype(np.float64) - before.points - _lead(before, now)
-            off = np.minimum.reduceat(np.linalg.norm(misses, axis=1), now.roots)
-            usual = max(float(np.median(off)), TINY)
-            jumped = (off > JUMP * before.lengths) & (off > ALONE * usual)
-            if jumped.any():
-                message = f"strand {np.argmax(jumped)} jumps by {off[np.argmax(jumped)]:.3g} from {before.code:g} on"
-                yield track.fault("points", f"{message}; {jumped.sum()} such strands", now.code)
+    for before, now in _pairs(track):
+        misses = now.points.astype(np.float64) - before.points - _lead(before, now)
+        off = np.minimum.reduceat(np.linalg.norm(misses, axis=1), now.roots)
+        usual = max(float(np.median(off)), TINY)
+        jumped = (off > JUMP * before.lengths) & (off > ALONE * usual)
+        if jumped.any():
+            message = f"strand {np.argmax(jumped)} jumps by {off[np.argmax(jumped)]:.3g} from {before.code:g} on"
+            yield track.fault("points", f"{message}; {jumped.sum()} such strands", now.code)
 
 
 def _pairs(track: Track) -> Iterator[tuple[Snapshot, Snapshot]]:
@@ -220,18 +219,17 @@ def _steps(track: Track) -> Iterator[Step]:
         before = now
 
 
-def velocities_missing(scene: Scene) -> Iterator[Fault]:
+def velocities_missing(scene: Scene, track: Track) -> Iterator[Fault]:
     """Find hair, and skin under it, that moves without velocities: motion blur separates them."""
-    for track in scene.hair:
-        attribute = track.prim.GetAttribute("velocities")
-        if track.moves and not attribute.HasValue():
-            yield track.fault("velocities", "has no value; moving hair needs them, in units per second")
-        elif not track.moves and attribute.HasValue():
-            yield from _frozen(track)
-        roots = scene.roots(track) if track.moves and attribute.HasValue() else None
-        if roots and roots.mesh.moves and not roots.mesh.prim.GetAttribute("velocities").HasValue():
-            message = f"has no value, while {track.prim.GetPath()} on it has; what moves together is blurred together"
-            yield roots.mesh.fault("velocities", message)
+    attribute = track.prim.GetAttribute("velocities")
+    if track.moves and not attribute.HasValue():
+        yield track.fault("velocities", "has no value; moving hair needs them, in units per second")
+    elif not track.moves and attribute.HasValue():
+        yield from _frozen(track)
+    roots = scene.roots(track) if track.moves and attribute.HasValue() else None
+    if roots and roots.mesh.moves and not roots.mesh.prim.GetAttribute("velocities").HasValue():
+        message = f"has no value, while {track.prim.GetPath()} on it has; what moves together is blurred together"
+        yield roots.mesh.fault("velocities", message)
 
 
 def _frozen(track: Track) -> Iterator[Fault]:
@@ -246,19 +244,18 @@ def _frozen(track: Track) -> Iterator[Fault]:
         yield hair.fault("points", f"has one value from {span}, but velocities that move it")
 
 
-def acceleration_match(scene: Scene) -> Iterator[Fault]:
+def acceleration_match(scene: Scene, track: Track) -> Iterator[Fault]:
     """Find accelerations that contradict the velocities: (a0 + a1) / 2 = (v1 - v0) / dt."""
-    for track in scene.hair:
-        sums = NONE
-        before = None
-        rate = track.rate
-        moves = track.moves and track.prim.GetAttribute("accelerations").HasValue()
-        for now in (track.at(time) for time in track.points) if moves else ():
-            arrays = [s.array(n, 3) for s in (before, now) if s is not None for n in ("velocities", "accelerations")]
-            if before is not None and all(a is not None and len(a) == len(now.points) for a in arrays):
-                v0, a0, v1, a1 = (np.nan_to_num(np.asarray(array, np.float64)) for array in arrays)
-                sums = sums.add((a0 + a1) / 2 * (now.time.GetValue() - before.time.GetValue()) / rate, v1 - v0)
-            before = now
-        if sums.seen > 0 and not (WILD[0] <= sums.scale <= WILD[1]):
-            message = f"change the velocities {sums.authored**0.5 / sums.seen**0.5:.2g} times as much as they change"
-            yield track.first.fault("accelerations", f"{message}; units per second squared are right")
+    sums = NONE
+    before = None
+    rate = track.rate
+    moves = track.moves and track.prim.GetAttribute("accelerations").HasValue()
+    for now in (track.at(time) for time in track.points) if moves else ():
+        arrays = [s.array(n, 3) for s in (before, now) if s is not None for n in ("velocities", "accelerations")]
+        if before is not None and all(a is not None and len(a) == len(now.points) for a in arrays):
+            v0, a0, v1, a1 = (np.nan_to_num(np.asarray(array, np.float64)) for array in arrays)
+            sums = sums.add((a0 + a1) / 2 * (now.time.GetValue() - before.time.GetValue()) / rate, v1 - v0)
+        before = now
+    if sums.seen > 0 and not (WILD[0] <= sums.scale <= WILD[1]):
+        message = f"change the velocities {sums.authored**0.5 / sums.seen**0.5:.2g} times as much as they change"
+        yield track.first.fault("accelerations", f"{message}; units per second squared are right")

@@ -8,7 +8,7 @@ import numpy as np
 from pxr import Kind, Sdf, Sdr, Usd, UsdGeom, UsdShade, UsdVol
 
 from hairpipe.formats.usd.check.finding import Fault, fault_of
-from hairpipe.formats.usd.check.scene import Scene
+from hairpipe.formats.usd.check.scene import Scene, Track
 from hairpipe.formats.usd.check.stage_rules import has_range, missing_targets
 
 
@@ -185,26 +185,25 @@ def reset_transform(prim: Usd.Prim) -> Iterator[Fault]:
         yield fault_of(prim, f"resets its transform, so that it does not go with {parent.GetPath()}")
 
 
-def hair_transform(scene: Scene) -> Iterator[Fault]:
+def hair_transform(scene: Scene, track: Track) -> Iterator[Fault]:
     """Find hair that is mirrored, sheared, or of another scale than the body or its own widths."""
-    for track in scene.hair:
-        path = str(track.prim.GetPath())
-        axes = track.first.world[:3, :3]
-        own = np.array(UsdGeom.Xformable(track.prim).GetLocalTransformation(track.first.time))[:3, :3]
-        scales = np.linalg.svd(axes, compute_uv=False)
-        bound = track.has("primvars:skinprim")
-        bodies = [_scale(mesh.first.world[:3, :3]) for mesh in scene.meshes if scene.moves(mesh) or bound]
-        if not np.isfinite(axes).all() or not scales.all():
-            continue
-        if np.linalg.det(axes) < 0:
-            yield Fault(path, "is mirrored by its transform; mirror the points, and keep the transform a movement")
-        elif scales[0] > (1 + EQUAL) * scales[-1]:
-            message = f"is scaled by {scales[0]:.3g} one way and by {scales[-1]:.3g} another"
-            yield Fault(path, f"{message}; widths know one scale")
-        elif bodies and all(abs(_scale(axes) / body - 1) > EQUAL for body in bodies):
-            yield Fault(path, f"is scaled by {_scale(axes):.3g}, where the body is by {bodies[0]:.3g}")
-        elif abs(_scale(own) - 1) > EQUAL and not bodies:
-            yield Fault(path, f"is scaled by {_scale(own):.3g} of its own; scale the points, widths and velocities")
+    path = str(track.prim.GetPath())
+    axes = track.first.world[:3, :3]
+    own = np.array(UsdGeom.Xformable(track.prim).GetLocalTransformation(track.first.time))[:3, :3]
+    scales = np.linalg.svd(axes, compute_uv=False)
+    bound = track.has("primvars:skinprim")
+    bodies = [_scale(mesh.first.world[:3, :3]) for mesh in scene.meshes if scene.moves(mesh) or bound]
+    if not np.isfinite(axes).all() or not scales.all():
+        return
+    if np.linalg.det(axes) < 0:
+        yield Fault(path, "is mirrored by its transform; mirror the points, and keep the transform a movement")
+    elif scales[0] > (1 + EQUAL) * scales[-1]:
+        message = f"is scaled by {scales[0]:.3g} one way and by {scales[-1]:.3g} another"
+        yield Fault(path, f"{message}; widths know one scale")
+    elif bodies and all(abs(_scale(axes) / body - 1) > EQUAL for body in bodies):
+        yield Fault(path, f"is scaled by {_scale(axes):.3g}, where the body is by {bodies[0]:.3g}")
+    elif abs(_scale(own) - 1) > EQUAL and not bodies:
+        yield Fault(path, f"is scaled by {_scale(own):.3g} of its own; scale the points, widths and velocities")
 
 
 def _scale(axes: np.ndarray) -> float:

@@ -170,8 +170,7 @@ def plausible_size(scene: Scene) -> Iterator[Fault]:
         sizes = f"widths of {_text(width)}, strands of {_text(length)}" + (f", a body of {_text(body)}" if body else "")
         alone = body is not None and votes[3] == 0 and scalp is not None and scalp > body
         if abs(sum(votes)) >= 2 and alone:
-            message = f"make hair of {sizes}: points and widths are in another unit than the stage"
-            yield hair.fault("points", message)
+            yield hair.fault("points", f"make hair of {sizes}: points and widths are in another unit than the stage")
         elif abs(sum(votes)) >= 2:
             what = "large" if sum(votes) > 0 else "small"
             unit = UsdGeom.GetStageMetersPerUnit(scene.stage)
@@ -244,19 +243,18 @@ def precision(track: Track, hair: Snapshot) -> Iterator[Fault]:
             yield hair.fault("points", f"{message}; {right}")
 
 
-def float_translate(scene: Scene) -> Iterator[Fault]:
+def float_translate(scene: Scene, track: Track) -> Iterator[Fault]:
     """Find a large translation of hair in single precision."""
-    for track in scene.hair:
-        widths = track.first.array("widths")
-        prim = track.prim
-        least = ROOM * np.median(widths) if widths is not None and len(widths) else 0.0
-        while least > 0 and prim.IsA(UsdGeom.Xformable):
-            for op in UsdGeom.Xformable(prim).GetOrderedXformOps():
-                far = np.abs(op.Get(track.first.time) or 0.0).max() if _is_single(op) else 0.0
-                if np.spacing(np.float32(far)) > least:
-                    message = f"moves by {far:.3g} in steps of {np.spacing(np.float32(far)):.1g}; use double precision"
-                    yield fault_of(op.GetAttr(), message)
-            prim = prim.GetParent()
+    widths = track.first.array("widths")
+    prim = track.prim
+    least = ROOM * np.median(widths) if widths is not None and len(widths) else 0.0
+    while least > 0 and prim.IsA(UsdGeom.Xformable):
+        for op in UsdGeom.Xformable(prim).GetOrderedXformOps():
+            far = np.abs(op.Get(track.first.time) or 0.0).max() if _is_single(op) else 0.0
+            if np.spacing(np.float32(far)) > least:
+                message = f"moves by {far:.3g} in steps of {np.spacing(np.float32(far)):.1g}; use double precision"
+                yield fault_of(op.GetAttr(), message)
+        prim = prim.GetParent()
 
 
 def _is_single(op: UsdGeom.XformOp) -> bool:
