@@ -1,9 +1,4 @@
-"""Scene of Blender from a shot: the program that imports it, printed, or run in a child process.
-
-Files that Blender reads, written as USD by Blender.
-
-Run a program of this folder in Blender, in a child process that ends with this one.
-"""
+"""Programs of this folder run by Blender in a child process: import of a shot, and conversion of files to USD."""
 
 import json
 import os

@@ -283,17 +283,12 @@ def unescape(name: str) -> str:
     return name
 
 
-def has_fields(kind: Any) -> bool:
-    """Whether a type has named fields: dataclasses and NamedTuples."""
-    return hasattr(kind, "__annotations__") and (dataclasses.is_dataclass(kind) or issubclass(kind, tuple))
-
-
 def build(kind: Any, tree: Tree) -> Any:
     """Build a value of this type from a tree, sharing its arrays; TypeError where the tree does not fit."""
     if get_origin(kind) in (Union, types.UnionType):
         inner = [option for option in get_args(kind) if option is not type(None)]
         return None if tree is None and len(inner) < len(get_args(kind)) else build(inner[0], tree)
-    if has_fields(kind):
+    if hasattr(kind, "__annotations__") and (dataclasses.is_dataclass(kind) or issubclass(kind, tuple)):
         hints = field_types(kind)
         if not isinstance(tree, dict) or tree.keys() != hints.keys():
             found = ", ".join(tree) if isinstance(tree, dict) else type(tree).__name__

@@ -1,14 +1,8 @@
-"""Pictures as PNG, and animations as WebP.
-
-Images of painted values.
-
-Pictures side by side and below each other, each with a caption.
-"""
+"""Pictures as PNG, animations as WebP, images of painted values, and sheets of pictures with captions."""
 
 import io
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
 
@@ -140,7 +134,7 @@ def decode_image(path: Path) -> np.ndarray:
 
 def encoded_image(values: np.ndarray) -> bytes:
     """Return values (height, width) uint8 as a PNG file, the top row first; pure."""
-    stream = BytesIO()
+    stream = io.BytesIO()
     Image.fromarray(values).save(stream, "PNG", optimize=True)
     return stream.getvalue()
 

@@ -1,9 +1,4 @@
-"""Tables as text: CSV and Markdown.
-
-Points as CSV tables, for spreadsheets and plots.
-
-Values as NPZ files, for users who have only numpy; the layout is that of `numpy.savez`.
-"""
+"""Tables as CSV and Markdown, points as CSV, and values as NPZ files, in the layout of `numpy.savez`."""
 
 import csv
 import math

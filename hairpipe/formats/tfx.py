@@ -11,12 +11,14 @@ gives the first no unit, and roots have those of the body.
 
 import struct
 import warnings
+from dataclasses import replace
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from hairpipe.errors import BadInput
+from hairpipe.formats.polylines import Up, plain_curves
 from hairpipe.plain_file import content
 from hairpipe.values.groom import Curves
 
@@ -42,29 +44,20 @@ UNREAD = {"coordinates of strands": 16, "coordinates of points": 20, "thickness"
 """Arrays of version 4, and the byte of the offset of each, which is 0 for an absent array."""
 
 
-def read_tfx(path: Path, unit: float = 1.0, up: Literal["y", "z"] = "y") -> Curves:
+def read_tfx(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
     """Return the strands, root first, Y up, numbered by their order."""
     data = content(path, "a .tfx file")
     form, strands, count, start = read_header(data, path)
     table = np.frombuffer(data, "<f4", form.width * strands * count, start).reshape(-1, form.width)
-    x, y, z = table[:, :3].astype(np.float64).T * unit
-    points = np.stack((x, y, z) if up == "y" else (x, z, -y), axis=1)
-    offsets = np.arange(strands + 1, dtype=np.int32) * np.int32(count)
-    warn_of_unread(data, form, path)
+    found = [name for name, byte in UNREAD.items() if struct.unpack_from("<I", data, byte)[0]]
+    if form == FORMATS[4.0] and found:
+        warnings.warn(f"{path}: arrays that are not read: {', '.join(found)}", stacklevel=2)
     if form.width == 4:
         free = table[:, 3].reshape(strands, count) != 0.0
         held = ~free[:, -1] & free.any(axis=1)
     else:
         held = np.full(strands, struct.unpack_from("<I", data, BOTH_ENDS)[0] != 0)
-    return Curves(points, offsets, np.arange(strands, dtype=np.int32), held, np.zeros(strands, np.int64))
-
-
-def warn_of_unread(data: bytes, form: Format, path: Path) -> None:
-    """Warn of the arrays that a file of version 4 has and that are not read."""
-    if form == FORMATS[4.0]:
-        found = [name for name, byte in UNREAD.items() if struct.unpack_from("<I", data, byte)[0]]
-        if found:
-            warnings.warn(f"{path}: arrays that are not read: {', '.join(found)}", stacklevel=3)
+    return replace(plain_curves(table[:, :3], np.full(strands, count), unit, up), held=held)
 
 
 def read_header(data: bytes, path: Path) -> tuple[Format, int, int, int]:

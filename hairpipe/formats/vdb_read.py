@@ -1,14 +1,9 @@
-"""Voxels of a grid of numbers in an OpenVDB file, read without OpenVDB.
+"""Headers and voxels of the grids of an OpenVDB file, read without OpenVDB.
 
-Grids of floating-point or whole numbers, as OpenVDB since 2014 writes them: uncompressed, with zlib, or with Blosc, for
-which a library is needed. Layout after OpenVDB's tree/RootNode.h, InternalNode.h, LeafNode.h, io/Compression.h and
-math/Maps.h; header of a chunk of Blosc after README_CHUNK_FORMAT.rst of C-Blosc.
-
-Grid headers of an OpenVDB file, read without OpenVDB.
-
-OpenVDB's own reader trusts the counts in a file: a damaged one can make it allocate all memory. Only headers are read
-here, so that a file can be checked where OpenVDB is not installed. Layout after OpenVDB's Archive, GridDescriptor
-and MetaMap, file versions 222 (2014) on.
+OpenVDB's own reader trusts the counts in a file: a damaged one can make it allocate all memory. Voxels are those of
+grids of floating-point or whole numbers, as OpenVDB since 2014 (version 222) writes them: uncompressed, with zlib, or
+with Blosc, for which a library is needed. Layout after OpenVDB's Archive, GridDescriptor, MetaMap, tree/RootNode.h,
+InternalNode.h, LeafNode.h, io/Compression.h and math/Maps.h; chunks of Blosc after its README_CHUNK_FORMAT.rst.
 """
 
 import importlib
@@ -86,7 +81,8 @@ def inspect(path: Path) -> list[Grid]:
     checked_size(path, "a readable OpenVDB file")
     try:
         with path.open("rb") as file:
-            return read_grids(Cursor(file, path))
+            cursor = Cursor(file, path)
+            return [read_grid(cursor) for _ in range(open_archive(cursor))]
     except OSError as error:
         raise BadInput(error.strerror or str(error), where=path, right="a readable OpenVDB file") from error
 
@@ -100,10 +96,6 @@ def box(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
     if found is None:
         raise BadInput("the file has no level set 'surface' of known size", where=path, right="a file of export_vdb")
     return found
-
-
-def read_grids(cursor: Cursor) -> list[Grid]:
-    return [read_grid(cursor) for _ in range(open_archive(cursor))]
 
 
 def open_archive(cursor: Cursor) -> int:
@@ -261,9 +253,8 @@ def _read_grid(cursor: Cursor, name: str, kind: str) -> Voxels:
     cursor.number(number)
     tiles = checked_count(cursor, 13 + struct.calcsize(number))
     children = cursor.number("I")
-    found = [
-        _expanded(cursor, cursor.numbers("3i"), *cursor.numbers(f"{number}?"), sum(TREE) + LEAF) for _ in range(tiles)
-    ]
+    size = sum(TREE) + LEAF
+    found = [_expanded(cursor, cursor.numbers("3i"), *cursor.numbers(f"{number}?"), size) for _ in range(tiles)]
     leaves: list[tuple[int, ...]] = []
     for _ in range(children):
         for tile in _read_node(cursor, coding, TREE, cursor.numbers("3i"), leaves):

@@ -1,12 +1,8 @@
-"""OpenVDB files, written without OpenVDB, whose module has no wheel for each Python.
+"""Level sets and densities as OpenVDB files, written without OpenVDB, whose module has no wheel for each Python.
 
 The file is an archive of version 224, which any OpenVDB since 4.0 (2016) reads. A grid is a tree: the root has nodes of
-32^3 children, they have nodes of 16^3, and those have leaves of 8^3 voxels. Layout after
-OpenVDB's io/Archive.cc, tree/RootNode.h, tree/InternalNode.h, tree/LeafNode.h and io/Compression.h.
-
-Level sets and densities of hair as grids of an OpenVDB file.
-
-Bricks of a level set are leaves of a grid. Values are written bit for bit.
+32^3 children, they have nodes of 16^3, and those have leaves of 8^3 voxels: bricks of a level set, bit for bit. Layout
+after OpenVDB's io/Archive.cc, tree/RootNode.h, tree/InternalNode.h, tree/LeafNode.h and io/Compression.h.
 """
 
 import hashlib
@@ -98,15 +94,10 @@ def add_grid(data: bytearray, kind: str, tree: Tree, facts: Mapping[str, Fact], 
     data += text(str(facts["name"])) + text(kind + "_HalfFloat" * half) + text("")
     start = len(data) + struct.calcsize("<3q")
     head = struct.pack("<I", ACTIVE_VALUES_ONLY) + metadata({**facts, **extent_of(tree)})
-    head += text("UniformScaleMap") + scales(tree.voxel) + b"".join(topology(tree))
+    scales = (tree.voxel, tree.voxel, 1 / tree.voxel, 1 / tree.voxel**2, 0.5 / tree.voxel)
+    head += text("UniformScaleMap") + b"".join(struct.pack("<3d", s, s, s) for s in scales) + b"".join(topology(tree))
     values = b"".join(buffers(tree))
     data += struct.pack("<3q", start, start + len(head), start + len(head) + len(values)) + head + values
-
-
-def scales(voxel: float) -> bytes:
-    """Return the map from indices to space: scale, voxel, and their inverses."""
-    terms = (voxel, voxel, 1 / voxel, 1 / voxel**2, 0.5 / voxel)
-    return b"".join(struct.pack("<3d", term, term, term) for term in terms)
 
 
 def extent_of(tree: Tree) -> dict[str, Fact]:

@@ -56,9 +56,8 @@ def read_hair(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
     needed = HEADER.size + 2 * strands * (arrays & SEGMENTS)
     sizes = {bit: 4 * width * count for bit, width in WIDTHS.items() if arrays & bit}
     if needed + sum(sizes.values()) > len(data):
-        what = (
-            f"{strands} strands of {count} points need {needed + sum(sizes.values())} bytes, the file has {len(data)}"
-        )
+        total = needed + sum(sizes.values())
+        what = f"{strands} strands of {count} points need {total} bytes, the file has {len(data)}"
         raise BadInput(what, where=f"{path}, byte 4", right="a whole file")
     listed = np.frombuffer(data, "<u2", strands if arrays & SEGMENTS else 0, HEADER.size).astype(np.int64)
     total = int(listed.sum()) + strands if arrays & SEGMENTS else strands * (head.segments + 1)
@@ -73,7 +72,6 @@ def read_hair(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
     if arrays & TRANSPARENCY or head.transparency:
         warnings.warn(f"{path}: transparency is not read", stacklevel=2)
     widths = found.get(THICKNESS, np.full(count, head.thickness) if head.thickness > 0.0 else None)
-    colours = (
-        found[COLOURS].reshape(-1, 3) if COLOURS in found else np.tile(np.array(head[7:10], np.float32), (count, 1))
-    )
+    bare = np.tile(np.array(head[7:10], np.float32), (count, 1))
+    colours = found[COLOURS].reshape(-1, 3) if COLOURS in found else bare
     return plain_curves(found[POINTS].reshape(-1, 3), counts, unit, up, widths=widths, colours=colours)

@@ -1,7 +1,7 @@
 """Attributes of the curves of a stage: ids, rest shape, widths, colours, groups, guides, places of roots."""
 
 import warnings
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -33,25 +33,16 @@ NONE = np.iinfo(np.int64).min
 
 def rest_points(curves: UsdGeom.Curves, count: int) -> np.ndarray | None:
     """Return the rest shape of `count` points in the space of the curves, (count, 3) float64; None without a match."""
-    for name in REST:
-        values = _primvar(curves, name, 3)
-        if values is not None and len(values) == count:
-            return values
-        if values is not None:
-            _warn(curves, f"primvars:{name} has {len(values)} values for {count} points")
-    return None
+    return _matching(curves, REST, 3, (count,), f"{count} points")
 
 
 def strand_ids(curves: UsdGeom.Curves, count: int) -> np.ndarray:
     """Return the ids of `count` curves, (count,) int64; NONE for a curve without a valid one."""
-    for name in IDS:
-        values = _primvar(curves, name, 1)
-        if values is not None and len(values) == count:
-            whole = (values == np.rint(values)) & (np.abs(values) <= LARGEST)
-            return np.where(whole, values, NONE).astype(np.int64)
-        if values is not None:
-            _warn(curves, f"primvars:{name} is not a whole number for each of {count} curves")
-    return np.full(count, NONE)
+    values = _matching(curves, IDS, 1, (count,), f"{count} curves")
+    if values is None:
+        return np.full(count, NONE)
+    whole = (values == np.rint(values)) & (np.abs(values) <= LARGEST)
+    return np.where(whole, values, NONE).astype(np.int64)
 
 
 def widths(curves: UsdGeom.Curves, counts: np.ndarray) -> list[np.ndarray]:
@@ -112,9 +103,9 @@ def root_uv(curves: UsdGeom.Curves, counts: np.ndarray) -> np.ndarray | None:
 
 def guides(curves: UsdGeom.Curves, count: int) -> np.ndarray | None:
     """Return whether each of `count` curves is a guide, (count,) bool; None where the file does not state it."""
-    values = _uniform(curves, "groom_guide", count)
+    values = _matching(curves, ("groom_guide",), 1, (1, count), f"{count} curves")
     if values is not None:
-        return values != 0
+        return np.broadcast_to(values, count) != 0
     return np.ones(count, bool) if curves.ComputePurpose() == UsdGeom.Tokens.guide else None
 
 
@@ -126,17 +117,8 @@ def groups(curves: UsdGeom.Curves, count: int) -> np.ndarray | None:
         return np.broadcast_to(names, count)
     if len(names):
         _warn(curves, f"primvars:groom_group_name has {len(names)} values for {count} curves")
-    ids = _uniform(curves, "groom_group_id", count)
-    return None if ids is None else np.array([f"{value:g}" for value in ids], str)
-
-
-def _uniform(curves: UsdGeom.Curves, name: str, count: int) -> np.ndarray | None:
-    """Return a number for each of `count` curves, (count,) float64; None without, and a warning for another count."""
-    values = _primvar(curves, name, 1)
-    if values is None or len(values) in (1, count):
-        return None if values is None else np.broadcast_to(values, count)
-    _warn(curves, f"primvars:{name} has {len(values)} values for {count} curves")
-    return None
+    ids = _matching(curves, ("groom_group_id",), 1, (1, count), f"{count} curves")
+    return None if ids is None else np.array([f"{value:g}" for value in np.broadcast_to(ids, count)], str)
 
 
 def span_ends(curves: UsdGeom.Curves, counts: np.ndarray) -> np.ndarray:
@@ -185,6 +167,19 @@ def unused_primvars(curves: UsdGeom.Curves, used: Collection[str]) -> list[str]:
 
 def _other_primvars(curves: UsdGeom.Curves) -> list[UsdGeom.Primvar]:
     return [p for p in UsdGeom.PrimvarsAPI(curves).GetPrimvarsWithValues() if p.GetPrimvarName() not in KNOWN]
+
+
+def _matching(
+    curves: UsdGeom.Curves, names: Sequence[str], columns: int, counts: Sequence[int], noun: str
+) -> np.ndarray | None:
+    """Return the first of some primvars with as many values as one of the counts; warn of others."""
+    for name in names:
+        values = _primvar(curves, name, columns)
+        if values is not None and len(values) in counts:
+            return values
+        if values is not None:
+            _warn(curves, f"primvars:{name} has {len(values)} values for {noun}")
+    return None
 
 
 def _primvar(curves: UsdGeom.Curves, name: str, columns: int) -> np.ndarray | None:
