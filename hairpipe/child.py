@@ -43,7 +43,6 @@ def search_path() -> list[str]:
 
 
 def named(path: str) -> list[str]:
-    """List the entries of a PYTHONPATH that name a folder."""
     return [entry for entry in path.split(os.pathsep) if entry]
 
 

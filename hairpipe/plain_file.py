@@ -94,5 +94,4 @@ def stamp_of(file: str) -> tuple[int, ...]:
 
 
 def describe_fault(fault: OSError | ValueError) -> str:
-    """Return what the system says of a fault."""
     return getattr(fault, "strerror", None) or str(fault)

@@ -55,7 +55,6 @@ class Source:
 
 
 def noted_source(note: str) -> Source:
-    """Read an analysis from its note."""
     code, imports = json.loads(note)
     return Source(code, tuple((module, name) for module, name in imports))
 
@@ -99,7 +98,6 @@ def reachable(alias: ast.alias) -> list[str]:
 
 
 def origin(statement: ast.ImportFrom) -> str:
-    """Return the module of `from module import ...`, with its dots."""
     return "." * statement.level + (statement.module or "")
 
 
@@ -222,7 +220,6 @@ class CodeReader:
         return self._imports[module]
 
     def _submodule(self, module: str, name: str | None) -> set[str]:
-        """Return the submodule that `from module import name` can import, if there is one."""
         return {f"{module}.{name}"} if name and self._spec(f"{module}.{name}") else set()
 
     def _submodules(self, module: str) -> set[str]:
@@ -232,7 +229,6 @@ class CodeReader:
         return {f"{module}.{inner.name}" for inner in pkgutil.iter_modules(paths)} if paths else set()
 
     def _absolute(self, module: str, target: str) -> str:
-        """Resolve the leading dots of a relative import."""
         dots = len(target) - len(target.lstrip("."))
         if not dots:
             return target
@@ -277,7 +273,6 @@ class CodeReader:
         return noted_source(self._remember(name, lambda: read_source(data, str(path)).note))
 
     def _spec(self, module: str) -> ModuleSpec | None:
-        """Find a module without importing it or its parent packages."""
         if module not in self._specs:
             parent, _, _ = module.rpartition(".")
             above = self._spec(parent) if parent else None
@@ -288,7 +283,6 @@ class CodeReader:
 
 
 def is_engine(module: str) -> bool:
-    """Whether a module is one of the engine's."""
     return any(module == engine or module.startswith(f"{engine}.") for engine in ENGINE)
 
 

@@ -103,12 +103,10 @@ def read_statements(text: str) -> list[Statement]:
 
 
 def text_of(statements: Sequence[Statement]) -> str:
-    """Join statements."""
     return "".join(statement.text for statement in statements)
 
 
 def names_in(dotted: str) -> Names:
-    """Read the names of a dotted key."""
     return tuple(part[0].strip("\"'") for part in PART.finditer(dotted))
 
 
@@ -428,7 +426,6 @@ def check_node(nodes: Tables, name: str) -> None:
 
 
 def check_free(tables: Tables, name: str) -> None:
-    """Refuse the name of a table that exists, or of a frame of the page."""
     if name in tables or isinstance(tables.get(LAYOUT, {}).get(name), dict):
         raise BadInput(f"'{name[:60]}' exists", right="a name of its own")
 
@@ -487,7 +484,6 @@ def assigned(given: list[Statement], path: Names, literal: str, newline: str) ->
 
 
 def dropped(given: Iterable[Statement], path: Names) -> list[Statement]:
-    """Remove the statements of a value or group, or its name from the inline table around it."""
     kept = []
     for one in given:
         if one.kind == "value" and len(one.path) < len(path) and path[: len(one.path)] == one.path:
@@ -498,7 +494,6 @@ def dropped(given: Iterable[Statement], path: Names) -> list[Statement]:
 
 
 def dropped_value(text: str, path: Names) -> str:
-    """Remove a value, and a table of edges that is empty then."""
     wanted = changed(tables_of(text), path, None)
     if path[1:-1] == ("in",) and not wanted[path[0]]["in"]:
         return dropped_value(text, path[:2])
@@ -514,7 +509,6 @@ def without_tables(given: list[Statement], names: Sequence[str]) -> list[Stateme
 
 
 def with_block(text: str, name: str, lines: Sequence[str], wanted: Tables) -> str:
-    """Add a table at the end of the nodes."""
     newline = newline_of(text)
     block = [Statement("header", f"[{name}]{newline}", (name,), (name,))]
     block += [Statement("value", line + newline, (name, "type"), (name,)) for line in lines]
@@ -537,7 +531,6 @@ def inserted(given: list[Statement], block: list[Statement], newline: str) -> li
 
 
 def ended(given: list[Statement], newline: str) -> list[Statement]:
-    """Return statements of which the last one, too, ends its line."""
     if not given or given[-1].text.endswith("\n"):
         return given
     return [*given[:-1], given[-1]._replace(text=given[-1].text + newline)]
@@ -583,7 +576,6 @@ def renamed_keys(tables: Tables, old: str, new: str, depth: int) -> Tables:
 
 
 def holds(tables: Tables, path: Names) -> bool:
-    """Whether there is a value at a path."""
     table: Any = tables
     for name in path:
         if not isinstance(table, dict) or name not in table:
@@ -604,12 +596,10 @@ def inherited(tables: Tables, base: str, names: Names) -> bool:
 
 
 def shared(path: Names, other: Names) -> int:
-    """Count the equal names at the beginning of two paths."""
     return next((n for n, (a, b) in enumerate(zip(path, other, strict=False)) if a != b), min(len(path), len(other)))
 
 
 def newline_of(text: str) -> str:
-    """Return the line ends of a text."""
     return "\r\n" if "\r\n" in text else "\n"
 
 

@@ -185,7 +185,6 @@ def load_graph(path: Path, overrides: Mapping[str, str] | None = None) -> Graph:
 
 
 def read_edited(path: Path, overrides: Mapping[str, str]) -> GraphText:
-    """Read a graph file with changed settings, without checks of its content."""
     text = read_graph_text(path)
     for target, value in overrides.items():
         put(text.tables, target, parse_value(value))
@@ -242,7 +241,6 @@ def check_header(text: GraphText) -> None:
 
 
 def check_layout(text: GraphText) -> None:
-    """Check positions of nodes on the page, frames around nodes, and notes, on which nothing depends."""
     for name, value in text.tables.get(LAYOUT, {}).items():
         if not (is_position(value) or (isinstance(value, dict) and is_annotation(value))):
             right = "[x, y], { title = TEXT, nodes = [...] } or { text = TEXT, at = [x, y] }; no node is called layout"
@@ -250,12 +248,10 @@ def check_layout(text: GraphText) -> None:
 
 
 def is_position(value: Any) -> bool:
-    """Whether a value is a position on the page."""
     return isinstance(value, list) and len(value) == 2 and all(type(c) in (int, float) for c in value)
 
 
 def is_annotation(value: dict[str, Any]) -> bool:
-    """Whether a table is a frame around nodes, or a note."""
     nodes = value.get("nodes", [])
     texts = [value.get("title", ""), value.get("text", ""), *(nodes if isinstance(nodes, list) else [None])]
     known = value.keys() == {"title", "nodes"} or (value.keys() == {"text", "at"} and is_position(value["at"]))
@@ -277,7 +273,6 @@ def read_frames(text: GraphText) -> tuple[int, int]:
 
 
 def read_fps(text: GraphText) -> float:
-    """Read `fps`."""
     fps = text.tables.get("fps")
     if not isinstance(fps, (int, float)) or isinstance(fps, bool) or not 0.01 <= fps <= 100_000:
         what = "no fps" if fps is None else f"fps = {brief(fps)} is not a frame rate"
@@ -396,7 +391,6 @@ def read_publish(publish: Any, folder: Path, node_type: NodeType, where: str) ->
 
 
 def read_checkpoint(table: dict[str, Any], node_type: NodeType, where: str) -> int:
-    """Read the interval of the checkpoints of a scan."""
     checkpoint = table.get("checkpoint", CHECKPOINT)
     if node_type.mode != "scan" and "checkpoint" in table:
         raise BadInput(f"{node_type.name} keeps no state", where=where, right="checkpoint belongs to a scan")

@@ -91,17 +91,14 @@ def read_span(given: Mapping[str, Any], right: str) -> tuple[float, float, int, 
 
 
 def is_number(value: Any) -> TypeGuard[float]:
-    """Whether a value of TOML is a finite number."""
     return type(value) in (int, float) and abs(value) < 1e300
 
 
 def between(start: float, end: float, share: float, *, log: bool) -> float:
-    """Interpolate between two numbers, linearly or on a logarithmic scale."""
     return start * (end / start) ** share if log else start + share * (end - start)
 
 
 def rounded(value: float, digits: int) -> float:
-    """Round to significant digits."""
     return float(f"{value:.{digits}g}")
 
 
@@ -140,7 +137,6 @@ def word(value: Any) -> str:
 
 
 def mark(text: str) -> str:
-    """Return the beginning of the digest of a text."""
     return digest_bytes("variant", text.encode())[:MARK]
 
 
@@ -357,5 +353,4 @@ def flat(tables: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
 
 
 def within(target: str, other: str) -> bool:
-    """Whether a setting equals another or is in its group."""
     return f"{target}.".startswith(f"{other}.")

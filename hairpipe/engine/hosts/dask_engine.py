@@ -252,7 +252,6 @@ class DaskEngine:
         return {}
 
     def _free(self, kind: str) -> dict[str, int]:
-        """Count the free slots of a kind by machine."""
         taken = Counter(machine for job, machine, _ in self._jobs.values() if job.wide == (kind == WIDE))
         return {name: int(self._resources[name].get(kind, 0)) - taken[name] for name in self.machines}
 

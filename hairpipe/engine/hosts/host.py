@@ -228,7 +228,6 @@ class Host:
             self._passing.cleanup()
 
     def _is_held(self, state: str | None) -> bool:
-        """Whether the state that a job starts from is only in the memory of a process."""
         return state is not None and not self.store.has(state) and self.leases.is_in_memory(state)
 
     def _check_code(self, job: Job) -> None:

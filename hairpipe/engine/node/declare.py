@@ -280,7 +280,6 @@ def read_outputs(annotation: Any, refuse: Refusal) -> tuple[dict[str, type], tup
 
 
 def suffixes_of(annotation: Any, refuse: Refusal) -> tuple[str, ...]:
-    """Read the declared suffixes of an output."""
     given = next((item.names for item in get_args(annotation)[1:] if isinstance(item, Suffixes)), ())
     if not isinstance(given, tuple) or not all(re.fullmatch(r"\.[a-z0-9]+", str(name)) for name in given):
         refuse(f"writes {given!r}", 'Suffixes((".png",)): a tuple of suffixes in lower case')
@@ -345,7 +344,6 @@ def hints_of(function: Callable[..., Any], left_out: str) -> dict[str, Any]:
 
 
 def bare(annotation: Any) -> Any:
-    """Return an annotation without unit and range."""
     inner, optional = without_none(annotation)
     inner = get_args(inner)[0] if get_origin(inner) is Annotated else inner
     return inner | None if optional else inner

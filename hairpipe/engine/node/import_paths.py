@@ -88,7 +88,6 @@ def leave(folder: str) -> None:
 
 
 def lies_in(module: ModuleType, folder: str) -> bool:
-    """Whether the file of a module, or a file of a package, is in a folder."""
     known = vars(module) if isinstance(module, ModuleType) else {}
     places = [known.get("__file__"), *(known.get("__path__") or ())]
     return any(Path(place).is_relative_to(folder) for place in places if place)

@@ -65,7 +65,6 @@ def escaped(character: str) -> str:
 
 
 def shortened(text: str, most: int) -> str:
-    """Replace the middle of a long text by dots."""
     return text if len(text) <= most else f"{text[: most * 3 // 4]}...{text[-most // 5 :]}"
 
 

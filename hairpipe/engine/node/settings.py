@@ -136,14 +136,12 @@ def read_field(name: str, annotation: Any, default: Any, document: str) -> Field
 
 
 def group_fields(group: type) -> tuple[Field, ...]:
-    """Describe the fields of a group."""
     hints = get_type_hints(group, include_extras=True)
     document = group.__doc__ or ""
     return tuple(read_field(f.name, hints[f.name], field_default(f), document) for f in dataclasses.fields(group))
 
 
 def field_default(field: "dataclasses.Field[Any]") -> Any:
-    """Return the default of a dataclass field, or `inspect.Parameter.empty`."""
     if field.default_factory is not dataclasses.MISSING:
         return field.default_factory()
     return inspect.Parameter.empty if field.default is dataclasses.MISSING else field.default
@@ -174,7 +172,6 @@ def bound_texts(item: Any) -> list[str]:
 
 
 def vars_of(item: Any) -> dict[str, Any]:
-    """Fields of a slotted dataclass by name."""
     return {field.name: getattr(item, field.name) for field in dataclasses.fields(item)}
 
 
@@ -207,7 +204,6 @@ def help_line(document: str, name: str) -> str:
 
 
 def finite(value: Any) -> bool:
-    """Whether no number in a plain value is NaN or infinite."""
     if isinstance(value, dict | list | tuple):
         return all(finite(item) for item in (value.values() if isinstance(value, dict) else value))
     return not isinstance(value, float) or math.isfinite(value)
@@ -319,7 +315,6 @@ def merge_defaults(fields: Iterable[Field], given: Plain) -> Plain:
 
 @cache
 def model_of(node_type: NodeType) -> "type[BaseModel]":
-    """Build the pydantic model of a node type's settings."""
     return make_model(node_type.name, fields_of(node_type))
 
 

@@ -78,7 +78,6 @@ def build_arguments(
 
 
 def build_inputs(sockets: Iterable[Socket], named: Named, load: Load) -> dict[str, Any]:
-    """Load the values of sockets by their names."""
     inputs: dict[str, Any] = {}
     for socket in sockets:
         seen = tuple(see(named.get(plug), socket, load) for plug in socket.plugs(named))
@@ -151,7 +150,6 @@ class Preparations:
         return self._kept[key]
 
     def _make_room(self, nbytes: int) -> None:
-        """Remove the least recently used results until another of this size can be kept."""
         while len(self._kept) >= LEAST_KEPT and nbytes + sum(p.nbytes for p in self._kept.values()) > self._memory:
             self._kept.popitem(last=False)
 

@@ -114,7 +114,6 @@ class Thinner:
         return same
 
     def _key_of(self, task: Task) -> str:
-        """Key of a task that is established, or about to be evaluated."""
         record = self.resolver.results.get(task)
         return action_key(self.resolver.parts(task)) if record is None else record.key
 
@@ -140,7 +139,6 @@ def is_checkpoint(node: Node, task: Task, first: int) -> bool:
 
 
 def objects_besides_state(record: Record) -> set[str]:
-    """Return the objects of a record, without the state of a scan."""
     return {name for name, _ in record.objects(without=record.state)}
 
 

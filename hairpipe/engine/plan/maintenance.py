@@ -128,7 +128,6 @@ def verify(store: Store, check_value: CheckValue, kernels: Path | None = None) -
 
 
 def is_consistent(record: Record | None) -> bool:
-    """Whether a record exists, and its key is the digest of its parts."""
     try:
         return record is not None and action_key(record.parts) == record.key
     except (TypeError, ValueError):

@@ -65,7 +65,6 @@ def inputs(old: dict[str, Any], new: dict[str, Any]) -> Iterator[str]:
 
 
 def frames(old: dict[int, str], new: dict[int, str]) -> str:
-    """Describe the differing frames of a range."""
     if old.keys() != new.keys():
         return f"frames {min(old)}-{max(old)} -> {min(new)}-{max(new)}"
     changed = [frame for frame in new if old[frame] != new[frame]]
@@ -88,17 +87,14 @@ def code(old: dict[str, str], new: dict[str, str]) -> Iterator[str]:
 
 
 def is_file(value: Any) -> bool:
-    """Whether a keyed setting is a file."""
     return isinstance(value, dict) and value.keys() == {"file", "suffix"}
 
 
 def is_range(value: Any) -> bool:
-    """Whether the input of a socket is a range of frames."""
     return isinstance(value, list) and isinstance(value[0], list)
 
 
 def is_group(value: Any) -> TypeGuard[dict[str, Any]]:
-    """Whether a keyed setting is a group."""
     return isinstance(value, dict) and not is_file(value)
 
 
@@ -234,7 +230,6 @@ class Planner:
         return list(differences(record.parts, parts, self.resolver.codes[task.node].parts, self.store))
 
     def gone(self, task: Task) -> set[Task]:
-        """Return cached tasks with missing objects that this task needs."""
         needed = {source for source in sources(self.resolver.tasks[task]) if source.task in self.resolver.results}
         gone = {source for source in needed if not self.store.has(self.resolver.object(source))}
         return {source.task for source in gone if not self.resolver.leases.is_in_memory(self.resolver.object(source))}

@@ -209,18 +209,15 @@ def levels_of(graph: Graph) -> list[Level]:
 
 
 def _varies(name: str) -> bool:
-    """Whether a node of a wedge is of some variants only."""
     return BEGIN in name
 
 
 def _ends(graph: Graph, names: list[str]) -> list[str]:
-    """Return the nodes of a level without consumers in it."""
     needed = {edge.node for name in names for edge in graph.nodes[name].edges.values()}
     return [name for name in names if name not in needed]
 
 
 def _by_variant(names: list[str]) -> tuple[tuple[str, ...], ...]:
-    """Group nodes by the variants that have them."""
     groups: dict[str, list[str]] = {}
     for name in names:
         groups.setdefault(name.partition(BEGIN)[2], []).append(name)

@@ -56,7 +56,6 @@ class Ledger:
 
 
 def ledger_path(folder: Path) -> Path:
-    """Path of the ledger of a folder."""
     return own_folder("state") / "published" / digest_bytes("published", os.fsencode(folder))
 
 

@@ -234,7 +234,6 @@ class Values:
         self._lose(name)
 
     def _keep(self, name: str, tree: Any) -> None:
-        """Cache a tree in memory, and evict the least recently used ones."""
         self._held += self.codec.nbytes(tree) - (self.codec.nbytes(self._trees[name]) if name in self._trees else 0)
         self._trees[name] = tree
         self._trees.move_to_end(name)
@@ -306,13 +305,11 @@ class Values:
 
 
 def copy_file(source: Path, target: Path) -> None:
-    """Copy the bytes of a file, nothing else."""
     with source.open("rb") as reader, open_made(target) as writer:
         shutil.copyfileobj(reader, writer, CHUNK)
 
 
 def write_listing(path: Path, listing: Listing) -> None:
-    """Write the list of a file and its companions."""
     path.write_text(listing.text, encoding="utf-8")
 
 

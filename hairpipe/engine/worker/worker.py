@@ -165,7 +165,6 @@ class Worker:
         self._checked |= new
 
     def _put(self, node_type: NodeType, result: Any, folder: Path | None, fleeting: str | None) -> dict[str, Output]:
-        """Write the outputs of a node, but for a fleeting one."""
         results = node_type.by_output(result)
         return {
             name: self.values.put(results[name], kind, folder, lasting=name != fleeting)
@@ -187,7 +186,6 @@ def check_files(job: Job) -> None:
 
 
 def failure(error: Exception) -> Reply:
-    """Describe the exception that is being handled."""
     kind = "input"
     message = str(error)
     if not isinstance(error, BadInput):
