@@ -1,12 +1,9 @@
 """Edits of a graph as edits of its text: comments, order and everything else in it are kept.
 
-Every function takes the text of a file and returns another one, pure; BadInput where the text does not permit the edit.
-
-Changes of one statement of a graph file: of its value, or within its inline table.
-
-Divides the text of a graph file into statements: headers, values of one or more lines, comments, blank lines.
-
-Writes the text of a graph file; its permissions, owner and links are kept.
+A text is divided into statements: headers, values of one or more lines, comments, blank lines. An edit adds, removes or
+replaces statements, and is refused where the tables of its text would not be those that are wanted. Every function
+takes the text of a file and returns another one, pure; BadInput where the text does not permit the edit. A graph file
+is written with its permissions, owner and links.
 """
 
 import fcntl
@@ -18,7 +15,8 @@ import time
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from functools import lru_cache
+from functools import lru_cache, reduce
+from operator import getitem
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -156,19 +154,46 @@ def read_literal(literal: str) -> Any:
 def with_inner(statement: Statement, names: Names, literal: str | None) -> Statement:
     """Return a statement with its value changed, or with a name in its inline table changed, or removed for None.
 
-    names  below the path of the statement; empty for the value itself
-
     A plain value in place of a group becomes the field `value` of the group.
     """
-    wanted = changed(value_at(tomllib.loads(statement.text), statement.key), names, literal)
-    for write in (tidied, edited, rewritten):
-        try:
-            text = write(statement, names, literal, wanted)
-            if value_at(tomllib.loads(text), statement.key) == wanted:
+    wanted = changed(reduce(getitem, statement.key, tomllib.loads(statement.text)), names, literal)
+    for text in changed_texts(statement, names, literal, wanted):
+        with suppress(ValueError, KeyError, TypeError):
+            if reduce(getitem, statement.key, tomllib.loads(text)) == wanted:
                 return statement._replace(text=text)
-        except (TOMLKitError, ValueError, TypeError, KeyError, AttributeError):
-            continue
     return statement
+
+
+def changed_texts(statement: Statement, names: Names, literal: str | None, wanted: Any) -> Iterator[str]:
+    """Yield the text with a value changed in place, which keeps digits and comments, and with all of it written again.
+
+    An inline table has the spaces within braces that it had before; an empty one had them.
+    """
+    with suppress(TOMLKitError, ValueError, TypeError, KeyError, AttributeError):
+        document: Any = tomlkit.parse(statement.text)
+        *above, last = (*statement.key, *names)
+        table = reduce(getitem, above, document)
+        if isinstance(table, InlineTable if names else MutableMapping):
+            if literal is None:
+                del table[last]
+            else:
+                table[last] = tomlkit.value(literal)
+            text = document.as_string()
+            if names and "\n" not in statement.text.rstrip():
+                yield with_spaces(text, "{ " in statement.text or "{}" in statement.text)
+            yield text
+    with suppress(TOMLKitError, ValueError, TypeError, KeyError, AttributeError):
+        document = tomlkit.parse(statement.text)
+        *above, last = statement.key
+        reduce(getitem, above, document)[last] = tomlkit.value(literal_of(wanted))
+        yield document.as_string()
+
+
+def with_spaces(text: str, within_braces: bool) -> str:
+    text = re.sub(r"([{,]) {2,}", r"\1 ", text)
+    if within_braces:
+        return re.sub(r"(?<=[^ {]) *\}", " }", re.sub(r"\{(?=[^ }])", "{ ", text))
+    return re.sub(r" *\}", "}", text)
 
 
 def changed(value: Any, names: Names, literal: str | None) -> Any:
@@ -187,51 +212,6 @@ def group_of(value: Any) -> dict[str, Any]:
     return dict(value) if isinstance(value, dict) else {} if value is False else {SHORTHAND: value}
 
 
-def edited(statement: Statement, names: Names, literal: str | None, wanted: Any) -> str:
-    """Change the text in place: numbers keep their digits, and comments stay."""
-    document = tomlkit.parse(statement.text)
-    table: Any = document
-    for name in (*statement.key, *names)[:-1]:
-        table = table[name]
-    last = (*statement.key, *names)[-1]
-    if not isinstance(table, MutableMapping) or (names and not isinstance(table, InlineTable)):
-        raise ValueError("not an inline table")
-    if literal is None:
-        del table[last]
-    else:
-        table[last] = tomlkit.value(literal)
-    return document.as_string()
-
-
-def tidied(statement: Statement, names: Names, literal: str | None, wanted: Any) -> str:
-    """Change the text in place, with the spaces within braces that it had; an empty table had them."""
-    text = edited(statement, names, literal, wanted)
-    if len(names) and "\n" not in statement.text.rstrip():
-        text = re.sub(r"([{,]) {2,}", r"\1 ", text)
-        if "{ " in statement.text or "{}" in statement.text:
-            text = re.sub(r"(?<=[^ {]) *\}", " }", re.sub(r"\{(?=[^ }])", "{ ", text))
-        else:
-            text = re.sub(r" *\}", "}", text)
-    return text
-
-
-def rewritten(statement: Statement, names: Names, literal: str | None, wanted: Any) -> str:
-    """Write the whole value again; the comment behind it stays."""
-    document: Any = tomlkit.parse(statement.text)
-    table = document
-    for name in statement.key[:-1]:
-        table = table[name]
-    table[statement.key[-1]] = tomlkit.value(literal_of(wanted))
-    return document.as_string()
-
-
-def value_at(tables: Any, names: Names) -> Any:
-    """Return the value at a path of tables; KeyError for a missing one."""
-    for name in names:
-        tables = tables[name]
-    return tables
-
-
 Tables = dict[str, Any]
 Edit = Callable[[list[Statement]], list[Statement]]
 
@@ -241,9 +221,11 @@ def with_value(text: str, target: str, literal: str) -> str:
 
     literal  value as TOML, written as given
     """
-    tables = tables_of(text)
-    path = read_target(target, tables)
-    wanted = changed(tables, path, literal)
+    return with_path(text, read_target(target, tables_of(text)), literal)
+
+
+def with_path(text: str, path: Names, literal: str) -> str:
+    wanted = changed(tables_of(text), path, literal)
     return checked(text, wanted, lambda given: assigned(given, path, literal, newline_of(text)))
 
 
@@ -343,8 +325,7 @@ def pasted(text: str, block: str) -> tuple[str, dict[str, str]]:
 
 def with_header(text: str, name: str, literal: str) -> str:
     """Set a value of the shot, such as `frames`; a new one follows the others above the tables."""
-    wanted = changed(tables_of(text), (name,), literal)
-    return checked(text, wanted, lambda given: assigned(given, (name,), literal, newline_of(text)))
+    return with_path(text, (name,), literal)
 
 
 def renamed(text: str, old: str, new: str) -> str:
@@ -353,14 +334,16 @@ def renamed(text: str, old: str, new: str) -> str:
     check_free(tables_of(text), new)
     text = reframed(text, old, new)
     tables = tables_of(text)
-    wanted = renamed_keys(tables, old, new, 0)
+    wanted = renamed_key(tables, old, new)
     for name, table in nodes_of(wanted).items():
-        references = {key: renamed_texts(table[key], old, new) for key in ("in", "like") if key in table}
-        wanted[name] = table | references
+        wanted[name] = table | {key: renamed_texts(table[key], old, new) for key in ("in", "like") if key in table}
     if LAYOUT in wanted:
-        wanted[LAYOUT] = renamed_keys(wanted[LAYOUT], old, new, 0)
-    if WEDGE in wanted:
-        wanted[WEDGE] = renamed_keys(renamed_texts(wanted[WEDGE], old, new), old, new, 2)
+        wanted[LAYOUT] = renamed_key(wanted[LAYOUT], old, new)
+    for name, wedge in renamed_texts(wanted.get(WEDGE, {}), old, new).items():
+        axes = wedge.get("axes") if isinstance(wedge, dict) else None
+        if isinstance(axes, dict):
+            wedge = wedge | {"axes": renamed_key(axes, old, new)}
+        wanted[WEDGE] = wanted[WEDGE] | {name: wedge}
     return checked(text, wanted, lambda given: [renamed_in(statement, old, new) for statement in given])
 
 
@@ -389,7 +372,7 @@ def placed(text: str, positions: Mapping[str, Any]) -> str:
     for name, position in positions.items():
         path = (LAYOUT, name)
         if position is not None:
-            text = with_value(text, f"{LAYOUT}.{name}", literal_of(position))
+            text = with_path(text, path, literal_of(position))
         elif holds(tables_of(text), path):
             text = dropped_value(text, path)
     tables = tables_of(text)
@@ -564,23 +547,15 @@ def renamed_texts(value: Any, old: str, new: str) -> Any:
     return new + value.removeprefix(old)
 
 
-def renamed_keys(tables: Tables, old: str, new: str, depth: int) -> Tables:
-    """Return tables with the key of a node renamed at a depth, below `axes` of a wedge; pure."""
-    if not depth:
-        return {new if key == old else key: value for key, value in tables.items()}
-    found = dict(tables)
-    for key, inner in tables.items():
-        if isinstance(inner, dict) and (depth == 2 or key == "axes"):
-            found[key] = renamed_keys(inner, old, new, depth - 1)
-    return found
+def renamed_key(table: Tables, old: str, new: str) -> Tables:
+    return {new if key == old else key: value for key, value in table.items()}
 
 
 def holds(tables: Tables, path: Names) -> bool:
-    table: Any = tables
-    for name in path:
-        if not isinstance(table, dict) or name not in table:
-            return False
-        table = table[name]
+    try:
+        reduce(getitem, path, tables)
+    except (KeyError, TypeError):
+        return False
     return True
 
 
@@ -626,12 +601,11 @@ def locked(path: Path) -> Iterator[None]:
             folder = own_folder("state") / "saving"
             make_own(folder)
             name = hashlib.blake2b(os.fsencode(path.resolve()), digest_size=16).hexdigest()
-            take_lock(stack.enter_context((folder / name).open("w")).fileno(), path)
+            lock_file(stack.enter_context((folder / name).open("w")).fileno(), path)
         yield
 
 
-def take_lock(handle: int, path: Path) -> None:
-    """Lock an open file; BadInput, which names `path`, after `PATIENCE`."""
+def lock_file(handle: int, path: Path) -> None:
     end = time.monotonic() + PATIENCE
     while True:
         try:
