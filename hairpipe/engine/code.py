@@ -15,14 +15,14 @@ import json
 import pkgutil
 import sys
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass
 from functools import cache
 from importlib.machinery import ModuleSpec
 from importlib.util import spec_from_file_location
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 from hairpipe.engine.file.trust import trust_error
 from hairpipe.engine.node.import_paths import HOUSE, enter, find_spec, is_namespace, leads_to
@@ -293,22 +293,6 @@ def is_first_party(module: str, spec: ModuleSpec) -> bool:
         return False
     installed = any(folder in Path(spec.origin).parts for folder in INSTALLED)
     return top == HOUSE or not installed or version(top) == NO_VERSION
-
-
-def keyed_choice(choice: str, libraries: Iterable[str]) -> dict[str, Any]:
-    """Return the choice of a setting as part of a key, with the versions of the libraries that it calls."""
-    return {"choice": choice, "versions": {name: version(name) for name in libraries}}
-
-
-def differing_versions(settings: Mapping[str, Any]) -> dict[str, str]:
-    """Return the versions in the settings of a key, by library, that are not those of this machine."""
-    found = {}
-    for value in settings.values():
-        if isinstance(value, dict) and value.keys() == {"choice", "versions"}:
-            found |= {name: other for name, other in value["versions"].items() if version(name) != other}
-        elif isinstance(value, dict):
-            found |= differing_versions(value)
-    return found
 
 
 @cache

@@ -17,9 +17,10 @@ from multiprocessing.connection import wait
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
-from hairpipe.engine.code import CodeReader, differing_versions, version
+from hairpipe.engine.code import CodeReader, version
 from hairpipe.engine.hosts.member import Member, environment, start
 from hairpipe.engine.hosts.offer import Offer, code_difference
+from hairpipe.engine.plan.key import differing_versions
 from hairpipe.engine.store.digest import Parts
 from hairpipe.engine.store.fingerprint import fingerprint, is_changed, stamp_of
 from hairpipe.engine.store.lease import Leases, forget_failure, note_failure

@@ -3,21 +3,17 @@
 Divergence of scans: nodes with `Reached` inputs continue with the frames before.
 """
 
-from pathlib import Path
 from typing import Any, NamedTuple
 
-from hairpipe.engine.code import Code, CodeReader, keyed_choice
+from hairpipe.engine.code import Code, CodeReader
 from hairpipe.engine.file.graph import Edge, Graph, Node
-from hairpipe.engine.node.settings import Field, fields_of, map_values
-from hairpipe.engine.plan.arguments import Named, name_inputs
+from hairpipe.engine.plan.arguments import name_inputs
+from hairpipe.engine.plan.key import keyed_settings, keyed_time
 from hairpipe.engine.plan.tasks import Inputs, Source, Task, sources, unroll
-from hairpipe.engine.store.digest import Parts, digest, key_parts
-from hairpipe.engine.store.fingerprint import fingerprint
+from hairpipe.engine.store.digest import Parts, digest
 from hairpipe.engine.store.lease import Leases
 from hairpipe.engine.store.record import Record
 from hairpipe.engine.store.store import Store
-from hairpipe.errors import BadInput
-from hairpipe.plain_file import check_plain
 
 
 class Resolver:
@@ -40,17 +36,19 @@ class Resolver:
         self.reader = CodeReader(store.remember, graph.folder)
         self.codes = self._read_codes()
         self.files: dict[str, dict[str, str]] = {name: {} for name in graph.nodes}
-        self.settings = {node.name: self._key_settings(node) for node in graph.nodes.values()}
+        nodes = graph.nodes.values()
+        self.settings = {node.name: keyed_settings(graph, node, store, self.files[node.name]) for node in nodes}
 
     def parts(self, task: Task) -> Parts:
         """Return the parts of the key of a task, whose inputs must be known."""
         node = self.graph.nodes[task.node]
-        code = self.codes[node.name].digest
-        return key_parts(node.type.name, code, self.settings[node.name], self.objects(task), self._key_time(node, task))
-
-    def objects(self, task: Task) -> Named:
-        """Return the names of the inputs of a task."""
-        return name_inputs(self.graph.nodes[task.node].type, self.tasks[task], self.frames, self.object, self.key)
+        return {
+            "type": node.type.name,
+            "code": self.codes[node.name].digest,
+            "settings": self.settings[node.name],
+            "inputs": name_inputs(node.type, self.tasks[task], self.frames, self.object, self.key),
+            "time": keyed_time(node, self.time_of(task)),
+        }
 
     def object(self, source: Source) -> str:
         """Return the name of the object of a source."""
@@ -60,14 +58,11 @@ class Resolver:
         """Return the key of the result of a source."""
         return self.results[source.task].key
 
-    def frame_of(self, task: Task) -> int:
-        """Return the frame in the `Time` of a node: its own, or the first of the run."""
-        return self.frames[0] if task.frame is None else task.frame
-
     def time_of(self, task: Task) -> dict[str, Any]:
-        """Return frame, frames per second and cuts of a task, and the first frame of the shot."""
+        """Return the frame of a task, for the shot the first of the run, frames per second, cuts, and the first frame."""
+        frame = self.frames[0] if task.frame is None else task.frame
         cuts = self.graph.cuts_of(self.graph.nodes[task.node], task.frame, self.frames)
-        return {"frame": self.frame_of(task), "fps": self.graph.fps, "cuts": list(cuts), "first": self.graph.frames[0]}
+        return {"frame": frame, "fps": self.graph.fps, "cuts": list(cuts), "first": self.graph.frames[0]}
 
     def find(self, task: Task, key: str) -> Record | None:
         """Find the result of a task in the store; the state of a scan may be missing unless it is demanded."""
@@ -96,37 +91,6 @@ class Resolver:
         for code in codes.values():
             self.store.remember(code.digest, lambda found=code: found.manifest)
         return {node.name: codes[node.type.module] for node in nodes}
-
-    def _key_settings(self, node: Node) -> dict[str, Any]:
-        """Return settings as part of a key.
-
-        Files are keyed by their bytes, and by the suffix, which determines the format; a choice that calls libraries
-        with their versions.
-        """
-
-        def as_key(field: Field, setting: str, value: Any) -> Any:
-            if field.base is not Path:
-                libraries = field.libraries(value)
-                return keyed_choice(value, libraries) if libraries else value
-            contents = {name: content_of(path) for name, path in self.graph.read(node, setting, value).items()}
-            return contents.get("", contents)
-
-        def content_of(path: Path) -> dict[str, str]:
-            check_plain(path, "a file")
-            try:
-                content = self.files[node.name][str(path)] = fingerprint(path, self.store)
-            except OSError as error:
-                raise BadInput(f"{path} cannot be read: {error.strerror}", where=f"[{node.name}]") from None
-            return {"file": content, "suffix": path.suffix.lower()}
-
-        return map_values(fields_of(node.type), node.settings, as_key)
-
-    def _key_time(self, node: Node, task: Task) -> dict[str, Any] | None:
-        """Return the time parameters of the node as part of a key, without cuts if there are none."""
-        time = self.time_of(task)
-        asks = {("frame", "fps"): node.type.asks_time, ("cuts",): node.type.asks_cuts, ("first",): node.type.asks_first}
-        asked = [name for names, asking in asks.items() if asking for name in names]
-        return {name: time[name] for name in asked if time[name] != []} or None
 
 
 def state_of(node: Node) -> str | None:

@@ -15,7 +15,7 @@ DIGEST = re.compile(rf"[0-9a-f]{{{2 * DIGEST_BYTES}}}")
 """A digest as text."""
 
 Parts = dict[str, Any]
-"""All that the result of an action depends on."""
+"""All that the result of an action depends on: type, code, settings, inputs, time; see `hairpipe.engine.plan.key`."""
 
 
 def canonical(value: Any) -> str:
@@ -66,18 +66,6 @@ def digest_bytes(kind: str, data: bytes) -> str:
 def hasher(kind: str, data: bytes = b"") -> "blake2b":
     """Begin a digest of this kind."""
     return blake2b(data, digest_size=DIGEST_BYTES, person=kind.encode())
-
-
-def key_parts(
-    type_name: str, code: str, settings: dict[str, Any], inputs: dict[str, Any], time: dict[str, Any] | None
-) -> Parts:
-    """Gather all that a result depends on.
-
-    settings  checked values; a file is there by the digest of its bytes
-    inputs    by socket, or `socket.0` ...: a digest, [previous, current], [[frame, digest], ...] or None
-    time      frame, fps, cuts and first frame of the shot where the node asks for them, else None
-    """
-    return {"type": type_name, "code": code, "settings": settings, "inputs": inputs, "time": time}
 
 
 def action_key(parts: Parts) -> str:

@@ -333,7 +333,7 @@ def is_current(folder: str) -> bool:
     return all(reader.code_of(entry.module).digest == entry.code for entry in alike)
 
 
-WITHOUT_KERNELS = ("api", "chart", "cli", "graph", "page", "tune", "wedge")
+WITHOUT_KERNELS = ("app", "engine")
 """Rooms without kernels, and without types that kernels take."""
 PRIVATE = "a folder of your own that you alone can write to (chmod go-w)"
 SETTINGS = (

@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from hairpipe.engine.store.digest import action_key, canonical, key_parts
+from hairpipe.engine.store.digest import action_key, canonical
 
 BASE = {
-    "type_name": "bake",
+    "type": "bake",
     "code": "c0de",
     "settings": {"voxel": 0.5, "name": "a", "map": {"file": "abc", "suffix": ".png"}},
     "inputs": {"body": ["one", "two"], "mask": None},
@@ -16,7 +16,7 @@ BASE = {
 
 
 def key(**changes):
-    return action_key(key_parts(**BASE | changes))
+    return action_key(BASE | changes)
 
 
 def test_order_of_names_does_not_count():
@@ -27,7 +27,7 @@ def test_order_of_names_does_not_count():
 @pytest.mark.parametrize(
     "change",
     [
-        {"type_name": "bake2"},
+        {"type": "bake2"},
         {"code": "c0df"},
         {"settings": BASE["settings"] | {"voxel": 0.25}},
         {"settings": BASE["settings"] | {"map": None}},

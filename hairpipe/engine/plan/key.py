@@ -1,0 +1,148 @@
+"""The key of a task: all that its result depends on, part by part, and the differences between two keys.
+
+type      name of the node type
+code      digest of its module with all imports, of versions, and of the class of the processor: `hairpipe.engine.code`
+settings  checked values; a file is there by its bytes and suffix, a choice that calls libraries with their versions
+inputs    by socket, or `socket.0` ...: a digest, [previous, current], [[frame, digest], ...] or None
+time      frame, fps, cuts and first frame of the shot where the node asks for them, else None
+
+A `Resolver` gathers the parts; their digest is the key.
+"""
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, TypeGuard
+
+from hairpipe.engine.code import version
+from hairpipe.engine.file.graph import Graph, Node
+from hairpipe.engine.node.settings import Field, fields_of, map_values
+from hairpipe.engine.store.digest import Parts
+from hairpipe.engine.store.fingerprint import fingerprint
+from hairpipe.engine.store.store import Store
+from hairpipe.errors import BadInput
+from hairpipe.plain_file import check_plain
+
+
+def keyed_settings(graph: Graph, node: Node, store: Store, files: dict[str, str]) -> dict[str, Any]:
+    """Return the settings of a node as part of a key; BadInput for a file that cannot be read.
+
+    files  digests by path: those of the files of the settings are added
+    """
+
+    def as_key(field: Field, setting: str, value: Any) -> Any:
+        if field.base is not Path:
+            libraries = field.libraries(value)
+            return {"choice": value, "versions": {name: version(name) for name in libraries}} if libraries else value
+        contents = {name: content_of(path) for name, path in graph.read(node, setting, value).items()}
+        return contents.get("", contents)
+
+    def content_of(path: Path) -> dict[str, str]:
+        check_plain(path, "a file")
+        try:
+            content = files[str(path)] = fingerprint(path, store)
+        except OSError as error:
+            raise BadInput(f"{path} cannot be read: {error.strerror}", where=f"[{node.name}]") from None
+        return {"file": content, "suffix": path.suffix.lower()}
+
+    return map_values(fields_of(node.type), node.settings, as_key)
+
+
+def differing_versions(settings: Mapping[str, Any]) -> dict[str, str]:
+    """Return the versions in the settings of a key, by library, that are not those of this machine."""
+    found = {}
+    for value in settings.values():
+        if isinstance(value, dict) and value.keys() == {"choice", "versions"}:
+            found |= {name: other for name, other in value["versions"].items() if version(name) != other}
+        elif isinstance(value, dict):
+            found |= differing_versions(value)
+    return found
+
+
+def keyed_time(node: Node, time: Mapping[str, Any]) -> dict[str, Any] | None:
+    """Return the time parameters of a node as part of a key, without cuts if there are none."""
+    asks = {("frame", "fps"): node.type.asks_time, ("cuts",): node.type.asks_cuts, ("first",): node.type.asks_first}
+    asked = [name for names, asking in asks.items() if asking for name in names]
+    return {name: time[name] for name in asked if time[name] != []} or None
+
+
+def differences(old: Parts, new: Parts, modules: dict[str, str], store: Store) -> Iterator[str]:
+    """Describe the differences, in the order type, settings, inputs, time, code.
+
+    modules  of the new digest of code; those of the old digest are in the store
+    """
+    if old["type"] != new["type"]:
+        yield f"type {old['type']} -> {new['type']}"
+        return
+    yield from setting_differences(old["settings"], new["settings"], "setting ")
+    yield from input_differences(old["inputs"], new["inputs"])
+    yield from setting_differences(old["time"] or {}, new["time"] or {}, "")
+    if old["code"] != new["code"]:
+        yield from code_differences(json.loads(store.recall(old["code"]) or "{}"), modules)
+
+
+def setting_differences(old: dict[str, Any], new: dict[str, Any], label: str) -> Iterator[str]:
+    """Compare settings by name, groups field by field, files by their bytes."""
+    for name in sorted(old.keys() | new.keys()):
+        before = old.get(name)
+        after = new.get(name)
+        if json.dumps(before) == json.dumps(after):
+            continue
+        if is_file(before) and is_file(after):
+            yield f"contents of the file of {label}{name}"
+        elif is_group(before) and is_group(after):
+            yield from setting_differences(before, after, f"{label}{name}.")
+        else:
+            yield f"{label}{name} {formatted(before)} -> {formatted(after)}"
+
+
+def input_differences(old: dict[str, Any], new: dict[str, Any]) -> Iterator[str]:
+    """Compare the inputs of each socket; of several frames, list those that differ."""
+    for name in sorted(old.keys() | new.keys()):
+        before = old.get(name)
+        after = new.get(name)
+        if before == after:
+            continue
+        if before is None or after is None:
+            yield f"input {name} {'connected' if before is None else 'disconnected'}"
+        elif all(isinstance(value, list) and isinstance(value[0], list) for value in (before, after)):
+            yield f"input {name} {frame_differences(dict(before), dict(after))}"
+        else:
+            yield f"input {name}"
+
+
+def frame_differences(old: dict[int, str], new: dict[int, str]) -> str:
+    if old.keys() != new.keys():
+        return f"frames {min(old)}-{max(old)} -> {min(new)}-{max(new)}"
+    changed = [frame for frame in new if old[frame] != new[frame]]
+    return f"at frame {changed[0]}" + (f" and {len(changed) - 1} more" if len(changed) > 1 else "")
+
+
+def code_differences(old: dict[str, str], new: dict[str, str]) -> Iterator[str]:
+    """List differing modules, versions and class of processor; "code" if the old ones are unknown."""
+    if not old:
+        yield "code"
+        return
+    for name in sorted(old.keys() | new.keys()):
+        if old.get(name) == new.get(name):
+            continue
+        what, _, kind = name.removesuffix(")").partition(" (")
+        if kind:
+            yield f"{kind} of {what} {old.get(name, 'unknown')} -> {new.get(name, 'unknown')}"
+        else:
+            yield f"code {name}" + (" (new)" if name not in old else " (no longer used)" if name not in new else "")
+
+
+def is_file(value: Any) -> bool:
+    return isinstance(value, dict) and value.keys() == {"file", "suffix"}
+
+
+def is_group(value: Any) -> TypeGuard[dict[str, Any]]:
+    return isinstance(value, dict) and not is_file(value)
+
+
+def formatted(value: Any) -> str:
+    """Return a setting as in a graph file; a description of an absent value, a group or a file."""
+    if value is None:
+        return "absent"
+    return "a file" if is_file(value) else "a group" if is_group(value) else json.dumps(value)
