@@ -1,6 +1,6 @@
-"""A graph: nodes, edges and a range of frames; immutable and checked. `load.py` builds it.
+"""A graph: nodes, edges and a range of frames, immutable and checked; and one graph of several variants.
 
-One graph of several variants, in which equal nodes occur once.
+`load.py` builds a graph. In that of variants equal nodes occur once.
 """
 
 import os

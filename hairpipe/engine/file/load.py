@@ -1,7 +1,6 @@
 """Builds a graph from tables; all names, types, edges and settings are checked.
 
 `like`: a node that copies another node and lists only the differences.
-
 `mute = true`: a node that is passed by, as if its input of the same type were its output.
 """
 

@@ -2,8 +2,6 @@
 
 Dask carries texts. No node runs inside a Dask worker: a node may hold Python's lock, crash, or need an environment of
 its own. The engine itself chooses the machine of a job, so that a scan stays where its state and its kernels are.
-
-The hosts of a process that works for coordinators on other machines: text in, text out, any number of threads.
 """
 
 import atexit

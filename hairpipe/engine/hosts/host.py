@@ -1,11 +1,7 @@
-"""The protocol between a scheduler and an engine, which evaluates jobs on this machine or on others.
-
-A host: the child processes of one machine and user, which evaluate jobs for the engines.
+"""Engines, which evaluate jobs for a scheduler, and the host of one machine: its user's child processes.
 
 Before a job is evaluated, its host compares what the key stands for with what it has itself, and looks for the result
 in the store.
-
-The engine of this machine: its host in the process of the scheduler.
 """
 
 import json

@@ -1,10 +1,7 @@
 """What a host must have to take the jobs of a run: the same store, code, and versions as the coordinator.
 
-The program that a process runs: interpreter, import path, installed packages, and the files of our own code.
-
-The identity of a store: a random name within, by which machines find out whether they see the same one.
-
-A path says nothing: on another machine it may lead to an empty folder, or to the store of another project.
+A store has an identity, a random name within, by which machines find out whether they see the same one. A path is not
+enough: on another machine it may lead to an empty folder, or to the store of another project.
 """
 
 import json

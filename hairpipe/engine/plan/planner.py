@@ -1,4 +1,4 @@
-"""Plans of runs, with reasons. A plan evaluates no node and writes no file."""
+"""Plans of runs, with reasons, and the values of results. A plan evaluates no node and writes no file."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -6,7 +6,8 @@ from typing import Any, Literal
 
 from hairpipe.engine.file.graph import Graph
 from hairpipe.engine.plan.key import differences
-from hairpipe.engine.plan.resolve import Resolver, end_known_scan
+from hairpipe.engine.plan.resolve import Resolver
+from hairpipe.engine.plan.scans import end_known_scan
 from hairpipe.engine.plan.tasks import Task, sources
 from hairpipe.engine.store.digest import Parts, action_key
 from hairpipe.engine.store.lease import recall_failure

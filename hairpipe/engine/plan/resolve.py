@@ -1,16 +1,13 @@
-"""Keys and records of tasks, for plans and runs.
+"""Keys and records of tasks, for plans and runs."""
 
-Divergence of scans: nodes with `Reached` inputs continue with the frames before.
-"""
-
-from typing import Any, NamedTuple
+from typing import Any
 
 from hairpipe.engine.code import Code, CodeReader
 from hairpipe.engine.file.graph import Edge, Graph, Node
 from hairpipe.engine.plan.arguments import name_inputs
 from hairpipe.engine.plan.key import keyed_settings, keyed_time
 from hairpipe.engine.plan.tasks import Inputs, Source, Task, sources, unroll
-from hairpipe.engine.store.digest import Parts, digest
+from hairpipe.engine.store.digest import Parts
 from hairpipe.engine.store.lease import Leases
 from hairpipe.engine.store.record import Record
 from hairpipe.engine.store.store import Store
@@ -59,7 +56,7 @@ class Resolver:
         return self.results[source.task].key
 
     def time_of(self, task: Task) -> dict[str, Any]:
-        """Return the frame of a task, for the shot the first of the run, frames per second, cuts, and the first frame."""
+        """Return frame, frames per second, cuts and first frame; the frame of a value for the shot is the run's first."""
         frame = self.frames[0] if task.frame is None else task.frame
         cuts = self.graph.cuts_of(self.graph.nodes[task.node], task.frame, self.frames)
         return {"frame": frame, "fps": self.graph.fps, "cuts": list(cuts), "first": self.graph.frames[0]}
@@ -96,48 +93,3 @@ class Resolver:
 def state_of(node: Node) -> str | None:
     """Return the output of a scan that is an input of its next frame, if it has another output, too."""
     return node.type.state if len(node.type.outputs) > 1 else None
-
-
-class Divergence(NamedTuple):
-    """A scan that diverged.
-
-    lost       tasks of the scan, from the failed one on
-    consumers  tasks of other nodes that continue with the frames before
-    """
-
-    lost: frozenset[Task]
-    consumers: frozenset[Task]
-
-
-def divergence_note(key: str) -> str:
-    """Return the name of the note in the store on divergence of the task with this key; plans read it."""
-    return digest("ending", key)
-
-
-def end_known_scan(resolver: Resolver, task: Task, key: str) -> Divergence | None:
-    """End a scan, as `end_scan`, if the store has a note on divergence of the task with this key."""
-    return None if resolver.store.recall(divergence_note(key)) is None else end_scan(resolver, task)
-
-
-def end_scan(resolver: Resolver, failed: Task) -> Divergence | None:
-    """Remove the tasks of a scan, from a failed one on, from `Reached` inputs; in place.
-
-    Returns None without a change if another node needs all frames, no node needs any, or no frame was reached.
-    """
-    node = resolver.graph.nodes[failed.node]
-    if node.type.mode != "scan" or node.publish is not None or failed.frame is None:
-        return None
-    tasks = [task for task in resolver.tasks if task.node == failed.node]
-    lost = frozenset(task for task in tasks if task.frame is not None and task.frame >= failed.frame)
-    left = {}
-    for task, inputs in resolver.tasks.items():
-        socket = resolver.graph.nodes[task.node].type.socket
-        for plug, found in inputs.items():
-            if task.node == failed.node or not any(source.task in lost for source in found):
-                continue
-            left[task, plug] = [source for source in found if source.task not in lost]
-            if socket(plug).view != "reached" or not left[task, plug]:
-                return None
-    for (task, plug), found in left.items():
-        resolver.tasks[task][plug] = found
-    return Divergence(lost, frozenset(task for task, _ in left)) if left else None

@@ -1,10 +1,7 @@
-"""A graph unrolled over frames: tasks and their inputs.
+"""A graph unrolled over frames: tasks and their inputs, the portion that a run computes, and levels.
 
-The portion of a shot that a run computes: results at some frames, equal to those of the whole shot.
-
-Collectors, nodes that depend on all frames, are computed by the run that finds all their inputs in the store.
-
-Levels of a shot, which are computed in sequence; each is divided among machines.
+Collectors, nodes that depend on all frames, are computed by the run that finds all their inputs in the store. Levels
+are computed in sequence; each is divided among machines:
 
 once       values for the shot without inputs per frame
 frames-1   values per frame without a scan before them

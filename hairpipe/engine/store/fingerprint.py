@@ -1,10 +1,9 @@
-"""Digests of files by their bytes, cached as long as the file is provably unchanged.
+"""Digests of files by their bytes, cached as long as the file is provably unchanged; seals of compiled kernels.
 
-Checksums of compiled kernels: numba stores them as pickles and loads them unchecked.
-
-The digest, of the bytes and of the names of file and folder, follows the pickle in the same file, which is written
-atomically, so that any number of processes may write and be killed; numba alone can read such a file, too. A file with
-a wrong digest, or without one, is removed, and numba compiles again.
+Numba stores kernels as pickles and loads them unchecked. The seal, a digest of the bytes and of the names of file and
+folder, follows the pickle in the same file, which is written atomically, so that any number of processes may write and
+be killed; numba alone can read such a file, too. A file with a wrong seal, or without one, is removed, and numba
+compiles again.
 """
 
 import json

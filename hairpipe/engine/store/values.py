@@ -1,10 +1,10 @@
-"""A file with companions in the store: which object has which name. The listing is named by its content.
-
-Values in the store: named by their content, and verified when they are read. This is the workers' side.
+"""Values in the store: named by their content, and verified when they are read. This is the workers' side.
 
 The codec is handed in: a module that takes a value apart into a tree of arrays and scalars, digests it, writes and
 reads it, and builds it again. What a node is given is always a fresh copy built from such a tree, so that a node cannot
 change what another one sees, and a value that was just computed is the same, byte for byte, as one that was read.
+
+A file with companions is a listing, which says which object has which name, and is named by its content.
 """
 
 import copy

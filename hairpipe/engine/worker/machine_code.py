@@ -1,27 +1,22 @@
-"""Numba's cache of kernels, in folders by the digest of the code that they are compiled of.
+"""Machine code of kernels: when numba generates it, and where it is kept.
 
 Numba detects edits of the file that defines a kernel, not of those that it calls. A process is told in its environment
-of a table with the digest of every module, which was made before it started. Code enters a kernel in two ways: by what
-its module imports, which the digest covers, and by the types of its arguments (fields of a record, the kernels of a
-strand model, operators on lanes), so a kernel is looked up by the digests of their modules too. A module without an
-entry in the table has its kernels compiled by each process.
+of a table with the digest of every module and of all its imports, which was made before it started: it is part of the
+name of the folder of the module's kernels. So an edit leaves all kernels current that cannot contain it, and checkouts
+with the same code share theirs. Code enters a kernel also by the types of its arguments (fields of a record, the
+kernels of a strand model, operators on lanes), so a kernel is looked up by the digests of their modules too. A module
+without an entry in the table has its kernels compiled by each process.
 
 A kernel is one file, which holds what numba looks it up by: there is no index that processes overwrite each other, or
 that names types which another process cannot import. The seal that follows the pickle is checked before numba reads it.
+Numba's locators alone choose folders; they check no file that is loaded, and see no types.
 
-Machine code of a compiled function, generated only if its address is asked for.
+The folders lie where only this user can write, never in a store: a store may come from anywhere, and kernels are code.
 
 Numba optimises every function by itself, generates its machine code, and does both again in each function that
 contains it. Nobody calls the first code of a function that is only inlined, nor that of the body of a parallel loop,
 which is compiled by itself, in the loop over a thread's share, and in the function. Here such a function stays
 intermediate code, in memory and in the folder of kernels, and the function that contains it is optimised as a whole.
-
-The folder of compiled kernels, and the table of current kernels for processes.
-
-Machine code is compiled from the module that defines a kernel and all its imports: the digest of that code is part of
-the name of the folder of the module's kernels. So an edit leaves all kernels current that cannot contain it, and
-checkouts with the same code share theirs. The folder lies where only this user can write, never in a store: a store may
-come from anywhere, and kernels are code.
 """
 
 import errno

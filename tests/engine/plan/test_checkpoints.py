@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from hairpipe.engine.plan.checkpoints import Thinner
+from hairpipe.engine.plan.scans import Thinner
 from hairpipe.engine.plan.tasks import Source, Task
 from hairpipe.engine.store.digest import action_key
 from hairpipe.engine.store.record import Output, Record

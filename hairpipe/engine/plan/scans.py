@@ -1,19 +1,22 @@
-"""Checkpoints of scans: only the states of every n-th frame are kept, from which a scan can restart.
+"""Scans: which of their states are kept, and what becomes of their consumers where they diverge.
 
-The state of a running scan stays in the memory of a worker, which writes that of every n-th frame and, in between, one
-after every 30 s of evaluations. Of those in between the last two are kept, the last but one in case the last is
-damaged: all states of a shot may exceed the disk space. If another scan of the run can have the same first frames, as
-variants of a wedge do, a state is written, and kept until that scan has reached it or differs: otherwise it would
-recompute the shared frames.
+The state of a running scan stays in the memory of a worker, which writes that of every n-th frame, a checkpoint, and in
+between one after every 30 s of evaluations. Of those in between the last two are kept, the last but one in case the
+last is damaged: all states of a shot may exceed the disk space. If another scan of the run can have the same first
+frames, as variants of a wedge do, a state is written, and kept until that scan has reached it or differs: otherwise it
+would recompute the shared frames.
+
+Where a scan diverges, nodes with `Reached` inputs continue with the frames before.
 """
 
 from collections import Counter, defaultdict
 from functools import cached_property
+from typing import NamedTuple
 
 from hairpipe.engine.file.graph import Node
 from hairpipe.engine.plan.resolve import Resolver
 from hairpipe.engine.plan.tasks import Task, sources
-from hairpipe.engine.store.digest import action_key, canonical
+from hairpipe.engine.store.digest import action_key, canonical, digest
 from hairpipe.engine.store.record import Record
 
 
@@ -145,3 +148,48 @@ def objects_besides_state(record: Record) -> set[str]:
 def state_objects(record: Record) -> list[str]:
     """Return the object of the state of a scan, if a record has one."""
     return [] if record.state is None else [record.outputs[record.state].object]
+
+
+class Divergence(NamedTuple):
+    """A scan that diverged.
+
+    lost       tasks of the scan, from the failed one on
+    consumers  tasks of other nodes that continue with the frames before
+    """
+
+    lost: frozenset[Task]
+    consumers: frozenset[Task]
+
+
+def divergence_note(key: str) -> str:
+    """Return the name of the note in the store on divergence of the task with this key; plans read it."""
+    return digest("ending", key)
+
+
+def end_known_scan(resolver: Resolver, task: Task, key: str) -> Divergence | None:
+    """End a scan, as `end_scan`, if the store has a note on divergence of the task with this key."""
+    return None if resolver.store.recall(divergence_note(key)) is None else end_scan(resolver, task)
+
+
+def end_scan(resolver: Resolver, failed: Task) -> Divergence | None:
+    """Remove the tasks of a scan, from a failed one on, from `Reached` inputs; in place.
+
+    Returns None without a change if another node needs all frames, no node needs any, or no frame was reached.
+    """
+    node = resolver.graph.nodes[failed.node]
+    if node.type.mode != "scan" or node.publish is not None or failed.frame is None:
+        return None
+    tasks = [task for task in resolver.tasks if task.node == failed.node]
+    lost = frozenset(task for task in tasks if task.frame is not None and task.frame >= failed.frame)
+    left = {}
+    for task, inputs in resolver.tasks.items():
+        socket = resolver.graph.nodes[task.node].type.socket
+        for plug, found in inputs.items():
+            if task.node == failed.node or not any(source.task in lost for source in found):
+                continue
+            left[task, plug] = [source for source in found if source.task not in lost]
+            if socket(plug).view != "reached" or not left[task, plug]:
+                return None
+    for (task, plug), found in left.items():
+        resolver.tasks[task][plug] = found
+    return Divergence(lost, frozenset(task for task, _ in left)) if left else None
