@@ -56,7 +56,7 @@ class Resolver:
         return self.results[source.task].key
 
     def time_of(self, task: Task) -> dict[str, Any]:
-        """Return frame, frames per second, cuts and first frame; the frame of a value for the shot is the run's first."""
+        """Return frame (for a value for the shot, the first of the run), frames per second, cuts, and first frame."""
         frame = self.frames[0] if task.frame is None else task.frame
         cuts = self.graph.cuts_of(self.graph.nodes[task.node], task.frame, self.frames)
         return {"frame": frame, "fps": self.graph.fps, "cuts": list(cuts), "first": self.graph.frames[0]}
