@@ -5,7 +5,7 @@ from typing import Any
 from warnings import warn
 
 from hairpipe.engine.file.graph import Graph
-from hairpipe.engine.node.signature import First, Time
+from hairpipe.engine.node.signature import Cuts, First, Time, Workspace
 from hairpipe.engine.plan.arguments import Preparations, build_arguments, name_inputs
 from hairpipe.engine.plan.planner import read_result
 from hairpipe.engine.plan.tasks import Source, Task, inputs_of
@@ -55,12 +55,12 @@ class Replay:
         frames = tuple(self.graph.all_frames)
         sources = name_inputs(node.type, inputs_of(self.graph, Task(self.name, self.frame), frames), frames, itself)
         cuts = self.graph.cuts_of(node, self.frame, frames)
-        moment = Time(self.frame, self.graph.fps), cuts, First(self.graph.frames[0])
+        special = {Time: Time(self.frame, self.graph.fps), Cuts: cuts, First: self.graph.frames[0], Workspace: None}
         settings = self.graph.settings(node)
         prepared = self._preparations.prepare(node.type, sources, settings, self._load)
         for message in prepared.warnings:
             warn(message, stacklevel=2)
-        return build_arguments(node.type, sources, settings, moment, None, self._load) | prepared.arguments
+        return build_arguments(node.type, sources, settings, special, self._load) | prepared.arguments
 
     def advance(self, arguments: dict[str, Any]) -> Any:
         """Evaluate the node at this frame, and advance to the next."""

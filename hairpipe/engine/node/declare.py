@@ -37,6 +37,8 @@ SINGLE = ""
 """Name of a single output."""
 VALUES = "a frozen dataclass of arrays, such as a Table, or a File"
 """Types of values on edges."""
+SPECIAL = (Time, Cuts, First, Workspace)
+"""Types of parameters that take what the engine knows of an evaluation."""
 PREPARED = "prepared"
 """Parameter of a node for the result of its `prepare` function."""
 
@@ -88,10 +90,7 @@ class NodeType:
     returns         declared type, a NamedTuple of several outputs
     writes          suffixes under which its File may be published, in lower case
     state           output that a scan receives back as `previous`
-    asks_time       names of its parameters that take the time,
-    asks_cuts       the cuts of the shot,
-    asks_first      the first frame of the shot, and
-    asks_workspace  a folder to write in
+    special         its parameters that take Time, Cuts, First or a Workspace, with this type
     prepare         computes the value of the parameter `prepared`; None if absent
     tuning          module that lists simplifications, see `hairpipe/values/simplification.py`; None: none
     unvaried        sockets that all variants of a wedge connect to results of the graph file
@@ -106,10 +105,7 @@ class NodeType:
     returns: type
     writes: tuple[str, ...]
     state: str | None
-    asks_time: tuple[str, ...]
-    asks_cuts: tuple[str, ...]
-    asks_first: tuple[str, ...]
-    asks_workspace: tuple[str, ...]
+    special: dict[str, Any]
     prepare: Preparation | None
     tuning: str | None = None
     unvaried: tuple[str, ...] = ()
@@ -123,6 +119,10 @@ class NodeType:
     def socket(self, plug: str) -> Socket:
         """Find the socket of an edge."""
         return self.sockets[plug.partition(".")[0]]
+
+    def asks(self, kind: Any) -> bool:
+        """Whether a parameter takes one of the special types."""
+        return kind in self.special.values()
 
     def by_output(self, result: Any) -> dict[str, Any]:
         """Return the outputs of a call by name; TypeError if they are not of the declared type."""
@@ -184,7 +184,7 @@ def read_signature(function: Callable[..., Any], mode: Mode, prepare: Callable[.
         if parameter.annotation is parameter.empty or not named:
             refuse(f"parameter '{parameter.name}' without a type", "every parameter is named and annotated")
     inputs = [p for p in plain if p.kind is not p.KEYWORD_ONLY]
-    special = {p.name for p in inputs if hints[p.name] in (Time, Cuts, First, Workspace) or p.name == "previous"}
+    special = {p.name for p in inputs if hints[p.name] in SPECIAL or p.name == "previous"}
     outputs, writes = read_outputs(hints.get("return"), refuse)
     declared = NodeType(
         name=function.__name__,
@@ -196,10 +196,7 @@ def read_signature(function: Callable[..., Any], mode: Mode, prepare: Callable[.
         returns=bare(hints["return"]),
         writes=writes,
         state=read_state(mode, hints if "previous" in special else {}, outputs, refuse),
-        asks_time=tuple(name for name in special if hints[name] is Time),
-        asks_cuts=tuple(name for name in special if hints[name] is Cuts),
-        asks_first=tuple(name for name in special if hints[name] is First),
-        asks_workspace=tuple(name for name in special if hints[name] is Workspace),
+        special={p.name: hints[p.name] for p in inputs if hints[p.name] in SPECIAL},
         prepare=None,
     )
     return replace(declared, prepare=read_preparation(declared, prepare, refuse))

@@ -6,7 +6,7 @@ Preparations of nodes: computed once per process for many frames, never stored.
 import gc
 import json
 from collections import OrderedDict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from types import BuiltinFunctionType, FunctionType, ModuleType
 from typing import Any, NamedTuple
 
@@ -15,7 +15,7 @@ import numpy as np
 from hairpipe.engine.node.declare import PREPARED, NodeType, Socket
 from hairpipe.engine.node.messages import recorded_warnings
 from hairpipe.engine.node.settings import build_settings
-from hairpipe.engine.node.signature import Cuts, First, Frames, Pair, Reached, Spent, Time, Workspace
+from hairpipe.engine.node.signature import Frames, Pair, Reached, Spent
 from hairpipe.engine.plan.tasks import Inputs, Source
 
 Named = dict[str, Any]
@@ -56,21 +56,15 @@ def build_arguments(
     node_type: NodeType,
     named: Named,
     settings: dict[str, Any],
-    moment: tuple[Time, Cuts, First],
-    folder: Workspace | None,
+    special: Mapping[Any, Any],
     load: Load,
 ) -> dict[str, Any]:
     """Build the arguments of a node from the names of its inputs and plain settings.
 
-    moment  time, cuts and first frame for the node
-    folder  workspace, for a node with this parameter
+    special  time, cuts, first frame, and the workspace of a node that asks for one, by type
     """
     arguments = build_inputs(node_type.sockets.values(), named, load)
-    time, cuts, first = moment
-    arguments |= dict.fromkeys(node_type.asks_time, time)
-    arguments |= dict.fromkeys(node_type.asks_cuts, cuts)
-    arguments |= dict.fromkeys(node_type.asks_first, first)
-    arguments |= dict.fromkeys(node_type.asks_workspace, folder)
+    arguments |= {name: special[kind] for name, kind in node_type.special.items()}
     if node_type.state is not None:
         previous = named["previous"]
         arguments["previous"] = None if previous is None else load(previous, node_type.outputs[node_type.state])

@@ -17,11 +17,15 @@ from typing import Any, TypeGuard
 from hairpipe.engine.code import version
 from hairpipe.engine.file.graph import Graph, Node
 from hairpipe.engine.node.settings import Field, fields_of, map_values
+from hairpipe.engine.node.signature import Cuts, First, Time
 from hairpipe.engine.store.digest import Parts
 from hairpipe.engine.store.fingerprint import fingerprint
 from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
 from hairpipe.plain_file import check_plain
+
+TIMES = {Time: ("frame", "fps"), Cuts: ("cuts",), First: ("first",)}
+"""Parts of the time in a key, by the type of the parameter that asks for them."""
 
 
 def keyed_settings(graph: Graph, node: Node, store: Store, files: dict[str, str]) -> dict[str, Any]:
@@ -61,8 +65,7 @@ def differing_versions(settings: Mapping[str, Any]) -> dict[str, str]:
 
 def keyed_time(node: Node, time: Mapping[str, Any]) -> dict[str, Any] | None:
     """Return the time parameters of a node as part of a key, without cuts if there are none."""
-    asks = {("frame", "fps"): node.type.asks_time, ("cuts",): node.type.asks_cuts, ("first",): node.type.asks_first}
-    asked = [name for names, asking in asks.items() if asking for name in names]
+    asked = [name for kind, names in TIMES.items() if node.type.asks(kind) for name in names]
     return {name: time[name] for name in asked if time[name] != []} or None
 
 

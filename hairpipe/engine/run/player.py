@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from hairpipe.engine.code import CodeReader
 from hairpipe.engine.file.graph import Graph, Node
 from hairpipe.engine.hosts.member import environment
-from hairpipe.engine.node.signature import First, Time
+from hairpipe.engine.node.signature import Cuts, First, Time, Workspace
 from hairpipe.engine.plan.arguments import Preparations, build_arguments, name_inputs
 from hairpipe.engine.plan.planner import Planner
 from hairpipe.engine.plan.tasks import Source, Task, inputs_of
@@ -83,8 +83,8 @@ class Player:
         inputs = inputs_of(self.graph, Task(node.name, frame), (frame,))
         named = name_inputs(kind, inputs, (frame,), self._name)
         cuts = self.graph.cuts_of(node, frame, (frame,))
-        moment = Time(frame, self.graph.fps), cuts, First(self.graph.frames[0])
-        arguments = build_arguments(kind, named, settings, moment, None, self._load)
+        special = {Time: Time(frame, self.graph.fps), Cuts: cuts, First: self.graph.frames[0]}
+        arguments = build_arguments(kind, named, settings, special, self._load)
         prepared = self._preparations.prepare(kind, named, settings, self._load)
         begun = time.perf_counter()
         result = kind.by_output(kind.function(**arguments, **prepared.arguments))
@@ -125,6 +125,6 @@ def played_nodes(graph: Graph, name: str) -> list[Node]:
             f"'{name}' does not depend on a simulation", where=graph.path, right="a simulation, or hair made of one"
         )
     for node in played:
-        if node.type.asks_workspace or any(s.view in ("frames", "reached") for s in node.type.sockets.values()):
+        if node.type.asks(Workspace) or any(s.view in ("frames", "reached") for s in node.type.sockets.values()):
             raise BadInput(f"'{node.name}' cannot be played", where=graph.path, right="a node of values at a frame")
     return played

@@ -92,18 +92,12 @@ class Worker:
         if (own := processor_class()) != self.processor_class:
             raise BadInput(f"the processor of the worker is of class {own}", right=self.processor_class)
         node_type = self.registry.find(job["type"])
-        with workspace(self.store.temporary) if node_type.asks_workspace else nullcontext() as folder:
+        with workspace(self.store.temporary) if node_type.asks(Workspace) else nullcontext() as folder:
             inputs = job["parts"]["inputs"]
             given = job["time"]
-            moment = Time(given["frame"], given["fps"]), Cuts(tuple(given["cuts"])), First(given["first"])
-            arguments = build_arguments(
-                node_type,
-                job["parts"]["inputs"],
-                job["settings"],
-                moment,
-                folder and Workspace(folder),
-                self.values.get,
-            )
+            special = {Time: Time(given["frame"], given["fps"]), Cuts: tuple(given["cuts"]), First: given["first"]}
+            special[Workspace] = folder
+            arguments = build_arguments(node_type, inputs, job["settings"], special, self.values.get)
             begun = time.perf_counter()
             worked = processor_time()
             with recorded_warnings() as warnings:

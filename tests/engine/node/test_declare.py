@@ -10,7 +10,7 @@ import pytest
 
 from hairpipe.engine import File, Frames, Pair, Time, Workspace, flat_group, node
 from hairpipe.engine.node.declare import Preparation
-from hairpipe.engine.node.signature import DATA_SUFFIXES
+from hairpipe.engine.node.signature import DATA_SUFFIXES, Cuts
 from hairpipe.errors import BadInput
 from hairpipe.units import Gt, Metres, Suffixes
 
@@ -59,7 +59,7 @@ def test_signature_is_read_and_the_function_stays_callable():
         "e": (Mesh, "pair", True, True),
     }
     assert found.outputs == {"mesh": Mesh, "state": State} and found.state == "state"
-    assert (found.asks_time, found.asks_workspace, found.asks_cuts) == (("when",), ("place",), ())
+    assert found.special == {"when": Time, "place": Workspace} and found.asks(Time) and not found.asks(Cuts)
     assert [s.default for s in found.settings.values()] == [2.0, inspect.Parameter.empty]
     mesh = Mesh()
     assert simulate(mesh, None, None, None, Time(1, 24.0), Path(), count=1).mesh is mesh
