@@ -20,7 +20,7 @@ def write_table(
     format  file format: csv with all digits for programs, markdown with four digits for people
     cases   names of the tables, in order, for a new first column "case"
     """
-    from hairpipe.formats.tables import lay_below, write_csv, write_markdown
+    from hairpipe.formats.values import lay_below, write_csv, write_markdown
 
     write, name = {"csv": (write_csv, "table.csv"), "markdown": (write_markdown, "table.md")}[format]
     write(workspace / name, lay_below(tables, cases))

@@ -41,7 +41,7 @@ class Format(NamedTuple):
 USD = Format(
     (".usd", ".usda", ".usdc", ".usdz"),
     body="hairpipe.formats.usd.meshes.read_body",
-    meshes="hairpipe.formats.usd.moving_meshes.read",
+    meshes="hairpipe.formats.usd.meshes.read_moving",
     motion="hairpipe.formats.usd.skeleton.read",
     strands="hairpipe.formats.usd.curves.read_curves",
     is_rigged=True,

@@ -4,7 +4,7 @@ import csv
 
 import numpy as np
 
-from hairpipe.formats.tables import write_points
+from hairpipe.formats.values import write_points
 
 POINTS = np.array([[0.1, 0.2, 0.3], [1e-30, -2.5, 3e8], [1 / 3, 0.0, np.pi]])
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from hairpipe.formats.tables import write_npz
+from hairpipe.formats.values import write_npz
 
 
 @dataclass(frozen=True)

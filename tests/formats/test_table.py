@@ -8,7 +8,7 @@ import pytest
 
 from hairpipe.engine import Workspace
 from hairpipe.errors import BadInput
-from hairpipe.formats.tables import write_csv, write_markdown
+from hairpipe.formats.values import write_csv, write_markdown
 from hairpipe.nodes.write_table import write_table
 from hairpipe.values.table import table_of_rows
 

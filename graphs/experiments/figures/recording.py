@@ -16,7 +16,7 @@ from hairpipe.app.api.selection import fold_frames
 from hairpipe.app.api.shot import Node, Record, Shot, Task
 from hairpipe.app.api.wedge_shot import WedgeShot
 from hairpipe.errors import BadInput
-from hairpipe.formats.tables import lay_below
+from hairpipe.formats.values import lay_below
 from hairpipe.graphs.experiments.bench.machine import this_machine
 from hairpipe.graphs.experiments.figures.file import (
     COST,

@@ -38,7 +38,7 @@ def plot_map(
     width    width of the picture
     height   height of the picture
     """
-    from hairpipe.formats.tables import lay_below
+    from hairpipe.formats.values import lay_below
     from hairpipe.graphs.experiments.chart.maps import MapColumns, draw_maps
 
     path = workspace / "map.png"

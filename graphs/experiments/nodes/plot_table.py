@@ -40,7 +40,7 @@ def plot_table(
     width    width of the picture
     height   height of the picture
     """
-    from hairpipe.formats.tables import lay_below
+    from hairpipe.formats.values import lay_below
     from hairpipe.graphs.experiments.chart.lines import Columns, draw_table
 
     path = workspace / "chart.png"

@@ -1,21 +1,24 @@
-"""Polygon meshes of a stage as triangles in metres with Y up, with the maps on their vertices, and bodies of them."""
+"""Polygon meshes of a stage, with the maps on their vertices: bodies at rest, and animated meshes."""
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pxr import Sdf, UsdGeom, UsdSkel
+from pxr import Sdf, Usd, UsdGeom, UsdSkel, Vt
 
+from hairpipe.apart import recall
 from hairpipe.errors import BadInput
-from hairpipe.formats.polygons import triangulate, warn_of_cage
+from hairpipe.formats.animated_meshes import Instant, Points, read_at, sampled
+from hairpipe.formats.polygons import Polygons, join_polygons, triangulate, warn_of_cage
 from hairpipe.formats.rigging import Key, Part, join_parts
+from hairpipe.formats.usd.layer_files import list_files, with_folders
 from hairpipe.formats.usd.skeleton import (
     REST,
     Binding,
     Names,
     Rig,
+    filled,
     find_bindings,
     has_blend_shapes,
     join_rigs,
@@ -24,6 +27,8 @@ from hairpipe.formats.usd.skeleton import (
     read_keys,
     read_rig,
     skin_at_rest,
+    turn_codes,
+    weight_codes,
 )
 from hairpipe.formats.usd.stage import (
     checked,
@@ -36,7 +41,9 @@ from hairpipe.formats.usd.stage import (
     place,
     read_time,
     shown,
+    spaces_of,
     time_of,
+    transform_codes,
     usd_faults,
 )
 from hairpipe.plain_file import Absent
@@ -48,21 +55,12 @@ KNOWN = ("st", "displayColor", "displayOpacity")
 SCALARS = (Sdf.ValueTypeNames.FloatArray, Sdf.ValueTypeNames.DoubleArray, Sdf.ValueTypeNames.HalfArray)
 
 
-@dataclass(frozen=True)
-class Painted:
-    """A mesh and the maps on its n vertices, each (n,) float64 in 0..1."""
-
-    mesh: Mesh
-    maps: dict[str, np.ndarray]
+Maps = dict[str, np.ndarray]
+"""Painted values of n vertices by name, each (n,) float64 in 0..1."""
 
 
-def read_mesh(prim: UsdGeom.Mesh, points: np.ndarray, matrix: np.ndarray) -> Painted:
-    """Read the faces, texture coordinates and maps of a mesh whose points (n, 3) the matrix (4, 4) takes to metres.
-
-    Polygons are triangulated, counter-clockwise seen from outside, without holes.
-
-    Raises BadInput if counts, indices and points do not agree.
-    """
+def _read_mesh(prim: UsdGeom.Mesh, points: np.ndarray, matrix: np.ndarray) -> tuple[Polygons, Maps]:
+    """Read faces without holes, texture coordinates and maps of a mesh, whose points a matrix takes to metres."""
     counts = numbers(prim.GetFaceVertexCountsAttr(), kind=np.int64)
     vertices = numbers(prim.GetFaceVertexIndicesAttr(), kind=np.int64)
     _check_faces(prim, counts, vertices, len(points))
@@ -79,14 +77,12 @@ def read_mesh(prim: UsdGeom.Mesh, points: np.ndarray, matrix: np.ndarray) -> Pai
     mesh = Mesh(points, triangles, uv=None if uv is None else np.ascontiguousarray(uv[kept][corners]))
     maps = _read_maps(prim, len(points))
     _warn_of_unused(prim, maps)
-    return Painted(mesh, maps)
+    kept = np.flatnonzero(solid)
+    return Polygons(mesh, np.repeat(kept, counts[kept] - 2)), maps
 
 
 def warn_of_scheme(prim: UsdGeom.Mesh) -> None:
-    """Warn of a mesh whose authored subdivision scheme makes another surface of it than its polygons.
-
-    Every mesh has the scheme catmullClark by default; that of a file without one is not known to be meant.
-    """
+    """Warn of an authored subdivision scheme that makes another surface; catmullClark by default may not be meant."""
     scheme = prim.GetSubdivisionSchemeAttr()
     if scheme.HasAuthoredValue() and scheme.Get() in (UsdGeom.Tokens.catmullClark, UsdGeom.Tokens.loop):
         points = numbers(prim.GetPointsAttr(), 3)
@@ -96,21 +92,13 @@ def warn_of_scheme(prim: UsdGeom.Mesh) -> None:
         warn_of_cage(location(prim.GetPrim()), points, counts, vertices, scheme.Get())
 
 
-def polygon_owners(prim: UsdGeom.Mesh) -> np.ndarray:
-    """Return the polygon of each triangle that `read_mesh` gives, (m,) int64."""
-    counts = numbers(prim.GetFaceVertexCountsAttr(), kind=np.int64)
-    solid = np.flatnonzero(_solid_faces(prim, len(counts)))
-    return np.repeat(solid, counts[solid] - 2)
-
-
 def _warn_of_unused(prim: UsdGeom.Mesh, maps: dict[str, np.ndarray]) -> None:
     """Name the primvars that are neither maps, nor texture coordinates, skinning or colours."""
     names = [primvar.GetPrimvarName() for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithValues()]
     unused = [name for name in names if name not in (*maps, *KNOWN) and not name.startswith(SKINNING)]
     if unused:
-        warnings.warn(
-            f"{location(prim.GetPrim())}: primvars that are not used: {', '.join(sorted(unused))}", stacklevel=2
-        )
+        message = f"primvars that are not used: {', '.join(sorted(unused))}"
+        warnings.warn(f"{location(prim.GetPrim())}: {message}", stacklevel=2)
 
 
 def _check_faces(prim: UsdGeom.Mesh, counts: np.ndarray, vertices: np.ndarray, n: int) -> None:
@@ -242,16 +230,17 @@ def _read_part(
     if binding is None:
         if rigs:
             warnings.warn(f"{mesh.GetPath()} is not bound to a skeleton, and follows the first joint", stacklevel=2)
-        painted = read_mesh(mesh, points, place(mesh.GetPrim()))
+        (triangles, _), maps = _read_mesh(mesh, points, place(mesh.GetPrim()))
         k = min(len(rigs), 1)
         joints, weights = np.zeros((n, k), np.int32), np.ones((n, k))
         unturn = np.linalg.inv(next(iter(rigs.values())).turns[0]) if rigs else np.eye(4)
         matrix = unturn @ place(mesh.GetPrim())
-        bound = move(unturn, painted.mesh.points)
+        bound = move(unturn, triangles.points)
     else:
         rig = rigs[binding.skeleton.GetPrim().GetPath()]
         joints, weights = read_influences(rig, binding.skinning, n)
-        painted = read_mesh(mesh, skin_at_rest(rig, binding.skinning, points, joints, weights), rig.matrix)
+        rest = skin_at_rest(rig, binding.skinning, points, joints, weights)
+        (triangles, _), maps = _read_mesh(mesh, rest, rig.matrix)
         matrix = rig.matrix @ columns(binding.skinning.GetGeomBindTransform(REST))
         bound = move(matrix, points)
     keys = list[Key]()
@@ -260,7 +249,7 @@ def _read_part(
     elif has_blend_shapes(mesh):
         message = f"{mesh.GetPath()} has blend shapes without a Skeleton to animate them, which are ignored"
         warnings.warn(message, stacklevel=3)
-    return Part(painted.mesh, painted.maps, joints, weights, bound, keys)
+    return Part(triangles, maps, joints, weights, bound, keys)
 
 
 def _is_dual(binding: Binding | None, part: Part) -> np.ndarray:
@@ -269,3 +258,125 @@ def _is_dual(binding: Binding | None, part: Part) -> np.ndarray:
         return np.zeros(len(part.bound), bool)
     first = np.take_along_axis(part.joints, part.weights.argmax(axis=1)[:, None], axis=1)
     return ((part.joints != first) & (part.weights > 0.0)).any(axis=1)
+
+
+def read_moving(path: Path, prim: str | None, instant: Instant, absent: Absent = "refuse") -> Polygons:
+    """Read the visible meshes at or under a prim, or those that a pattern names, at an instant."""
+    with usd_faults(path):
+        return read_at(recall(MovingMeshes, path, prim, absent), instant)
+
+
+class MovingMeshes:
+    """Samples of the meshes of a stage in metres with Y up, see `animated_meshes.Samples`.
+
+    Raises BadInput for a stage without meshes, or with a PointInstancer among them.
+    """
+
+    def __init__(self, path: Path, prim: str | None, absent: Absent = "refuse") -> None:
+        self.stage = open_whole(path, prim, absent)
+        self.files = with_folders(list_files(path))
+        self.meshes = [UsdGeom.Mesh(p) for p in shown(self.stage, prim, UsdGeom.Mesh)]
+        _refuse_instancers(self.stage, self.meshes, prim)
+        bindings = find_bindings(self.stage, shapes=True)
+        self.bindings = [bindings.get(mesh.GetPath()) for mesh in self.meshes]
+        self.rate = self.stage.GetTimeCodesPerSecond()
+        self.codes = self._find_codes()
+        self.own = [self._has_velocities(*pair) for pair in zip(self.meshes, self.bindings, strict=True)]
+        self._go_to(self.codes[0])
+        self.polygons = [_polygons(mesh) for mesh in self.meshes]
+        for mesh in self.meshes:
+            warn_of_scheme(mesh)
+
+    def shape(self, sample: int) -> Polygons:
+        self._go_to(self.codes[sample])
+        pairs = zip(self.meshes, self.bindings, strict=True)
+        return join_polygons([_read_mesh(mesh, *_points(mesh, binding))[0] for mesh, binding in pairs])
+
+    def sample(self, sample: int) -> list[Points]:
+        """Read the points of the meshes at a sample; BadInput where polygons are not those of the first one."""
+        self._go_to(self.codes[sample])
+        found = list[Points]()
+        for mesh, binding, has, first in zip(self.meshes, self.bindings, self.own, self.polygons, strict=True):
+            if any(not np.array_equal(*pair) for pair in zip(_polygons(mesh), first, strict=True)):
+                where = f"{location(mesh.GetPrim())} at time code {self.codes[sample]:g}"
+                right = f"those of time code {self.codes[0]:g} at all times"
+                raise BadInput("the polygons have changed", where=where, right=right)
+            points, matrix = _points(mesh, binding)
+            velocities = numbers(mesh.GetVelocitiesAttr(), 3) @ matrix[:3, :3].T if has else None
+            if velocities is not None and len(velocities) != len(points):
+                where = f"{location(mesh.GetPrim())} at time code {self.codes[sample]:g}"
+                raise BadInput(f"there are {len(velocities)} velocities", where=where, right=f"{len(points)}")
+            found.append((move(matrix, points), velocities))
+        return found
+
+    def _go_to(self, code: float) -> None:
+        self.stage.GetSessionLayer().startTimeCode = code
+
+    def _has_velocities(self, mesh: UsdGeom.Mesh, binding: Binding | None) -> bool:
+        """Return whether velocities are used: in a moving space or on a skeleton, they are not all of the motion."""
+        moves = any(space.TransformMightBeTimeVarying() for space in spaces_of(mesh.GetPrim()))
+        return mesh.GetVelocitiesAttr().HasValue() and binding is None and not moves
+
+    def _find_codes(self) -> np.ndarray:
+        """Return the time codes of all samples of points, of transforms above them, and of their skeletons."""
+        points = list[Sequence[float]]()
+        turns = list[Sequence[float]]()
+        for mesh, binding in zip(self.meshes, self.bindings, strict=True):
+            points += mesh.GetPointsAttr().GetTimeSamples(), mesh.GetVelocitiesAttr().GetTimeSamples()
+            turns += transform_codes(mesh.GetPrim())
+            if binding is not None:
+                turns += turn_codes(binding.skeleton)
+                points.append(weight_codes(binding.skeleton))
+        constant = {code for group in (*points, *turns) for code in group}
+        return np.array(sorted(sampled(points) | filled(sampled(turns)) or constant or {0.0}))
+
+
+def _polygons(mesh: UsdGeom.Mesh) -> tuple[np.ndarray, np.ndarray, int]:
+    """Return the sizes and corners of the polygons, and the number of points, at the time of the stage."""
+    sizes = numbers(mesh.GetFaceVertexCountsAttr(), kind=np.int64)
+    return sizes, numbers(mesh.GetFaceVertexIndicesAttr(), kind=np.int64), len(numbers(mesh.GetPointsAttr(), 3))
+
+
+def _points(mesh: UsdGeom.Mesh, binding: Binding | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points (n, 3) in a space, and its matrix to metres (4, 4), at the time of the stage."""
+    points = numbers(mesh.GetPointsAttr(), 3)
+    if binding is None:
+        return points, place(mesh.GetPrim())
+    time = time_of(mesh.GetPrim())
+    moved = Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(points, np.float32))
+    where = location(mesh.GetPrim())
+    if binding.skinning.HasBlendShapes() and binding.skeleton.GetAnimQuery():
+        _blend(mesh, binding, moved, time)
+    if not binding.skinning.HasJointInfluences():
+        return np.array(moved, np.float64), place(mesh.GetPrim())
+    skeleton = binding.skeleton.ComputeSkinningTransforms(time)
+    if not skeleton:
+        raise BadInput("the joints have no transforms", where=where, right="a rest or bind pose, or an animation")
+    matrix = place(binding.skeleton.GetPrim())
+    if binding.skinning.IsRigidlyDeformed():
+        rigid = binding.skinning.ComputeSkinnedTransform(skeleton, time)
+        return np.array(moved, np.float64), matrix @ columns(rigid)
+    if not binding.skinning.ComputeSkinnedPoints(skeleton, moved, time):
+        raise BadInput("the mesh cannot be skinned", where=where, right="joint influences that fit points and joints")
+    return np.array(moved, np.float64), matrix
+
+
+def _blend(mesh: UsdGeom.Mesh, binding: Binding, points: Vt.Vec3fArray, time: Usd.TimeCode) -> None:
+    shapes = UsdSkel.BlendShapeQuery(UsdSkel.BindingAPI(mesh))
+    weights = binding.skeleton.GetAnimQuery().ComputeBlendShapeWeights(time)
+    mapper = binding.skinning.GetBlendShapeMapper()
+    weights = mapper.Remap(weights) if mapper else weights
+    found = shapes.ComputeSubShapeWeights(weights)
+    offsets = shapes.ComputeSubShapePointOffsets()
+    if not found or not shapes.ComputeDeformedPoints(*found, shapes.ComputeBlendShapePointIndices(), offsets, points):
+        right = "offsets and pointIndices that fit the points"
+        raise BadInput("the blend shapes cannot be applied", where=location(mesh.GetPrim()), right=right)
+
+
+def _refuse_instancers(stage: Usd.Stage, meshes: Sequence[UsdGeom.Mesh], prim: str | None) -> None:
+    """Refuse a PointInstancer above a mesh, or among all shapes of the stage where all are read."""
+    found = [p for p in stage.Traverse(Usd.TraverseInstanceProxies()) if p.IsA(UsdGeom.PointInstancer)]
+    for instancer in found:
+        if prim is None or any(mesh.GetPath().HasPrefix(instancer.GetPath()) for mesh in meshes):
+            right = "its instances as meshes, or a group without it"
+            raise BadInput("is a PointInstancer, which is not read", where=location(instancer), right=right)

@@ -9,8 +9,7 @@ from pxr import Sdf, Usd
 from hairpipe.errors import BadInput
 from hairpipe.formats.animated_meshes import Instant
 from hairpipe.formats.registry import list_parts
-from hairpipe.formats.usd import curves, moving_meshes
-from hairpipe.formats.usd import meshes as skinned_meshes
+from hairpipe.formats.usd import curves, meshes
 from hairpipe.formats.usd.stage import open_whole
 
 MESH = """def Mesh "{name}" {{
@@ -51,7 +50,7 @@ def test_an_absent_file_is_refused_or_named(tmp_path, arc):
         open_whole(shot, None, "refuse")
     assert "\n" not in str(fault.value) and str(inner) in str(fault.value)
     with pytest.warns(UserWarning, match=message):
-        assert len(moving_meshes.read(shot, None, Instant(0, 0), "warn").mesh.points) == 4
+        assert len(meshes.read_moving(shot, None, Instant(0, 0), "warn").mesh.points) == 4
 
 
 def test_an_absent_sublayer_is_refused_in_any_layer(tmp_path):
@@ -110,7 +109,7 @@ def test_a_body_and_hair_that_are_referenced_are_read(tmp_path):
         tmp_path / "shot.usda",
         'def "body" (references = @./body.usda@) {}\ndef "hair" (payload = @./hair.usda@) {}',
     )
-    composed, alone = (skinned_meshes.read_body(shot.parent / name, "/body") for name in ("shot.usda", "body.usda"))
+    composed, alone = (meshes.read_body(shot.parent / name, "/body") for name in ("shot.usda", "body.usda"))
     assert np.array_equal(composed.mesh.points, alone.mesh.points) and len(alone.mesh.points) == 4
     composed, alone = (curves.read_curves(shot.parent / name, "/hair") for name in ("shot.usda", "hair.usda"))
     assert np.array_equal(composed.points, alone.points) and len(alone.points) == 2

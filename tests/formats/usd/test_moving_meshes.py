@@ -8,7 +8,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, UsdUtils, Vt
 
 from hairpipe.errors import BadInput
 from hairpipe.formats.animated_meshes import Instant
-from hairpipe.formats.usd.moving_meshes import MovingMeshes, read
+from hairpipe.formats.usd.meshes import MovingMeshes, read_moving
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
 OMEGA = 1.5
@@ -58,7 +58,7 @@ def at(frame: float, **more) -> Instant:
 
 @pytest.mark.parametrize("frame", [1001, 1003, 1003.4, 1006])
 def test_time_samples_give_points_and_velocities(bending, frame):
-    mesh, _ = read(bending, None, at(frame))
+    mesh, _ = read_moving(bending, None, at(frame))
     points, velocities = bent((frame - 1001) / 24)
     np.testing.assert_allclose(mesh.points, points, atol=1e-6)
     np.testing.assert_allclose(mesh.velocities, velocities, atol=2e-5)
@@ -72,7 +72,7 @@ def test_a_moving_parent_moves_and_scales_the_points(tmp_path):
     for sample in range(4 * 6):
         turn.Set(float(np.degrees(OMEGA * sample / 96)), 1001 + sample / 4)
     stage.Save()
-    mesh, _ = read(tmp_path / "turn.usda", None, at(1004))
+    mesh, _ = read_moving(tmp_path / "turn.usda", None, at(1004))
     angle = OMEGA * 3 / 24
     x, y = SQUARE[:, 0], SQUARE[:, 1]
     turned = np.stack([np.cos(angle) * x - np.sin(angle) * y, 0 * x, -np.sin(angle) * x - np.cos(angle) * y], axis=1)
@@ -87,14 +87,14 @@ def test_velocities_of_the_file_are_used_and_compared(bending):
         mesh.CreateVelocitiesAttr().Set(vectors(1.1 * bent((frame - 1001) / 24)[1]), frame)
     stage.Save()
     truth = bent(3 / 24)[1]
-    np.testing.assert_allclose(read(bending, None, at(1004))[0].velocities, 1.1 * truth, atol=1e-6)
-    own = read(bending, None, at(1004, velocities="samples"))[0].velocities
+    np.testing.assert_allclose(read_moving(bending, None, at(1004))[0].velocities, 1.1 * truth, atol=1e-6)
+    own = read_moving(bending, None, at(1004, velocities="samples"))[0].velocities
     np.testing.assert_allclose(own, truth, atol=2e-5)
     for frame in FRAMES:
         mesh.GetVelocitiesAttr().Set(vectors(bent((frame - 1001) / 24)[1] / 24), frame)
     stage.Save()
     with pytest.warns(UserWarning, match="units per frame"):
-        read(bending, None, at(1004))
+        read_moving(bending, None, at(1004))
 
 
 def test_velocities_at_a_cut_do_not_see_the_jump(bending):
@@ -105,7 +105,7 @@ def test_velocities_at_a_cut_do_not_see_the_jump(bending):
     stage.Save()
     cuts = ((2 / 24, 3 / 24),)
     for frame in (1003, 1004):
-        mesh, _ = read(bending, None, at(frame, cuts=cuts))
+        mesh, _ = read_moving(bending, None, at(frame, cuts=cuts))
         np.testing.assert_allclose(mesh.velocities, bent((frame - 1001) / 24)[1], atol=1e-3)
 
 
@@ -124,7 +124,7 @@ def test_value_clips_are_read(tmp_path):
     root.Save()
     UsdGeom.SetStageMetersPerUnit(Usd.Stage.Open(root), 1.0)
     root.Save()
-    mesh, _ = read(tmp_path / "shot.usda", None, at(1003))
+    mesh, _ = read_moving(tmp_path / "shot.usda", None, at(1003))
     points, velocities = bent(2 / 24)
     np.testing.assert_allclose(mesh.points, points, atol=1e-6)
     np.testing.assert_allclose(mesh.velocities, velocities, atol=2e-5)
@@ -136,13 +136,14 @@ def test_meshes_are_joined_or_picked_by_a_pattern(tmp_path):
     add_square(stage, "/shot/garment/sleeve", SQUARE + 5)
     stage.Save()
     points = {
-        group: read(tmp_path / "two.usda", group, at(1001))[0].points for group in (None, "/shot/body", "*/garment")
+        group: read_moving(tmp_path / "two.usda", group, at(1001))[0].points
+        for group in (None, "/shot/body", "*/garment")
     }
     assert len(points[None]) == 8
     np.testing.assert_array_equal(points["/shot/body"], SQUARE)
     np.testing.assert_array_equal(points["*/garment"], SQUARE + 5)
     with pytest.raises(BadInput, match=r"no visible Mesh at or under \*lash"):
-        read(tmp_path / "two.usda", "*lash*", at(1001))
+        read_moving(tmp_path / "two.usda", "*lash*", at(1001))
 
 
 def test_changed_polygons_are_refused_by_time_code(bending):
@@ -151,9 +152,9 @@ def test_changed_polygons_are_refused_by_time_code(bending):
     corners.Set([0, 1, 2, 3], 1001)
     corners.Set([3, 1, 2, 0], 1004)
     stage.Save()
-    read(bending, None, at(1001))
+    read_moving(bending, None, at(1001))
     with pytest.raises(BadInput, match=r"bent.usda /bent at time code 1004: the polygons have changed .*1001"):
-        read(bending, None, at(1003))
+        read_moving(bending, None, at(1003))
 
 
 def test_a_point_instancer_is_refused_by_name(bending):
@@ -162,8 +163,8 @@ def test_a_point_instancer_is_refused_by_name(bending):
     add_square(stage, "/scatter/proto")
     stage.Save()
     with pytest.raises(BadInput, match=r"/scatter: is a PointInstancer"):
-        read(bending, None, at(1001))
-    assert len(read(bending, "/bent", at(1001))[0].points) == 4
+        read_moving(bending, None, at(1001))
+    assert len(read_moving(bending, "/bent", at(1001))[0].points) == 4
 
 
 def rotation(axis: tuple[float, float, float], degrees: float) -> Gf.Quatf:
@@ -236,7 +237,7 @@ def test_skeletons_and_blend_shapes_are_those_of_openusd(arm, method):
     stage = Usd.Stage.Open(str(arm))
     UsdSkel.BindingAPI(stage.GetPrimAtPath("/arm/skin")).CreateSkinningMethodAttr().Set(method)
     stage.Save()
-    found = [read(arm, None, at(frame))[0].points for frame in FRAMES]
+    found = [read_moving(arm, None, at(frame))[0].points for frame in FRAMES]
     truth = baked(arm)
     for frame, points in zip(FRAMES, found, strict=True):
         mesh = UsdGeom.Mesh.Get(truth, "/arm/skin")
@@ -251,7 +252,7 @@ def test_a_face_of_blend_shapes_alone_moves(arm):
     for name in ("jointIndices", "jointWeights"):
         stage.GetPrimAtPath("/arm/skin").RemoveProperty(f"primvars:skel:{name}")
     stage.Save()
-    moved = [read(arm, None, at(frame))[0].points for frame in (1001, 1004)]
+    moved = [read_moving(arm, None, at(frame))[0].points for frame in (1001, 1004)]
     assert np.ptp(moved[1][:4, 0]) > 1.1 * np.ptp(moved[0][:4, 0])
 
 
@@ -290,5 +291,5 @@ def test_two_keys_of_a_parent_turn_along_an_arc(tmp_path):
     turn.Set(0.0, 1001)
     turn.Set(720.0, 1021)
     stage.Save()
-    mesh, _ = read(tmp_path / "turn.usda", None, at(1006))
+    mesh, _ = read_moving(tmp_path / "turn.usda", None, at(1006))
     np.testing.assert_allclose(mesh.points, SQUARE * (-1, -1, 1), atol=1e-6)

@@ -152,7 +152,9 @@ def test_ids_of_the_file_are_taken_over(new_stage, saved, name: str) -> None:
 def test_curves_without_an_id_get_new_numbers(new_stage, saved, kind: str, ids: list, kept: list[int]) -> None:
     stage = new_stage()
     primvar(curves(stage, wild(4, 4)), "hairId", getattr(Sdf.ValueTypeNames, kind), TOKENS.uniform, ids)
-    with pytest.warns(UserWarning, match=r"ids of 1 of 2 curves|hairId (is not .*|has 1 values for 2 curves): not used"):
+    with pytest.warns(
+        UserWarning, match=r"ids of 1 of 2 curves|hairId (is not .*|has 1 values for 2 curves): not used"
+    ):
         assert read_curves(saved(stage), None).ids.tolist() == kept
 
 
