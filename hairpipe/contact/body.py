@@ -74,24 +74,14 @@ _CHUNK = 512
 
 
 def pushes(axial: np.ndarray, masses: np.ndarray, offsets: np.ndarray, scale: Scale = USUAL) -> np.ndarray:
-    """Return the acceleration that pushes points [m/s^2], (P,); pure.
-
-    axial    E A of the strands [N], (S,)
-    masses   masses of the points [kg], (P,), inf if held
-    offsets  offsets of the points of strands, (S+1,) int32
-    """
+    """Return the acceleration that pushes points [m/s^2], (P,); pure."""
     total = np.add.reduceat(np.where(np.isfinite(masses), masses, 0.0), offsets[:-1])
     push = np.divide(STRAIN * axial, total, out=np.zeros_like(axial), where=total > 0.0)
     return np.repeat(np.maximum(push, LEAST * scale.speed / scale.time), np.diff(offsets))
 
 
 def within_reach(start_distance: np.ndarray, segments: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Return the largest contact distances of points in a step, limited by the points before them [m], (P,); pure.
-
-    start_distance  distances from the body at the start of the step [m], (P,)
-    segments        lengths from the points to the previous points [m], (P,); arbitrary at roots
-    offsets         offsets of the points of strands, (S+1,) int32
-    """
+    """Return the largest contact distances of points in a step, limited by the points before them [m], (P,); pure."""
     reach = np.roll(start_distance, 1) + _REACH * segments
     reach[offsets[:-1]] = np.inf
     return reach
@@ -148,14 +138,7 @@ def share_gap(
     kept: np.ndarray,
     scale: float = 1.0,
 ) -> np.ndarray:
-    """Return the contact distances of points [m], (P,), reduced in narrow gaps between bodies; pure.
-
-    points     [m], (P, 3), at a time since the previous frame [s]
-    probe      probe of the bodies at the points
-    thickness  desired distance on all sides [m], (P,)
-    kept       contact distance from the nearest body, at least the thickness [m], (P,)
-    scale      of lengths [1], see `Scale`
-    """
+    """Return the contact distances of points [m], (P,), reduced in narrow gaps between bodies; pure."""
     is_pushed = np.empty(len(points), np.bool_)
     _mark_pushed(probe, kept, scale * _PUSHED, is_pushed)
     pushed = places_of(is_pushed)

@@ -205,10 +205,7 @@ def drape(
 
 @njit(cache=True)
 def keep_lengths(after: np.ndarray, normals: np.ndarray, masses: np.ndarray, moved: np.ndarray) -> None:
-    """Pull points towards their predecessors, from the root on, where segments are stretched too far; moved in place.
-
-    Arguments as for `drape`.
-    """
+    """Pull points towards their predecessors, from the root on, where segments are too long; moved in place."""
     way = np.empty(3)
     for i in range(1, len(moved)):
         if masses[i] == np.inf:  # A root: the point before it belongs to another strand.

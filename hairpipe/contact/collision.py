@@ -55,14 +55,7 @@ class Neighbourhood(NamedTuple):
 
 
 def neighbourhood(before: np.ndarray, after: np.ndarray, offsets: np.ndarray, reach: float) -> Neighbourhood:
-    """Sort all segments for searches in a linear motion; pure.
-
-    before, after  positions [m], (P, 3) float64
-    offsets        strand s owns points offsets[s] : offsets[s + 1], (S + 1,) int32
-    reach          [m]
-
-    Raises LostPoints if a position is not finite.
-    """
+    """Sort all segments for searches in a linear motion; pure."""
     refuse_lost(before)
     refuse_lost(after)
     segments = all_segments(offsets)
@@ -90,12 +83,7 @@ def swept_pairs_of(
     after: np.ndarray,
     ignored: np.ndarray | None = None,
 ) -> np.ndarray:
-    """List the pairs of some segments, (m,) int32, whose motion has changed; pure.
-
-    around  hair in its previous motion; before, after  its present motion [m], (P, 3) float64
-
-    These segments move as now, also in pairs of two of them; the others as before. Otherwise as `swept_pairs`.
-    """
+    """List the pairs of some segments, (m,) int32, whose motion has changed; pure."""
     known = known_pairs(ignored, around.points)
     mine = build_tree(before, after, segments, around.reach, around.frame)
     is_mine = np.zeros(around.points, np.bool_)

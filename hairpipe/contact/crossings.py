@@ -282,10 +282,7 @@ def quadratic_roots(first: float, middle: float, last: float) -> tuple[float, fl
 
 @inlined
 def may_cross(before, after, pairs, start, room):
-    """Return which of the pairs from `start` on may have a root, as bits of an int64, eight of them or to the end.
-
-    room  work array, (ROWS, WIDTH) float64
-    """
+    """Return which of the pairs from `start` on may have a root, as bits of an int64, eight of them or to the end."""
     count = min(len(pairs) - start, WIDTH)
     for lane in range(WIDTH):
         # Lanes beyond the last pair repeat it; the mask at the end drops them.

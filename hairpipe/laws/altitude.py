@@ -68,10 +68,7 @@ def _limit(u, v, w):
 
 @inlined
 def collinear(u, v, w, size):
-    """Particles so close to a line that their altitude is lost in rounding.
-
-    u, v, w  from particle 0 to the others [m], tuples of three lanes; size  the largest |N|^2 there is [m^4]
-    """
+    """Particles so close to a line that their altitude is lost in rounding."""
     return size < _limit(u, v, w)
 
 

@@ -25,14 +25,7 @@ def add_drag(
     push: np.ndarray,
     damping: np.ndarray,
 ) -> None:
-    """Add the force push - damping v of the air on active points, in place; values of the others are not read.
-
-    at       a prediction: drag depends on its lagged velocities
-    air      velocity of the air at every point [m/s], (P, 3)
-    offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,) int32
-    sizes    diameters of segments over the diameter of the law, (P,): a Reynolds number is proportional to its diameter
-    push     [N], (P, 3); damping  symmetric xx xy xz yy yz zz [kg/s], (P, 6)
-    """
+    """Add the force push - damping v of the air on active points, in place; values of the others are not read."""
     for strand in prange(len(offsets) - 1):
         end = offsets[strand + 1] if at.active[offsets[strand]] else offsets[strand]  # A strand is active as a whole.
         for k in range(offsets[strand], end - 1):  # One thread per strand: segments add to common points in order.

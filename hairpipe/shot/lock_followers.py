@@ -51,12 +51,7 @@ _LISTED = 24
 def find_places(
     points: np.ndarray, offsets: np.ndarray, guides: np.ndarray, mine: np.ndarray, turns: np.ndarray
 ) -> Places:
-    """Find the guide points of points from their positions; pure.
-
-    points     points of all strands [m], (P, 3); offsets  offsets of the strands, (S+1,) int32
-    guides     simulated strands, (G,); mine  points of others that begin to follow, (F,)
-    turns      rotations of guide segments since rest, at the first point of each segment, (P, 3, 3)
-    """
+    """Find the guide points of points from their positions; pure."""
     theirs = points_of_strands(guides, offsets)
     listed = min(_LISTED, len(theirs))
     near = KDTree(points[theirs]).query(points[mine], listed, workers=get_num_threads())[1].reshape(len(mine), listed)
@@ -206,13 +201,7 @@ def interpolated(
     roots: tuple[np.ndarray, np.ndarray],
     diameter: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return positions and velocities of followers, (F, 3), and the disagreement of their guides, (n,); pure.
-
-    followers  strands, ascending, (n,); places  places of their points, (F, ...)
-    offsets    offsets of all strands, (S+1,) int32; rest  points of the groom [m], (P, 3), which define segment lengths
-    roots      rigid motions of all roots, x -> R x + t, and their time derivatives, (S, 3, 4)
-    diameter   of the hair [m]
-    """
+    """Return positions and velocities of followers, (F, 3), and the disagreement of their guides, (n,); pure."""
     points, velocities = np.empty((len(places.points), 3)), np.empty((len(places.points), 3))
     disagreement = np.empty(len(followers))
     begins = np.concatenate([[0], np.cumsum(np.diff(offsets)[followers])])

@@ -57,10 +57,7 @@ from hairpipe.values.hair import (
 
 
 def to_audit(leaders: np.ndarray, share: float, turn: int) -> np.ndarray:
-    """Return which followers are audited in a turn, (S,) bool; pure.
-
-    leaders  guide of every strand, (S,) int32; share  share of the locks; at least two of eight or more, for a bound
-    """
+    """Return which followers are audited in a turn, (S,) bool; pure."""
     follows = leaders != np.arange(len(leaders))
     if share == 0.0 or not follows.any():
         return np.zeros(len(leaders), np.bool_)
@@ -79,33 +76,20 @@ def about_roots(points: np.ndarray, offsets: np.ndarray, motions: np.ndarray) ->
 def moved_since(
     reference: np.ndarray, here: np.ndarray, offsets: np.ndarray, tolerance: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Find the strands that have moved by more than a tolerance [m], rms, (S,) bool; they get a new reference; pure.
-
-    reference, here  earlier and present points in the frames of their roots [m], (P, 3) float32
-    """
+    """Find the strands that have moved by more than a tolerance [m], rms, (S,) bool; they get a new reference; pure."""
     moved = distances(here, reference, offsets) > tolerance
     return moved, np.where(np.repeat(moved, np.diff(offsets))[:, None], here, reference)
 
 
 def audited_locks(guides: np.ndarray, errors: np.ndarray) -> tuple[Audit, np.ndarray]:
-    """Return the errors of audited locks, and the lock of each strand among these, (A,); pure.
-
-    guides  guides of the audited strands, (A,) int32; errors  rms errors of these strands [m], (A,)
-    """
+    """Return the errors of audited locks, and the lock of each strand among these, (A,); pure."""
     _, locks, hairs = np.unique(guides, return_inverse=True, return_counts=True)
     squares = np.bincount(locks, errors.astype(float) ** 2, len(hairs))
     return Audit(np.sqrt(squares / hairs), hairs), locks
 
 
 def back_in(leaders: np.ndarray, tried: np.ndarray, nearest: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the guide of every strand after trials, (S,) int32, and the strands that become guides, ascending; pure.
-
-    leaders  previous guide of every strand, (S,) int32
-    tried    strands whose trial has succeeded, ascending, (n,): they join in this order while a lock has capacity
-    nearest  guides near each of them, the nearest first, then the strand itself, (n, FOLLOWED)
-
-    One in `most` of the strands without a lock becomes a guide.
-    """
+    """Return the guide of every strand after trials, (S,) int32, and the new guides, ascending; pure."""
     near = nearest[:, 0] != tried
     tried, nearest = tried[near], nearest[near]
     out = leaders.copy()
@@ -175,13 +159,7 @@ def regrouped(
     locks: Locks,
     closest: int,
 ) -> tuple[LockState, Connections]:
-    """Return the state of locks after a frame, with the places before it, and the connections of guides; pure.
-
-    known        state at its start
-    connections  connections at its end; ages  their ages in frames, (n,) int32
-    offsets      offsets of the strands, (S+1,) int32; roots  motions of their roots, (S, 3, 4)
-    closest      maximum number of connections of a segment
-    """
+    """Return the state of locks after a frame, with the places before it, and the connections of guides; pure."""
     strands = np.arange(len(known.guides), dtype=np.int32)
     ends = known.since + 1 >= locks.after
     audited = known.roles == AUDITED

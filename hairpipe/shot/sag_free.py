@@ -112,12 +112,7 @@ def tangent(model, block, x, steps) -> np.ndarray:
 
 @njit(cache=True, parallel=True)
 def find_stable(model, x, steps, stable) -> None:
-    """Set stable to 1 where a strand is stiff against every motion of its free particles, else to 0, in place.
-
-    x       positions of all rows [m]
-    steps   of the differences [m], (blocks, W)
-    stable  (blocks, W)
-    """
+    """Set stable to 1 where a strand is stiff against every motion of its free particles, else to 0, in place."""
     for block in prange(len(model.first) - 1):
         # Numba counts blocks without sign, and would compile all below for that once more.
         _find_stable(model, np.int64(block), x, steps, stable)
@@ -159,11 +154,7 @@ def assemble(model, block, x, T, part):
 
 @njit(cache=True, parallel=True)
 def find_stable_by_pivots(model, x, T, stable) -> None:
-    """Set stable to 1 where every pivot of a strand's own second derivatives is positive, else to 0, in place.
-
-    x, T    of all rows, see `assemble`
-    stable  (blocks, W)
-    """
+    """Set stable to 1 where every pivot of a strand's own second derivatives is positive, else to 0, in place."""
     for block in prange(len(model.first) - 1):
         # Numba counts blocks without sign, and would compile all below for that once more.
         _find_stable_by_pivots(model, np.int64(block), x, T, stable)
@@ -221,10 +212,7 @@ class Equilibrium:
 
 
 def find_equilibrium(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> Equilibrium:
-    """Find the springs, or their equivalent of a model, of strands in equilibrium at x [m], (rows, 3, W).
-
-    gravity  [m/s^2], (3,)
-    """
+    """Find the springs, or their equivalent of a model, of strands in equilibrium at x [m], (rows, 3, W)."""
     equilibrium = kind_of(model).equilibrium
     if equilibrium is not None:
         return Equilibrium(*equilibrium(model, x, gravity))

@@ -104,10 +104,7 @@ def _settle_some(model, block, x, T, gravity, active, left):
 
 @inlined
 def _assemble(model, block, A, b, at, gravity, part):
-    """Set A to the stiffness of a block and b to the forces on its particles; return the largest on a free one.
-
-    part  of the stiffness, a StiffnessPart
-    """
+    """Set A to the stiffness of a block and b to the forces on its particles; return the largest on a free one."""
     count = at.x.shape[0]
     for p in range(count):
         start_row(model, A, p, count)
@@ -123,10 +120,7 @@ def _assemble(model, block, A, b, at, gravity, part):
 
 @inlined
 def _solve(model, block, A, b, rate):
-    """Replace b by the displacement of a block; return the lowest pivot, where it may be negative.
-
-    rate  1 / h^2 [1/s^2]
-    """
+    """Replace b by the displacement of a block; return the lowest pivot, where it may be negative."""
     count = b.shape[0]
     one = 0.0 * load(b, (0, 0)) + 1.0
     lowest = one, one

@@ -74,12 +74,7 @@ from hairpipe.volume.strand_samples import reach_of
 
 
 def restored(hair: HairModel, state: HairState, driver: Driver) -> tuple[HairState, np.ndarray]:
-    """Return a state in which non-finite strands are reset to the groom, at rest relative to their roots; pure.
-
-    driver  of the roots at the frame of the state
-
-    Also returns these strands, (blocks, W) bool. No other valid shape of them is known.
-    """
+    """Return a state in which non-finite strands are reset to the groom, at rest relative to their roots; pure."""
     rows = state.positions, state.velocities, state.accelerations, state.tensions
     finite = np.all([are_finite(hair.model, values) for values in rows], axis=0)
     if finite.all():

@@ -94,12 +94,7 @@ def of_particles(settings: Settings, sockets: Collection[str]) -> Iterator[Simpl
 
 
 def deformed_by_particles(name: str, table: dict[str, Any], whole: str, part: Simplification) -> dict[str, Any]:
-    """Make the nodes that simulate particles, which deform the hair, in place of a simulation of strands; pure.
-
-    name   name of the node
-    table  its table in the graph file
-    whole  edge of the groom of all strands: the particles represent these even if only a sample of them is deformed
-    """
+    """Make the nodes that simulate particles, which deform the hair, in place of a simulation of strands; pure."""
     particles = f"{name}-particles"
     cloud = f"{name}-cloud"
     material = _numbers(table.get("material", {}))

@@ -224,10 +224,7 @@ def _gather(couplings, incidence, out):
 
 @njit(cache=True)
 def _gather_some(couplings, incidence, out, begin):
-    """Traverse the segments of a chunk: each adds to its own point, and passes the term of the next point on.
-
-    The segment before the chunk, which contributes to it, is traversed twice, with equal results.
-    """
+    """Traverse the segments of a chunk: each adds to its own point, and passes the term of the next point on."""
     first, sides, acts, exerted = incidence.first, incidence.sides, couplings.acts, couplings.exerted
     fractions = couplings.fractions
     transferred, transferred_push = _NO_BLOCK, _NO_PUSH

@@ -97,10 +97,7 @@ def _add_outer(model, A, b, outer, p, n, last):
 
 @inlined
 def assemble(model, block, system, at, outer, stage, h, rule):
-    """Write the factors to A, and to b the right-hand side of the back substitution for the change of velocity [m/s].
-
-    Returns the lowest pivots of positions, and of angles, where a model has these; the others are positive.
-    """
+    """Write the factors to A, and to b the right-hand side of the back substitution for the velocity [m/s]."""
     A, b = system
     x, v = at.x, at.v
     vh, held = stage.vh, stage.held

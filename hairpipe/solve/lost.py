@@ -55,10 +55,7 @@ def strain_of_loss(model: StrandModel) -> float:
 
 
 def find_lost(model: StrandModel, state: State, strain: float) -> np.ndarray | None:
-    """Mark the strands that the step has lost with 1, (blocks, W); None if there are none.
-
-    strain  strain of an edge beyond which its strand is lost
-    """
+    """Mark the strands that the step has lost with 1, (blocks, W); None if there are none."""
     lost = everywhere(model, state.x, 0.0)
     return lost if lost_lanes(model, state.x, strain, lost) else None
 
@@ -92,10 +89,7 @@ def recover(
 
 
 def find_broken(model: StrandModel, state: State, step: Step) -> np.ndarray | None:
-    """Mark strands that are not finite, or stretched beyond `BROKEN`, with 1, (blocks, W); None if there are none.
-
-    The stretch of a strand with a held tip is not checked: its scripted ends determine it.
-    """
+    """Mark strands that are not finite, or stretched beyond `BROKEN`, with 1, (blocks, W); None if there are none."""
     broken = find_lost(model, state, BROKEN)
     if broken is not None and len(step.held):
         broken[are_finite(model, state.x) & (step.held > 0.0)] = 0.0
@@ -168,14 +162,7 @@ def do_again(
     around: Surroundings,
     parts: int = 1,
 ) -> ContactChange:
-    """Repeat the step of lost strands, (blocks, W), by backward Euler with the present tension, in place.
-
-    It is linearised where lost strands would be if they moved with their roots; the others keep their final positions.
-
-    parts  number of equal steps
-
-    Returns the change of velocity by contact, see `Surroundings.solve`.
-    """
+    """Repeat the step of lost strands, (blocks, W), by backward Euler with the present tension, in place."""
     robust = rule._replace(
         form=int(SpringForm.multiplier), guard=np.inf, iterations=1, part=int(StiffnessPart.projected)
     )

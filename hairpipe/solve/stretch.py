@@ -97,11 +97,7 @@ class StrainFilter(Interaction):
 
 @njit(cache=True, parallel=True)
 def limit_all(model, x, limits):
-    """Limit the strain of all hair, in place.
-
-    x       positions [m], (rows, 3, W)
-    limits  length over that at rest, of every strand, (blocks, W)
-    """
+    """Limit the strain of all hair, in place."""
     for block in prange(len(model.first) - 1):
         rows = slice(model.first[block], model.first[block + 1])
         limit_strain(x[rows], model.inverse_lengths[rows], shape_of(model), load(limits, (np.int64(block),)))

@@ -96,12 +96,7 @@ def works(turn: float) -> bool:
 
 @lru_cache(maxsize=64)
 def _fit(slack: float, ratio: float, altitude: float, turn: float) -> tuple[float, float]:
-    """Compliances of bending and torsion springs for EI = 1, GJ = ratio and segments of length 1.
-
-    slack     compliance of the edges; compliances in series add, so the fit is nearly linear in it
-    altitude  ratio of the altitude constant to the torsion constant
-    turn      turn of the lattice [rad]
-    """
+    """Compliances of bending and torsion springs for EI = 1, GJ = ratio and segments of length 1."""
     log = np.log([1 / 6.2, 1 / 3.7])
     rod = straight_rod(turn)
     for _ in range(30):
@@ -155,11 +150,7 @@ def straight_rod(turn: float) -> Springs:
 
 
 def rod_stiffness(constants: np.ndarray, rod: Springs) -> np.ndarray:
-    """Bending and torsional stiffness of a straight network, see `straight_rod`.
-
-    constants  edge, bending, torsion, altitude [N], (4,)
-    returns    EI (mean of both transverse axes) and GJ [N m^2], (2,)
-    """
+    """Bending and torsional stiffness of a straight network, see `straight_rod`."""
     particles = rod.particles
     free = slice(3 * lattice.CLAMPED, None)
     hessian = hessian_of(rod, constants)[free, free]
@@ -316,12 +307,7 @@ def _inverse(matrices: np.ndarray) -> np.ndarray:
 
 
 def tip_of_rod(axis: np.ndarray, axial: np.ndarray, section: Section | Material) -> np.ndarray:
-    """Return L of the compliance of the tip of rods, C^ = L L^T [m/N], (s, 3, 3).
-
-    axis     [m], (s, n+1, 3)
-    axial    EA of the segments [N], (s, n)
-    section  of the fibre at the points
-    """
+    """Return L of the compliance of the tip of rods, C^ = L L^T [m/N], (s, 3, 3)."""
     edges = np.diff(axis, axis=1)
     lengths = np.linalg.norm(edges, axis=2)
     along = edges / lengths[:, :, None]
@@ -346,10 +332,7 @@ def tip_of_rod(axis: np.ndarray, axial: np.ndarray, section: Section | Material)
 
 
 def tip_of_network(particles: np.ndarray, constants: np.ndarray) -> np.ndarray:
-    """Return the stiffness of the tip of networks at rest, with all particles except the clamp free [N/m], (s, 3, 3).
-
-    particles  [m], (s, p, 3); constants  see `fit_curls`
-    """
+    """Return the stiffness of the tip of networks at rest, with all but the clamp free [N/m], (s, 3, 3)."""
     found = np.empty((len(particles), 3, 3))
     _tips(particles, np.ascontiguousarray(constants), found)
     return found

@@ -47,13 +47,7 @@ class Chain(NamedTuple):
 def build_chain(
     layout: Layout, groom: Groom, fibres: Fibres, construction: Construction, curvature: float
 ) -> tuple[Chain, np.ndarray]:
-    """Make the chains of a groom of strands that are straight at rest; the construction does not affect a chain.
-
-    curvature  share of the curvature of the groom that is at rest
-    returns    the chains, and their particles in the shape of the groom [m], (rows, 3, W)
-
-    Raises BadInput if a strand is not straight at rest.
-    """
+    """Make the chains of a groom of strands that are straight at rest; the construction does not affect a chain."""
     rest = layout.empty(3, dtype=np.float64)
     chain = Chain(layout.first, layout.empty(), layout.empty(1), layout.empty(2))
     for blocks in layout.classes():

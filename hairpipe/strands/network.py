@@ -64,10 +64,7 @@ class Network(NamedTuple):
 def build_of_groom(
     layout: Layout, groom: Groom, fibres: Fibres, construction: Construction, curvature: float
 ) -> tuple[Network, np.ndarray]:
-    """Make the networks of a groom, see `build_network`.
-
-    Raises BadInput naming strands whose segments are too short for the springs of the material.
-    """
+    """Make the networks of a groom, see `build_network`."""
     short = least_softenings(groom, fibres) < 1.0
     if short.any():
         size = f"segments of {mean_segments(groom)[short].min():.2g} m, hair of {fibres.diameter:g} m"
@@ -90,10 +87,7 @@ def warn_of_softening(groom: Groom, fibres: Fibres) -> None:
 
 
 def warn_of_curls(groom: Groom) -> None:
-    """Warn of curls of one turn or more, for which a network is less accurate than a rod.
-
-    Figures: `graphs/experiments/README.md`, against rod theory.
-    """
+    """Warn of curls of one turn or more, for which a network is less accurate than a rod."""
     curls = curls_of(groom)
     if len(curls):
         message = f"{len(curls)} of {len(groom.ids)} strands are curls: {name_strands(groom.ids[curls])}"
@@ -127,13 +121,7 @@ def build_network(
     construction: Construction,
     curvature: float = 1.0,
 ) -> tuple[Network, np.ndarray]:
-    """Make the network of a groom.
-
-    points     of the groom [m], (p, 3)
-    frames     frames of its roots, of which the first three columns are used, (strands, 3, 3 or more)
-    curvature  share of the curvature of the groom that is at rest
-    returns    the network, and its particles in the shape of the groom [m], (rows, 3, W)
-    """
+    """Make the network of a groom."""
     rest = layout.empty(3, dtype=np.float64)
     network = Network(layout.first, layout.empty(), layout.empty(3), layout.empty(7), layout.empty(4))
     for blocks in layout.classes():

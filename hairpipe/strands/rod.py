@@ -266,10 +266,7 @@ def _hold_tip(x, T, fixed):
 
 
 def balance(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Find the rest state of rods in equilibrium without twist at x [m], (rows, 3, W), under gravity [m/s^2], (3,).
-
-    Returns their rest state and stored values, both (rows, 6, W), and the largest strain of an edge, (blocks, W).
-    """
+    """Find the rest state of rods in equilibrium without twist at x [m], (rows, 3, W), under gravity [m/s^2], (3,)."""
     natural = model.inverse_lengths.copy()
     remembered = np.zeros_like(model.inverse_lengths)
     strains = np.zeros((len(model.first) - 1, x.shape[2]))
@@ -391,11 +388,7 @@ class Rod(NamedTuple):
 def build_rod(
     layout: Layout, groom: Groom, fibres: Fibres, construction: Construction, curvature: float
 ) -> tuple[Rod, np.ndarray]:
-    """Make the rods of a groom, of round section; the construction does not affect a rod.
-
-    curvature  share of the curvature of the groom that is at rest
-    returns    the rods, and their rows in the shape of the groom [m], (rows, 3, W)
-    """
+    """Make the rods of a groom, of round section; the construction does not affect a rod."""
     rest = layout.empty(3, dtype=np.float64)
     rod = Rod(layout.first, layout.empty(), layout.empty(RESTS), layout.empty(1), layout.empty_blocks(2))
     for blocks in layout.classes():
