@@ -1,23 +1,19 @@
 """A frame of hair in locks: guides are simulated, followers interpolated; then strands get new roles.
 
-Other code uses locks by this module, and by the questions that `LockState` answers.
+Other code uses locks by this module, and by the questions that `LockState` answers. A strand is a guide, a follower, or
+simulated for a while beside its lock: audited, released because of a large error, or tried for its return.
 
-Roles of strands for the next frame: strands with large errors leave their locks, connections join others.
-
-Connections of new followers are moved to their guides.
-
-Particles of hairs that are simulated again: about their axis, as they stand about it at rest.
-
-The audit: some locks, in turn, are simulated in full, and compared with interpolated followers.
-
-It is part of the run, so audited hairs have the same surroundings as guides. It lasts as many frames as a connection
-must, and selects each lock once in `1 / audit` audits; a lock whose error is too large at its end is dissolved. The
-audit does not measure the errors of guides themselves: a guide of many strands has other contacts with guides than
-many hairs would.
+The audit simulates some locks, in turn, in full, and compares the strands with their interpolation. It is part of the
+run, so audited hairs have the same surroundings as guides. It lasts as many frames as a connection must, and selects
+each lock once in `1 / audit` audits; a lock whose error is too large at its end is dissolved. The audit does not
+measure the errors of guides themselves: a guide of many strands has other contacts with guides than many hairs would.
 
 A lock is audited only if its guide has moved, in the frame of its root, by more than the tolerance since the end of the
 last audit at which it had. An audited hair has another equilibrium than its interpolation, and disturbs its
 neighbours, so hair at rest would never stay at rest; and if guides do not move, the error does not grow.
+
+A strand that is simulated again stands up: its particles are about its axis as they are at rest. Connections of new
+followers are moved to their guides.
 """
 
 from collections.abc import Callable
@@ -149,6 +145,23 @@ def _with_room(segments, taken, most):
     return kept
 
 
+def leaving(
+    known: LockState, found: Followed, locks: Locks, ends: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, Audit | None]:
+    """Return leaders, and strands that leave their lock or are out, after errors of followers and of an ended audit."""
+    loose = known.follows & (np.maximum(found.disagreement, found.pushed) > locks.tolerance)
+    leaders = np.where(loose, np.arange(len(loose), dtype=np.int32), known.leaders)
+    out, dissolved = known.released | loose, np.zeros(len(loose), np.bool_)
+    audited = known.roles == AUDITED
+    if not (ends and audited.any()):
+        return leaders, out, dissolved, None
+    audit, lock = audited_locks(known.guides[audited], found.errors[audited].astype(np.float32))
+    dissolved[audited] = ~(audit.errors <= locks.tolerance)[lock]
+    kept = audited & ~dissolved
+    leaders[kept] = leaders[known.guides[kept]]
+    return leaders, out | dissolved, dissolved, audit
+
+
 def regrouped(
     known: LockState,
     connections: Connections,
@@ -161,51 +174,36 @@ def regrouped(
 ) -> tuple[LockState, Connections]:
     """Return the state of locks after a frame, with the places before it, and the connections of guides; pure."""
     strands = np.arange(len(known.guides), dtype=np.int32)
-    ends = known.since + 1 >= locks.after
-    audited = known.roles == AUDITED
-    compared = known.compared & (not ends)
-    loose = known.follows & (np.maximum(found.disagreement, found.pushed) > locks.tolerance)
-    leaders = np.where(loose, strands, known.leaders)
-    released = known.released | loose
     owners = np.searchsorted(offsets, connections.segments, side="right") - 1
-    audit = None
-    if ends and audited.any():
-        audit, lock = audited_locks(known.guides[audited], found.errors[audited].astype(np.float32))
-        good = audited.copy()
-        good[audited] = (audit.errors <= locks.tolerance)[lock]
-        released |= audited & ~good
-        leaders[good] = leaders[known.guides[good]]
-        # What the others stick to must last again before they follow again by that.
-        ages = np.where((audited & ~good)[owners].any(axis=1), 0, ages).astype(np.int32)
+    ends = known.since + 1 >= locks.after
+    leaders, out, dissolved, audit = leaving(known, found, locks, ends)
+    # What the others stick to must last again before they follow again by that.
+    ages = np.where(dissolved[owners].any(axis=1), 0, ages).astype(np.int32)
     if ends:
         tried = (known.roles == TRIED) & (found.errors <= locks.tolerance)
         leaders, leading = back_in(leaders, *_find_nearest(known, tried, offsets), locks.most)
-        released[leading] = False
-    occupancy = np.where(audited & compared, leaders[known.guides], leaders)
+        out[leading] = False
+
+    compared = known.compared & (not ends)
+    occupied = np.where((known.roles == AUDITED) & compared, leaders[known.guides], leaders)
     free = ~(compared | (leaders != strands))[owners].any(axis=1)
-    ties = joined(leaders, occupancy, connections.segments[free], ages[free], offsets, locks)
+    ties = joined(leaders, occupied, connections.segments[free], ages[free], offsets, locks)
     leaders = guides_of(ties, leaders, found.points, offsets)
-    released &= np.bincount(leaders, minlength=len(leaders))[leaders] == 1
-    guides = np.where(released | compared, leaders[known.guides], leaders)
-    sample = np.zeros(len(strands), np.bool_)
-    reference = known.reference
+    out &= np.bincount(leaders, minlength=len(leaders))[leaders] == 1
+    guides = np.where(out | compared, leaders[known.guides], leaders)
+
+    sample, reference = np.zeros(len(strands), np.bool_), known.reference
     if ends:
         here = about_roots(found.points, offsets, roots)
         moved, reference = moved_since(reference, here, offsets, locks.tolerance)
         sample = to_audit(leaders, locks.audit, known.turn + 1) & moved[leaders]
-    roles = np.select(
-        [compared, released, sample, leaders != strands],
-        [known.roles, TRIED if ends else RELEASED, AUDITED, FOLLOWER],
-        GUIDE,
-    )
-    leaders = np.where(sample, strands, leaders)
-    connections, ages = inherited(connections, ages, leaders, offsets, closest)
+    now = (known.roles, TRIED if ends else RELEASED, AUDITED, FOLLOWER)
+    roles = np.select([compared, out, sample, leaders != strands], now, GUIDE)
+    connections, ages = inherited(connections, ages, np.where(sample, strands, leaders), offsets, closest)
     disagreement = found.disagreement[roles == FOLLOWER].astype(np.float32)
-    turn = known.turn + ends
-    since = 0 if ends else known.since + 1
-    return LockState(
-        roles, guides, ages, known.places, reference, disagreement, audit, turn=turn, since=since
-    ), connections
+    turn, since = known.turn + ends, 0 if ends else known.since + 1
+    state = LockState(roles, guides, ages, known.places, reference, disagreement, audit, turn=turn, since=since)
+    return state, connections
 
 
 def _find_nearest(known: LockState, chosen: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
