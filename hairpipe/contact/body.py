@@ -54,14 +54,17 @@ from hairpipe.contact.body_implicit import (
     update_active_set,
 )
 from hairpipe.contact.body_projection import Motion, drape, farthest, project
-from hairpipe.contact.contact_points import USUAL, Scale
+from hairpipe.contact.contact_points import USUAL, Scale, scale_of
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.sorting import places_of
 from hairpipe.geometry.vec3 import length, minus, row
-from hairpipe.laws.fold_preservation import Turns, add_heights
+from hairpipe.groom.strand_arrays import thicknesses
+from hairpipe.laws.fold_preservation import Turns, add_heights, turns_of
 from hairpipe.laws.settings import BodyContact
 from hairpipe.levelset.collider import Collider, FirstHit, SdfSample, Walk
 from hairpipe.solve.interactions import Interaction, Prediction, Start, StepEnd
+from hairpipe.strands.hair_model import HairModel
+from hairpipe.strands.interface import StrandModel
 from hairpipe.values.hair import HairState, Touching
 
 STRAIN = 5e-3
@@ -480,3 +483,22 @@ def _take_lower(first, second, out):
     for i in prange(len(out)):
         is_first = first[i] < second[i] or np.isnan(first[i])  # What is not finite stays so, as in np.minimum.
         out[i] = first[i] if is_first else second[i]
+
+
+def body_contacts_of(
+    hair: HairModel,
+    model: StrandModel,
+    touching: Touching | None,
+    bodies: Sequence[Collider],
+    contact: BodyContact,
+    gravity: float,
+) -> BodyContacts:
+    """Make what holds hair out of bodies; touching  what it touched at the end of the previous frame."""
+    points, offsets = hair.groom.points, hair.layout.offsets
+    turns = turns_of(points, offsets) if contact.folds is not None else None
+    axial = np.empty(len(offsets) - 1)
+    axial[hair.layout.strands] = model.constants[model.first[:-1], 0]
+    segments = np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1)
+    kept = thicknesses(offsets, contact.thickness)
+    scale = scale_of(max(contact.thickness, hair.diameter), BodyContact().thickness, gravity)
+    return BodyContacts(list(bodies), contact, kept, offsets, segments, axial, turns, scale, touching)

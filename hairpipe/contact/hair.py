@@ -7,7 +7,7 @@ A set of pairs is a sorted array of keys without duplicates, see `key_of`.
 
 from dataclasses import dataclass, field, replace
 from functools import reduce
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 from numba import njit, prange
@@ -16,15 +16,18 @@ from hairpipe.contact.collision import collide
 from hairpipe.contact.contact_points import REACH, USUAL, Contacts, Scale, find_contacts
 from hairpipe.contact.repulsion import anchor, no_shear, sheared, sweep
 from hairpipe.contact.repulsion import linearise as linearise_contacts
-from hairpipe.contact.stiction import Connections, connect, no_connections, release, room, stiffest
+from hairpipe.contact.stiction import Connections, connect, no_connections, release, room, same_hair_keys, stiffest
 from hairpipe.contact.stiction import linearise as linearise_connections
 from hairpipe.geometry.proximity import approaches, closest_pairs, near_pairs, pairs_about
-from hairpipe.geometry.segments import Pairs, empty_pairs, key_of, within
-from hairpipe.laws.settings import Collisions, Stiction
+from hairpipe.geometry.segments import Pairs, empty_pairs, key_of, renumbered, within
+from hairpipe.groom.painting import Varied
+from hairpipe.laws.settings import Collisions, Stiction, Thickness
 from hairpipe.solve.couplings import Couplings, Joined, join, part_of
 from hairpipe.solve.interactions import Interaction, Prediction, Start, StepEnd
+from hairpipe.strands.hair_model import HairModel
 from hairpipe.values.hair import HairState, Shear
 
+V = TypeVar("V", bound=Varied)
 _PART = 1 << 15
 """Keys that one thread merges at a time."""
 REST = 1.5
@@ -223,3 +226,66 @@ class HairContacts(Interaction):
             pairs = near_pairs(points, self.offsets, reach, self._ignored, self.thick)
             sweep(pairs, points, slowed, end.masses, self.collisions, end.dt, self.thick, elastic=elastic)
             end.push(slowed - velocities)
+
+
+def hair_contacts_of(
+    hair: HairModel, state: HairState, stiction: Stiction | None, collisions: Collisions | None, scale: Scale
+) -> HairContacts:
+    """Make what hair does to hair pair by pair: of a setting that varies its largest value, and factors of segments."""
+    at_rest = pairs_at_rest(hair, stiction, collisions)
+    single = np.ones(hair.layout.offsets[-1])
+    grips = thick = single
+    if stiction is not None:
+        force, factors = factored(stiction.force, hair, "stiction.force")
+        stiction = replace(stiction, force=force)
+        grips = np.sqrt(factors)
+    if collisions is not None:
+        thickness, thick = factored(collisions.thickness, hair, "collisions.thickness")
+        collisions = replace(collisions, thickness=thickness)
+    stuck = Connections(state.stuck, state.stuck_at)
+    widths = single if hair.widths is None else hair.widths
+    return HairContacts(
+        hair.layout.offsets,
+        stiction,
+        collisions,
+        stuck,
+        at_rest,
+        widths,
+        grips,
+        thick,
+        scale,
+        state.shear or no_shear(),
+    )
+
+
+def factored(setting: V, hair: HairModel, name: str) -> tuple[V, np.ndarray]:
+    """Return the largest value of a setting on segments, as a setting, and the factors of segments on it, (P,)."""
+    values = hair.values_of(setting, name)
+    if np.ndim(values) == 0:
+        return setting, np.ones(hair.layout.offsets[-1])
+    largest = float(values[1].max())
+    return type(setting)(largest), values[1] / (largest or 1.0)
+
+
+def pairs_at_rest(
+    hair: HairModel, stiction: Stiction | None, collisions: Collisions | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the keys of pairs that the groom has so near that they do not stick, and that they do not collide."""
+    if hair.part_of is not None:
+        whole, numbers = hair.part_of
+        sticking, colliding = pairs_at_rest(whole, stiction, collisions)
+        return renumbered(sticking, numbers), renumbered(colliding, numbers)
+    points, offsets = hair.groom.points, hair.layout.offsets
+    sticking = colliding = np.empty(0, np.int64)
+    if stiction is not None:
+        reach = stiction.reach
+        sticking = hair.once(("stiction", reach), lambda: same_hair_keys(points, offsets, reach))
+    if collisions is not None:
+        colliding = hair.once(("at rest", collisions.thickness), lambda: _touching_at_rest(hair, collisions.thickness))
+    return sticking, colliding
+
+
+def _touching_at_rest(hair: HairModel, thickness: Thickness) -> np.ndarray:
+    largest, factors = factored(thickness, hair, "collisions.thickness")
+    near = near_pairs(hair.groom.points, hair.layout.offsets, REST * largest.value, None, factors)
+    return key_of(near.segments)

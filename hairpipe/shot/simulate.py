@@ -43,7 +43,6 @@ from hairpipe.shot.build import (
     gravity_of,
     integrator_of,
     surroundings_of,
-    volume_target,
     with_interactions,
 )
 from hairpipe.shot.diagnostics import (
@@ -57,7 +56,6 @@ from hairpipe.shot.diagnostics import (
 )
 from hairpipe.shot.goals import goals_of
 from hairpipe.shot.locks import advance_locked, check_locks
-from hairpipe.shot.sag_free import find_initial_state
 from hairpipe.shot.settings import Scene
 from hairpipe.shot.shot import Frame, move_over_cut
 from hairpipe.solve.boundary import ClampPath, Driver, about, clamp_at, follow, origin_of, place
@@ -65,12 +63,14 @@ from hairpipe.solve.integrator import rows_of
 from hairpipe.solve.lost import are_finite
 from hairpipe.solve.stage import State, Step
 from hairpipe.solve.step_size import TooManySteps, crossing_limit, limits_of, next_step
+from hairpipe.statics.sag_free import find_initial_state
 from hairpipe.strands.hair_model import HairModel, HairModels
 from hairpipe.strands.layout import relaid
 from hairpipe.values import Groom, Strands
 from hairpipe.values.hair import HairState
 from hairpipe.volume.density import lengths_at_points
 from hairpipe.volume.strand_samples import reach_of
+from hairpipe.volume.targeting import volume_target
 
 
 def restored(hair: HairModel, state: HairState, driver: Driver) -> tuple[HairState, np.ndarray]:

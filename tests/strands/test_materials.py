@@ -19,8 +19,8 @@ from hairpipe.groom.sampling import take
 from hairpipe.groom.strands import unbound
 from hairpipe.laws.settings import SagFree
 from hairpipe.shot.settings import Scene
-from hairpipe.shot.settle import settle
 from hairpipe.shot.simulate import advance_frame, start
+from hairpipe.statics.settle import settle
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Diameter, Material, Modulus, VariedMaterial, fibres_of
 

@@ -10,8 +10,8 @@ from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.graphs.experiments.studies.theory.clamps import hang_rod
 from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
 from hairpipe.groom.curl import Helix, wound
-from hairpipe.shot.sag_free import assemble
-from hairpipe.shot.settle import settle
+from hairpipe.statics.sag_free import assemble
+from hairpipe.statics.settle import settle
 from hairpipe.strands.interface import StiffnessPart
 from hairpipe.strands.material import Material
 

@@ -37,9 +37,9 @@ from hairpipe.geometry.simd import fill, load, maximum, minimum, select, sqrt, s
 from hairpipe.geometry.vec3 import cross, dot, minus, scaled
 from hairpipe.groom.binding import name_strands
 from hairpipe.laws.settings import SagFree
-from hairpipe.shot.settle import settle
 from hairpipe.solve.band import eliminate, fix_root, row_size, start_row
 from hairpipe.solve.stage import Iterate, System
+from hairpipe.statics.settle import settle
 from hairpipe.strands.interface import (
     StiffnessPart,
     StrandModel,

@@ -24,8 +24,6 @@ from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.simd import any_lane, load, maximum, minimum, select, store
 from hairpipe.groom.binding import name_strands
 from hairpipe.groom.painting import ReadImage
-from hairpipe.shot.build import gravity_of
-from hairpipe.shot.settings import Scene
 from hairpipe.solve.band import add_inertia, eliminate, fix_root, row_size, start_row, substitute
 from hairpipe.solve.stage import Iterate
 from hairpipe.solve.stretch import set_tensions
@@ -208,5 +206,6 @@ def settle_groom(
         raise BadInput("tips held by the body would be released", where="in.groom", right="a groom of free tips")
     hair = build_models(groom, material, model, construction, read_image).in_precision("double")
     everyone = np.ones(hair.layout.strands.shape, bool)
-    settled = settle(hair.model, hair.layout, groom.ids, hair.rest, gravity_of(Scene(gravity)), everyone)
+    down = np.array([0.0, -gravity, 0.0])
+    settled = settle(hair.model, hair.layout, groom.ids, hair.rest, down, everyone)
     return replace(groom, points=hair.layout.axis(settled.positions))
