@@ -142,7 +142,7 @@ class Shot:
 
     def results(self, store=None, **settings) -> dict[str, dict[str, str]]:
         """Objects of all results, by task and output; everything has to be there."""
-        from hairpipe.engine.plan.resolve import Resolver
+        from hairpipe.engine.plan.key import Resolver
         from hairpipe.engine.store.digest import action_key
 
         graph = self.load(**settings)

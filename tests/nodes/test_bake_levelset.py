@@ -6,7 +6,7 @@ import pytest
 from hairpipe import openvdb_library
 from hairpipe.engine import code
 from hairpipe.engine.file.load import load_graph
-from hairpipe.engine.plan.resolve import Resolver
+from hairpipe.engine.plan.key import Resolver
 from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
 from hairpipe.nodes.bake_levelset import bake_levelset

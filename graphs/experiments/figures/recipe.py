@@ -19,7 +19,7 @@ from hairpipe.app.api.shot import Shot
 from hairpipe.app.api.wedge_shot import WedgeShot
 from hairpipe.engine.code import Code, CodeReader
 from hairpipe.engine.file.overrides import parse_value
-from hairpipe.engine.plan.resolve import Resolver
+from hairpipe.engine.plan.key import Resolver
 from hairpipe.engine.store.digest import digest
 from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from hairpipe.engine.file.graph import Graph
-from hairpipe.engine.plan.key import differences
-from hairpipe.engine.plan.resolve import Resolver
+from hairpipe.engine.plan.key import Resolver, differences
 from hairpipe.engine.plan.scans import end_known_scan
 from hairpipe.engine.plan.tasks import Task, sources
 from hairpipe.engine.store.digest import Parts, action_key

@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from hairpipe.engine.file.graph import Node
-from hairpipe.engine.plan.resolve import Resolver
+from hairpipe.engine.plan.key import Resolver
 from hairpipe.engine.plan.tasks import Task, sources
 from hairpipe.engine.store.digest import action_key, canonical, digest
 from hairpipe.engine.store.record import Record

@@ -19,7 +19,7 @@ from hairpipe.engine.hosts.dask_engine import DaskEngine
 from hairpipe.engine.hosts.host import MACHINE, Engine, Host, Job, LocalEngine, Reply, Slots
 from hairpipe.engine.hosts.offer import Offer, sent_offer
 from hairpipe.engine.node.signature import File
-from hairpipe.engine.plan.resolve import Resolver, state_of
+from hairpipe.engine.plan.key import Resolver, state_of
 from hairpipe.engine.plan.scans import Thinner, divergence_note, end_scan, state_objects
 from hairpipe.engine.plan.tasks import Portion, Task, is_beyond, order_of, sources
 from hairpipe.engine.run.events import Event, Failure, Kind, Options, Outcome, Report

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from hairpipe.engine.file.graph import Graph, origin
-from hairpipe.engine.plan.resolve import Resolver
+from hairpipe.engine.plan.key import Resolver
 from hairpipe.engine.plan.scans import end_known_scan
 from hairpipe.engine.plan.tasks import Task, is_beyond, sources
 from hairpipe.engine.run.events import Judge, NodeProgress

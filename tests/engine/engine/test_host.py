@@ -16,7 +16,7 @@ from hairpipe.engine.file.trust import _granted
 from hairpipe.engine.hosts import offer as offering
 from hairpipe.engine.hosts.host import Host, Job, LocalEngine
 from hairpipe.engine.hosts.offer import Offer, accept, sent_offer
-from hairpipe.engine.plan.resolve import Resolver
+from hairpipe.engine.plan.key import Resolver
 from hairpipe.engine.plan.tasks import Task
 from hairpipe.engine.store.digest import action_key
 from hairpipe.engine.store.lease import Leases

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hairpipe.engine.file.load import load_graph
-from hairpipe.engine.plan.resolve import Resolver
+from hairpipe.engine.plan.key import Resolver
 from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
 from hairpipe.geometry.triangles import Sites, site_points
