@@ -28,7 +28,9 @@ def command(code: str) -> list[str]:
 def environment() -> dict[str, str]:
     """Environment of a child: ours, and nothing in it that stands for the current folder without naming it."""
     given = os.environ.get("PYTHONPATH")
-    return os.environ | ({} if given is None else {"PYTHONPATH": os.pathsep.join(named(given))})
+    return os.environ | (
+        {} if given is None else {"PYTHONPATH": os.pathsep.join(filter(None, given.split(os.pathsep)))}
+    )
 
 
 def search_path() -> list[str]:
@@ -40,10 +42,6 @@ def search_path() -> list[str]:
         if len(given) > 1 and "" in given and here not in map(os.path.abspath, filter(None, given)):
             left_out.add(here)
     return [entry for entry in sys.path if entry not in left_out]
-
-
-def named(path: str) -> list[str]:
-    return [entry for entry in path.split(os.pathsep) if entry]
 
 
 def die_with_parent() -> None:

@@ -100,11 +100,8 @@ def read_statements(text: str) -> list[Statement]:
     return found
 
 
-def text_of(statements: Sequence[Statement]) -> str:
-    return "".join(statement.text for statement in statements)
-
-
 def names_in(dotted: str) -> Names:
+    """Read the names of a dotted key."""
     return tuple(part[0].strip("\"'") for part in PART.finditer(dotted))
 
 
@@ -190,6 +187,7 @@ def changed_texts(statement: Statement, names: Names, literal: str | None, wante
 
 
 def with_spaces(text: str, within_braces: bool) -> str:
+    """Return the text of an inline table with single spaces between, and within its braces or not."""
     text = re.sub(r"([{,]) {2,}", r"\1 ", text)
     if within_braces:
         return re.sub(r"(?<=[^ {]) *\}", " }", re.sub(r"\{(?=[^ }])", "{ ", text))
@@ -225,6 +223,7 @@ def with_value(text: str, target: str, literal: str) -> str:
 
 
 def with_path(text: str, path: Names, literal: str) -> str:
+    """Set a value by its path."""
     wanted = changed(tables_of(text), path, literal)
     return checked(text, wanted, lambda given: assigned(given, path, literal, newline_of(text)))
 
@@ -311,7 +310,7 @@ def pasted(text: str, block: str) -> tuple[str, dict[str, str]]:
         block = without_edges(block, name, table, tables.__contains__)
     names = dict[str, str]()
     for old in tables:
-        taken = taken_in(tables_of(text))
+        taken = [*tables_of(text), *tables_of(text).get(LAYOUT, {})]
         names[old] = free_name(taken, old)
         if names[old] != old:
             names[old] = free_name([*taken, *tables_of(block)], old.rstrip("0123456789").rstrip("_"))
@@ -391,11 +390,6 @@ def reframed(text: str, old: str, new: str | None) -> str:
     return text
 
 
-def taken_in(tables: Tables) -> list[str]:
-    """List the names that are taken: of tables, and in the layout."""
-    return [*tables, *tables.get(LAYOUT, {})]
-
-
 def free_name(taken: Iterable[str], name: str) -> str:
     """Return the name, or the name with a number, that is not taken."""
     known = {*taken, WEDGE, LAYOUT}
@@ -409,6 +403,7 @@ def check_node(nodes: Tables, name: str) -> None:
 
 
 def check_free(tables: Tables, name: str) -> None:
+    """Refuse the name of a table that exists, or of a frame of the page."""
     if name in tables or isinstance(tables.get(LAYOUT, {}).get(name), dict):
         raise BadInput(f"'{name[:60]}' exists", right="a name of its own")
 
@@ -425,7 +420,7 @@ def tables_of(text: str) -> Tables:
 def checked(text: str, wanted: Tables, edit: Edit) -> str:
     """Edit the statements of a text; BadInput where the result is not what is wanted."""
     try:
-        found = text_of(edit(read_statements(text)))
+        found = "".join(statement.text for statement in edit(read_statements(text)))
         if tables_of(found) == wanted:
             return found
     except (ValueError, KeyError, AssertionError, StopIteration):
@@ -467,6 +462,7 @@ def assigned(given: list[Statement], path: Names, literal: str, newline: str) ->
 
 
 def dropped(given: Iterable[Statement], path: Names) -> list[Statement]:
+    """Remove the statements of a value or group, or its name from the inline table around it."""
     kept = []
     for one in given:
         if one.kind == "value" and len(one.path) < len(path) and path[: len(one.path)] == one.path:
@@ -477,6 +473,7 @@ def dropped(given: Iterable[Statement], path: Names) -> list[Statement]:
 
 
 def dropped_value(text: str, path: Names) -> str:
+    """Remove a value, and a table of edges that is empty then."""
     wanted = changed(tables_of(text), path, None)
     if path[1:-1] == ("in",) and not wanted[path[0]]["in"]:
         return dropped_value(text, path[:2])
@@ -492,6 +489,7 @@ def without_tables(given: list[Statement], names: Sequence[str]) -> list[Stateme
 
 
 def with_block(text: str, name: str, lines: Sequence[str], wanted: Tables) -> str:
+    """Add a table at the end of the nodes."""
     newline = newline_of(text)
     block = [Statement("header", f"[{name}]{newline}", (name,), (name,))]
     block += [Statement("value", line + newline, (name, "type"), (name,)) for line in lines]
@@ -514,6 +512,7 @@ def inserted(given: list[Statement], block: list[Statement], newline: str) -> li
 
 
 def ended(given: list[Statement], newline: str) -> list[Statement]:
+    """Return statements of which the last one, too, ends its line."""
     if not given or given[-1].text.endswith("\n"):
         return given
     return [*given[:-1], given[-1]._replace(text=given[-1].text + newline)]
@@ -548,10 +547,12 @@ def renamed_texts(value: Any, old: str, new: str) -> Any:
 
 
 def renamed_key(table: Tables, old: str, new: str) -> Tables:
+    """Return a table with one key renamed, in its place; pure."""
     return {new if key == old else key: value for key, value in table.items()}
 
 
 def holds(tables: Tables, path: Names) -> bool:
+    """Whether there is a value at a path."""
     try:
         reduce(getitem, path, tables)
     except (KeyError, TypeError):
@@ -571,10 +572,12 @@ def inherited(tables: Tables, base: str, names: Names) -> bool:
 
 
 def shared(path: Names, other: Names) -> int:
+    """Count the equal names at the beginning of two paths."""
     return next((n for n, (a, b) in enumerate(zip(path, other, strict=False)) if a != b), min(len(path), len(other)))
 
 
 def newline_of(text: str) -> str:
+    """Return the line ends of a text."""
     return "\r\n" if "\r\n" in text else "\n"
 
 
@@ -601,19 +604,22 @@ def locked(path: Path) -> Iterator[None]:
             folder = own_folder("state") / "saving"
             make_own(folder)
             name = hashlib.blake2b(os.fsencode(path.resolve()), digest_size=16).hexdigest()
-            lock_file(stack.enter_context((folder / name).open("w")).fileno(), path)
+            handle = stack.enter_context((folder / name).open("w")).fileno()
+            end = time.monotonic() + PATIENCE
+            while not is_locked(handle):
+                if time.monotonic() > end:
+                    raise BadInput("another process has been saving it for long", where=path, right="try again")
+                time.sleep(0.005)
         yield
 
 
-def lock_file(handle: int, path: Path) -> None:
-    end = time.monotonic() + PATIENCE
-    while True:
-        try:
-            return fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            if time.monotonic() > end:
-                raise BadInput("another process has been saving it for long", where=path, right="try again") from None
-            time.sleep(0.005)
+def is_locked(handle: int) -> bool:
+    """Lock an open file; False where another process has locked it."""
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
 
 
 def save_text(path: Path, text: str) -> None:

@@ -135,16 +135,19 @@ def fault_of_register() -> str | None:
 
 
 def entry_path(folder: Path) -> Path:
+    """Path of the record of a folder."""
     return register() / f"{digest_bytes('trust', os.fsencode(folder.resolve()))}.json"
 
 
 def named_folders() -> set[Path]:
+    """List the folders that the environment variable trusts."""
     named = map(Path, filter(None, os.environ.get(VARIABLE, "").split(os.pathsep)))
     return {path.resolve() for path in named if path.is_absolute()}
 
 
 @cache
 def shipped_folders() -> set[Path]:
+    """Find the folders of our own nodes, by the import paths of the running hairpipe."""
     return {folder.resolve() for folder in map(folder_of, (OUR_NODES, EXPERIMENTS)) if folder}
 
 

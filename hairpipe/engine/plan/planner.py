@@ -140,6 +140,7 @@ class Planner:
         return list(differences(record.parts, parts, self.resolver.codes[task.node].parts, self.store))
 
     def gone(self, task: Task) -> set[Task]:
+        """Return cached tasks with missing objects that this task needs."""
         needed = {source for source in sources(self.resolver.tasks[task]) if source.task in self.resolver.results}
         gone = {source for source in needed if not self.store.has(self.resolver.object(source))}
         return {source.task for source in gone if not self.resolver.leases.is_in_memory(self.resolver.object(source))}

@@ -173,6 +173,7 @@ def sweep(folder: Path) -> int:
 
 
 def is_left_over(path: Path) -> bool:
+    """Whether a file is a left-over temporary one."""
     name = path.name.removeprefix(_PREFIX).removesuffix(_SUFFIX)
     try:
         return stat.S_ISREG(path.lstat().st_mode) and (has_ended(name) or is_stale(path))

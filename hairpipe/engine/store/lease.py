@@ -66,6 +66,7 @@ class Lease(NamedTuple):
 
     @property
     def successor(self) -> Path:
+        """Path of the lease of whoever takes over."""
         return self.path.with_name(f"{self.path.name}.0" if not self.name else f"{self.path.name[:KEY]}.{self.name}")
 
 

@@ -223,6 +223,7 @@ class KernelLocator:
         """Leave the folder to whoever writes to it."""
 
     def get_cache_path(self) -> str:
+        """Name the folder."""
         return self._path
 
     def get_source_stamp(self) -> str:
@@ -230,6 +231,7 @@ class KernelLocator:
         return digest_of_file(self._py_file, Path(self._py_file).stat().st_mtime_ns) if self._path else ""
 
     def get_disambiguator(self) -> str:
+        """Number the first line of the function."""
         return str(self._line)
 
 

@@ -180,6 +180,7 @@ def check_files(job: Job) -> None:
 
 
 def failure(error: Exception) -> Reply:
+    """Describe the exception that is being handled."""
     kind = "input"
     message = str(error)
     if not isinstance(error, BadInput):
