@@ -21,9 +21,9 @@ EXACT = 1e-6
 
 
 def read(path: Path, group: str | None, instant: Instant | None) -> Polygons:
-    """Read the visible meshes of a file at an instant, or without velocities at the first sample for None.
+    """Read the visible meshes of a file, of a group or all, at an instant; for None at the first sample.
 
-    group  path of an object, or a pattern of paths, to read with all below; None for all
+    group  path of an object, or a pattern of paths, to read with all below
 
     Raises BadInput where the library is missing, the file is damaged, or it has no such meshes.
     """
@@ -75,8 +75,7 @@ class AlembicMeshes:
     def _piece(self, item: Any) -> "Piece | None":
         geometry = self.library.AbcGeom
         header = item.getHeader()
-        kinds = {"IPolyMesh": geometry.IPolyMesh, "ISubD": geometry.ISubD}
-        kind = next((kind for kind in kinds.values() if kind.matches(header)), None)
+        kind = next((kind for kind in (geometry.IPolyMesh, geometry.ISubD) if kind.matches(header)), None)
         if kind is not None and not geometry.IsAncestorInvisible(item, self.library.Abc.ISampleSelector()):
             piece = Piece(self.library, self.path, item, kind(item.getParent(), item.getName()).getSchema())
             if kind is geometry.ISubD:
@@ -123,13 +122,11 @@ class Piece:
         sizes, corners = self.polygons
         points = self.sample(time)[0]
         if len(sizes) == 0 or sizes.min() < 3 or sizes.sum() != len(corners) or not len(points):
-            raise BadInput(
-                "counts and indices of the polygons do not agree", where=self.where, right="3 corners or more"
-            )
+            what = "counts and indices of the polygons do not agree"
+            raise BadInput(what, where=self.where, right="3 corners or more")
         if corners.min() < 0 or corners.max() >= len(points):
-            raise BadInput(
-                "a polygon names a point that does not exist", where=self.where, right=f"0 to {len(points) - 1}"
-            )
+            what = "a polygon names a point that does not exist"
+            raise BadInput(what, where=self.where, right=f"0 to {len(points) - 1}")
         others = self.schema.getArbGeomParams()
         count = others.getNumProperties() if others.valid() else 0
         warn_of_unused(self.where, [others.getPropertyHeader(index).getName() for index in range(count)])

@@ -115,8 +115,6 @@ def _spot(path: Path, bones: dict, spots: dict, name: str, end: str, points: np.
     spot = bones[name].get(end)
     which = spots.get(spot) if isinstance(spot, str) else None
     if not isinstance(which, list) or not which or not all(_is_index(vertex, len(points)) for vertex in which):
-        where = f"{path}, bones.{name}.{end}"
-        raise BadInput(
-            "the joint is missing or names vertices that do not exist", where=where, right="a list of vertices"
-        )
+        what = "the joint is missing or names vertices that do not exist"
+        raise BadInput(what, where=f"{path}, bones.{name}.{end}", right="a list of vertices")
     return points[which].mean(axis=0)

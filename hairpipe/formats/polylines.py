@@ -202,9 +202,8 @@ def read_records(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
         counts[s] = count
         at += 1 + width * count
     if at < len(words):
-        raise BadInput(
-            f"{4 * (len(words) - at)} bytes follow the last strand", where=f"{path}, byte {4 * at}", right="none"
-        )
+        what = f"{4 * (len(words) - at)} bytes follow the last strand"
+        raise BadInput(what, where=f"{path}, byte {4 * at}", right="none")
     heads = np.cumsum(1 + width * counts) - width * counts
     numbers = np.delete(words[1:], heads - 1).view("<f4").reshape(-1, width)
     if not counts.all():

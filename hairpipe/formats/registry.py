@@ -162,9 +162,8 @@ def read_moving(
     """
     form = _format_of(path, "meshes", "meshes are")
     _check_clip(form, clip)
-    return _read(
-        form.meshes, path, group, *((clip,) if form.has_clips else ()), instant, *((absent,) if form.is_stage else ())
-    )
+    options = (clip, instant) if form.has_clips else (instant, absent) if form.is_stage else (instant,)
+    return _read(form.meshes, path, group, *options)
 
 
 def recall_joints(
@@ -194,9 +193,8 @@ def _recall_joints(function: str, path: Path, options: tuple[Any, ...], _: tuple
 
 def _check_clip(form: Format, clip: str | None) -> None:
     if clip is not None and not form.has_clips:
-        raise BadInput(
-            "the format has no clips", where="clip", right=f"no clip, or a file {' or '.join(GLTF.suffixes)}"
-        )
+        right = f"no clip, or a file {' or '.join(GLTF.suffixes)}"
+        raise BadInput("the format has no clips", where="clip", right=right)
 
 
 def read_strands(

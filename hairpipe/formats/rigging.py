@@ -103,10 +103,9 @@ def join_parts(
     """
     counts = [len(part.bound) for part in parts]
     width = max(part.joints.shape[1] for part in parts)
-    joints, weights = (
-        np.concatenate([np.pad(array, ((0, 0), (0, width - array.shape[1]))) for array in arrays])
-        for arrays in ([part.joints for part in parts], [part.weights for part in parts])
-    )
+    pads = [((0, 0), (0, width - part.joints.shape[1])) for part in parts]
+    joints = np.concatenate([np.pad(part.joints, pad) for part, pad in zip(parts, pads, strict=True)])
+    weights = np.concatenate([np.pad(part.weights, pad) for part, pad in zip(parts, pads, strict=True)])
     names = sorted({name for part in parts for name in part.maps})
     maps = {n: np.concatenate([p.maps.get(n, np.zeros(c)) for p, c in zip(parts, counts, strict=True)]) for n in names}
     is_turned = np.abs(turns - np.eye(4)).max(initial=0.0) >= ROUNDED
@@ -206,11 +205,9 @@ def sample_pose(motion: JointMotion, instant: Instant) -> Pose:
 
 def start_of(motion: JointMotion, instant: Instant) -> float:
     """Return the time of the clip at the frame `at` of an instant, as of `sample_pose` [s]; pure."""
-    return (
-        (place(motion.codes, motion.rate, instant) - motion.start) / motion.rate
-        if instant.start is None
-        else instant.start
-    )
+    if instant.start is not None:
+        return instant.start
+    return (place(motion.codes, motion.rate, instant) - motion.start) / motion.rate
 
 
 def pose_of(motion: JointMotion, skeleton: Skeleton, sampled: Pose) -> Pose | None:

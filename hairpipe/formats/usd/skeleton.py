@@ -66,12 +66,9 @@ class Rig:
 
 
 def find_bindings(stage: Usd.Stage, shapes: bool = False) -> dict[Sdf.Path, Binding]:
-    """Return the binding of every mesh that a skeleton moves.
+    """Return the binding of every mesh that a skeleton moves by joints, or also by blend shapes.
 
-    A skeleton is inherited by all prims under its root; a mesh without joints is not bound. A skeleton
-    without joints may animate blend shapes.
-
-    shapes  whether a mesh is bound by blend shapes, too
+    A skeleton is inherited by all prims under its root, and may have no joints.
 
     Raises BadInput if the joints of a skeleton do not form a tree.
     """
@@ -83,16 +80,12 @@ def find_bindings(stage: Usd.Stage, shapes: bool = False) -> dict[Sdf.Path, Bind
         if root and cache.Populate(root, predicate):
             for binding in cache.ComputeSkelBindings(root, predicate):
                 targets = binding.GetSkinningTargets()
-                bound = [_names_joints(skin) for skin in targets]
+                bound = [bool(s.GetJointIndicesPrimvar() or s.GetJointWeightsPrimvar()) for s in targets]
                 query = _query(cache, binding.GetSkeleton(), any(bound) or not any(s.HasBlendShapes() for s in targets))
                 pairs = zip(targets, bound, strict=True)
                 skins = [skin for skin, is_bound in pairs if is_bound or (shapes and skin.HasBlendShapes())]
                 found |= {skin.GetPrim().GetPath(): Binding(query, skin) for skin in skins}
     return found
-
-
-def _names_joints(skin: UsdSkel.SkinningQuery) -> bool:
-    return bool(skin.GetJointIndicesPrimvar() or skin.GetJointWeightsPrimvar())
 
 
 def has_blend_shapes(mesh: UsdGeom.Mesh) -> bool:
@@ -104,10 +97,9 @@ def _query(cache: UsdSkel.Cache, skeleton: UsdSkel.Skeleton, jointed: bool) -> U
     query = cache.GetSkelQuery(skeleton)
     if not query or (jointed and not query.GetJointOrder()):
         _, why = UsdSkel.Topology(skeleton.GetJointsAttr().Get() or []).Validate()
+        what = f"the joints do not form a tree: {why or 'there are none'}"
         right = "each joint once, a parent before its children"
-        raise BadInput(
-            f"the joints do not form a tree: {why or 'there are none'}", where=location(skeleton.GetPrim()), right=right
-        )
+        raise BadInput(what, where=location(skeleton.GetPrim()), right=right)
     return query
 
 
@@ -130,10 +122,7 @@ def filled(codes: set[float]) -> set[float]:
 
 
 def read_rig(query: UsdSkel.SkeletonQuery, first: int) -> Rig:
-    """Read a skeleton; its rest pose is restTransforms, or the bind pose where these are absent.
-
-    Raises BadInput if the bind pose does not fit the joints, or cannot be undone.
-    """
+    """Read a skeleton at its restTransforms, or in the bind pose; BadInput where this does not fit, or is singular."""
     joints = tuple(query.GetJointOrder())
     where = location(query.GetPrim())
     if not query.HasBindPose():
@@ -162,10 +151,7 @@ def _inverse(matrix: Gf.Matrix4d, where: str) -> Gf.Matrix4d:
 def skin_at_rest(
     rig: Rig, skinning: UsdSkel.SkinningQuery, points: np.ndarray, joints: np.ndarray, weights: np.ndarray
 ) -> np.ndarray:
-    """Return the points (n, 3) of a bound mesh in the skeleton's space at its rest pose, (n, 3) float64.
-
-    joints, weights  as `read_influences` returns them: those of the file need not sum to 1
-    """
+    """Return the points of a bound mesh in the skeleton's space at its rest pose, (n, 3), by `read_influences`."""
     moved = Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(points, np.float32))
     influences = (
         Vt.IntArray.FromNumpy(np.ascontiguousarray(joints - rig.first, np.int32).ravel()),
@@ -205,7 +191,6 @@ def read_influences(rig: Rig, skinning: UsdSkel.SkinningQuery, n: int) -> tuple[
 
 
 def _joint_order(rig: Rig, skinning: UsdSkel.SkinningQuery, where: str) -> np.ndarray:
-    """Return the rig's joint for every joint the mesh names, (j,) int64."""
     named = skinning.GetJointOrder() or rig.joints
     unknown = [name for name in named if name not in rig.joints]
     if unknown:
@@ -214,10 +199,7 @@ def _joint_order(rig: Rig, skinning: UsdSkel.SkinningQuery, where: str) -> np.nd
 
 
 def join_rigs(rigs: Sequence[Rig]) -> Skeleton:
-    """Join rigs into one skeleton, with joints named by the last part of their path where it is unique.
-
-    No rigs make a skeleton without joints.
-    """
+    """Join rigs, or none, into one skeleton, with joints named by the last part of their path where it is unique."""
     tokens = [token for rig in rigs for token in rig.joints]
     leaves = [token.rpartition("/")[2] for token in tokens]
     names = [leaf if leaves.count(leaf) == 1 else token for leaf, token in zip(leaves, tokens, strict=True)]
@@ -345,20 +327,16 @@ def _find_skeletons(stage: Usd.Stage, group: str | None) -> tuple[Queries, Queri
         queries = [UsdSkel.Cache().GetSkelQuery(skeleton) for skeleton in skeletons]
         return queries, queries, {}
     if not skeletons and (lone := [prim for prim in prims if prim.IsA(UsdSkel.Animation)]):
+        what = "the animation has no Skeleton, so that its joints at rest are unknown"
         right = "a stage that refers to this file, with the Skeleton, whose skel:animationSource is the animation"
-        raise BadInput(
-            "the animation has no Skeleton, so that its joints at rest are unknown",
-            where=location(lone[0]),
-            right=right,
-        )
+        raise BadInput(what, where=location(lone[0]), right=right)
     bindings = find_bindings(stage)
     animated = find_bindings(stage, shapes=True)
     meshes = shown(stage, group, UsdGeom.Mesh)
     if not any(mesh.GetPath() in animated for mesh in meshes):
         where = f"{stage.GetRootLayer().realPath} {group or ''}".rstrip()
-        raise BadInput(
-            "no mesh is bound to a Skeleton", where=where, right="skel:skeleton and joint influences, or blend shapes"
-        )
+        right = "skel:skeleton and joint influences, or blend shapes"
+        raise BadInput("no mesh is bound to a Skeleton", where=where, right=right)
     names = name_weights([UsdGeom.Mesh(mesh) for mesh in meshes], [animated.get(mesh.GetPath()) for mesh in meshes])
     return _skeletons_of(bindings, meshes), _skeletons_of(animated, meshes), names
 

@@ -284,9 +284,8 @@ def widths_steady(track: Track, hair: Snapshot) -> Iterator[Fault]:
     thick = before > 0
     changed = thick & ((now > OTHER[1] * before) | (now < OTHER[0] * before))
     if changed.sum() > SOME * len(now):
-        message = (
-            f"element {np.argmax(changed)} is {now[np.argmax(changed)]:.3g} and was {before[np.argmax(changed)]:.3g}"
-        )
+        k = int(np.argmax(changed))
+        message = f"element {k} is {now[k]:.3g} and was {before[k]:.3g}"
         yield hair.fault("widths", f"{message}; {changed.sum()} such, hair keeps its width")
 
 
@@ -340,11 +339,8 @@ def stands(scene: Scene, track: Track) -> bool:
 
 
 def _without_rest(track: Track) -> Iterator[Fault]:
-    bound, rested = (
-        any(track.prim.GetAttribute(f"primvars:{name}").HasAuthoredValue() for name in names)
-        for names in (("skinprim", "skinprimuv"), ("pref", "Pref", "rest"))
-    )
-    if bound and not rested:
+    rested = track.has("primvars:pref", "primvars:Pref", "primvars:rest")
+    if track.has("primvars:skinprim", "primvars:skinprimuv") and not rested:
         yield track.fault("primvars:pref", "has no value; hair that is bound to a skin needs its rest pose")
 
 

@@ -225,10 +225,8 @@ def volume_size(scene: Scene) -> Iterator[Fault]:
         ratio = sizes[0] / max(sizes[1], TINY)
         apart = np.maximum(corners.min(axis=0) - body.max(axis=0), body.min(axis=0) - corners.max(axis=0)).max()
         if apart > 0 or not HULL[0] <= ratio <= HULL[1]:
-            message = (
-                f"is {ratio:.3g} times the size of the body" if apart <= 0 else f"is {apart:.3g} away from the body"
-            )
-            yield fault_of(track.prim, f"{message}; both stand in one space", track.first.code)
+            what = f"{apart:.3g} away from" if apart > 0 else f"{ratio:.3g} times the size of"
+            yield fault_of(track.prim, f"is {what} the body; both stand in one space", track.first.code)
 
 
 def precision(track: Track, hair: Snapshot) -> Iterator[Fault]:
