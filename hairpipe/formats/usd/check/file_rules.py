@@ -1,7 +1,7 @@
 """Rules for files that a stage refers to, OpenVDB among them, and for value clips; OpenUSD does not validate these."""
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -188,8 +188,16 @@ def clip_times(prim: Usd.Prim) -> Iterator[Fault]:
         if unknown or idle:
             what = f"activates clip {unknown[0]}" if unknown else f"never activates {files[idle[0]].path}"
             yield fault_of(prim, f"clip set {name} {what}; there are {len(files)} clips")
-        played = [(time, files[index]) for time, index in active if 0 <= index < len(files)]
-        yield from _unsampled(prim, played, dict(api.GetClipTimes(name) or []))
+        times = dict(api.GetClipTimes(name) or [])
+        wrong = []
+        for time, file in ((time, files[index]) for time, index in active if 0 <= index < len(files)):
+            clip = _open(prim, file)
+            own = clip.ListAllTimeSamples() if clip else []
+            wrong += [(time, file)] if own and times.get(time, time) not in own else []
+        if wrong:
+            time, file = wrong[0]
+            message = f"{file.path} has no sample at {times.get(time, time):g}, when it is played; {len(wrong)} such"
+            yield fault_of(prim, message, time)
 
 
 def clip_rates(prim: Usd.Prim) -> Iterator[Fault]:
@@ -208,21 +216,6 @@ def clip_rates(prim: Usd.Prim) -> Iterator[Fault]:
                     unlike.setdefault(f"{field} {own}, the stage {root.GetInfo(field)}", []).append(asset.path)
         for what, files in unlike.items():
             yield fault_of(prim, f"{files[0]} has {what}; {len(files)} such clips")
-
-
-def _unsampled(
-    prim: Usd.Prim, played: Sequence[tuple[float, Sdf.AssetPath]], times: Mapping[float, float]
-) -> Iterator[Fault]:
-    """Find clips without a sample at their first played time."""
-    wrong = []
-    for time, file in played:
-        clip = _open(prim, file)
-        own = clip.ListAllTimeSamples() if clip else []
-        wrong += [(time, file)] if own and times.get(time, time) not in own else []
-    if wrong:
-        time, file = wrong[0]
-        message = f"{file.path} has no sample at {times.get(time, time):g}, when it is played; {len(wrong)} such"
-        yield fault_of(prim, message, time)
 
 
 def _open(prim: Usd.Prim, asset: Sdf.AssetPath | None) -> Sdf.Layer | None:

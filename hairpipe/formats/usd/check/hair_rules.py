@@ -313,8 +313,12 @@ def _lattice(values: np.ndarray) -> float:
 def rest(scene: Scene, track: Track) -> Iterator[Fault]:
     """Find a rest pose in another unit than the hair, or of other strands."""
     if track.still is None or not np.median(track.first.lengths):
-        yield from _without_rest(track)
+        rested = track.has("primvars:pref", "primvars:Pref", "primvars:rest")
+        if track.has("primvars:skinprim", "primvars:skinprimuv") and not rested:
+            yield track.fault("primvars:pref", "has no value; hair that is bound to a skin needs its rest pose")
         return
+    roots = scene.authored_roots(track)
+    stands = roots is None or np.median(roots.misses(track.first, track.first.code)) <= roots.reach
     ratio = float(np.median(track.growth))
     apart = ((track.growth < OTHER[0]) | (track.growth > OTHER[1])) & ~_short(track.first)
     if not REST[0] <= ratio <= REST[1]:
@@ -325,23 +329,11 @@ def rest(scene: Scene, track: Track) -> Iterator[Fault]:
         yield track.fault("primvars:pref", f"{message}; {apart.sum()} such strands, are they others?")
     elif _is_reversed(track.first, track.still):
         yield track.fault("primvars:pref", "has its tips where points has its roots; the root comes first")
-    elif _is_mirrored(track.first, track.still) and stands(scene, track):
+    elif _is_mirrored(track.first, track.still) and stands:
         yield track.fault("primvars:pref", "is a mirror image of points; mirror it back")
     elif (others := _scrambled(track.first, track.still)) > OTHERS:
         message = f"{others:.0%} of strands have other neighbours there than in points: they belong to other strands"
         yield track.fault("primvars:pref", message)
-
-
-def stands(scene: Scene, track: Track) -> bool:
-    """Return whether hair is on a skin at its first time, or on an unknown one."""
-    roots = scene.authored_roots(track)
-    return roots is None or bool(np.median(roots.misses(track.first, track.first.code)) <= roots.reach)
-
-
-def _without_rest(track: Track) -> Iterator[Fault]:
-    rested = track.has("primvars:pref", "primvars:Pref", "primvars:rest")
-    if track.has("primvars:skinprim", "primvars:skinprimuv") and not rested:
-        yield track.fault("primvars:pref", "has no value; hair that is bound to a skin needs its rest pose")
 
 
 def _scrambled(hair: Snapshot, still: Snapshot) -> float:

@@ -132,9 +132,11 @@ def _overall(track: Track) -> Iterator[str]:
     """Report faults of the whole shot: x1 - x-1 = dt/3 (v-1 + 4 v0 + v1) to the fifth derivative (Simpson's rule)."""
     right, late, early = NONE, NONE, NONE
     authored_before = seen_before = None
-    rate = track.rate
     for trio in _trios(track):
-        authored, seen = _simpson(trio, rate)
+        before, now, after = (np.asarray(shape.array("velocities", 3), np.float64) for shape in trio)
+        dt = (trio[1].time.GetValue() - trio[0].time.GetValue()) / track.rate
+        authored = dt / 3 * (before + 4 * now + after)
+        seen = trio[2].points.astype(np.float64) - trio[0].points
         right = right.add(authored, seen)
         if authored_before is not None and seen_before is not None and len(authored_before) == len(authored):
             late = late.add(authored, seen_before)
@@ -169,13 +171,6 @@ def _alike(shapes: list[Snapshot]) -> bool:
     given = [array for shape in shapes for array in (shape.points, shape.array("velocities", 3))]
     arrays = [array for array in given if array is not None and len(array) == len(shapes[0].points)]
     return len(arrays) == len(given) and all(np.isfinite(array).all() for array in arrays)
-
-
-def _simpson(trio: list[Snapshot], rate: float) -> tuple[np.ndarray, np.ndarray]:
-    arrays = [shape.array("velocities", 3) for shape in trio]
-    before, now, after = (np.asarray(array, np.float64) for array in arrays)
-    dt = (trio[1].time.GetValue() - trio[0].time.GetValue()) / rate
-    return dt / 3 * (before + 4 * now + after), trio[2].points.astype(np.float64) - trio[0].points
 
 
 class Step(NamedTuple):

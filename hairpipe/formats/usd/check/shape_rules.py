@@ -25,7 +25,10 @@ def finite(shape: Snapshot) -> Iterator[Fault]:
         array = np.asarray(value) if attribute.GetTypeName().isArray and value is not None else np.empty(0)
         if array.dtype.kind == "f" and not np.isfinite(array).all():
             bad = np.flatnonzero(~np.isfinite(array.reshape(len(array), -1)).all(axis=1))
-            message = f"element {bad[0]}{_owner(shape, attribute.GetName(), bad[0])} is not finite; {len(bad)} such"
+            of_points = shape.curves and shape.consistent and attribute.GetName() in ("points", "velocities")
+            curve = np.searchsorted(np.cumsum(shape.counts), bad[0], side="right") if of_points else 0
+            owner = f" of curve {curve}" if of_points else ""
+            message = f"element {bad[0]}{owner} is not finite; {len(bad)} such"
             yield fault_of(attribute, message, shape.code)
 
 
@@ -46,12 +49,6 @@ def colours(shape: Snapshot) -> Iterator[Fault]:
         array = shape.array(name, 3)
         if array is not None and array.max(initial=0) > BRIGHTEST:
             yield shape.fault(name, f"is up to {array.max():.4g}; 0 to 1 is right, and 255 is 1")
-
-
-def _owner(shape: Snapshot, name: str, element: int) -> str:
-    if not (shape.curves and shape.consistent and name in ("points", "velocities")):
-        return ""
-    return f" of curve {np.searchsorted(np.cumsum(shape.counts), element, side='right')}"
 
 
 def mesh_faces(shape: Snapshot) -> Iterator[Fault]:
@@ -108,7 +105,9 @@ def extent(shape: Snapshot) -> Iterator[Fault]:
     box = shape.array("extent", 3)
     if not (shape.consistent and len(shape.points) and np.isfinite(shape.points).all()) or box is None or len(box) != 2:
         return
-    thick = _half_width(shape)
+    widths = shape.array("widths") if shape.curves else None
+    widths = np.empty(0) if widths is None else widths[np.isfinite(widths)]
+    thick = float(widths.max()) / 2 if len(widths) else 0.0
     lower = shape.points.min(axis=0) - thick
     upper = shape.points.max(axis=0) + thick
     size = np.linalg.norm(upper - lower)
@@ -136,12 +135,6 @@ def defaults(shape: Snapshot) -> Iterator[Fault]:
         sizes = [float(np.linalg.norm(np.ptp(array, axis=0))) for array in (np.asarray(still), shape.points)]
         if not sizes[1] / ALIKE <= sizes[0] <= sizes[1] * ALIKE:
             yield shape.fault("points", f"are {sizes[0]:.3g} large without a time and {sizes[1]:.3g} at this one")
-
-
-def _half_width(shape: Snapshot) -> float:
-    values = shape.array("widths") if shape.curves else None
-    values = np.empty(0) if values is None else values[np.isfinite(values)]
-    return float(values.max()) / 2 if len(values) else 0.0
 
 
 WIDTH = (1e-5, 3e-3)
@@ -248,13 +241,10 @@ def float_translate(scene: Scene, track: Track) -> Iterator[Fault]:
     least = ROOM * np.median(widths) if widths is not None and len(widths) else 0.0
     while least > 0 and prim.IsA(UsdGeom.Xformable):
         for op in UsdGeom.Xformable(prim).GetOrderedXformOps():
-            far = np.abs(op.Get(track.first.time) or 0.0).max() if _is_single(op) else 0.0
+            is_double = op.GetPrecision() == UsdGeom.XformOp.PrecisionDouble
+            moves = op.GetOpType() == UsdGeom.XformOp.TypeTranslate and not is_double
+            far = np.abs(op.Get(track.first.time) or 0.0).max() if moves else 0.0
             if np.spacing(np.float32(far)) > least:
                 message = f"moves by {far:.3g} in steps of {np.spacing(np.float32(far)):.1g}; use double precision"
                 yield fault_of(op.GetAttr(), message)
         prim = prim.GetParent()
-
-
-def _is_single(op: UsdGeom.XformOp) -> bool:
-    single = op.GetPrecision() != UsdGeom.XformOp.PrecisionDouble
-    return single and op.GetOpType() == UsdGeom.XformOp.TypeTranslate
