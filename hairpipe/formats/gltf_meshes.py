@@ -13,7 +13,7 @@ from hairpipe.formats.animated_meshes import Instant, Points, read_at
 from hairpipe.formats.gltf import Document
 from hairpipe.formats.gltf_nodes import Animation
 from hairpipe.formats.polygons import Polygons, join_polygons, warn_of_unused
-from hairpipe.formats.rigging import NOBODY, JointMotion, Key, Part, find_tips, join_parts, rigid, unique_names
+from hairpipe.formats.rigging import NOBODY, JointMotion, Key, Part, join_parts, jointed, rigid, unique_names
 from hairpipe.values import Body, Mesh, Skeleton
 
 KNOWN = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "COLOR_0")
@@ -224,42 +224,34 @@ ALIKE = 1e-5
 """Largest difference of motions of a joint from the bound mesh to rest, relative or [m]: positions are float32."""
 
 
-class Joints:
-    """Nodes that move the meshes of a file.
+class Joints(NamedTuple):
+    """Nodes that move the meshes of a file, a parent before its children, (J,), and their transforms [m], (J, 4, 4)."""
 
-    nodes    a parent before its children, (J,)
-    names    of the nodes, unique
-    parents  index of the next joint above, -1 at a root, (J,) int32
-    world    joint-to-world at rest [m], (J, 4, 4)
-    rest     the same without scale
-    """
+    nodes: list[int]
+    world: np.ndarray
+    skeleton: Skeleton
 
-    def __init__(self, pieces: SkinnedPieces) -> None:
-        self.pieces = pieces
-        animation = pieces.animation
-        used = {int(node) for piece in pieces.pieces for node in np.unique(piece.joints)}
-        self.nodes = [node for node in animation.order if node in used]
-        given = [str(animation.nodes[node].get("name") or f"node{node}") for node in self.nodes]
-        self.names = tuple(
-            name if given.count(name) == 1 else f"{name}#{node}" for name, node in zip(given, self.nodes, strict=True)
-        )
-        self.parents = np.array([self._parent(node) for node in self.nodes], np.int32)
-        self.world = animation.transforms(None)[self.nodes]
-        where = f"{pieces.path}, joint {self.names[int(np.argmin(np.abs(np.linalg.det(self.world[:, :3, :3]))))]}"
-        if np.abs(np.linalg.det(self.world[:, :3, :3])).min() < 1e-30:
-            raise BadInput("the transform at rest cannot be inverted", where=where, right="a scale that is not 0")
-        self.rest = rigid(self.world)
 
-    def _parent(self, node: int) -> int:
-        parents = self.pieces.animation.parents.tolist()
-        above = parents[node]
-        while above >= 0 and above not in self.nodes:
-            above = parents[above]
-        return self.nodes.index(above) if above >= 0 else -1
-
-    def skeleton(self) -> Skeleton:
-        """Return the joints at rest."""
-        return Skeleton(self.names, self.parents, self.rest, find_tips(self.parents, self.rest[:, :3, 3]))
+def find_joints(pieces: SkinnedPieces) -> Joints:
+    """Find the nodes of skins, and of meshes without one; BadInput where one has no inverse at rest."""
+    animation = pieces.animation
+    used = {int(node) for piece in pieces.pieces for node in np.unique(piece.joints)}
+    nodes = [node for node in animation.order if node in used]
+    given = [str(animation.nodes[node].get("name") or f"node{node}") for node in nodes]
+    names = [n if given.count(n) == 1 else f"{n}#{node}" for n, node in zip(given, nodes, strict=True)]
+    above = animation.parents.tolist()
+    parents = list[int]()
+    for node in nodes:
+        parent = above[node]
+        while parent >= 0 and parent not in used:
+            parent = above[parent]
+        parents.append(nodes.index(parent) if parent >= 0 else -1)
+    world = animation.transforms(None)[nodes]
+    volumes = np.abs(np.linalg.det(world[:, :3, :3]))
+    if volumes.min() < 1e-30:
+        where = f"{pieces.path}, joint {names[int(np.argmin(volumes))]}"
+        raise BadInput("the transform at rest cannot be inverted", where=where, right="a scale that is not 0")
+    return Joints(nodes, world, jointed(names, np.array(parents, np.int32), rigid(world)))
 
 
 def read_body(path: Path, group: str | None = None) -> Body:
@@ -270,7 +262,7 @@ def read_body(path: Path, group: str | None = None) -> Body:
     Raises BadInput where the file cannot be used; the message names the mesh or the accessor.
     """
     pieces = SkinnedPieces(path, group, None, 24.0, moves=False)
-    joints = Joints(pieces) if pieces.skins else None
+    joints = find_joints(pieces) if pieces.skins else None
     places = np.zeros(len(pieces.animation.nodes), np.int32)
     if joints:
         places[joints.nodes] = np.arange(len(joints.nodes))
@@ -281,9 +273,11 @@ def read_body(path: Path, group: str | None = None) -> Body:
         mesh = Mesh(points, piece.triangles, uv=piece.uv)
         k = piece.joints.shape[1] if joints else 0
         base = piece.points @ matrix[:3, :3].T + matrix[:3, 3]
-        keys = keys_of(piece, names[piece.node], matrix)
+        rows = [np.flatnonzero((target != 0.0).any(axis=1)) for target in piece.targets]
+        targets = zip(names[piece.node], piece.targets, rows, strict=True)
+        keys = [Key(name, 1.0, row, target[row] @ matrix[:3, :3].T) for name, target, row in targets]
         parts.append(Part(mesh, piece.maps, places[piece.joints[:, :k]], piece.weights[:, :k], base, keys))
-    skeleton = joints.skeleton() if joints else NOBODY
+    skeleton = joints.skeleton if joints else NOBODY
     turns = join_turns(joints, [turns for _, turns in binds], f"{path}") if joints else np.zeros((0, 4, 4))
     return join_parts(parts, skeleton, turns, weights_of(pieces, names, None))
 
@@ -294,7 +288,13 @@ def bind_pieces(pieces: SkinnedPieces) -> list[tuple[np.ndarray, dict[int, np.nd
     The place is the one at rest, where nodes agree about it. A mesh with a node of another mesh has the place from
     which that node moves both alike.
     """
-    moved = [motions_of(pieces, piece) for piece in pieces.pieces]
+    world = pieces.animation.transforms(None)
+    moved = list[dict[int, np.ndarray]]()
+    for piece in pieces.pieces:
+        own = (np.array([piece.node]), np.eye(4)[None])
+        nodes, unbind = own if piece.skin is None else pieces.skins[piece.skin]
+        used = np.isin(nodes, piece.joints)
+        moved.append(dict(zip(nodes[used].tolist(), world[nodes[used]] @ unbind[used], strict=True)))
     found = dict[int, tuple[np.ndarray, dict[int, np.ndarray]]]()
     turns = dict[int, np.ndarray]()
     while len(found) < len(moved):
@@ -312,14 +312,6 @@ def bind_pieces(pieces: SkinnedPieces) -> list[tuple[np.ndarray, dict[int, np.nd
     return [found[n] for n in range(len(moved))]
 
 
-def motions_of(pieces: SkinnedPieces, piece: Piece) -> dict[int, np.ndarray]:
-    """Return the matrices (4, 4) by which the nodes of a mesh move its points to rest."""
-    world = pieces.animation.transforms(None)
-    nodes, unbind = pieces.skins[piece.skin] if piece.skin is not None else (np.array([piece.node]), np.eye(4)[None])
-    used = np.isin(nodes, piece.joints)
-    return dict(zip(nodes[used].tolist(), world[nodes[used]] @ unbind[used], strict=True))
-
-
 def join_turns(joints: Joints, binds: list[dict[int, np.ndarray]], where: str) -> np.ndarray:
     """Return the motion of each joint from the bound mesh to rest, (J, 4, 4); warns where meshes disagree about one."""
     turns = np.tile(np.eye(4), (len(joints.nodes), 1, 1))
@@ -327,7 +319,7 @@ def join_turns(joints: Joints, binds: list[dict[int, np.ndarray]], where: str) -
         found = [bind[node] for bind in binds if node in bind]
         turns[place] = found[0]
         if any(np.abs(other - found[0]).max() > ALIKE for other in found):
-            message = f"{where}: skins bind the joint {joints.names[place]} in several ways"
+            message = f"{where}: skins bind the joint {joints.skeleton.names[place]} in several ways"
             warnings.warn(f"{message}: poses follow the first (load_mesh_cache reads all points)", stacklevel=2)
     return turns
 
@@ -360,20 +352,13 @@ def weights_of(pieces: SkinnedPieces, named: dict[int, list[str]], time: float |
     }
 
 
-def keys_of(piece: Piece, names: list[str], matrix: np.ndarray) -> list[Key]:
-    """Return the morph targets of a mesh as keys, moved by a matrix (4, 4)."""
-    rows = [np.flatnonzero((target != 0.0).any(axis=1)) for target in piece.targets]
-    moved = [target[row] @ matrix[:3, :3].T for target, row in zip(piece.targets, rows, strict=True)]
-    return [Key(name, 1.0, row, offsets) for name, row, offsets in zip(names, rows, moved, strict=True)]
-
-
 def read_joints(path: Path, group: str | None, clip: str | None, fps: float) -> JointMotion:
     """Read the joints and weights of a clip, with a sample at each frame of the shot."""
     pieces = SkinnedPieces(path, group, clip, fps)
-    joints = Joints(pieces)
-    unbind = np.linalg.inv(joints.world) @ joints.rest
+    joints = find_joints(pieces)
+    unbind = np.linalg.inv(joints.world) @ joints.skeleton.rest
     moved = [pieces.animation.transforms(float(code / fps))[joints.nodes] @ unbind for code in pieces.codes]
     named = name_weights(pieces)
     weights = np.array([[*weights_of(pieces, named, float(code / fps)).values()] for code in pieces.codes])
     shapes = tuple(weights_of(pieces, named, None))
-    return JointMotion(joints.skeleton(), np.array(moved), pieces.codes, fps, float(pieces.codes[0]), shapes, weights)
+    return JointMotion(joints.skeleton, np.array(moved), pieces.codes, fps, float(pieces.codes[0]), shapes, weights)

@@ -56,8 +56,9 @@ def rigid(world: np.ndarray) -> np.ndarray:
     return result
 
 
-def find_tips(parents: np.ndarray, origins: np.ndarray) -> np.ndarray:
-    """Return the end of every bone, (J, 3): the mean of its children; a leaf continues the bone of its parent."""
+def jointed(names: Sequence[str], parents: np.ndarray, rest: np.ndarray) -> Skeleton:
+    """Return joints with the ends of their bones: the mean of the children; a leaf continues the bone of its parent."""
+    origins = rest[:, :3, 3]
     tips = origins.copy()
     for joint, parent in enumerate(parents):
         children = np.flatnonzero(parents == joint)
@@ -65,7 +66,7 @@ def find_tips(parents: np.ndarray, origins: np.ndarray) -> np.ndarray:
             tips[joint] = origins[children].mean(axis=0)
         elif parent >= 0:
             tips[joint] = 2 * origins[joint] - origins[parent]
-    return tips
+    return Skeleton(tuple(names), parents, rest, tips)
 
 
 class Part(NamedTuple):

@@ -113,18 +113,18 @@ def write_value(path: Path, value: Any, frame: int, fps: float) -> None:
     """
     suffix = path.suffix.lower()
     shape = value.mesh if isinstance(value, Body) else value
-    is_table = isinstance(value, Table) and suffix == ".csv"
+    table = value if isinstance(value, Table) and suffix == ".csv" else None
     if suffix not in SUFFIXES:
         raise BadInput(f"values are not written as {suffix or 'such'} files", where=path, right=", ".join(SUFFIXES))
-    if suffix not in TREES and not is_table and not isinstance(shape, Mesh | Strands | Groom):
+    if suffix not in TREES and table is None and not isinstance(shape, Mesh | Strands | Groom):
         raise BadInput(f"a {type(value).__name__} has no points to write", where=path, right=".h5 or .npz")
     path.parent.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(dir=path.parent, prefix=".hairpipe-") as folder:
         whole = Path(folder, f"value{suffix}")
         if suffix in TREES:
             write_npz(whole, value) if suffix == ".npz" else encode(value, whole)
-        elif is_table:
-            write_csv(whole, value)
+        elif table is not None:
+            write_csv(whole, table)
         elif suffix == ".csv":
             write_points(whole, shape.points, *(getattr(shape, name, None) for name in ("velocities", "offsets")))
         else:

@@ -10,7 +10,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from hairpipe.errors import BadInput
 from hairpipe.formats.animated_meshes import sampled
-from hairpipe.formats.rigging import ROUNDED, JointMotion, Key, find_tips, rigid, unique_names
+from hairpipe.formats.rigging import ROUNDED, JointMotion, Key, jointed, rigid, unique_names
 from hairpipe.formats.usd.stage import (
     checked,
     columns,
@@ -207,7 +207,7 @@ def join_rigs(rigs: Sequence[Rig]) -> Skeleton:
     shifted = [np.where(rig.parents < 0, -1, rig.parents + rig.first) for rig in rigs]
     parents = np.concatenate([np.empty(0, np.int32), *shifted]).astype(np.int32)
     rest = np.concatenate([np.empty((0, 4, 4)), *(rig.rest for rig in rigs)])
-    return Skeleton(tuple(names), parents, rest, find_tips(parents, rest[:, :3, 3]))
+    return jointed(names, parents, rest)
 
 
 Names = dict[tuple[str, str], str]
