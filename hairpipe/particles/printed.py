@@ -24,7 +24,7 @@ from numba import njit
 
 from hairpipe.geometry.vec3 import dot, flattened, minus, row, unit
 from hairpipe.particles.contact import Planes, touch
-from hairpipe.particles.interaction import Pairs, normal_of
+from hairpipe.particles.interaction import normal_of
 from hairpipe.particles.links import measure_links, stiffen
 from hairpipe.particles.model import Model, Moving, inverse_masses, shape, slope
 from hairpipe.particles.step import Forces, Springs
@@ -55,20 +55,15 @@ def advance_explicitly(
 @njit(cache=True, error_model="numpy")
 def _step(model, springs, forces, planes, roots, left, dt, moving):
     """Do a step that begins so many seconds before the end of the frame, in place."""
-    links = model.links
-    deep = model.deep
-    count = len(model.masses)
-    ways = np.empty((len(links.ends), 4))
-    stiffness = np.empty(len(links.ends))
+    links, deep, count = model.links, model.deep, len(model.masses)
+    ways, stiffness = np.empty((len(links.ends), 4)), np.empty(len(links.ends))
     inverses = inverse_masses(model)
     measure_links(links, moving.points, ways)
     stiffen(links, model.reach, springs.axial, ways, stiffness)
     for k in range(deep):
         for c in range(3):
             moving.velocities[k, c] = (roots[1, k, c] - roots[0, k, c]) / dt
-    total = forces.push.copy()
-    v = moving.velocities
-    C = forces.drag
+    total, v, C = forces.push.copy(), moving.velocities, forces.drag
     for k in range(count):
         total[k, 0] -= C[k, 0] * v[k, 0] + C[k, 1] * v[k, 1] + C[k, 2] * v[k, 2]
         total[k, 1] -= C[k, 1] * v[k, 0] + C[k, 3] * v[k, 1] + C[k, 4] * v[k, 2]
@@ -108,15 +103,7 @@ class PrintedLaw(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
-def push_pairs(
-    law: PrintedLaw,
-    pairs: Pairs,
-    inverse_masses: np.ndarray,
-    points: np.ndarray,
-    directions: np.ndarray,
-    dt: float,
-    velocities: np.ndarray,
-) -> None:
+def push_pairs(law, pairs, inverse_masses, points, directions, dt, velocities):
     """Change the velocities of particles by the forces of all pairs over dt [s], in place.
 
     inverse_masses  inverse masses of particles, 0 if prescribed [1/kg], (N,)

@@ -3,7 +3,7 @@
     target_k = sum_i v_i a_i,   a_i = x_i + Q_i (X_k - X_i),   v_i = w_i / (|a_i - x_k-1|^2 + b^2)^2 over their sum,
     x_k = x_k-1 + l_k unit(target_k - x_k-1)
 
-with Q_i of `turns`, and l_k the length of a segment at rest: lengths are exact, roots stay on the body, and rigid
+with Q_i below, and l_k the length of a segment at rest: lengths are exact, roots stay on the body, and rigid
 motions are exact. Where particles separate, hair follows those near its present position, within b, half the reach of
 links: otherwise it would cross the opening. Directions, sum_i w_i Q_i D_k, instead of targets have a larger error.
 Velocities are the exact derivative. The groom may differ from the one of the particles.
@@ -28,7 +28,8 @@ from numba import njit, prange
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.compile import inlined
-from hairpipe.geometry.vec3 import Vector, blend, cross, dot, length, minus, plus, row, scaled
+from hairpipe.geometry.triangles import normalized
+from hairpipe.geometry.vec3 import blend, cross, dot, length, minus, plus, row, scaled
 from hairpipe.groom.interpolating import go_on, moved
 from hairpipe.groom.keys import columns_of, followed, spin_of
 from hairpipe.groom.resampling import put
@@ -39,68 +40,49 @@ _ROOT = 1e-3  # how much the turning of the root counts in G, over what all link
 _LEAST_AREA = 1e-20  # [m^2], what it counts where there is no link
 
 
-def rigid_motions(
+def _rigid_motions(
     cloud: Cloud, particles: Particles, roots: tuple[np.ndarray, np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rigid motions of particles since rest, x -> Q x + s, and their derivatives, (N, 3, 4); pure.
+    """Return the rigid motions of particles since rest, x -> Q x + s, and their derivatives, (N, 3, 4).
 
     roots  the same of the strands of the particles, (S, 3, 4) float64
-
-    Raises BadInput if the cloud does not belong to these particles.
     """
-    if len(cloud.points) != len(particles.points):
-        what = f"a cloud of {len(cloud.points)} particles, at rest there are {len(particles.points)}"
-        raise BadInput(what, where="in.cloud", right="the cloud simulated from in.particles")
     count = len(cloud.points)
+    if count != len(particles.points):
+        what = f"a cloud of {count} particles, at rest there are {len(particles.points)}"
+        raise BadInput(what, where="in.cloud", right="the cloud simulated from in.particles")
     spread, flow = np.zeros((count, 3, 3)), np.zeros((count, 3, 3))
     _sum_links(particles.links, particles.alignments, particles.reach, cloud.points, cloud.velocities, spread, flow)
     motions, rates = np.empty((count, 3, 4)), np.empty((count, 3, 4))
     rest = particles.points, particles.directions
     now = cloud.points, cloud.velocities, cloud.directions
-    _turn(particles.strands, roots, rest, now, (spread, flow), motions, rates)
+    _turn(particles.strands, roots, rest, now, spread, flow, motions, rates)
     return motions, rates
 
 
 @njit(cache=True, error_model="numpy")
-def _sum_links(
-    links: np.ndarray,
-    alignments: np.ndarray,
-    reach: float,
-    points: np.ndarray,
-    velocities: np.ndarray,
-    spread: np.ndarray,
-    flow: np.ndarray,
-) -> None:
+def _sum_links(links, alignments, reach, points, velocities, spread, flow):
     """Add w x_ij x_ij^T [m^2] and w v_ij x_ij^T [m^2/s] of all links to both of their particles, in place."""
     for e in range(len(links)):
         i, j = links[e]
         x, v = minus(row(points, j), row(points, i)), minus(row(velocities, j), row(velocities, i))
         near = max(0.0, 1.0 - dot(x, x) / (4.0 * reach * reach))
         weight = alignments[e] * near * near
-        for a in range(3):
-            for b in range(3):
-                spread[i, a, b] += weight * x[a] * x[b]
-                spread[j, a, b] += weight * x[a] * x[b]
-                flow[i, a, b] += weight * v[a] * x[b]
-                flow[j, a, b] += weight * v[a] * x[b]
+        for k in (i, j):
+            for a in range(3):
+                for b in range(3):
+                    spread[k, a, b] += weight * x[a] * x[b]
+                    flow[k, a, b] += weight * v[a] * x[b]
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _turn(
-    strands: np.ndarray,
-    roots: tuple[np.ndarray, np.ndarray],
-    rest: tuple[np.ndarray, np.ndarray],
-    now: tuple[np.ndarray, np.ndarray, np.ndarray],
-    sums: tuple[np.ndarray, np.ndarray],
-    motions: np.ndarray,
-    rates: np.ndarray,
-) -> None:
+def _turn(strands, roots, rest, now, spread, flow, motions, rates):
     """Write the motions and rates of all particles, in place."""
     for i in prange(len(strands)):
         R = columns_of(roots[0], strands[i])
         spin = spin_of(roots[0], roots[1], strands[i])
         t = row(now[2], i)
-        Q, spin = followed(R, spin, row(rest[1], i), t, _speed(sums[0][i], sums[1][i], spin, t))
+        Q, spin = followed(R, spin, row(rest[1], i), t, _speed(spread[i], flow[i], spin, t))
         X = row(rest[0], i)
         for j in range(3):
             put(motions[i].T, j, Q[j])
@@ -111,13 +93,12 @@ def _turn(
 
 
 @inlined
-def _speed(spread: np.ndarray, flow: np.ndarray, spin: Vector, t: Vector) -> Vector:
+def _speed(spread, flow, spin, t):
     """G t, with G (spread + e) = flow + e [spin]x."""
     e = _ROOT * (spread[0, 0] + spread[1, 1] + spread[2, 2]) + _LEAST_AREA
-    a, b, c = row(spread, 0), row(spread, 1), row(spread, 2)
-    a = plus(a, (e, 0.0, 0.0))
-    b = plus(b, (0.0, e, 0.0))
-    c = plus(c, (0.0, 0.0, e))
+    a = plus(row(spread, 0), (e, 0.0, 0.0))
+    b = plus(row(spread, 1), (0.0, e, 0.0))
+    c = plus(row(spread, 2), (0.0, 0.0, e))
     across = cross(b, c)
     y = scaled(1.0 / dot(a, across), (dot(t, across), dot(a, cross(t, c)), dot(a, cross(b, t))))
     moving = dot(row(flow, 0), y), dot(row(flow, 1), y), dot(row(flow, 2), y)
@@ -154,7 +135,11 @@ def find_influences(particles: Particles, groom: Groom) -> Influences:
         raise BadInput(what, where="in.particles", right=f"more than {INFLUENCES}")
     distances, nearest = map(np.asarray, KDTree(particles.points).query(groom.points, k=INFLUENCES + 1))
     end = (1.0 + _TINY) * distances[:, INFLUENCES:] + _TINY
-    cosines = np.einsum("pi,pci->pc", _tangents(groom), particles.directions[nearest[:, :INFLUENCES]])
+    counts, at = np.diff(groom.offsets), np.arange(len(groom.points))
+    after = np.minimum(at + 1, np.repeat(groom.offsets[1:] - 1, counts))
+    before = np.maximum(at - 1, np.repeat(groom.offsets[:-1], counts))
+    tangents = normalized(groom.points[after] - groom.points[before])
+    cosines = np.einsum("pi,pci->pc", tangents, particles.directions[nearest[:, :INFLUENCES]])
     weights = (1.0 - (distances[:, :INFLUENCES] / end) ** 2) ** 2 * np.maximum(cosines, _ASLANT) ** 2
     return Influences(nearest[:, :INFLUENCES], weights / weights.sum(axis=1, keepdims=True))
 
@@ -169,7 +154,7 @@ def deformed(
 
     Raises BadInput if the cloud or the body does not match.
     """
-    turns = rigid_motions(cloud, particles, motion_of_roots(body, particles.hair))
+    turns = _rigid_motions(cloud, particles, motion_of_roots(body, particles.hair))
     points = np.empty_like(groom.points)
     velocities = np.empty((len(groom.points), 3), np.float32)
     roots = motion_of_roots(body, groom)
@@ -179,16 +164,7 @@ def deformed(
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _deform(
-    influences: Influences,
-    near: float,
-    turns: tuple[np.ndarray, np.ndarray],
-    roots: tuple[np.ndarray, np.ndarray],
-    rest: np.ndarray,
-    offsets: np.ndarray,
-    points: np.ndarray,
-    velocities: np.ndarray,
-) -> None:
+def _deform(influences, near, turns, roots, rest, offsets, points, velocities):
     """Lay all strands down from their roots, in place; near is b^2 [m^2]."""
     for s in prange(len(offsets) - 1):
         X = row(rest, offsets[s])
@@ -215,14 +191,3 @@ def _deform(
             x, v = go_on(x, v, length(minus(X, before)), way, speed)
             put(points, k, x)
             put(velocities, k, v)
-
-
-def _tangents(groom: Groom) -> np.ndarray:
-    """Return where hair goes at its vertices, root to tip, unit or 0, (P, 3)."""
-    counts = np.diff(groom.offsets)
-    at = np.arange(len(groom.points))
-    after = np.minimum(at + 1, np.repeat(groom.offsets[1:] - 1, counts))
-    before = np.maximum(at - 1, np.repeat(groom.offsets[:-1], counts))
-    ways = groom.points[after] - groom.points[before]
-    lengths = np.linalg.norm(ways, axis=1, keepdims=True)
-    return np.divide(ways, lengths, out=np.zeros_like(ways), where=lengths > 0.0)

@@ -62,12 +62,9 @@ def advance(
     roots  positions of particles below the skin at the start of each step, and at the end [m], (steps + 1, deep, 3)
     dt     duration of a step [s]
     """
-    links = model.links
-    deep = model.deep
-    count = len(model.masses)
+    links, deep, count = model.links, model.deep, len(model.masses)
+    ways, stiffness = np.empty((len(links.ends), 4)), np.empty(len(links.ends))
     made = 0
-    ways = np.empty((len(links.ends), 4))
-    stiffness = np.empty(len(links.ends))
     still = STILL * STILL * (count - deep) * model.masses[deep]
     for step in range(len(roots) - 1):
         left = (len(roots) - 1 - step) * dt
@@ -85,9 +82,7 @@ def advance(
                 moving.velocities[k, c] += change[4 * k + c]
         for e in range(len(links.ends)):  # T' of this solve, which the next one takes.
             i, j = links.ends[e, 0], links.ends[e, 1]
-            along = 0.0
-            for c in range(3):
-                along += ways[e, c] * (moving.velocities[j, c] - moving.velocities[i, c])
+            along = dot(row(ways, e), minus(row(moving.velocities, j), row(moving.velocities, i)))
             moving.tensions[e] = stiffness[e] * (ways[e, 3] - springs.rest[e] + dt * along)
         touch(planes, deep, left, dt, moving)
         for k in range(count):
@@ -116,10 +111,10 @@ def _assemble(model, springs, forces, moving, dt, ways, stiffness):
         along = max(dt * damper + dt * dt * K - across, 0.0)
         root = np.sqrt(along)  # sqrt(a) d: a product with d d^T is a dot product and a scaling of four numbers.
         u = minus(row(v, j), row(v, i))
-        joins[4 * e], joins[4 * e + 1], joins[4 * e + 2] = root * d[0], root * d[1], root * d[2]
         joins[4 * e + 3] = across
         force = plus(scaled(dt * K * (r - springs.rest[e]) + along * dot(d, u), d), scaled(across, u))
         for c in range(3):
+            joins[4 * e + c] = root * d[c]
             pull[i, c] += force[c]
             pull[j, c] -= force[c]
     system = build_system(links, model.deep)
@@ -128,13 +123,9 @@ def _assemble(model, springs, forces, moving, dt, ways, stiffness):
         xx = xy = xz = yy = yz = zz = 0.0
         for at in range(np.int64(links.rows[k]), np.int64(links.rows[k + 1])):
             e = 4 * np.int64(links.by[at])
-            x = joins[e]
-            y = joins[e + 1]
-            z = joins[e + 2]
-            across = joins[e + 3]
-            into = 4 * at
-            system.joins[into], system.joins[into + 1], system.joins[into + 2] = x, y, z
-            system.joins[into + 3] = across
+            x, y, z, across = joins[e], joins[e + 1], joins[e + 2], joins[e + 3]
+            for c in range(4):
+                system.joins[4 * at + c] = joins[e + c]
             xx += x * x + across
             xy += x * y
             xz += x * z

@@ -69,23 +69,18 @@ def sample_strands(points: np.ndarray, offsets: np.ndarray, reach: np.ndarray, c
     Raises BadInput where the grid would have more than MOST_NODES.
     """
     chunks = -(-(len(offsets) - 1) // _CHUNK)
-    pieces = np.zeros(len(points), np.int32)
-    bounds = np.empty((chunks, 2, 3))
+    pieces, bounds = np.zeros(len(points), np.int32), np.empty((chunks, 2, 3))
     _cut(points, offsets, reach, cell, pieces, bounds)
-    least = bounds[:, 0].min(axis=0)
-    greatest = bounds[:, 1].max(axis=0)
+    least, greatest = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
     if not (least <= greatest).all():
         return None
     low = np.floor(least / cell)
     counts = np.floor(greatest / cell) - low + 2.0  # as floats: numbers may be too large for integers
     if np.prod(counts) > MOST_NODES:
         fits = cell * (np.prod(counts) / MOST_NODES) ** (1 / 3)
-        raise BadInput(
-            f"a grid of {cell:g} m around hair of {' x '.join(f'{size:.2g}' for size in greatest - least)} m has "
-            f"{np.prod(counts):.2g} nodes",
-            where="volume.cell",
-            right=f"at least {1.1 * fits:.2g} m",
-        )
+        sizes = " x ".join(f"{size:.2g}" for size in greatest - least)
+        message = f"a grid of {cell:g} m around hair of {sizes} m has {np.prod(counts):.2g} nodes"
+        raise BadInput(message, where="volume.cell", right=f"at least {1.1 * fits:.2g} m")
     planes = int(counts[0])
     found = np.zeros((chunks, -(-(planes - 1) // SLAB)), np.int64)
     across = float(low[0]), 1.0 / cell, planes
@@ -107,23 +102,18 @@ def _cut(points, offsets, reach, cell, pieces, bounds):
     for chunk in prange(len(bounds)):
         bounds[chunk, 0], bounds[chunk, 1] = np.inf, -np.inf
         for strand in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(offsets) - 1)):
-            begin = offsets[strand]
-            end = offsets[strand + 1]
-            if _is_sound(points, begin, end, reach[strand]):
-                for k in range(begin, end):
-                    for c in range(3):
-                        bounds[chunk, 0, c] = min(bounds[chunk, 0, c], points[k, c])
-                        bounds[chunk, 1, c] = max(bounds[chunk, 1, c], points[k, c])
-                    if k + 1 < end:
-                        pieces[k] = int(np.sqrt(_squared(points, k, k + 1)) / cell) + 1
-
-
-@inlined
-def _is_sound(points, begin, end, reach):
-    sound = True
-    for k in range(begin, end):
-        sound = sound and _squared(points, begin, k) <= reach * reach  # nothing is less than NaN
-    return sound
+            begin, end = offsets[strand], offsets[strand + 1]
+            sound = True
+            for k in range(begin, end):
+                sound = (
+                    sound and _squared(points, begin, k) <= reach[strand] * reach[strand]
+                )  # nothing is less than NaN
+            for k in range(begin, end if sound else begin):
+                for c in range(3):
+                    bounds[chunk, 0, c] = min(bounds[chunk, 0, c], points[k, c])
+                    bounds[chunk, 1, c] = max(bounds[chunk, 1, c], points[k, c])
+                if k + 1 < end:
+                    pieces[k] = int(np.sqrt(_squared(points, k, k + 1)) / cell) + 1
 
 
 @inlined
@@ -139,18 +129,23 @@ def share_of(place: int, pieces: int) -> float:
 
 
 @inlined
-def coordinate(points: np.ndarray, k: int, t: float, c: int, low: float, inverse: float) -> float:
-    """Return coordinate c of a sample at share t of the segment from point k, in cells from the first node.
+def cells_of(samples, k, t, inverse):
+    """Return the coordinates of a sample at share t of the segment from point k, in cells from the first node.
 
     inverse  1 over a cell [1/m]
     """
-    return (points[k, c] + t * (points[k + 1, c] - points[k, c])) * inverse - low
+    points, low = samples.points, samples.low
+    return (
+        (points[k, 0] + t * (points[k + 1, 0] - points[k, 0])) * inverse - low[0],
+        (points[k, 1] + t * (points[k + 1, 1] - points[k, 1])) * inverse - low[1],
+        (points[k, 2] + t * (points[k + 1, 2] - points[k, 2])) * inverse - low[2],
+    )
 
 
 @inlined
 def _slab_of(points, k, t, across):
     low, inverse, planes = across
-    u = coordinate(points, k, t, 0, low, inverse)
+    u = (points[k, 0] + t * (points[k + 1, 0] - points[k, 0])) * inverse - low
     return min(int(max(u, 0.0)), planes - 2) // SLAB  # Rounding may put a sample just outside of the grid.
 
 

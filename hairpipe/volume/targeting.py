@@ -14,15 +14,13 @@ Stiffness is bounded by the density at a node over rho_0, times w^2. So that a s
 difference at node g is divided by 1 + 6 n (w dt)^2 r_g, r_g the greater density there over rho_0, n the number of
 grids; with short steps that is 1.
 
-Quadratic B-splines on a dense grid of nodes: splatting of samples, and its gradient.
-
-Along an axis, with d = u - i from the nearest node i, -1/2 to 1/2, the three nodes around it have
+Along an axis, with d = u - i from the nearest node i, -1/2 to 1/2, the splines at the three nodes around it, and their
+derivatives, are
 
     w = (1/2 - d)^2 / 2,   3/4 - d^2,   (1/2 + d)^2 / 2
     w' = d - 1/2,          -2 d,        d + 1/2
 
-Unlike the tents of `trilinear`, a density of these has a gradient that does not jump across faces of cells. Grids here
-have a margin of a node on every side: sample (0, 0, 0) of the grid is the node before the first one around the hair.
+Grids have a margin of a node on every side: (0, 0, 0) is the node before the first one around the hair.
 """
 
 from dataclasses import dataclass
@@ -33,11 +31,10 @@ from numba import njit, prange
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.compile import inlined
-from hairpipe.geometry.vec3 import Vector
 from hairpipe.laws.settings import Target
 from hairpipe.solve.interactions import Interaction, StepEnd
 from hairpipe.values import Density
-from hairpipe.volume.strand_samples import StrandSamples, coordinate, sample_strands, share_of
+from hairpipe.volume.strand_samples import StrandSamples, cells_of, sample_strands, share_of
 
 _CHUNK = 128  # strands that are collected together
 
@@ -54,18 +51,15 @@ def weigh(samples: StrandSamples, amounts: np.ndarray) -> np.ndarray:
 @njit(cache=True, parallel=True, error_model="numpy")
 def _weigh(samples, own, parity, grid):
     """Splat the samples of every second slab to the nodes, in place: these slabs share no nodes."""
-    points, pieces, slabs = samples.points, samples.pieces, samples.slabs
-    low = samples.low
-    inverse = 1.0 / samples.cell
+    slabs, inverse = samples.slabs, 1.0 / samples.cell
     for n in prange((len(slabs) - parity) // 2):  # Three nodes reach one plane beyond a slab: every second is apart.
         slab = 2 * n + parity
         for at in range(slabs[slab], slabs[slab + 1]):
             k = samples.segments[at]
-            t = share_of(samples.places[at], pieces[k])
+            t = share_of(samples.places[at], samples.pieces[k])
             amount = own[k] + t * (own[k + 1] - own[k])
-            i, x = _around(coordinate(points, k, t, 0, low[0], inverse))
-            j, y = _around(coordinate(points, k, t, 1, low[1], inverse))
-            l, z = _around(coordinate(points, k, t, 2, low[2], inverse))
+            u, v, w = cells_of(samples, k, t, inverse)
+            (i, x), (j, y), (l, z) = _around(u), _around(v), _around(w)
             wx, wy, wz = _weights(x), _weights(y), _weights(z)
             for a in range(3):
                 for b in range(3):
@@ -80,17 +74,13 @@ def add_slopes(samples: StrandSamples, own: np.ndarray, field: np.ndarray, out: 
     own    amounts of points for each of their pieces, amounts / sums, (P,)
     field  at the nodes, (nx + 2, ny + 2, nz + 2)
     """
-    points, offsets, pieces = samples.points, samples.offsets, samples.pieces
-    low = samples.low
-    inverse = 1.0 / samples.cell
+    offsets, pieces, inverse = samples.offsets, samples.pieces, 1.0 / samples.cell
     strands = len(offsets) - 1
     for chunk in prange((strands + _CHUNK - 1) // _CHUNK):
         for k in range(offsets[chunk * _CHUNK], offsets[min((chunk + 1) * _CHUNK, strands)]):
             for place in range(pieces[k]):
                 t = share_of(place, pieces[k])
-                u = coordinate(points, k, t, 0, low[0], inverse)
-                v = coordinate(points, k, t, 1, low[1], inverse)
-                w = coordinate(points, k, t, 2, low[2], inverse)
+                u, v, w = cells_of(samples, k, t, inverse)
                 slope = _slope(field, u, v, w)
                 amount = inverse * (own[k] + t * (own[k + 1] - own[k]))
                 for c in range(3):
@@ -99,17 +89,11 @@ def add_slopes(samples: StrandSamples, own: np.ndarray, field: np.ndarray, out: 
 
 
 @inlined
-def _slope(field: np.ndarray, u: float, v: float, w: float) -> Vector:
+def _slope(field, u, v, w):
     """Return the gradient of the spline of a field at a point, by cells."""
-    i, x = _around(u)
-    j, y = _around(v)
-    l, z = _around(w)
-    wx = _weights(x)
-    wy = _weights(y)
-    wz = _weights(z)
-    dx = _slopes(x)
-    dy = _slopes(y)
-    dz = _slopes(z)
+    (i, x), (j, y), (l, z) = _around(u), _around(v), _around(w)
+    wx, wy, wz = _weights(x), _weights(y), _weights(z)
+    dx, dy, dz = _slopes(x), _slopes(y), _slopes(z)
     gx, gy, gz = 0.0, 0.0, 0.0
     for a in range(3):
         for b in range(3):
@@ -122,19 +106,19 @@ def _slope(field: np.ndarray, u: float, v: float, w: float) -> Vector:
 
 
 @inlined
-def _around(u: float) -> tuple[int, float]:
+def _around(u):
     """Index of the first of the three nodes around a place, with the margin, and how far from the second it is."""
     i = int(np.floor(u + 0.5))
     return i, u - i
 
 
 @inlined
-def _weights(d: float) -> Vector:
+def _weights(d):
     return 0.5 * (0.5 - d) ** 2, 0.75 - d * d, 0.5 * (0.5 + d) ** 2
 
 
 @inlined
-def _slopes(d: float) -> Vector:
+def _slopes(d):
     return d - 0.5, -2.0 * d, d + 0.5
 
 
@@ -248,14 +232,11 @@ def energy(hair: Hair, targets: list[TargetGrid], rate: float) -> float:
     for target in targets:
         samples = sample_strands(hair.points, hair.offsets, hair.reach, target.cell)
         if samples is not None:
-            total += _energy(samples, hair.lengths, target, rate)
+            density, wanted, seen = _densities(samples, hair.lengths, target)
+            beyond = np.sum(target.length**2) - np.sum(wanted**2)  # the target outside of the hair
+            differences = np.sum((density - wanted) ** 2) + beyond
+            total += 0.5 * (rate * target.cell) ** 2 / seen * target.cell**3 * differences
     return total
-
-
-def _energy(samples: StrandSamples, lengths: np.ndarray, target: TargetGrid, rate: float) -> float:
-    density, wanted, seen = _densities(samples, lengths, target)
-    beyond = np.sum(target.length**2) - np.sum(wanted**2)  # the target outside of the hair
-    return 0.5 * (rate * target.cell) ** 2 / seen * target.cell**3 * (np.sum((density - wanted) ** 2) + beyond)
 
 
 def _densities(samples: StrandSamples, lengths: np.ndarray, target: TargetGrid) -> tuple[np.ndarray, np.ndarray, float]:

@@ -13,7 +13,7 @@ space: a swing, a rotation, the motion of a hair alone in its cells.
 We differ from the paper, whose friction is a force towards the velocities of the previous step: jointly accelerated
 hair would be delayed, as if it had (1 + c dt) times its mass.
 
-Smoothing of velocities on a grid that conserves momentum by exchange between neighbours.
+Velocities on the grid are smoothed by an exchange between neighbours, which conserves momentum:
 
     M_g V'_g = M_g V_g + sum_h k_gh (V_h - V_g),   k_gh = nu min(M_g, M_h),   over the six neighbours h
 
@@ -27,13 +27,12 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.errors import BadInput
-from hairpipe.geometry.compile import inlined
 from hairpipe.laws.pressure import densest, spread
 from hairpipe.laws.settings import Volume
 from hairpipe.solve.interactions import Interaction, StepEnd
 from hairpipe.strands.hair_model import HairModel
 from hairpipe.volume.strand_samples import StrandSamples, reach_of, sample_strands
-from hairpipe.volume.transfer import collect, departures, deposit, mean_velocities
+from hairpipe.volume.transfer import collect, deposit, mean_velocities
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
@@ -42,33 +41,26 @@ def smooth(grid: np.ndarray, velocities: np.ndarray, nu: float, out: np.ndarray)
 
     grid  whose first number at a node is its mass, (nx, ny, nz, 4)
     """
-    for i in prange(grid.shape[0]):
-        for j in range(grid.shape[1]):
-            for k in range(grid.shape[2]):
-                x, y, z = velocities[i, j, k, 0], velocities[i, j, k, 1], velocities[i, j, k, 2]
+    nx, ny, nz = grid.shape[:3]
+    for i in prange(nx):
+        for j in range(ny):
+            for k in range(nz):
                 mass = grid[i, j, k, 0]
                 sx, sy, sz = 0.0, 0.0, 0.0
-                if mass > 0.0:
-                    for axis in range(3):
-                        for side in range(-1, 2, 2):
-                            a, b, c = _neighbour(i, j, k, axis, side)
-                            if _is_inside(grid, a, b, c):
-                                # k_gh / M_g, by the lighter of the two: what one gives the other gets.
-                                share = nu * min(1.0, grid[a, b, c, 0] / mass)
-                                sx += share * (velocities[a, b, c, 0] - x)
-                                sy += share * (velocities[a, b, c, 1] - y)
-                                sz += share * (velocities[a, b, c, 2] - z)
-                out[i, j, k, 0], out[i, j, k, 1], out[i, j, k, 2] = x + sx, y + sy, z + sz
-
-
-@inlined
-def _neighbour(i, j, k, axis, side):
-    return i + (side if axis == 0 else 0), j + (side if axis == 1 else 0), k + (side if axis == 2 else 0)
-
-
-@inlined
-def _is_inside(grid, a, b, c):
-    return 0 <= a < grid.shape[0] and 0 <= b < grid.shape[1] and 0 <= c < grid.shape[2]
+                for axis in range(3):
+                    for side in range(-1, 2, 2):
+                        a = i + (side if axis == 0 else 0)
+                        b = j + (side if axis == 1 else 0)
+                        c = k + (side if axis == 2 else 0)
+                        if mass > 0.0 and 0 <= a < nx and 0 <= b < ny and 0 <= c < nz:
+                            # k_gh / M_g, by the lighter of the two: what one gives the other gets.
+                            share = nu * min(1.0, grid[a, b, c, 0] / mass)
+                            sx += share * (velocities[a, b, c, 0] - velocities[i, j, k, 0])
+                            sy += share * (velocities[a, b, c, 1] - velocities[i, j, k, 1])
+                            sz += share * (velocities[a, b, c, 2] - velocities[i, j, k, 2])
+                out[i, j, k, 0] = velocities[i, j, k, 0] + sx
+                out[i, j, k, 1] = velocities[i, j, k, 1] + sy
+                out[i, j, k, 2] = velocities[i, j, k, 2] + sz
 
 
 ACROSS = 3
@@ -108,18 +100,22 @@ class VolumeFilter(Interaction):
         if samples is None:
             return np.zeros_like(velocities)
         grid, smoothed = self._smoothed(samples, velocities)
-        change = collect(samples, smoothed)
-        departures(samples, velocities, change)
+        change = self._departures(samples, velocities, smoothed)
         if self.volume.order == 2:
-            again = collect(samples, self._smoothed(samples, change)[1])
-            departures(samples, change, again)
-            change = again
+            change = self._departures(samples, change, self._smoothed(samples, change)[1])
         change *= np.expm1(-self.volume.friction * dt)
         if self.volume.pressure is not None:
             pressed = smoothed.copy()
             spread(grid, pressed, self.volume.cell, self.rest, self.volume.pressure.compliance, dt)
             change += collect(samples, pressed - smoothed)
         return change
+
+    def _departures(self, samples: StrandSamples, velocities: np.ndarray, smoothed: np.ndarray) -> np.ndarray:
+        """Return the differences of velocities to the average around them [m/s], (P, 3); 0 for omitted strands."""
+        means = collect(samples, smoothed)
+        np.subtract(velocities, means, out=means)
+        means[samples.sums == 0.0] = 0.0
+        return means
 
     def _smoothed(self, samples: StrandSamples, velocities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return mass and momentum at nodes, and their smoothed velocities."""
