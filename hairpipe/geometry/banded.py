@@ -96,21 +96,16 @@ def _invert(A, p):
     cxy = xz * yz - xy * zz
     cxz = xy * yz - xz * yy
     s = 1.0 / (xx * cxx + xy * cxy + xz * cxz)  # One division for all six: it is as slow as many multiplications.
-    xx, xy, xz, yy, yz, zz = (
-        cxx * s,
-        cxy * s,
-        cxz * s,
-        (xx * zz - xz * xz) * s,
-        (xy * xz - xx * yz) * s,
-        (xx * yy - xy * xy) * s,
-    )
-    store(A, (p, 0), xx)
-    store(A, (p, 1), xy)
-    store(A, (p, 2), xz)
-    store(A, (p, 3), yy)
-    store(A, (p, 4), yz)
-    store(A, (p, 5), zz)
-    return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
+    iyy, iyz, izz = (xx * zz - xz * xz) * s, (xy * xz - xx * yz) * s, (xx * yy - xy * xy) * s
+    inverse = cxx * s, cxy * s, cxz * s, iyy, iyz, izz
+    for c in range(6):
+        store(A, (p, c), inverse[c])
+    return _rows_of(inverse)
+
+
+@inlined
+def _rows_of(six):
+    return (six[0], six[1], six[2]), (six[1], six[3], six[4]), (six[2], six[4], six[5])
 
 
 @inlined
@@ -135,9 +130,8 @@ def _solve_columns(A, p, offset, inverse, u):
     w = _times(inverse, u[0]), _times(inverse, u[1]), _times(inverse, u[2])
     c = OFFSET + 9 * (offset - 1)
     for i in range(3):
-        store(A, (p, c + 3 * i), w[0][i])
-        store(A, (p, c + 3 * i + 1), w[1][i])
-        store(A, (p, c + 3 * i + 2), w[2][i])
+        for j in range(3):
+            store(A, (p, c + 3 * i + j), w[j][i])
     return w
 
 
@@ -149,17 +143,15 @@ def _take_product(target, p, c, a, b):
 @inlined
 def _take_vector(b, p, u, x):
     """b_p -= U^T x."""
-    _take_product(b, p, 0, u[0], x)
-    _take_product(b, p, 1, u[1], x)
-    _take_product(b, p, 2, u[2], x)
+    for i in range(3):
+        _take_product(b, p, i, u[i], x)
 
 
 @inlined
 def _take_diagonal(A, p, u, w):
     """D_p -= U^T W."""
-    _take_product(A, p, 0, u[0], w[0])
-    _take_product(A, p, 1, u[0], w[1])
-    _take_product(A, p, 2, u[0], w[2])
+    for j in range(3):
+        _take_product(A, p, j, u[0], w[j])
     _take_product(A, p, 3, u[1], w[1])
     _take_product(A, p, 4, u[1], w[2])
     _take_product(A, p, 5, u[2], w[2])
@@ -168,11 +160,9 @@ def _take_diagonal(A, p, u, w):
 @inlined
 def _take_coupling(A, p, offset, u, w):
     """U_p,offset -= U^T W."""
-    c = OFFSET + 9 * (offset - 1)
     for i in range(3):
-        _take_product(A, p, c + 3 * i, u[i], w[0])
-        _take_product(A, p, c + 3 * i + 1, u[i], w[1])
-        _take_product(A, p, c + 3 * i + 2, u[i], w[2])
+        for j in range(3):
+            _take_product(A, p, OFFSET + 9 * (offset - 1) + 3 * i + j, u[i], w[j])
 
 
 @inlined
@@ -186,9 +176,7 @@ def eliminate(A, b, p, count, reach):
     # Blocks of the row are read once and stay in registers, since LLVM assumes that written memory may be read.
     inverse = _invert(A, p)
     x = _times(inverse, (load(b, (p, 0)), load(b, (p, 1)), load(b, (p, 2))))
-    store(b, (p, 0), x[0])
-    store(b, (p, 1), x[1])
-    store(b, (p, 2), x[2])
+    _store_vector(b, p, x)
     # Written out for a reach of up to three, so that the blocks U of a row stay in registers for all products.
     after = min(reach, count - 1 - p)
     if after > 0:
@@ -221,20 +209,22 @@ def forward(A, b, p, count, reach):
     for o in range(1, min(reach, count - 1 - p) + 1):
         w = OFFSET + 9 * (o - 1)  # A now holds W, and U^T D^-1 = W^T
         for c in range(3):
-            column = _kept(A, p, w + c, x[0]), _kept(A, p, w + 3 + c, x[0]), _kept(A, p, w + 6 + c, x[0])
-            _take_product(b, p + o, c, column, x)
+            _take_product(b, p + o, c, _three(A, p, w + c, 3, x[0]), x)
     # Last, as the rows after it take b as it was before the product with D^-1.
-    xx, xy, xz = _kept(A, p, 0, x[0]), _kept(A, p, 1, x[0]), _kept(A, p, 2, x[0])
-    yy, yz, zz = _kept(A, p, 3, x[0]), _kept(A, p, 4, x[0]), _kept(A, p, 5, x[0])
-    x = _times(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)), x)
-    store(b, (p, 0), x[0])
-    store(b, (p, 1), x[1])
-    store(b, (p, 2), x[2])
+    xx, xy, xz = load_as(A, (p, 0), x[0]), load_as(A, (p, 1), x[0]), load_as(A, (p, 2), x[0])
+    yy, yz, zz = load_as(A, (p, 3), x[0]), load_as(A, (p, 4), x[0]), load_as(A, (p, 5), x[0])
+    _store_vector(b, p, _times(_rows_of((xx, xy, xz, yy, yz, zz)), x))
 
 
 @inlined
-def _kept(A, p, c, like):
-    return load_as(A, (p, c), like)
+def _store_vector(b, p, x):
+    for c in range(3):
+        store(b, (p, c), x[c])
+
+
+@inlined
+def _three(A, p, c, step, like):
+    return load_as(A, (p, c), like), load_as(A, (p, c + step), like), load_as(A, (p, c + 2 * step), like)
 
 
 @inlined
@@ -245,9 +235,7 @@ def substitute(A, b, count, reach):
         for o in range(1, min(reach, count - 1 - p) + 1):
             w = OFFSET + 9 * (o - 1)
             s = load(b, (p + o, 0)), load(b, (p + o, 1)), load(b, (p + o, 2))
-            x = x - dot((_kept(A, p, w, x), _kept(A, p, w + 1, x), _kept(A, p, w + 2, x)), s)
-            y = y - dot((_kept(A, p, w + 3, x), _kept(A, p, w + 4, x), _kept(A, p, w + 5, x)), s)
-            z = z - dot((_kept(A, p, w + 6, x), _kept(A, p, w + 7, x), _kept(A, p, w + 8, x)), s)
-        store(b, (p, 0), x)
-        store(b, (p, 1), y)
-        store(b, (p, 2), z)
+            x = x - dot(_three(A, p, w, 1, x), s)
+            y = y - dot(_three(A, p, w + 3, 1, x), s)
+            z = z - dot(_three(A, p, w + 6, 1, x), s)
+        _store_vector(b, p, (x, y, z))

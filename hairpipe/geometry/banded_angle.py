@@ -20,15 +20,16 @@ SIZE = 38
 UNKNOWNS = 4
 _X, _Y, _Z, _ANGLE = 0, 11, 21, 30
 """Places of the diagonal in a row of A."""
+_SQUARE = (0, 1, 2, 3, 11, 12, 13, 21, 22, 30)
+"""Places of what couples the four unknowns of a row to each other."""
 _LEAST = 1e-30
 
 
 @inlined
 def add_point(A, p, six):
     """Add a symmetric block, a tuple of six lanes, to the position of row p, in place."""
-    add(A, p, _X, six[0])
-    add(A, p, _X + 1, six[1])
-    add(A, p, _X + 2, six[2])
+    for c in range(3):
+        add(A, p, _X + c, six[c])
     add(A, p, _Y, six[3])
     add(A, p, _Y + 1, six[4])
     add(A, p, _Z, six[5])
@@ -141,11 +142,11 @@ def eliminate(A, b, p, count, lowest):
     y3 = y3 - w03 * y0 - w13 * y1 - w23 * y2
     t3 = _less(_less(_less(t3, w03, t0), w13, t1), w23, t2)
     z3 = _times(i3, t3)
-    store(b, (p, 0), y0 * i0)  # Divided by the pivots for `substitute`; the rows after this one take the undivided y.
-    store(b, (p, 1), y1 * i1)
-    store(b, (p, 2), y2 * i2)
-    store(b, (p, 3), y3 * i3)
-    _keep_square(A, p, (i0, i1, i2, i3), (w01, w02, w03, w12, w13, w23))
+    # Divided by the pivots for `substitute`; the rows after this one take the undivided y.
+    _store_four(b, p, (y0 * i0, y1 * i1, y2 * i2, y3 * i3))
+    square = i0, w01, w02, w03, i1, w12, w13, i2, w23, i3
+    for c in range(10):
+        store(A, (p, _SQUARE[c]), square[c])
     _keep(A, p, 4, z0)
     _keep(A, p, 14, z1)
     _keep(A, p, 23, z2)
@@ -168,18 +169,9 @@ def _taken(z, y, c):
 
 
 @inlined
-def _keep_square(A, p, i, w):
-    """Store the inverse pivots and what of L lies between them."""
-    store(A, (p, 0), i[0])
-    store(A, (p, 1), w[0])
-    store(A, (p, 2), w[1])
-    store(A, (p, 3), w[2])
-    store(A, (p, 11), i[1])
-    store(A, (p, 12), w[3])
-    store(A, (p, 13), w[4])
-    store(A, (p, 21), i[2])
-    store(A, (p, 22), w[5])
-    store(A, (p, 30), i[3])
+def _store_four(b, p, four):
+    for c in range(UNKNOWNS):
+        store(b, (p, c), four[c])
 
 
 @inlined
@@ -221,10 +213,8 @@ def forward(A, b, p, count):
             taken = load_as(A, (p, 4 + c), y0) * y0 + load_as(A, (p, 14 + c), y0) * y1
             taken = taken + load_as(A, (p, 23 + c), y0) * y2 + load_as(A, (p, 31 + c), y0) * y3
             store(b, place, load(b, place) - taken)
-    store(b, (p, 0), load_as(A, (p, 0), y0) * y0)
-    store(b, (p, 1), load_as(A, (p, 11), y0) * y1)
-    store(b, (p, 2), load_as(A, (p, 21), y0) * y2)
-    store(b, (p, 3), load_as(A, (p, 30), y0) * y3)
+    inverses = load_as(A, (p, _X), y0), load_as(A, (p, _Y), y0), load_as(A, (p, _Z), y0), load_as(A, (p, _ANGLE), y0)
+    _store_four(b, p, (inverses[0] * y0, inverses[1] * y1, inverses[2] * y2, inverses[3] * y3))
 
 
 @inlined
@@ -246,8 +236,5 @@ def substitute(A, b, count):
         y = load(b, (p, 1)) - load_as(A, (p, 12), w) * z - load_as(A, (p, 13), w) * w - _reached(A, p, 14, s)
         x = load(b, (p, 0)) - load_as(A, (p, 1), w) * y - load_as(A, (p, 2), w) * z - load_as(A, (p, 3), w) * w
         x = x - _reached(A, p, 4, s)
-        store(b, (p, 0), x)
-        store(b, (p, 1), y)
-        store(b, (p, 2), z)
-        store(b, (p, 3), w)
+        _store_four(b, p, (x, y, z, w))
         s = x, y, z, w, s[0], s[1], s[2]

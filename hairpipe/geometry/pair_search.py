@@ -1,11 +1,8 @@
 """Broad phase: pairs of segments in trees that are or may come near each other in a step.
 
 Chunks of one tree search the other in parallel, each into a buffer of its own. A chunk with a full buffer continues in
-the next round, with a larger one, so that hair may be of any density. The pairs of all chunks are concatenated, and
-sorted by buckets of the first segment.
+the next round, with a larger one, so that hair may be of any density. The pairs of all chunks are concatenated.
 """
-
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
@@ -21,8 +18,9 @@ from hairpipe.geometry.segment_distance import (
     shortest_ways,
 )
 from hairpipe.geometry.segment_tree import LANES, MOST_OPEN, SINGLE, Tree, box_of, find_leaves, overlapping
-from hairpipe.geometry.segments import Known, is_known
+from hairpipe.geometry.segments import Known, is_known, key_of
 from hairpipe.geometry.simd import bits, lowest, sqrt
+from hairpipe.geometry.sorting import sorted_by_bits
 
 CHUNK = 1024
 """Segments that one thread searches for at a time."""
@@ -30,17 +28,6 @@ _ROOM = 16
 """Size of buffers in the first round, in pairs per segment."""
 _GROWTH = 2
 """Growth of buffers per round."""
-_GROUPS, _BUCKETS = 64, 1024
-"""Parts of all pairs that are sorted at a time; parts by number of their first segment."""
-
-
-class _Search(NamedTuple):
-    """Input of a search: segments of `few` for those of `many` near them, except known pairs."""
-
-    few: Tree
-    many: Tree
-    same: bool
-    known: Known
 
 
 def search(few: Tree, many: Tree, known: Known) -> np.ndarray:
@@ -79,14 +66,13 @@ def _search(few, many, same, known, begins, found, counts, ends):
     ends    segment of its chunk from which each goes on in the next round, CHUNK where it is done, (k,)
     """
     for k in prange(len(begins)):
-        trees = _Search(few, many, same, known)
         scratch = np.empty(len(many.rows) + MOST_OPEN, np.int64), np.empty(LANES, np.int64)
         piece = begins[k]
         first = piece // CHUNK * CHUNK
         last = min(first + CHUNK, len(few.segments))
         count = 0
         while piece < last:
-            more = _search_leaf(trees, piece // LANES, scratch, found[k], count)
+            more = _search_leaf((few, many, same, known), piece // LANES, scratch, found[k], count)
             if more > found.shape[1]:
                 break  # Pairs of this leaf are not counted yet: the next round searches it again from its beginning.
             count = more
@@ -98,9 +84,7 @@ def _search(few, many, same, known, begins, found, counts, ends):
 @inlined
 def _search_leaf(trees, leaf, scratch, found, count):
     """Write what a leaf may meet, in the same tree at it or after it, to found behind `count` others; count on."""
-    few = trees.few
-    many = trees.many
-    same = trees.same
+    few, many, same, known = trees
     room, near = scratch
     # Within one tree from this leaf on only: each pair of leaves is compared once.
     for k in range(find_leaves(many, few.boxes, box_of(few, leaf), leaf if same else 0, room)):
@@ -110,21 +94,13 @@ def _search_leaf(trees, leaf, scratch, found, count):
             while near[lane] != 0:
                 j = many.segments[room[k] * LANES + lowest(near[lane])]
                 near[lane] &= near[lane] - 1  # One turn a candidate, not one for each of the sixteen lanes.
-                count += _note(i, j, trees.known, found, count)
+                first, second = min(i, j), max(i, j)
+                # Neighbours on a strand share a point; across two strands the number between them is no segment.
+                if second - first > 1 and not is_known(known, first, second):
+                    if count < len(found):
+                        found[count, 0], found[count, 1] = first, second
+                    count += 1
     return count
-
-
-@inlined
-def _note(i: int, j: int, known: Known, found: np.ndarray, count: int) -> int:
-    """Write pair i j to row `count` of found, if that is there and the pair is not known; return 1 if it is not."""
-    first = min(i, j)
-    second = max(i, j)
-    # Neighbours on a strand share a point; across two strands the number between them is no segment.
-    if second - first <= 1 or is_known(known, first, second):
-        return 0
-    if count < len(found):
-        found[count, 0], found[count, 1] = first, second
-    return 1
 
 
 @inlined
@@ -154,7 +130,7 @@ def _reached(rows, leaf, few, mine, lane, reach):
     Most that move so far slide past each other: a plane keeps them apart.
     """
     way = shortest_ways(rows, leaf, few, mine, lane)
-    squared = length_squared(*way)
+    squared = length_squared(way)
     reach = SINGLE(reach + blur_of(few, mine, lane))
     if few.shape[1] == MOVING:
         gain = sqrt(fastest_squared(rows, leaf, few, mine, lane)) * SINGLE(1.0 + 1e-5)
@@ -174,71 +150,16 @@ def _collect(found, counts, starts, pairs):
 
 def in_order(pairs: np.ndarray, points: int) -> np.ndarray:
     """Sort pairs of segments below `points`, (n, 2) int32, lexicographically; pure."""
-    shift = max(0, int(points).bit_length() - _BUCKETS.bit_length() + 1)
-    # A count for every group and bucket gives groups places of their own, in the order of the pairs.
-    places = np.zeros((_GROUPS, (points >> shift) + 1), np.int64)
-    _count(pairs, shift, places)
-    ends = np.cumsum(places.T.ravel())
-    places = np.ascontiguousarray((ends - places.T.ravel()).reshape(-1, _GROUPS).T)
-    starts = np.append(places[0], len(pairs))
-    buckets, order = np.empty_like(pairs), np.empty_like(pairs)
-    _distribute(pairs, shift, places, buckets)
-    _sort_buckets(buckets, shift, starts, order)
+    keys = key_of(pairs)
+    for first_bit in (0, 32):
+        keys = sorted_by_bits(keys, first_bit, first_bit + int(points).bit_length())
+    order = np.empty_like(pairs)
+    _split(keys, order)
     return order
 
 
 @njit(cache=True, parallel=True)
-def _count(pairs, shift, places):
-    groups = len(places)
-    for g in prange(groups):
-        for k in range(len(pairs) * g // groups, len(pairs) * (g + 1) // groups):
-            places[g, pairs[k, 0] >> shift] += 1
-
-
-@njit(cache=True, parallel=True)
-def _distribute(pairs, shift, places, buckets):
-    groups = len(places)
-    for g in prange(groups):
-        for k in range(len(pairs) * g // groups, len(pairs) * (g + 1) // groups):
-            b = pairs[k, 0] >> shift
-            place = places[g, b]
-            buckets[place, 0], buckets[place, 1] = pairs[k, 0], pairs[k, 1]
-            places[g, b] = place + 1
-
-
-@njit(cache=True, parallel=True)
-def _sort_buckets(buckets, shift, starts, order):
-    for b in prange(len(starts) - 1):
-        start = starts[b]
-        end = starts[b + 1]
-        lowest = np.int64(b) << shift
-        rows = np.zeros((1 << shift) + 1, np.int64)
-        for k in range(start, end):
-            rows[buckets[k, 0] - lowest + 1] += 1
-        for i in range(1 << shift):
-            rows[i + 1] += rows[i]
-        seconds = np.empty(end - start, np.int32)
-        for k in range(start, end):
-            i = buckets[k, 0] - lowest
-            seconds[rows[i]] = buckets[k, 1]
-            rows[i] += 1
-        for i in range(1 << shift):
-            first = rows[i - 1] if i > 0 else 0
-            _sort(seconds[first : rows[i]])
-            for k in range(first, rows[i]):
-                order[start + k, 0], order[start + k, 1] = lowest + i, seconds[k]
-
-
-@njit(cache=True)
-def _sort(row):
-    """Sort a few numbers, or many, in place."""
-    if len(row) > 32:  # Insertion is fastest for few numbers, as most rows have.
-        row.sort()
-        return
-    for k in range(1, len(row)):
-        value = row[k]
-        place = k
-        while place > 0 and row[place - 1] > value:
-            row[place] = row[place - 1]
-            place -= 1
-        row[place] = value
+def _split(keys, pairs):
+    for k in prange(len(keys)):
+        pairs[k, 0] = keys[k] >> 32
+        pairs[k, 1] = keys[k] & 0xFFFFFFFF

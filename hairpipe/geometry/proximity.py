@@ -1,7 +1,4 @@
-"""Pairs of segments within a distance of each other.
-
-Pairs of segments that are among each other's closest few.
-"""
+"""Pairs of segments within a distance of each other, and those that are among each other's closest few."""
 
 import numpy as np
 from numba import njit, prange
@@ -109,7 +106,6 @@ def _without_corners(pairs, keys, keep, points):
 
 @inlined
 def _cross(points, i, j):
-    """Whether two segments cross: |u x v|^2 > CROSS u.u v.v."""
     u, v = minus(row(points, i + 1), row(points, i)), minus(row(points, j + 1), row(points, j))
     n = cross(u, v)
     return dot(n, n) > CROSS * dot(u, u) * dot(v, v)
@@ -132,21 +128,12 @@ def closest_pairs(
     No segment is in more pairs than its limit.
     """
     limits = np.full(len(points), most) if room is None else np.minimum(room, most)
-    near = chosen(pairs, _have_room(pairs.segments, among, limits))
+    near = chosen(pairs, among & (limits[pairs.segments] > 0).all(axis=1))
     closest = np.empty((len(points), most), np.int32)
     _rank(points, near.segments, near.distances, limits, closest)
     mutual = np.empty(len(near.distances), np.bool_)
     _find_mutual(near.segments, closest, mutual)
     return chosen(near, mutual)
-
-
-@njit(cache=True, parallel=True)
-def _have_room(segments, among, limits):
-    """Mark the pairs among some both of whose segments have a place left, (n,) bool."""
-    have = np.empty(len(segments), np.bool_)
-    for k in prange(len(segments)):
-        have[k] = among[k] and limits[segments[k, 0]] > 0 and limits[segments[k, 1]] > 0
-    return have
 
 
 @njit(cache=True, parallel=True)
@@ -168,7 +155,6 @@ def _rank(points, segments, distances, limits, closest):
 
 @inlined
 def _enter(pair, points, segments, distances, row):
-    """Enter a pair into a row of pairs, behind those that are as close, if there is a place."""
     place = len(row)
     # Insertion behind equals: of pairs that are as close, the first in order stays, whatever the threads.
     while place > 0 and (row[place - 1] < 0 or _is_closer(pair, row[place - 1], points, segments, distances)):
@@ -181,27 +167,19 @@ def _enter(pair, points, segments, distances, row):
 
 @inlined
 def _is_closer(pair, other, points, segments, distances):
-    """Whether one pair is closer than another, by squares where their roots are the same."""
     if distances[pair] != distances[other]:
         return distances[pair] < distances[other]
-    return _squared(points, segments, pair) < _squared(points, segments, other)
-
-
-@inlined
-def _squared(points, segments, pair):
-    return closest_of(points, segments[pair, 0], segments[pair, 1])[2]
+    # Squares may differ where their roots are the same.
+    squared = closest_of(points, segments[pair, 0], segments[pair, 1])[2]
+    return squared < closest_of(points, segments[other, 0], segments[other, 1])[2]
 
 
 @njit(cache=True, parallel=True)
 def _find_mutual(segments, closest, mutual):
     """Mark the pairs that both of their segments list."""
     for pair in prange(len(segments)):
-        mutual[pair] = _lists(closest[segments[pair, 0]], pair) and _lists(closest[segments[pair, 1]], pair)
-
-
-@inlined
-def _lists(row: np.ndarray, pair: int) -> bool:
-    found = False
-    for k in range(len(row)):
-        found |= row[k] == pair
-    return found
+        listed = 0
+        for end in range(2):
+            for k in range(closest.shape[1]):
+                listed += closest[segments[pair, end], k] == pair
+        mutual[pair] = listed == 2

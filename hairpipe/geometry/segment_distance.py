@@ -1,6 +1,4 @@
-"""The points of two segments that are closest to each other.
-
-Distances between segments, sixteen at once (SIMD).
+"""The points of two segments that are closest to each other, and distances between segments, sixteen at once (SIMD).
 
 A leaf of segments is an array of rows, each of sixteen lanes, in units of a frame: x y z of the start p; x y z of the
 vector d to the end; d.d; 1 / d.d, or 0; a bound on the error of distances that comes from the rounding of coordinates.
@@ -118,24 +116,19 @@ def shortest_ways(rows, leaf, few, mine, lane):
     starts; t and then s are the best for what was before, so that its square comes out too large by at most
     a sin^2 theta min(du, 1)^2 or u (28 R |d| + 14 a), whatever the angle.
     """
-    px, py, pz = few[mine, 0, lane], few[mine, 1, lane], few[mine, 2, lane]
-    dx, dy, dz = few[mine, 3, lane], few[mine, 4, lane], few[mine, 5, lane]
-    dd, inverse = few[mine, _SQUARE, lane], few[mine, _INVERSE, lane]
-    ex, ey, ez = load(rows, (leaf, 3)), load(rows, (leaf, 4)), load(rows, (leaf, 5))
-    ee, over = load(rows, (leaf, _SQUARE)), load(rows, (leaf, _INVERSE))
-    rx, ry, rz = px - load(rows, (leaf, 0)), py - load(rows, (leaf, 1)), pz - load(rows, (leaf, 2))
-    de = multiply_add(dx, ex, multiply_add(dy, ey, dz * ez))
-    dr = multiply_add(dx, rx, multiply_add(dy, ry, dz * rz))
-    er = multiply_add(ex, rx, multiply_add(ey, ry, ez * rz))
+    d, dd, inverse = _one(few, mine, 3, lane), few[mine, _SQUARE, lane], few[mine, _INVERSE, lane]
+    e, ee, over = _all(rows, leaf, 3), load(rows, (leaf, _SQUARE)), load(rows, (leaf, _INVERSE))
+    r = minus(_one(few, mine, 0, lane), _all(rows, leaf, 0))
+    de, dr, er = _dot(d, e), _dot(d, r), _dot(e, r)
     area = maximum(multiply_add(dd, ee, -(de * de)), _TINY)  # Parallel: any s will do; t and s follow.
     # Three clamps in place of branches on sides and corners, which would diverge between lanes.
     s = minimum(maximum((de * er - dr * ee) / area, 0.0), 1.0)
     t = minimum(maximum(multiply_add(de, s, er) * over, 0.0), 1.0)
     s = minimum(maximum(multiply_add(de, t, -dr) * inverse, 0.0), 1.0)
     return (
-        multiply_add(s, dx, multiply_add(-t, ex, rx)),
-        multiply_add(s, dy, multiply_add(-t, ey, ry)),
-        multiply_add(s, dz, multiply_add(-t, ez, rz)),
+        multiply_add(s, d[0], multiply_add(-t, e[0], r[0])),
+        multiply_add(s, d[1], multiply_add(-t, e[1], r[1])),
+        multiply_add(s, d[2], multiply_add(-t, e[2], r[2])),
     )
 
 
@@ -155,16 +148,10 @@ def farthest(rows, leaf, few, mine, lane, distance):
 @inlined
 def fastest_squared(rows, leaf, few, mine, lane):
     """Return the largest squared displacement of an end relative to an end of one in the rows of another, as lanes."""
-    ux = few[mine, _DRIFT, lane]
-    uy = few[mine, _DRIFT + 1, lane]
-    uz = few[mine, _DRIFT + 2, lane]
-    vx, vy, vz = few[mine, _DRIFT + 3, lane], few[mine, _DRIFT + 4, lane], few[mine, _DRIFT + 5, lane]
-    ax = load(rows, (leaf, _DRIFT))
-    ay = load(rows, (leaf, _DRIFT + 1))
-    az = load(rows, (leaf, _DRIFT + 2))
-    bx, by, bz = load(rows, (leaf, _DRIFT + 3)), load(rows, (leaf, _DRIFT + 4)), load(rows, (leaf, _DRIFT + 5))
-    first = maximum(length_squared(ux - ax, uy - ay, uz - az), length_squared(ux - bx, uy - by, uz - bz))
-    second = maximum(length_squared(vx - ax, vy - ay, vz - az), length_squared(vx - bx, vy - by, vz - bz))
+    u, v = _one(few, mine, _DRIFT, lane), _one(few, mine, _DRIFT + 3, lane)
+    a, b = _all(rows, leaf, _DRIFT), _all(rows, leaf, _DRIFT + 3)
+    first = maximum(length_squared(minus(u, a)), length_squared(minus(u, b)))
+    second = maximum(length_squared(minus(v, a)), length_squared(minus(v, b)))
     return maximum(first, second)
 
 
@@ -180,37 +167,37 @@ def kept_apart(rows, leaf, few, mine, lane, way, distance, drift):
     least at the start or at the end. The test is sufficient, not necessary. The arithmetic has an error of less than 64
     ULP |way| (R + |d| + |e| + drift); for that there is 1024 ULP |way| (|way| + 2 sqrt(d.d + e.e) + drift).
     """
-    nx, ny, nz = way
-    px, py, pz = few[mine, 0, lane], few[mine, 1, lane], few[mine, 2, lane]
-    x = _dot(nx, ny, nz, px - load(rows, (leaf, 0)), py - load(rows, (leaf, 1)), pz - load(rows, (leaf, 2)))
-    nd = _dot(nx, ny, nz, few[mine, 3, lane], few[mine, 4, lane], few[mine, 5, lane])
-    ne = _dot(nx, ny, nz, load(rows, (leaf, 3)), load(rows, (leaf, 4)), load(rows, (leaf, 5)))
-    ux = few[mine, _DRIFT, lane]
-    uy = few[mine, _DRIFT + 1, lane]
-    uz = few[mine, _DRIFT + 2, lane]
-    vx, vy, vz = few[mine, _DRIFT + 3, lane], few[mine, _DRIFT + 4, lane], few[mine, _DRIFT + 5, lane]
-    ax = load(rows, (leaf, _DRIFT))
-    ay = load(rows, (leaf, _DRIFT + 1))
-    az = load(rows, (leaf, _DRIFT + 2))
-    bx, by, bz = load(rows, (leaf, _DRIFT + 3)), load(rows, (leaf, _DRIFT + 4)), load(rows, (leaf, _DRIFT + 5))
-    ua, ub = _dot(nx, ny, nz, ux - ax, uy - ay, uz - az), _dot(nx, ny, nz, ux - bx, uy - by, uz - bz)
-    va, vb = _dot(nx, ny, nz, vx - ax, vy - ay, vz - az), _dot(nx, ny, nz, vx - bx, vy - by, vz - bz)
+    x = _dot(way, minus(_one(few, mine, 0, lane), _all(rows, leaf, 0)))
+    nd, ne = _dot(way, _one(few, mine, 3, lane)), _dot(way, _all(rows, leaf, 3))
+    u, v = _one(few, mine, _DRIFT, lane), _one(few, mine, _DRIFT + 3, lane)
+    a, b = _all(rows, leaf, _DRIFT), _all(rows, leaf, _DRIFT + 3)
+    ua, ub, va, vb = _dot(way, minus(u, a)), _dot(way, minus(u, b)), _dot(way, minus(v, a)), _dot(way, minus(v, b))
     gaps = (x, ua), (x - ne, ub), (x + nd, va), (x + nd - ne, vb)
     least = minimum(gaps[0][0] - gaps[0][1], gaps[0][0] + gaps[0][1])
     for gap, change in gaps[1:]:
         least = minimum(least, minimum(gap - change, gap + change))
     lengths = load(rows, (leaf, _SQUARE)) + few[mine, _SQUARE, lane]
-    size = sqrt(length_squared(nx, ny, nz))
+    size = sqrt(length_squared(way))
     least = least - _ASKEW * size * (size + 2.0 * sqrt(lengths) + drift)  # Less a bound on rounding.
     return both(least > distance * size, lengths < _LONGEST)
 
 
 @inlined
-def _dot(ax, ay, az, bx, by, bz):
-    return multiply_add(ax, bx, multiply_add(ay, by, az * bz))
+def _one(rows, leaf, first, lane):
+    return rows[leaf, first, lane], rows[leaf, first + 1, lane], rows[leaf, first + 2, lane]
 
 
 @inlined
-def length_squared(x, y, z):
-    """Return x^2 + y^2 + z^2, as lanes."""
-    return multiply_add(x, x, multiply_add(y, y, z * z))
+def _all(rows, leaf, first):
+    return load(rows, (leaf, first)), load(rows, (leaf, first + 1)), load(rows, (leaf, first + 2))
+
+
+@inlined
+def _dot(a, b):
+    return multiply_add(a[0], b[0], multiply_add(a[1], b[1], a[2] * b[2]))
+
+
+@inlined
+def length_squared(a):
+    """Return |a|^2 of a vector of lanes."""
+    return _dot(a, a)

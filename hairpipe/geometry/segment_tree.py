@@ -8,7 +8,7 @@ axis at the start, and in the same order at the end, their segments are apart th
 bound is concave in time. Motion that neighbours have in common therefore costs nothing.
 
 Numbers are in single precision, in units of a common segment length, from a point amid the hair. Boxes are rounded
-outwards; the rounding of distances is bounded (`segment_distance_simd.py`).
+outwards; the rounding of distances is bounded (`segment_distance.py`).
 """
 
 from typing import NamedTuple
@@ -52,7 +52,7 @@ class Tree(NamedTuple):
     """Segments and boxes around them, in units of a frame. Groups 0 to L are leaves, the last one is the root.
 
     segments  of the leaves, and zeros behind the last, (16 L,) int32
-    rows      of the leaves, see `segment_distance_simd`, (L, RESTING or MOVING, 16) float32
+    rows      of the leaves, see `segment_distance`, (L, RESTING or MOVING, 16) float32
     boxes     of the groups at the start and, if they move, at the end, grown by half the reach and by what
               counts as touching, (G, 6 or 12, 16) float32; where there is none the least is above the greatest
     children  first of the sixteen groups that boxes of a group hold; -1 of a leaf, (G,) int64
@@ -171,10 +171,7 @@ def _turn_inside_out(boxes, group):
 
 @njit(cache=True, parallel=True)
 def _enclose(boxes, firsts, children, ends):
-    """Number the leaves, and fill the groups above, level by level, with the boxes round those below, in place.
-
-    firsts  first groups of all levels
-    """
+    """Number the leaves, and fill the groups above, level by level, with the boxes round those below, in place."""
     for leaf in prange(firsts[1]):
         children[leaf], ends[leaf] = -1, leaf + 1
     for level in range(1, len(firsts) - 1):  # A box is made of those below it.

@@ -1,7 +1,4 @@
-"""The segments of strands, and the check that their points are finite.
-
-Pairs of segments, and sorted lists in which a pair is looked up.
-"""
+"""The segments of strands, pairs of them, sorted lists in which a pair is looked up, and the check for lost points."""
 
 from typing import NamedTuple
 
