@@ -98,7 +98,8 @@ def _search_leaf(trees, leaf, scratch, found, count):
                 # Neighbours on a strand share a point; across two strands the number between them is no segment.
                 if second - first > 1 and not is_known(known, first, second):
                     if count < len(found):
-                        found[count, 0], found[count, 1] = first, second
+                        found[count, 0] = first
+                        found[count, 1] = second
                     count += 1
     return count
 
@@ -145,7 +146,8 @@ def _reached(rows, leaf, few, mine, lane, reach):
 def _collect(found, counts, starts, pairs):
     for c in prange(len(counts)):
         for k in range(counts[c]):
-            pairs[starts[c] + k, 0], pairs[starts[c] + k, 1] = found[c, k, 0], found[c, k, 1]
+            pairs[starts[c] + k, 0] = found[c, k, 0]
+            pairs[starts[c] + k, 1] = found[c, k, 1]
 
 
 def in_order(pairs: np.ndarray, points: int) -> np.ndarray:

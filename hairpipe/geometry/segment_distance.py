@@ -82,7 +82,8 @@ def enter_segment(rows: np.ndarray, leaf: int, lane: int, p: Vector, q: Vector) 
     d = minus(q, p)
     square = np.float32(dot(d, d))
     for x in range(3):
-        rows[leaf, x, lane], rows[leaf, 3 + x, lane] = p[x], d[x]
+        rows[leaf, x, lane] = p[x]
+        rows[leaf, 3 + x, lane] = d[x]
     rows[leaf, _SQUARE, lane] = square if square < _LONGEST * _LONGEST else np.inf
     rows[leaf, _INVERSE, lane] = 1.0 / square if square > 0.0 else 0.0
     rows[leaf, _BLUR, lane] = 8.0 * ULP * (_largest(p) + length(d) + 1.0)
@@ -92,7 +93,8 @@ def enter_segment(rows: np.ndarray, leaf: int, lane: int, p: Vector, q: Vector) 
 def enter_drift(rows: np.ndarray, leaf: int, lane: int, u: Vector, v: Vector) -> None:
     """Write the displacements u and v of its ends in half a step, in place."""
     for x in range(3):
-        rows[leaf, _DRIFT + x, lane], rows[leaf, _DRIFT + 3 + x, lane] = u[x], v[x]
+        rows[leaf, _DRIFT + x, lane] = u[x]
+        rows[leaf, _DRIFT + 3 + x, lane] = v[x]
     rows[leaf, _BLUR, lane] += 16.0 * ULP * (_largest(u) + _largest(v))
 
 

@@ -113,18 +113,16 @@ def renumbered(keys: np.ndarray, numbers: np.ndarray) -> np.ndarray:
     return (first[kept] << 32) | second[kept]
 
 
+@njit(cache=True, parallel=True)
 def measure(points: np.ndarray, segments: np.ndarray) -> Pairs:
     """Find where the segments of given pairs, (n, 2) int32, are closest; points [m], (P, 3); pure."""
-    pairs = Pairs(segments, np.empty((len(segments), 2)), np.empty(len(segments)))
-    _measure(points, *pairs)
-    return pairs
-
-
-@njit(cache=True, parallel=True)
-def _measure(points, segments, fractions, distances):
+    fractions, distances = np.empty((len(segments), 2)), np.empty(len(segments))
     for k in prange(len(segments)):
         s, t, squared = closest_of(points, segments[k, 0], segments[k, 1])
-        fractions[k, 0], fractions[k, 1], distances[k] = s, t, np.sqrt(squared)
+        fractions[k, 0] = s
+        fractions[k, 1] = t
+        distances[k] = np.sqrt(squared)
+    return Pairs(segments, fractions, distances)
 
 
 class Known(NamedTuple):

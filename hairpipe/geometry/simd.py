@@ -8,11 +8,8 @@ rows may be kept in less precision than they are computed with (`load_as`, `stor
 
 Nothing is contracted to fused multiply-adds: where the compiler would do so depends on what it inlines, and a kernel
 read back from the cache would round differently from the same one just compiled. Every lane is computed alone, so a
-strand's result depends neither on its lane nor on its neighbours.
-
-Arrays of lanes, row by row.
-
-In a kernel, numpy's own expressions on arrays leave single precision and take ten times as long to compile.
+strand's result depends neither on its lane nor on its neighbours. Arrays of lanes are combined row by row: in a kernel,
+numpy's own expressions leave single precision and take ten times as long to compile.
 """
 
 import operator
@@ -110,14 +107,13 @@ def _define_operator(op: Callable, result: Callable[[LanesType], types.Type], em
     lower_builtin(op, LanesType, LanesType)(lambda context, builder, sig, args: emit(builder, *args))
 
 
-def _itself(lanes: LanesType) -> LanesType:
-    return lanes
-
-
-_define_operator(operator.add, _itself, lambda b, x, y: b.fadd(x, y))
-_define_operator(operator.sub, _itself, lambda b, x, y: b.fsub(x, y))
-_define_operator(operator.mul, _itself, lambda b, x, y: b.fmul(x, y))
-_define_operator(operator.truediv, _itself, lambda b, x, y: b.fdiv(x, y))
+for _op, _emit in (
+    (operator.add, lambda b, x, y: b.fadd(x, y)),
+    (operator.sub, lambda b, x, y: b.fsub(x, y)),
+    (operator.mul, lambda b, x, y: b.fmul(x, y)),
+    (operator.truediv, lambda b, x, y: b.fdiv(x, y)),
+):
+    _define_operator(_op, lambda lanes: lanes, _emit)
 _define_operator(operator.lt, MaskType, lambda b, x, y: b.fcmp_ordered("<", x, y))
 _define_operator(operator.gt, MaskType, lambda b, x, y: b.fcmp_ordered(">", x, y))
 _define_operator(operator.le, MaskType, lambda b, x, y: b.fcmp_ordered("<=", x, y))
@@ -252,6 +248,7 @@ def _lanes_of(array: types.Type) -> LanesType:
 
 
 def _row_pointer(context, builder, array_type, array, index_type, index, vector=None):
+    """Return where a row of an array begins, as a pointer to a vector: by default to the lanes of the array."""
     view = context.make_array(array_type)(context, builder, array)
     axes = zip(cgutils.unpack_tuple(builder, index), index_type, strict=True)
     position = [context.cast(builder, i, t, types.intp) for i, t in axes]
@@ -343,13 +340,12 @@ def local_rows(typingctx, count, like):
         view = context.make_array(kind)(context, builder)
         memory = cgutils.alloca_once(builder, ir.ArrayType(lanes.vector, rows))
         pointer = builder.bitcast(memory, view.data.type)
-        shape = (rows, lanes.width)
-        strides = (lanes.width * size, size)
-        numbers = [
-            cgutils.pack_array(builder, [context.get_constant(types.intp, n) for n in of]) for of in (shape, strides)
-        ]
         itemsize = context.get_constant(types.intp, size)
-        populate_array(view, data=pointer, shape=numbers[0], strides=numbers[1], itemsize=itemsize, meminfo=None)
+        numbers = {
+            name: cgutils.pack_array(builder, [context.get_constant(types.intp, n) for n in of])
+            for name, of in (("shape", (rows, lanes.width)), ("strides", (lanes.width * size, size)))
+        }
+        populate_array(view, data=pointer, **numbers, itemsize=itemsize, meminfo=None)
         return view._getvalue()
 
     return signature(kind, count, like), emit

@@ -22,6 +22,18 @@ def _shuffled(builder, a, b, places):
     return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(_INDEX, 4), places))
 
 
+def _expect_line(array, dtype):
+    if not (isinstance(array, types.Array) and array.layout == "C" and array.ndim == 1 and array.dtype == dtype):
+        raise TypingError(f"expected an array of {dtype} with one axis in C order, not {array}")
+
+
+def _pointer(context, builder, sig, args, vector):
+    """Return where a vector begins in an array at a place, the first two arguments."""
+    data = context.make_array(sig.args[0])(context, builder, args[0]).data
+    begin = builder.gep(data, [context.cast(builder, args[1], sig.args[1], types.intp)], inbounds=True)
+    return builder.bitcast(begin, vector.as_pointer())
+
+
 @intrinsic
 def zeros(typingctx):
     """Four zeros."""
@@ -31,15 +43,10 @@ def zeros(typingctx):
 @intrinsic
 def load_four(typingctx, array, place):
     """The four numbers of float32 that begin at array[place]; the array has one axis, and is in C order."""
-    if not (
-        isinstance(array, types.Array) and array.layout == "C" and array.ndim == 1 and array.dtype == types.float32
-    ):
-        raise TypingError(f"expected an array of float32 with one axis in C order, not {array}")
+    _expect_line(array, types.float32)
 
     def emit(context, builder, sig, args):
-        data = context.make_array(sig.args[0])(context, builder, args[0]).data
-        pointer = builder.gep(data, [context.cast(builder, args[1], sig.args[1], types.intp)], inbounds=True)
-        return builder.load(builder.bitcast(pointer, FOUR.vector.as_pointer()), align=4, typ=FOUR.vector)
+        return builder.load(_pointer(context, builder, sig, args, FOUR.vector), align=4, typ=FOUR.vector)
 
     return FOUR(array, place), emit
 
@@ -47,15 +54,10 @@ def load_four(typingctx, array, place):
 @intrinsic
 def store_four(typingctx, array, place, four):
     """Write four numbers to an array of float32, as `load_four` reads them."""
-    if not (
-        isinstance(array, types.Array) and array.layout == "C" and array.ndim == 1 and array.dtype == types.float32
-    ):
-        raise TypingError(f"expected an array of float32 with one axis in C order, not {array}")
+    _expect_line(array, types.float32)
 
     def emit(context, builder, sig, args):
-        data = context.make_array(sig.args[0])(context, builder, args[0]).data
-        pointer = builder.gep(data, [context.cast(builder, args[1], sig.args[1], types.intp)], inbounds=True)
-        builder.store(args[2], builder.bitcast(pointer, FOUR.vector.as_pointer()), align=4)
+        builder.store(args[2], _pointer(context, builder, sig, args, FOUR.vector), align=4)
         return context.get_dummy_value()
 
     return types.none(array, place, FOUR), emit
@@ -64,15 +66,12 @@ def store_four(typingctx, array, place, four):
 @intrinsic
 def load_short_four(typingctx, array, place):
     """The four numbers of int16 that begin at array[place], over `WHOLE`; the array has one axis, and is in C order."""
-    if not (isinstance(array, types.Array) and array.layout == "C" and array.ndim == 1 and array.dtype == types.int16):
-        raise TypingError(f"expected an array of int16 with one axis in C order, not {array}")
+    _expect_line(array, types.int16)
     kind = ir.VectorType(ir.IntType(16), 4)
     part = ir.Constant(FOUR.vector, [1.0 / WHOLE] * 4)
 
     def emit(context, builder, sig, args):
-        data = context.make_array(sig.args[0])(context, builder, args[0]).data
-        pointer = builder.gep(data, [context.cast(builder, args[1], sig.args[1], types.intp)], inbounds=True)
-        parts = builder.load(builder.bitcast(pointer, kind.as_pointer()), align=2, typ=kind)
+        parts = builder.load(_pointer(context, builder, sig, args, kind), align=2, typ=kind)
         return builder.fmul(builder.sitofp(parts, FOUR.vector), part)
 
     return FOUR(array, place), emit

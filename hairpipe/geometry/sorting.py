@@ -1,12 +1,10 @@
-"""Stream compaction in parallel: the places of marks, rows at places, and where runs of equal numbers begin.
+"""Stream compaction, radix sort and Morton order, in parallel; no result depends on the number of threads.
 
-The order of points along a Morton curve, which fills space: points near each other are near in memory, too.
+Radix sort goes digit by digit from the lowest, each pass keeps the order of equal digits. Groups of keys count their
+digits, so that each has places of its own.
 
-Source: G. M. Morton, A Computer Oriented Geodetic Data Base, IBM 1966: the bits of the coordinates, interleaved.
-
-Radix sort of integer keys in parallel: digit by digit from the lowest, each pass keeps the order of equal digits.
-
-Groups of keys count their digits, so that each has places of its own: the order does not depend on threads.
+A Morton curve fills space: points near each other are near in memory, too. Source: G. M. Morton, A Computer Oriented
+Geodetic Data Base, IBM 1966: the bits of the coordinates, interleaved.
 """
 
 import numpy as np
@@ -49,10 +47,8 @@ def _list(marks, starts, places):
 def rows_at(rows: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Return the rows at some places, (m,) int64, of (n,) or (n, k); pure."""
     out = np.empty((len(places), *rows.shape[1:]), rows.dtype)
-    if rows.ndim == 1:
-        _take(rows[:, None], places, out[:, None])
-    else:
-        _take(rows, places, out)
+    whole = rows.ndim > 1
+    _take(rows if whole else rows[:, None], places, out if whole else out[:, None])
     return out
 
 
@@ -159,29 +155,17 @@ def morton_order_in_cube(points: np.ndarray, centre: np.ndarray, extent: float) 
     bits = min((63 - shift) // 3, _MOST_BITS)
     keys = np.empty(len(points), np.int64)
     _find_keys(points, centre, 2.0 ** (bits - 1) / max(extent, 1e-300), bits, shift, keys)
-    keys = sorted_by_bits(keys, shift, shift + 3 * bits)
-    _leave_index(keys, (1 << shift) - 1)
-    return keys
+    return sorted_by_bits(keys, shift, shift + 3 * bits) & ((1 << shift) - 1)
 
 
 @njit(cache=True, parallel=True)
 def _find_keys(points, centre, scale, bits, shift, keys):
     """Write a key of every point: the number of its cell on the curve, then the index of the point."""
+    half = 1 << (bits - 1)
     for k in prange(len(points)):
         code = 0
         for axis in range(3):
-            code = code << 1 | _spread(_cell(scale * (points[k, axis] - centre[axis]), bits))
+            x = np.floor(scale * (points[k, axis] - centre[axis]))
+            # Clamped as a float: far cells would overflow.
+            code = code << 1 | _spread(int(min(max(x, -half), half - 1)) + half)
         keys[k] = code << shift | k
-
-
-@njit(cache=True, parallel=True)
-def _leave_index(keys, mask):
-    for k in prange(len(keys)):
-        keys[k] &= mask
-
-
-@inlined
-def _cell(x: float, bits: int) -> int:
-    """Return the number of the cell along an axis, of 2^bits."""
-    half = 1 << (bits - 1)
-    return int(min(max(np.floor(x), -half), half - 1)) + half  # Clamped as a float: far cells would overflow.

@@ -1,6 +1,5 @@
-"""A bounding volume hierarchy over the triangles of a surface: axis-aligned boxes (AABB) in a binary tree.
-
-Closest point of a surface to a point in space.
+"""A bounding volume hierarchy over the triangles of a surface, axis-aligned boxes (AABB) in a binary tree, and the
+point of the surface closest to a point in space.
 """
 
 from typing import NamedTuple
@@ -187,17 +186,15 @@ def project(tree: Tree, points: np.ndarray) -> tuple[Sites, np.ndarray]:
     k = len(points)
     sites = Sites(np.empty(k, np.int32), np.empty((k, 3)))
     distances = np.empty(k)
-    find_sites(tree, np.ascontiguousarray(points, dtype=np.float64), *sites, distances)
+    _find_sites(tree, np.ascontiguousarray(points, dtype=np.float64), *sites, distances)
     return sites, distances
 
 
 @njit(cache=True, parallel=True)
-def find_sites(
-    tree: Tree, points: np.ndarray, triangles: np.ndarray, barycentrics: np.ndarray, distances: np.ndarray
-) -> None:
-    """Write the closest site and its distance [m] for every point (k, 3), into (k,), (k, 3) and (k,)."""
+def _find_sites(tree, points, triangles, barycentrics, distances):
     for i in prange(len(points)):
         squared, place, weights = closest(tree, row(points, i), np.inf, 0)
-        triangles[i], distances[i] = tree.triangles[place], np.sqrt(squared)
+        triangles[i] = tree.triangles[place]
+        distances[i] = np.sqrt(squared)
         for k in range(3):
             barycentrics[i, k] = weights[k]

@@ -124,7 +124,8 @@ def _near(points, distance):
                 for other in range(begins[r], ends[r]):
                     u, v, w = placed[other, 0] - px, placed[other, 1] - py, placed[other, 2] - pz
                     square = u * u + v * v + w * w
-                    pairs[found, 0], pairs[found, 1] = order[k], order[other]
+                    pairs[found, 0] = order[k]
+                    pairs[found, 1] = order[other]
                     apart[found] = square
                     found += square < most  # Written always, and kept if near: a branch would be guessed wrong.
     return pairs[:found], np.sqrt(apart[:found])
@@ -135,14 +136,17 @@ def _cells_of(points, size):
     """Return the cells of particles, (N,), and the numbers of cells along the axes."""
     low, high = np.empty(3), np.empty(3)
     for c in range(3):
-        low[c], high[c], total, squares = np.inf, -np.inf, 0.0, 0.0
+        first = points[0, c]
+        least, greatest, total, squares = np.inf, -np.inf, 0.0, 0.0
         for k in range(len(points)):
-            x = points[k, c] - points[0, c]  # From the first point on: far from the origin squares lose digits.
-            low[c], high[c], total, squares = min(low[c], x), max(high[c], x), total + x, squares + x * x
+            x = points[k, c] - first  # From the first point on: far from the origin squares lose digits.
+            least, greatest = min(least, x), max(greatest, x)
+            total += x
+            squares += x * x
         mean = total / len(points)
         wide = WIDE * np.sqrt(max(squares / len(points) - mean * mean, 0.0))
-        low[c], high[c], mean = low[c] + points[0, c], high[c] + points[0, c], mean + points[0, c]
-        low[c], high[c] = max(low[c], mean - wide), min(high[c], mean + wide)
+        low[c] = max(least + first, mean + first - wide)
+        high[c] = min(greatest + first, mean + first + wide)
     x, y, z = high[0] - low[0], high[1] - low[1], high[2] - low[2]
     while (x // size + 1.0) * (y // size + 1.0) * (z // size + 1.0) > CELLS * len(points) + 64:
         size *= 2.0  # Empty cells cost time and memory, too: no more than a few for each particle.

@@ -139,7 +139,7 @@ class ParticleSimulation:
         """Return particles where their roots are; BadInput where all of them are inside a body."""
         warn_of_connections(self.groom, frame, contact=self.settings.contact != ParticleContact())
         warn_of_storm(self.settings.wind)
-        return start(self.particles, self.prepared, frame, self._bodies_at(frame))
+        return start(self, frame, self._bodies_at(frame))
 
     def advance(self, state: ParticleState, frame: Frame) -> ParticleState:
         """Return particles at a frame.
@@ -147,19 +147,29 @@ class ParticleSimulation:
         Raises ArithmeticError naming hair that is not finite, is torn from its roots, or is pushed beyond what a solve
         can handle.
         """
-        return advance_frame(self.particles, self.prepared, state, frame, self._bodies_at(frame), self.settings)
+        return advance_frame(self, state, frame, self._bodies_at(frame))
 
     def move_over_cut(self, state: ParticleState, drivers: tuple[Driver, Driver]) -> ParticleState:
-        """Return particles moved with their roots."""
-        return move_over_cut(self.particles, state, drivers)
+        """Return particles moved with their roots from the body before a cut to that after it.
+
+        As `hairpipe.shot.shot.move_over_cut` for strands; directions rotate, tensions are unchanged, and no time
+        passes.
+        """
+        strands = self.particles.strands
+        rigid, turn = (motions[strands] for motions in rigid_over_cut(drivers, self.groom))
+        before, after = (velocities_around_roots(driver, self.groom)[strands] for driver in drivers)
+        points = _moved(rigid, state.points)
+        velocities = _turned(turn, state.velocities - _moved(before, state.points)) + _moved(after, points)
+        return replace(state, points=points, velocities=velocities, directions=_turned(turn, state.directions))
 
     def _bodies_at(self, frame: Frame) -> list[Collider]:
         contact = BodyContact(self.settings.contact.friction, self.settings.contact.thickness)
         return bodies_of(frame.surfaces, frame.parts, contact, frame.frame_dt)
 
 
-def start(particles: Particles, prepared: Prepared, frame: Frame, bodies: Sequence[Collider]) -> ParticleState:
+def start(simulation: ParticleSimulation, frame: Frame, bodies: Sequence[Collider]) -> ParticleState:
     """Place particles rigidly with their roots, with links at rest."""
+    particles, prepared = simulation.particles, simulation.prepared
     motions, rates = (m[particles.strands] for m in motion_of_roots(frame.drivers[1], particles.hair))
     points, directions = _moved(motions, particles.points), _turned(motions, particles.directions)
     deep, links = prepared.model.deep, prepared.model.links
@@ -173,19 +183,15 @@ def start(particles: Particles, prepared: Prepared, frame: Frame, bodies: Sequen
 
 
 def advance_frame(
-    particles: Particles,
-    prepared: Prepared,
-    state: ParticleState,
-    frame: Frame,
-    bodies: Sequence[Collider],
-    settings: ParticleSettings,
+    simulation: ParticleSimulation, state: ParticleState, frame: Frame, bodies: Sequence[Collider]
 ) -> ParticleState:
     """Advance particles from the previous frame to this one; pure. ArithmeticError as `next_state`.
 
     With a printed formula, particles are not moved back to their roots, so that its failure is visible.
     """
+    particles, prepared, settings = simulation.particles, simulation.prepared, simulation.settings
     model, springs, deep = prepared.model, prepared.springs, prepared.model.deep
-    acting = find_acting(particles, prepared, state, frame, bodies, settings)
+    acting = find_acting(simulation, state, frame, bodies)
     moving = Moving(state.points.copy(), state.velocities.copy(), state.tensions.copy())
     directions, stiffness = state.directions.copy(), np.empty(len(model.links.ends))
     dt = frame.frame_dt / settings.steps
@@ -250,14 +256,10 @@ class Acting(NamedTuple):
 
 
 def find_acting(
-    particles: Particles,
-    prepared: Prepared,
-    state: ParticleState,
-    frame: Frame,
-    bodies: Sequence[Collider],
-    settings: ParticleSettings,
+    simulation: ParticleSimulation, state: ParticleState, frame: Frame, bodies: Sequence[Collider]
 ) -> Acting:
     """Find what acts on particles from the previous frame to this one; pure."""
+    particles, prepared, settings = simulation.particles, simulation.prepared, simulation.settings
     model, frame_dt, deep = prepared.model, frame.frame_dt, prepared.model.deep
     rest, now = (particles.points[:deep], particles.directions[:deep]), (state.points[:deep], state.velocities[:deep])
     motions = motion_of_roots(frame.drivers[1], particles.hair)
@@ -289,7 +291,8 @@ def _follow_roots(motions, strands, rest, now, dt, steps):
         x, t = row(rest[0], k), row(rest[1], k)
         for c in range(3):
             x0, v0, x1 = now[0][k, c], now[1][k, c], dot(row(motion, c), x) + motion[c, 3]
-            v1[k, c], t1[k, c] = dot(row(rate, c), x) + rate[c, 3], dot(row(motion, c), t)
+            v1[k, c] = dot(row(rate, c), x) + rate[c, 3]
+            t1[k, c] = dot(row(motion, c), t)
             for step in range(steps + 1):  # Hermite's between both frames: smooth at the frames, too.
                 s = step / steps
                 place = (1 + 2 * s) * (1 - s) ** 2 * x0 + s * (1 - s) ** 2 * dt * v0
@@ -314,19 +317,6 @@ def _forces_on(prepared: Prepared, settings: ParticleSettings, state: ParticleSt
         message = f"diverged: the force of air on a particle is {strongest:.3g} N, or N s/m"
         raise ArithmeticError(f"{message}, above the limit of the solver, {LIMIT_OF_SOLVE:.3g} (less wind)")
     return forces
-
-
-def move_over_cut(particles: Particles, state: ParticleState, drivers: tuple[Driver, Driver]) -> ParticleState:
-    """Move particles with their roots from the body before a cut to that after it; pure.
-
-    As `hairpipe.shot.shot.move_over_cut` for strands; directions rotate, tensions are unchanged, and no time passes.
-    """
-    strands, groom = particles.strands, particles.hair
-    rigid, turn = (motions[strands] for motions in rigid_over_cut(drivers, groom))
-    before, after = (velocities_around_roots(driver, groom)[strands] for driver in drivers)
-    points = _moved(rigid, state.points)
-    velocities = _turned(turn, state.velocities - _moved(before, state.points)) + _moved(after, points)
-    return replace(state, points=points, velocities=velocities, directions=_turned(turn, state.directions))
 
 
 def _moved(motions: np.ndarray, points: np.ndarray) -> np.ndarray:

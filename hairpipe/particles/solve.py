@@ -29,6 +29,8 @@ MOST = 500
 """Iterations."""
 DELAY = 2
 """Iterations whose gains are the error before them."""
+_PLACES, _ENTRIES = (0, 1, 2, 4, 5, 6, 8, 9, 10), (0, 1, 2, 1, 3, 4, 2, 4, 5)
+"""Places of a symmetric matrix in its columns, and the number of six at each."""
 
 
 class System(NamedTuple):
@@ -187,19 +189,11 @@ def set_block(system: System, k: int, block: tuple[float, float, float, float, f
     a, b, c, d, e, f = block
     A, B, C = d * f - e * e, c * e - b * f, b * e - c * d
     over = 1.0 / (a * A + b * B + c * C)
-    _put(system.blocks, k, block)
     inverse = over * A, over * B, over * C, over * (a * f - c * c), over * (b * c - a * e), over * (a * d - b * b)
-    _put(system.inverses, k, inverse)
-
-
-@inlined
-def _put(columns, k, block):
-    """Write a symmetric block, in place."""
-    a, b, c, d, e, f = block
-    at = 12 * k
-    columns[at], columns[at + 1], columns[at + 2] = a, b, c
-    columns[at + 4], columns[at + 5], columns[at + 6] = b, d, e
-    columns[at + 8], columns[at + 9], columns[at + 10] = c, e, f
+    for n in range(9):
+        at = 12 * k + _PLACES[n]
+        system.blocks[at] = block[_ENTRIES[n]]
+        system.inverses[at] = inverse[_ENTRIES[n]]
 
 
 @inlined

@@ -1,15 +1,4 @@
-"""A body at rest, and the pose that moves it.
-
-A triangle mesh at one instant.
-
-A motion capture clip as recorded: a skeleton and the channels of its joints, in the units of its file.
-
-The signed distance of a body and its velocity, in a narrow band around the surface.
-
-A body as a few level sets, one for each group of bones, each in a frame that moves with its bones.
-
-Density of hair, and its velocity.
-"""
+"""Bodies: meshes, skeletons and their poses, motion capture, level sets, and the density of hair around them."""
 
 from dataclasses import field
 
@@ -249,12 +238,10 @@ class Density:
 
 def gathered(names: tuple[str, ...], poses: np.ndarray, rates: np.ndarray, parts: list[LevelSet]) -> BodyParts:
     """Return level sets as the parts of a body; pure."""
-    starts = np.cumsum([0] + [part.bricks.size for part in parts])
-    firsts = np.cumsum([0] + [len(part.distance) for part in parts])
-    bricks = [
-        np.where(part.bricks >= 0, part.bricks + first, part.bricks).ravel()
-        for part, first in zip(parts, firsts, strict=False)
-    ]
+    starts = np.cumsum([0, *(part.bricks.size for part in parts)])
+    firsts = np.cumsum([0, *(len(part.distance) for part in parts)])
+    own = zip((part.bricks.ravel() for part in parts), firsts, strict=False)
+    bricks = [np.where(index >= 0, index + first, index) for index, first in own]
     return BodyParts(
         names,
         poses,

@@ -1,15 +1,4 @@
-"""Hair at rest, and hair at one frame.
-
-Strands as a file has them, before they are bound to a body.
-
-Prescribed ends of strands, and pinned points, at one frame.
-
-Values at every point of hair: what is measured there, and the directions in which hair faces.
-
-Lengths of strands and their segments.
-
-Widths of strands in a picture, where each represents many hairs.
-"""
+"""Hair at rest, at one frame and in files, what holds it, values at its points, and its lengths and widths."""
 
 from dataclasses import field
 

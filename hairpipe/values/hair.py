@@ -1,7 +1,4 @@
-"""The full state of a hair simulation between two frames.
-
-Locks of hair between two frames: the role of each strand, and the guide points that interpolated strands follow.
-"""
+"""The full state of a hair simulation between two frames, and of its locks: roles, and guide points of followers."""
 
 from typing import NamedTuple
 

@@ -43,14 +43,13 @@ class Table:
 
 def table_of_columns(columns: Mapping[str, Sequence[Any] | np.ndarray]) -> Table:
     """Make a table of columns by name; ValueError where one is neither numbers nor texts, or of another length."""
-    names = tuple(columns)
-    found = {name: column_of(name, values) for name, values in columns.items()}
-    lengths = {name: len(values) for name, values in found.items()}
+    made = {name: _column(name, values) for name, values in columns.items()}
+    lengths = {name: len(values) for name, values in made.items()}
     if len(set(lengths.values())) > 1:
         raise ValueError(f"columns of different lengths: {lengths}")
-    texts = {name: values for name, values in found.items() if isinstance(values, tuple)}
-    numbers = {name: values for name, values in found.items() if isinstance(values, np.ndarray)}
-    return Table(names, numbers, texts)
+    texts = {name: values for name, values in made.items() if isinstance(values, tuple)}
+    numbers = {name: values for name, values in made.items() if isinstance(values, np.ndarray)}
+    return Table(tuple(columns), numbers, texts)
 
 
 def table_of_rows(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> Table:
@@ -60,7 +59,7 @@ def table_of_rows(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> Table:
     return table_of_columns({name: [row[place] for row in rows] for place, name in enumerate(names)})
 
 
-def column_of(name: str, values: Sequence[Any] | np.ndarray) -> Column:
+def _column(name: str, values: Sequence[Any] | np.ndarray) -> Column:
     """Make a column of texts, or of whole numbers as int64, or of others as float64."""
     if len(values) and all(isinstance(value, str) for value in values):
         return tuple(map(str, values))

@@ -61,7 +61,7 @@ def rows_of(value: Any) -> list[tuple[str, str]]:
 def units_of(cls: type) -> dict[str, str]:
     """Read the units of fields from the docstring of their class; of several, all are given."""
     lines = {name: UNIT.findall(text) for name, text in FIELD.findall(cls.__doc__ or "")}
-    return {name: ", ".join(dict.fromkeys(found)) for name, found in lines.items() if found}
+    return {name: ", ".join(dict.fromkeys(units)) for name, units in lines.items() if units}
 
 
 def described(held: Any, unit: str) -> str:

@@ -1,9 +1,7 @@
-"""Density of hair on a grid, and sections through it.
+"""Density of hair on a grid, and the hair shell: its isosurface at a share of the median density.
 
-The hair shell: the isosurface of the density of hair at a share of the median density.
-
-After Petrovic, Henne, Anderson 2005, Sec. 4.1. They solve |grad S| = 1 from the density; we extract a mesh and bake it
-as a body, so that the shell can be drawn, exported and used as a collider.
+The shell is that of Petrovic, Henne, Anderson 2005, Sec. 4.1. They solve |grad S| = 1 from the density; we extract a
+mesh and bake it as a body, so that the shell can be drawn, exported and used as a collider.
 """
 
 import numpy as np
@@ -93,7 +91,9 @@ def shell_of(density: Density, blur: float, level: float) -> Mesh:
     margin = int(np.ceil(REACH * blur)) + 1
     hair = np.pad(density.length.astype(float), margin)
     blurred = _blurred(hair, blur)
-    surface = level * _median(blurred, hair)
+    order = np.argsort(blurred, axis=None, kind="stable")
+    heaped = np.cumsum(hair.ravel()[order])
+    surface = level * float(blurred.ravel()[order[np.searchsorted(heaped, 0.5 * heaped[-1])]])
     axes = tuple(density.cell * (low - margin + np.arange(n)) for low, n in zip(density.low, hair.shape, strict=True))
     points, triangles = extract_surface(surface - blurred, axes)
     if not len(triangles):
@@ -107,10 +107,3 @@ def shell_of(density: Density, blur: float, level: float) -> Mesh:
 
 def _blurred(field: np.ndarray, blur: float) -> np.ndarray:
     return gaussian_filter(field, blur, mode="constant", truncate=REACH)
-
-
-def _median(values: np.ndarray, weights: np.ndarray) -> float:
-    """Return the weighted median."""
-    order = np.argsort(values, axis=None, kind="stable")
-    heaped = np.cumsum(weights.ravel()[order])
-    return float(values.ravel()[order[np.searchsorted(heaped, 0.5 * heaped[-1])]])

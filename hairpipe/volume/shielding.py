@@ -70,10 +70,10 @@ def shield_of(
     if bounds[0, 0] > bounds[1, 0]:
         return None
     cell = wind.shielding.cell
-    low, counts = _nodes_around(bounds, wind.shielding.cell)
-    while np.prod(counts) > MOST_NODES:
+    while np.prod(np.diff(np.floor(bounds / cell), axis=0) + 2.0) > MOST_NODES:
         cell *= 2.0
-        low, counts = _nodes_around(bounds, cell)
+    low, high = np.floor(bounds / cell)
+    counts = high - low + 2.0
     low = low.astype(np.int64)
     area = np.zeros(tuple(counts.astype(int)))
     hairs = np.ones(len(points)) if widths is None else widths**2
@@ -95,14 +95,9 @@ def _bounds(points, axes):
         if np.isfinite(x + y + z):  # A lost point must not enlarge the grid.
             for axis in range(3):
                 place = axes[axis, 0] * x + axes[axis, 1] * y + axes[axis, 2] * z
-                least[axis], greatest[axis] = min(least[axis], place), max(greatest[axis], place)
+                least[axis] = min(least[axis], place)
+                greatest[axis] = max(greatest[axis], place)
     return np.stack((least, greatest))
-
-
-def _nodes_around(bounds: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first node and the number of nodes along each axis of a grid over bounds, (2, 3) [m], as floats."""
-    low, high = np.floor(bounds / cell)
-    return low, high - low + 2.0
 
 
 @inlined

@@ -166,5 +166,6 @@ def _sort(points, offsets, pieces, across, starts, segments, places):
             for place in range(pieces[k]):
                 slab = _slab_of(points, k, share_of(place, pieces[k]), across)
                 at = starts[chunk, slab]  # Each chunk has places of its own in a slab: samples stay in strand order.
-                segments[at], places[at] = k, place
+                segments[at] = k
+                places[at] = place
                 starts[chunk, slab] = at + 1

@@ -11,7 +11,7 @@ from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
 from hairpipe.particles.links import LinkRule, link
 from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Fibre, ParticleSettings
-from hairpipe.particles.simulate import advance_frame, prepare, start
+from hairpipe.particles.simulate import ParticleSimulation, advance_frame, prepare, start
 from hairpipe.shot.shot import Frame
 from hairpipe.values import Groom, Mesh
 from hairpipe.values.particles import ParticleState
@@ -83,7 +83,8 @@ class Shot:
     def __init__(self, particles, **settings):
         self.particles, self.settings = particles, ParticleSettings(**settings)
         self.prepared, self.body = prepare(particles, self.settings), plate()
-        self.state = start(particles, self.prepared, Frame((plate(), plate()), (), (), 0.0, FRAME), ())
+        self.simulation = ParticleSimulation(particles, self.prepared, self.settings)
+        self.state = start(self.simulation, Frame((plate(), plate()), (), (), 0.0, FRAME), ())
 
     def run(self, frames, body=None, bodies=(), kick=None):
         """Go on; body gives the plate, bodies the colliders, and kick what is added to velocities, by the frame."""
@@ -93,7 +94,7 @@ class Shot:
                 self.state = replace(self.state, velocities=self.state.velocities + kick(frame))
             given = Frame((self.body, after), (), (), 0.0, FRAME)
             solid = bodies(frame) if callable(bodies) else bodies
-            self.state = advance_frame(self.particles, self.prepared, self.state, given, solid, self.settings)
+            self.state = advance_frame(self.simulation, self.state, given, solid)
             self.body = after
         return self
 

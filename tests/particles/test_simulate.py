@@ -11,7 +11,7 @@ from hairpipe.particles.links import link
 from hairpipe.particles.model import build_model
 from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Interaction, ParticleContact, RestTension
-from hairpipe.particles.simulate import ParticleSimulation, cloud_of, laws_of, move_over_cut, start
+from hairpipe.particles.simulate import ParticleSimulation, cloud_of, laws_of, start
 from hairpipe.shot.shot import Frame, next_state
 from hairpipe.values.particles import ParticleState
 
@@ -137,7 +137,7 @@ def test_over_a_cut_shape_and_motion_against_the_roots_are_kept(shot, place_plat
     hair = shot().run(4, kick=lambda frame: np.array([0.5, 0.0, 0.2]))
     turn = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
     there = place_plate((3.0, 2.0, -4.0), turn)
-    carried = move_over_cut(hair.particles, hair.state, (place_plate(), there))
+    carried = hair.simulation.move_over_cut(hair.state, (place_plate(), there))
     assert carried.points == pytest.approx(hair.state.points @ turn.T + (3.0, 2.0, -4.0), abs=1e-12)
     assert carried.velocities == pytest.approx(hair.state.velocities @ turn.T, abs=1e-9)
     assert carried.directions == pytest.approx(hair.state.directions @ turn.T, abs=1e-12)
@@ -150,7 +150,7 @@ def test_over_a_cut_shape_and_motion_against_the_roots_are_kept(shot, place_plat
 def test_particles_start_with_their_roots_as_they_move(shot, place_plate):
     hair = shot()
     moving = place_plate((1.0, 0.0, 0.0), velocities=np.tile([0.0, 2.0, 0.0], (3, 1)))
-    begun = start(hair.particles, hair.prepared, Frame((None, moving), (), (), 0.0, FRAME), ())
+    begun = start(hair.simulation, Frame((None, moving), (), (), 0.0, FRAME), ())
     assert begun.points == pytest.approx(hair.particles.points + np.array([1.0, 0.0, 0.0]), abs=1e-12)
     assert begun.velocities == pytest.approx(np.tile([0.0, 2.0, 0.0], (len(begun.points), 1)), abs=1e-9)
     assert cloud_of(begun).velocities.dtype == np.float32
@@ -173,7 +173,7 @@ def test_hair_that_is_not_finite_is_named_and_a_body_around_all_of_it_refused(sh
     state = ParticleState(hair.state.points, broken, hair.state.directions, hair.state.tensions)
     given = Frame((hair.body, hair.body), (), (), 0.0, FRAME)
     with pytest.raises(ArithmeticError, match=f"strands {hair.particles.hair.ids[hair.particles.strands[lost]]}"):
-        next_state(ParticleSimulation(hair.particles, hair.prepared, hair.settings), state, given)
+        next_state(hair.simulation, state, given)
     around = ball(np.array([0.0, -0.1, 0.0]), np.zeros(3), 2.0)
     with pytest.raises(BadInput, match="all particles are inside the body"):
-        start(hair.particles, hair.prepared, given, (around,))
+        start(hair.simulation, given, (around,))

@@ -12,7 +12,8 @@ from hairpipe.values import BodyParts, Groom, Mesh, Particles
 from hairpipe.values.table import table_of_columns
 from hairpipe.values.value import units_of, value
 
-NAMES = [module.name for module in pkgutil.iter_modules(hairpipe.values.__path__)]
+NAMES = [module.name for module in pkgutil.iter_modules(hairpipe.values.__path__) if module.name != "simplification"]
+"""Modules of the types that edges transport; simplifications are settings, compared by their contents."""
 MODULES = [importlib.import_module(f"hairpipe.values.{name}") for name in NAMES]
 TYPES = [
     item

@@ -152,7 +152,7 @@ def parts_of(
     exchanged, _ = timed(lambda: exchange(law, pairs, inverses, points, state.directions, dt, swapped))
     contact = BodyContact(settings.contact.friction, settings.contact.thickness)
     body, bodies = timed(lambda: bodies_of(frame.surfaces, frame.parts, contact, dt))
-    acting = find_acting(particles, prepared, state, frame, bodies, settings)
+    acting = find_acting(ParticleSimulation(particles, prepared, settings), state, frame, bodies)
     looking, _ = timed(lambda: look(bodies, acting.places, dt, model.deep))
     stiffening, _ = timed(
         lambda: (measure_links(model.links, points, ways), stiffen(model.links, model.reach, axial, ways, stiffness))
