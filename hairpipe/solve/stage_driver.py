@@ -18,7 +18,7 @@ from numba import njit, prange
 from numpy.typing import DTypeLike
 
 from hairpipe.geometry.compile import inlined
-from hairpipe.geometry.simd import both, fill, load, select, store, zeros_like
+from hairpipe.geometry.simd import both, fill, load, select, store
 from hairpipe.solve.band import forward, row_size, substitute
 from hairpipe.solve.conjugate_gradients import StrandCoupling
 from hairpipe.solve.implicit_stage import (
@@ -259,7 +259,7 @@ class StageDriver:
         """Spread what other strands did to points over particles."""
         if not self.coupling:
             return 0.0
-        lanes = zeros_like(x)
+        lanes = np.zeros_like(x)
         self.axis.scatter(contact_dv, lanes)
         return lanes
 
