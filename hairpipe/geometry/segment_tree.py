@@ -99,13 +99,16 @@ def build_tree(
     while len(counts) < 2 or counts[-1] > 1:  # One level above the leaves: searches begin at a group of boxes.
         counts.append(-(-counts[-1] // LANES))
     firsts = np.cumsum([0, *counts])
-    middles = np.empty((len(segments), 3))
-    _find_middles(before, after, segments, middles)
-    order = morton_order_in_cube(middles, frame.centre, frame.extent)
+    order = morton_order_in_cube(_find_middles(before, after, segments), frame.centre, frame.extent)
     rows = np.empty((counts[0], MOVING if moving else RESTING, LANES), SINGLE)
     boxes = np.empty((firsts[-1], 2 * _SIDES if moving else _SIDES, LANES), SINGLE)
     children, ends = np.empty(firsts[-1], np.int64), np.empty(firsts[-1], np.int64)
     inside = np.empty(counts[0] * LANES, np.int32)
+    # Of the last leaf, and of the last group of each level, lanes may be left over: they overlap nothing.
+    inside[-LANES:] = 0
+    rows[-1:] = 0.0
+    nowhere = np.where(np.arange(boxes.shape[1]) % _SIDES < 3, np.inf, -np.inf)
+    boxes[firsts[1:][np.diff(firsts) > 0] - 1] = nowhere[:, None]
     widths = np.ones(len(before)) if widths is None else widths
     _fill_leaves((before, after), (segments, order), frame, 0.5 * reach * widths, inside, rows, boxes)
     _enclose(boxes, firsts, children, ends)
@@ -113,11 +116,13 @@ def build_tree(
 
 
 @njit(cache=True, parallel=True)
-def _find_middles(before, after, segments, middles):
+def _find_middles(before, after, segments):
+    middles = np.empty((len(segments), 3))
     for k in prange(len(segments)):
         i = segments[k]
         for x in range(3):
             middles[k, x] = 0.25 * (before[i, x] + before[i + 1, x] + after[i, x] + after[i + 1, x])
+    return middles
 
 
 @njit(cache=True, parallel=True)
@@ -125,12 +130,7 @@ def _fill_leaves(motion, listed, frame, margins, inside, rows, boxes):
     before, after = motion
     segments, order = listed
     for leaf in prange(len(rows)):
-        count = min(LANES, len(order) - np.int64(leaf) * LANES)
-        if count < LANES:  # Only the last leaf: lanes past the last segment are zeros, and boxes that overlap nothing.
-            inside[leaf * LANES : (leaf + 1) * LANES] = 0
-            rows[leaf] = 0.0
-            _turn_inside_out(boxes, leaf)
-        for lane in range(count):
+        for lane in range(min(LANES, len(order) - np.int64(leaf) * LANES)):
             i = segments[order[leaf * LANES + lane]]
             inside[leaf * LANES + lane] = i
             p = _in_frame(before, i, frame)
@@ -161,14 +161,6 @@ def _enter_box(boxes, group, side, lane, p, q, margin):
         boxes[group, side + 3 + x, lane] = high + 2.0 * ULP * abs(high)
 
 
-@inlined
-def _turn_inside_out(boxes, group):
-    """Write boxes whose least is above the greatest to all lanes of a group."""
-    for side in range(boxes.shape[1]):
-        for lane in range(LANES):
-            boxes[group, side, lane] = np.inf if side % _SIDES < 3 else -np.inf
-
-
 @njit(cache=True, parallel=True)
 def _enclose(boxes, firsts, children, ends):
     """Number the leaves, and fill the groups above, level by level, with the boxes round those below, in place."""
@@ -180,8 +172,6 @@ def _enclose(boxes, firsts, children, ends):
             start = firsts[level - 1] + np.int64(n) * LANES
             children[group] = start
             count = min(LANES, firsts[level] - start)
-            if count < LANES:
-                _turn_inside_out(boxes, group)
             for lane in range(count):
                 for side in range(boxes.shape[1]):
                     sides = boxes[start + lane, side]
