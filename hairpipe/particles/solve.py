@@ -101,7 +101,7 @@ def _sweep_down(system, r, p, t, s):
     for k in range(system.deep, len(links.mids)):  # In order, on one thread: a row needs the s of those before it.
         # The lower triangle, whose blocks are -B: their products are added.
         across = _gathered(system, links.rows[k], links.mids[k], s, load_four(r, 4 * k))
-        mine = times(system.inverses, k, across)
+        mine = _times(system.inverses, k, across)
         store_four(s, 4 * k, mine)
         total += np.float64(item(dot_in_all(load_four(p, 4 * k), mine + load_four(t, 4 * k)), 0))
     return total
@@ -116,7 +116,7 @@ def _sweep_up(system, turn, u, p, t, q):
         mine = load_four(u, 4 * k) + load_four(p, 4 * k) * turn
         store_four(p, 4 * k, mine)
         store_four(q, 4 * k, -across)
-        store_four(t, 4 * k, times(system.inverses, k, mine + across))
+        store_four(t, 4 * k, _times(system.inverses, k, mine + across))
 
 
 @njit(cache=True, error_model="numpy")
@@ -128,7 +128,7 @@ def _step(system, step, change, vectors):
         along = load_four(t, 4 * k)
         store_four(change, 4 * k, load_four(change, 4 * k) + along * step)
         mine = load_four(s, 4 * k) - (load_four(q, 4 * k) + along) * step
-        under = times(system.blocks, k, mine)
+        under = _times(system.blocks, k, mine)
         store_four(s, 4 * k, mine)
         store_four(u, 4 * k, under)
         total += np.float64(item(dot_in_all(mine, under), 0))
@@ -141,7 +141,7 @@ def take_off(system: System, change: np.ndarray, residual: np.ndarray) -> None:
     links = system.links
     for k in range(system.deep, len(links.mids)):
         others = _gathered(system, links.rows[k], links.rows[k + 1], change, load_four(residual, 4 * k))
-        left = others - times(system.blocks, k, load_four(change, 4 * k))
+        left = others - _times(system.blocks, k, load_four(change, 4 * k))
         for c in range(3):
             residual[4 * k + c] = item(left, c)
 
@@ -157,7 +157,7 @@ def _gathered(system, begin, end, v, across):
 
 
 @inlined
-def times(columns: np.ndarray, k: int, v):
+def _times(columns, k, v):
     """Return the symmetric matrix k times a vector."""
     a = load_four(columns, 12 * k)
     b = load_four(columns, 12 * k + 4)
@@ -167,7 +167,7 @@ def times(columns: np.ndarray, k: int, v):
 
 @inlined
 def product(columns: np.ndarray, k: int, v: Vector) -> Vector:
-    """Return the same of three numbers."""
+    """Return a symmetric matrix, number k of those in columns, times a vector."""
     x, y, z = v
     a = columns[12 * k : 12 * k + 3]
     b = columns[12 * k + 4 : 12 * k + 7]
@@ -203,18 +203,15 @@ def hold(system: System, k: int, n: Vector, damper: float) -> None:
     at = 12 * k
     D = product(B, k, n)  # D n; across n is D - n (D n)^T - (D n) n^T + n (n . D n) n^T, and along it n (n . D n) n^T
     along = 2.0 * dot(D, n) - damper
-    set_block(
-        system,
-        k,
-        (
-            B[at] + along * n[0] * n[0] - 2.0 * n[0] * D[0] + damper,
-            B[at + 1] + along * n[0] * n[1] - n[0] * D[1] - D[0] * n[1],
-            B[at + 2] + along * n[0] * n[2] - n[0] * D[2] - D[0] * n[2],
-            B[at + 5] + along * n[1] * n[1] - 2.0 * n[1] * D[1] + damper,
-            B[at + 6] + along * n[1] * n[2] - n[1] * D[2] - D[1] * n[2],
-            B[at + 10] + along * n[2] * n[2] - 2.0 * n[2] * D[2] + damper,
-        ),
+    block = (
+        B[at] + along * n[0] * n[0] - 2.0 * n[0] * D[0] + damper,
+        B[at + 1] + along * n[0] * n[1] - n[0] * D[1] - D[0] * n[1],
+        B[at + 2] + along * n[0] * n[2] - n[0] * D[2] - D[0] * n[2],
+        B[at + 5] + along * n[1] * n[1] - 2.0 * n[1] * D[1] + damper,
+        B[at + 6] + along * n[1] * n[2] - n[1] * D[2] - D[1] * n[2],
+        B[at + 10] + along * n[2] * n[2] - 2.0 * n[2] * D[2] + damper,
     )
+    set_block(system, k, block)
     I = system.inverses  # D^-1 without what it gives along n: the particle takes no impulse there.
     u = product(system.inverses, k, n)
     most = dot(u, n)
