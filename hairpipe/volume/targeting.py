@@ -216,7 +216,7 @@ def attraction(hair: Hair, targets: list[TargetGrid], rate: float, dt: float) ->
         samples = sample_strands(hair.points, hair.offsets, hair.reach, target.cell)
         if samples is None:
             continue
-        density, wanted, seen = _densities(samples, hair.lengths, target)
+        density, wanted, seen = densities_in(samples, hair.lengths, target)
         field = (density - wanted) / seen
         field /= 1.0 + limit * np.maximum(density, wanted) / seen
         field *= -dt * (rate * target.cell) ** 2
@@ -226,21 +226,10 @@ def attraction(hair: Hair, targets: list[TargetGrid], rate: float, dt: float) ->
     return np.divide(change, lengths, out=change, where=lengths > 0.0)
 
 
-def energy(hair: Hair, targets: list[TargetGrid], rate: float) -> float:
-    """Return E of hair on all grids, over its mass per length [m^3/s^2]; pure."""
-    total = 0.0
-    for target in targets:
-        samples = sample_strands(hair.points, hair.offsets, hair.reach, target.cell)
-        if samples is not None:
-            density, wanted, seen = _densities(samples, hair.lengths, target)
-            beyond = np.sum(target.length**2) - np.sum(wanted**2)  # the target outside of the hair
-            differences = np.sum((density - wanted) ** 2) + beyond
-            total += 0.5 * (rate * target.cell) ** 2 / seen * target.cell**3 * differences
-    return total
-
-
-def _densities(samples: StrandSamples, lengths: np.ndarray, target: TargetGrid) -> tuple[np.ndarray, np.ndarray, float]:
-    """Find the density of hair and that of the target on one box, and rho_0 [m/m^3]."""
+def densities_in(
+    samples: StrandSamples, lengths: np.ndarray, target: TargetGrid
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Find the density of hair of some lengths at points [m], (P,), and of a target on one box, and rho_0 [m/m^3]."""
     density = weigh(samples, lengths) / target.cell**3
     wanted = placed(target, samples.low.astype(np.int64) - 1, np.array(density.shape))
     return density, wanted, float(np.sum(target.length**2) / np.sum(target.length))

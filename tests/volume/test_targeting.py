@@ -7,10 +7,11 @@ import pytest
 from numba import get_num_threads, set_num_threads
 
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.measure.target import energy
 from hairpipe.values import Density, Strands
 from hairpipe.volume.density import density_of, lengths_at_points
 from hairpipe.volume.strand_samples import reach_of
-from hairpipe.volume.targeting import Hair, attraction, between, energy, target_grids
+from hairpipe.volume.targeting import Hair, attraction, between, target_grids
 
 RATE = 30.0
 

@@ -7,15 +7,15 @@ import numpy as np
 from hairpipe.values import Density, Strands, Table
 from hairpipe.values.table import table_of_rows
 from hairpipe.volume.density import lengths_at_points
-from hairpipe.volume.strand_samples import reach_of
-from hairpipe.volume.targeting import Hair, energy, target_grids
+from hairpipe.volume.strand_samples import reach_of, sample_strands
+from hairpipe.volume.targeting import Hair, TargetGrid, densities_in, target_grids
 
 COLUMNS = ("frame", "of the first [1]", "of no hair [1]")
 _RATE = 1.0  # cancels
 
 
 def target_table(hair: Mapping[int, Strands], target: Mapping[int, Density], cell: float, levels: int) -> Table:
-    """Return a row for every frame: the energy of `targeting`, over that of the first frame, and over that of no hair.
+    """Return a row for every frame: the energy, over that of the first frame, and over that of no hair.
 
     cell    of the finest grid [m]; levels  grids
     Raises BadInput as `target_grids` does.
@@ -32,3 +32,16 @@ def target_table(hair: Mapping[int, Strands], target: Mapping[int, Density], cel
         first = found if first is None else first
         rows.append((frame, found / first if first > 0.0 else np.nan, found / nothing))
     return table_of_rows(COLUMNS, rows)
+
+
+def energy(hair: Hair, targets: list[TargetGrid], rate: float) -> float:
+    """Return E of `targeting` of hair on all grids, over its mass per length [m^3/s^2]; pure."""
+    total = 0.0
+    for target in targets:
+        samples = sample_strands(hair.points, hair.offsets, hair.reach, target.cell)
+        if samples is not None:
+            density, wanted, seen = densities_in(samples, hair.lengths, target)
+            beyond = np.sum(target.length**2) - np.sum(wanted**2)  # the target outside of the hair
+            differences = np.sum((density - wanted) ** 2) + beyond
+            total += 0.5 * (rate * target.cell) ** 2 / seen * target.cell**3 * differences
+    return total
