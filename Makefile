@@ -31,7 +31,7 @@ quick: $(VENV)/tested
 # wait, for a browser, a cluster or what they interrupt, run in a process next to these.
 test: $(VENV)/tested
 	@waiting=$$(mktemp); code=0; \
-	$(RUN) pytest -m waits tests/page $$(find tests -name 'test_dask*.py') \
+	$(RUN) pytest -m waits tests/app/page $$(find tests -name 'test_dask*.py') \
 		$$(grep -rlE 'def test.*(interrupt|ctrl_c)' tests) >$$waiting 2>&1 & \
 	$(RUN) pytest -n auto --dist worksteal -m 'not waits' || code=$$?; \
 	wait $$! || code=$$?; \
@@ -57,7 +57,7 @@ film: $(VENV)/tested
 
 pictures: $(VENV)/tested
 	$(VENV)/bin/hairpipe run graphs/demo.toml --frames 1001-1004 --to usd
-	PAGE_PICTURES=$(CURDIR)/docs/tutorials/pictures $(RUN) pytest -n 0 tests/page/test_fringe.py tests/page/test_front.py
+	PAGE_PICTURES=$(CURDIR)/docs/tutorials/pictures $(RUN) pytest -n 0 tests/app/page/test_fringe.py tests/app/page/test_front.py
 	$(VENV)/bin/hairpipe blender out/demo/shot.usd --picture docs/tutorials/pictures/blender.webp
 
 docs: $(VENV)/tested

@@ -53,7 +53,7 @@ sys.dont_write_bytecode = False
 gc.set_threshold(100_000, 20, 100)
 
 COMPILED_FIRST = (
-    *("laws", "strands", "solve", "statics", "contact", "shot", "experiments", "measure", "bench", "nodes", "tune"),
+    *("laws", "strands", "solve", "statics", "contact", "shot", "experiments", "measure", "nodes", "app/tune"),
     *("test_graphs.py", "levelset", "geometry"),
 )
 """Rooms whose tests wait for kernels, most of them for the same: one process begins with these, the other elsewhere."""
@@ -69,14 +69,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """
     here = Path(__file__).parent
     for item in items:
-        waiting = item.path.is_relative_to(here / "page") or item.path.name.startswith("test_dask")
+        waiting = item.path.is_relative_to(here / "app" / "page") or item.path.name.startswith("test_dask")
         if waiting or re.match(r"test.*(interrupt|ctrl_c)", item.name.partition("[")[0]):
             item.add_marker("waits")
-    places = {room: place for place, room in enumerate(COMPILED_FIRST)}
 
     def place_of(item: pytest.Item) -> int:
-        others = len(places) + bool(item.get_closest_marker("kernels"))
-        return places.get(item.path.relative_to(here).parts[0], others)
+        rooms = (place for place, room in enumerate(COMPILED_FIRST) if item.path.is_relative_to(here / room))
+        return next(rooms, len(COMPILED_FIRST) + bool(item.get_closest_marker("kernels")))
 
     items.sort(key=place_of)
     sys.dont_write_bytecode = True

@@ -1,9 +1,11 @@
-"""The benches of parts as a function."""
+"""The benches of parts as a function, and the toy shot of the engine's tests."""
 
 import pytest
 from click.testing import CliRunner
 
 from hairpipe.graphs.experiments.bench import commands
+
+from ...engine.conftest import shot, trusted  # noqa: F401
 
 
 @pytest.fixture

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from hairpipe.graphs.experiments.bench.mutation.places import Mutant
 
 HOME = Path(__file__).parents[4]
-COPIED = ("hairpipe", "tests/engine", "tests/cli", "tests/*.py", "pyproject.toml")
+COPIED = ("hairpipe", "tests/engine", "tests/app/cli", "tests/*.py", "pyproject.toml")
 PYTEST = ("-x", "-q", "-p", "no:cacheprovider", "-p", "no:randomly", "-m", "not kernels and not slow")
 LEAST, FACTOR = 30.0, 4.0
 """A mutation is stopped after this time [s], or after this multiple of the time of the tests of unchanged code."""

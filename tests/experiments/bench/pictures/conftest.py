@@ -1,3 +1,3 @@
 """The toy shot of the engine's tests."""
 
-from ....graph.conftest import shot, trusted  # noqa: F401
+from ....engine.conftest import shot, trusted  # noqa: F401

@@ -14,7 +14,7 @@ from hairpipe.app.cli.entry import commands
 from hairpipe.engine.file.load import load_graph
 from hairpipe.engine.worker import machine_code
 
-TOYS = Path(__file__).parents[1] / "graph" / "toys"
+TOYS = Path(__file__).parents[2] / "engine" / "toys"
 SHOT = """schema = 1
 frames = [1, 6]
 fps = 24

@@ -16,7 +16,7 @@ from hairpipe.app.tune.study import Interrupted, Request, Study
 from hairpipe.app.tune.tuning import measured_singles
 from hairpipe.values.simplification import Simplification
 
-from ..graph.cluster import Cluster
+from ...engine.cluster import Cluster
 
 pytestmark = pytest.mark.slow
 

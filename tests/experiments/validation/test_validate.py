@@ -10,9 +10,9 @@ import hairpipe.graphs.experiments.validation.validation as validation
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.figures.file import read_results
 
-from ..cli.conftest import hairpipe  # noqa: F401
-from ..results.conftest import edit, git, repository  # noqa: F401
-from ..sources import HOME
+from ...app.cli.conftest import hairpipe  # noqa: F401
+from ..figures.conftest import edit, git, repository  # noqa: F401
+from ...sources import HOME
 
 CHECKS = HOME / "graphs/experiments/nodes/check_errors.py"
 VALIDATION = """schema = 1

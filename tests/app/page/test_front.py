@@ -10,7 +10,7 @@ from hairpipe.app.page.session import Session
 
 from .live_page import Page, pictured, served, write_picture
 
-GRAPHS = Path(__file__).parents[2] / "graphs"
+GRAPHS = Path(__file__).parents[3] / "graphs"
 FRAME, STRANDS = 1004, 3000
 
 

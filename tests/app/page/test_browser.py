@@ -15,7 +15,7 @@ from hairpipe.app.page.report import write_report
 from hairpipe.app.page.session import Session
 
 from ..cli.commands.test_watch import ELSEWHERE
-from ..pages import data_of
+from ...pages import data_of
 from .conftest import SHOT, START
 from .live_page import Page, do, pixels, served
 

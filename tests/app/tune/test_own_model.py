@@ -16,7 +16,7 @@ from hairpipe.app.tune.simplifications import simplifications
 from hairpipe.errors import BadInput
 from hairpipe.formats.usd.check.lint import lint
 
-from ..pages import HOME
+from ...pages import HOME
 
 pytestmark = pytest.mark.usefixtures("kept_workers")
 MODEL = '''"""Hair that lags: every point approaches the place to which its root would take it rigidly."""

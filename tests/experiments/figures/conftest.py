@@ -9,7 +9,7 @@ import pytest
 from hairpipe.engine.worker import machine_code
 from hairpipe.graphs.experiments.figures.file import read_results
 
-from ..cli.conftest import hairpipe  # noqa: F401
+from ...app.cli.conftest import hairpipe  # noqa: F401
 
 GRAPH = """schema = 1
 frames = [1, 2]

@@ -1,4 +1,4 @@
-"""`hairpipe tune`: where the settings go. What is tuned is made up; tests/tune does it in earnest."""
+"""`hairpipe tune`: where the settings go. What is tuned is made up; tests/app/tune does it in earnest."""
 
 import tomllib
 from pathlib import Path

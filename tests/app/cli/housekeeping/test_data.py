@@ -5,7 +5,7 @@ import json
 
 from hairpipe.app.api.third_party import third_party_files
 
-from ...pages import HOME, data_of, tables_of
+from ....pages import HOME, data_of, tables_of
 
 GRAPHS = sorted((HOME / "graphs").rglob("*.toml"))
 

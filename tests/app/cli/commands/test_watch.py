@@ -14,7 +14,7 @@ import pytest
 from hairpipe import load
 from hairpipe.app.cli.commands import watch
 from hairpipe.engine.store.holder import machine
-from tests.cli.conftest import SHOT, START
+from tests.app.cli.conftest import SHOT, START
 
 ELSEWHERE = "0123456789ab-7-7-0123456789abcdef"
 """Name of a holder on another machine, whose processes cannot be looked up here."""

@@ -1,3 +1,0 @@
-"""The toy shot of the engine's tests."""
-
-from ..graph.conftest import shot, trusted  # noqa: F401
