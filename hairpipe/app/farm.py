@@ -26,22 +26,16 @@ WAIT = 600
 
 @dataclass(frozen=True)
 class Step:
-    """Commands that can run at the same time.
-
-    arguments  of all of them, after `hairpipe run GRAPH`
-    parts      values of options by option: a command for each combination; empty for a single command
-    """
+    """Commands that can run at the same time."""
 
     name: str
     arguments: tuple[str, ...]
     parts: dict[str, tuple[str, ...]]
 
     def __len__(self) -> int:
-        """Return the number of commands."""
         return prod(map(len, self.parts.values()))
 
     def commands(self) -> Iterator[tuple[str, ...]]:
-        """Iterate over the arguments of each command."""
         for values in product(*self.parts.values()):
             yield (*self.arguments, *chain.from_iterable(zip(self.parts, values, strict=True)))
 

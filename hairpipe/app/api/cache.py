@@ -49,9 +49,7 @@ def open_store(root: str | os.PathLike[str] | None = None, *, read_only: bool = 
 class Kept(Protocol):
     """A shot whose results are kept."""
 
-    def graphs(self) -> list[Graph]:
-        """Return its graphs."""
-        ...
+    def graphs(self) -> list[Graph]: ...
 
 
 class Cache:
@@ -63,7 +61,6 @@ class Cache:
         self._leases = Leases(self._store(read_only=True))
 
     def __repr__(self) -> str:
-        """Write the folder."""
         return f"<Cache {self.root}>"
 
     def results(self) -> list[Item]:

@@ -165,7 +165,6 @@ def incomplete(text: GraphText) -> dict[str, str]:
 
 
 def sources_of(table: Mapping[str, Any]) -> set[str]:
-    """Return the names of the nodes at the other ends of the edges of a node."""
     edges = table.get("in", {}).values()
     flat = [one for value in edges for one in (value if isinstance(value, list) else [value])]
     return {one.partition(".")[0] for one in flat}

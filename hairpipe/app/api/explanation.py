@@ -52,7 +52,6 @@ class Explanation(planner.Explanation):
 
 
 def made_of(parts: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """List the parts of a key: kind, name, value or digest; a group of settings field by field."""
     yield "type", parts["type"], ""
     yield "code", "", parts["code"]
     yield from (("setting", name, text) for name, text in spread(parts["settings"]))
@@ -82,13 +81,11 @@ def written(value: Any) -> str:
 
 
 def outputs(record: Record, thinned: frozenset[str]) -> list[tuple[str, str, str]]:
-    """List the outputs of a result: name, size, object."""
     sizes = {name: "not kept" if name in thinned else size(output.size) for name, output in record.outputs.items()}
     return [(f"output {name}".rstrip(), sizes[name], output.object) for name, output in record.outputs.items()]
 
 
 def evaluated(record: Record) -> str:
-    """Write the time of computation of a result, its duration, and the warnings."""
     when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(record.created))
     on = f" on {record.processor_class}" if record.processor_class else ""
     on += f", threads by {record.threading_layer}" if record.threading_layer else ""

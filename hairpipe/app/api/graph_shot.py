@@ -130,7 +130,6 @@ class GraphShot:
         self.graph: Graph = source.graph()
 
     def __repr__(self) -> str:
-        """Write path, number of nodes, and frames."""
         return repr(self.graph).replace("<Graph", "<Shot", 1)
 
     @property

@@ -87,7 +87,6 @@ def document(node_type: NodeType) -> dict[str, Any]:
 
 
 def described(field: Field) -> dict[str, Any]:
-    """Describe a setting as a JSON document."""
     group = [described(inner) for inner in fields_within(field)]
     default = None if field.required or group else field.default
     return {

@@ -54,11 +54,9 @@ class Plan:
     stopped: dict[str, str]
 
     def __iter__(self) -> Iterator[Entry]:
-        """Iterate over the entries."""
         return iter(self.entries)
 
     def __len__(self) -> int:
-        """Count the entries."""
         return len(self.entries)
 
     def __repr__(self) -> str:
@@ -84,12 +82,10 @@ def plan_rows(entries: Iterable[Entry]) -> list[tuple[str, str, str]]:
 
 
 def stop_lines(stopped: dict[str, str]) -> str:
-    """Write the stopped variants below a table, with reasons."""
     return "".join(f"\nstopped: {variant}: {why}" for variant, why in stopped.items())
 
 
 def status_text(entry: Entry) -> str:
-    """Describe the planned state of a task, equal for similar frames."""
     if entry.status == "cached":
         return "cached"
     if entry.status == "run":
@@ -112,7 +108,6 @@ class Recorder:
         self._pass_on = pass_on
 
     def __call__(self, event: Event) -> None:
-        """Record an event."""
         self.progress.update(event)
         if event.kind == "warning" and event.task is not None:
             self.warnings.setdefault((event.task.node, event.message), []).append(event.task)
@@ -128,13 +123,9 @@ class ResultReader(Protocol):
     """A shot whose results can be read."""
 
     @property
-    def cache(self) -> Path:
-        """Folder of results."""
-        ...
+    def cache(self) -> Path: ...
 
-    def get(self, target: str, *, frames: FrameSet = None) -> Any:
-        """Read a result from the cache."""
-        ...
+    def get(self, target: str, *, frames: FrameSet = None) -> Any: ...
 
 
 @dataclass(frozen=True, repr=False)
@@ -177,7 +168,6 @@ class Run:
         return self.shot.get(target, frames=self.frames)
 
     def __repr__(self) -> str:
-        """Write `summary`, and below it warnings and failures."""
         return "\n".join([self.summary, *self.warning_lines(), *self.failure_lines()])
 
     @property
@@ -207,7 +197,6 @@ class Run:
         return [f"failed: {failure}" for failure in self.failures] + interrupted * self.outcome.interrupted
 
     def _places(self) -> str:
-        """Write the paths of published files by node."""
         nodes = self.graph.nodes.values()
         lines = [(node.name, found) for node in nodes if (found := self._place(node))]
         if lines or any(node.publish for node in nodes):
@@ -215,7 +204,6 @@ class Run:
         return f"nothing is published; results are in {shown(self.shot.cache)}, see `hairpipe get`"
 
     def _place(self, node: Node) -> str:
-        """Write the paths of the files of a node; empty without published files."""
         published = set(self.outcome.published)
         frames = self.frames if node.per_frame else (None,)
         paths = [path for frame in frames if (path := node.publish_path(frame)) and str(path) in published]
@@ -225,6 +213,5 @@ class Run:
 
 
 def folded(node: str, tasks: list[Task]) -> str:
-    """Write a node at some of its frames."""
     frames = fold_frames(task.frame for task in tasks if task.frame is not None)
     return f"{node}@{frames}" if frames else node

@@ -31,7 +31,6 @@ class Source(NamedTuple):
 
 
 def third_party_files() -> list[Source]:
-    """List the files, in the order of the table."""
     import hairpipe.graphs  # pyright: ignore[reportMissingImports] - the folder graphs, once installed
 
     with (Path(hairpipe.graphs.__file__).parent / TABLE).open(encoding="utf-8", newline="") as file:

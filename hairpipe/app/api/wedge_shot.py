@@ -111,7 +111,6 @@ class WedgeShot(GraphShot):
         return type(self)(source, self._store, self.definition.name)
 
     def _graph_of(self, source: Source, label: str, settings: dict[str, Any]) -> Graph:
-        """Check a variant like a graph file."""
         try:
             return source.changed(settings).graph()
         except BadInput as fault:

@@ -85,7 +85,6 @@ def complete_variant(ctx: click.Context, param: click.Parameter, incomplete: str
 
 
 def wedges_before(ctx: click.Context) -> "dict[str, Wedge]":
-    """Read the wedges of the graph of the command line; none where they cannot be read."""
     source = graph_before(ctx)
     try:
         return source.wedges if source else {}
@@ -94,7 +93,6 @@ def wedges_before(ctx: click.Context) -> "dict[str, Wedge]":
 
 
 def graph_before(ctx: click.Context) -> "Source | None":
-    """Read the graph of the command line; None without a readable one."""
     from hairpipe.app.api.source import read_source
 
     given = ctx.params.get("graph") or next(iter(ctx.args), "")  # after `--to` click has not read arguments yet
@@ -115,14 +113,12 @@ def leaves(fields: "tuple[Field, ...]", prefix: str) -> "Iterator[tuple[str, Fie
 
 
 def values_of(field: "Field") -> list[str]:
-    """List the choices of a setting, else its default."""
     if get_origin(field.base) is Literal:
         return [str(choice) for choice in get_args(field.base)]
     return ["true", "false"] if field.base is bool else [default_of(field)]
 
 
 def default_of(field: "Field") -> str:
-    """Write the default of a setting; empty without one, or for one that is not a word."""
     if isinstance(field.default, str):
         return field.default
     return json.dumps(field.default) if isinstance(field.default, bool | int | float) else ""

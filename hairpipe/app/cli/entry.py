@@ -62,11 +62,9 @@ class Commands(Group):
     """Commands by name, imported when they are called, so that the start is fast."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """List the commands in the order of their use."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import a command; None where there is none of this name."""
         if cmd_name not in COMMANDS:
             return None
         folder = EXPERIMENTS if cmd_name in CHECKOUT else "hairpipe.app.cli"

@@ -33,18 +33,14 @@ INTERVAL = 5.0
 class NoProgress:
     """Display of warnings and failures only."""
 
-    def begin(self) -> None:
-        """Begin to draw."""
+    def begin(self) -> None: ...
 
-    def update(self, event: Event) -> None:
-        """Draw nothing."""
+    def update(self, event: Event) -> None: ...
 
     def echo(self, line: str) -> None:
-        """Write a line."""
         echo(line)
 
-    def end(self) -> None:
-        """Stop drawing."""
+    def end(self) -> None: ...
 
 
 class Lines(NoProgress):
@@ -57,7 +53,6 @@ class Lines(NoProgress):
         self._latest = time.monotonic()
 
     def update(self, event: Event) -> None:
-        """Write a line where a node begins or ends, and at intervals in between."""
         if event.task is None:
             return
         name = origin(event.task.node)
@@ -77,7 +72,6 @@ class Lines(NoProgress):
 
 
 def done_line(node: NodeProgress) -> str:
-    """Describe a node whose results are all established."""
     if not node.evaluated:
         return "cached"
     cached = f", {node.cached} were cached" if node.cached else ""
@@ -85,7 +79,6 @@ def done_line(node: NodeProgress) -> str:
 
 
 def running_line(node: NodeProgress) -> str:
-    """Describe how much of a node is done."""
     parts = [f"{node.done}/{node.total}"]
     if node.seconds_per_frame is not None and node.seconds_left is not None:
         parts += [f"{duration(node.seconds_per_frame)} each", f"{duration(node.seconds_left)} left"]
@@ -101,7 +94,6 @@ def survey_notes(node: NodeSurvey) -> str:
 
 
 def survey_line(survey: Survey) -> str:
-    """Describe how much of a shot is done."""
     done = list(survey.states.values()).count("computed")
     machines = plural(len(set(survey.hosts.values())), "machine")
     parts = [f"{done:,} of {plural(len(survey.states), 'result')}"]
@@ -121,7 +113,6 @@ class SurveyLines:
         self._latest: dict[str, tuple[int, int, str]] = {}
 
     def __call__(self, survey: Survey) -> None:
-        """Write what has changed; times change always, and are not compared."""
         nodes = survey.nodes
         states = {name: (node.done, node.total, survey_notes(node)) for name, node in nodes.items()}
         if states == self._latest:
@@ -145,7 +136,6 @@ class Steps:
         self._begun = self._latest = time.monotonic()
 
     def __call__(self, done: int, of: int) -> None:
-        """Write the report at the end of an interval."""
         now = time.monotonic()
         if now - self._latest > INTERVAL:
             self._latest = now
@@ -159,10 +149,7 @@ REFRESHES = 8
 
 
 class Bars:
-    """Display of a bar per running node: frames done, seconds per frame, time left, cached frames.
-
-    rows  visible rows
-    """
+    """Display of a bar per running node: frames done, seconds per frame, time left, cached frames."""
 
     def __init__(self, progress: Progress) -> None:
         self._progress = progress
@@ -174,7 +161,6 @@ class Bars:
         )
 
     def begin(self) -> None:
-        """Begin to draw."""
         self._live.start()
 
     def update(self, event: Event) -> None:
@@ -186,16 +172,13 @@ class Bars:
         self.rows = rows
 
     def echo(self, line: str) -> None:
-        """Write a line above the bars."""
         self._console.print(one_line(line), markup=False, soft_wrap=True)
 
     def end(self) -> None:
-        """Remove the bars."""
         self._live.stop()
 
 
 def cells(node: NodeProgress) -> list[ProgressBar | str]:
-    """Write the progress of a node."""
     rate, left = node.seconds_per_frame, node.seconds_left
     return [
         ProgressBar(node.total, node.done, width=WIDTH),
@@ -228,17 +211,14 @@ class SurveyBars:
 class Drawing(Protocol):
     """A way to show progress."""
 
-    def begin(self) -> None:
-        """Begin to draw."""
+    def begin(self) -> None: ...
 
     def update(self, event: Event) -> None:
         """Draw the change by an event, which the progress contains already."""
 
-    def echo(self, line: str) -> None:
-        """Write a permanent line."""
+    def echo(self, line: str) -> None: ...
 
-    def end(self) -> None:
-        """Stop drawing."""
+    def end(self) -> None: ...
 
 
 class RunDisplay:
@@ -265,14 +245,12 @@ class RunDisplay:
         self._drawing.update(event)
 
     def __enter__(self) -> Self:
-        """Begin to draw."""
         self._drawing.begin()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Stop drawing."""
         self._drawing.end()
 
 
@@ -345,5 +323,4 @@ def document(done: Run) -> dict[str, Any]:
 
 
 def described(failure: Failure) -> dict[str, str]:
-    """Describe a failure."""
     return {"kind": failure.kind, "message": failure.message, "traceback": failure.traceback}

@@ -52,6 +52,5 @@ def page_in_one(data: str, *, live: bool = False) -> str:
 
 
 def template(live: bool) -> str:
-    """Read the HTML, marked as live or frozen."""
     page = (WEB / "index.html").read_text(encoding="utf-8")
     return page.replace('data-state="loading"', f'data-state="loading" data-live="{str(live).lower()}"')

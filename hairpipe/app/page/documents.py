@@ -45,7 +45,6 @@ def graph_document(shot: GraphShot) -> dict[str, Any]:
 
 
 def node_document(node: Node, table: Mapping[str, Any]) -> dict[str, Any]:
-    """Describe a node."""
     return {
         "name": node.name,
         "type": node.type.name,
@@ -60,7 +59,6 @@ def node_document(node: Node, table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def edges_document(edges: Mapping[str, Edge]) -> list[dict[str, str]]:
-    """Describe the edges of a node."""
     return [{"plug": plug, "node": edge.node, "output": edge.output} for plug, edge in edges.items()]
 
 
@@ -228,10 +226,7 @@ def short(found: Any) -> str:
 
 
 def verdict(shot: GraphShot, found: Plan, output: RunOutput, options: str = "") -> dict[str, Any]:
-    """Summarise: frames, results cached, to compute and computed now, seconds, bytes, failures, versions.
-
-    options  of the command
-    """
+    """Summarise: frames, results cached, to compute and computed now, seconds, bytes, failures, versions."""
     records = found.records.values()
     return {
         "frames": fold_frames(frames_of(shot, found)),
@@ -248,7 +243,6 @@ def verdict(shot: GraphShot, found: Plan, output: RunOutput, options: str = "") 
 
 
 def frames_of(shot: GraphShot, found: Plan) -> set[int]:
-    """Find the frames of the range at which all nodes are planned: a simulation is planned from its first frame on."""
     frames: dict[str, set[int]] = {}
     for entry in found:
         if entry.task.frame is not None:

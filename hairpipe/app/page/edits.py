@@ -68,13 +68,11 @@ def add(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
 
 
 def remove(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
-    """Remove nodes."""
     names = [str(name) for name in given["nodes"]]
     return verbs.without_nodes(draft.text, names), f"delete {', '.join(names)}"
 
 
 def connect(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
-    """Connect an input to `node` or `node.output`; one of several is added to the others."""
     node, socket, source = str(given["node"]), str(given["socket"]), str(given["source"])
     text = connected(draft.text, node, socket, source, draft)
     return text, f"{node}.in.{socket} = {source}"
@@ -94,7 +92,6 @@ def disconnect(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
 
 
 def rename(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
-    """Rename a node."""
     old, new = str(given["node"]), str(given["name"])
     return verbs.renamed(draft.text, old, new), f"rename {old} to {new}"
 
@@ -159,7 +156,6 @@ def template(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
 
 
 def move(draft: Draft, given: dict[str, Any]) -> tuple[str, str]:
-    """Place nodes on the page; None for the automatic layout."""
     for name in given["positions"]:
         verbs.check_node(draft.tables, name)
     return placed(draft.text, given["positions"]), f"move {', '.join(given['positions'])[:60]}"

@@ -56,7 +56,6 @@ class Settings:
         threading.Thread(target=self._listen, daemon=True).start()
 
     def changed(self) -> str | None:
-        """Return a new text since the last call, or None."""
         found = self._latest if self._new else None
         self._new = False
         return found
@@ -69,7 +68,6 @@ class Settings:
 
 
 def main() -> None:
-    """Read a `Show` from the input, and write frames until the input ends."""
     show = Show(**json.loads(sys.stdin.readline()))
     settings = Settings(show.text)
     shot = load_draft(show.graph, show.text, cache=show.cache).shot
@@ -93,7 +91,6 @@ def main() -> None:
 
 
 def send(out: BinaryIO, player: Player, show: Show) -> None:
-    """Play a frame, and write it."""
     played = player.advance()
     hair = played.values[show.output]
     if not isinstance(hair, Strands):
@@ -171,7 +168,6 @@ class Playing:
         self._process.wait()
 
     def _write(self, document: Any) -> None:
-        """Write a line, unless the process has ended."""
         with suppress(OSError):
             assert self._process.stdin is not None
             self._process.stdin.write(json.dumps(document).encode() + b"\n")

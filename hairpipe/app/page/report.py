@@ -39,12 +39,7 @@ Made = TypeVar("Made")
 
 
 class Contents(NamedTuple):
-    """Contents of a report.
-
-    scripts   by the name of the data file
-    pictures  by the name of the object
-    strands   maximum number of shown strands of a groom
-    """
+    """Contents of a report."""
 
     scripts: dict[str, str]
     pictures: dict[str, bytes]
@@ -52,7 +47,6 @@ class Contents(NamedTuple):
 
     @property
     def size(self) -> int:
-        """Total size [bytes]."""
         return sum(map(len, self.scripts.values())) + sum(map(len, self.pictures.values()))
 
 
@@ -139,10 +133,7 @@ def plain_documents(
 
 
 def collect(shelf: Shelf, documents: dict[str, Any], most_bytes: float, progress: Progress) -> Contents:
-    """Make all documents; strands last, as many as the size limit allows.
-
-    documents  plain documents by name
-    """
+    """Make all documents; strands last, as many as the size limit allows."""
     names = list(chosen(shelf))
     hair = [name for name in names if name.endswith(".strands")]
     objects = list(dict.fromkeys(pictures_of(documents)))
@@ -171,7 +162,6 @@ class Counting:
         self._done = 0
 
     def __call__(self, made: Made) -> Made:
-        """Count a document, and return it."""
         self._done += 1
         self._progress(self._done, self._total)
         return made
@@ -192,7 +182,6 @@ def chosen(shelf: Shelf) -> Iterator[str]:
 
 
 def pictures_of(documents: dict[str, Any]) -> Iterator[str]:
-    """List the objects that are pictures."""
     states = [documents["state"]["nodes"], *documents.get("wedge", {"states": []})["states"]]
     for cell in (cell for nodes in states for node in nodes.values() for cell in node["cells"]):
         yield from (cell["outputs"][output] for output in cell.get("pictures", {}))
@@ -218,7 +207,6 @@ def too_large(excess: float) -> BadInput:
 
 
 def bundled(texts: dict[str, str]) -> dict[str, str]:
-    """Join the scripts of consecutive documents into data files, by name."""
     files: dict[str, str] = {}
     held: list[str] = []
     for text in texts.values():
@@ -230,7 +218,6 @@ def bundled(texts: dict[str, str]) -> dict[str, str]:
 
 
 def file_of(scripts: dict[str, str]) -> dict[str, str]:
-    """Name the data file of every document."""
     start = 'hairpipe.load("'
     return {
         line[len(start) : line.index('"', len(start))]: name
@@ -245,10 +232,7 @@ REDIRECT = '<!doctype html><meta charset="utf-8"><meta http-equiv="refresh" cont
 
 @contextmanager
 def redirecting(address: str) -> Iterator[Path]:
-    """Write a temporary file that redirects a browser to an address, readable by this user only.
-
-    OSError without a writable folder of the user.
-    """
+    """Write a temporary file that redirects a browser to an address, readable by this user only."""
     folder = own_folder("state") / "pages"
     make_own(folder)
     sweep(folder)

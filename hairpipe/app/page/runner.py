@@ -52,7 +52,6 @@ def main() -> None:
 
 
 def end_of(job: Job, spare: list[Member]) -> dict[str, Any]:
-    """Run a job with spare workers, and describe its end."""
     try:
         shot = load_draft(job.graph, job.edited, cache=job.cache).shot
         if job.quiet:
@@ -71,7 +70,6 @@ def without_publishing(table: Any) -> Any:
 
 
 def send_event(event: Any) -> None:
-    """Write an event."""
     if event.task is not None:
         send({"kind": event.kind, "node": event.task.node, "frame": event.task.frame, "message": event.message})
 

@@ -152,7 +152,6 @@ class Runs:
         return self.process
 
     def _listen(self, process: "subprocess.Popen[str]") -> None:
-        """Read the messages of a process of runs until its end."""
         assert process.stdout is not None
         for line in process.stdout:
             message = json.loads(line)
@@ -174,7 +173,6 @@ class Runs:
                 self._end({"failures": died, "interrupted": self._stopped})
 
     def _end(self, message: Message) -> None:
-        """Take the end of a run, and begin the next."""
         self._used = time.monotonic()
         taken = {"number": self.last["number"] + 1, "label": self._queue.pop(0).label, "took": self._used - self._begun}
         self.last = taken | message

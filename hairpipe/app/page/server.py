@@ -44,12 +44,7 @@ LARGEST_IMAGE = 1 << 24
 
 
 def read_path(graph: Graph, given: str) -> dict[str, Any] | tuple[bytes, str]:
-    """List a folder of the project, folders first, or read an image in it, with its suffix.
-
-    given  path relative to the folder of the graph, as in its settings
-
-    BadInput for a hidden path, one outside of the project, and any other file.
-    """
+    """List a folder of the project, folders first, or read an image in it, with its suffix."""
     project = project_of(graph.path).resolve()
     try:
         path = graph.file(given).resolve()
@@ -146,13 +141,11 @@ class Closing(uvicorn.Server):
         self._session = session
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Close the session, and answer pending requests."""
         await run_in_threadpool(self._session.close)
         await super().shutdown(sockets)
 
 
 def application(session: Session, token: str, origin: str) -> Starlette:
-    """Make the application with all routes below the token."""
     handler = Handler(session)
     routes = [
         Route("/", handler.page),
@@ -178,8 +171,6 @@ class Guard:
         self._inner, self._origin = inner, origin
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a request, or pass it on."""
-
         async def guarded(message: Message) -> None:
             if message["type"] == "http.response.start":
                 MutableHeaders(scope=message).update(GUARD)
@@ -200,8 +191,6 @@ class Guard:
 
 
 class Played(Response):
-    """Stream of the frames of a player, which ends with the connection."""
-
     media_type = "application/octet-stream"
 
     def __init__(self, player: Playing) -> None:
@@ -210,7 +199,6 @@ class Played(Response):
         del self.headers["content-length"]
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Send the output of the player until it or the page has ended."""
         await send({"type": "http.response.start", "status": 200, "headers": self.raw_headers})
         sending = asyncio.ensure_future(self._send(send))
         leaving = asyncio.ensure_future(left(receive))
@@ -235,7 +223,6 @@ async def left(receive: Receive) -> None:
 
 
 async def body_of(request: Request) -> bytes:
-    """Read the body of a request; ValueError for a longer one than those of the page."""
     body = b""
     async for part in request.stream():
         body += part
@@ -256,11 +243,9 @@ class Handler:
         self._session = session
 
     def page(self, request: Request) -> Response:
-        """The page."""
         return Response(page_html([], live=True), media_type="text/html")
 
     def asset(self, request: Request) -> Response:
-        """A file of the page."""
         try:
             found = asset(request.path_params["name"])
         except KeyError:
@@ -280,7 +265,6 @@ class Handler:
         return Response(text, media_type="text/javascript")
 
     def picture(self, request: Request) -> Response:
-        """A picture."""
         try:
             data, suffix = self._session.picture(request.path_params["name"].rpartition(".")[0])
         except (KeyError, BadInput):
@@ -288,7 +272,6 @@ class Handler:
         return Response(data, media_type=TYPES[suffix])
 
     def files(self, request: Request) -> Response:
-        """A folder of the project, or an image in it."""
         try:
             found = read_path(self._session.draft.shot.graph, request.query_params.get("path", "."))
         except BadInput as fault:
@@ -313,7 +296,6 @@ class Handler:
         return JSONResponse({"revision": session.revision, "graph": session.drawn})
 
     def work(self, request: Request) -> Response:
-        """Missing results up to a node, at all frames and at one."""
         try:
             query = request.query_params
             return JSONResponse(self._session.work(query.get("node", ""), int(query.get("frame", "")[:MOST_DIGITS])))
@@ -321,7 +303,6 @@ class Handler:
             return JSONResponse({"fault": str(fault)}, 404)
 
     def explain(self, request: Request) -> Response:
-        """Explanation of a result."""
         frame = request.query_params.get("frame", "")
         try:
             text = self._session.explain(request.query_params.get("node", ""), int(frame) if frame else None)
@@ -330,7 +311,6 @@ class Handler:
         return PlainTextResponse(text)
 
     def play(self, request: Request) -> Response:
-        """Stream of frames of a node."""
         try:
             query = request.query_params
             most = read_most(query.get("strands", ""))

@@ -267,7 +267,6 @@ class Session:
         return f"{len(missing)} results" if costly else ""
 
     def _seconds(self, missing: list[Entry]) -> float | None:
-        """Return the expected time of missing results [s]; None where that of one is not known."""
         names = {entry.task.node for entry in missing}
         self._costs |= self._shot.costs(names - self._costs.keys())
         return sum(self._costs[e.task.node] for e in missing) if names <= self._costs.keys() else None
@@ -341,7 +340,6 @@ class Session:
         return "\n".join([found.entry.status, *found.reasons, made])
 
     def _live(self) -> dict[str, Any]:
-        """Actions of the page besides display."""
         path = self._shot.path
         can_save = not self._draft.shipped and os.access(path if path.exists() else path.parent, os.W_OK)
         live = {"saved": can_save, "playable": playable(self._shot), "revision": self.drawn}
@@ -359,7 +357,6 @@ class Session:
         return document
 
     def _variants(self) -> dict[str, Any]:
-        """Describe the wedge with the edits."""
         assert self._wedge is not None
         wedge = self._shot.wedge(self._wedge)
         found = wedge.plan(self.frames)
@@ -369,13 +366,11 @@ class Session:
         return document | {"verdict": document["verdict"] | self._run_state()}
 
     def _output(self, plan: Plan) -> RunOutput:
-        """Describe the active run, unless it is of a trial, and what runs of other processes compute now."""
         job = self._runs.job
         tried = job is not None and job.quiet and job.edited != self._draft.text
         return RunOutput({} if tried else self._runs.statuses, {}, self._cache.hosts(plan))
 
     def _run_state(self) -> dict[str, Any]:
-        """Describe the runs, what results of missing ones took before, and the resources of the machine."""
         runs = self._runs.document()
         if runs["running"]:
             missing = {entry.task.node for entry in self._plan if entry.status != "cached"}
@@ -384,7 +379,6 @@ class Session:
         return runs | {"costs": self._costs, "machine": machine_document(self._shot.cache), "note": note}
 
     def _take(self, draft: Draft) -> None:
-        """Plan a draft, and show it; without a change on BadInput."""
         plan = draft.shot.plan(self.frames)
         self._draft = draft
         self._shot = draft.shot
@@ -407,7 +401,6 @@ class Session:
         self._advance(graph=False)
 
     def _replan(self) -> None:
-        """Read which results there are; a fault is noted until it is gone."""
         try:
             self._take(self._draft)
         except BadInput as fault:
@@ -463,7 +456,6 @@ class Session:
 
 
 def missing_of(plan: Plan) -> list[Entry]:
-    """Return the entries of a plan whose results are not in the cache."""
     return [entry for entry in plan if entry.status != "cached"]
 
 

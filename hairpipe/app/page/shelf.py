@@ -23,7 +23,6 @@ class Place(NamedTuple):
 
     @property
     def kind(self) -> type:
-        """Type of the output."""
         return self.shot.graph.nodes[self.task.node].type.outputs[self.output]
 
 

@@ -239,12 +239,10 @@ def document_of(kind: str, value: Any, most: int) -> Packed:
 
 
 def table_document(table: Table) -> dict[str, Any]:
-    """Describe a table; a number that is not finite is a text."""
     return {"names": list(table.names), "rows": [[plain(cell) for cell in row] for row in table.rows()]}
 
 
 def plain(cell: Any) -> Any:
-    """Return a number of JSON, or a text."""
     return str(cell) if isinstance(cell, float) and not math.isfinite(cell) else cell
 
 

@@ -138,7 +138,6 @@ def choose_within(
 
 
 def table_of(full: Measured, singles: Mapping[Simplification, Measured]) -> dict[Combination, Measured]:
-    """List the initial measurements by combination, without those that were screened only."""
     known = {Combination(): full} | {Combination([part]): found for part, found in singles.items()}
     return {parts: found for parts, found in known.items() if not found.screened}
 
@@ -174,7 +173,6 @@ def leaves_out_as_much(parts: Iterable[Simplification], other: Iterable[Simplifi
 
 
 def saves_time(parts: Combination, found: Measured, full: Measured) -> bool:
-    """Whether a combination saves time; the full model need not."""
     return not parts or found.seconds <= WORTH * full.seconds
 
 
@@ -184,7 +182,6 @@ def by_cost(guess: Guess) -> tuple[float | str, ...]:
 
 
 def by_error(guess: Guess) -> tuple[float | str, ...]:
-    """Order guesses by error."""
     return guess.bound, guess.seconds, *names(guess.parts)
 
 

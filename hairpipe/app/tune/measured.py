@@ -127,5 +127,4 @@ class Results:
 
 
 def time_of(record: Record) -> float:
-    """Return the processor time of a result, or its duration where that is not known [s]."""
     return record.seconds if record.processor is None else record.processor

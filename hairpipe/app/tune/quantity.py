@@ -17,7 +17,6 @@ class Tolerance(NamedTuple):
     unit: Literal["m", "%"]
 
     def __str__(self) -> str:
-        """Write the tolerance with its unit."""
         return f"{self.value:g} %" if self.unit == "%" else f"{1e3 * self.value:g} mm"
 
 

@@ -39,7 +39,6 @@ def header(tuned: Tuned) -> list[str]:
 
 
 def reference_line(steps: str, found: Measured | Chaos, tolerance: Tolerance) -> str:
-    """Describe the convergence of the reference, or its chaos."""
     if isinstance(found, Chaos):
         members = f"reference: {len(REFERENCE)} members, {steps}, tips aimed {millimetres(found.tip)} mm apart"
         apart = length(found.apart, tolerance)
@@ -56,7 +55,6 @@ def reference_line(steps: str, found: Measured | Chaos, tolerance: Tolerance) ->
 
 
 def floor_line(found: Chaos, tolerance: Tolerance) -> str:
-    """State the guarantee where the floor of chaos is above the tolerance."""
     floor = f"chaos floor {length(found.floor, tolerance)} ({len(MODEL)} + {len(REFERENCE)} members)"
     until = f"up to frame {found.frame} only" if found.predicted else "at no frame"
     return f"{floor}: a tolerance of {tolerance} can be promised {until}"
@@ -83,12 +81,10 @@ def trial_lines(tuned: Tuned) -> list[str]:
 
 
 def trials(tuned: Tuned) -> list[Trial]:
-    """List the combinations that were measured, for the tolerance and for the budget."""
     return [*tuned.choice.trials, *(tuned.affordable.trials if tuned.affordable else ())]
 
 
 def trial_line(tuned: Tuned, trial: Trial) -> str:
-    """Describe one combination: measured and predicted error, cost, verdict."""
     found = trial.measured
     expected = length(trial.guess.bound, tuned.tolerance)
     cost = "" if found.fault else f", {found.seconds:.3g} s/frame"
@@ -108,7 +104,6 @@ def trial_line(tuned: Tuned, trial: Trial) -> str:
 
 
 def row(text: str, found: Measured, full: Measured, tolerance: Tolerance, reason: str) -> tuple[str, ...]:
-    """Write the measurements of one model."""
     if found.fault:
         return text, *[""] * (len(HEADINGS) - 2), reason
     bound = length(found.bound, tolerance)
@@ -117,7 +112,6 @@ def row(text: str, found: Measured, full: Measured, tolerance: Tolerance, reason
 
 
 def why(tuned: Tuned, parts: Combination, found: Measured) -> str:
-    """Explain why a simplification was taken, or was not."""
     chosen = tuned.choice.parts
     if found.fault:
         return "kept: fails, see below"
@@ -205,7 +199,6 @@ def motion_lines(tuned: Tuned, motions: Mapping[str, RootMotion]) -> list[str]:
 
 
 def affordable_line(budget: str, tolerance: Tolerance, found: Choice) -> str:
-    """Describe the smallest error within the budget."""
     if found.parts is None:
         return f"nothing that was measured costs {budget} or less: the cheapest costs {found.measured.seconds:.3g} s"
     error = shown(found.measured, tolerance)
@@ -215,7 +208,6 @@ def affordable_line(budget: str, tolerance: Tolerance, found: Choice) -> str:
 
 
 def check_lines(tuned: Tuned) -> list[str]:
-    """Describe the error of the choice on the second sample."""
     check = tuned.check
     if check is None:
         return []
@@ -229,7 +221,6 @@ def check_lines(tuned: Tuned) -> list[str]:
 
 
 def shared(sample: Sample, other: Sample) -> str:
-    """Describe what two samples have in common."""
     frames = len(set(sample.frames) & set(other.frames))
     both = ["all strands"] * (sample.number == other.number) + [f"{frames} of the frames"] * (frames > 0)
     return f"; as in the sample: {' and '.join(both)}" if both else ""
@@ -284,7 +275,6 @@ def document(
 
 
 def described_choice(choice: Choice) -> dict[str, Any] | None:
-    """Describe a choice; None where nothing was chosen."""
     return None if choice.parts is None else {"left_out": names_of(choice.parts)} | plain(choice.measured)
 
 
@@ -299,7 +289,6 @@ def names_of(parts: Combination) -> list[str]:
 
 
 def shown(found: Measured, tolerance: Tolerance) -> str:
-    """Write an error and its bound."""
     if found.fault:
         return found.fault
     bound = f"{found.bound:.2g}" if tolerance.unit == "%" else millimetres(found.bound)
@@ -334,7 +323,6 @@ def write_toml(tables: Tables, comment: str) -> str:
 
 
 def table_lines(path: list[str], table: Tables) -> Iterator[str]:
-    """Write a table: its values first, then the tables in it."""
     yield f"[{'.'.join(map(key, path))}]"
     for name, value in table.items():
         if not is_table(name, value, path):
@@ -350,7 +338,6 @@ def is_table(name: str, value: Any, path: list[str]) -> bool:
 
 
 def inline(value: Any) -> str:
-    """Write a value of TOML on one line."""
     if isinstance(value, dict):
         return "{ " + ", ".join(f"{key(name)} = {inline(item)}" for name, item in value.items()) + " }"
     if isinstance(value, list):
@@ -361,7 +348,6 @@ def inline(value: Any) -> str:
 
 
 def key(name: str) -> str:
-    """Write a name, quoted where it has to be."""
     return name if BARE.fullmatch(name) else quoted(name)
 
 

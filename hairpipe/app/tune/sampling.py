@@ -73,7 +73,6 @@ def other_sample(samples: Sequence[Sample], frames: range, fps: float, motion: n
 
 
 def window_length(count: int, fps: float) -> int:
-    """Return the number of measured frames of a shot of so many."""
     return min(max(round(LONG * fps), 2), count - 1) or 1
 
 

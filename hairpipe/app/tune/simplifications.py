@@ -57,14 +57,12 @@ def model_in(graph: Graph, name: str) -> Node:
 
 
 def is_model(node: Node) -> bool:
-    """Return whether a node simulates hair."""
     sockets, outputs = node.type.sockets, node.type.outputs
     groom = sockets.get("groom")
     return node.type.mode == "scan" and groom is not None and groom.type is Groom and outputs.get(OUTPUT) is Strands
 
 
 def place_of(axis: str) -> int:
-    """Find the place of an axis in the order."""
     return ORDER.index(axis if axis in ORDER else "*")
 
 
@@ -111,7 +109,6 @@ def of_segments(graph: Graph, node: Node) -> Iterator[Simplification]:
 
 
 def of_steps(graph: Graph, node: Node) -> Iterator[Simplification]:
-    """Use longer steps, up to a frame."""
     longest = steps_of(node).get("longest", math.inf)
     for level, factor in enumerate(STEPS, 1):
         if longest * factor / STEPS[0] < 1.0 / graph.fps:
@@ -120,7 +117,6 @@ def of_steps(graph: Graph, node: Node) -> Iterator[Simplification]:
 
 
 def steps_of(node: Node) -> dict[str, float]:
-    """Return the settings that bound the steps of a node; empty without steps."""
     steps = node.settings.get("steps")
     bounds = ("longest", "root", "travel", "strain_rate", "courant")
     return {name: steps[name] for name in bounds if steps.get(name) is not None} if isinstance(steps, dict) else {}
@@ -157,7 +153,6 @@ def of_keys(node: Node) -> Iterator[Simplification]:
 
 
 def listed(counts: Iterable[float]) -> str:
-    """Write counts, equal ones once."""
     return ", ".join(str(count) for count in dict.fromkeys(counts))
 
 

@@ -101,7 +101,6 @@ def sampled(tables: Tables, hair: str, sample: Sample) -> Tables:
 
 
 def shown_of(hair: str) -> str:
-    """Return the name of the node that interpolates between keys."""
     return f"{hair}-shown"
 
 
@@ -149,7 +148,6 @@ def gather(merged: Tables, tables: Tables, node: str, known: dict[str, str]) -> 
 
 
 def map_edges(edges: Tables, change: Any) -> Tables:
-    """Return a table `in` with every edge changed; pure."""
     return {
         socket: [change(edge) for edge in value] if isinstance(value, list) else change(value)
         for socket, value in edges.items()
@@ -157,7 +155,6 @@ def map_edges(edges: Tables, change: Any) -> Tables:
 
 
 def plain(value: Any) -> Any:
-    """Return a value of TOML as one that can be digested."""
     if isinstance(value, dict):
         return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list):
@@ -231,11 +228,9 @@ class Comparison:
 
     @property
     def inputs(self) -> list[str]:
-        """Nodes of the inputs of all runs."""
         return [edge.node for nodes in self.names for edge in self.shot.nodes[nodes[0]].edges.values()]
 
     def pairs(self, results: Results) -> dict[tuple[int, int], Table]:
-        """Read the tables of all pairs."""
         return {pair: results.value(error_of(pair)) for pair in combinations(range(len(self.names)), 2)}
 
 
@@ -406,7 +401,6 @@ class Study:
         return merged, [[name for name in found[label] if whole[name].per_frame] for label in tables]
 
     def _tables_of(self, member: int) -> Tables:
-        """Return the tables of the graph with a member of its hair simulated, for the sample only."""
         tables = self.shot.tables
         groom = tables[self.hair]["in"]["groom"]
         if member:
@@ -443,7 +437,6 @@ class Study:
         self._run_nodes(text, compared.shot, wanted, frames, timed=False)
 
     def _is_valid(self, parts: Parts) -> bool:
-        """Whether no settings of a model exclude each other."""
         try:
             self._lay_out([(parts, 0)])
         except BadInput:
@@ -480,10 +473,8 @@ class Study:
 
 
 def text_of(parts: Iterable[Simplification]) -> str:
-    """List the parts that a model omits."""
     return ", ".join(part.text for part in sorted(parts, key=lambda part: part.axis)) or AS_IT_IS
 
 
 def error_of(pair: tuple[int, int]) -> str:
-    """Return the name of the node that compares two runs."""
     return f"{ERROR}-{pair[0]}-{pair[1]}"

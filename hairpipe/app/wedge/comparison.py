@@ -60,7 +60,6 @@ class Comparison:
                 self._stopping.limits(task, records[str(task)])
 
     def row(self, variant: Variant) -> Row:
-        """Summarise a variant."""
         tasks = [task for node in variant.names for task in self.tasks(variant, node)]
         done = sum(str(task) in self._records for task in tasks)
         state = self._stopping.stopped().get(variant.name)
@@ -78,7 +77,6 @@ class Comparison:
         return any(task.node not in variant.names.values() for variant in self._wedge.variants.values())
 
     def tasks(self, variant: Variant, node: str) -> list[Task]:
-        """List the tasks of a node, up to the frame at which the variant was stopped."""
         last = self._stopping.frame_of(variant.name)
         tasks = dict.fromkeys(self._wedge.task(variant, node, frame) for frame in self._frames)
         return [task for task in tasks if last is None or (task.frame is not None and task.frame <= last)]
@@ -109,7 +107,6 @@ def document(wedge: WedgeShot, rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def cells(rows: Sequence[Row]) -> list[tuple[str, ...]]:
-    """Return the cells of the comparison, with a head."""
     settings = list(rows[0].settings)
     metrics = list(dict.fromkeys(name for row in rows for name in row.metrics))
     head = (*settings, *metrics, "seconds", "size", "")
@@ -142,7 +139,6 @@ def markdown(rows: Sequence[Row]) -> str:
 
 
 def shown(value: Any) -> str:
-    """Write a value of a setting or a metric in short."""
     if isinstance(value, float):
         return f"{value:.4g}"
     return value if isinstance(value, str) else json.dumps(value, default=str)

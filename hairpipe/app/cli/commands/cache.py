@@ -56,7 +56,6 @@ def ls(cache: Path, as_json: bool) -> None:
 
 
 def row_of(item: "Item") -> list[str]:
-    """Return a result as a row."""
     record = item.record
     name = record.node if record.frame is None else f"{record.node}@{record.frame}"
     ago = f"{duration(max(0.0, time.time() - item.used))} ago"
@@ -64,7 +63,6 @@ def row_of(item: "Item") -> list[str]:
 
 
 def described(item: "Item") -> dict[str, object]:
-    """Describe a result as a JSON document."""
     record = item.record
     return {
         "key": record.key,

@@ -58,7 +58,6 @@ def get(
 
 
 def copy(file: "File", output: Path) -> None:
-    """Copy a file with its companions."""
     from hairpipe.engine.store.atomic import keep_mode, replacing
 
     for target, source in {output: file.path, **{output.parent / n: p for n, p in file.companions.items()}}.items():

@@ -33,7 +33,6 @@ def graph(graph: str, overrides: dict[str, str], to: tuple[str, ...], form: str)
 
 
 def as_dot(graph: "Graph") -> str:
-    """Write a graph in the language of graphviz."""
     lines = ["digraph {", "  rankdir=LR"]
     for node in graph.nodes.values():
         lines.append(f'  "{node.name}" [shape={DOT_SHAPES[node.type.mode]} label="{node.name}\\n{node.type.name}"]')
@@ -51,7 +50,6 @@ def as_mermaid(graph: "Graph") -> str:
 
 
 def document(graph: "Graph") -> dict[str, Any]:
-    """Describe a graph as a JSON document."""
     nodes = {
         node.name: {
             "type": node.type.name,

@@ -51,7 +51,6 @@ def nodes(name: str | None, graph: str | None, everything: bool, as_json: bool) 
 
 
 def entry(catalogue: "Registry", name: str) -> dict[str, Any]:
-    """Describe a node type as a JSON document, or report why it cannot be loaded."""
     from hairpipe.app.api.node_types import document
 
     try:
@@ -61,7 +60,6 @@ def entry(catalogue: "Registry", name: str) -> dict[str, Any]:
 
 
 def text(node_type: "NodeType") -> str:
-    """Describe a node type."""
     from hairpipe.app.api.node_types import fields_of
 
     parts = [f"{node_type.name}: {MODES[node_type.mode]}\n{node_type.summary}"]
@@ -74,12 +72,10 @@ def text(node_type: "NodeType") -> str:
 
 
 def part(title: str, rows: list[tuple[str, str]]) -> list[str]:
-    """Lay out rows below a title; empty without rows."""
     return [f"{title}\n" + "\n".join(f"  {line}" for line in table(rows, "<<").splitlines())] if rows else []
 
 
 def describe_socket(socket: "Socket") -> str:
-    """Describe the values that a socket accepts."""
     words = [socket.type.__name__, "any number" * socket.many, VIEWS[socket.view], "optional" * socket.optional]
     return ", ".join(filter(None, words))
 

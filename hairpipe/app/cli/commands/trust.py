@@ -50,7 +50,6 @@ def trust(folder: Path | None, as_list: bool, revoke: bool) -> None:
 
 
 def state(entry: "Trusted") -> str:
-    """Describe the changes of a folder since it was trusted."""
     if not entry.folder.is_dir():
         return "is gone"
     return f"changed since: {', '.join(entry.changed)}" if entry.changed else "as it was"

@@ -29,14 +29,12 @@ INTERRUPTED = 130
 
 
 def read_tolerance(ctx: click.Context, param: click.Parameter, text: str) -> "Tolerance":
-    """Read a length or a percentage."""
     from hairpipe.app.tune.quantity import read_tolerance as read
 
     return read(text)
 
 
 def read_time(ctx: click.Context, param: click.Parameter, text: str | None) -> float | None:
-    """Read a time [s]; None where none is given."""
     from hairpipe.app.tune.quantity import read_seconds
 
     return None if text is None else read_seconds(text, param.opts[0])

@@ -49,7 +49,6 @@ def check(file: Path, client: str | None, as_json: bool) -> None:
 
 
 def lint_file(file: Path, client: str | None = None) -> "list[Finding]":
-    """Check a file and its OpenVDB files."""
     from hairpipe.formats.usd.check.lint import lint
     from hairpipe.formats.vdb_read import inspect
 

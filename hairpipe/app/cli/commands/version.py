@@ -42,7 +42,6 @@ def version(as_json: bool) -> None:
 
 
 def version_of(distribution: str) -> str | None:
-    """Return the version of an installed distribution."""
     try:
         return importlib.metadata.version(distribution)
     except importlib.metadata.PackageNotFoundError:

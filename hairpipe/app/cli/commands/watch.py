@@ -82,7 +82,6 @@ def reporting(as_json: bool) -> Iterator[Callable[["Survey"], None]]:
 
 
 def document(survey: "Survey") -> dict[str, Any]:
-    """Write a state as plain values."""
     return {
         "complete": survey.complete,
         "seconds_left": survey.seconds_left,
