@@ -1,15 +1,13 @@
-"""Measure models of a scene's hair on a sample, as ordinary runs of the graph with other settings.
-
-Merge variants of a graph into one graph: common nodes once, differing nodes under names of their own.
-"""
+"""Measure models of a scene's hair on a sample, as ordinary runs of the graph with other settings."""
 
 import importlib
+import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Any, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -23,43 +21,46 @@ from hairpipe.app.tune.simplifications import OUTPUT, above, levelsets_of, scale
 from hairpipe.engine.file.overrides import Tables, drop, nodes_of, put
 from hairpipe.engine.store.digest import digest
 from hairpipe.errors import BadInput
-from hairpipe.values import Table
 from hairpipe.values.simplification import Simplification
 
 MARK = 8
 """Characters of the digest that distinguishes variants of a node."""
 KEYS = "-keys"
 """Suffix of the names of nodes of key strands: the thinned groom, and what depends on it."""
-SAMPLE = "tune-sample"
-"""Name of the node that samples strands."""
-MEMBER = "tune-member"
-"""Name of the node that makes a member of an ensemble."""
+SAMPLE, MEMBER, ERROR, CLIMATE = "tune-sample", "tune-member", "tune-error", "tune-climate"
+"""Names of the nodes that sample strands, make a member of an ensemble, and compare runs."""
 INTERPOLATED = ("body", "ends", "surface", "parts")
 """Sockets that a simulation and an interpolation have in common."""
+AS_IT_IS = "the graph as it is"
+FINE, FINEST = 0.5, 0.25
+"""Factors on the steps of the graph of the two models that test the convergence of the reference."""
+SMALLEST_STEP = 2e-5
+Parts = frozenset[Simplification]
+Run = tuple[Parts, int]
+"""A model, and the number of the member of its hair."""
 
 
 def simplified(tables: Tables, hair: str, parts: Iterable[Simplification]) -> Tables:
     """Return the tables of a graph with simplifications of a simulation applied; pure."""
-    tables = deepcopy(tables)
-    every = 1
-    others = []
+    tables, parts = deepcopy(tables), list(parts)
     for part in parts:
         for target in part.drops:
             drop(tables, target)
         for target, value in part.puts:
             put(tables, target, value)
-        every = max(every, part.keys)
-        others = others + [part] * bool(part.instead)
-    if others:
-        return with_other_model(tables, hair, others[0])
+    for part in parts:
+        if part.instead:
+            return with_other_model(tables, hair, part)
+    every = max((part.keys for part in parts), default=1)
     return tables if every == 1 else with_keys(tables, hair, every)
 
 
 def with_keys(tables: Tables, hair: str, every: int) -> Tables:
     """Return the tables with one strand in `every` simulated, and the others interpolated where hair is used; pure."""
     keys = f"{hair}{KEYS}"
-    groom = tables[hair]["in"]["groom"]
-    interpolated = {socket: edge for socket, edge in tables[hair]["in"].items() if socket in INTERPOLATED}
+    edges = tables[hair]["in"]
+    groom = edges["groom"]
+    interpolated = {socket: edge for socket, edge in edges.items() if socket in INTERPOLATED}
     table = {"type": "interpolate_hair", "in": {"hair": hair, "keys": keys, "groom": groom} | interpolated}
     for edge in (hair, f"{hair}.{OUTPUT}"):
         tables = with_node(tables, shown_of(hair), table, instead=edge)
@@ -77,7 +78,7 @@ def of_keys(tables: Tables, edge: str, groom: str, keys: str) -> str:
     changed = map_edges(edges, lambda other: of_keys(tables, other, groom, keys))
     if changed == edges:
         return edge
-    tables[f"{source}{KEYS}"] = {key: value for key, value in table.items() if key != "publish"} | {"in": changed}
+    tables[f"{source}{KEYS}"] = unpublished(table) | {"in": changed}
     return f"{source}{KEYS}{dot}{output}"
 
 
@@ -87,9 +88,7 @@ def with_other_model(tables: Tables, hair: str, part: Simplification) -> Tables:
     groom = tables[hair]["in"]["groom"]
     whole = tables[SAMPLE]["in"]["groom"] if groom == SAMPLE else groom
     nodes = getattr(importlib.import_module(module), function)(hair, tables[hair], whole, part)
-    return with_node(tables, hair, nodes[hair], instead=f"{hair}.{OUTPUT}") | {
-        name: table for name, table in nodes.items() if name != hair
-    }
+    return with_node(tables, hair, nodes.pop(hair), instead=f"{hair}.{OUTPUT}") | nodes
 
 
 def sampled(tables: Tables, hair: str, sample: Sample) -> Tables:
@@ -101,6 +100,7 @@ def sampled(tables: Tables, hair: str, sample: Sample) -> Tables:
 
 
 def shown_of(hair: str) -> str:
+    """Name the node that interpolates between keys."""
     return f"{hair}-shown"
 
 
@@ -117,10 +117,10 @@ def with_node(tables: Tables, name: str, table: Tables, instead: str | None = No
 
 
 def merged_variants(variants: dict[str, Tables], nodes: Iterable[str]) -> tuple[Tables, dict[str, list[str]]]:
-    """Return one graph that holds nodes of every variant with their dependencies, and their names there by variant.
+    """Merge variants into one graph: nodes with their dependencies, and their names there by variant.
 
-    A variant may lack some of the nodes. Nothing is published. A node keeps its name, followed by a digest of all that
-    determines it.
+    A variant may lack some of the nodes. A node keeps its name, followed by a digest of all that determines it, so that
+    common nodes exist once.
     """
     merged: Tables = {}
     names = {
@@ -134,7 +134,7 @@ def merged_variants(variants: dict[str, Tables], nodes: Iterable[str]) -> tuple[
 def gather(merged: Tables, tables: Tables, node: str, known: dict[str, str]) -> str:
     """Add a node and its dependencies to merged tables, in place, and return its name there."""
     if node not in known:
-        table = {key: value for key, value in tables[node].items() if key != "publish"}
+        table = unpublished(tables[node])
 
         def renamed(edge: str) -> str:
             source, dot, output = edge.partition(".")
@@ -142,34 +142,20 @@ def gather(merged: Tables, tables: Tables, node: str, known: dict[str, str]) -> 
 
         if "in" in table:
             table["in"] = map_edges(table["in"], renamed)
-        known[node] = f"{node}-{digest('node', plain(table))[:MARK]}"
+        known[node] = f"{node}-{digest('node', json.dumps(table, sort_keys=True, default=str))[:MARK]}"
         merged[known[node]] = table
     return known[node]
 
 
-def map_edges(edges: Tables, change: Any) -> Tables:
+def unpublished(table: Tables) -> Tables:
+    return {key: value for key, value in table.items() if key != "publish"}
+
+
+def map_edges(edges: Tables, change: Callable[[str], str]) -> Tables:
     return {
         socket: [change(edge) for edge in value] if isinstance(value, list) else change(value)
         for socket, value in edges.items()
     }
-
-
-def plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: plain(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [plain(item) for item in value]
-    return value if isinstance(value, bool | int | float | str) else str(value)
-
-
-ERROR, CLIMATE = "tune-error", "tune-climate"
-"""Names of the comparing nodes."""
-AS_IT_IS = "the graph as it is"
-FINE, FINEST = 0.5, 0.25
-"""Factors on the steps of the graph of the two models that test the convergence of the reference."""
-Parts = frozenset[Simplification]
-Run = tuple[Parts, int]
-"""A model, and the number of the member of its hair."""
 
 
 class Interrupted(Exception):
@@ -216,22 +202,24 @@ class Request:
     looks: float | None = None
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """Some runs of one graph, and the tables of all pairs of them.
+class Comparison(NamedTuple):
+    """Runs of models and members in one graph, with nodes that compare all pairs of them.
 
-    names   nodes of each run: those that simulate, interpolate or deform hair
+    names  nodes of each run: those that simulate, interpolate or deform hair
     """
 
     shot: Shot
+    runs: Sequence[Run]
     names: list[list[str]]
 
     @property
     def inputs(self) -> list[str]:
         return [edge.node for nodes in self.names for edge in self.shot.nodes[nodes[0]].edges.values()]
 
-    def pairs(self, results: Results) -> dict[tuple[int, int], Table]:
-        return {pair: results.value(error_of(pair)) for pair in combinations(range(len(self.names)), 2)}
+    @property
+    def errors(self) -> dict[tuple[int, int], str]:
+        """Nodes that compare two runs, by their places."""
+        return {(one, other): f"{ERROR}-{one}-{other}" for one, other in combinations(range(len(self.runs)), 2)}
 
 
 class Study:
@@ -245,7 +233,8 @@ class Study:
     scale   strands of the scene over those of the sample
     tip     initial difference of members of an ensemble [m]; None where hair is not chaotic
     chaos   chaos of the reference, once it was measured
-    limit   processor time after which no other model is to be measured [s], and whether it was reached
+    limit   processor time after which no other model is to be measured [s]
+    stopped whether it was reached
     """
 
     def __init__(self, request: Request, sample: Sample, total: int, tip: float | None = None) -> None:
@@ -254,11 +243,10 @@ class Study:
         self.scale = total / sample.strands
         self.chaos: Chaos | None = None
         self.limit, self.stopped = math.inf, False
-        self._node = self.shot.graph.node(self.hair)
         self._reference = self.refined(FINEST if tip is None else FINE)
         self._faults: dict[str, str] = {}
         self._processor: dict[str, float] = {}
-        self._known: dict[Parts, Measured] = {}
+        self._measured: dict[Parts, Measured] = {}
         self._confirmed: dict[Parts, Measured] = {}
 
     @property
@@ -273,23 +261,24 @@ class Study:
 
     def refined(self, factor: float) -> Parts:
         """Describe the scene's own model at finer steps; a model without steps is unchanged."""
-        puts = tuple((target, max(value, 2e-5)) for target, value in scaled_steps(self._node, factor))
+        scaled = scaled_steps(self.shot.graph.node(self.hair), factor)
+        puts = tuple((target, max(value, SMALLEST_STEP)) for target, value in scaled)
         if not puts:
             return frozenset()
         return frozenset([Simplification("steps", 0, f"steps up to 1/{1.0 / puts[0][1]:.0f} s", puts)])
 
     def converged(self) -> Measured | Chaos:
         """Measure the change of the reference when its steps are halved, or its chaos."""
-        fine = self.refined(FINE)
+        fine, text = self.refined(FINE), f"reference: {self.steps}"
         runs = [(self._reference, 0), (fine, 0)] if self.tip is None else [(self._reference, m) for m in REFERENCE]
-        self._compute_ahead(f"reference: {self.steps}", [run for run in runs if run != (frozenset(), 0)])
+        self._compute_ahead(text, [run for run in runs if run != (frozenset(), 0)])
         if self.tip is None:
             return self.measure(fine)
         compared = self._comparison(runs)
-        fault = self._compute(f"reference: {self.steps}", compared, runs)
+        results, fault = self._compute(text, compared)
         if fault:
             return failed(fault)
-        pairs = compared.pairs(self._results(compared))
+        pairs = {pair: results.value(name) for pair, name in compared.errors.items()}
         self.chaos = chaos_of(pairs, self.request.tolerance, self.tip, self._frames, self.shot.fps)
         return self.chaos
 
@@ -300,13 +289,12 @@ class Study:
     def measure_all(self, models: Iterable[Iterable[Simplification]]) -> list[Measured]:
         """Measure several models, which are simulated side by side before the measured frames."""
         wanted = [*map(frozenset, models)]
-        new = [parts for parts in dict.fromkeys(wanted) if parts not in self._known]
+        new = [parts for parts in dict.fromkeys(wanted) if parts not in self._measured]
         if len(new) > 1:
             runs = [(parts, 0) for parts in new if self._is_valid(parts)]
             self._compute_ahead(f"{len(new)} models up to frame {self.sample.first - 1}", runs, settling=True)
-        for parts in new:
-            self._known[parts] = self._measure(parts)
-        return [self._known[parts] for parts in wanted]
+        self._measured |= {parts: self._measure(parts) for parts in new}
+        return [self._measured[parts] for parts in wanted]
 
     def confirm(self, parts: Iterable[Simplification]) -> Measured:
         """Measure the same, once, and if hair is chaotic also its climate."""
@@ -315,12 +303,11 @@ class Study:
     def confirm_all(self, models: Iterable[Iterable[Simplification]]) -> list[Measured]:
         """Confirm several models, whose members are simulated side by side."""
         wanted = [*map(frozenset, models)]
-        screened = [parts for parts, found in zip(wanted, self.measure_all(wanted), strict=True) if found.screened]
-        runs = [(parts, member) for parts in screened if parts not in self._confirmed for member in MODEL[1:]]
+        found = dict(zip(wanted, self.measure_all(wanted), strict=True))
+        new = [parts for parts in found if parts not in self._confirmed]
+        runs = [(parts, member) for parts in new if found[parts].screened for member in MODEL[1:]]
         self._compute_ahead(f"{len(runs)} members of models", runs)
-        for parts in wanted:
-            if parts not in self._confirmed:
-                self._confirmed[parts] = self._confirm(parts)
+        self._confirmed |= {parts: self._confirm(parts, found[parts]) for parts in new}
         return [self._confirmed[parts] for parts in wanted]
 
     @property
@@ -328,40 +315,31 @@ class Study:
         """Frames at which runs are compared: with members, from the start of the simulation."""
         return self.sample.frames if self.tip is None else self.sample.simulated
 
-    @property
-    def _measured(self) -> range:
-        """Frames of the errors: the last predictable ones, as many as the sample has."""
-        if self.chaos is None:
-            return self.sample.frames
-        return self._frames[1 : 1 + max(self.chaos.predicted, 1)][-len(self.sample.frames) :]
-
     def _measure(self, parts: Parts) -> Measured:
-        runs = [(parts, 0), (self._reference, 0)]
         try:
-            compared = self._comparison(runs)
+            compared = self._comparison([(parts, 0), (self._reference, 0)])
         except BadInput as refused:  # settings that exclude each other
             return failed(str(refused))
-        fault = self._compute(text_of(parts), compared, runs)
+        results, fault = self._compute(text_of(parts), compared)
         if fault:
             return failed(fault)
-        results = self._results(compared)
+        frames = self.sample.frames
+        if self.chaos is not None:  # the last predictable ones, as many as the sample has
+            frames = self._frames[1 : 1 + max(self.chaos.predicted, 1)][-len(frames) :]
         seconds = self._seconds(compared.shot, compared.names[0], results)
-        found = measured_of(results.value(error_of((0, 1))), self.request.tolerance, seconds, self._measured)
+        found = measured_of(results.value(compared.errors[0, 1]), self.request.tolerance, seconds, frames)
         return replace(found, screened=self.chaos is not None and self.chaos.chaotic and not found.fault)
 
-    def _confirm(self, parts: Parts) -> Measured:
-        found = self.measure(parts)
-        chaos = self.chaos
+    def _confirm(self, parts: Parts, found: Measured) -> Measured:
+        chaos, tolerance = self.chaos, self.request.tolerance
         if not found.screened or chaos is None:
             return found
         runs = [(parts, member) for member in MODEL] + [(self._reference, member) for member in REFERENCE]
         compared = self._comparison(runs, predicted=max(chaos.predicted, 1))
-        fault = self._compute(text_of(parts), compared, runs, [CLIMATE])
+        results, fault = self._compute(text_of(parts), compared)
         if fault:
             return failed(fault)
-        results = self._results(compared)
-        tolerance = self.request.tolerance
-        pairs = compared.pairs(results)
+        pairs = {pair: results.value(name) for pair, name in compared.errors.items()}
         if any(np.any(table["lost"]) for table in pairs.values()):
             return failed("hair of a member is not finite")
         climate = climate_of(pairs, results.value(CLIMATE), tolerance, chaos)
@@ -370,22 +348,21 @@ class Study:
         return replace(found, error=error, bound=bound, screened=False, climate=climate, refused=refused)
 
     def _comparison(self, runs: Sequence[Run], predicted: int = 0) -> Comparison:
-        """Lay out runs of models and members in one graph, and nodes that compare all pairs.
+        """Lay out runs in one graph, and nodes that compare them.
 
         predicted  frames after which climates are compared; 0: no comparison
         """
         merged, names = self._lay_out(runs)
         hair = [nodes[-1] for nodes in names]
-        for one, other in combinations(range(len(runs)), 2):
+        compared = Comparison(self.shot, runs, names)
+        for (one, other), name in compared.errors.items():
             edges = {"hair": hair[one], "reference": hair[other]}
-            table = {"type": "measure_patches", "in": edges, "patches": self.sample.patches}
-            merged = with_node(merged, error_of((one, other)), table)
+            merged[name] = {"type": "measure_patches", "in": edges, "patches": self.sample.patches}
         if predicted:
             edges = {"hair": hair[: len(MODEL)], "truth": hair[len(MODEL) :]}
             table = {"type": "measure_climate", "in": edges, "predicted": predicted, "patches": self.sample.patches}
-            table |= {"members": list(MODEL), "truth_members": list(REFERENCE)}
-            merged = with_node(merged, CLIMATE, table)
-        return Comparison(self.shot.edited(merged), names)
+            merged[CLIMATE] = table | {"members": list(MODEL), "truth_members": list(REFERENCE)}
+        return compared._replace(shot=self.shot.edited(merged))
 
     def _lay_out(self, runs: Sequence[Run]) -> tuple[Tables, list[list[str]]]:
         """Lay out runs in one graph: its tables, and the nodes of each run; BadInput where settings exclude others."""
@@ -394,9 +371,9 @@ class Study:
             for place, (parts, member) in enumerate(runs)
         }
         last = [self.hair, shown_of(self.hair)]
-        known = {*self.shot.tables, SAMPLE, MEMBER}
-        others = [name for one in tables.values() for name in one if name not in known and not name.endswith(KEYS)]
-        merged, found = merged_variants(tables, [*(name for name in dict.fromkeys(others) if name not in last), *last])
+        known = {*self.shot.tables, SAMPLE, MEMBER, *last}
+        others = {name: None for one in tables.values() for name in one if name not in known}
+        merged, found = merged_variants(tables, [*(name for name in others if not name.endswith(KEYS)), *last])
         whole = self.shot.edited(merged).nodes
         return merged, [[name for name in found[label] if whole[name].per_frame] for label in tables]
 
@@ -408,18 +385,21 @@ class Study:
             tables = with_node(tables, MEMBER, table, instead=groom)
         return sampled(tables, self.hair, self.sample)
 
-    def _compute(self, text: str, compared: Comparison, runs: Sequence[Run], more: Sequence[str] = ()) -> str:
-        """Run the inputs, the reference and the others, and compare them; returns the fault."""
+    def _compute(self, text: str, compared: Comparison) -> tuple[Results, str]:
+        """Run the inputs, the reference and the others, and compare them; return the results, and a fault."""
         shot, names = compared.shot, compared.names
         behind = (node.name for nodes in names for name in nodes for node in above(shot.graph, name))
         fault = next((self._faults[name] for name in behind if name in self._faults), "")
-        reference = [
-            name for nodes, (parts, _) in zip(names, runs, strict=True) if parts == self._reference for name in nodes
-        ]
-        errors = [error_of(pair) for pair in combinations(range(len(runs)), 2)]
+        pairs = zip(names, compared.runs, strict=True)
+        reference = [name for nodes, (parts, _) in pairs if parts == self._reference for name in nodes]
         fault = fault or self._run_nodes(text, shot, compared.inputs, self.sample.simulated)
         fault = fault or self._run_nodes(f"reference: {self.steps}", shot, reference, self._frames)
-        return fault or self._run_nodes(text, shot, [*errors, *more], self._frames)
+        comparing = [name for name in (*compared.errors.values(), CLIMATE) if name in shot.nodes]
+        fault = fault or self._run_nodes(text, shot, comparing, self._frames)
+        results = Results(shot, self._frames)
+        if not fault:
+            self._processor |= results.processor
+        return results, fault
 
     def _compute_ahead(self, text: str, runs: Sequence[Run], *, settling: bool = False) -> None:
         """Compute runs side by side, and note their faults.
@@ -429,12 +409,12 @@ class Study:
         if not runs:
             return
         merged, names = self._lay_out(runs)
-        compared = Comparison(self.shot.edited(merged), names)
-        self._run_nodes(f"inputs of {text}", compared.shot, compared.inputs, self.sample.simulated)
-        found = [compared.shot.nodes[name] for nodes in names for name in nodes]
-        wanted = [node.name for node in found if node.type.mode == "scan" or not settling]
+        ahead = Comparison(self.shot.edited(merged), runs, names)
+        self._run_nodes(f"inputs of {text}", ahead.shot, ahead.inputs, self.sample.simulated)
+        nodes = [ahead.shot.nodes[name] for group in names for name in group]
+        wanted = [node.name for node in nodes if node.type.mode == "scan" or not settling]
         frames = [self.sample.first - 1] if settling else self._frames
-        self._run_nodes(text, compared.shot, wanted, frames, timed=False)
+        self._run_nodes(text, ahead.shot, wanted, frames, timed=False)
 
     def _is_valid(self, parts: Parts) -> bool:
         try:
@@ -456,25 +436,14 @@ class Study:
             self._faults[failure.task.node] = str(failure.message)
         return next((str(failure.message) for failure in outcome.failures), "")
 
-    def _results(self, compared: Comparison) -> Results:
-        """Read the results of a comparison, and count their processor time."""
-        results = Results(compared.shot, self._frames)
-        self._processor |= results.processor
-        return results
-
     def _seconds(self, shot: Shot, names: Sequence[str], results: Results) -> float:
         """Read the times of the nodes of hair, scaled to all strands where they depend on the sample."""
         frames = [frame for frame in self.sample.frames if frame > self.sample.begin]
-        others = [results.seconds(name, frames) for name in levelsets_of(shot.nodes[names[0]])]
         whole = [name for name in names if not any(node.name.startswith(SAMPLE) for node in above(shot.graph, name))]
+        others = [results.seconds(name, frames) for name in (*levelsets_of(shot.nodes[names[0]]), *whole)]
         hair = [results.seconds(name, frames) for name in names if name not in whole]
-        others += [results.seconds(name, frames) for name in whole]
         return seconds_per_frame(hair, others, len(frames), self.scale)
 
 
 def text_of(parts: Iterable[Simplification]) -> str:
     return ", ".join(part.text for part in sorted(parts, key=lambda part: part.axis)) or AS_IT_IS
-
-
-def error_of(pair: tuple[int, int]) -> str:
-    return f"{ERROR}-{pair[0]}-{pair[1]}"
