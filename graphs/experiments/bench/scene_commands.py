@@ -18,7 +18,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.origin import origin
 
 if TYPE_CHECKING:
-    from hairpipe.app.tune.quantity import Tolerance
+    from hairpipe.app.tune.measured import Tolerance
 
 PROGRAM = ("python", "-m", "hairpipe.graphs.experiments.bench")
 """What starts a bench, word by word."""
@@ -43,7 +43,7 @@ def read_numbers(ctx: click.Context, param: click.Parameter, text: str) -> tuple
 
 def read_tolerances(ctx: click.Context, param: click.Parameter, texts: tuple[str, ...]) -> "list[Tolerance]":
     """Read lengths and percentages."""
-    from hairpipe.app.tune.quantity import read_tolerance
+    from hairpipe.app.tune.measured import read_tolerance
 
     return [read_tolerance(text) for text in texts]
 

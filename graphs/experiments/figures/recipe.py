@@ -15,8 +15,7 @@ import hairpipe
 from hairpipe.app.api.cache import open_store
 from hairpipe.app.api.formatting import shown
 from hairpipe.app.api.selection import FrameSet, read_frames
-from hairpipe.app.api.shot import Shot
-from hairpipe.app.api.wedge_shot import WedgeShot
+from hairpipe.app.api.shot import Shot, WedgeShot
 from hairpipe.engine.code import Code, CodeReader
 from hairpipe.engine.file.overrides import parse_value
 from hairpipe.engine.plan.key import Resolver

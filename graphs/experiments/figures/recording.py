@@ -13,8 +13,7 @@ from typing import Any
 
 from hairpipe.app.api.reports import Run
 from hairpipe.app.api.selection import fold_frames
-from hairpipe.app.api.shot import Node, Record, Shot, Task
-from hairpipe.app.api.wedge_shot import WedgeShot
+from hairpipe.app.api.shot import Node, Record, Shot, Task, WedgeShot
 from hairpipe.errors import BadInput
 from hairpipe.formats.values import lay_below
 from hairpipe.graphs.experiments.bench.machine import this_machine

@@ -1,11 +1,8 @@
 """What tuning found, in the cells of a table that has a row for every scene."""
 
-from hairpipe.app.tune.chaos import Chaos
-from hairpipe.app.tune.choosing import saves
-from hairpipe.app.tune.measured import Measured
-from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.measured import Chaos, Measured, Tolerance
 from hairpipe.app.tune.report import length, millimetres, names_of
-from hairpipe.app.tune.tuning import Tuned
+from hairpipe.app.tune.tuning import Tuned, saves
 
 
 def left_out(tuned: Tuned) -> str:

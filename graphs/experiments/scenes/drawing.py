@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.measured import Tolerance
 from hairpipe.engine.file.overrides import Tables
 from hairpipe.values.random_streams import stream
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from hairpipe.app.api.shot import Shot
-from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.measured import Tolerance
 from hairpipe.app.tune.report import document as tuned_document
 from hairpipe.app.tune.study import Request
 from hairpipe.app.tune.tuning import Tuned, Untunable, tune

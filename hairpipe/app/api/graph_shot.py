@@ -13,8 +13,7 @@ from copy import copy
 from pathlib import Path
 from typing import Any, Self
 
-from hairpipe.app.api.explanation import Explanation
-from hairpipe.app.api.reports import Plan, Recorder, Run
+from hairpipe.app.api.reports import Explanation, Plan, Recorder, Run
 from hairpipe.app.api.selection import FrameSet, Names, Target, read_frames, read_names, read_target
 from hairpipe.app.api.source import Source
 from hairpipe.engine.file.bounds import Bounds

@@ -28,7 +28,15 @@ COMMANDS = (
     *("tune", "validate", "wedge", "farm", "results"),
     *("cache", "warm", "trust", "usd", "data", "bench", "version"),
 )
-"""Modules by name, in the order of their use; each defines the command of its name."""
+"""In the order of their use."""
+MODULES = {
+    "results": ("plan", "watch", "explain", "get"),
+    "page": ("view", "report"),
+    "graph": ("graph", "nodes"),
+    "files": ("blender", "convert", "usd"),
+    "environment": ("trust", "data", "version"),
+}
+"""Modules that define several commands; each other command has one of its name."""
 BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
 COMPLETION = 'Shell completion: eval "$(_HAIRPIPE_COMPLETE=bash_source hairpipe)"; zsh and fish work the same way.'
 
@@ -67,10 +75,12 @@ class Commands(Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        folder = EXPERIMENTS if cmd_name in CHECKOUT else "hairpipe.app.cli"
-        if folder == EXPERIMENTS and find_spec(EXPERIMENTS) is None:
-            raise BadInput(f"`hairpipe {cmd_name}` is not in a wheel", right="pip install -e . in a checkout")
-        return getattr(importlib.import_module(f"{folder}.commands.{cmd_name}"), cmd_name)
+        if cmd_name in CHECKOUT:
+            if find_spec(EXPERIMENTS) is None:
+                raise BadInput(f"`hairpipe {cmd_name}` is not in a wheel", right="pip install -e . in a checkout")
+            return getattr(importlib.import_module(f"{EXPERIMENTS}.commands.{cmd_name}"), cmd_name)
+        module = next((module for module, names in MODULES.items() if cmd_name in names), cmd_name)
+        return getattr(importlib.import_module(f"hairpipe.app.cli.commands.{module}"), cmd_name)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

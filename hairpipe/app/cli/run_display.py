@@ -1,10 +1,6 @@
-"""Display of a run: progress by bars on a terminal, or by lines.
+"""Display of runs on the terminal: bars drawn by rich, or lines for logs, and reports as messages and documents.
 
-Progress as bars, one for every running node, or for every node of a survey; drawn by rich on a terminal.
-
-Progress as lines, for logs: at begin and end of a node, and every few seconds in between.
-
-Report of a run, as messages and as a document.
+Lines are written at begin and end of a node, and every few seconds in between.
 """
 
 import os

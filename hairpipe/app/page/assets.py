@@ -38,7 +38,7 @@ def page_html(before: Iterable[str], *, live: bool) -> str:
 def page_in_one(data: str, *, live: bool = False) -> str:
     """Write the HTML of the page as a single file.
 
-    data  scripts that load all documents, escaped by `script` of `packing.py`
+    data  scripts that load all documents, escaped by `values.script`
     """
     page = template(live)
     for name in STYLES:

@@ -16,11 +16,10 @@ from hairpipe.app.api.node_types import FOLDER, RESERVED, Field, Registry, field
 from hairpipe.app.api.node_types import document as type_document
 from hairpipe.app.api.reports import Plan, Run, Status, Task
 from hairpipe.app.api.selection import FrameSet, fold_frames
-from hairpipe.app.api.shot import Edge, Node, Record
-from hairpipe.app.api.wedge_shot import WedgeShot
+from hairpipe.app.api.shot import Edge, Node, Record, WedgeShot
 from hairpipe.app.page.values import kinds_of
-from hairpipe.app.wedge.comparison import compare
-from hairpipe.app.wedge.comparison import document as comparison_document
+from hairpipe.app.wedge import compare
+from hairpipe.app.wedge import document as comparison_document
 from hairpipe.engine.edit import sources_of
 from hairpipe.errors import BadInput
 

@@ -1,9 +1,7 @@
 """Process that plays hair for one page, and ends with the connection of that page.
 
-Child process that plays a graph for a page: it reads the text of the graph as lines, and writes frames as bytes.
-
-A frame is the length of its head, the head as JSON, and the places of its points in steps of a box; compression as in
-`packing.py` would take more time than it saves.
+It reads the text of the graph as lines, and writes frames as bytes: the length of the head, the head as JSON, and the
+places of points in steps of a box; compression as in `values.py` would take more time than it saves.
 """
 
 import json
@@ -22,8 +20,7 @@ import numpy as np
 from hairpipe import child
 from hairpipe.app.api.draft import load_draft
 from hairpipe.app.api.shot import Player, Shot, played_nodes
-from hairpipe.app.page.packing import quantised
-from hairpipe.app.page.values import thinned, width_steps
+from hairpipe.app.page.values import quantised, thinned, width_steps
 from hairpipe.errors import BadInput
 from hairpipe.values import Strands
 
@@ -135,7 +132,7 @@ MOST_BYTES = 1 << 20
 
 
 class Playing:
-    """A process of `stream.py`; any thread may call it, one thread reads."""
+    """A process that plays; any thread may call it, one thread reads."""
 
     def __init__(self, show: Show, environment: Mapping[str, str]) -> None:
         # In a session of its own: Ctrl-C is for the server, which ends its players.

@@ -15,12 +15,11 @@ from typing import Any, NamedTuple, TypeVar
 
 from hairpipe.app.api.reports import Run
 from hairpipe.app.api.selection import FrameSet
-from hairpipe.app.api.shot import Shot
-from hairpipe.app.api.wedge_shot import WedgeShot
+from hairpipe.app.api.shot import Shot, WedgeShot
 from hairpipe.app.page.assets import LICENCES, SCRIPTS, STYLES, VENDOR, asset, page_html, page_in_one
 from hairpipe.app.page.documents import ending, graph_document, output_of, state_document, wedge_document
-from hairpipe.app.page.packing import script
 from hairpipe.app.page.shelf import Shelf
+from hairpipe.app.page.values import script
 from hairpipe.engine.store.atomic import sweep, workspace, write_text
 from hairpipe.engine.store.ownership import make_own, own_folder
 from hairpipe.errors import BadInput

@@ -1,10 +1,8 @@
 """Server of a live page on this machine, only for clients with its address.
 
 The address contains a random token. Requests for other host names are refused, against DNS rebinding, and so are those
-of other pages. Only files of the page, results of the shot by the names of objects in the cache, and images of its
-project are read.
-
-Files of the project of a graph, for the page: folders are listed, and images shown; nothing outside is read.
+of other pages. Only files of the page, results of the shot by the names of objects in the cache, and folders and images
+of its project are read.
 """
 
 import asyncio
@@ -32,10 +30,9 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from hairpipe.app.api.shot import Graph, project_of
 from hairpipe.app.page.assets import asset, page_html
 from hairpipe.app.page.edits import EDITS
-from hairpipe.app.page.packing import script
 from hairpipe.app.page.playing import Playing
 from hairpipe.app.page.session import Session
-from hairpipe.app.page.values import TYPES, suffix_of
+from hairpipe.app.page.values import TYPES, script, suffix_of
 from hairpipe.errors import BadInput
 
 MOST_ENTRIES = 2000
@@ -183,7 +180,7 @@ class Guard:
         """Return why a request is refused; None for one of the page itself, or to open the page."""
         headers = request.headers
         opens = request.method == "GET" and headers.get("sec-fetch-mode") == "navigate"
-        opens = opens and headers.get("sec-fetch-dest") == "document"  # also from the file of `redirect.py`
+        opens = opens and headers.get("sec-fetch-dest") == "document"  # also from the file of `report.redirecting`
         foreign = headers.get("sec-fetch-site", "same-origin") not in ("same-origin", "none")
         if (foreign and not opens) or headers.get("origin", self._origin) != self._origin:
             return "from another page"

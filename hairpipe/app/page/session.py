@@ -24,13 +24,11 @@ from hairpipe.app.page.documents import (
     state_document,
     wedge_document,
 )
-from hairpipe.app.page.edits import copy_assets, edited, write_stroke
-from hairpipe.app.page.history import Deed, History, Step
-from hairpipe.app.page.packing import Packed
+from hairpipe.app.page.edits import Deed, History, Step, copy_assets, edited, write_stroke
 from hairpipe.app.page.playing import Playing, Show, playable
-from hairpipe.app.page.runner import Job
-from hairpipe.app.page.runs import Request, Runs
+from hairpipe.app.page.runs import Job, Request, Runs
 from hairpipe.app.page.shelf import Shelf
+from hairpipe.app.page.values import Packed
 from hairpipe.errors import BadInput
 
 MOST_STRANDS = 4000

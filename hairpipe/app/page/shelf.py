@@ -6,9 +6,15 @@ from typing import Any, NamedTuple
 from hairpipe.app.api.graph_shot import GraphShot
 from hairpipe.app.api.reports import Plan, Task
 from hairpipe.app.api.shot import Record
-from hairpipe.app.page import values as shapes
-from hairpipe.app.page.packing import Packed
-from hairpipe.app.page.values import document_of, kinds_of, mesh_of, suffix_of
+from hairpipe.app.page.values import (
+    Packed,
+    document_of,
+    faces_document,
+    kinds_of,
+    mesh_document,
+    mesh_of,
+    suffix_of,
+)
 from hairpipe.engine import File
 from hairpipe.errors import BadInput
 
@@ -85,8 +91,8 @@ class Shelf:
         mesh = mesh_of(kind, value)
         if mesh is None:
             return document_of(kind, value, self.most if most is None else most)
-        found = shapes.mesh_document(mesh)
-        self._faces.setdefault(found[0]["faces"], shapes.faces_document(mesh))
+        found = mesh_document(mesh)
+        self._faces.setdefault(found[0]["faces"], faces_document(mesh))
         return found
 
     def _read(self, name: str) -> Any:

@@ -1,23 +1,95 @@
-"""Documents of a value by its type.
+"""Documents of values for the browser: strands, meshes, particles, level sets, tables.
 
-Documents of strands, meshes, particles and level sets for the browser.
+Arrays are compact text that a browser unpacks without a library: differences, byte planes, deflate, base64.
+
+A page opened from a file may not fetch, but it may load scripts: every document is a script that calls `hairpipe.load`
+with a name, a plain value and this text.
 """
 
+import base64
 import dataclasses
+import json
 import math
-from collections.abc import Callable
+import zlib
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hairpipe.app.page import values as shapes
-from hairpipe.app.page.packing import Packed, pack, quantised, second_differences, zigzag
 from hairpipe.engine import File
 from hairpipe.engine.store.digest import digest_bytes
 from hairpipe.geometry.isosurface import extract_surface
 from hairpipe.values import Body, Cloud, Density, Groom, LevelSet, Mesh, Particles, PointValues, Strands, Table
 from hairpipe.values.hair import HairState
+
+EFFORT, QUICK, LARGE = 9, 1, 4_000_000
+"""Levels of deflate, 1 to 9: the slowest saves a tenth of the bytes; the quick one is for arrays of so many bytes."""
+STEPS = 16383
+"""Bits of a quantised coordinate: 14 bits are 30 um in half a metre, less than the thickness of a hair."""
+
+Packed = tuple[dict[str, Any], bytes]
+"""Meta data for unpacking, and the bytes before base64."""
+
+
+def quantised(points: np.ndarray) -> tuple[np.ndarray, dict[str, Any]]:
+    """Return points (n, 3) as whole steps (n, 3) int64 of their box, and the box: `low` and `step` [m]. Pure.
+
+    The error is at most half a step: 16383 of them span the longest side of the box.
+    """
+    if not len(points):
+        return np.zeros((0, 3), np.int64), {"low": [0.0, 0.0, 0.0], "step": 1.0}
+    low = points.min(axis=0)
+    step = float((points - low).max()) / STEPS or 1.0
+    return np.rint((points - low) / step).astype(np.int64), {"low": low.tolist(), "step": step}
+
+
+def second_differences(values: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return the first value of every strand, the first difference, then second differences, (p, 3); pure.
+
+    These are small for smooth strands.
+
+    values   (p, 3) int64
+    offsets  strand s owns values offsets[s]:offsets[s+1], (S+1,)
+    """
+    lengths = np.diff(offsets)
+    begins = offsets[:-1][lengths > 0]
+    followers = offsets[:-1][lengths > 1] + 1
+    first = np.diff(values, axis=0, prepend=0)
+    second = np.diff(first, axis=0, prepend=0)
+    second[begins], second[followers] = values[begins], first[followers]
+    return second
+
+
+def zigzag(values: np.ndarray) -> np.ndarray:
+    """Return signed differences modulo 2^16 as (n, 3) uint16, small for small ones of either sign; pure."""
+    wrapped = values.astype(np.int16)
+    return ((wrapped << 1) ^ (wrapped >> 15)).view(np.uint16)
+
+
+def pack(arrays: Mapping[str, np.ndarray], **meta: Any) -> Packed:
+    """Pack arrays of uint8, uint16 or uint32, column by column and byte by byte, with plain values added; pure."""
+    places, planes = [], []
+    for name, array in arrays.items():
+        flat = np.ascontiguousarray(array.T if array.ndim == 2 else array).ravel()
+        size = flat.dtype.itemsize
+        bytewise = flat.view(np.uint8).reshape(-1, size).T
+        places.append({"name": name, "bytes": size, "shape": list(array.shape)})
+        planes.append(bytewise.tobytes())
+    joined = b"".join(planes)
+    return {**meta, "arrays": places}, zlib.compress(joined, EFFORT if len(joined) < LARGE else QUICK)
+
+
+def script(name: str, document: Any, packed: bytes = b"") -> str:
+    """Write a document as a script; texts are escaped, so that they cannot end the script element."""
+    return f'hairpipe.load({literal(name)},{literal(document)},"{base64.b64encode(packed).decode()}");\n'
+
+
+def literal(value: Any) -> str:
+    """Write a plain value as a literal for a script element; ValueError for NaN and infinity."""
+    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
+    return text.replace("<", "\\u003c")
+
 
 MOST_SAMPLES = 4_000_000
 """Largest number of samples of a drawn level set; a larger one is drawn from every second sample, or third."""
@@ -214,25 +286,25 @@ def suffix_of(path: Path) -> str | None:
 def mesh_of(kind: str, value: Any) -> Mesh | None:
     """Return the mesh that a document of a value describes; None for a document without triangles."""
     if kind == "surface":
-        return shapes.surface_of(value)
+        return surface_of(value)
     if kind != "mesh":
         return None
     return value.mesh if isinstance(value, Body) else value
 
 
 def document_of(kind: str, value: Any, most: int) -> Packed:
-    """Describe a value in one document; `shapes` describes meshes, which have two.
+    """Describe a value in one document; meshes have two of their own.
 
     most  maximum number of shown strands
     """
     make: dict[str, Callable[[], Packed]] = {
-        "strands": lambda: shapes.strands_document(value, most),
-        "points": lambda: shapes.points_document(value),
-        "values": lambda: shapes.values_document(value, most),
-        "contacts": lambda: shapes.contacts_document(value),
-        "slices": lambda: shapes.slices_document(value),
+        "strands": lambda: strands_document(value, most),
+        "points": lambda: points_document(value),
+        "values": lambda: values_document(value, most),
+        "contacts": lambda: contacts_document(value),
+        "slices": lambda: slices_document(value),
         "table": lambda: (table_document(value), b""),
-        "maps": lambda: shapes.maps_document(value),
+        "maps": lambda: maps_document(value),
         "value": lambda: ({"lines": list(summary_lines(value))}, b""),
     }
     return make[kind]()

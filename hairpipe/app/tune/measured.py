@@ -1,22 +1,198 @@
-"""Measurements of one model of a scene's hair, from tables and times in the store.
+"""Measurements of models of a scene: tolerances, errors and times from the store, and the limits that chaos sets."""
 
-Results of a run: values, and their processor time.
-"""
-
+import re
 import statistics
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from hairpipe.app.api.reports import Task
 from hairpipe.app.api.shot import Record, Shot
-from hairpipe.app.tune.chaos import Climate
-from hairpipe.app.tune.quantity import Tolerance
-from hairpipe.measure.ensemble import uncertainty
+from hairpipe.errors import BadInput
+from hairpipe.measure.distances import TESTED
+from hairpipe.measure.ensemble import (
+    Sides,
+    floors,
+    frames_within,
+    root_mean_square,
+    sides_of,
+    spread_ratio,
+    squared_bias,
+    uncertainty,
+)
 from hairpipe.values import Table
 from hairpipe.values.table import table_of_columns
+
+LENGTHS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
+TIMES = {"ms": 1e-3, "s": 1.0, "min": 60.0}
+NUMBER = re.compile(r"\s*(\d{1,15}(?:\.\d{1,15})?(?:[eE][+-]?\d{1,2})?)\s*([a-zA-Z%]*)\s*")
+
+
+class Tolerance(NamedTuple):
+    """Largest error of tips and whole strands, root mean square: in metres, or in % of the length of a strand."""
+
+    value: float
+    unit: Literal["m", "%"]
+
+    def __str__(self) -> str:
+        return f"{self.value:g} %" if self.unit == "%" else f"{1e3 * self.value:g} mm"
+
+
+def read_tolerance(text: str) -> Tolerance:
+    """Read a length, or a share of the length of a strand in %; BadInput for another text, or a value not above 0."""
+    number, unit = take_apart(text, (*LENGTHS, "%"), "--tolerance", "2mm, or 0.5% of the length of the hair")
+    return Tolerance(number, "%") if unit == "%" else Tolerance(number * LENGTHS[unit], "m")
+
+
+def read_seconds(text: str, where: str) -> float:
+    """Read a time [s]; BadInput for another text, or a value not above 0."""
+    number, unit = take_apart(text, tuple(TIMES), where, "5s, 300ms or 2min")
+    return number * TIMES[unit]
+
+
+def take_apart(text: str, units: tuple[str, ...], where: str, right: str) -> tuple[float, str]:
+    """Split a text into a positive number and one of these units."""
+    match = NUMBER.fullmatch(text)
+    if not match or float(match[1]) <= 0.0:
+        raise BadInput(f"'{text}' is not a positive number with a unit", where=where, right=right)
+    if match[2] not in units:
+        what = f"'{text}' has no unit" if not match[2] else f"'{match[2]}' is not a valid unit here"
+        raise BadInput(what, where=where, right=right)
+    return float(match[1]), match[2]
+
+
+REFERENCE = (0, 1, 2, 3)
+MODEL = (0, 4, 5)
+"""Members of model and reference: the first of each start equal, and are compared in the predictable frames."""
+INDIFFERENT, LEAST = 0.2, 1e-6
+"""Initial difference of the tips of members: a share of the tolerance, and a minimum [m]."""
+SPREADS = (0.67, 1.5)
+"""Accepted range of the spread of a model, over that of the reference."""
+CHANCE = 0.05
+"""Significance level."""
+PLACES = ("tip", "whole")
+
+
+@dataclass(frozen=True)
+class Chaos:
+    """Chaos of a scene, from members of the reference; lengths in the tolerance's unit.
+
+    tip        standard deviation of the initial tips of members [m]
+    predicted  number of predictable frames after the first: two members differ by at most half the tolerance
+    seconds    the same [s]
+    frame      last predictable frame
+    chaotic    whether later frames exist
+    apart      root mean square distance of two members, of tips or of whole strands, the larger, in later frames, or
+               in all frames without them
+    floor      smallest measurable bias of three members in later frames; 0 without them
+    """
+
+    tip: float
+    predicted: int
+    seconds: float
+    frame: int
+    chaotic: bool
+    apart: float
+    floor: float
+
+
+@dataclass(frozen=True)
+class Climate:
+    """Differences of members of a model from those of the reference after the predictable frames.
+
+    bias         difference of the means, of tips or of whole strands, the larger, in the tolerance's unit
+    bound        upper bound of the bias of strands that were not sampled
+    spread       spread over that of the reference
+    score        largest difference in an observable, over that within the reference; None for too few frames
+    p            probability of such a score by chance
+    significant  observables with larger differences than within the reference, and the ratios
+    """
+
+    bias: float
+    bound: float
+    spread: float
+    score: float | None
+    p: float | None
+    significant: dict[str, float]
+
+
+def chaos_of(
+    pairs: Mapping[tuple[int, int], Table], tolerance: Tolerance, tip: float, frames: range, fps: float
+) -> Chaos:
+    """Find the predictable time of hair from the tables of `measure_patches` of all pairs of the reference.
+
+    frames  frames of the tables; the first is excluded
+    """
+    squares = squares_of(pairs, tolerance.unit)[:, 1:]
+    count = squares.shape[-1]
+    spreads = root_mean_square(squares.mean(axis=2)).max(axis=0)
+    predicted = frames_within(spreads, 0.5 * tolerance.value)
+    common = (tip, predicted, predicted / fps, frames[predicted], predicted < len(spreads))
+    if predicted == len(spreads):
+        return Chaos(*common, float(spreads.max()), 0.0)
+    later = squares[:, predicted:].mean(axis=(1, 2))
+    apart = root_mean_square(later).max()
+    others = np.arange(count + len(MODEL))  # only their number is used
+    floor = floors(np.sqrt(later), Sides(others >= count, others), squared_bias)
+    return Chaos(*common, float(apart), float(np.sqrt(max(floor.max(), 0.0))))
+
+
+def climate_of(pairs: Mapping[tuple[int, int], Table], look: Table, tolerance: Tolerance, chaos: Chaos) -> Climate:
+    """Compare members of a model with the reference, from the tables of all pairs, those of the model first.
+
+    look  of `measure_climate`
+    """
+    squares = squares_of(pairs, tolerance.unit)[:, 1 + chaos.predicted :].mean(axis=1)
+    sides = sides_of(MODEL, REFERENCE)
+    found = squared_bias(np.sqrt(squares), sides)
+    means = found.mean(axis=1)
+    bounds = [patches.mean() + uncertainty(patches) for patches in found]
+    bias, bound = (float(np.sqrt(max(np.max(values), 0.0))) for values in (means, bounds))
+    spread = float(spread_ratio(np.sqrt(squares[PLACES.index("whole")].mean(axis=0)), sides))
+    score, p = float(look["Z"][0]), float(look["p"][0])
+    if np.isnan(score):
+        return Climate(bias, bound, spread, None, None, {})
+    ratios = {name: float(look[f"{name} T/F"][0]) for name in TESTED}
+    return Climate(bias, bound, spread, score, p, {name: ratio for name, ratio in ratios.items() if ratio > 1.0})
+
+
+def squares_of(pairs: Mapping[tuple[int, int], Table], unit: str) -> np.ndarray:
+    """Return the squared distances of tips and of whole strands of all pairs, (2, frames, patches, K, K)."""
+    runs = 1 + max(max(pair) for pair in pairs)
+    first = next(iter(pairs.values()))
+    frames, patches = (len(np.unique(first[name])) for name in ("frame", "patch"))
+    found = np.zeros((len(PLACES), frames, patches, runs, runs))
+    for (one, other), table in pairs.items():
+        for place, name in zip(found, PLACES, strict=True):
+            squares = np.asarray(table[f"{name} [{unit}]"]).reshape(frames, patches) ** 2
+            place[..., one, other] = place[..., other, one] = squares
+    return found
+
+
+def differences(climate: Climate, limit: float = 1.0) -> list[str]:
+    """List statistics of a model that differ from those of the reference, the largest difference first, and the spread.
+
+    limit  largest accepted difference in an observable, over that within the reference
+    """
+    ratios = climate.significant if climate.p is not None and climate.p <= CHANCE else {}
+    names = sorted((name for name, ratio in ratios.items() if ratio > limit), key=lambda name: -ratios[name])
+    apart = [f"{name} ({ratios[name]:.2g} times chance)" for name in names]
+    if not SPREADS[0] <= climate.spread <= SPREADS[1]:
+        apart.append(f"spread ({climate.spread:.2g} times that of the reference)")
+    return apart
+
+
+def refusal(climate: Climate, chaos: Chaos, tolerance: Tolerance, looks: float | None) -> str:
+    """Return why a tolerance cannot be guaranteed for a model, independent of its errors; empty if it can.
+
+    looks  largest accepted difference in an observable, over that within the reference; None: all are accepted
+    """
+    if chaos.floor > tolerance.value:
+        return "the floor of chaos is above the tolerance"
+    apart = [] if looks is None else differences(climate, looks)
+    return f"significantly different in {', '.join(apart)}" if apart else ""
 
 
 @dataclass(frozen=True)

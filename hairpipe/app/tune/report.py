@@ -1,7 +1,4 @@
-"""Results of tuning: rows of a table, sentences, and a document.
-
-Settings as TOML: the whole tables of a graph file that a choice changes, to replace those of the file.
-"""
+"""Results of tuning: rows of a table, sentences, a document, and settings to replace those of the graph file."""
 
 import json
 import re
@@ -11,13 +8,10 @@ from types import MappingProxyType
 from typing import Any
 
 from hairpipe.app.api.formatting import duration
-from hairpipe.app.tune.chaos import MODEL, REFERENCE, Chaos, differences
-from hairpipe.app.tune.choosing import Choice, Combination, Trial, names, saves
-from hairpipe.app.tune.measured import Measured
-from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.measured import MODEL, REFERENCE, Chaos, Measured, Tolerance, differences
 from hairpipe.app.tune.sampling import RootMotion, Sample
 from hairpipe.app.tune.study import AS_IT_IS
-from hairpipe.app.tune.tuning import Tuned, described
+from hairpipe.app.tune.tuning import Choice, Combination, Trial, Tuned, described, names, saves
 from hairpipe.engine.file.overrides import Tables
 from hairpipe.measure.distances import TESTED
 from hairpipe.measure.ensemble import CONFIDENCE

@@ -1,7 +1,4 @@
-"""Chooses the strands and frames that represent a scene.
-
-The hardest motion of roots in a shot, which a promise holds for.
-"""
+"""Strands and frames that represent a scene, and the hardest motion of its roots, which a promise holds for."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

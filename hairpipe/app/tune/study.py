@@ -13,9 +13,20 @@ import numpy as np
 
 from hairpipe.app.api.reports import Outcome
 from hairpipe.app.api.shot import Shot
-from hairpipe.app.tune.chaos import MODEL, REFERENCE, Chaos, chaos_of, climate_of, refusal
-from hairpipe.app.tune.measured import Measured, Results, failed, measured_of, seconds_per_frame
-from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.measured import (
+    MODEL,
+    REFERENCE,
+    Chaos,
+    Measured,
+    Results,
+    Tolerance,
+    chaos_of,
+    climate_of,
+    failed,
+    measured_of,
+    refusal,
+    seconds_per_frame,
+)
 from hairpipe.app.tune.sampling import STRANDS, Sample
 from hairpipe.app.tune.simplifications import OUTPUT, above, levelsets_of, scaled_steps
 from hairpipe.engine.file.overrides import Tables, drop, nodes_of, put

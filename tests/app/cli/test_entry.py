@@ -148,7 +148,7 @@ main()
 """
 
 
-@pytest.mark.parametrize("name", ["click", "hairpipe.app.cli.commands.plan", "pydantic"])
+@pytest.mark.parametrize("name", ["click", "hairpipe.app.cli.commands.results", "pydantic"])
 def test_ctrl_c_in_the_first_imports_is_one_line(name):
     command = [sys.executable, "-c", INTERRUPTED.format(name), "plan", "demo"]
     process = subprocess.run(command, capture_output=True, text=True)

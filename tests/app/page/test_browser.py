@@ -10,12 +10,12 @@ from hairpipe.app.api.draft import EMPTY, load_draft
 from hairpipe.app.api.shot import load
 from hairpipe.app.api.source import shipped_graphs
 from hairpipe.app.page.documents import graph_document
-from hairpipe.app.page.packing import quantised
 from hairpipe.app.page.report import write_report
 from hairpipe.app.page.session import Session
+from hairpipe.app.page.values import quantised
 
-from ..cli.commands.test_watch import ELSEWHERE
 from ...pages import data_of
+from ..cli.commands.test_watch import ELSEWHERE
 from .conftest import SHOT, START
 from .live_page import Page, do, pixels, served
 

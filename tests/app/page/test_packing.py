@@ -8,8 +8,7 @@ import zlib
 import numpy as np
 import pytest
 
-from hairpipe.app.page.packing import STEPS, pack, quantised, script, second_differences, zigzag
-from hairpipe.app.page.values import strands_document
+from hairpipe.app.page.values import STEPS, pack, quantised, script, second_differences, strands_document, zigzag
 from hairpipe.values import Strands
 
 RANDOM = np.random.default_rng(3)

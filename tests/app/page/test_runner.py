@@ -10,7 +10,7 @@ from hairpipe import child
 LINES = 3000  # a pipe holds them unread
 SENDER = f"""
 import signal
-from hairpipe.app.page.runner import send
+from hairpipe.app.page.runs import send
 sending = False
 def interrupt(*_):
     global sending

@@ -14,8 +14,7 @@ import pytest
 import hairpipe.app.page.runs
 from hairpipe.app.api.draft import EMPTY, load_draft
 from hairpipe.app.api.shot import load
-from hairpipe.app.page.runner import Job
-from hairpipe.app.page.runs import Request, Runs
+from hairpipe.app.page.runs import Job, Request, Runs
 from hairpipe.app.page.session import Session
 from hairpipe.errors import BadInput
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.app.page.packing import quantised
+from hairpipe.app.page.values import quantised
 
 from .live_page import do, pixels
 

@@ -5,8 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from hairpipe.app.tune.chaos import MODEL, REFERENCE, chaos_of, climate_of, differences, refusal
-from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.measured import MODEL, REFERENCE, Tolerance, chaos_of, climate_of, differences, refusal
 from hairpipe.measure.climate import LOOKS
 from hairpipe.measure.deviation import PATCH_COLUMNS
 from hairpipe.measure.distances import TESTED

@@ -6,8 +6,8 @@ from itertools import product
 
 import pytest
 
-from hairpipe.app.tune.choosing import WORTH, choose, choose_within, leaves_out_as_much
 from hairpipe.app.tune.measured import Measured, failed
+from hairpipe.app.tune.tuning import WORTH, choose, choose_within, leaves_out_as_much
 from hairpipe.values.simplification import Simplification
 
 AXES = {"model": 1, "segments": 3, "steps": 3, "collisions": 1}

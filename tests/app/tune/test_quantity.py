@@ -2,7 +2,7 @@
 
 import pytest
 
-from hairpipe.app.tune.quantity import Tolerance, read_seconds, read_tolerance
+from hairpipe.app.tune.measured import Tolerance, read_seconds, read_tolerance
 from hairpipe.errors import BadInput
 
 

@@ -7,12 +7,18 @@ import numpy as np
 import pytest
 
 from hairpipe.app.tune import report
-from hairpipe.app.tune.chaos import Chaos, Climate
-from hairpipe.app.tune.choosing import Choice, Guess, Trial
-from hairpipe.app.tune.measured import Measured, bounded, failed, measured_of, seconds_per_frame
-from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.measured import (
+    Chaos,
+    Climate,
+    Measured,
+    Tolerance,
+    bounded,
+    failed,
+    measured_of,
+    seconds_per_frame,
+)
 from hairpipe.app.tune.sampling import RootMotion, Sample
-from hairpipe.app.tune.tuning import Check, Tuned
+from hairpipe.app.tune.tuning import Check, Choice, Guess, Trial, Tuned
 from hairpipe.measure.deviation import PATCH_COLUMNS
 from hairpipe.values.simplification import Simplification
 from hairpipe.values.table import table_of_rows

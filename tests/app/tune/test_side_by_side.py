@@ -8,9 +8,7 @@ from typing import Any
 import pytest
 
 from hairpipe.app.api.shot import Shot, Task, load
-from hairpipe.app.tune.chaos import Chaos
-from hairpipe.app.tune.measured import Measured
-from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.measured import Chaos, Measured, Tolerance
 from hairpipe.app.tune.sampling import Sample
 from hairpipe.app.tune.study import Interrupted, Request, Study
 from hairpipe.app.tune.tuning import measured_singles

@@ -11,8 +11,7 @@ from hairpipe.app.api.shot import Shot, load
 from hairpipe.app.cli.commands.tune import runner
 from hairpipe.app.cli.entry import commands
 from hairpipe.app.cli.options import Engine
-from hairpipe.app.tune.measured import Results
-from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.measured import Results, Tolerance
 from hairpipe.app.tune.sampling import choose_sample
 from hairpipe.app.tune.simplifications import simplifications
 from hairpipe.app.tune.study import Request, Study

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hairpipe
-from hairpipe.app.wedge.comparison import compare, document, markdown, text
+from hairpipe.app.wedge import compare, document, markdown, text
 from hairpipe.errors import BadInput
 
 WEDGE = """

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 import hairpipe
-from hairpipe.app.wedge.sheet import layout, write_sheet
+from hairpipe.app.wedge import layout, write_sheet
 from hairpipe.errors import BadInput
 from hairpipe.formats.pictures import GAP
 

@@ -6,7 +6,7 @@ import tomllib
 import pytest
 
 from hairpipe.app.api.source import shipped_graphs
-from hairpipe.app.page.history import History, Step
+from hairpipe.app.page.edits import History, Step
 from hairpipe.engine import edit as verbs
 from hairpipe.engine.file.overrides import nodes_of
 from hairpipe.errors import BadInput

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.measured import Tolerance
 from hairpipe.app.tune.study import Interrupted
 from hairpipe.graphs.experiments.bench.scene_commands import PROGRAM
 from hairpipe.graphs.experiments.scenes import needs, promises

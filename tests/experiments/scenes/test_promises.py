@@ -6,12 +6,9 @@ from dataclasses import replace
 import pytest
 
 from hairpipe.app.api.shot import load
-from hairpipe.app.tune.chaos import Chaos
-from hairpipe.app.tune.choosing import Choice
-from hairpipe.app.tune.measured import Measured, failed
-from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.measured import Chaos, Measured, Tolerance, failed
 from hairpipe.app.tune.sampling import STILL, RootMotion, Sample
-from hairpipe.app.tune.tuning import Check, Scene, Tuned, Untunable
+from hairpipe.app.tune.tuning import Check, Choice, Scene, Tuned, Untunable
 from hairpipe.engine.run.events import Outcome
 from hairpipe.graphs.experiments.scenes import needs, promises
 from hairpipe.graphs.experiments.scenes.drawing import DrawnScene

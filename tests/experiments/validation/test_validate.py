@@ -11,8 +11,8 @@ from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.figures.file import read_results
 
 from ...app.cli.conftest import hairpipe  # noqa: F401
-from ..figures.conftest import edit, git, repository  # noqa: F401
 from ...sources import HOME
+from ..figures.conftest import edit, git, repository  # noqa: F401
 
 CHECKS = HOME / "graphs/experiments/nodes/check_errors.py"
 VALIDATION = """schema = 1

@@ -10,7 +10,7 @@ import pytest
 from pxr import Sdf
 
 from hairpipe.apart import work_apart
-from hairpipe.app.cli.commands.usd import lint_file
+from hairpipe.app.cli.commands.files import lint_file
 from hairpipe.errors import BadInput
 from hairpipe.formats.registry import read_body, read_strands
 from hairpipe.formats.usd.layer_files import find_layers

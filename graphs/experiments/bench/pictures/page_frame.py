@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 from hairpipe.app.api.draft import Draft, load_draft
 from hairpipe.app.page.documents import draft_document, state_document
 from hairpipe.app.page.edits import edited
-from hairpipe.app.page.packing import script
 from hairpipe.app.page.server import Server
 from hairpipe.app.page.session import Session
+from hairpipe.app.page.values import script
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.engine.first_frame import HAIR
 from hairpipe.graphs.experiments.bench.pictures.browser import browser_path, open_browser

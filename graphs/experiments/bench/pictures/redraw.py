@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hairpipe.app.page.packing import script
-from hairpipe.app.page.values import strands_document
+from hairpipe.app.page.values import script, strands_document
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.pictures.browser import browser_path, open_browser
 from hairpipe.graphs.experiments.bench.report import Report, make_report

@@ -1,1 +1,1 @@
-"""The commands on graphs and their results, one a module, imported when called."""
+"""The commands on graphs and their results, imported when called."""

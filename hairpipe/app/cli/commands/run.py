@@ -79,7 +79,7 @@ def run(
     75 other processes compute the rest, 130 interrupted.
     """
     from hairpipe.app.cli import run_display as summary
-    from hairpipe.app.cli.commands.trust import asking
+    from hairpipe.app.cli.commands.environment import asking
     from hairpipe.app.cli.run_display import RunDisplay
 
     shot = asking(lambda: hairpipe.load(graph, options.parsed(overrides), cache=cache))

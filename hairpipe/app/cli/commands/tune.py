@@ -22,20 +22,20 @@ from hairpipe.plain_file import check_plain
 if TYPE_CHECKING:
     from hairpipe.app.api.reports import Event, Outcome
     from hairpipe.app.api.shot import Shot
-    from hairpipe.app.tune.quantity import Tolerance
+    from hairpipe.app.tune.measured import Tolerance
     from hairpipe.app.tune.study import RunNodes
 
 INTERRUPTED = 130
 
 
 def read_tolerance(ctx: click.Context, param: click.Parameter, text: str) -> "Tolerance":
-    from hairpipe.app.tune.quantity import read_tolerance as read
+    from hairpipe.app.tune.measured import read_tolerance as read
 
     return read(text)
 
 
 def read_time(ctx: click.Context, param: click.Parameter, text: str | None) -> float | None:
-    from hairpipe.app.tune.quantity import read_seconds
+    from hairpipe.app.tune.measured import read_seconds
 
     return None if text is None else read_seconds(text, param.opts[0])
 

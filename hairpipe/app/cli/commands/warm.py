@@ -25,7 +25,7 @@ def warm(graphs: tuple[str, ...], jobs: int, quiet: bool) -> None:
     """
     from hairpipe.app.api.shot import shots_to_warm, warming
     from hairpipe.app.cli import run_display as summary
-    from hairpipe.app.cli.commands.trust import asking
+    from hairpipe.app.cli.commands.environment import asking
     from hairpipe.app.cli.run_display import RunDisplay
 
     failed = False

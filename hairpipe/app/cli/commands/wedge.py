@@ -58,7 +58,7 @@ def compare(
     what not all variants share; what some share counts for each of them. Nothing is computed: what is not in the cache
     is empty.
     """
-    from hairpipe.app.wedge import comparison
+    from hairpipe.app import wedge as comparison
 
     found = hairpipe.load(graph, options.parsed(overrides), cache=cache).wedge(name)
     rows = comparison.compare(found, frames)
@@ -90,7 +90,7 @@ def sheet(
 
     Each has its settings on it. Where axes are crossed, each column is a value of the last axis.
     """
-    from hairpipe.app.wedge.sheet import write_sheet
+    from hairpipe.app.wedge import write_sheet
 
     check_plain(output, "the name of a file")
     if output.is_dir():

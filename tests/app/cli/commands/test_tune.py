@@ -6,11 +6,9 @@ from pathlib import Path
 import pytest
 
 from hairpipe.app.tune import tuning
-from hairpipe.app.tune.choosing import Choice
-from hairpipe.app.tune.measured import Measured
-from hairpipe.app.tune.quantity import Tolerance
+from hairpipe.app.tune.measured import Measured, Tolerance
 from hairpipe.app.tune.sampling import Sample
-from hairpipe.app.tune.tuning import Tuned
+from hairpipe.app.tune.tuning import Choice, Tuned
 from hairpipe.engine.store import atomic
 from hairpipe.values.simplification import Simplification
 

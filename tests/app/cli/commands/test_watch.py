@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import pytest
 
 from hairpipe import load
-from hairpipe.app.cli.commands import watch
+from hairpipe.app.cli.commands import results as watch
 from hairpipe.engine.store.holder import machine
 from tests.app.cli.conftest import SHOT, START
 

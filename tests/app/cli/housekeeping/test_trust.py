@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 import pytest
 
-from hairpipe.app.cli.commands.trust import asking
+from hairpipe.app.cli.commands.environment import asking
 from hairpipe.engine.file.load import load_graph
 from hairpipe.engine.file.trust import Untrusted
 

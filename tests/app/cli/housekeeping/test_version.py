@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from hairpipe import __version__, openvdb_library
-from hairpipe.app.cli.commands.version import version_of
+from hairpipe.app.cli.commands.environment import version_of
 from hairpipe.engine.worker.threading_layer import choose_layer
 from hairpipe.errors import BadInput
 from hairpipe.openvdb_library import find_openvdb

@@ -1,0 +1,223 @@
+"""Results of a graph in the cache: planned, computed by any machine, explained, and written to files."""
+
+import json
+import os
+import shutil
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+import hairpipe
+from hairpipe.app.api.formatting import shown, size
+from hairpipe.app.cli import options
+from hairpipe.errors import BadInput
+from hairpipe.plain_file import check_plain
+
+if TYPE_CHECKING:
+    from hairpipe.app.api.reports import Survey
+    from hairpipe.app.api.selection import Target
+    from hairpipe.engine import File
+
+
+@click.command()
+@options.graph
+@options.frames
+@options.overrides
+@options.to
+@options.wedge
+@options.publish_root
+@click.option("--missing", is_flag=True, help="Report only results that are not cached; exit code 1 if there are any.")
+@options.cache
+@options.as_json
+def plan(
+    graph: str,
+    frames: tuple[int, ...] | None,
+    overrides: dict[str, str],
+    to: tuple[str, ...],
+    wedge: str | None,
+    publish_root: Path | None,
+    missing: bool,
+    cache: Path,
+    as_json: bool,
+) -> None:
+    """Report what a run would do to every node and frame, and why. Nothing is computed or written.
+
+    "will run" gives the first difference to the latest result; `hairpipe explain` gives all of them. "depends on X"
+    runs only if the new result of X differs from the previous one.
+    """
+    shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
+    shot = shot if wedge is None else shot.wedge(wedge)
+    found = shot.plan(frames, to=to, publish_root=publish_root)
+    if missing:
+        found = replace(found, entries=tuple(entry for entry in found if entry.status != "cached"))
+    if as_json:
+        tasks = [entry.task._asdict() | {"status": entry.status, "reason": entry.reason} for entry in found]
+        click.echo(json.dumps({"tasks": tasks, "stopped": found.stopped}, indent=2))
+    else:
+        click.echo(found)
+    if missing and len(found):
+        sys.exit(1)
+
+
+@click.command()
+@options.graph
+@options.target
+@options.frames
+@options.overrides
+@options.cache
+@options.as_json
+def explain(
+    graph: str,
+    target: "Target",
+    frames: tuple[int, ...] | None,
+    overrides: dict[str, str],
+    cache: Path,
+    as_json: bool,
+) -> None:
+    """Explain one result: inputs, state, what is different.
+
+    The result is that of a node at a frame, `hair@12`, or of a node that has one value for the shot, `groom`.
+    """
+    found = hairpipe.load(graph, options.parsed(overrides), cache=cache).explain(target, frames=frames)
+    click.echo(json.dumps(found.document(), indent=2) if as_json else repr(found))
+
+
+@click.command()
+@options.graph
+@options.target
+@options.frames
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Path of the file to write.")
+@options.overrides
+@options.cache
+def get(
+    graph: str,
+    target: "Target",
+    frames: tuple[int, ...] | None,
+    output: Path,
+    overrides: dict[str, str],
+    cache: Path,
+) -> None:
+    """Write a result to a file.
+
+    The format is given by the suffix: HDF5 (.h5), NPZ (.npz), CSV (.csv) or USD (.usd, .usda, .usdc).
+
+    NODE@FRAME is the first output of a node at a frame, NODE.OUTPUT@FRAME another one. HDF5 and NPZ hold any value;
+    CSV and USD meshes and hair. A result that is a file is copied unchanged.
+
+    A result that depends on all frames of a run is found with the --frames of that run.
+    """
+    from hairpipe.engine import File
+    from hairpipe.formats.values import write_value
+
+    shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
+    value = shot.get(shot.single(target), frames=frames)
+    frame = shot.frames[0] if target.frame is None else target.frame
+    if output.is_dir():
+        raise BadInput("is a folder", where=output, right="the name of a file")
+    check_plain(output, "the name of a file")
+    if isinstance(value, File):
+        copy(value, output)
+    else:
+        write_value(output, value, frame, shot.fps)
+    click.echo(f"{shown(output)}  {size(output.stat().st_size)}")
+
+
+def copy(file: "File", output: Path) -> None:
+    from hairpipe.engine.store.atomic import keep_mode, replacing
+
+    for target, source in {output: file.path, **{output.parent / n: p for n, p in file.companions.items()}}.items():
+        with replacing(target) as temporary:
+            shutil.copyfile(source, temporary)
+            keep_mode(temporary, target)
+
+
+WATCHED = 2.0
+"""Time between two reads of the cache [s]."""
+
+
+@click.command()
+@options.graph
+@options.frames
+@options.overrides
+@options.to
+@options.wedge
+@options.cache
+@click.option("--once", is_flag=True, help="Report the present state, and end.")
+@options.as_json
+def watch(
+    graph: str,
+    frames: tuple[int, ...] | None,
+    overrides: dict[str, str],
+    to: tuple[str, ...],
+    wedge: str | None,
+    cache: Path,
+    once: bool,
+    as_json: bool,
+) -> None:
+    """Follow a run of any machine, read from the cache alone.
+
+    Reports which results exist and which are computed now, until all exist; nothing is computed or written. The run
+    may be of any process or machine that shares the cache: give this command the same graph and options. A result is
+    "waiting" until its inputs exist, since its key is made of them, and "missing" if they exist and no process computes
+    it. A failure is reported, with its machine, until a run starts the same computation again.
+
+    On a terminal a table is redrawn every two seconds, elsewhere changes are written line by line; with --json each
+    state is one document on one line. Exit codes: 0 all results exist, 1 not all (with --once).
+    """
+    shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
+    shot = shot if wedge is None else shot.wedge(wedge)
+    survey = shot.survey(frames, to=to)
+    with reporting(as_json) as report:
+        report(survey)
+        while not (once or survey.complete):
+            time.sleep(WATCHED)
+            survey.update()
+            report(survey)
+    sys.exit(0 if survey.complete else 1)
+
+
+@contextmanager
+def reporting(as_json: bool) -> Iterator[Callable[["Survey"], None]]:
+    """Choose documents, a table on a terminal, or lines elsewhere; rich is imported for the table only."""
+    from hairpipe.app.cli.run_display import SurveyLines
+
+    if as_json:
+        yield lambda survey: click.echo(json.dumps(survey_document(survey)))
+    elif sys.stdout.isatty() and os.environ.get("TERM") != "dumb":
+        from hairpipe.app.cli.run_display import SurveyBars
+
+        bars = SurveyBars()
+        try:
+            yield bars
+        finally:
+            bars.end()
+    else:
+        yield SurveyLines()
+
+
+def survey_document(survey: "Survey") -> dict[str, Any]:
+    return {
+        "complete": survey.complete,
+        "seconds_left": survey.seconds_left,
+        "computing": [task._asdict() | {"host": host} for task, host in survey.hosts.items()],
+        "failed": [task._asdict() | failure._asdict() for task, failure in survey.failures.items()],
+        "nodes": {
+            name: {
+                "computed": node.done,
+                "computing": len(node.running),
+                "missing": node.missing,
+                "failed": node.failures.total(),
+                "waiting": node.waiting,
+                "diverged": node.diverged,
+                "seconds_each": node.seconds_per_frame,
+                "seconds_left": node.seconds_left,
+            }
+            for name, node in survey.nodes.items()
+        },
+    }

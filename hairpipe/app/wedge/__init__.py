@@ -1,1 +1,0 @@
-"""Wedges: variants of a graph in a table, and on a contact sheet."""
