@@ -21,8 +21,8 @@ from hairpipe.engine.node.messages import nearest, one_line
 from hairpipe.errors import BadInput
 
 EXPERIMENTS = "hairpipe.graphs.experiments"
-CHECKOUT = ("validate", "results", "bench")
-"""Commands of experiments, which a wheel is without."""
+CHECKOUT = {"validate": "commands.validate", "results": "commands.results", "bench": "bench.commands"}
+"""Modules of experiments, which a wheel is without, by the command that each defines."""
 COMMANDS = (
     *("run", "plan", "watch", "view", "report", "explain", "graph", "nodes", "get", "blender", "convert"),
     *("tune", "validate", "wedge", "farm", "results"),
@@ -78,7 +78,7 @@ class Commands(Group):
         if cmd_name in CHECKOUT:
             if find_spec(EXPERIMENTS) is None:
                 raise BadInput(f"`hairpipe {cmd_name}` is not in a wheel", right="pip install -e . in a checkout")
-            return getattr(importlib.import_module(f"{EXPERIMENTS}.commands.{cmd_name}"), cmd_name)
+            return getattr(importlib.import_module(f"{EXPERIMENTS}.{CHECKOUT[cmd_name]}"), cmd_name)
         module = next((module for module, names in MODULES.items() if cmd_name in names), cmd_name)
         return getattr(importlib.import_module(f"hairpipe.app.cli.commands.{module}"), cmd_name)
 
