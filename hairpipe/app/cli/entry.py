@@ -6,7 +6,6 @@ import os
 import signal
 import sys
 from contextlib import suppress
-from importlib.util import find_spec
 from typing import Any
 
 import click
@@ -15,12 +14,12 @@ from click.shell_completion import add_completion_class
 from hairpipe import __version__
 from hairpipe.app.cli import leave
 from hairpipe.app.cli.completion import Bash
+from hairpipe.app.cli.options import EXPERIMENTS, check_experiments, has_experiments
 from hairpipe.app.cli.stderr import ClosedPipe, fail, open_stderr
 from hairpipe.child import search_path
 from hairpipe.engine.node.messages import nearest, one_line
 from hairpipe.errors import BadInput
 
-EXPERIMENTS = "hairpipe.graphs.experiments"
 CHECKOUT = {"validate": "commands.validate", "results": "commands.results", "bench": "bench.commands"}
 """Modules of experiments, which a wheel is without, by the command that each defines."""
 COMMANDS = (
@@ -70,14 +69,15 @@ class Commands(Group):
     """Commands by name, imported when they are called, so that the start is fast."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(COMMANDS)
+        return [name for name in COMMANDS if name not in CHECKOUT or has_experiments()]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
         if cmd_name in CHECKOUT:
-            if find_spec(EXPERIMENTS) is None:
-                raise BadInput(f"`hairpipe {cmd_name}` is not in a wheel", right="pip install -e . in a checkout")
+            if not has_experiments() and ctx.resilient_parsing:
+                return None  # nothing to complete
+            check_experiments(f"hairpipe {cmd_name}")
             return getattr(importlib.import_module(f"{EXPERIMENTS}.{CHECKOUT[cmd_name]}"), cmd_name)
         module = next((module for module, names in MODULES.items() if cmd_name in names), cmd_name)
         return getattr(importlib.import_module(f"hairpipe.app.cli.commands.{module}"), cmd_name)

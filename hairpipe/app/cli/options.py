@@ -17,6 +17,7 @@ TARGET       explain get
 import os
 from collections.abc import Callable, Mapping
 from functools import partial, wraps
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
@@ -28,6 +29,8 @@ from hairpipe.errors import BadInput
 if TYPE_CHECKING:
     from hairpipe.app.api.selection import Target
 
+EXPERIMENTS = "hairpipe.graphs.experiments"
+
 
 class Engine(TypedDict):
     """Arguments of `Shot.run`: where it computes, and how much at a time."""
@@ -36,6 +39,17 @@ class Engine(TypedDict):
     scans: int
     scheduler: str | None
     insecure: bool
+
+
+def has_experiments() -> bool:
+    """Whether this is a checkout."""
+    return find_spec(EXPERIMENTS) is not None
+
+
+def check_experiments(command: str) -> None:
+    """Raise BadInput in a wheel, which is without experiments."""
+    if not has_experiments():
+        raise BadInput(f"`{command}` is not in a wheel", right="pip install -e . in a checkout")
 
 
 def engine(command: Callable[..., None]) -> Callable[..., None]:

@@ -9,8 +9,11 @@ from pathlib import Path
 
 import pytest
 
+import hairpipe.graphs
 from hairpipe import __version__
-from hairpipe.app.cli.entry import COMMANDS
+from hairpipe.app.cli.completion import Bash
+from hairpipe.app.cli.entry import CHECKOUT, COMMANDS, commands
+from hairpipe.app.cli.options import EXPERIMENTS
 
 from .conftest import START
 
@@ -32,8 +35,8 @@ def test_every_command_explains_itself(command, hairpipe):
 
 def test_starting_up_imports_nothing_heavy():
     code = (
-        "import sys\nfrom hairpipe.app.cli.entry import commands, COMMANDS\n"
-        "for name in COMMANDS: commands.get_command(None, name)\n"
+        "import click, sys\nfrom hairpipe.app.cli.entry import commands, COMMANDS\n"
+        "for name in COMMANDS: commands.get_command(click.Context(commands), name)\n"
         f"print([name for name in {HEAVY} if name in sys.modules])"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"
@@ -57,6 +60,32 @@ def test_system_errors_are_one_message(hairpipe, computed):
     result = hairpipe("get shot.toml list -o shot.toml/list.txt")
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr == "hairpipe: shot.toml: File exists\n" or "Not a directory" in result.stderr
+
+
+@pytest.fixture
+def wheel(monkeypatch):
+    """Hide the experiments, which a wheel is without."""
+    for name in [name for name in sys.modules if name.startswith(EXPERIMENTS)]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setattr(hairpipe.graphs, "__path__", [])
+
+
+@pytest.mark.usefixtures("wheel")
+@pytest.mark.parametrize("words", [*CHECKOUT, "bench paper", "results --help", "run shot.toml --record"])
+def test_a_wheel_says_what_commands_of_a_checkout_need(words, hairpipe, shot):
+    result = hairpipe(words)
+    assert (result.exit_code, result.stdout, result.stderr.count("\n")) == (2, "", 1)
+    assert result.stderr.endswith("is not in a wheel (pip install -e . in a checkout)\n")
+
+
+@pytest.mark.usefixtures("wheel")
+def test_a_wheel_neither_lists_nor_completes_commands_of_a_checkout(hairpipe):
+    result = hairpipe("--help")
+    assert result.exit_code == 0 and "  trust " in result.stdout
+    assert not [name for name in CHECKOUT if f"  {name} " in result.stdout]
+    completion = Bash(commands, {}, "hairpipe", "_HAIRPIPE_COMPLETE")
+    assert [item.value for item in completion.get_completions([], "wa")] == ["watch", "warm"]
+    assert not [item for name in CHECKOUT for item in completion.get_completions([name], "")]
 
 
 def test_closed_output_ends_without_an_error():

@@ -86,6 +86,7 @@ def run(
     shot = shot if wedge is None else shot.wedge(wedge)
     recording = None
     if record is not None:
+        options.check_experiments("hairpipe run --record")
         from hairpipe.graphs.experiments.figures.recording import Recording
 
         recording = Recording(shot, record or None, overrides, frames, to)
