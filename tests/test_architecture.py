@@ -109,7 +109,6 @@ CODE_GENERATORS = ("hairpipe/geometry/simd.py", "hairpipe/geometry/simd_vec4.py"
 MOST_NODE_LINES = 60
 MOST_PARAMETERS, MOST_LONG_SIGNATURES = 8, 5
 LONG_SIGNATURES = {
-    "hairpipe/app/cli/commands/results.py plan": "its parameters are the options of a command",
     "hairpipe/app/api/graph_shot.py run": "its parameters are the options of a run",
     "hairpipe/app/cli/commands/run.py run": "its parameters are the options of a command",
     "hairpipe/app/cli/commands/tune.py tune": "its parameters are the options of a command",

@@ -1,18 +1,4 @@
-"""Arguments and options of several commands.
-
-GRAPH        run plan watch explain graph get tune wedge farm; any number in cache warm bench validate; --graph in nodes
-TARGET       explain get
---set        run plan watch explain graph get tune wedge farm bench
---frames     run plan watch explain get wedge farm
---only       run
---to         run plan watch graph
---wedge      run plan watch farm; WEDGE in wedge
---publish-root  run plan
---cache      run plan watch explain get tune wedge farm cache bench validate
--j --engine --scheduler --insecure  run tune bench validate; -j alone in warm
---json       run plan watch explain nodes tune wedge cache workers bench results validate
---markdown   wedge bench
-"""
+"""Arguments and options of several commands."""
 
 import os
 from collections.abc import Callable, Mapping
@@ -23,11 +9,13 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 import click
 
+import hairpipe
 from hairpipe.app.cli.completion import complete_graph, complete_node, complete_setting, complete_target, complete_wedge
 from hairpipe.errors import BadInput
 
 if TYPE_CHECKING:
     from hairpipe.app.api.selection import Target
+    from hairpipe.app.api.shot import Shot
 
 EXPERIMENTS = "hairpipe.graphs.experiments"
 
@@ -72,9 +60,33 @@ def _with_engine(
             raise BadInput(what, right="--engine dask --scheduler tls://HOST:PORT")
         command(engine=Engine(jobs=jobs, scans=scans_of(jobs), scheduler=scheduler, insecure=insecure), **others)
 
-    for option in (_insecure, _scheduler, _engine, number):
-        run = option(run)
-    return run
+    return _with_options(run, number, _engine, _scheduler, _insecure)
+
+
+def shot(command: Callable[..., None]) -> Callable[..., None]:
+    """Add GRAPH, --set and --cache to a command, which gets the shot that they describe as one argument."""
+
+    @wraps(command)
+    def run(*, graph: str, overrides: dict[str, str], cache: Path, **others: Any) -> None:
+        command(shot=hairpipe.load(graph, parsed(overrides), cache=cache), **others)
+
+    return _with_options(run, graph, overrides, cache)
+
+
+def shot_or_wedge(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the same options and --wedge to a command, which gets the shot, or all variants of its wedge, likewise."""
+
+    @wraps(command)
+    def run(*, shot: "Shot", wedge: str | None, **others: Any) -> None:
+        command(shot=shot if wedge is None else shot.wedge(wedge), **others)
+
+    return shot(wedge(run))
+
+
+def _with_options(command: Callable[..., None], *options: Callable[..., Any]) -> Callable[..., None]:
+    for option in reversed(options):
+        command = option(command)
+    return command
 
 
 def read_graph(ctx: click.Context, param: click.Parameter, given: Any) -> Any:

@@ -6,8 +6,7 @@ Lines are written at begin and end of a node, and every few seconds in between.
 import os
 import sys
 import time
-from types import TracebackType
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 import click
 from rich.console import Console, Group
@@ -17,7 +16,7 @@ from rich.spinner import Spinner
 from rich.table import Table
 
 from hairpipe.app.api.formatting import duration, plural
-from hairpipe.app.api.reports import Event, Failure, Graph, NodeProgress, NodeSurvey, Progress, Run, Survey, origin
+from hairpipe.app.api.reports import Event, Graph, NodeProgress, NodeSurvey, Progress, Run, Survey, origin
 from hairpipe.app.api.shot import NOTICE, compiles_first
 from hairpipe.app.cli.stderr import echo
 from hairpipe.engine.node.messages import one_line
@@ -26,7 +25,7 @@ INTERVAL = 5.0
 """Interval of lines about running nodes [s]."""
 
 
-class NoProgress:
+class Silence:
     """Display of warnings and failures only."""
 
     def begin(self) -> None: ...
@@ -39,7 +38,7 @@ class NoProgress:
     def end(self) -> None: ...
 
 
-class Lines(NoProgress):
+class Lines(Silence):
     """Display of progress line by line."""
 
     def __init__(self, progress: Progress) -> None:
@@ -144,7 +143,7 @@ REFRESHES = 8
 """Pictures per second [1/s]."""
 
 
-class Bars:
+class Bars(Silence):
     """Display of a bar per running node: frames done, seconds per frame, time left, cached frames."""
 
     def __init__(self, progress: Progress) -> None:
@@ -159,6 +158,9 @@ class Bars:
     def begin(self) -> None:
         self._live.start()
 
+    def end(self) -> None:
+        self._live.stop()
+
     def update(self, event: Event) -> None:
         """Lay out new rows, and do not change the old ones: the drawing thread may read them at any time."""
         rows = Table.grid(padding=(0, 2))
@@ -169,9 +171,6 @@ class Bars:
 
     def echo(self, line: str) -> None:
         self._console.print(one_line(line), markup=False, soft_wrap=True)
-
-    def end(self) -> None:
-        self._live.stop()
 
 
 def cells(node: NodeProgress) -> list[ProgressBar | str]:
@@ -190,6 +189,7 @@ class SurveyBars:
 
     def __init__(self) -> None:
         self._live = Live(console=Console(highlight=False, markup=False), auto_refresh=False)
+        self.end = self._live.stop
 
     def __call__(self, survey: Survey) -> None:
         """Draw a state in place of the last one, its total first: a small window does not show all rows."""
@@ -199,31 +199,15 @@ class SurveyBars:
         self._live.start()
         self._live.update(Group(survey_line(survey), rows), refresh=True)
 
-    def end(self) -> None:
-        """Leave the last state, and the cursor as it was."""
-        self._live.stop()
-
-
-class Drawing(Protocol):
-    """A way to show progress."""
-
-    def begin(self) -> None: ...
-
-    def update(self, event: Event) -> None:
-        """Draw the change by an event, which the progress contains already."""
-
-    def echo(self, line: str) -> None: ...
-
-    def end(self) -> None: ...
-
 
 class RunDisplay:
-    """Context that receives the events of a run, and draws its progress."""
+    """Context that receives the events of a run, and draws its progress: bars on a terminal, or lines."""
 
     def __init__(self, graph: Graph, jobs: int, *, quiet: bool) -> None:
         self.progress = Progress(graph, jobs)
-        self._said: set[tuple[str, str]] = set()
-        self._drawing = choose_drawing(self.progress, quiet)
+        self._warnings: set[tuple[str, str]] = set()
+        bars = sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
+        self._drawing = Silence() if quiet else Bars(self.progress) if bars else Lines(self.progress)
         self._compiles = not quiet and compiles_first(graph)
 
     def __call__(self, event: Event) -> None:
@@ -233,8 +217,8 @@ class RunDisplay:
             self._compiles = False
             self._drawing.echo(NOTICE)
         if event.kind == "warning" and event.task is not None:
-            if (event.task.node, event.message) not in self._said:
-                self._said.add((event.task.node, event.message))
+            if (event.task.node, event.message) not in self._warnings:
+                self._warnings.add((event.task.node, event.message))
                 self._drawing.echo(f"warning: {event.task}: {event.message}")
         elif event.kind == "failed":
             self._drawing.echo(f"failed: {event.task}: {event.message}")
@@ -244,21 +228,8 @@ class RunDisplay:
         self._drawing.begin()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self._drawing.end()
-
-
-def choose_drawing(progress: Progress, quiet: bool) -> Drawing:
-    """Choose bars on a terminal, lines elsewhere, nothing if quiet; rich is imported for bars only."""
-    if quiet:
-        return NoProgress()
-    if sys.stderr.isatty() and os.environ.get("TERM") != "dumb":
-        pass
-
-        return Bars(progress)
-    return Lines(progress)
 
 
 def report_faults(done: Run, verbose: bool) -> None:
@@ -288,35 +259,35 @@ def report_faults(done: Run, verbose: bool) -> None:
 
 def document(done: Run) -> dict[str, Any]:
     """Describe a run as a JSON document."""
+    outcome = done.outcome
     return {
         "graph": str(done.graph.path),
         "cache": str(done.shot.cache),
         "frames": list(done.frames),
-        "exit_code": done.outcome.exit_code,
-        "interrupted": done.outcome.interrupted,
+        "exit_code": outcome.exit_code,
+        "interrupted": outcome.interrupted,
         "seconds": done.seconds,
-        "evaluated": done.outcome.evaluated,
-        "cached": done.outcome.cached,
-        "blocked": done.outcome.blocked,
+        "evaluated": outcome.evaluated,
+        "cached": outcome.cached,
+        "blocked": outcome.blocked,
         "stopped": done.stopped,
         "nodes": {
             name: {
                 "total": node.total,
                 "evaluated": node.evaluated,
                 "cached": node.cached,
-                "seconds": done.outcome.seconds.get(name, 0.0),
-                "processor": done.outcome.processor.get(name, 0.0),
+                "seconds": outcome.seconds.get(name, 0.0),
+                "processor": outcome.processor.get(name, 0.0),
             }
             for name, node in done.progress.items()
         },
-        "published": list(done.outcome.published),
-        "failures": [failure.task._asdict() | described(failure) for failure in done.outcome.failures],
+        "published": list(outcome.published),
+        "failures": [
+            fault.task._asdict() | {name: getattr(fault, name) for name in ("kind", "message", "traceback")}
+            for fault in outcome.failures
+        ],
         "warnings": [
             {"node": node, "frames": [task.frame for task in tasks], "message": message}
             for (node, message), tasks in done.warnings.items()
         ],
     }
-
-
-def described(failure: Failure) -> dict[str, str]:
-    return {"kind": failure.kind, "message": failure.message, "traceback": failure.traceback}

@@ -22,14 +22,15 @@ ALIGN = "<>>>>>><"
 
 def header(tuned: Tuned) -> list[str]:
     """Describe the sample, and the convergence of the reference within the tolerance, or its chaos."""
-    found, tolerance = tuned.reference, tuned.tolerance
-    lines = [f"sample: {described(tuned.sample, tuned.strands)}", reference_line(tuned.steps, found, tolerance)]
-    if isinstance(found, Chaos):
-        if found.floor > tolerance.value:
-            lines.append(floor_line(found, tolerance))
-    elif found.error > tolerance.value:
-        lines.append(f"the reference is not converged within {tolerance}: motion like this cannot be held to it")
-    return lines
+    reference, tolerance = tuned.reference, tuned.tolerance
+    lines = [f"sample: {described(tuned.sample, tuned.strands)}", reference_line(tuned.steps, reference, tolerance)]
+    if not isinstance(reference, Chaos):
+        beyond = f"the reference is not converged within {tolerance}: motion like this cannot be held to it"
+        return lines + [beyond] * (reference.error > tolerance.value)
+    floor = f"chaos floor {length(reference.floor, tolerance)} ({len(MODEL)} + {len(REFERENCE)} members)"
+    until = f"up to frame {reference.frame} only" if reference.predicted else "at no frame"
+    beyond = f"{floor}: a tolerance of {tolerance} can be promised {until}"
+    return lines + [beyond] * (reference.floor > tolerance.value)
 
 
 def reference_line(steps: str, found: Measured | Chaos, tolerance: Tolerance) -> str:
@@ -43,25 +44,26 @@ def reference_line(steps: str, found: Measured | Chaos, tolerance: Tolerance) ->
         return f"reference: {steps}, which takes no steps in time"
     if found.fault:
         return f"reference: {steps}; twice as long ones: {found.fault}"
-    return (
-        f"reference: {steps}; twice as long ones move its tips by {millimetres(found.tip)} mm ({found.percent:.2g} %)"
-    )
-
-
-def floor_line(found: Chaos, tolerance: Tolerance) -> str:
-    floor = f"chaos floor {length(found.floor, tolerance)} ({len(MODEL)} + {len(REFERENCE)} members)"
-    until = f"up to frame {found.frame} only" if found.predicted else "at no frame"
-    return f"{floor}: a tolerance of {tolerance} can be promised {until}"
+    moved = f"{millimetres(found.tip)} mm ({found.percent:.2g} %)"
+    return f"reference: {steps}; twice as long ones move its tips by {moved}"
 
 
 def rows(tuned: Tuned) -> list[tuple[str, ...]]:
     """Lay out the measurements: the full model, then each simplification on its own, with the verdict."""
     full = tuned.full
     reason = "" if full.keeps(tuned.tolerance.value) else f"may be beyond {tuned.tolerance}"
-    found = [HEADINGS, row(AS_IT_IS, full, full, tuned.tolerance, reason)]
-    for part, measured in tuned.singles.items():
-        found.append(row(part.text, measured, full, tuned.tolerance, why(tuned, Combination([part]), measured)))
-    return found
+    models = [(AS_IT_IS, full, reason)]
+    models += [(part.text, found, why(tuned, Combination([part]), found)) for part, found in tuned.singles.items()]
+    cells = [HEADINGS]
+    for text, found, verdict in models:
+        numbers = [""] * (len(HEADINGS) - 2)
+        if not found.fault:
+            saved = "" if found is full else f"{100.0 * (1.0 - found.seconds / full.seconds):.0f} %"
+            bound, whole = length(found.bound, tuned.tolerance), millimetres(found.whole)
+            error = [millimetres(found.tip), f"{found.percent:.2g}", bound, whole]
+            numbers = [*error, f"{found.seconds:.3g}", saved]
+        cells.append((text, *numbers, verdict))
+    return cells
 
 
 def fault_lines(tuned: Tuned) -> list[str]:
@@ -69,40 +71,29 @@ def fault_lines(tuned: Tuned) -> list[str]:
     return [f"{part.text}: {found.fault}" for part, found in tuned.singles.items() if found.fault]
 
 
-def trial_lines(tuned: Tuned) -> list[str]:
-    """List the combinations that were measured, with predicted and measured errors."""
-    return [trial_line(tuned, trial) for trial in trials(tuned)]
-
-
 def trials(tuned: Tuned) -> list[Trial]:
     return [*tuned.choice.trials, *(tuned.affordable.trials if tuned.affordable else ())]
 
 
-def trial_line(tuned: Tuned, trial: Trial) -> str:
-    found = trial.measured
-    expected = length(trial.guess.bound, tuned.tolerance)
-    cost = "" if found.fault else f", {found.seconds:.3g} s/frame"
-    affordable = tuned.affordable.parts if tuned.affordable else None
-    if trial.guess.parts == tuned.choice.parts:
-        verdict = "taken"
-    elif trial.guess.parts == affordable:
-        verdict = "what the budget buys"
-    elif found.bound > tuned.tolerance.value:
-        verdict = "not taken, may be beyond"
-    elif trial.guess.parts in tuned.choice.failed:
-        verdict = "not taken, beyond it in the check"
-    else:
-        verdict = f"not taken, {found.refused or 'costs more'}"
-    what = "; ".join(names_of(trial.guess.parts))
-    return f"together: {what}\n  {shown(found, tuned.tolerance)}, expected at most {expected}{cost}: {verdict}"
-
-
-def row(text: str, found: Measured, full: Measured, tolerance: Tolerance, reason: str) -> tuple[str, ...]:
-    if found.fault:
-        return text, *[""] * (len(HEADINGS) - 2), reason
-    bound = length(found.bound, tolerance)
-    numbers = (millimetres(found.tip), f"{found.percent:.2g}", bound, millimetres(found.whole), f"{found.seconds:.3g}")
-    return text, *numbers, "" if found is full else f"{100.0 * (1.0 - found.seconds / full.seconds):.0f} %", reason
+def trial_lines(tuned: Tuned) -> list[str]:
+    """List the combinations that were measured, with predicted and measured errors, cost and verdict."""
+    lines = []
+    for guess, found in trials(tuned):
+        if guess.parts == tuned.choice.parts:
+            verdict = "taken"
+        elif tuned.affordable and guess.parts == tuned.affordable.parts:
+            verdict = "what the budget buys"
+        elif found.bound > tuned.tolerance.value:
+            verdict = "not taken, may be beyond"
+        elif guess.parts in tuned.choice.failed:
+            verdict = "not taken, beyond it in the check"
+        else:
+            verdict = f"not taken, {found.refused or 'costs more'}"
+        cost = "" if found.fault else f", {found.seconds:.3g} s/frame"
+        expected = f"expected at most {length(guess.bound, tuned.tolerance)}"
+        names = "; ".join(names_of(guess.parts))
+        lines.append(f"together: {names}\n  {shown(found, tuned.tolerance)}, {expected}{cost}: {verdict}")
+    return lines
 
 
 def why(tuned: Tuned, parts: Combination, found: Measured) -> str:
@@ -133,11 +124,10 @@ def why(tuned: Tuned, parts: Combination, found: Measured) -> str:
 def conclusion(tuned: Tuned) -> list[str]:
     """Describe the choice, its saving, and the result on the second sample."""
     choice, full, tolerance = tuned.choice, tuned.full, tuned.tolerance
+    error = shown(choice.measured, tolerance)
     if choice.parts is None:
-        found = choice.measured
-        lines = [f"nothing keeps {tolerance}: not even the unchanged graph, with an error of {shown(found, tolerance)}"]
-        if found.refused:
-            lines.append(found.refused)
+        lines = [f"nothing keeps {tolerance}: not even the unchanged graph, with an error of {error}"]
+        lines += [choice.measured.refused] * bool(choice.measured.refused)
         if isinstance(tuned.reference, Chaos) and tuned.reference.chaotic:
             lines.append(f"up to frame {tuned.reference.frame} its tips are {millimetres(full.tip)} mm off")
         else:
@@ -145,14 +135,13 @@ def conclusion(tuned: Tuned) -> list[str]:
     else:
         saved = f"{full.seconds / choice.measured.seconds:.1f} times as fast"
         nothing = "nothing, the scene needs the unchanged graph" if tuned.stopped is None else "nothing so far"
+        reach = f"holds for motions whose roots reach no more than {tuned.motion} over half a second"
         lines = [
             f"left out: {'; '.join(names_of(choice.parts)) or nothing}",
-            f"error {shown(choice.measured, tolerance)}",
+            f"error {error}",
             f"{choice.measured.seconds:.3g} s a frame, not {full.seconds:.3g}: {saved}",
             *promise_lines(tuned),
-            f"holds for motions whose roots reach no more than {tuned.motion} over half a second"
-            if tuned.motion.speed > 0.0
-            else "holds where roots are at rest",
+            reach if tuned.motion.speed > 0.0 else "holds where roots are at rest",
         ]
     if tuned.stopped is not None:
         lines.append(f"stopped after {duration(tuned.stopped)} of processor time: the best so far; --time allows more")
@@ -163,15 +152,14 @@ def conclusion(tuned: Tuned) -> list[str]:
 
 def promise_lines(tuned: Tuned) -> list[str]:
     """State the guarantee for chaotic hair: its duration, and its quantities afterwards."""
-    chaos = tuned.reference
-    climate = tuned.choice.measured.climate
+    chaos, climate = tuned.reference, tuned.choice.measured.climate
     if not isinstance(chaos, Chaos) or climate is None:
         return []
     lines = [
         f"keeps {tuned.tolerance} with {100 * CONFIDENCE:.0f} % confidence up to frame {chaos.frame} "
-        f"({chaos.seconds:.2f} s); chaos: from then on two references are {length(chaos.apart, tuned.tolerance)} apart"
+        f"({chaos.seconds:.2f} s); chaos: from then on two references are {length(chaos.apart, tuned.tolerance)} apart",
+        f"afterwards the error of its mean is at most {length(climate.bound, tuned.tolerance)}",
     ]
-    lines.append(f"afterwards the error of its mean is at most {length(climate.bound, tuned.tolerance)}")
     if climate.score is None:
         lines.append("too few frames remain for statistics")
     apart = differences(climate)
@@ -202,22 +190,19 @@ def affordable_line(budget: str, tolerance: Tolerance, found: Choice) -> str:
 
 
 def check_lines(tuned: Tuned) -> list[str]:
-    check = tuned.check
+    check, tolerance = tuned.check, tuned.tolerance
     if check is None:
         return []
-    held = "the tolerance holds" if tuned.kept else check.chosen.refused or f"beyond {tuned.tolerance}"
-    own = shown(check.full, tuned.tolerance)
+    frames = len(set(tuned.sample.frames) & set(check.sample.frames))
+    both = ["all strands"] * (tuned.sample.number == check.sample.number) + [f"{frames} of the frames"] * (frames > 0)
+    shared = f"; as in the sample: {' and '.join(both)}" if both else ""
+    held = "the tolerance holds" if tuned.kept else check.chosen.refused or f"beyond {tolerance}"
+    chosen, own = shown(check.chosen, tolerance), shown(check.full, tolerance)
     return [
-        f"check: {described(check.sample, tuned.strands)}{shared(tuned.sample, check.sample)}",
-        f"check: {reference_line(tuned.steps, check.reference, tuned.tolerance)}",
-        f"check: error {shown(check.chosen, tuned.tolerance)}; the graph as it is, {own}: {held}",
+        f"check: {described(check.sample, tuned.strands)}{shared}",
+        f"check: {reference_line(tuned.steps, check.reference, tolerance)}",
+        f"check: error {chosen}; the graph as it is, {own}: {held}",
     ]
-
-
-def shared(sample: Sample, other: Sample) -> str:
-    frames = len(set(sample.frames) & set(other.frames))
-    both = ["all strands"] * (sample.number == other.number) + [f"{frames} of the frames"] * (frames > 0)
-    return f"; as in the sample: {' and '.join(both)}" if both else ""
 
 
 def comment(tuned: Tuned, command: str) -> str:
@@ -231,16 +216,6 @@ def document(
     tuned: Tuned, fragment: str | None, motions: Mapping[str, RootMotion] = MappingProxyType({})
 ) -> dict[str, Any]:
     """Describe the results of tuning as a JSON document, with the motions of other graphs by their names."""
-    chosen = tuned.choice.parts
-    singles = [
-        asdict(part) | plain(found) | {"verdict": why(tuned, Combination([part]), found)}
-        for part, found in tuned.singles.items()
-    ]
-    combinations = [
-        {"left_out": names_of(t.guess.parts), "guess": {"bound": t.guess.bound, "seconds": t.guess.seconds}}
-        | plain(t.measured)
-        for t in trials(tuned)
-    ]
     check = tuned.check
     return {
         "strands": tuned.strands,
@@ -249,26 +224,29 @@ def document(
         "kept": tuned.kept,
         "reference": {"steps": tuned.steps} | plain(tuned.reference),
         "full": plain(tuned.full),
-        "simplifications": singles,
-        "combinations": combinations,
-        "chosen": None if chosen is None else {"left_out": names_of(chosen)} | plain(tuned.choice.measured),
+        "simplifications": [
+            asdict(part) | plain(found) | {"verdict": why(tuned, Combination([part]), found)}
+            for part, found in tuned.singles.items()
+        ],
+        "combinations": [
+            {"left_out": names_of(guess.parts), "guess": {"bound": guess.bound, "seconds": guess.seconds}}
+            | plain(found)
+            for guess, found in trials(tuned)
+        ],
+        "chosen": choice_document(tuned.choice),
         "holds_for": asdict(tuned.motion),
         "also": {name: asdict(motion) | {"within": tuned.motion.includes(motion)} for name, motion in motions.items()},
         "stopped": tuned.stopped,
         "budget": tuned.budget,
-        "affordable": tuned.affordable and described_choice(tuned.affordable),
+        "affordable": tuned.affordable and choice_document(tuned.affordable),
         "check": check
-        and {
-            "sample": asdict(check.sample),
-            "reference": plain(check.reference),
-            "full": plain(check.full),
-            "chosen": plain(check.chosen),
-        },
+        and {"sample": asdict(check.sample)}
+        | {name: plain(getattr(check, name)) for name in ("reference", "full", "chosen")},
         "fragment": fragment,
     }
 
 
-def described_choice(choice: Choice) -> dict[str, Any] | None:
+def choice_document(choice: Choice) -> dict[str, Any] | None:
     return None if choice.parts is None else {"left_out": names_of(choice.parts)} | plain(choice.measured)
 
 

@@ -44,8 +44,7 @@ class Guess:
     seconds: float
 
 
-@dataclass(frozen=True)
-class Trial:
+class Trial(NamedTuple):
     """A combination that was measured because of its prediction."""
 
     guess: Guess

@@ -3,12 +3,15 @@
 import sys
 from contextlib import nullcontext
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-import hairpipe
 from hairpipe.app.api.formatting import shown, size
 from hairpipe.app.cli import options
+
+if TYPE_CHECKING:
+    from hairpipe.app.api.shot import Shot
 
 
 @click.command()
@@ -66,9 +69,8 @@ def view(
 
 
 @click.command()
-@options.graph
+@options.shot
 @options.frames
-@options.overrides
 @options.wedge
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder or file to write.")
 @click.option("--single", is_flag=True, help="Write a single HTML file.")
@@ -81,16 +83,8 @@ def view(
     metavar="MB",
     help="Maximum size of the report; it limits the number of strands shown.",
 )
-@options.cache
 def report(
-    graph: str,
-    frames: tuple[int, ...] | None,
-    overrides: dict[str, str],
-    wedge: str | None,
-    output: Path,
-    single: bool,
-    megabytes: float,
-    cache: Path,
+    shot: "Shot", frames: tuple[int, ...] | None, wedge: str | None, output: Path, single: bool, megabytes: float
 ) -> None:
     """Write the results of a graph as a page for any browser.
 
@@ -100,15 +94,9 @@ def report(
     from hairpipe.app.cli.run_display import Steps
     from hairpipe.app.page.report import write_report
 
-    shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
+    variants = None if wedge is None else shot.wedge(wedge)
     made = write_report(
-        shot,
-        output,
-        frames,
-        wedge=None if wedge is None else shot.wedge(wedge),
-        most_bytes=1e6 * megabytes,
-        single=single,
-        progress=Steps("document"),
+        shot, output, frames, wedge=variants, most_bytes=1e6 * megabytes, single=single, progress=Steps("document")
     )
     place = output if single else output / "index.html"
     click.echo(f"{shown(place)}  {size(made.size)}, at most {made.strands:,} strands of a groom")

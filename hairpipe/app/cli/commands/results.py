@@ -13,37 +13,32 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-import hairpipe
 from hairpipe.app.api.formatting import shown, size
 from hairpipe.app.cli import options
 from hairpipe.errors import BadInput
 from hairpipe.plain_file import check_plain
 
 if TYPE_CHECKING:
+    from hairpipe.app.api.graph_shot import GraphShot
     from hairpipe.app.api.reports import Survey
     from hairpipe.app.api.selection import Target
+    from hairpipe.app.api.shot import Shot
     from hairpipe.engine import File
 
 
 @click.command()
-@options.graph
+@options.shot_or_wedge
 @options.frames
-@options.overrides
 @options.to
-@options.wedge
 @options.publish_root
 @click.option("--missing", is_flag=True, help="Report only results that are not cached; exit code 1 if there are any.")
-@options.cache
 @options.as_json
 def plan(
-    graph: str,
+    shot: "GraphShot",
     frames: tuple[int, ...] | None,
-    overrides: dict[str, str],
     to: tuple[str, ...],
-    wedge: str | None,
     publish_root: Path | None,
     missing: bool,
-    cache: Path,
     as_json: bool,
 ) -> None:
     """Report what a run would do to every node and frame, and why. Nothing is computed or written.
@@ -51,8 +46,6 @@ def plan(
     "will run" gives the first difference to the latest result; `hairpipe explain` gives all of them. "depends on X"
     runs only if the new result of X differs from the previous one.
     """
-    shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
-    shot = shot if wedge is None else shot.wedge(wedge)
     found = shot.plan(frames, to=to, publish_root=publish_root)
     if missing:
         found = replace(found, entries=tuple(entry for entry in found if entry.status != "cached"))
@@ -66,43 +59,25 @@ def plan(
 
 
 @click.command()
-@options.graph
+@options.shot
 @options.target
 @options.frames
-@options.overrides
-@options.cache
 @options.as_json
-def explain(
-    graph: str,
-    target: "Target",
-    frames: tuple[int, ...] | None,
-    overrides: dict[str, str],
-    cache: Path,
-    as_json: bool,
-) -> None:
+def explain(shot: "Shot", target: "Target", frames: tuple[int, ...] | None, as_json: bool) -> None:
     """Explain one result: inputs, state, what is different.
 
     The result is that of a node at a frame, `hair@12`, or of a node that has one value for the shot, `groom`.
     """
-    found = hairpipe.load(graph, options.parsed(overrides), cache=cache).explain(target, frames=frames)
+    found = shot.explain(target, frames=frames)
     click.echo(json.dumps(found.document(), indent=2) if as_json else repr(found))
 
 
 @click.command()
-@options.graph
+@options.shot
 @options.target
 @options.frames
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Path of the file to write.")
-@options.overrides
-@options.cache
-def get(
-    graph: str,
-    target: "Target",
-    frames: tuple[int, ...] | None,
-    output: Path,
-    overrides: dict[str, str],
-    cache: Path,
-) -> None:
+def get(shot: "Shot", target: "Target", frames: tuple[int, ...] | None, output: Path) -> None:
     """Write a result to a file.
 
     The format is given by the suffix: HDF5 (.h5), NPZ (.npz), CSV (.csv) or USD (.usd, .usda, .usdc).
@@ -115,7 +90,6 @@ def get(
     from hairpipe.engine import File
     from hairpipe.formats.values import write_value
 
-    shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
     value = shot.get(shot.single(target), frames=frames)
     frame = shot.frames[0] if target.frame is None else target.frame
     if output.is_dir():
@@ -142,24 +116,12 @@ WATCHED = 2.0
 
 
 @click.command()
-@options.graph
+@options.shot_or_wedge
 @options.frames
-@options.overrides
 @options.to
-@options.wedge
-@options.cache
 @click.option("--once", is_flag=True, help="Report the present state, and end.")
 @options.as_json
-def watch(
-    graph: str,
-    frames: tuple[int, ...] | None,
-    overrides: dict[str, str],
-    to: tuple[str, ...],
-    wedge: str | None,
-    cache: Path,
-    once: bool,
-    as_json: bool,
-) -> None:
+def watch(shot: "GraphShot", frames: tuple[int, ...] | None, to: tuple[str, ...], once: bool, as_json: bool) -> None:
     """Follow a run of any machine, read from the cache alone.
 
     Reports which results exist and which are computed now, until all exist; nothing is computed or written. The run
@@ -170,8 +132,6 @@ def watch(
     On a terminal a table is redrawn every two seconds, elsewhere changes are written line by line; with --json each
     state is one document on one line. Exit codes: 0 all results exist, 1 not all (with --once).
     """
-    shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
-    shot = shot if wedge is None else shot.wedge(wedge)
     survey = shot.survey(frames, to=to)
     with reporting(as_json) as report:
         report(survey)

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -10,6 +11,9 @@ from hairpipe.app.api.formatting import plural, shown
 from hairpipe.app.cli import completion, options
 from hairpipe.errors import BadInput
 from hairpipe.plain_file import check_plain
+
+if TYPE_CHECKING:
+    from hairpipe.app.api.shot import Shot
 
 
 @click.group()
@@ -36,22 +40,12 @@ def ls(graph: str, overrides: dict[str, str], as_json: bool) -> None:
 
 
 @wedge.command("table")
-@options.graph
+@options.shot
 @options.wedge_name
 @options.frames
-@options.overrides
-@options.cache
 @options.as_markdown
 @options.as_json
-def compare(
-    graph: str,
-    name: str,
-    frames: tuple[int, ...] | None,
-    overrides: dict[str, str],
-    cache: Path,
-    as_markdown: bool,
-    as_json: bool,
-) -> None:
+def compare(shot: "Shot", name: str, frames: tuple[int, ...] | None, as_markdown: bool, as_json: bool) -> None:
     """Compare variants by their measures.
 
     Of a column with several rows there are the mean and the largest. Seconds of the processor, and size, are those of
@@ -60,7 +54,7 @@ def compare(
     """
     from hairpipe.app import wedge as comparison
 
-    found = hairpipe.load(graph, options.parsed(overrides), cache=cache).wedge(name)
+    found = shot.wedge(name)
     rows = comparison.compare(found, frames)
     if as_json:
         click.echo(json.dumps(comparison.document(found, rows), indent=2))
@@ -71,7 +65,7 @@ def compare(
 
 
 @wedge.command()
-@options.graph
+@options.shot
 @options.wedge_name
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Path of the PNG file to write.")
 @click.option("--frame", type=int, help="Frame of the pictures; by default the last of the shot.")
@@ -81,11 +75,7 @@ def compare(
     shell_complete=completion.complete_node,
     help="Node of the pictures; by default the first that the wedge shows.",
 )
-@options.overrides
-@options.cache
-def sheet(
-    graph: str, name: str, output: Path, frame: int | None, node: str | None, overrides: dict[str, str], cache: Path
-) -> None:
+def sheet(shot: "Shot", name: str, output: Path, frame: int | None, node: str | None) -> None:
     """Write the pictures of all variants on one sheet.
 
     Each has its settings on it. Where axes are crossed, each column is a value of the last axis.
@@ -95,7 +85,7 @@ def sheet(
     check_plain(output, "the name of a file")
     if output.is_dir():
         raise BadInput("is a folder", where=output, right="the name of a file")
-    write_sheet(output, hairpipe.load(graph, options.parsed(overrides), cache=cache).wedge(name), frame, node)
+    write_sheet(output, shot.wedge(name), frame, node)
     click.echo(shown(output))
 
 
