@@ -9,7 +9,7 @@ from typing import Any
 
 from hairpipe.app.api.formatting import duration
 from hairpipe.app.tune.measured import MODEL, REFERENCE, Chaos, Measured, Tolerance, differences
-from hairpipe.app.tune.sampling import RootMotion, Sample
+from hairpipe.app.tune.sampling import RootMotion
 from hairpipe.app.tune.study import AS_IT_IS
 from hairpipe.app.tune.tuning import Choice, Combination, Trial, Tuned, described, names, saves
 from hairpipe.engine.file.overrides import Tables

@@ -15,8 +15,7 @@ import numpy as np
 from hairpipe.app.tune.measured import INDIFFERENT, LEAST, Chaos, Measured, Results, Tolerance
 from hairpipe.app.tune.sampling import PATCHES, STILL, RootMotion, Sample, choose_sample, hardest, other_sample
 from hairpipe.app.tune.simplifications import model_in, simplifications, touches
-from hairpipe.app.tune.study import Interrupted, Request, Study, simplified, with_node
-from hairpipe.engine.file.overrides import Tables
+from hairpipe.app.tune.study import Interrupted, Request, Study, with_node
 from hairpipe.errors import BadInput
 from hairpipe.values import Groom
 from hairpipe.values.groom import strand_lengths
@@ -87,14 +86,17 @@ def choose(
     """
     if not full.keeps(tolerance):
         return Choice(None, full, ())
-    known = table_of(full, singles)
+    known = measured_at_first(full, singles)
     useful = {part: found for part, found in singles.items() if found.keeps(tolerance)}
-    guesses = sorted((g for g in guess_all(full, useful) if g.bound <= tolerance), key=by_cost)
+    guesses = sorted((guess for guess in guess_all(full, useful) if guess.bound <= tolerance), key=by_cost)
     trials: list[Trial] = []
     failed: list[Combination] = []
 
+    def exceeds(parts: Combination, others: Iterable[Combination]) -> bool:
+        return any(leaves_out_as_much(parts, other) for other in others)
+
     def holds(parts: Combination) -> bool:
-        if any(leaves_out_as_much(parts, other) for other in failed):
+        if exceeds(parts, failed):
             return False
         if not passes(parts):
             failed.append(parts)
@@ -106,7 +108,7 @@ def choose(
         if guess.parts not in known:
             if trials and not has_time():
                 break
-            if any(leaves_out_as_much(guess.parts, other) for other in (*failed, *(t.guess.parts for t in trials))):
+            if exceeds(guess.parts, (*failed, *(trial.guess.parts for trial in trials))):
                 continue
             known[guess.parts] = measure(guess.parts)
             trials.append(Trial(guess, known[guess.parts]))
@@ -129,12 +131,12 @@ def choose_within(
 
     before  previous trials
     """
-    known = table_of(full, singles) | {trial.guess.parts: trial.measured for trial in before}
-    sound = {part: found for part, found in singles.items() if not found.fault}
-    everything = list(guess_all(full, sound))
-    guesses = sorted((g for g in everything if g.seconds <= budget), key=by_error) or [min(everything, key=by_cost)]
+    known = measured_at_first(full, singles) | {trial.guess.parts: trial.measured for trial in before}
+    everything = list(guess_all(full, {part: found for part, found in singles.items() if not found.fault}))
+    cheap = [guess for guess in everything if guess.seconds <= budget]
+    cheap.sort(key=lambda guess: (guess.bound, guess.seconds, *names(guess.parts)))
     trials: list[Trial] = []
-    for guess in guesses[:MOST_TRIES]:
+    for guess in (cheap or [min(everything, key=by_cost)])[:MOST_TRIES]:
         if guess.parts not in known:
             known[guess.parts] = measure(guess.parts)
             trials.append(Trial(guess, known[guess.parts]))
@@ -147,7 +149,8 @@ def choose_within(
     return Choice(parts, known[parts], tuple(trials))
 
 
-def table_of(full: Measured, singles: Mapping[Simplification, Measured]) -> dict[Combination, Measured]:
+def measured_at_first(full: Measured, singles: Mapping[Simplification, Measured]) -> dict[Combination, Measured]:
+    """List the initial measurements by combination, without those that were screened only."""
     known = {Combination(): full} | {Combination([part]): found for part, found in singles.items()}
     return {parts: found for parts, found in known.items() if not found.screened}
 
@@ -189,10 +192,6 @@ def saves_time(parts: Combination, found: Measured, full: Measured) -> bool:
 def by_cost(guess: Guess) -> tuple[float | str, ...]:
     """Order guesses by cost; of two with equal cost, the one that omits more is first."""
     return guess.seconds, -len(guess.parts), guess.bound, *names(guess.parts)
-
-
-def by_error(guess: Guess) -> tuple[float | str, ...]:
-    return guess.bound, guess.seconds, *names(guess.parts)
 
 
 def names(parts: Iterable[Simplification]) -> list[str]:
@@ -292,10 +291,9 @@ def tune(request: Request, echo: Callable[[str], None] = lambda line: None) -> T
 
 def measured_and_chosen(request: Request, echo: Callable[[str], None]) -> Tuned:
     """Measure the unchanged graph and each simplification, and choose; as `tune`, with persistent workers."""
-    shot = request.shot
-    parts = simplifications(shot.graph, request.hair)
+    shot, tolerance = request.shot, request.tolerance.value
+    listed = simplifications(shot.graph, request.hair)
     scene = look_at(request)
-    parts = [part for part in parts if part.count <= scene.strands]
     sample = sample_of(request, scene)
     study = Study(request, sample, scene.strands, scene.tip)
     echo(described(sample, scene.strands))
@@ -303,28 +301,41 @@ def measured_and_chosen(request: Request, echo: Callable[[str], None]) -> Tuned:
     full = study.measure([])
     fault = full.fault or (reference.fault if isinstance(reference, Measured) else "")
     if fault:
-        raise Untunable(f"the unchanged graph fails on the sample: {fault}", where=request.shot.path)
+        raise Untunable(f"the unchanged graph fails on the sample: {fault}", where=shot.path)
     study.limit = request.time or max(SHARE * full.seconds * len(shot.frames), LEAST_TIME)
-    singles = measured_singles(study, parts)
+    singles = measured_singles(study, [part for part in listed if part.count <= scene.strands])
     if full.screened:
         full, screened = study.confirm([]), full
-        if full.keeps(request.tolerance.value):
-            worthy = [part for part, found in singles.items() if is_worthy(request.tolerance, part, found, screened)]
+        if full.keeps(tolerance):
+            worthy = [
+                part for part, found in singles.items() if found.keeps(tolerance) and saves(part, found, screened)
+            ]
             worthy.sort(key=lambda part: singles[part].seconds)
             for some in (worthy[at : at + AT_ONCE] for at in range(0, len(worthy), AT_ONCE)):
                 if study.has_time():
                     singles |= zip(some, study.confirm_all([part] for part in some), strict=True)
     second = Checking(request, other_sample([sample], shot.frames, shot.fps, scene.motion, scene.strands), scene, echo)
     passes = second.passes if request.check else lambda parts: True
-    choice = choose(full, singles, request.tolerance.value, study.confirm, study.has_time, passes)
+    choice = choose(full, singles, tolerance, study.confirm, study.has_time, passes)
     stopped = study.limit if study.stopped else None
-    affordable, check = None, None
+    affordable = None
     if request.budget is not None and (choice.parts is None or choice.measured.seconds > request.budget):
         affordable = choose_within(full, singles, request.budget, study.confirm, choice.trials)
-    if request.check and choice.parts is not None:
-        check = second.check(choice.parts)
-    found = (study.steps, full, singles, choice, request.budget, affordable, check, stopped, scene.hardest)
-    return Tuned(scene.strands, sample, request.tolerance, reference, *found)
+    return Tuned(
+        scene.strands,
+        sample,
+        request.tolerance,
+        reference,
+        study.steps,
+        full,
+        singles,
+        choice,
+        request.budget,
+        affordable,
+        second.check(choice.parts) if request.check and choice.parts is not None else None,
+        stopped,
+        scene.hardest,
+    )
 
 
 def measured_singles(study: Study, parts: Sequence[Simplification]) -> dict[Simplification, Measured]:
@@ -335,11 +346,6 @@ def measured_singles(study: Study, parts: Sequence[Simplification]) -> dict[Simp
         if study.has_time():
             found |= zip(some, study.measure_all([part] for part in some), strict=True)
     return {part: found[part] for part in parts if part in found}
-
-
-def is_worthy(tolerance: Tolerance, part: Simplification, found: Measured, full: Measured) -> bool:
-    """Whether a model saves time and is within the tolerance in predictable frames, so that its climate is measured."""
-    return found.keeps(tolerance.value) and saves(part, found, full)
 
 
 def sample_of(request: Request, scene: Scene) -> Sample:
@@ -386,7 +392,7 @@ def look_at(request: Request) -> Scene:
     """
     shot = request.shot
     model_in(shot.graph, request.hair)
-    tables = request.shot.tables
+    tables = shot.tables
     edges = tables[request.hair]["in"]
     groom = shot.nodes[request.hair].edges["groom"].node
     drivers = {name: edges[name] for name in ("body", "ends") if name in edges}
@@ -397,16 +403,15 @@ def look_at(request: Request) -> Scene:
     if outcome.interrupted:
         raise Interrupted
     if outcome.failures:
-        raise BadInput(str(outcome.failures[0]), where=request.shot.path)
+        raise BadInput(str(outcome.failures[0]), where=shot.path)
     results = Results(wanted, wanted.frames)
     strands = results.value(groom)
-    total = len(strands.ids)
-    tip = tip_of(request, strands)
+    scene = Scene(len(strands.ids), None, tip_of(request, strands))
     if not drivers:
-        return Scene(total, None, tip)
-    found = results.value(ROOTS)
-    speeds, accelerations = (np.array(found[name]) for name in ("speed [m/s]", "acceleration [m/s^2]"))
-    return Scene(total, accelerations, tip, hardest(speeds, accelerations, shot.fps))
+        return scene
+    roots = results.value(ROOTS)
+    speeds, accelerations = (np.array(roots[name]) for name in ("speed [m/s]", "acceleration [m/s^2]"))
+    return scene._replace(motion=accelerations, hardest=hardest(speeds, accelerations, shot.fps))
 
 
 def tip_of(request: Request, groom: Groom) -> float | None:
@@ -417,8 +422,3 @@ def tip_of(request: Request, groom: Groom) -> float | None:
     value, unit = request.tolerance
     length = 0.01 * float(np.median(strand_lengths(groom.points, groom.offsets))) if unit == "%" else 1.0
     return max(float(f"{INDIFFERENT * value * length:.6g}"), LEAST)
-
-
-def chosen_tables(request: Request, parts: Combination) -> Tables:
-    """Return the tables of the graph with the choice applied."""
-    return simplified(request.shot.tables, request.hair, parts)

@@ -140,9 +140,8 @@ def tune(
     tolerance, or the check is beyond it, 2 bad input, 130 interrupted.
     """
     from hairpipe.app.tune import report
-    from hairpipe.app.tune.report import changed_tables, write_toml
-    from hairpipe.app.tune.study import Interrupted, Request
-    from hairpipe.app.tune.tuning import chosen_tables, look_at
+    from hairpipe.app.tune.study import Interrupted, Request, simplified
+    from hairpipe.app.tune.tuning import look_at
     from hairpipe.app.tune.tuning import tune as find
     from hairpipe.engine.store.atomic import write_text
 
@@ -159,8 +158,8 @@ def tune(
     if tuned.choice.parts is not None:
         words = ["hairpipe", "tune", graph, "--node", node, "--tolerance", str(tolerance).replace(" ", "")]
         command = shlex.join(words + [word for pair in overrides.items() for word in ("--set", "=".join(pair))])
-        tables = changed_tables(shot.tables, chosen_tables(request, tuned.choice.parts))
-        fragment = write_toml(tables, report.comment(tuned, command))
+        tables = report.changed_tables(shot.tables, simplified(shot.tables, node, tuned.choice.parts))
+        fragment = report.write_toml(tables, report.comment(tuned, command))
     if as_json:
         click.echo(json.dumps(report.document(tuned, fragment, motions), indent=2))
     else:
@@ -192,8 +191,7 @@ def runner(engine: options.Engine, *, quiet: bool) -> "RunNodes":
             reported.add(mark)
             echo(f"warning: {text}: {mark}" if event.kind == "warning" else f"measuring: {text}")
 
-        if timed:
-            return shot.run(frames, to=nodes, jobs=1, keep_going=True, progress=report).outcome
-        return shot.run(frames, to=nodes, keep_going=True, progress=report, **engine).outcome
+        where = options.Engine(jobs=1, scans=1, scheduler=None, insecure=False) if timed else engine
+        return shot.run(frames, to=nodes, keep_going=True, progress=report, **where).outcome
 
     return run
