@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 from hairpipe import __version__
 from hairpipe.app.api.draft import Draft
 from hairpipe.app.api.graph_shot import GraphShot
-from hairpipe.app.api.node_types import FOLDER, RESERVED, Field, Registry, fields_of, fields_within
+from hairpipe.app.api.node_types import FOLDER, RESERVED, Field, NodeType, Registry, fields_of, fields_within
 from hairpipe.app.api.node_types import document as type_document
 from hairpipe.app.api.reports import Plan, Run, Status, Task
 from hairpipe.app.api.selection import FrameSet, fold_frames
-from hairpipe.app.api.shot import Edge, Node, Record, WedgeShot
+from hairpipe.app.api.shot import Edge, Record, WedgeShot
 from hairpipe.app.page.values import kinds_of
 from hairpipe.app.wedge import compare
 from hairpipe.app.wedge import document as comparison_document
@@ -38,58 +38,55 @@ def graph_document(shot: GraphShot) -> dict[str, Any]:
         "frames": list(shot.graph.frames),
         "begin": shot.graph.begin,
         "fps": shot.fps,
-        "nodes": [node_document(node, tables[node.name]) for node in shot.graph.nodes.values()],
+        "nodes": [
+            node_document(node.name, node.type, tables[node.name], node.edges, node.settings, node.publish)
+            for node in shot.graph.nodes.values()
+        ],
         "types": {node.type.name: type_document(node.type) for node in shot.graph.nodes.values()},
     }
-
-
-def node_document(node: Node, table: Mapping[str, Any]) -> dict[str, Any]:
-    return {
-        "name": node.name,
-        "type": node.type.name,
-        "doc": paragraphs(node.type.function.__doc__ or ""),
-        "edges": edges_document(node.edges),
-        "settings": node.settings,
-        "given": {name: value for name, value in table.items() if name not in RESERVED},
-        "publish": None if node.publish is None else node.publish.name,
-        "per_frame": node.per_frame,
-        "kinds": {name: kinds_of(kind) for name, kind in node.type.outputs.items()},
-    }
-
-
-def edges_document(edges: Mapping[str, Edge]) -> list[dict[str, str]]:
-    return [{"plug": plug, "node": edge.node, "output": edge.output} for plug, edge in edges.items()]
 
 
 def draft_document(draft: Draft) -> dict[str, Any]:
     """Describe a graph that is being edited: also incomplete and muted nodes, and positions."""
     document = graph_document(draft.shot)
-    others = [name for name in draft.tables if name not in draft.shot.graph.nodes]
-    nodes = [*document["nodes"], *(unchecked_document(draft, name) for name in others)]
+    nodes = document["nodes"]
+    for name, table in draft.tables.items():
+        if name not in draft.shot.graph.nodes:
+            kind = draft.types[name]
+            settings = unchecked_settings(fields_of(kind), given_in(table))
+            nodes.append(node_document(name, kind, table, draft.edges(name), settings, table.get("publish")))
     texts = sources_of(draft.text)
     for node in nodes:
         name = node["name"]
         node |= {"muted": name in draft.muted, "fault": draft.faults.get(name), "text": texts[name]}
     types = {found.name: type_document(found) for found in draft.types.values()}
-    header = {"preroll": draft.shot.graph.preroll, "layout": dict(draft.layout)}
-    return document | {"nodes": nodes, "types": types} | header
+    return document | {"types": types, "preroll": draft.shot.graph.preroll, "layout": dict(draft.layout)}
 
 
-def unchecked_document(draft: Draft, name: str) -> dict[str, Any]:
-    """Describe a node that is not in the shot, by its table."""
-    kind, table = draft.types[name], draft.tables[name]
-    given = {key: value for key, value in table.items() if key not in RESERVED}
+def node_document(
+    name: str,
+    kind: NodeType,
+    table: Mapping[str, Any],
+    edges: Mapping[str, Edge],
+    settings: Mapping[str, Any],
+    publish: Path | str | None,
+) -> dict[str, Any]:
     return {
         "name": name,
         "type": kind.name,
         "doc": paragraphs(kind.function.__doc__ or ""),
-        "edges": edges_document(draft.edges(name)),
-        "settings": unchecked_settings(fields_of(kind), given),
-        "given": given,
-        "publish": table.get("publish"),
+        "edges": [{"plug": plug, "node": edge.node, "output": edge.output} for plug, edge in edges.items()],
+        "settings": settings,
+        "given": given_in(table),
+        "publish": publish.name if isinstance(publish, Path) else publish,
         "per_frame": kind.mode != "once",
         "kinds": {output: kinds_of(found) for output, found in kind.outputs.items()},
     }
+
+
+def given_in(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the settings that the table of a node gives."""
+    return {name: value for name, value in table.items() if name not in RESERVED}
 
 
 def unchecked_settings(fields: Iterable[Field], given: Mapping[str, Any]) -> dict[str, Any]:
@@ -108,12 +105,11 @@ def unchecked_settings(fields: Iterable[Field], given: Mapping[str, Any]) -> dic
 
 def catalogue_document(path: Path) -> dict[str, Any]:
     """Describe all node types that a graph file can use; those that cannot be loaded are left out."""
-    registry = Registry(path.parent / FOLDER)
-    found = []
+    registry, types = Registry(path.parent / FOLDER), list[dict[str, Any]]()
     for name in registry.names():
         with suppress(BadInput):
-            found.append(type_document(registry.find(name)))
-    return {"types": found}
+            types.append(type_document(registry.find(name)))
+    return {"types": types}
 
 
 def paragraphs(text: str) -> str:

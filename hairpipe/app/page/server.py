@@ -38,6 +38,23 @@ from hairpipe.errors import BadInput
 MOST_ENTRIES = 2000
 LARGEST_IMAGE = 1 << 24
 """Largest number of listed files of a folder, and size of a shown image."""
+HOST = "127.0.0.1"
+LONGEST_WAIT = 20.0
+"""Timeout of a request for a newer revision [s]."""
+GUARD = {
+    "Cache-Control": "no-store",
+    "Content-Security-Policy": "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; "
+    "frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
+KINDS = {".js": "text/javascript", ".css": "text/css", ".txt": "text/plain"}
+MOST_DIGITS = 18
+MOST_BYTES = 1 << 20
+"""Largest lengths of a number of a page, and of the body of a request."""
+PATIENCE = 1
+"""Time after which pending requests are cancelled at the end [s]."""
 
 
 def read_path(graph: Graph, given: str) -> dict[str, Any] | tuple[bytes, str]:
@@ -68,25 +85,6 @@ def listed(folder: Path, project: Path, home: Path) -> dict[str, Any]:
     return {"folder": os.path.relpath(folder, project), "entries": entries}
 
 
-HOST = "127.0.0.1"
-LONGEST_WAIT = 20.0
-"""Timeout of a request for a newer revision [s]."""
-GUARD = {
-    "Cache-Control": "no-store",
-    "Content-Security-Policy": "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; "
-    "frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
-    "Cross-Origin-Resource-Policy": "same-origin",
-    "Referrer-Policy": "no-referrer",
-    "X-Content-Type-Options": "nosniff",
-}
-KINDS = {".js": "text/javascript", ".css": "text/css", ".txt": "text/plain"}
-MOST_DIGITS = 18
-MOST_BYTES = 1 << 20
-"""Largest lengths of a number of a page, and of the body of a request."""
-PATIENCE = 1
-"""Time after which pending requests are cancelled at the end [s]."""
-
-
 class Server:
     """A served page.
 
@@ -103,9 +101,8 @@ class Server:
             self._socket.listen()  # so that an early browser waits
         except OSError as error:
             self._socket.close()
-            raise BadInput(
-                f"port {port} cannot be used: {error.strerror}", where="--port", right="another one"
-            ) from None
+            what = f"port {port} cannot be used: {error.strerror}"
+            raise BadInput(what, where="--port", right="another one") from None
         token = secrets.token_urlsafe(24)
         self.origin = f"http://{HOST}:{self._socket.getsockname()[1]}"
         self.address = f"{self.origin}/{token}/"
@@ -252,13 +249,12 @@ class Handler:
     def document(self, request: Request) -> Response:
         """A document as a script, `NAME@N` with at most N strands; for a missing one a script with a message."""
         name = request.path_params["name"]
+        plain, _, most = name.partition("@")
         try:
-            plain, _, most = name.partition("@")
             text = script(name, *self._session.document(plain, read_most(most)))
-        except KeyError:
-            text = script(name, f"{name} is not a result of this graph").replace("hairpipe.load", "hairpipe.fail", 1)
-        except BadInput as fault:
-            text = script(name, str(fault)).replace("hairpipe.load", "hairpipe.fail", 1)
+        except (KeyError, BadInput) as fault:
+            what = str(fault) if isinstance(fault, BadInput) else f"{name} is not a result of this graph"
+            text = script(name, what).replace("hairpipe.load", "hairpipe.fail", 1)
         return Response(text, media_type="text/javascript")
 
     def picture(self, request: Request) -> Response:
@@ -317,37 +313,44 @@ class Handler:
 
     async def trial(self, request: Request) -> Response:
         """Results with a value that is not set, or whether they are being computed."""
-        try:
-            given = json.loads(await body_of(request))
+
+        def begin(given: dict[str, Any]) -> dict[str, Any]:
             names = [str(given[name]) for name in ("target", "text", "node")]
-            return JSONResponse(await run_in_threadpool(self._session.trial, *names, int(given["frame"])))
-        except (KeyError, TypeError, ValueError, RecursionError):
-            return JSONResponse({"fault": "no such trial"}, 400)
-        except BadInput as fault:
-            return JSONResponse({"fault": str(fault)}, 409)
+            return self._session.trial(*names, int(given["frame"]))
+
+        return await answer(request, begin, "no such trial")
 
     async def act(self, request: Request) -> Response:
         """Do an action; the answer is the revision of the graph after it, or a fault."""
+        session = self._session
         deeds: dict[str, Callable[[dict[str, Any]], None]] = {
-            **{verb: lambda given, verb=verb: self._session.change(verb, dict(given)) for verb in EDITS},
-            "undo": lambda given: self._session.undo(),
-            "redo": lambda given: self._session.undo(1),
-            "save_as": lambda given: self._session.save_as(str(given["name"])),
-            "resolve": lambda given: self._session.resolve(str(given["keep"])),
-            "revert": lambda given: self._session.revert(),
-            "save": lambda given: self._session.save(),
-            "run": lambda given: self._session.run([str(name) for name in given.get("to", [])]),
-            "cook": lambda given: self._session.cook(str(given["node"]), int(given["frame"])),
-            "stop": lambda given: self._session.stop(),
-            "begin": lambda given: self._session.begin(str(given["name"])),
-            "stroke": lambda given: self._session.stroke(given),
-            "drop": lambda given: self._session.drop(int(given["number"])),
+            **{verb: lambda given, verb=verb: session.change(verb, dict(given)) for verb in EDITS},
+            "undo": lambda given: session.undo(),
+            "redo": lambda given: session.undo(1),
+            "save_as": lambda given: session.save_as(str(given["name"])),
+            "resolve": lambda given: session.resolve(str(given["keep"])),
+            "revert": lambda given: session.revert(),
+            "save": lambda given: session.save(),
+            "run": lambda given: session.run([str(name) for name in given.get("to", [])]),
+            "cook": lambda given: session.cook(str(given["node"]), int(given["frame"])),
+            "stop": lambda given: session.stop(),
+            "begin": lambda given: session.begin(str(given["name"])),
+            "stroke": lambda given: session.stroke(given),
+            "drop": lambda given: session.drop(int(given["number"])),
         }
-        try:
-            given = json.loads(await body_of(request))
-            await run_in_threadpool(deeds[request.path_params["deed"]], given)
-        except (KeyError, TypeError, ValueError, AttributeError, RecursionError):
-            return JSONResponse({"fault": "no such deed"}, 400)
-        except BadInput as fault:
-            return JSONResponse({"fault": str(fault)}, 409)
-        return JSONResponse({"revision": self._session.drawn})
+
+        def do(given: dict[str, Any]) -> dict[str, Any]:
+            deeds[request.path_params["deed"]](given)
+            return {"revision": session.drawn}
+
+        return await answer(request, do, "no such deed")
+
+
+async def answer(request: Request, work: Callable[[dict[str, Any]], dict[str, Any]], unknown: str) -> Response:
+    """Do what the body of a request describes, in a thread; answer with what it returns, or with a fault."""
+    try:
+        return JSONResponse(await run_in_threadpool(work, json.loads(await body_of(request))))
+    except (KeyError, TypeError, ValueError, AttributeError, RecursionError):
+        return JSONResponse({"fault": unknown}, 400)
+    except BadInput as fault:
+        return JSONResponse({"fault": str(fault)}, 409)
