@@ -37,7 +37,6 @@ class Draft:
     """
 
     def __init__(self, source: Source, cache: Path) -> None:
-        """Check the graph; BadInput for a fault other than an incomplete node."""
         self._source = source
         self.text = source.text.text
         read_wedges(source.text)

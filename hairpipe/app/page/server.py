@@ -116,14 +116,12 @@ class Server:
         self._server = Closing(config, session)
 
     def serve(self) -> None:
-        """Serve until `stop` or an interrupt."""
         try:
             self._server.run([self._socket])
         finally:
             self._session.close()
 
     def stop(self) -> None:
-        """End `serve`."""
         self._server.should_exit = True
 
 
@@ -312,8 +310,6 @@ class Handler:
             return PlainTextResponse(str(fault), 409)
 
     async def trial(self, request: Request) -> Response:
-        """Results with a value that is not set, or whether they are being computed."""
-
         def begin(given: dict[str, Any]) -> dict[str, Any]:
             names = [str(given[name]) for name in ("target", "text", "node")]
             return self._session.trial(*names, int(given["frame"]))

@@ -24,7 +24,7 @@ from hairpipe.app.page.documents import (
     state_document,
     wedge_document,
 )
-from hairpipe.app.page.edits import Deed, History, Step, copy_assets, edited, write_stroke
+from hairpipe.app.page.edits import History, Step, copy_assets, edited, write_stroke
 from hairpipe.app.page.playing import Playing, Show, playable
 from hairpipe.app.page.runs import Job, Request, Runs
 from hairpipe.app.page.shelf import Shelf
@@ -98,7 +98,6 @@ class Session:
 
     @property
     def closed(self) -> bool:
-        """Whether the session was closed."""
         return not self._open
 
     @contextmanager
@@ -117,13 +116,16 @@ class Session:
         """
         with self._lock:
             if name == "graph":
-                return draft_document(self._draft) | self._live(), b""
+                path = self._shot.path
+                can_save = not self._draft.shipped and os.access(path if path.exists() else path.parent, os.W_OK)
+                live = {"saved": can_save, "playable": playable(self._shot), "revision": self.drawn}
+                return draft_document(self._draft) | self._history.document() | live, b""
             if name == "catalogue":
                 return catalogue_document(self._shot.path), b""
             if name == "state":
                 return self._state(), b""
             if name == "wedge" and self._wedge is not None:
-                return self._variants(), b""
+                return self._variants(self._wedge), b""
         return self._shelf.document(name, most)  # without the lock: edits do not wait for the packing of hair
 
     def picture(self, name: str) -> tuple[bytes, str]:
@@ -133,7 +135,6 @@ class Session:
 
     @property
     def draft(self) -> Draft:
-        """The graph file with its edits."""
         return self._draft
 
     def edit(self, target: str, text: str) -> None:
@@ -165,7 +166,6 @@ class Session:
             self.change("template", {"name": name, "files": files})
 
     def undo(self, by: int = -1) -> None:
-        """Undo the last edit, or do it again for 1; BadInput if there is none."""
         with self._lock:
             self._take(self._draft.with_text(self._history.seek(by)))
             self._history.move(by)
@@ -209,20 +209,15 @@ class Session:
             if theirs is None or keep not in ("page", "file", "both"):
                 raise BadInput("no conflict", right="page, file or both")
             if keep == "both":
-                self._push("edits of this page", self._history.repeated(self._repeat), base=theirs)
+                text = self._history.repeated(lambda text, deed: edited(self._draft.with_text(text), *deed)[0])
+                self._push("edits of this page", text, base=theirs)
             elif keep == "file":
                 self._push("changed by another program", theirs, base=theirs)
             self._history.disk, self._history.theirs = theirs, None
             self._advance()
 
-    def _repeat(self, text: str, deed: Deed) -> str:
-        return edited(self._draft.with_text(text), *deed)[0]
-
     def _push(self, label: str, text: str, base: str | None = None) -> None:
-        """Show a text as a new step; BadInput, without a change, for a faulty one.
-
-        base  text of the file, if it is known to have changed
-        """
+        """Show a text as a new step; BadInput, without a change, for a faulty one."""
         if text != self._history.text:
             self._take(self._draft.with_text(text))
             self._history.push(Step(label, text))
@@ -251,10 +246,7 @@ class Session:
             return {"counts": counts, "seconds": self._seconds(left), "now": len(missing), "reason": reason}
 
     def _reason(self, shot: Shot, plan: Plan, missing: list[Entry]) -> str:
-        """Return why missing results of a shot are not computed unasked; empty where they are.
-
-        plan  of all frames of the page
-        """
+        """Return why missing results of a shot are not computed unasked; empty where they are."""
         keys = {entry.task: entry.key for entry in plan}
         scans = {e.task.node for e in missing if shot.nodes[e.task.node].type.mode == "scan"}
         if scans:
@@ -313,7 +305,6 @@ class Session:
             self._advance(graph=False)
 
     def drop(self, number: int) -> None:
-        """Remove a waiting run by its number; BadInput where there is none."""
         with self._lock:
             self._runs.drop(number)
             self._advance(graph=False)
@@ -331,17 +322,10 @@ class Session:
             return player
 
     def explain(self, node: str, frame: int | None) -> str:
-        """Describe the inputs of a result, and differences to the latest one; BadInput for an unknown result."""
         with self._lock:
             found = self._shot.explain(f"{node}@{frame}" if frame is not None else node, frames=self.frames)
         made = json.dumps(found.parts, indent=1, sort_keys=True) if found.parts else ""
         return "\n".join([found.entry.status, *found.reasons, made])
-
-    def _live(self) -> dict[str, Any]:
-        path = self._shot.path
-        can_save = not self._draft.shipped and os.access(path if path.exists() else path.parent, os.W_OK)
-        live = {"saved": can_save, "playable": playable(self._shot), "revision": self.drawn}
-        return self._history.document() | live
 
     def _state(self) -> dict[str, Any]:
         wedge = self._wedge is not None  # runs are of the wedge
@@ -354,13 +338,12 @@ class Session:
             document["nodes"].setdefault(name, {"cells": []})
         return document
 
-    def _variants(self) -> dict[str, Any]:
-        assert self._wedge is not None
-        wedge = self._shot.wedge(self._wedge)
-        found = wedge.plan(self.frames)
-        self._shelf.take(wedge, found)
-        self._watched = (*self._plan, *found)
-        document = wedge_document(wedge, found, self._shelf.suffix, self._output(found), self.frames)
+    def _variants(self, name: str) -> dict[str, Any]:
+        wedge = self._shot.wedge(name)
+        plan = wedge.plan(self.frames)
+        self._shelf.take(wedge, plan)
+        self._watched = (*self._plan, *plan)
+        document = wedge_document(wedge, plan, self._shelf.suffix, self._output(plan), self.frames)
         return document | {"verdict": document["verdict"] | self._run_state()}
 
     def _output(self, plan: Plan) -> RunOutput:
@@ -371,16 +354,14 @@ class Session:
     def _run_state(self) -> dict[str, Any]:
         runs = self._runs.document()
         if runs["running"]:
-            missing = {entry.task.node for entry in self._plan if entry.status != "cached"}
+            missing = {entry.task.node for entry in missing_of(self._plan)}
             self._costs |= self._shot.costs(missing - self._costs.keys())
         note = self._note or self._lost
         return runs | {"costs": self._costs, "machine": machine_document(self._shot.cache), "note": note}
 
     def _take(self, draft: Draft) -> None:
         plan = draft.shot.plan(self.frames)
-        self._draft = draft
-        self._shot = draft.shot
-        self._plan = plan
+        self._draft, self._shot, self._plan = draft, draft.shot, plan
         self._watched: Iterable[Entry] = plan
         for player in self._players:
             player.take(draft.text)

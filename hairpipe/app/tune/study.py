@@ -262,7 +262,6 @@ class Study:
 
     @property
     def steps(self) -> str:
-        """The steps of the reference, in words."""
         return text_of(self._reference)
 
     def has_time(self) -> bool:
@@ -359,10 +358,7 @@ class Study:
         return replace(found, error=error, bound=bound, screened=False, climate=climate, refused=refused)
 
     def _comparison(self, runs: Sequence[Run], predicted: int = 0) -> Comparison:
-        """Lay out runs in one graph, and nodes that compare them.
-
-        predicted  frames after which climates are compared; 0: no comparison
-        """
+        """Lay out runs in one graph, and nodes that compare them."""
         merged, names = self._lay_out(runs)
         hair = [nodes[-1] for nodes in names]
         compared = Comparison(self.shot, runs, names)
@@ -413,10 +409,7 @@ class Study:
         return results, fault
 
     def _compute_ahead(self, text: str, runs: Sequence[Run], *, settling: bool = False) -> None:
-        """Compute runs side by side, and note their faults.
-
-        settling  only what simulates, before the measured frames
-        """
+        """Compute runs side by side, and note their faults."""
         if not runs:
             return
         merged, names = self._lay_out(runs)
