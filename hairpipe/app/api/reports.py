@@ -10,7 +10,7 @@ from typing import Any, Literal, Protocol
 
 from hairpipe.app.api.formatting import duration, plural, shown, size, table
 from hairpipe.app.api.selection import FrameSet
-from hairpipe.engine.file.graph import Graph, Node, origin
+from hairpipe.engine.file.graph import Graph, origin
 from hairpipe.engine.file.read import fold_frames
 from hairpipe.engine.node.messages import one_line
 from hairpipe.engine.plan import planner
@@ -76,26 +76,20 @@ def plan_rows(entries: Iterable[Entry]) -> list[tuple[str, str, str]]:
     """Fold the frames of each node with the same planned state: node, frames, state with reason."""
     groups: dict[tuple[str, str], list[int]] = {}
     for entry in entries:
-        frames = groups.setdefault((entry.task.node, status_text(entry)), [])
+        state = f"will run: {entry.reason}" if entry.status == "run" else entry.status
+        if entry.status == "depends":  # equal for similar frames
+            state = f"depends on {entry.reason.partition('@')[0]}"
+        frames = groups.setdefault((entry.task.node, state), [])
         frames += [] if entry.task.frame is None else [entry.task.frame]
-    rows = []
-    known = set()
-    for (node, what), frames in groups.items():
-        rows.append(("" if node in known else node, fold_frames(frames), what))
+    rows, known = [], set[str]()
+    for (node, state), frames in groups.items():
+        rows.append(("" if node in known else node, fold_frames(frames), state))
         known.add(node)
     return rows
 
 
 def stop_lines(stopped: dict[str, str]) -> str:
     return "".join(f"\nstopped: {variant}: {why}" for variant, why in stopped.items())
-
-
-def status_text(entry: Entry) -> str:
-    if entry.status == "cached":
-        return "cached"
-    if entry.status == "run":
-        return f"will run: {entry.reason}"
-    return f"depends on {entry.reason.partition('@')[0]}"
 
 
 class Recorder:
@@ -202,19 +196,19 @@ class Run:
         return [f"failed: {failure}" for failure in self.failures] + interrupted * self.outcome.interrupted
 
     def _places(self) -> str:
+        """List the published files by node."""
         nodes = self.graph.nodes.values()
-        lines = [(node.name, found) for node in nodes if (found := self._place(node))]
-        if lines or any(node.publish for node in nodes):
-            return table(lines, "<<")
-        return f"nothing is published; results are in {shown(self.shot.cache)}, see `hairpipe get`"
-
-    def _place(self, node: Node) -> str:
+        if not any(node.publish for node in nodes):
+            return f"nothing is published; results are in {shown(self.shot.cache)}, see `hairpipe get`"
         published = set(self.outcome.published)
-        frames = self.frames if node.per_frame else (None,)
-        paths = [path for frame in frames if (path := node.publish_path(frame)) and str(path) in published]
-        if len(paths) < 2:
-            return shown(paths[0]) if paths else ""
-        return f"{shown(paths[0])} ... {paths[-1].name} ({len(paths)} files)"
+        lines = []
+        for node in nodes:
+            frames = self.frames if node.per_frame else (None,)
+            paths = [path for frame in frames if (path := node.publish_path(frame)) and str(path) in published]
+            if paths:
+                more = f" ... {paths[-1].name} ({len(paths)} files)" if len(paths) > 1 else ""
+                lines.append((node.name, shown(paths[0]) + more))
+        return table(lines, "<<")
 
 
 def folded(node: str, tasks: list[Task]) -> str:
