@@ -1,7 +1,4 @@
-"""Write a page as a folder that any browser opens from a share, without a server or network requests.
-
-Open the page in a browser without its secret address in a command line, which every local user may read.
-"""
+"""Write a page as a folder that any browser opens from a share, without a server or network requests."""
 
 import base64
 import html
@@ -10,8 +7,9 @@ import shutil
 import webbrowser
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from itertools import count
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 from hairpipe.app.api.reports import Run
 from hairpipe.app.api.selection import FrameSet
@@ -34,13 +32,13 @@ MARK = "data/graph.js"
 """File that marks a folder as a report, which may be replaced."""
 Progress = Callable[[int, int], None]
 """Called with the number of written documents, and of all."""
-Made = TypeVar("Made")
 
 
 class Contents(NamedTuple):
-    """Contents of a report."""
+    """Scripts by data file, the data file of every document, pictures, and most strands of a groom."""
 
     scripts: dict[str, str]
+    files: dict[str, str]
     pictures: dict[str, bytes]
     strands: int
 
@@ -72,29 +70,24 @@ def write_report(
     check_place(place, single)
     shelf = Shelf(MOST_STRANDS)
     contents = collect(shelf, plain_documents(shelf, shot, frames, wedge, run), most_bytes, progress)
+    pictures = {name: f"pictures/{name}.webp" for name in contents.pictures}
     if single:
-        pictures = {
-            name: f"data:image/webp;base64,{base64.b64encode(data).decode()}"
-            for name, data in contents.pictures.items()
-        }
-        index = script("index", {"files": file_of(contents.scripts), "pictures": pictures})
+        encoded = {name: base64.b64encode(data).decode() for name, data in contents.pictures.items()}
+        pictures = {name: f"data:image/webp;base64,{text}" for name, text in encoded.items()}
+    index = script("index", {"files": contents.files, "pictures": pictures})
+    if single:
         place.parent.mkdir(parents=True, exist_ok=True)
         write_text(place, page_in_one(index + "".join(contents.scripts.values())), place.parent)
         return contents
-    if place.is_dir():
-        for old in ("data", "pictures", "page"):
-            shutil.rmtree(place / old, ignore_errors=True)
     for folder in ("data", "pictures", "page"):
+        shutil.rmtree(place / folder, ignore_errors=True)
         (place / folder).mkdir(parents=True, exist_ok=True)
     for name in (*VENDOR, *LICENCES, *STYLES, *SCRIPTS):
         (place / "page" / name).write_bytes(asset(name).read_bytes())
     for name, data in contents.pictures.items():
-        (place / "pictures" / f"{name}.webp").write_bytes(data)
-    for name, text in contents.scripts.items():
+        (place / pictures[name]).write_bytes(data)
+    for name, text in {"index": index, **contents.scripts}.items():
         (place / "data" / f"{name}.js").write_text(text, encoding="utf-8")
-    pictures = {name: f"pictures/{name}.webp" for name in contents.pictures}
-    index = script("index", {"files": file_of(contents.scripts), "pictures": pictures})
-    (place / "data" / "index.js").write_text(index, encoding="utf-8")
     first = [f"data/{name}.js" for name in ("index", "graph", "state")]
     write_text(place / "index.html", page_html(first, live=False), place)
     return contents
@@ -136,34 +129,30 @@ def collect(shelf: Shelf, documents: dict[str, Any], most_bytes: float, progress
     names = list(chosen(shelf))
     hair = [name for name in names if name.endswith(".strands")]
     objects = list(dict.fromkeys(pictures_of(documents)))
-    count = Counting(progress, len(names) + len(objects))
-    pictures = {name: count(reduced(shelf.picture(name), QUALITY)) for name in objects}
-    texts = {name: count(script(name, *shelf.document(name))) for name in names if name not in hair}
+    total, done = len(names) + len(objects), count(1)
+
+    def written(name: str) -> str:
+        text = script(name, *shelf.document(name))
+        progress(next(done), total)
+        return text
+
+    pictures = {}
+    for name in objects:
+        pictures[name] = reduced(shelf.picture(name), QUALITY)
+        progress(next(done), total)
+    texts = {name: written(name) for name in names if name not in hair}
     texts |= {f"{name}.faces": script(f"{name}.faces", *packed) for name, packed in shelf.faces().items()}
     scripts = {name: script(name, document) for name, document in documents.items()}
     room = most_bytes - sum(map(len, (*texts.values(), *scripts.values(), *pictures.values())))
     shelf.most = strands_that_fit(shelf, hair, room)
-    strands = {name: count(script(name, *shelf.document(name))) for name in hair}
+    strands = {name: written(name) for name in hair}
     while (excess := sum(map(len, strands.values())) - room) > 0:  # few strands have more bytes per strand than many
         shelf.most = int(0.9 * shelf.most)
         if not hair or shelf.most < FEWEST_STRANDS:
             raise too_large(excess)
         strands = {name: script(name, *shelf.document(name)) for name in hair}
-    return Contents(scripts | bundled(texts | strands), pictures, shelf.most)
-
-
-class Counting:
-    """Counter of documents that reports progress."""
-
-    def __init__(self, progress: Progress, total: int) -> None:
-        self._progress = progress
-        self._total = total
-        self._done = 0
-
-    def __call__(self, made: Made) -> Made:
-        self._done += 1
-        self._progress(self._done, self._total)
-        return made
+    bundles, files = bundled(texts | strands)
+    return Contents(scripts | bundles, {name: name for name in scripts} | files, pictures, shelf.most)
 
 
 def chosen(shelf: Shelf) -> Iterator[str]:
@@ -205,25 +194,18 @@ def too_large(excess: float) -> BadInput:
     return BadInput(what, where="--size", right="more, or fewer --frames")
 
 
-def bundled(texts: dict[str, str]) -> dict[str, str]:
+def bundled(texts: dict[str, str]) -> tuple[dict[str, str], dict[str, str]]:
+    """Join the scripts of consecutive documents into data files; return these, and the data file of every document."""
+    bundles: dict[str, str] = {}
     files: dict[str, str] = {}
-    held: list[str] = []
-    for text in texts.values():
-        held.append(text)
-        if sum(map(len, held)) >= BUNDLE:
-            files[f"part{len(files)}"] = "".join(held)
-            held = []
-    return files | ({f"part{len(files)}": "".join(held)} if held else {})
-
-
-def file_of(scripts: dict[str, str]) -> dict[str, str]:
-    start = 'hairpipe.load("'
-    return {
-        line[len(start) : line.index('"', len(start))]: name
-        for name, text in scripts.items()
-        for line in text.splitlines()
-        if line.startswith(start)
-    }
+    part, size = 0, 0
+    for name, text in texts.items():
+        files[name] = f"part{part}"
+        bundles[files[name]] = bundles.get(files[name], "") + text
+        size += len(text)
+        if size >= BUNDLE:
+            part, size = part + 1, 0
+    return bundles, files
 
 
 REDIRECT = '<!doctype html><meta charset="utf-8"><meta http-equiv="refresh" content="0;url={}"><title>hairpipe</title>'
@@ -244,9 +226,9 @@ def redirecting(address: str) -> Iterator[Path]:
 
 @contextmanager
 def opened(address: str) -> Iterator[None]:
-    """Open an address in the user's browser while it is served, if the file can be written.
+    """Open an address in the user's browser while it is served, if a file can be written that redirects to it.
 
-    The address is printed in any case.
+    A command line, which every local user may read, has no secret address in it.
     """
     with ExitStack() as stack:
         with suppress(OSError):
