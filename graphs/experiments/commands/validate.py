@@ -55,8 +55,7 @@ def validate(
 
     Exit codes: 0 all promised rows are held, 1 some are missed or failed, 2 bad input, 130 interrupted.
     """
-    from hairpipe.app.cli import run_display as summary
-    from hairpipe.app.cli.run_display import RunDisplay
+    from hairpipe.app.cli.run_display import RunDisplay, report_faults
     from hairpipe.engine.store.atomic import write_text
     from hairpipe.graphs.experiments.figures.recording import Recording
     from hairpipe.graphs.experiments.validation.validation import (
@@ -85,7 +84,7 @@ def validate(
         drawn = picture_nodes(shot, node) if output else []
         with RunDisplay(shot.part((node, *drawn)), engine["jobs"], quiet=quiet) as display:
             done = shot.run(to=[node, *drawn], progress=display, keep_going=True, **engine)
-        summary.report_faults(done, verbose=False)
+        report_faults(done, verbose=False)
         if done.outcome.interrupted:
             sys.exit(INTERRUPTED)
         failed |= not done.ok

@@ -128,6 +128,7 @@ class Bash(BashComplete):
     """Completion in bash, where = is a word of its own: the parts are joined, and only the last one is offered."""
 
     def get_completion_args(self) -> tuple[list[str], str]:
+        """Read the words before and at the cursor."""
         args, incomplete = super().get_completion_args()
         if incomplete == "=" and args:
             return args[:-1], f"{args[-1]}="

@@ -98,12 +98,14 @@ def read_graph(ctx: click.Context, param: click.Parameter, given: Any) -> Any:
 
 
 def read_target(ctx: click.Context, param: click.Parameter, text: str) -> "Target":
+    """Read `NODE[.OUTPUT][@FRAME]`."""
     from hairpipe.app.api.selection import read_target as read
 
     return read(text)
 
 
 def read_overrides(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> dict[str, str]:
+    """Read repeated `NODE.SETTING=VALUE`; the last value of a setting is used."""
     pairs = [text.partition("=") for text in given]
     for name, equals, _ in pairs:
         if not equals:

@@ -297,6 +297,7 @@ class History:
 
     @property
     def text(self) -> str:
+        """The present text."""
         return self._steps[self._at].text
 
     @property
@@ -322,9 +323,11 @@ class History:
         return self._steps[self._at + by].text
 
     def move(self, by: int) -> None:
+        """Make the text of `seek` the present one."""
         self._at += by
 
     def written(self, text: str) -> None:
+        """Note that the file has the present text."""
         self.disk, self.theirs, self._saved = text, None, self._at
 
     def deeds(self) -> list[Step]:

@@ -147,6 +147,7 @@ class Playing:
 
     @property
     def ended(self) -> bool:
+        """Whether the process has ended."""
         return self._process.poll() is not None
 
     def take(self, text: str) -> None:

@@ -44,6 +44,7 @@ class Job:
 
     @property
     def text(self) -> str:
+        """The job as one line."""
         return json.dumps(vars(self))
 
 
@@ -167,6 +168,7 @@ class Runs:
         return not all(request.job.quiet for request in self._queue)
 
     def drop(self, number: int) -> None:
+        """Remove a waiting run by its number; BadInput where there is none."""
         waiting = self._queue[1:]
         if number not in [request.number for request in waiting]:
             raise BadInput("no such run waits")
@@ -187,6 +189,7 @@ class Runs:
             self.process.send_signal(signal.SIGINT)
 
     def rest(self) -> None:
+        """End the process of runs after a while without any."""
         if not self._queue and time.monotonic() - self._used > IDLE:
             self.close()
 

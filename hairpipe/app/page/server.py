@@ -116,12 +116,14 @@ class Server:
         self._server = Closing(config, session)
 
     def serve(self) -> None:
+        """Serve until `stop` or an interrupt."""
         try:
             self._server.run([self._socket])
         finally:
             self._session.close()
 
     def stop(self) -> None:
+        """End `serve`."""
         self._server.should_exit = True
 
 

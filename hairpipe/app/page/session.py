@@ -98,6 +98,7 @@ class Session:
 
     @property
     def closed(self) -> bool:
+        """Whether the session was closed."""
         return not self._open
 
     @contextmanager
@@ -135,6 +136,7 @@ class Session:
 
     @property
     def draft(self) -> Draft:
+        """The graph file with its edits."""
         return self._draft
 
     def edit(self, target: str, text: str) -> None:
@@ -166,6 +168,7 @@ class Session:
             self.change("template", {"name": name, "files": files})
 
     def undo(self, by: int = -1) -> None:
+        """Undo the last edit, or do it again for 1; BadInput if there is none."""
         with self._lock:
             self._take(self._draft.with_text(self._history.seek(by)))
             self._history.move(by)
@@ -305,6 +308,7 @@ class Session:
             self._advance(graph=False)
 
     def drop(self, number: int) -> None:
+        """Remove a waiting run by its number; BadInput where there is none."""
         with self._lock:
             self._runs.drop(number)
             self._advance(graph=False)
@@ -322,6 +326,7 @@ class Session:
             return player
 
     def explain(self, node: str, frame: int | None) -> str:
+        """Describe the inputs of a result, and differences to the latest one; BadInput for an unknown result."""
         with self._lock:
             found = self._shot.explain(f"{node}@{frame}" if frame is not None else node, frames=self.frames)
         made = json.dumps(found.parts, indent=1, sort_keys=True) if found.parts else ""

@@ -45,6 +45,7 @@ class Shelf:
         self._suffixes: dict[str, str | None] = {}
 
     def take(self, shot: GraphShot, found: Plan) -> None:
+        """Add the results of a plan of a shot; earlier ones are kept."""
         for task, record in found.records.items():
             for name, output in record.outputs.items():
                 self._places[output.object] = Place(shot, task, record, name)
@@ -56,6 +57,7 @@ class Shelf:
                 yield from (f"{name}.{document}" for document in kinds_of(place.kind))
 
     def node_of(self, name: str) -> str:
+        """Return the node of a document."""
         return self._places[name.rpartition(".")[0]].task.node
 
     def faces(self) -> dict[str, Packed]:
@@ -63,6 +65,7 @@ class Shelf:
         return dict(self._faces)
 
     def suffix(self, name: str) -> str | None:
+        """Suffix of an object that is a picture, else None."""
         if name not in self._suffixes and name.endswith(".bin"):
             self._suffixes[name] = suffix_of(self._places[name].shot.object_path(name))
         return self._suffixes.get(name)

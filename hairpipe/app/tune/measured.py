@@ -224,6 +224,7 @@ class Measured:
     refused: str = ""
 
     def keeps(self, tolerance: float) -> bool:
+        """Whether a tolerance can be guaranteed."""
         return self.bound <= tolerance and not self.refused
 
     def kept(self, tolerance: float) -> bool:

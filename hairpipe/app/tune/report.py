@@ -7,17 +7,26 @@ from dataclasses import asdict
 from types import MappingProxyType
 from typing import Any
 
-from hairpipe.app.api.formatting import duration
+from hairpipe.app.api.formatting import duration, table
 from hairpipe.app.tune.measured import MODEL, REFERENCE, Chaos, Measured, Tolerance, differences
 from hairpipe.app.tune.sampling import RootMotion
 from hairpipe.app.tune.study import AS_IT_IS
 from hairpipe.app.tune.tuning import Choice, Combination, Trial, Tuned, described, names, saves
 from hairpipe.engine.file.overrides import Tables
+from hairpipe.engine.node.messages import one_line
 from hairpipe.measure.distances import TESTED
 from hairpipe.measure.ensemble import CONFIDENCE
 
 HEADINGS = ("model", "tips [mm]", "[% of L]", "bound", "whole [mm]", "s/frame", "saves", "")
 ALIGN = "<>>>>>><"
+
+
+def text_of(tuned: Tuned, motions: Mapping[str, RootMotion]) -> str:
+    """Write the results for a terminal, with the motions of other graphs by their names."""
+    faults, tried = ([*map(one_line, lines)] for lines in (fault_lines(tuned), trial_lines(tuned)))
+    sentences = conclusion(tuned) + motion_lines(tuned, motions)
+    parts = (header(tuned), [table(rows(tuned), ALIGN)], faults, tried, sentences)
+    return "\n\n".join("\n".join(lines) for lines in parts if lines)
 
 
 def header(tuned: Tuned) -> list[str]:
@@ -289,8 +298,8 @@ def changed_tables(before: Tables, after: Tables) -> Tables:
 def write_toml(tables: Tables, comment: str) -> str:
     """Write tables of nodes as TOML, below a comment."""
     lines = [f"# {line}".rstrip() for line in comment.splitlines()]
-    for name, table in tables.items():
-        lines += ["", *table_lines([name], table)]
+    for name, settings in tables.items():
+        lines += ["", *table_lines([name], settings)]
     return "\n".join(lines) + "\n"
 
 

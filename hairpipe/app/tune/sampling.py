@@ -32,6 +32,7 @@ class Sample:
 
     @property
     def frames(self) -> range:
+        """Measured frames."""
         return range(self.first, self.last + 1)
 
     @property
@@ -105,6 +106,7 @@ class RootMotion:
     acceleration: float
 
     def includes(self, other: "RootMotion") -> bool:
+        """Whether another motion is no harder."""
         return other.speed <= SLACK * self.speed and other.acceleration <= SLACK * self.acceleration
 
     def __str__(self) -> str:

@@ -262,6 +262,7 @@ class Study:
 
     @property
     def steps(self) -> str:
+        """The steps of the reference, in words."""
         return text_of(self._reference)
 
     def has_time(self) -> bool:

@@ -365,6 +365,7 @@ class Checking:
         self._reference: Measured | Chaos | None = None
 
     def check(self, parts: Combination) -> Check:
+        """Measure the unchanged graph and a choice."""
         if self._reference is None:
             self._echo(f"check: {described(self._sample, self._scene.strands)}")
             self._reference = self._study.converged()

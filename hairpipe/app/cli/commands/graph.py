@@ -8,7 +8,8 @@ import click
 
 import hairpipe
 from hairpipe.app.api.formatting import table
-from hairpipe.app.cli import completion, options
+from hairpipe.app.cli import options
+from hairpipe.app.cli.completion import complete_graph, complete_type
 from hairpipe.errors import BadInput
 
 if TYPE_CHECKING:
@@ -84,8 +85,8 @@ MODES = {
 
 
 @click.command()
-@click.argument("name", metavar="[TYPE]", required=False, shell_complete=completion.complete_type)
-@click.option("--graph", shell_complete=completion.complete_graph, help="Graph whose folder `nodes` is included.")
+@click.argument("name", metavar="[TYPE]", required=False, shell_complete=complete_type)
+@click.option("--graph", shell_complete=complete_graph, help="Graph whose folder `nodes` is included.")
 @click.option("--all", "everything", is_flag=True, help="Include the types of graphs/experiments, in a checkout.")
 @options.as_json
 def nodes(name: str | None, graph: str | None, everything: bool, as_json: bool) -> None:

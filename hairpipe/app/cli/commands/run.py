@@ -78,9 +78,8 @@ def run(
     A run that was stopped or killed resumes where it was. Exit codes: 0 all is computed, 1 a node failed, 2 bad input,
     75 other processes compute the rest, 130 interrupted.
     """
-    from hairpipe.app.cli import run_display as summary
     from hairpipe.app.cli.commands.environment import asking
-    from hairpipe.app.cli.run_display import RunDisplay
+    from hairpipe.app.cli.run_display import RunDisplay, document, report_faults
 
     shot = asking(lambda: hairpipe.load(graph, options.parsed(overrides), cache=cache))
     shot = shot if wedge is None else shot.wedge(wedge)
@@ -103,7 +102,7 @@ def run(
             **engine,
         )
     if as_json:
-        click.echo(json.dumps(summary.document(done), indent=2))
+        click.echo(json.dumps(document(done), indent=2))
     elif not quiet:
         click.echo(done.summary)
     if report is not None:
@@ -113,5 +112,5 @@ def run(
         write_report(plain, report, done.frames, wedge=None if wedge is None else plain.wedge(wedge), run=done)
     if recording is not None and done.ok:
         recording.write(done)
-    summary.report_faults(done, verbose)
+    report_faults(done, verbose)
     sys.exit(done.outcome.exit_code)

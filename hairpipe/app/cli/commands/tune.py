@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 import click
 
 import hairpipe
-from hairpipe.app.api.formatting import shown, table
-from hairpipe.app.cli import completion, options
+from hairpipe.app.api.formatting import shown
+from hairpipe.app.cli import options
+from hairpipe.app.cli.completion import complete_node
 from hairpipe.app.cli.stderr import echo
-from hairpipe.engine.node.messages import one_line
 from hairpipe.errors import BadInput
 from hairpipe.plain_file import check_plain
 
@@ -56,9 +56,7 @@ def read_output(ctx: click.Context, param: click.Parameter, path: Path | None) -
 
 @click.command()
 @options.graph
-@click.option(
-    "--node", required=True, metavar="NODE", shell_complete=completion.complete_node, help="Node of the simulation."
-)
+@click.option("--node", required=True, metavar="NODE", shell_complete=complete_node, help="Node of the simulation.")
 @click.option(
     "--tolerance",
     required=True,
@@ -139,7 +137,7 @@ def tune(
     The settings are TOML tables that take the place of those in the graph. Exit codes: 0 found, 1 nothing keeps the
     tolerance, or the check is beyond it, 2 bad input, 130 interrupted.
     """
-    from hairpipe.app.tune import report
+    from hairpipe.app.tune.report import changed_tables, comment, document, text_of, write_toml
     from hairpipe.app.tune.study import Interrupted, Request, simplified
     from hairpipe.app.tune.tuning import look_at
     from hairpipe.app.tune.tuning import tune as find
@@ -158,16 +156,12 @@ def tune(
     if tuned.choice.parts is not None:
         words = ["hairpipe", "tune", graph, "--node", node, "--tolerance", str(tolerance).replace(" ", "")]
         command = shlex.join(words + [word for pair in overrides.items() for word in ("--set", "=".join(pair))])
-        tables = report.changed_tables(shot.tables, simplified(shot.tables, node, tuned.choice.parts))
-        fragment = report.write_toml(tables, report.comment(tuned, command))
+        tables = changed_tables(shot.tables, simplified(shot.tables, node, tuned.choice.parts))
+        fragment = write_toml(tables, comment(tuned, command))
     if as_json:
-        click.echo(json.dumps(report.document(tuned, fragment, motions), indent=2))
+        click.echo(json.dumps(document(tuned, fragment, motions), indent=2))
     else:
-        rows = table(report.rows(tuned), report.ALIGN)
-        faults, tried = ([*map(one_line, lines)] for lines in (report.fault_lines(tuned), report.trial_lines(tuned)))
-        sentences = report.conclusion(tuned) + report.motion_lines(tuned, motions)
-        parts = (report.header(tuned), [rows], faults, tried, sentences)
-        click.echo("\n\n".join("\n".join(lines) for lines in parts if lines))
+        click.echo(text_of(tuned, motions))
         if fragment is not None and not output:
             click.echo(f"\n{fragment}", nl=False)
     if output and fragment is not None:  # last, so that the results are printed even if the disk is full

@@ -24,9 +24,8 @@ def warm(graphs: tuple[str, ...], jobs: int, quiet: bool) -> None:
     Exit code 0: all is compiled, 1: a node failed.
     """
     from hairpipe.app.api.shot import shots_to_warm, warming
-    from hairpipe.app.cli import run_display as summary
     from hairpipe.app.cli.commands.environment import asking
-    from hairpipe.app.cli.run_display import RunDisplay
+    from hairpipe.app.cli.run_display import RunDisplay, report_faults
 
     failed = False
     for name in graphs or shots_to_warm():
@@ -39,7 +38,7 @@ def warm(graphs: tuple[str, ...], jobs: int, quiet: bool) -> None:
             continue
         with warming(shot) as (warm_shot, frames), RunDisplay(warm_shot.graph, jobs, quiet=quiet) as display:
             done = warm_shot.run(frames, jobs=jobs, progress=display, keep_going=True)
-        summary.report_faults(done, verbose=False)
+        report_faults(done, verbose=False)
         failed = failed or not done.ok
         if not quiet:
             click.echo(f"{name}: kernels are compiled" if done.ok else f"{name}: not all kernels are compiled")

@@ -8,7 +8,8 @@ import click
 
 import hairpipe
 from hairpipe.app.api.formatting import plural, shown
-from hairpipe.app.cli import completion, options
+from hairpipe.app.cli import options
+from hairpipe.app.cli.completion import complete_node, complete_variant
 from hairpipe.errors import BadInput
 from hairpipe.plain_file import check_plain
 
@@ -39,29 +40,29 @@ def ls(graph: str, overrides: dict[str, str], as_json: bool) -> None:
         click.echo("".join(f"  {variant}\n" for variant in found.variants), nl=False)
 
 
-@wedge.command("table")
+@wedge.command()
 @options.shot
 @options.wedge_name
 @options.frames
 @options.as_markdown
 @options.as_json
-def compare(shot: "Shot", name: str, frames: tuple[int, ...] | None, as_markdown: bool, as_json: bool) -> None:
+def table(shot: "Shot", name: str, frames: tuple[int, ...] | None, as_markdown: bool, as_json: bool) -> None:
     """Compare variants by their measures.
 
     Of a column with several rows there are the mean and the largest. Seconds of the processor, and size, are those of
     what not all variants share; what some share counts for each of them. Nothing is computed: what is not in the cache
     is empty.
     """
-    from hairpipe.app import wedge as comparison
+    from hairpipe.app.wedge import compare, document, markdown, text
 
     found = shot.wedge(name)
-    rows = comparison.compare(found, frames)
+    rows = compare(found, frames)
     if as_json:
-        click.echo(json.dumps(comparison.document(found, rows), indent=2))
+        click.echo(json.dumps(document(found, rows), indent=2))
     elif as_markdown:
-        click.echo(comparison.markdown(rows))
+        click.echo(markdown(rows))
     else:
-        click.echo(comparison.text(rows))
+        click.echo(text(rows))
 
 
 @wedge.command()
@@ -72,7 +73,7 @@ def compare(shot: "Shot", name: str, frames: tuple[int, ...] | None, as_markdown
 @click.option(
     "--node",
     metavar="NODE",
-    shell_complete=completion.complete_node,
+    shell_complete=complete_node,
     help="Node of the pictures; by default the first that the wedge shows.",
 )
 def sheet(shot: "Shot", name: str, output: Path, frame: int | None, node: str | None) -> None:
@@ -92,7 +93,7 @@ def sheet(shot: "Shot", name: str, output: Path, frame: int | None, node: str | 
 @wedge.command()
 @options.graph
 @options.wedge_name
-@click.argument("variant", shell_complete=completion.complete_variant)
+@click.argument("variant", shell_complete=complete_variant)
 def promote(graph: str, name: str, variant: str) -> None:
     """Write the settings of a variant into the graph file; nothing else in it changes."""
     shot = hairpipe.load(graph)
