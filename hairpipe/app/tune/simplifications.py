@@ -41,8 +41,11 @@ ORDER = ("model", "precision", "segments", "steps", "voxels", "*", "keys", "part
 def simplifications(graph: Graph, name: str) -> list[Simplification]:
     """List the simplifications of a simulation, axis by axis; BadInput for another node."""
     node = model_in(graph, name)
-    found = [*of_segments(graph, node), *of_steps(graph, node), *of_voxels(graph, node), *of_keys(node)]
-    return sorted([*of_node(graph, node), *found], key=lambda part: place_of(part.axis))
+    found = [*of_node(graph, node), *of_segments(graph, node), *of_steps(graph, node), *of_voxels(graph, node)]
+    if touches(node):  # a sample has neighbouring strands
+        keys = enumerate(KEYS, 1)
+        found += [Simplification("keys", n, f"one hair in {every} simulated", keys=every) for n, every in keys]
+    return sorted(found, key=lambda part: ORDER.index(part.axis if part.axis in ORDER else "*"))
 
 
 def model_in(graph: Graph, name: str) -> Node:
@@ -60,10 +63,6 @@ def is_model(node: Node) -> bool:
     sockets, outputs = node.type.sockets, node.type.outputs
     groom = sockets.get("groom")
     return node.type.mode == "scan" and groom is not None and groom.type is Groom and outputs.get(OUTPUT) is Strands
-
-
-def place_of(axis: str) -> int:
-    return ORDER.index(axis if axis in ORDER else "*")
 
 
 def declared(node: Node, function: str) -> Any:
@@ -143,13 +142,6 @@ def of_voxels(graph: Graph, node: Node) -> Iterator[Simplification]:
 def levelsets_of(node: Node) -> list[str]:
     """List the nodes that compute the level sets around a simulation."""
     return [edge.node for plug, edge in node.edges.items() if node.type.socket(plug).type in BODIES]
-
-
-def of_keys(node: Node) -> Iterator[Simplification]:
-    """Simulate key hairs and interpolate the others, where a sample has neighbouring strands."""
-    if touches(node):
-        for level, every in enumerate(KEYS, 1):
-            yield Simplification("keys", level, f"one hair in {every} simulated", keys=every)
 
 
 def listed(counts: Iterable[float]) -> str:
