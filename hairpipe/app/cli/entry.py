@@ -29,6 +29,7 @@ COMMANDS = (
 )
 """In the order of their use."""
 MODULES = {
+    "run": ("run", "warm", "farm"),
     "results": ("plan", "watch", "explain", "get"),
     "page": ("view", "report"),
     "graph": ("graph", "nodes"),

@@ -6,7 +6,6 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -15,9 +14,6 @@ from hairpipe.app.api.formatting import duration, plural, shown, size, table
 from hairpipe.app.cli import options
 from hairpipe.engine.node.messages import one_line
 from hairpipe.errors import BadInput
-
-if TYPE_CHECKING:
-    from hairpipe.app.api.cache import Item
 
 AGES = {"s": 1, "min": 60, "h": 3600, "d": 86400, "w": 7 * 86400}
 SIZES = {"": 1, "B": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12}
@@ -48,32 +44,18 @@ def cache() -> None:
 @options.as_json
 def ls(cache: Path, as_json: bool) -> None:
     """List the results, the most recently used first."""
-    found = hairpipe.Cache(cache).results()
+    rows, documents = [["result", "type", "size", "computed in", "used", "key"]], []
+    for item in hairpipe.Cache(cache).results():
+        record, kind = item.record, item.record.parts["type"]
+        names = ("key", "node", "frame", "seconds", "created")
+        documents.append({n: getattr(record, n) for n in names} | {"type": kind, "size": item.size, "used": item.used})
+        name = record.node if record.frame is None else f"{record.node}@{record.frame}"
+        ago = f"{duration(max(0.0, time.time() - item.used))} ago"
+        rows.append([name, kind, size(item.size), duration(record.seconds), ago, record.key[:12]])
     if as_json:
-        click.echo(json.dumps({"results": [described(item) for item in found]}, indent=2))
-    elif found:
-        click.echo(table([["result", "type", "size", "computed in", "used", "key"], *map(row_of, found)], "<<>>><"))
-
-
-def row_of(item: "Item") -> list[str]:
-    record = item.record
-    name = record.node if record.frame is None else f"{record.node}@{record.frame}"
-    ago = f"{duration(max(0.0, time.time() - item.used))} ago"
-    return [name, record.parts["type"], size(item.size), duration(record.seconds), ago, record.key[:12]]
-
-
-def described(item: "Item") -> dict[str, object]:
-    record = item.record
-    return {
-        "key": record.key,
-        "node": record.node,
-        "frame": record.frame,
-        "type": record.parts["type"],
-        "size": item.size,
-        "seconds": record.seconds,
-        "created": record.created,
-        "used": item.used,
-    }
+        click.echo(json.dumps({"results": documents}, indent=2))
+    elif documents:
+        click.echo(table(rows, "<<>>><"))
 
 
 @cache.command()

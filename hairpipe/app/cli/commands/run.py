@@ -1,4 +1,4 @@
-"""`hairpipe run`: compute what has changed, and publish it."""
+"""Computation of a graph: run here, compiled ahead, or handed to a farm."""
 
 import json
 import sys
@@ -8,6 +8,8 @@ import click
 
 import hairpipe
 from hairpipe.app.cli import options
+from hairpipe.app.cli.stderr import echo
+from hairpipe.errors import BadInput
 
 
 @click.command()
@@ -114,3 +116,90 @@ def run(
         recording.write(done)
     report_faults(done, verbose)
     sys.exit(done.outcome.exit_code)
+
+
+@click.command()
+@options.graphs
+@options.jobs
+@click.option("-q", "--quiet", is_flag=True, help="Print only warnings and failures.")
+def warm(graphs: tuple[str, ...], jobs: int, quiet: bool) -> None:
+    """Compile the kernels of graphs ahead of their first run.
+
+    The first two frames of each GRAPH are computed in a temporary folder and discarded; no file is published. Nodes
+    compile in parallel. By default these are the shipped shots whose data is present. Kernels that are compiled already
+    are only loaded.
+
+    Exit code 0: all is compiled, 1: a node failed.
+    """
+    from hairpipe.app.api.shot import shots_to_warm, warming
+    from hairpipe.app.cli.commands.environment import asking
+    from hairpipe.app.cli.run_display import RunDisplay, report_faults
+
+    failed = False
+    for name in graphs or shots_to_warm():
+        try:
+            shot = asking(lambda name=name: hairpipe.load(name))
+        except BadInput as fault:
+            if graphs:
+                raise
+            echo(f"{name} is omitted: {fault}")
+            continue
+        with warming(shot) as (warm_shot, frames), RunDisplay(warm_shot.graph, jobs, quiet=quiet) as display:
+            done = warm_shot.run(frames, jobs=jobs, progress=display, keep_going=True)
+        report_faults(done, verbose=False)
+        failed = failed or not done.ok
+        if not quiet:
+            click.echo(f"{name}: kernels are compiled" if done.ok else f"{name}: not all kernels are compiled")
+    sys.exit(failed)
+
+
+@click.command()
+@options.graph
+@options.frames
+@options.overrides
+@options.wedge
+@click.option("--chunk", type=click.IntRange(min=1), default=10, show_default=True, help="Number of frames of a task.")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["openjd", "commands"]),
+    default="openjd",
+    show_default=True,
+    help="Format of the job: openjd (job.json, Open Job Description), commands (commands.txt, one a line).",
+)
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), metavar="FOLDER", required=True, help="Folder for the job."
+)
+@options.cache
+def farm(
+    graph: str,
+    frames: tuple[int, ...] | None,
+    overrides: dict[str, str],
+    wedge: str | None,
+    chunk: int,
+    form: str,
+    output: Path,
+    cache: Path,
+) -> None:
+    """Write the commands that compute a shot in parts, for a farm. Nothing is computed.
+
+    The parts are values for the shot, frames that need no simulation, simulations (a task each), frames that need
+    them, and files of all frames. Of a wedge, what the variants share comes first, then a task for each variant, or for
+    its frames. The order saves time and changes no result: a task computes whatever it needs that
+    is not in the cache, which all machines share. A task ends with exit code 0 where all that it was asked for is
+    computed, and with 75 where another one still computes it: run it again.
+    """
+    from hairpipe.app.farm import FORMATS, build_steps
+    from hairpipe.engine.store.atomic import write_text
+
+    shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
+    chosen = shot if wedge is None else shot.wedge(wedge)
+    common = [word for name, value in overrides.items() for word in ("--set", f"{name}={value}")]
+    common += [] if wedge is None else ["--wedge", wedge]
+    steps = build_steps(chosen.levels(), chosen.graph.select(frames), chunk, common)
+    name, write = FORMATS[form]
+    path = Path(graph)
+    text = write(steps, str(path.absolute()) if path.exists() else graph, cache.absolute())
+    write_text(output / name, text)
+    tasks = sum(map(len, steps))
+    click.echo(f"{output / name}: {tasks} tasks in {len(steps)} steps")
