@@ -25,7 +25,7 @@ WAIT = 600
 
 
 @dataclass(frozen=True)
-class Step:
+class JobStep:
     """Commands that can run at the same time."""
 
     name: str
@@ -40,7 +40,7 @@ class Step:
             yield (*self.arguments, *chain.from_iterable(zip(self.parts, values, strict=True)))
 
 
-def build_steps(levels: Sequence[Level], frames: Sequence[int], chunk: int, common: Sequence[str]) -> list[Step]:
+def build_steps(levels: Sequence[Level], frames: Sequence[int], chunk: int, common: Sequence[str]) -> list[JobStep]:
     """Build a step for each level of a shot.
 
     frames  of the shot, ascending
@@ -55,7 +55,7 @@ def build_steps(levels: Sequence[Level], frames: Sequence[int], chunk: int, comm
         parts = {"--to": tuple(map(" ".join, groups))} if len(groups) > 1 else {}
         parts |= {"--only": chunks} if level.by_frame else {}
         named = [word for name in groups[0] for word in ("--to", name)] if len(groups) == 1 else []
-        steps.append(Step(level.name, (*shared, *named), parts))
+        steps.append(JobStep(level.name, (*shared, *named), parts))
     return steps
 
 
@@ -66,7 +66,7 @@ NAMES = {"--to": "Nodes", "--only": "Frames"}
 """Names of the parameters of tasks by option."""
 
 
-def write_commands(steps: Iterable[Step], graph: str, cache: Path) -> str:
+def write_commands(steps: Iterable[JobStep], graph: str, cache: Path) -> str:
     """Write a command a line; those of a step can run at the same time, and steps begin with a comment."""
     lines = []
     for step in steps:
@@ -76,7 +76,7 @@ def write_commands(steps: Iterable[Step], graph: str, cache: Path) -> str:
     return "\n".join(lines) + "\n"
 
 
-def write_openjd(steps: Iterable[Step], graph: str, cache: Path) -> str:
+def write_openjd(steps: Iterable[JobStep], graph: str, cache: Path) -> str:
     """Write a job template as JSON; BadInput for a step of too many tasks."""
     before = None
     written = []
@@ -108,7 +108,7 @@ def write_openjd(steps: Iterable[Step], graph: str, cache: Path) -> str:
     return json.dumps(template, indent=2) + "\n"
 
 
-FORMATS: dict[str, tuple[str, Callable[[Iterable[Step], str, Path], str]]] = {
+FORMATS: dict[str, tuple[str, Callable[[Iterable[JobStep], str, Path], str]]] = {
     "openjd": ("job.json", write_openjd),
     "commands": ("commands.txt", write_commands),
 }

@@ -14,7 +14,7 @@ TABLE = "assets/third_party.csv"
 """The table of these files, below the folder of the shipped graphs."""
 
 
-class Source(NamedTuple):
+class DataFile(NamedTuple):
     """A file and its source.
 
     name     in the data folder
@@ -30,20 +30,20 @@ class Source(NamedTuple):
     licence: str
 
 
-def third_party_files() -> list[Source]:
+def third_party_files() -> list[DataFile]:
     import hairpipe.graphs  # pyright: ignore[reportMissingImports] - the folder graphs, once installed
 
     with (Path(hairpipe.graphs.__file__).parent / TABLE).open(encoding="utf-8", newline="") as file:
-        return [Source(**row) for row in csv.DictReader(file)]
+        return [DataFile(**row) for row in csv.DictReader(file)]
 
 
-def check_data() -> tuple[Path, dict[Source, State]]:
+def check_data() -> tuple[Path, dict[DataFile, State]]:
     """Compare all files in the data folder with their digests; BadInput where the folder is not known."""
     folder = known_folder()
     return folder, {source: state_of(source, folder) for source in third_party_files()}
 
 
-def state_of(source: Source, folder: Path) -> State:
+def state_of(source: DataFile, folder: Path) -> State:
     """Compare a file in a data folder with its digest; a path that is not a regular file differs, and is not read."""
     path = folder / source.name
     if not path.exists():

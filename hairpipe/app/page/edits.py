@@ -269,7 +269,7 @@ MOST_STEPS = 500
 Deed = tuple[str, dict[str, Any]]
 
 
-class Step(NamedTuple):
+class Edit(NamedTuple):
     """Text of a graph after an edit.
 
     label  description of the edit
@@ -289,7 +289,7 @@ class History:
     """
 
     def __init__(self, text: str, disk: str | None) -> None:
-        self._steps = [Step("", text)]
+        self._steps = [Edit("", text)]
         self._at = 0
         self._saved = 0
         self.disk = disk
@@ -310,7 +310,7 @@ class History:
         """Whether the present text differs from that of the file."""
         return self.text != self.disk
 
-    def push(self, step: Step) -> None:
+    def push(self, step: Edit) -> None:
         """Add an edit after the present text; texts that were undone are lost."""
         self._steps = [*self._steps[: self._at + 1], step][-MOST_STEPS:]
         self._saved = self._saved - max(0, self._at + 2 - MOST_STEPS) if self._saved <= self._at else -1
@@ -330,7 +330,7 @@ class History:
         """Note that the file has the present text."""
         self.disk, self.theirs, self._saved = text, None, self._at
 
-    def deeds(self) -> list[Step]:
+    def deeds(self) -> list[Edit]:
         """List the edits since the file was saved."""
         return self._steps[self._saved + 1 : self._at + 1] if self._saved >= 0 else self._steps[1 : self._at + 1]
 

@@ -24,7 +24,7 @@ from hairpipe.app.page.documents import (
     state_document,
     wedge_document,
 )
-from hairpipe.app.page.edits import History, Step, copy_assets, edited, write_stroke
+from hairpipe.app.page.edits import Edit, History, copy_assets, edited, write_stroke
 from hairpipe.app.page.playing import Playing, Show, playable
 from hairpipe.app.page.runs import Job, Request, Runs
 from hairpipe.app.page.shelf import Shelf
@@ -149,7 +149,7 @@ class Session:
             text, label = edited(self._draft, verb, given)
             if text != self._history.text:
                 self._take(self._draft.with_text(text))
-                self._history.push(Step(label, text, (verb, given)))
+                self._history.push(Edit(label, text, (verb, given)))
                 self._advance()
 
     def stroke(self, given: dict[str, Any]) -> None:
@@ -223,7 +223,7 @@ class Session:
         """Show a text as a new step; BadInput, without a change, for a faulty one."""
         if text != self._history.text:
             self._take(self._draft.with_text(text))
-            self._history.push(Step(label, text))
+            self._history.push(Edit(label, text))
         if base is not None and base == text:
             self._history.written(text)
 

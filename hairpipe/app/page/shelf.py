@@ -19,7 +19,7 @@ from hairpipe.engine import File
 from hairpipe.errors import BadInput
 
 
-class Place(NamedTuple):
+class Origin(NamedTuple):
     """Origin of an object: an output of a result of a shot."""
 
     shot: GraphShot
@@ -40,7 +40,7 @@ class Shelf:
 
     def __init__(self, most: int) -> None:
         self.most = most
-        self._places: dict[str, Place] = {}
+        self._places: dict[str, Origin] = {}
         self._faces: dict[str, Packed] = {}
         self._suffixes: dict[str, str | None] = {}
 
@@ -48,7 +48,7 @@ class Shelf:
         """Add the results of a plan of a shot; earlier ones are kept."""
         for task, record in found.records.items():
             for name, output in record.outputs.items():
-                self._places[output.object] = Place(shot, task, record, name)
+                self._places[output.object] = Origin(shot, task, record, name)
 
     def names(self) -> Iterator[str]:
         """Iterate over the names of all documents except triangles, which are known once a mesh was made."""
