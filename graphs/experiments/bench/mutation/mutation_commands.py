@@ -13,7 +13,7 @@ ROOMS = ("key", "store", "run")
 
 @click.command()
 @click.option(
-    "--room", type=click.Choice(ROOMS), multiple=True, help="Room of hairpipe/graph; repeatable; by default all."
+    "--room", type=click.Choice(ROOMS), multiple=True, help="Room of hairpipe/engine; repeatable; by default all."
 )
 @click.option(
     "--most", type=click.IntRange(min=1), default=80, show_default=True, help="Largest number of mutations a room."

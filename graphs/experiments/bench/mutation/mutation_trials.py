@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.mutation import tester
-from hairpipe.graphs.experiments.bench.mutation.suites import ROOM, SUITES, TESTS
+from hairpipe.graphs.experiments.bench.mutation.suites import ROOM, SUITES, TESTS, room_of
 from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, make_report
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def testing() -> Iterator[Tester]:
 
 def mutated_files(rooms: Sequence[str]) -> list[Path]:
     """List the files of rooms that are mutated."""
-    return [HOME / ROOM / file for file in SUITES if file.partition("/")[0] in rooms]
+    return [HOME / ROOM / file for file in SUITES if room_of(file) in rooms]
 
 
 def source_of(file: str) -> str:
@@ -107,7 +107,7 @@ def drawn(room: str, most: int, seed: int) -> tuple[list[tuple[str, list["Mutant
     from hairpipe.graphs.experiments.bench.mutation.places import draw_places
 
     places = []
-    for file in (name for name in SUITES if name.startswith(f"{room}/")):
+    for file in (name for name in SUITES if room_of(name) == room):
         draw = random.Random(f"{seed} {file}")
         places += [(file, mutants) for mutants in draw_places(source_of(file), draw)]
     order = list(range(len(places)))  # of which a larger sample contains a smaller one
