@@ -17,7 +17,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import cache
 from importlib.machinery import ModuleSpec
 from importlib.util import spec_from_file_location
@@ -47,16 +47,6 @@ class Source:
 
     digest: str
     imports: tuple[tuple[str, str | None], ...]
-
-    @property
-    def note(self) -> str:
-        """The analysis as text."""
-        return json.dumps([self.digest, self.imports])
-
-
-def noted_source(note: str) -> Source:
-    code, imports = json.loads(note)
-    return Source(code, tuple((module, name) for module, name in imports))
 
 
 @cache
@@ -101,7 +91,7 @@ def origin(statement: ast.ImportFrom) -> str:
     return "." * statement.level + (statement.module or "")
 
 
-ENGINE = ("hairpipe.engine", "hairpipe.app.api")
+ENGINE = ("hairpipe.engine.", "hairpipe.app.api.")
 """The engine, and the interface to it."""
 ALWAYS = ("numpy", "scipy", "numba")
 DISTRIBUTIONS = {"pxr": "usd-core", "PIL": "pillow"}
@@ -216,7 +206,7 @@ class CodeReader:
             if target:  # a relative import outside of a package fails
                 found.add(target)
                 found |= self._submodules(target) if name == STAR else self._submodule(target, name)
-        self._imports[module] = {name for name in found if not is_engine(name)}
+        self._imports[module] = {name for name in found if not f"{name}.".startswith(ENGINE)}
         return self._imports[module]
 
     def _submodule(self, module: str, name: str | None) -> set[str]:
@@ -270,7 +260,8 @@ class CodeReader:
         if path.suffix != ".py":
             return Source(digest_bytes("compiled", data), ())
         name = digest_bytes("source", FORMAT.encode() + b"\0" + data)
-        return noted_source(self._remember(name, lambda: read_source(data, str(path)).note))
+        code, imports = json.loads(self._remember(name, lambda: json.dumps(astuple(read_source(data, str(path))))))
+        return Source(code, tuple((module, name) for module, name in imports))
 
     def _spec(self, module: str) -> ModuleSpec | None:
         if module not in self._specs:
@@ -280,10 +271,6 @@ class CodeReader:
             missing = bool(parent) and path is None
             self._specs[module] = None if missing else find_spec(module, path)
         return self._specs[module]
-
-
-def is_engine(module: str) -> bool:
-    return any(module == engine or module.startswith(f"{engine}.") for engine in ENGINE)
 
 
 def is_first_party(module: str, spec: ModuleSpec) -> bool:

@@ -61,17 +61,13 @@ def write_out(text: GraphText, tables: dict[str, Table]) -> dict[str, Table]:
             raise BadInput("without, in a node that has no `like`", where=where, right=right)
         base = {key: value for base in bases[name] for key, value in written[base].items() if key not in OWN}
         try:
-            written[name] = stated(text, name, tables[name], base)
+            for dotted in left_out(text, name, tables[name], base):
+                base = without(base, dotted.split("."))
+            own = {key: value for key, value in tables[name].items() if key not in ("like", "without")}
+            written[name] = merged(base, own)
         except RecursionError:  # a dotted key of a thousand names
             raise BadInput("nested too deeply", where=text.place(name)) from None
     return written
-
-
-def stated(text: GraphText, name: str, table: Table, base: Table) -> Table:
-    """Return the base with the table of a node merged into it, without the omitted parts."""
-    for dotted in left_out(text, name, table, base):
-        base = without(base, dotted.split("."))
-    return merged(base, {key: value for key, value in table.items() if key not in ("like", "without")})
 
 
 def base_of(text: GraphText, name: str, tables: dict[str, Table]) -> str:
@@ -180,14 +176,10 @@ def load_graph(path: Path, overrides: Mapping[str, str] | None = None) -> Graph:
 
     overrides  settings by `node.setting`, or `node.group.setting`, as text: TOML if it parses, else a string
     """
-    return make_graph(read_edited(path, overrides or {}))
-
-
-def read_edited(path: Path, overrides: Mapping[str, str]) -> GraphText:
     text = read_graph_text(path)
-    for target, value in overrides.items():
+    for target, value in (overrides or {}).items():
         put(text.tables, target, parse_value(value))
-    return text
+    return make_graph(text)
 
 
 def make_graph(text: GraphText, *, empty: bool = False) -> Graph:

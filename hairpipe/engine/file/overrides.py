@@ -34,18 +34,14 @@ def put(tables: Tables, target: str, value: Any) -> None:
     for name in names[:-1]:
         if isinstance(table.get(name), bool):
             raise BadInput(f"'{name}' in '{target}' is not a group", where="--set", right="node.setting=value")
-        table[name] = table = table_of(table.get(name, {}))
+        value_there = table.get(name, {})
+        table[name] = table = value_there if isinstance(value_there, dict) else {SHORTHAND: value_there}
     last = names[-1]
     is_group = isinstance(table.get(last), dict) and table[last].keys() != {KEY} and names[0] not in RESERVED
     if is_group and not isinstance(value, dict | bool):
         table[last][SHORTHAND] = value
     else:
         table[last] = value
-
-
-def table_of(value: Any) -> Tables:
-    """Return a table, or the table with a plain value that stands for it."""
-    return value if isinstance(value, dict) else {SHORTHAND: value}
 
 
 def drop(tables: Tables, target: str) -> None:

@@ -85,15 +85,18 @@ class Engine(Protocol):
     @property
     def warnings(self) -> list[str]:
         """Warnings for the user."""
+        ...
 
     def slots(self) -> Slots:
         """Count the free slots."""
+        ...
 
     def submit(self, job: Job) -> None:
         """Begin a job in a free slot."""
 
     def replies(self, timeout: float | None) -> Iterator[Reply]:
         """Wait for replies, at most for a time [s]; a machine or process that is gone gives a failure."""
+        ...
 
     def leave_out(self, machine: str) -> None:
         """Give a machine no further jobs."""

@@ -50,18 +50,17 @@ def cut(text: str) -> str:
 
 def one_line(text: str) -> str:
     """Write a text on one line of a terminal: unprintable characters are escaped, long texts are shortened."""
-    clean = text if text.isprintable() else "".join(c if is_printed(c) else escaped(c) for c in text)
+    clean = (
+        text
+        if text.isprintable()
+        else "".join(c if is_printed(c) else c.encode("unicode_escape").decode() for c in text)
+    )
     return shortened(re.sub(rf"\S{{{LONG_WORD + 1},}}", lambda word: shortened(word[0], LONG_WORD), clean), LONG_LINE)
 
 
 def is_printed(character: str) -> bool:
     """Whether a character is printable, not a control character."""
     return character.isprintable() or unicodedata.category(character) == "Zs"
-
-
-def escaped(character: str) -> str:
-    """Escape a character as in Python source."""
-    return character.encode("unicode_escape").decode()
 
 
 def shortened(text: str, most: int) -> str:

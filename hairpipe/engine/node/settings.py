@@ -168,11 +168,7 @@ def bound_texts(item: Any) -> list[str]:
     if isinstance(item, Suffixes):
         return [" or ".join(filter(None, (", ".join(item.names[:-1]), item.names[-1])))]
     form = BOUNDS.get(type(item)) or LENGTHS.get(type(item))
-    return [form.format(**vars_of(item))] if form else []
-
-
-def vars_of(item: Any) -> dict[str, Any]:
-    return {field.name: getattr(item, field.name) for field in dataclasses.fields(item)}
+    return [form.format(**dataclasses.asdict(item))] if form else []
 
 
 def kind_text(kind: Any) -> str:

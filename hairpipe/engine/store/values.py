@@ -30,6 +30,7 @@ from hairpipe.engine.store.record import Output, is_object
 from hairpipe.engine.store.store import LostObject, Store
 from hairpipe.errors import BadInput
 
+CODEC = "hairpipe.formats.hdf5"
 MOST_BYTES = 64 << 20
 """Of a listing: about a million companions [bytes]."""
 
@@ -273,7 +274,7 @@ class Values:
             return main
         parts = {label: self._put_bytes(path, workspace) for label, path in file.companions.items()}
         listing = Listing(main.object, {label: part.object for label, part in parts.items()})
-        size = self._write(listing.name, len(listing.text), lambda path: write_listing(path, listing))
+        size = self._write(listing.name, len(listing.text), lambda to: to.write_bytes(listing.text.encode()))
         return Output(listing.name, size, tuple((part.object, part.size) for part in (main, *parts.values())))
 
     def _put_bytes(self, path: Path, workspace: Path | None) -> Output:
@@ -290,7 +291,7 @@ class Values:
         return Output(name, self._write(name, size, lambda to: copy_file(path, to)))
 
     @reopening
-    def _write(self, name: str, expected: int, write: Callable[[Path], None]) -> int:
+    def _write(self, name: str, expected: int, write: Callable[[Path], object]) -> int:
         """Write an object unless it is there; returns its size [bytes]."""
         size = self.store.size(name)
         if size is None:
@@ -309,10 +310,6 @@ def copy_file(source: Path, target: Path) -> None:
         shutil.copyfileobj(reader, writer, CHUNK)
 
 
-def write_listing(path: Path, listing: Listing) -> None:
-    path.write_text(listing.text, encoding="utf-8")
-
-
 def check_space(root: Path, needed: int) -> None:
     """Raise the error of a full disk before a file is begun that does not fit."""
     root.mkdir(parents=True, exist_ok=True)
@@ -323,6 +320,3 @@ def check_space(root: Path, needed: int) -> None:
 def is_full(error: OSError) -> bool:
     """Whether an error means that a disk is full; HDF5 reports it in its message only."""
     return error.errno in FULL or any(f"errno = {number}" in str(error) for number in FULL)
-
-
-CODEC = "hairpipe.formats.hdf5"

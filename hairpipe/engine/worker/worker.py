@@ -110,7 +110,9 @@ class Worker:
             seconds = time.perf_counter() - begun
             processor = processor_time() - worked
             del arguments
-            check_files(job)
+            for path, stamp in job["files"].items():
+                if is_changed(path, stamp):  # its key would be wrong
+                    raise BadInput("changed while it was read", where=path, right="run again when it is complete")
             outputs = self._put(node_type, result, folder, job["fleeting"])
         record = Record(
             key=job["key"],
@@ -170,13 +172,6 @@ def file_of(module: ModuleType | None) -> str:
     """Path of the file that a module was imported from; read from its dictionary, since attributes may import more."""
     known = vars(module) if isinstance(module, ModuleType) else {}
     return known.get("__file__") or ""
-
-
-def check_files(job: Job) -> None:
-    """Refuse a result whose input files were written to meanwhile: its key would be wrong."""
-    for path, stamp in job["files"].items():
-        if is_changed(path, stamp):
-            raise BadInput("changed while it was read", where=path, right="run again when it is complete")
 
 
 def failure(error: Exception) -> Reply:
