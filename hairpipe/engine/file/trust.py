@@ -15,6 +15,7 @@ from importlib.machinery import BYTECODE_SUFFIXES, all_suffixes
 from pathlib import Path
 
 from hairpipe.engine.node.import_paths import EXPERIMENTS, OUR_NODES, folder_of
+from hairpipe.engine.node.messages import listed
 from hairpipe.engine.store.atomic import replacing
 from hairpipe.engine.store.digest import digest_bytes
 from hairpipe.engine.store.fingerprint import digest_file
@@ -26,7 +27,6 @@ VARIABLE = "HAIRPIPE_TRUST"
 CACHED = "__pycache__"
 NATIVE = {".so", ".dylib", ".dll"}
 """Suffixes of libraries that an extension module may load, also within a name such as `libfast.so.1`."""
-MOST_NAMED = 8
 
 Files = Mapping[str, str]
 """Digests of the code in a folder, by path within it."""
@@ -179,9 +179,3 @@ def sources(folder: Path) -> Iterator[Path]:
 def differing(old: Files, new: Files) -> list[str]:
     """List the names of differing files."""
     return sorted(name for name in old.keys() | new.keys() if old.get(name) != new.get(name))
-
-
-def listed(names: list[str]) -> str:
-    """Join the first names, and the number of the others."""
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    return ", ".join(names[:MOST_NAMED]) + more

@@ -19,8 +19,9 @@ import hairpipe
 from hairpipe import __version__
 from hairpipe.child import search_path
 from hairpipe.engine.code import Code
-from hairpipe.engine.file.trust import Files, code_in, differing, grant, listed, trust_error
+from hairpipe.engine.file.trust import Files, code_in, differing, grant, trust_error
 from hairpipe.engine.node.import_paths import OUR_NODES, folder_of
+from hairpipe.engine.node.messages import listed
 from hairpipe.engine.store.atomic import write_text
 from hairpipe.engine.store.digest import digest, digest_bytes
 from hairpipe.engine.store.lease import Leases
