@@ -5,12 +5,10 @@ enough: on another machine it may lead to an empty folder, or to the store of an
 """
 
 import json
-import os
 import re
 import secrets
 import sys
 import time
-from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +16,7 @@ from pathlib import Path
 import hairpipe
 from hairpipe import __version__
 from hairpipe.child import search_path
-from hairpipe.engine.code import Code
+from hairpipe.engine.code import INSTALLED, Code
 from hairpipe.engine.file.trust import Files, code_in, differing, grant, trust_error
 from hairpipe.engine.node.import_paths import OUR_NODES, folder_of
 from hairpipe.engine.node.messages import listed
@@ -27,6 +25,7 @@ from hairpipe.engine.store.digest import digest, digest_bytes
 from hairpipe.engine.store.lease import Leases
 from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
+from hairpipe.plain_file import stamp_of
 
 CLAIM = digest("identity", "")
 """Key of the lease of whoever gives a store its identity: two may find none at one time."""
@@ -119,9 +118,6 @@ def code_difference(machine: str, node_type: str, own: Code, manifest: str | Non
     )
 
 
-INSTALLED = ("site-packages", "dist-packages")
-
-
 def program_digest(*folders: Path) -> str:
     """Digest the stamps of everything that a new process would import: it differs after any change of code or versions.
 
@@ -129,23 +125,7 @@ def program_digest(*folders: Path) -> str:
     """
     ours = [Path(hairpipe.__file__).parent, folder_of(OUR_NODES), *folders]
     path = search_path()
-    packages = [Path(entry) for entry in path if Path(entry).name in INSTALLED]
-    files = [file for folder in ours if folder is not None for file in sources_below(folder)]
-    stamps = {str(place): stamp(place) for place in (Path(sys.executable), *packages, *files)}
+    packages = [entry for entry in path if Path(entry).name in INSTALLED]
+    files = [str(file) for folder in ours if folder is not None for file in sorted(folder.rglob("*.py"))]
+    stamps = {file: stamp_of(file) for file in (sys.executable, *packages, *files)}
     return digest_bytes("program", json.dumps([path, sys.version, stamps]).encode())
-
-
-def sources_below(folder: Path) -> Iterator[Path]:
-    """Iterate over the Python files of a folder, in order; none if it does not exist."""
-    for place, folders, names in os.walk(folder):
-        folders.sort()
-        yield from (Path(place, name) for name in sorted(names) if name.endswith(".py"))
-
-
-def stamp(place: Path) -> list[int]:
-    """Return inode, size and modification of a file or folder; empty if it does not exist."""
-    try:
-        status = place.stat()
-    except OSError:
-        return []
-    return [status.st_ino, status.st_size, status.st_mtime_ns]
