@@ -319,8 +319,9 @@ def codes_behind(signature: Any) -> list[str] | None:
 
 
 def file_of(module: str) -> str:
-    """Path of the file of an imported module; empty where it has none."""
-    return getattr(sys.modules.get(module), "__file__", None) or ""
+    """Path of the file of an imported module, read from its dictionary: attributes may import more; empty for none."""
+    found = sys.modules.get(module)
+    return (isinstance(found, ModuleType) and vars(found).get("__file__")) or ""
 
 
 def is_current(folder: str) -> bool:

@@ -17,7 +17,6 @@ from contextlib import nullcontext, suppress
 from dataclasses import asdict
 from multiprocessing.connection import Connection
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from hairpipe.child import die_with_parent, processor_time
@@ -32,7 +31,7 @@ from hairpipe.engine.store.fingerprint import is_changed, removed
 from hairpipe.engine.store.record import Output, Record
 from hairpipe.engine.store.store import Store
 from hairpipe.engine.store.values import Values, codec_named, is_full
-from hairpipe.engine.worker.machine_code import guard_kernels
+from hairpipe.engine.worker.machine_code import file_of, guard_kernels
 from hairpipe.engine.worker.threading_layer import layer_in_use
 from hairpipe.errors import BadInput
 from hairpipe.processor import processor_class
@@ -150,10 +149,7 @@ class Worker:
         Nodes import within their functions, so this is checked after each call, once for each module.
         """
         new = sys.modules.keys() - self._checked
-        paths = {
-            inspect.unwrap(node_type.function).__code__.co_filename,
-            *(file_of(sys.modules.get(name)) for name in new),
-        }
+        paths = {inspect.unwrap(node_type.function).__code__.co_filename, *map(file_of, new)}
         for path in paths & self._unchecked.keys():
             if is_changed(path, self._unchecked[path]):
                 raise BadInput("changed during the run", where=path, right="run again")
@@ -166,12 +162,6 @@ class Worker:
             name: self.values.put(results[name], kind, folder, lasting=name != fleeting)
             for name, kind in node_type.outputs.items()
         }
-
-
-def file_of(module: ModuleType | None) -> str:
-    """Path of the file that a module was imported from; read from its dictionary, since attributes may import more."""
-    known = vars(module) if isinstance(module, ModuleType) else {}
-    return known.get("__file__") or ""
 
 
 def failure(error: Exception) -> Reply:
