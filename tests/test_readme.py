@@ -233,11 +233,10 @@ def test_tables_of_pages_are_accepted(page, block, tmp_path, monkeypatch):
 
 
 def write_surroundings(folder):
-    """Write what the examples in Python name: a graph, values, and the package of somebody's studio."""
+    """Write what the examples in Python name: a graph, and the package of somebody's studio."""
     hair = '[hair]\ntype = "simulate_hair"\nmodel = "chain"\nin.groom = "groom"\n'
     groom = '[groom]\ntype = "make_strands"\nlength = 0.1\nsegments = 5\n'
     (folder / "demo").write_text(f"schema = 1\nframes = [1001, 1060]\nfps = 24\n{groom}{hair}")
-    np.savez(folder / "before.npz", points=np.zeros(3))
     (folder / "nodes/my_studio").mkdir(parents=True)
     (folder / "nodes/my_studio/grooming.py").write_text("def trim(groom, length):\n    return groom\n")
 
@@ -255,7 +254,6 @@ def test_examples_in_python_run_as_they_stand(page, block, tmp_path, monkeypatch
     """A node is written into a file of its name, and run in a graph; everything else is run as a script."""
     write_surroundings(tmp_path)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("sys.argv", ["digests.py", "before.npz"])
     monkeypatch.setenv("HAIRPIPE_TRUST", str(tmp_path / "nodes"))
     code, declared = compile(block, str(page), "exec"), DECLARED.search(block)
     if declared:
