@@ -5,7 +5,6 @@ Unreal reads primvars named groom_*, of the types int, float, float2, float3 and
 primvar `rest`. Blender imports curves of purpose guide only on request.
 """
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal, NamedTuple
@@ -57,6 +56,10 @@ class Target(NamedTuple):
     rest: tuple[str, ...]
     apart: bool
 
+    def placed(self, array: np.ndarray) -> np.ndarray:
+        """Return points or velocities, (n, 3), in the unit and axes of the program."""
+        return (array @ Y_UP_TO_Z_UP.T if self.up == TOKENS.z else array.astype(np.float64)) / self.metres
+
 
 TARGETS: dict[str, Target] = {
     "unreal": Target(
@@ -77,7 +80,14 @@ def write_groom(path: Path, shot: GroomShot, name: Name) -> None:
     stage.SetDefaultPrim(root)
     Usd.ModelAPI(root).SetKind("component")
     stage.GetRootLayer().customLayerData = {"hairpipe": {"version": __version__, "target": name}}
-    pieces = list(pieces_of(stage, shot, target))
+    maps = shot.maps({*KNOWN, *(GUIDED if shot.closest else ())})
+    pieces = list[tuple[UsdGeom.BasisCurves, np.ndarray]]()
+    for piece, strands in shot.pieces(target.apart).items():
+        prim = UsdGeom.BasisCurves.Define(stage, f"/groom/{piece}")
+        author(prim, shot, maps, strands, target)
+        if piece == "guides":
+            prim.CreatePurposeAttr(TOKENS.guide)
+        pieces.append((prim, shot.rows(strands)))
     frames = [] if shot.hair is None else list(shot.hair)
     for start, end in [(frames[0], frames[-1])] if frames else []:
         stage.SetStartTimeCode(start)
@@ -88,24 +98,13 @@ def write_groom(path: Path, shot: GroomShot, name: Name) -> None:
         for prim, rows in pieces:
             sample(prim, hair, rows, widths, frame, target)
     if shot.scalp is not None:
-        mesh = replace(shot.scalp.mesh, points=turned(shot.scalp.mesh.points, target) / target.metres, velocities=None)
+        mesh = replace(shot.scalp.mesh, points=target.placed(shot.scalp.mesh.points), velocities=None)
         prim = UsdGeom.Mesh.Define(stage, "/groom/scalp")
         author_body(prim, mesh)
         set_body(prim, mesh)
         for rest in target.rest:
             primvar(prim, rest, TYPES.Point3fArray, TOKENS.vertex, vectors(mesh.points))
     stage.Save()
-
-
-def pieces_of(stage: Usd.Stage, shot: GroomShot, target: Target) -> Iterator[tuple[UsdGeom.BasisCurves, np.ndarray]]:
-    """Author the constant values of all curves; yield each prim and its points, (p,); raises as `GroomShot.maps`."""
-    maps = shot.maps({*KNOWN, *(GUIDED if shot.closest else ())})
-    for name, strands in shot.pieces(target.apart).items():
-        prim = UsdGeom.BasisCurves.Define(stage, f"/groom/{name}")
-        author(prim, shot, maps, strands, target)
-        if name == "guides":
-            prim.CreatePurposeAttr(TOKENS.guide)
-        yield prim, shot.rows(strands)
 
 
 def author(
@@ -117,7 +116,7 @@ def author(
     author_curves(prim, np.diff(groom.offsets)[strands], TOKENS.catmullRom)
     for schema in target.schemas:
         prim.GetPrim().AddAppliedSchema(schema)
-    points = turned(groom.points[rows], target) / target.metres
+    points = target.placed(groom.points[rows])
     widths = shot.widths(shot.first())[rows] / target.metres
     prim.CreatePointsAttr(vectors(points))
     prim.CreateExtentAttr(extent(points, widths.max(initial=0.0) / 2))
@@ -153,9 +152,9 @@ def sample(
 
     widths  of all points [m]
     """
-    placed = turned(hair.points[rows], target) / target.metres
+    placed = target.placed(hair.points[rows])
     prim.GetPointsAttr().Set(vectors(placed), frame)
-    prim.GetVelocitiesAttr().Set(vectors(turned(hair.velocities[rows], target) / target.metres), frame)
+    prim.GetVelocitiesAttr().Set(vectors(target.placed(hair.velocities[rows])), frame)
     own = floats(widths[rows] / target.metres)
     attribute = prim.GetWidthsAttr()
     earlier = prim.GetPointsAttr().GetTimeSamples()[:-1]
@@ -164,8 +163,3 @@ def sample(
             attribute.Set(attribute.Get(), time)  # samples are interpolated: the change begins at the frame before
         attribute.Set(own, frame)
     prim.GetExtentAttr().Set(extent(placed, max(own, default=0.0) / 2), frame)
-
-
-def turned(vectors_: np.ndarray, target: Target) -> np.ndarray:
-    """Return vectors (n, 3) with the vertical axis of a program; pure."""
-    return vectors_ @ Y_UP_TO_Z_UP.T if target.up == TOKENS.z else vectors_.astype(np.float64)
