@@ -302,6 +302,7 @@ class CurvesWriter:
     ) -> None:
         name, self.strands = piece
         self.library, self.target = library, target
+        self.vertex = library.AbcGeom.GeometryScope.kVertexScope
         self.rows = shot.rows(self.strands)
         space = library.AbcGeom.OXform(top, name)  # Blender names objects by the transforms above them
         self.schema = library.AbcGeom.OCurves(space, name, times).getSchema()
@@ -314,7 +315,7 @@ class CurvesWriter:
         sample = geometry.OCurvesSchemaSample(self._vectors(points), self.counts, geometry.CurveType.kLinear)
         sample.setBasis(geometry.BasisType.kNoBasis)  # by default Bezier, which Blender draws also for linear curves
         wide = array("FloatArray", widths[self.rows] / self.target.metres)
-        sample.setWidths(geometry.OFloatGeomParamSample(wide, vertex(self.library)))
+        sample.setWidths(geometry.OFloatGeomParamSample(wide, self.vertex))
         if velocities is not None:
             sample.setVelocities(self._vectors(velocities))
         self.schema.set(sample)
@@ -340,21 +341,17 @@ class CurvesWriter:
             self._parameter("V3i", GUIDED[0], array("V3iArray", closest), uniform)
             self._parameter("V3f", GUIDED[1], array("V3fArray", weights), uniform)
         if groom.colours is not None:
-            self._parameter("V3f", "groom_color", array("V3fArray", groom.colours[self.rows]), vertex(self.library))
+            self._parameter("V3f", "groom_color", array("V3fArray", groom.colours[self.rows]), self.vertex)
         if shot.hairs is not None:
             diameters = array("FloatArray", shot.diameters(shot.first())[self.rows] / self.target.metres)
-            self._parameter("Float", DIAMETERS, diameters, vertex(self.library))
+            self._parameter("Float", DIAMETERS, diameters, self.vertex)
         if self.target.rest:
-            self._parameter("V3f", "rest", self._vectors(groom.points), vertex(self.library))
+            self._parameter("V3f", "rest", self._vectors(groom.points), self.vertex)
 
     def _parameter(self, kind: str, name: str, values: Any, scope: Any) -> None:
         geometry = self.library.AbcGeom
         made = getattr(geometry, f"O{kind}GeomParam")(self.schema.getArbGeomParams(), name, False, scope, 1)
         made.set(getattr(geometry, f"O{kind}GeomParamSample")(values, scope))
-
-
-def vertex(library: Any) -> Any:
-    return library.AbcGeom.GeometryScope.kVertexScope
 
 
 def array(kind: str, values: np.ndarray) -> Any:

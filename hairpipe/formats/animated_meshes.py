@@ -76,51 +76,37 @@ def stencil_at(times: np.ndarray, at: float, cuts: Sequence[tuple[float, float]]
     span = float(np.diff(held[place : place + 2]).sum()) or 1.0
     share = (at - held[place]) / span
     nearest = place + round(share) if len(held) > 1 else place
-    table = _Table()
     here = take.first + place
+
+    def rate(sample: int, *weights: float) -> list[tuple[int, int, np.ndarray]]:
+        """Return sample, kind and weights of the velocity at a sample: that of the file, or the slope of a parabola."""
+        at_cut = (sample == take.first and take.opens) or (sample == take.last and take.closes)
+        if own and not at_cut:
+            return [(sample, 1, np.array(weights))]
+        first = max(min(sample - 1, take.last - 2), take.first)
+        around = range(first, min(first + 2, take.last) + 1)
+        pairs = zip(around, slopes(times[first : around[-1] + 1], times[sample]), strict=True)
+        return [(one, 0, slope * np.array(weights)) for one, slope in pairs]
+
     if nearest in (place, place + 1) and abs(at - held[nearest]) <= SLACK * span:
-        table.add(take.first + nearest, np.array([1.0, 0.0]))
-        table.add_slope(times, take, take.first + nearest, own, np.array([0.0, 1.0]))
+        terms = [(take.first + nearest, 0, np.array([1.0, 0.0])), *rate(take.first + nearest, 0.0, 1.0)]
     elif 0.0 < share < 1.0 and len(held) > 1:
         square = share * share
         cube = square * share
-        table.add(here, np.array([2.0 * cube - 3.0 * square + 1.0, 6.0 * (square - share) / span]))
-        table.add(here + 1, np.array([3.0 * square - 2.0 * cube, 6.0 * (share - square) / span]))
-        slope = np.array([(cube - 2.0 * square + share) * span, 3.0 * square - 4.0 * share + 1.0])
-        table.add_slope(times, take, here, own, slope)
-        table.add_slope(times, take, here + 1, own, np.array([(cube - square) * span, 3.0 * square - 2.0 * share]))
+        terms = [
+            (here, 0, np.array([2.0 * cube - 3.0 * square + 1.0, 6.0 * (square - share) / span])),
+            (here + 1, 0, np.array([3.0 * square - 2.0 * cube, 6.0 * (share - square) / span])),
+            *rate(here, (cube - 2.0 * square + share) * span, 3.0 * square - 4.0 * share + 1.0),
+            *rate(here + 1, (cube - square) * span, 3.0 * square - 2.0 * share),
+        ]
     else:
         end, is_cut = (take.first, take.opens) if share <= 0.0 else (take.last, take.closes)
-        table.add(end, np.array([1.0, 0.0]))
-        if is_cut:
-            table.add_slope(times, take, end, own, np.array([at - times[end], 1.0]))
-    return table.stencil()
-
-
-class _Table:
-    """Sums of weights by sample, (2, 2) each, see `Stencil`."""
-
-    def __init__(self) -> None:
-        self.weights: dict[int, np.ndarray] = {}
-
-    def add(self, sample: int, weights: np.ndarray, kind: int = 0) -> None:
-        """Add weights (2,) in the points and velocities, of the points (0) or velocities (1) of a sample, in place."""
-        self.weights.setdefault(sample, np.zeros((2, 2)))[:, kind] += weights
-
-    def add_slope(self, times: np.ndarray, take: Take, sample: int, own: bool, weights: np.ndarray) -> None:
-        """Add weights (2,) of the velocity at a sample, in place."""
-        at_cut = (sample == take.first and take.opens) or (sample == take.last and take.closes)
-        if own and not at_cut:
-            self.add(sample, weights, 1)
-            return
-        first = max(min(sample - 1, take.last - 2), take.first)
-        around = range(first, min(first + 2, take.last) + 1)
-        for one, slope in zip(around, slopes(times[first : around[-1] + 1], times[sample]), strict=True):
-            self.add(one, slope * weights)
-
-    def stencil(self) -> Stencil:
-        samples = sorted(self.weights)
-        return Stencil(np.array(samples), np.array([self.weights[sample] for sample in samples]))
+        terms = [(end, 0, np.array([1.0, 0.0])), *(rate(end, at - times[end], 1.0) if is_cut else ())]
+    sums = dict[int, np.ndarray]()
+    for sample, kind, weights in terms:
+        sums.setdefault(sample, np.zeros((2, 2)))[:, kind] += weights
+    samples = sorted(sums)
+    return Stencil(np.array(samples), np.array([sums[sample] for sample in samples]))
 
 
 def slopes(times: np.ndarray, at: float) -> np.ndarray:
