@@ -9,7 +9,7 @@ import numpy as np
 from hairpipe.errors import BadInput
 from hairpipe.groom.joining import joined_strands
 from hairpipe.groom.keys import keys_among, weigh_keys
-from hairpipe.groom.strand_arrays import offsets_of, points_of_strands
+from hairpipe.groom.strand_arrays import offsets_of, take
 from hairpipe.values import Groom, Strands
 
 
@@ -62,13 +62,7 @@ class Both(Mapping[int, Strands]):
 
     def __getitem__(self, frame: int) -> Strands:
         first = self.hair[frame]
-        if self.guides is not None:
-            second = self.guides[frame]
-        else:
-            rows = points_of_strands(self.strands, first.offsets)
-            widths = None if first.widths is None else first.widths[rows]
-            counts = np.diff(first.offsets)[self.strands]
-            second = Strands(first.points[rows], first.velocities[rows], offsets_of(counts), first.diameter, widths)
+        second = take(first, self.strands) if self.guides is None else self.guides[frame]
         counts = np.concatenate([np.diff(first.offsets), np.diff(second.offsets)])
         arrays = (np.concatenate([getattr(s, name) for s in (first, second)]) for name in ("points", "velocities"))
         widths = None

@@ -18,7 +18,7 @@ from hairpipe.geometry.triangles import Sites, site_uv
 from hairpipe.groom.binding import bind_roots, bind_tips, name_strands, nearest_sites, root_frames
 from hairpipe.groom.painting import maps_at
 from hairpipe.groom.resampling import ROUNDING, Cut, equal_segments
-from hairpipe.groom.strand_arrays import offsets_of, points_of_strands, take_strands
+from hairpipe.groom.strand_arrays import offsets_of, points_of_strands, rows_of, take, take_strands
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider import probe_union
 from hairpipe.levelset.collider_field import ColliderField, build_collider_field
@@ -45,14 +45,9 @@ def placed(mesh: Mesh, curves: Curves) -> Curves:
         distances.append(np.median(project(tree, roots[finite])[1]) if finite.any() else np.inf)
     shape, spare = shapes[int(np.argmin(distances))]
     first = curves.offsets[:-1] + spare
-    last = curves.offsets[1:] - spare
-    counts = last - first
-    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-    rows = np.arange(offsets[-1]) + np.repeat(first - offsets[:-1], counts)
-    spare = np.zeros_like(curves.spare)
-    widths, colours = (None if values is None else values[rows] for values in (curves.widths, curves.colours))
-    more = {"rest": None, "widths": widths, "colours": colours}
-    return replace(curves, points=shape[rows], offsets=offsets, spare=spare, **more)
+    counts = curves.offsets[1:] - spare - first
+    shaped = replace(curves, points=shape, rest=None, spare=np.zeros_like(curves.spare))
+    return take(shaped, np.arange(len(counts)), rows_of(first, counts), counts)
 
 
 Inside = Literal["keep", "push", "cut"]
@@ -62,23 +57,6 @@ DEPTH = 0.2e-3
 """Depth under the skin that counts as inside [m]: roots on triangles between curved samples are no deeper."""
 PUSHES, HALVINGS = 4, 24
 BAND = 4.0  # half width of the level set, in samples; the inside is sampled coarsely beyond
-
-
-def taken(
-    curves: Curves, strands: np.ndarray, rows: np.ndarray | None = None, counts: np.ndarray | None = None
-) -> Curves:
-    """Return some of the curves, in the order in which they are named; pure.
-
-    rows, counts  their points, strand after strand, and the number of points of each; by default all they have
-    """
-    rows = points_of_strands(strands, curves.offsets) if rows is None else rows
-    counts = np.diff(curves.offsets)[strands] if counts is None else counts
-    per_point = {name: rows for name in ("points", "rest", "widths", "colours")}
-    per_strand = {name: strands for name in ("ids", "held", "spare", "root_uv", "groups", "guides")}
-    found = {name: (getattr(curves, name), kept) for name, kept in (per_point | per_strand).items()}
-    fields = {n: None if values is None else np.ascontiguousarray(values[kept]) for n, (values, kept) in found.items()}
-    maps = {name: values[strands] for name, values in curves.maps.items()}
-    return replace(curves, offsets=offsets_of(counts), maps=maps, **fields)
 
 
 def rooted(mesh: Mesh, curves: Curves, reach: float) -> Curves:
@@ -103,7 +81,7 @@ def rooted(mesh: Mesh, curves: Curves, reach: float) -> Curves:
     rows = np.arange(len(curves.points))
     back = np.repeat(curves.offsets[:-1] + curves.offsets[1:] - 1, counts) - rows
     rows = np.where(np.repeat(turned, counts), back, rows)
-    return taken(curves, strands, rows[np.repeat(found, counts)], counts[strands])
+    return take(curves, strands, rows[np.repeat(found, counts)], counts[strands])
 
 
 def freed(mesh: Mesh, curves: Curves, inside: Inside) -> Curves:
@@ -153,8 +131,7 @@ def freed(mesh: Mesh, curves: Curves, inside: Inside) -> Curves:
         done = "are pushed out" if inside == "push" else "end the strands"
         warnings.warn(f"{what} and {done}", stacklevel=3)
     counts = (lasts - begins)[whole]
-    rows = np.arange(counts.sum()) + np.repeat(begins[whole] - (np.cumsum(counts) - counts), counts)
-    return taken(replace(curves, points=points), whole, rows, counts)
+    return take(replace(curves, points=points), whole, rows_of(begins[whole], counts), counts)
 
 
 def crossings(body: ColliderField, inside: np.ndarray, outside: np.ndarray) -> np.ndarray:
@@ -195,19 +172,20 @@ def adopt(
     Raises BadInput naming strands whose roots are too far from the body, with the cause; warns of coincident roots, of
     strands with too few segments, of strands that are omitted (non-finite or too short), and of distant tips.
     """
-    shape = placed(body.mesh, taken(curves, choose_strands(len(curves.ids), strands)))
+    shape = placed(body.mesh, take(curves, choose_strands(len(curves.ids), strands)))
     if tips != "file":
         shape = replace(shape, held=np.full(len(shape.held), tips == "held"))
     if len(shape.ids) == 0:
         raise BadInput("there are no strands", right="at least one")
-    finite = np.logical_and.reduceat(np.isfinite(shape.points).all(axis=1), shape.offsets[:-1])
+    strand = np.repeat(np.arange(len(shape.ids)), np.diff(shape.offsets))
+    finite = np.bincount(strand, ~np.isfinite(shape.points).all(axis=1), len(shape.ids)) == 0.0
     broken = shape.ids[~finite]
     if not finite.any():
         raise BadInput(f"{name_strands(broken)} have points that are not finite", right="finite coordinates")
     if len(broken):
         message = f"{len(broken)} strands are left out, with points that are not finite: {name_strands(broken)}"
         warnings.warn(message, stacklevel=2)
-    shape = taken(shape, np.flatnonzero(finite))
+    shape = take(shape, np.flatnonzero(finite))
     with report_times(body, curves):
         shape = rooted(body.mesh, shape, reach) if nearer_end else shape
         shape = shape if inside == "keep" else freed(body.mesh, shape, inside)
@@ -216,25 +194,25 @@ def adopt(
         bound = bind_roots(body.mesh, roots, ends, reach, shape.ids)
     shortest = ROUNDING if cut is None else cut.shortest
     long = drop_short(shape.points, shape.offsets, shape.ids, shortest)
-    shape = taken(shape, long)
+    shape = take(shape, long)
     points, offsets = shape.points, shape.offsets
     if cut is not None:
         points, offsets = cut_up(points, offsets, shape.ids, cut)
     kept = drop_short(points, offsets, shape.ids, shortest)
     points, offsets = take_strands(points, offsets, kept)
     sites = Sites(*(array[long[kept]] for array in bound))
+    shape = take(shape, kept)
     shared = len(kept) - len(np.unique(points[offsets[:-1]], axis=0))
     if shared:
         warnings.warn(f"{shared} strands share their root with another strand", stacklevel=2)
     frames = root_frames(body.mesh.points, body.mesh.triangles, *sites)
-    uv = site_uv(body.mesh, sites) if shape.root_uv is None else shape.root_uv[kept]
-    maps = maps_at(body, sites) | {name: values[kept] for name, values in shape.maps.items()}
-    groom = Groom(points, offsets, shape.ids[kept], *sites, frames, uv, group_names=shape.group_names, maps=maps)
-    along = ((n, getattr(shape, n)) for n in ("widths", "colours"))
-    more = {n: spread_along(v, shape, kept, points, offsets) for n, v in along if v is not None}
-    marks = ((name, getattr(shape, name)) for name in ("groups", "guides"))
-    more |= {name: values[kept] for name, values in marks if values is not None}
-    return bind_tips(body.mesh, replace(groom, **more), shape.held[kept], reach)
+    uv = site_uv(body.mesh, sites) if shape.root_uv is None else shape.root_uv
+    marks = {name: getattr(shape, name) for name in ("groups", "group_names", "guides")}
+    along = ((name, getattr(shape, name)) for name in ("widths", "colours"))
+    marks |= {name: spread_along(values, shape, points, offsets) for name, values in along if values is not None}
+    maps = maps_at(body, sites) | shape.maps
+    groom = Groom(points, offsets, shape.ids, *sites, frames, uv, maps=maps, **marks)
+    return bind_tips(body.mesh, groom, shape.held, reach)
 
 
 def selected(curves: Curves, select: Literal["all", "guides", "hair"]) -> Curves:
@@ -249,17 +227,15 @@ def selected(curves: Curves, select: Literal["all", "guides", "hair"]) -> Curves
     if not len(chosen):
         what = "no curve is a guide" if select == "guides" else "all curves are guides"
         raise BadInput(what, right='purpose guide or groom_guide in the file, or select = "all"')
-    return taken(curves, chosen)
+    return take(curves, chosen)
 
 
-def spread_along(
-    values: np.ndarray, shape: Curves, strands: np.ndarray, points: np.ndarray, offsets: np.ndarray
-) -> np.ndarray:
-    """Return values at the points of a shape at those of some of its strands, resegmented, by length; pure."""
+def spread_along(values: np.ndarray, shape: Curves, points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return values at the points of a shape at those of its resegmented strands, by length; pure."""
     along = []
-    for new, strand in enumerate(strands):
+    for strand in range(len(offsets) - 1):
         rows = slice(shape.offsets[strand], shape.offsets[strand + 1])
-        curves = shape.points[rows], points[offsets[new] : offsets[new + 1]]
+        curves = shape.points[rows], points[offsets[strand] : offsets[strand + 1]]
         steps = (np.linalg.norm(np.diff(curve, axis=0), axis=1) for curve in curves)
         way, here = (np.concatenate([[0.0], np.cumsum(lengths)]) for lengths in steps)
         columns = values[rows].reshape(len(way), -1).T

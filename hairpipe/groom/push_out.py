@@ -19,7 +19,7 @@ from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.vec3 import Vector, dot, flattened, length, minus, plus, row, scaled, unit
 from hairpipe.groom.interpolating import go_on
 from hairpipe.groom.resampling import put
-from hairpipe.groom.strand_arrays import thicknesses
+from hairpipe.groom.strand_arrays import points_of_strands, thicknesses
 from hairpipe.levelset.collider import Collider, SdfSample, probe_union
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.collider_parts import build_collider_parts
@@ -60,9 +60,7 @@ def pushed_out(
         if not len(strands):
             break
         _push(strands, hair.offsets, looked, found, kept, points, velocities)
-        counts = np.diff(hair.offsets)[strands]
-        begins = np.cumsum(counts) - counts
-        looked = np.arange(counts.sum()) + np.repeat(hair.offsets[strands] - begins, counts)
+        looked = points_of_strands(strands, hair.offsets)
     return replace(hair, points=points, velocities=velocities)
 
 

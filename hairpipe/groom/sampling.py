@@ -9,8 +9,8 @@ import numpy as np
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.sorting import morton_order
-from hairpipe.groom.binding import TIPS, name_strands
-from hairpipe.groom.strand_arrays import points_of_strands, shares_of, take_strands
+from hairpipe.groom.binding import name_strands
+from hairpipe.groom.strand_arrays import shares_of, take
 from hairpipe.values import Groom
 from hairpipe.values.groom import labels_of
 from hairpipe.values.random_streams import stream
@@ -59,26 +59,6 @@ def thinned(groom: Groom, every: int) -> Groom:
     Strands are ordered along a Morton curve through their roots, so the result is about as even as the groom.
     """
     return take(groom, np.arange(every // 2, len(groom.ids), every))
-
-
-def take(groom: Groom, strands: np.ndarray) -> Groom:
-    """Return some strands of a groom, with the ids they have, in the order in which they are named; pure."""
-    points, offsets = take_strands(groom.points, groom.offsets, strands)
-    names = ("ids", "root_triangles", "root_barycentrics", "root_frames", "root_uv")
-    more = {name: getattr(groom, name)[strands] for name in TIPS if groom.tip_triangles is not None}
-    along = {name: getattr(groom, name) for name in ("widths", "colours")}
-    rows = points_of_strands(strands, groom.offsets)
-    more |= {name: np.ascontiguousarray(values[rows]) for name, values in along.items() if values is not None}
-    marks = {name: getattr(groom, name) for name in ("groups", "guides")}
-    more |= {name: values[strands] for name, values in marks.items() if values is not None}
-    return Groom(
-        points,
-        offsets,
-        group_names=groom.group_names,
-        maps={name: values[strands] for name, values in groom.maps.items()},
-        **{name: np.ascontiguousarray(getattr(groom, name)[strands]) for name in names},
-        **more,
-    )
 
 
 def members_of(groom: Groom, names: tuple[str, ...], where: str) -> np.ndarray:

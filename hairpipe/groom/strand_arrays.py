@@ -1,7 +1,19 @@
 """Strands in flat arrays: their offsets, some of them, and places along them as shares of their length."""
 
+from dataclasses import replace
+from typing import TypeVar
+
 import numpy as np
 
+from hairpipe.values import Groom, Strands
+from hairpipe.values.groom import Curves
+
+Hair = TypeVar("Hair", Groom, Curves, Strands)
+PER_POINT = ("points", "velocities", "rest", "widths", "colours")
+PER_STRAND = (
+    *("ids", "held", "spare", "groups", "guides", "root_triangles", "root_barycentrics", "root_frames", "root_uv"),
+    *("tip_triangles", "tip_barycentrics", "tip_frames"),
+)
 RISE = 5
 """Points over which the thickness grows from the root on."""
 
@@ -11,18 +23,35 @@ def offsets_of(counts: np.ndarray) -> np.ndarray:
     return np.concatenate(([0], np.cumsum(counts))).astype(np.int32)
 
 
+def rows_of(begins: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return so many rows from each begin on, one range after another, (m,) int64; pure."""
+    return np.arange(counts.sum()) + np.repeat(begins - (np.cumsum(counts) - counts), counts)
+
+
 def take_strands(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the points and offsets of some of the strands."""
-    kept = offsets_of(np.diff(offsets)[ids])
-    shift = np.repeat(offsets[ids] - kept[:-1], np.diff(kept))
-    return np.ascontiguousarray(points[np.arange(kept[-1]) + shift], dtype=np.float64), kept
+    rows = points_of_strands(ids, offsets)
+    return np.ascontiguousarray(points[rows], dtype=np.float64), offsets_of(np.diff(offsets)[ids])
 
 
 def points_of_strands(strands: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     """Return the points of some strands, (n,), one strand after another, (m,) int64; pure."""
-    counts = np.diff(offsets)[strands].astype(np.int64)
-    begins = np.cumsum(counts) - counts
-    return np.arange(counts.sum()) + np.repeat(offsets[strands] - begins, counts)
+    return rows_of(offsets[strands], np.diff(offsets)[strands].astype(np.int64))
+
+
+def take(hair: Hair, strands: np.ndarray, rows: np.ndarray | None = None, counts: np.ndarray | None = None) -> Hair:
+    """Return some strands, in the order in which they are named, with the ids they have; pure.
+
+    rows, counts  their points, strand after strand, and the number of points of each; by default all they have
+    """
+    rows = points_of_strands(strands, hair.offsets) if rows is None else rows
+    counts = np.diff(hair.offsets)[strands] if counts is None else counts
+    kept = dict.fromkeys(PER_POINT, rows) | dict.fromkeys(PER_STRAND, strands)
+    values = {name: getattr(hair, name, None) for name in kept}
+    some = {name: np.ascontiguousarray(array[kept[name]]) for name, array in values.items() if array is not None}
+    if not isinstance(hair, Strands):
+        some["maps"] = {name: array[strands] for name, array in hair.maps.items()}
+    return replace(hair, offsets=offsets_of(counts), **some)
 
 
 def at_shares(values: np.ndarray, offsets: np.ndarray, strands: np.ndarray, shares: np.ndarray) -> np.ndarray:

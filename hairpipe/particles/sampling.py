@@ -19,7 +19,7 @@ from scipy.spatial import KDTree
 from hairpipe.errors import BadInput
 from hairpipe.geometry.sorting import morton_order
 from hairpipe.groom.curl import axes_of
-from hairpipe.groom.sampling import take
+from hairpipe.groom.strand_arrays import take
 from hairpipe.values import Groom
 from hairpipe.values.groom import segment_lengths
 from hairpipe.values.random_streams import stream

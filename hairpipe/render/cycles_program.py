@@ -118,6 +118,7 @@ def add_camera(camera: dict[str, Any]) -> None:
 
 
 def add_object(data: Any) -> Any:
+    """Add data to the scene, and return its object."""
     shown = bpy.data.objects.new(data.name, data)
     bpy.context.scene.collection.objects.link(shown)
     return shown

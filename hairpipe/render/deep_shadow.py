@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.groom.strand_arrays import rows_of
 from hairpipe.render.lights import Light
 from hairpipe.render.shadows import BIAS, FINE, SOLID, apply, cells_of, front
 from hairpipe.values import Mesh
@@ -139,9 +140,7 @@ def cast_deep_shadow(
     scatter(ends, fragments, places, offsets, widths)
     loose = np.empty((2 * len(fragments), 2), np.float32)
     compress_all(starts, fragments, counts, loose)
-    tight = starts_of(counts)
-    taken = np.repeat(2 * starts[:-1] - tight[:-1], counts) + np.arange(tight[-1])
-    return DeepShadow(light, to_cells, cell, tight, loose[taken])
+    return DeepShadow(light, to_cells, cell, starts_of(counts), loose[rows_of(2 * starts[:-1], counts)])
 
 
 def starts_of(counts: np.ndarray) -> np.ndarray:

@@ -115,5 +115,6 @@ def spacing(roots: np.ndarray) -> float:
 
 @njit(cache=True, nogil=True)
 def count(counts: np.ndarray, places: np.ndarray) -> None:
+    """Count the places (n, 3) in the cells, in place."""
     for p in range(len(places)):
         add(counts, places[p, 0], places[p, 1], places[p, 2], 1.0)

@@ -13,8 +13,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.groom.keys import turns_since
-from hairpipe.groom.sampling import take
-from hairpipe.groom.strand_arrays import points_of_strands
+from hairpipe.groom.strand_arrays import points_of_strands, take
 from hairpipe.laws.settings import Locks
 from hairpipe.solve.boundary import Driver, motion_of_roots
 from hairpipe.strands.hair_model import HairModel

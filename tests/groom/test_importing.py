@@ -10,7 +10,7 @@ from hairpipe.geometry.triangles import Sites, site_points
 from hairpipe.groom.importing import adopt, choose_strands
 from hairpipe.groom.joining import joined_strands
 from hairpipe.groom.resampling import SHORTEST, Cut
-from hairpipe.groom.sampling import take
+from hairpipe.groom.strand_arrays import take
 from hairpipe.values.groom import Curves, strand_lengths
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.sampling import perturbed, take
+from hairpipe.groom.sampling import perturbed
+from hairpipe.groom.strand_arrays import take
 from hairpipe.groom.strands import lay_strands
 from hairpipe.values.groom import segment_lengths
 

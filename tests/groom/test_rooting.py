@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.importing import freed, rooted, taken
-from hairpipe.groom.strand_arrays import offsets_of
+from hairpipe.groom.importing import freed, rooted
+from hairpipe.groom.strand_arrays import offsets_of, take
 from hairpipe.values import Mesh
 from hairpipe.values.groom import Curves
 
@@ -50,7 +50,7 @@ def test_strands_begin_at_the_end_nearer_to_the_body(ball):
     assert found.ids.tolist() == [10, 11, 13] == found.groups.tolist()
     assert found.widths.tolist() == [0, 1, 2, 5, 4, 3, 8, 9], "values stay with their points"
     with pytest.raises(BadInput, match="no strand begins or ends at the body"):
-        rooted(ball, taken(curves, np.array([2])), 0.02)
+        rooted(ball, take(curves, np.array([2])), 0.02)
 
 
 @pytest.mark.parametrize("inside", ["push", "cut"])

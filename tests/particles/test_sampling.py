@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 
 from hairpipe.errors import BadInput
 from hairpipe.groom.curl import Helix, wound
-from hairpipe.groom.sampling import take
+from hairpipe.groom.strand_arrays import take
 from hairpipe.particles.sampling import darts, sample
 
 

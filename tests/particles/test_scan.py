@@ -5,7 +5,7 @@ import pytest
 
 from hairpipe.engine import Time
 from hairpipe.errors import BadInput
-from hairpipe.groom.sampling import take
+from hairpipe.groom.strand_arrays import take
 from hairpipe.laws.settings import Wind
 from hairpipe.nodes.carry_strands import carry_strands
 from hairpipe.nodes.sample_particles import sample_particles

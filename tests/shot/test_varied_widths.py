@@ -18,7 +18,7 @@ from hairpipe.errors import BadInput
 from hairpipe.formats.registry import read_strands
 from hairpipe.groom.interpolating import clumped, interpolated
 from hairpipe.groom.keys import weigh_keys
-from hairpipe.groom.sampling import take
+from hairpipe.groom.strand_arrays import take
 from hairpipe.groom.strands import unbound
 from hairpipe.nodes.export_groom import export_groom
 from hairpipe.nodes.export_usd import export_usd

@@ -15,7 +15,7 @@ from hairpipe.graphs.experiments.studies.accuracy.statics import motions
 from hairpipe.graphs.experiments.studies.accuracy.vibration import frequencies
 from hairpipe.groom.curl import Helix, wound
 from hairpipe.groom.painting import values_of
-from hairpipe.groom.sampling import take
+from hairpipe.groom.strand_arrays import take
 from hairpipe.groom.strands import unbound
 from hairpipe.laws.settings import SagFree
 from hairpipe.shot.settings import Scene

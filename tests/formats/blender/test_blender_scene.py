@@ -12,7 +12,7 @@ import pytest
 from hairpipe.engine import Frames, Time, Workspace
 from hairpipe.errors import BadInput
 from hairpipe.formats.blender import job_of, make_scene, script_of
-from hairpipe.groom.sampling import take
+from hairpipe.groom.strand_arrays import take
 from hairpipe.nodes.export_groom import export_groom
 from hairpipe.values import Groom, Strands
 

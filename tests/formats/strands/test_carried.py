@@ -10,7 +10,7 @@ import pytest
 
 from hairpipe.engine import Frames, Time, Workspace
 from hairpipe.formats.registry import read_strands
-from hairpipe.groom.sampling import take
+from hairpipe.groom.strand_arrays import take
 from hairpipe.nodes.export_alembic import export_alembic
 from hairpipe.nodes.export_groom import export_groom
 from hairpipe.nodes.export_usd import export_usd

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.groom.sampling import take
+from hairpipe.groom.strand_arrays import take
 from hairpipe.nodes.interpolate_hair import Clumps
 from hairpipe.values.groom import segment_lengths
 

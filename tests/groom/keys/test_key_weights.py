@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hairpipe.groom.keys import keys_among, weigh_keys
-from hairpipe.groom.sampling import take
+from hairpipe.groom.strand_arrays import take
 from hairpipe.groom.strands import lay_strands
 
 

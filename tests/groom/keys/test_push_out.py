@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.groom.sampling import take
+from hairpipe.groom.strand_arrays import take
 from hairpipe.groom.strands import lay_strands
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider import probe_union

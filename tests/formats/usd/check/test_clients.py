@@ -10,7 +10,7 @@ from hairpipe.engine import Frames, Time, Workspace
 from hairpipe.errors import BadInput
 from hairpipe.formats.usd.check.lint import lint
 from hairpipe.formats.usd.curves import read_curves
-from hairpipe.groom.sampling import take
+from hairpipe.groom.strand_arrays import take
 from hairpipe.nodes.export_groom import export_groom
 from hairpipe.values import Groom, Strands
 from tests.formats.complete_groom import complete_groom
