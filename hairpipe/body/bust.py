@@ -34,11 +34,8 @@ class Chart(NamedTuple):
 def unwrapped(points: np.ndarray, triangles: np.ndarray, parts: np.ndarray, charts: tuple[Chart, ...]) -> np.ndarray:
     """Return texture coordinates (m, 3, 2) of the corners of triangles (m, 3), each part in its chart. Pure.
 
-    A chart shows its part as seen from outside, with the front, the largest z of its boundary, below. Holes within a
-    part stay empty in its chart.
-
-    points  (n, 3)
-    parts   number of the chart of each triangle, (m,); every part is connected, with a boundary
+    A chart shows its part, which is connected, as seen from outside, with the front, the largest z of its boundary,
+    below. Holes within a part stay empty in its chart.
     """
     uv = np.empty((*triangles.shape, 2))
     for number, chart in enumerate(charts):

@@ -147,16 +147,14 @@ def pose_at(
     playback: Playback,
     cuts: Sequence[tuple[float, float]] = (),
 ) -> Pose:
-    """Return the pose of a skeleton at an instant of a clip, counted from its first frame that is played. Pure.
+    """Return the pose of a skeleton at an instant of a clip [s], counted from its first frame that is played. Pure.
 
     cuts  of the shot: the instants of the clip at the frames before and after each [s], ascending
 
     Rates are the central difference over one sampling interval of the clip about the instant, times `speed`: a pose
-    depends on the samples within one and a half intervals of it, that is on two to either side at most (and on the
-    first ones, see `leading_frames`), and on no others; on all of them with `floor` = "feet". At both ends of the clip
-    and at cuts the difference is one-sided, see `Take`.
-    Outside the clip its end poses are held. Raises BadInput where `skip` leaves no frame, or cuts leave none between
-    two.
+    depends on the samples within one and a half intervals of it (and on the first ones, see `leading_frames`), and on
+    no others; on all of them with `floor` = "feet". At both ends of the clip and at cuts the difference is one-sided.
+    Outside the clip its end poses are held. Raises BadInput where `skip` or two cuts leave no frame.
     """
     read = {name: getattr(playback, name) for name in ("up", "reference", "unit", "joints", "yaw")}
     retarget = build_retarget(skeleton, clip, **read)

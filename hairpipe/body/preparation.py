@@ -17,12 +17,8 @@ SMALLEST, LARGEST = 0.05, 4.0  # [m] of a head and of a person, with room to spa
 def prepare(body: Body, *, unit: float, up: str, joint: str, scalp: Scalp | None) -> Body:
     """Return the body in metres with Y up, vertices that no triangle uses dropped, and rigged. Pure.
 
-    unit   of the file [m]
-    up     "y" or "z"
-    joint  name of the one joint that a body without a skeleton gets
-    scalp  rule to paint map "scalp" by, or None
-
-    Raises BadInput where the mesh is empty or broken; warns where its size is not that of a person or a head.
+    A body without a skeleton gets one joint of this name; with a rule a map "scalp". Raises BadInput where the mesh is
+    empty or broken; warns where its size is not that of a person or a head.
     """
     body = drop_unused(check(body))
     body = transform(body, unit * (Z_UP if up == "z" else np.eye(3)))
@@ -88,8 +84,7 @@ def drop_unused(body: Body) -> Body:
 def follow(rest: Body | None, mesh: Mesh, owners: np.ndarray, *, unit: float, up: str) -> Mesh:
     """Return an animated mesh in metres with Y up, with the vertices and triangles of the body at rest. Pure.
 
-    owners    polygon of every triangle, (m,)
-    unit, up  as of `prepare`
+    owners  polygons of the triangles, (m,)
 
     Raises BadInput where the mesh is not that of the body; it may have been cut into other triangles.
     """

@@ -280,11 +280,9 @@ def build_retarget(
     joints: Pairs,
     yaw: float = 0.0,
 ) -> Retarget:
-    """Match joints, find the clip's reference pose and its scale. Pure.
+    """Match joints, find the clip's reference pose, see `find_reference`, and its unit [m], see `find_scale`. Pure.
 
-    up, reference, yaw  see `find_reference`
-    unit                of the clip [m]; None: see `find_scale`
-    joints              pairs of a joint of the body and the joint of the clip it follows, where the names do not tell
+    joints  pairs of a joint of the body and the joint of the clip it follows, where the names do not tell
 
     Raises BadInput where a joint does not exist or none match; warns of what has no counterpart.
     """

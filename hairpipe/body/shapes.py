@@ -12,11 +12,10 @@ Vector = tuple[float, float, float]
 def build_cylinder(radius: float, length: float, is_round: bool, around: int, centre: Vector, along: Vector) -> Mesh:
     """Return a cylinder about an axis, whose ends are flat or half balls; vertices lie on the true surface.
 
-    length    between the ends, without half balls [m]; 0 with half balls is a ball
-    is_round  whether half balls end it
-    around    of the axis, so many facets; a half ball has a quarter as many from its rim to its pole
-    centre    [m]; along  direction of the axis, of any length
-    Raise BadInput where the axis has no direction, or a flat cylinder no length.
+    length  between the ends, without half balls [m]; 0 with half balls is a ball
+    around  number of facets; a half ball has a quarter as many from its rim to its pole
+
+    Raises BadInput where the axis has no direction, or a flat cylinder no length.
     """
     if not np.linalg.norm(along) > 0.0:
         raise BadInput(f"direction = {list(along)} has no length", right="any other vector")

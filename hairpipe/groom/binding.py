@@ -144,11 +144,6 @@ def root_frames(
     The tangent runs along the first edge of the triangle. At rest and in a pose it is the same function, so that the
     motion of a hair with the body is the product of one frame with the inverse of the other, which at rest is the
     identity.
-
-    points             points of the mesh [m], (n, 3) float64
-    triangles          (m, 3) int32
-    root_triangles     triangle of every root, (S,) int32
-    root_barycentrics  barycentric coordinates in it, (S, 3) float64
     """
     frames = np.empty((len(root_triangles), 3, 4))
     for s in prange(len(root_triangles)):

@@ -267,7 +267,7 @@ def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, cut:
 
     density   painted number of roots per area, relative to that of the scalp map alone
     strands   number of roots; hair shorter than the shortest segment is omitted
-    cut       division into segments; by default determined by the length and curl of a strand
+
     Raises BadInput if no hair can grow.
     """
     mesh = canvas.body.mesh

@@ -134,12 +134,10 @@ def _turned_by_keys(
 
 @inlined
 def go_on(x: Vector, v: Vector, l: float, way: Vector, speed: Vector) -> tuple[Vector, Vector]:
-    """Return the point at a distance l [m] from x along a vector `way` [m], x + l way/|way|, and its velocity [m/s].
+    """Return the point at a distance l [m] from x along a vector `way` [m], and its velocity [m/s].
 
-    A zero vector, as between opposed keys, is replaced by the downward direction.
-
-    v      velocity of x [m/s]
-    speed  rate of change of `way` [m/s]
+    That is x + l way/|way|, with v the velocity of x and `speed` the rate of change of `way` [m/s]. A zero vector, as
+    between opposed keys, is replaced by the downward direction.
     """
     size = length(way)
     if size <= _TINY * l:
@@ -230,12 +228,9 @@ def probe_shell(points: np.ndarray, shell: LevelSet) -> SdfSample:
 
 
 def rotated_normals(rest: np.ndarray, groom: Groom, hair: Strands, roots: tuple[np.ndarray, np.ndarray]) -> Normals:
-    """Return unit normals rotated with the hair since rest; pure.
+    """Return unit normals, `rest` at the points of the groom, (P, 3), rotated with the hair since rest; pure.
 
-    rest   normals at the points of the groom, (P, 3)
-    roots  rigid motions of the roots of the groom, x -> R x + t, and their time derivatives, (S, 3, 4) float64
-
-    Raises BadInput if hair and groom are not the same strands.
+    Roots have rigid motions and their time derivatives, (S, 3, 4). BadInput if hair and groom are not the same strands.
     """
     if not np.array_equal(hair.offsets, groom.offsets):
         raise BadInput("hair and groom are not the same strands", right="in.groom: the groom that is simulated")

@@ -41,16 +41,11 @@ Columns = tuple[Vector, Vector, Vector]
 
 
 class KeyTurns(NamedTuple):
-    """Rotations of the segments of key hairs; rows are those of their points, the last of each key is unused.
+    """Rotations of the segments of key hairs; rows are those of their points, the last of each key is unused."""
 
-    turns    rotations from rest, (P, 3, 3) float64
-    spins    angular velocities [rad/s], (P, 3) float64
-    offsets  offsets of the points of keys, (K+1,) int32
-    """
-
-    turns: np.ndarray
-    spins: np.ndarray
-    offsets: np.ndarray
+    turns: np.ndarray  # from rest, (P, 3, 3) float64
+    spins: np.ndarray  # angular velocities [rad/s], (P, 3) float64
+    offsets: np.ndarray  # of the points of keys, (K+1,) int32
 
 
 def turns_since(rest: np.ndarray, now: Strands, motions: np.ndarray, rates: np.ndarray) -> KeyTurns:
@@ -163,28 +158,20 @@ _SAME_PLACE = 1e-9  # [m]; keys nearer than that to a root have it for themselve
 
 
 class KeyWeights(NamedTuple):
-    """Keys that hair follows, and their weights.
+    """Keys that hair follows, and their weights."""
 
-    own      key that is this hair of the groom, -1: none, (S,) int64
-    keys     keys that it follows, the nearest first, (S, FOLLOWED) int64
-    weights  weights of these, rows sum to 1, (S, FOLLOWED)
-    homes    hair of the groom whose root is nearest to that of each key, (K,) int64
-    """
-
-    own: np.ndarray
-    keys: np.ndarray
-    weights: np.ndarray
-    homes: np.ndarray
+    own: np.ndarray  # key that is this hair of the groom, -1: none, (S,) int64
+    keys: np.ndarray  # keys that it follows, the nearest first, (S, FOLLOWED) int64
+    weights: np.ndarray  # of these, rows sum to 1, (S, FOLLOWED)
+    homes: np.ndarray  # hair of the groom whose root is nearest to that of each key, (K,) int64
 
 
 def weigh_keys(keys: Groom, groom: Groom, parting: float) -> KeyWeights:
     """Return the keys that the hairs of a groom follow; pure.
 
     They are the nearest by their roots, with weights 1/d^2, among keys whose direction at rest, root to tip, is within
-    an angle of the hair's: hair does not follow keys beyond a parting. Without any, it is the one nearest in
-    direction.
-
-    parting  this angle [deg]
+    an angle `parting` [deg] of the hair's: hair does not follow keys beyond a parting. Without any, it is the one
+    nearest in direction.
     """
     from scipy.spatial import KDTree  # here: a node that names this function is read without it
 

@@ -21,11 +21,9 @@ GOLDEN = 0.6180339887498949  # every further sample has its seeds where gaps are
 def sample_patches(groom: Groom, strands: int, patches: int, number: int) -> Groom:
     """Return patches of a groom of equal size, concatenated, with the order and ids of their strands; pure.
 
-    A patch is a seed and the roots nearest to it; seeds are spread evenly along a curve through all roots.
-
-    strands  total number, rounded up to a multiple of the patches; a groom with at most this many is unchanged
-    number   number of the sample: samples of different numbers share no strand
-    Raises BadInput if the groom has too few strands for that many samples.
+    A patch is a seed and the roots nearest to it; seeds are spread evenly along a curve through all roots. The number
+    of strands is rounded up to a multiple of the patches; a groom with at most this many is unchanged. Samples of
+    different numbers share no strand. Raises BadInput if the groom has too few strands for that many samples.
     """
     total = len(groom.ids)
     size = -(-strands // patches)
@@ -81,8 +79,7 @@ def perturbed(groom: Groom, member: int, tip: float) -> Groom:
     tip     standard deviation of each component of the tip's target [m]: the distance of root and tip is unchanged, so
             that the tip moves by this in both directions normal to the line between them
 
-    The rotation of a strand depends only on its id and the member, not on the other strands. Raises BadInput for held
-    tips.
+    A rotation depends on the id of the strand and the member alone. Raises BadInput for held tips.
     """
     if member == 0:
         return groom

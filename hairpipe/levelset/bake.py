@@ -45,10 +45,8 @@ def split_pieces(mesh: Mesh) -> tuple[Mesh, Mesh]:
 def with_sheets(solid: LevelSet, sheets: Surface, both: Surface, lattice: Lattice, thickness: float) -> LevelSet:
     """Return the level set of the union of a solid and all points within half a thickness [m] of sheets; pure.
 
-    solid  on the lattice, whose band encloses the sheets
-    both   surface of the solid, and the sheets
-
-    Where a sheet lies so near to the solid that nothing fits between them, the way out of both is across the sheet.
+    Where a sheet lies so near to the solid that nothing fits between them, the way out of both is across the sheet. The
+    surface of both together is also given.
     """
     tree = tree_over(sheets.corners)
     width = solid.half_width * solid.voxel

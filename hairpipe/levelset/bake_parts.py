@@ -26,12 +26,10 @@ class Groups(NamedTuple):
 
 
 def group_bones(body: Body, smallest: float) -> Groups:
-    """Return the groups that the joints of a body fall into; pure.
+    """Return the groups that the joints of a body fall into, or one with leader -1 without joints; pure.
 
     smallest  diagonal of the box around the skin that follows a group more than any other joint [m]; a group whose skin
-              is smaller than that joins its parent's, from the finger tips inwards
-
-    Joints without skin join likewise. A body without joints is one group, whose leader is -1.
+              is smaller, or absent, joins its parent's, from the finger tips inwards
     """
     parents = body.skeleton.parents
     if not len(parents):
@@ -168,11 +166,9 @@ LOST = 0.05
 
 
 def bake_parts(rest: Body, pose: Pose | None, voxel: float, half_width: float, smallest: float) -> BodyParts:
-    """Return the parts of a body in a pose; without a pose, at rest and static. Pure.
+    """Return the parts of a body in a pose, baked as `bake` does; without a pose, at rest and static. Pure.
 
-    voxel       spacing of the samples [m]
-    half_width  half width of the band, in voxels
-    smallest    minimum size of a part of the skin [m]; bones with less move with their parents
+    smallest  minimum size of a part of the skin [m]; bones with less move with their parents
 
     The skin of a part is the posed one: skin shared by neighbours is bent in the frames of both. Raises BadInput as
     `skin` and, naming the part, `bake` do, and warns of parts that are too thin for the voxel.

@@ -108,9 +108,7 @@ class Surface(NamedTuple):
 
 
 def closed_surface(mesh: Mesh, open_edges: str) -> Surface:
-    """Return the mesh as a surface without holes; pure.
-
-    open_edges  "fill": every hole is capped, with a warning; "refuse": a hole is an error
+    """Return the mesh as a surface whose holes are capped, with a warning, or are errors, open_edges = "refuse"; pure.
 
     Overlapping parts and edges shared by more than two triangles are allowed: the sign of the distance follows from a
     flood from outside. Raises BadInput for an empty, flat or broken mesh, and for holes that are refused.

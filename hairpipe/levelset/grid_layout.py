@@ -37,10 +37,6 @@ class Lattice:
 def lattice_around(corners: np.ndarray, voxel: float, half_width: float) -> Lattice:
     """Return the lattice that contains a surface and its band, with at least one more sample on all sides; pure.
 
-    corners     of the surface's triangles [m], (m, 3, 3)
-    voxel       spacing of the samples [m]
-    half_width  half width of the band, in voxels
-
     Raises BadInput, naming a valid voxel size, if the lattice would be too large.
     """
     block = BRICK * voxel

@@ -104,14 +104,7 @@ def is_far(field0: Field, field1: Field, x: float, y: float, z: float) -> bool:
 def distance_between(
     scheme: int, field0: Field, field1: Field, a: float, dt: float, x: float, y: float, z: float
 ) -> float:
-    """Return the signed distance [m] to the body between two frames.
-
-    scheme          an Interpolation
-    field0, field1  the body at the two frames
-    a               time since the first, as a fraction of the interval, 0 to 1
-    dt              interval between the frames [s]
-    x, y, z         point [m]
-    """
+    """Return the signed distance [m] to the body, `a` of the interval dt [s] after the first frame, by a scheme."""
     phi = field0.background
     if not is_far(field0, field1, x, y, z):
         phi = distance_at(field0, field1, departure_points(scheme, field0, field1, a, dt, x, y, z))

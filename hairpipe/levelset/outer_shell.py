@@ -19,9 +19,7 @@ TOUCH = 1e-9
 
 
 def marked_samples(corners: np.ndarray, lattice: Lattice) -> np.ndarray:
-    """Return the bits BLOCKED and OUTSIDE of every sample, (x, y, z) uint8; pure.
-
-    corners  of a closed surface's triangles [m], (m, 3, 3)
+    """Return the bits BLOCKED and OUTSIDE of every sample, (x, y, z) uint8, by the triangles of a closed surface; pure.
 
     A sample is outside if a path along the lattice joins it to the border and crosses no triangle. Orientation,
     overlapping parts, and closed parts within others have no effect: all unreached samples are inside.
@@ -122,9 +120,7 @@ class Outer(NamedTuple):
 
 
 def outer_surface(surface: Surface, marks: np.ndarray, lattice: Lattice) -> Outer:
-    """Return the part of a surface reached from outside; pure.
-
-    marks  marks of the samples, from flood_fill.marked_samples, (x, y, z) uint8
+    """Return the part of a surface reached from outside, by the marks of samples; pure.
 
     The closest point of a point outside is always on this part. A point inside must not refer to a sheet hidden within
     the body: its distance and its velocity would be those of an unreachable surface. Where parts meet, sheets end

@@ -43,9 +43,7 @@ class Span(NamedTuple):
 
 @inlined
 def is_clear(walk: Walk, i: int, change: float) -> bool:
-    """Return whether point i of a walk is known to stay farther from a body than its thickness.
-
-    change  largest possible displacement of the body [m]
+    """Return whether point i of a walk is known to stay clear of a body that moves by at most a change [m].
 
     If the distance changes by at most L over a path, it is nowhere below half of the sum of the distances at both ends
     minus L.

@@ -28,13 +28,10 @@ class Deviation(NamedTuple):
 
 
 def deviation(hair: Strands, reference: Strands, whose: np.ndarray | None = None) -> Deviation:
-    """Compare strands with a reference at the points of the latter, at equal shares of their lengths. Pure.
-
-    whose  strand of the reference for each strand of the hair, (S,); by default in order
+    """Compare strands with a reference, in order or each with one of it, `whose`, (S,), at points of the latter. Pure.
 
     Segments of a strand are of equal length, so a share of its length is a share of its segments, stretched or not;
-    between two points it is linear. All values are NaN without finite strands. Raises ValueError if strands do not
-    match.
+    between two points it is linear. All values are NaN without finite strands. ValueError if strands do not match.
     """
     count = len(hair.offsets) - 1
     whose = np.arange(len(reference.offsets) - 1) if whose is None else np.asarray(whose)

@@ -260,13 +260,10 @@ COST_COLUMNS = ("seconds per frame", "fastest frame [s]", "slowest frame [s]", "
 
 
 def cost_table(nodes: Sequence[Mapping[int, float]], warm: int, timed: int) -> Table:
-    """Return one row: the time of a frame of all nodes together [s]: the median, the fastest and the slowest.
+    """Return one row: the time of a frame of all nodes together [s], of their seconds by frame; NaN without frames.
 
-    nodes  seconds of each node by frame [s]; frames missing for one of them are excluded
-    warm   number of frames after the first to exclude: kernels are compiled, hair falls into its first contacts
-    timed  number of frames after those; in a shot without any, the last frame is used
-
-    All values are NaN if there is no frame to time.
+    The first frame and so many `warm` ones after it are excluded: kernels are compiled, hair falls into its first
+    contacts. In a shot without any after those, the last frame is used. Frames missing for a node are excluded.
     """
     frames = sorted(set.intersection(*(set(node) for node in nodes)))[1:]  # those that all nodes have, but the first
     seconds = [sum(node[frame] for node in nodes) for frame in frames]

@@ -95,14 +95,10 @@ class Framing:
 
 
 def frame_hair(points: np.ndarray, offsets: np.ndarray, radius: float | None = None) -> Framing:
-    """Frame the hair by its roots and its length, not by its positions.
+    """Frame the hair by its roots and its length, not by its positions, with a radius [m] or that of this hair.
 
     The spread of the roots and the median length of the strands are constant while the hair moves: the scale of the
     picture is constant, and its centre moves with the roots only.
-
-    points   root first, strand after strand [m], (p, 3) float64
-    offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
-    radius   of the picture [m]; None for that of this hair
     """
     roots = points[offsets[:-1]]
     centre = roots.mean(axis=0)

@@ -50,13 +50,10 @@ class Sprites(NamedTuple):
 def lay_sprites(
     places: np.ndarray, along: np.ndarray, scale: np.ndarray, half: float, opacity: float, kinds: np.ndarray
 ) -> Sprites:
-    """Lay billboards on a film; pure.
+    """Lay billboards of kinds, (N,), on a film, at `places` as in Sprites, which change `along` the hair by metre.
 
-    places   as in Sprites
-    along    change of `places` per metre along the hair, (N, 3)
-    scale    pixels of a metre across the ray, (N,)
-    half     of the length of a billboard seen from the side [m]
-    opacity  of a streak seen from the side
+    scale          pixels of a metre across the ray, (N,)
+    half, opacity  of the length of a billboard [m], and of a streak, seen from the side
 
     With theta the angle between hair and ray, length is as sin theta, and opacity as 1/sin theta: as much hair is
     crossed by fewer rays, each of which crosses more.

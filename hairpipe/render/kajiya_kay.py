@@ -50,13 +50,9 @@ def shade_hair(
     shadows: Sequence[Shade],
     facing: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Return the light from sites on the strands to the eye, linear, (n, 3) float64.
+    """Return the light from sites on the strands to the eye, linear, (n, 3) float64; the colour is linear, (3,).
 
-    points   [m], (p, 3) float64
-    offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
     sites    2 i at point i, 2 i + 1 in the middle of the segment from there, (n,) int64
-    colour   of the hair, linear, (3,)
-    eye      [m], (3,)
     shadows  of every lamp
     facing   normals of hair as one body, each as long as its share b of the diffuse light, (p, 3); None: no share
     """

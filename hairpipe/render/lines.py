@@ -155,7 +155,6 @@ def lay_curves(places: np.ndarray, offsets: np.ndarray, width: float | np.ndarra
 
     places  column [pixels], row [pixels], depth [m] of the points, (p, 3) float64; depth <= NEAR is not seen
     width   of strands, or of the points, (p,), times the focal length [m pixels]
-    depth   of the body [m], (height, width)
 
     Steps of depth are equal in its logarithm, so that far outliers do not make them coarse.
     """
@@ -260,13 +259,10 @@ ROOT = 4.0
 
 
 def draw_strands(film: np.ndarray, depth: np.ndarray, curves: Curves, colours: np.ndarray) -> None:
-    """Draw strands over the film, in place; the same on any number of threads.
+    """Draw strands over the film, (height, width, 3) float32, in front of a body, in place; equal on any threads.
 
-    film     linear red, green, blue, (height, width, 3) float32
-    depth    of the body [m], (height, width)
-    curves   visible segments of strands
-    colours  linear, at every point and in the middle of the segment from there, (p, 2, 3) float64; only those of
-             visible segments are read
+    colours  linear, at every point and in the middle of the segment from there, (p, 2, 3); only those of visible
+             segments are read
     """
     rows, columns = -(-depth.shape[0] // TILE), -(-depth.shape[1] // TILE)
     draw_tiles(film, depth, curves, colours, *list_by_tile(curves.boxes, rows, columns), columns)

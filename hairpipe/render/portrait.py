@@ -44,11 +44,9 @@ def draw_portrait(
     shutter: float = 0.0,
     shadow: str = "cube",
 ) -> np.ndarray:
-    """Draw hair, and the body under it, (height, width, 3) uint8, sRGB.
+    """Draw hair of a linear colour, (3,), and the body under it, (height, width, 3) uint8, sRGB.
 
-    colour     of the hair, linear red, green and blue, (3,)
-    thickness  drawn width over the width that looks full, see drawn_width
-    shade      computes the light from hair to the eye
+    thickness  drawn width over the width that looks full, see `drawn_width`
     shutter    exposure time [s]: motion is blurred, in the light of its middle
     shadow     name of the shadow map, one of SHADOWS
 

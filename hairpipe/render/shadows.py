@@ -52,13 +52,9 @@ def cast_shadow(
     width: float | np.ndarray,
     body: Mesh,
 ) -> Shadow:
-    """Cast the shadow of hair and body away from a lamp.
+    """Cast the shadow of hair of a width, or of widths at points [m], and of a body away from a lamp.
 
-    centre   of the scene [m], (3,) float64
-    radius   of the scene: half an edge of the cube [m]
-    points   of the strands [m], (p, 3) float64
-    offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
-    width    of the strands, or of their points, (p,) [m]
+    centre, radius  of the scene [m]: half an edge of the cube
     """
     cells = CELLS if light.colour.max() >= FAINT else FEW
     cell, to_cells = cells_of(light, centre, radius, cells)

@@ -82,14 +82,10 @@ NEIGHBOURS = 4
 
 
 def hair_share(points: np.ndarray, roots: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """Return the density of roots on the skin over the usual one, at most 1, (n,) float64.
+    """Return the density of roots on points of the skin (n, 3) over the usual one, at most 1, (n,) float64.
 
     Few strands do not cover the skin: in cells of REACH each root would be a spot. Cells grow with the distance of
-    roots, and the share falls with their area.
-
-    points  of the skin [m], (n, 3) float64
-    roots   [m], (S, 3) float64
-    axes    of the cells, rows of a rotation, (3, 3)
+    roots, and the share falls with their area. Axes are those of the cells, rows of a rotation.
     """
     edge = max(REACH, spacing(roots))
     shift = CELLS / 2 - axes @ roots.mean(axis=0) / edge

@@ -20,16 +20,12 @@ Place = tuple[float, float]
 def rasterise(
     film: np.ndarray, triangles: np.ndarray, closeness: np.ndarray, height: int, width: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Find the closest triangle over every pixel centre; of equals the first in order.
+    """Find the closest triangle, (m, 3), over every pixel centre of a film; of equals the first in order.
 
     film       column and row of the vertices [pixels], (n, 2) float64
-    triangles  vertex indices, (m, 3); triangles with a vertex of closeness <= 0 are omitted
-    closeness  greater is closer; linear on the film, as 1/depth is in perspective, (n,) float64
-    height     of the film [pixels]
-    width      of the film [pixels]
+    closeness  greater is closer; linear on the film, as 1/depth is in perspective, (n,); omitted with vertices <= 0
 
-    Returns the index of the visible triangle, or UNSEEN, (height, width) int32, and its closeness, or 0,
-    (height, width) float64.
+    Returns its index, or UNSEEN, (height, width) int32, and its closeness, or 0, (height, width) float64.
     """
     seen = np.full((height, width), UNSEEN, np.int32)
     best = np.zeros((height, width))
@@ -115,10 +111,7 @@ def at_pixels(sight: Sight, triangles: np.ndarray, values: np.ndarray) -> np.nda
 
 
 def see_body(body: Mesh, camera: Camera, moved: Mesh | None = None) -> Surface:
-    """Find the body's points at the pixel centres, without triangles that reach behind the eye.
-
-    moved  body that determines visibility; points and normals are those of `body`
-    """
+    """Find the body's points at the pixel centres; `moved`, if any, determines visibility."""
     sight = look_at_body(body if moved is None else moved, camera)
     points, normals = (at_pixels(sight, body.triangles, some) for some in (body.points, vertex_normals(body)))
     # not by the direction of each: near an outline, normals of a front face may point away from the eye
