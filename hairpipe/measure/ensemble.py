@@ -106,7 +106,7 @@ def spread_ratio(distances: np.ndarray, sides: Sides) -> np.ndarray:
 
 
 def floors(distances: np.ndarray, sides: Sides, statistic: Statistic = energy_distance) -> np.ndarray:
-    """Return F, the 95 % quantile of a statistic over all splits of the reference in two: as many as the model, the rest.
+    """Return F, the 95 % quantile of a statistic over all splits of the reference in two, one as large as the model.
 
     If the model has more than half as many as the reference, halves. Raises BadInput if the reference has fewer than
     three runs.
