@@ -8,6 +8,7 @@ from hairpipe.groom.painting import vertex_coat
 from hairpipe.render.camera import Framing, Shot, place_camera
 from hairpipe.render.film import backdrop, develop
 from hairpipe.render.lights import studio
+from hairpipe.render.portrait import SCENE
 from hairpipe.render.shadows import cast_shadow
 from hairpipe.render.skin import CLAY, shade_skin
 from hairpipe.render.surface import Surface, see_body
@@ -63,8 +64,8 @@ PAINT, LINE = np.array([0.20, 0.045, 0.015]), np.array([0.9, 0.85, 0.35])
 """Colours of the map at 1, and at its contour of 0.5, linear."""
 HALF = 0.06
 """Range of values around 0.5 that is drawn as the contour."""
-ROOM, SCENE = 1.6, 1.35
-"""Radius of the picture over that of the painted area, and half the edge of the cube of shadows over that."""
+ROOM = 1.6
+"""Radius of the picture over that of the painted area."""
 
 
 def draw_hairline(body: Body, name: str, shot: Shot) -> np.ndarray:
