@@ -41,7 +41,7 @@ def carry_strands(
     """
     import numpy as np
 
-    from hairpipe.groom.push_out import pushed_out
+    from hairpipe.groom.interpolating import pushed_out
     from hairpipe.particles.skinning import deformed
 
     shown = deformed(groom, cloud, particles, prepared, body, diameter)

@@ -3,9 +3,8 @@
 from typing import Annotated
 
 from hairpipe.engine import node
-from hairpipe.groom.painting import Paint, PaintedDegrees, PaintedMetres
+from hairpipe.groom.painting import Comb, Curl, Paint, PaintedDegrees, PaintedMetres, Style
 from hairpipe.groom.resampling import SHORTEST
-from hairpipe.groom.style import Comb, Curl, Style
 from hairpipe.units import Ge, Gt, Interval, Metres
 from hairpipe.values import Body, Groom
 

@@ -49,8 +49,7 @@ def interpolate_hair(
     import numpy as np
 
     from hairpipe.errors import BadInput
-    from hairpipe.groom.interpolating import clumped, interpolated
-    from hairpipe.groom.push_out import pushed_out
+    from hairpipe.groom.interpolating import clumped, interpolated, pushed_out
     from hairpipe.solve.boundary import driver_of, motion_of_roots
 
     if not np.array_equal(hair.offsets, keys.offsets):

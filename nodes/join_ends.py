@@ -7,6 +7,6 @@ from hairpipe.values import Ends
 @node(frames="each")
 def join_ends(ends: tuple[Ends, ...]) -> Ends:
     """Concatenate the ends of strands, in the order in which `join_grooms` joins their grooms."""
-    from hairpipe.groom.joining import joined_ends
+    from hairpipe.groom.sampling import joined_ends
 
     return joined_ends(ends)

@@ -10,6 +10,6 @@ def join_grooms(grooms: tuple[Groom, ...], *, groups: tuple[str, ...] = ()) -> G
 
     groups  name of the group that each groom becomes, in their order; by default grooms keep their groups
     """
-    from hairpipe.groom.joining import joined_strands
+    from hairpipe.groom.sampling import joined_strands
 
     return joined_strands(grooms, groups)

@@ -43,7 +43,7 @@ def load_body(
     """
     from hairpipe.body.preparation import prepare
     from hairpipe.formats.registry import read_body
-    from hairpipe.levelset.facing import turned_outward
+    from hairpipe.levelset.outer_shell import turned_outward
 
     body = read_body(file, group=group, skeleton=skeleton, weights=weights, time=time_code, absent=absent)
     return turned_outward(prepare(body, unit=unit, up=up, joint=joint, scalp=scalp))

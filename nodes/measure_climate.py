@@ -41,8 +41,7 @@ def measure_climate(
     gravity        gravitational acceleration in the energy
     """
     from hairpipe.errors import BadInput
-    from hairpipe.measure.climate import climate_table
-    from hairpipe.measure.distances import Criteria
+    from hairpipe.measure.climate import Criteria, climate_table
     from hairpipe.measure.ensemble import sides_of
 
     if len(members) != len(hair) or len(truth_members) != len(truth):

@@ -40,7 +40,7 @@ def preview_meshes(
     from hairpipe.formats.pictures import check_names, write_side_by_side
     from hairpipe.render.camera import Framing, Shot
     from hairpipe.render.film import linear
-    from hairpipe.render.objects import draw_object
+    from hairpipe.render.portrait import draw_object
 
     check_names(names, len(meshes))
     shot = Shot(width, height, fov=fov, eye=eye, target=target)

@@ -24,7 +24,7 @@ def preview_scalp(
     """
     from hairpipe.formats.pictures import write_side_by_side
     from hairpipe.render.camera import Shot
-    from hairpipe.render.objects import draw_hairline
+    from hairpipe.render.portrait import draw_hairline
 
     views = ("front", "side", "back")
     path = workspace / "picture.png"

@@ -52,7 +52,7 @@ def render_cycles(
     from hairpipe.formats.pictures import write_png
     from hairpipe.render.camera import Shot
     from hairpipe.render.cycles import Exposure, Fibre, render_hair
-    from hairpipe.render.fibre import pigment_colour
+    from hairpipe.render.dual_scattering import pigment_colour
     from hairpipe.render.film import linear
 
     shot = Shot(width, height, view, fov, eye, target)

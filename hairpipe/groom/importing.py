@@ -22,7 +22,7 @@ from hairpipe.groom.strand_arrays import offsets_of, points_of_strands, rows_of,
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider import probe_union
 from hairpipe.levelset.collider_field import ColliderField, build_collider_field
-from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.levelset.sample import Interpolation
 from hairpipe.values import Body, Groom, Mesh
 from hairpipe.values.groom import Curves, strand_lengths, unequal
 

@@ -3,9 +3,8 @@
     t_k = l_k sum_g w_g Q_g,k T_k / |sum_g w_g Q_g,k T_k|,   x_k+1 = x_k + t_k
 
 with T_k a segment of the hair at rest, l_k its length, Q_g,k the rotation since rest of key g at the same position
-along it, see `key_turns`. It is the kinematic limit of Hsu et al. 2024, Real-time Physically Guided Hair
-Interpolation: lengths are exact, curls do not flatten, and rigid motions are exact. Velocities are the exact
-derivative.
+along it, see `keys`. It is the kinematic limit of Hsu et al. 2024, Real-time Physically Guided Hair Interpolation:
+lengths are exact, curls do not flatten, and rigid motions are exact. Velocities are the exact derivative.
 
 Tips taper towards the nearest key in clumps:
 
@@ -17,8 +16,16 @@ Segments have the directions of those between the y, and their original lengths.
 The hair transports the normals of its shell, N_k(now) = Q_k grad S(x_k at rest), with Q_k the rotation of the segment
 after point k since rest: Petrovic, Henne, Anderson 2005, Sec. 4.1, who use frames of Bishop 1975 that are fixed to the
 head at the root.
+
+A point nearer to a body than its contact distance is moved to the nearest position at its distance from the previous
+point that is outside of the tangent plane of the body, and the rest of the strand with it,
+
+    n.(x_k+1 - x_k) >= h,   h = kept - phi(y) - n.(x_k - y)
+
+Since the body is not a plane, the test is repeated a few times. Lengths are unchanged.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,13 +33,15 @@ from numba import njit, prange
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.compile import inlined
-from hairpipe.geometry.vec3 import Vector, cross, flattened, length, minus, mix, plus, row, scaled
+from hairpipe.geometry.vec3 import Vector, cross, dot, flattened, length, minus, mix, plus, row, scaled, unit
 from hairpipe.groom.keys import FOLLOWED, KeyTurns, KeyWeights, turned, turns_since
 from hairpipe.groom.resampling import put
-from hairpipe.levelset.collider import SdfSample, probe_union
+from hairpipe.groom.strand_arrays import points_of_strands, thicknesses
+from hairpipe.levelset.collider import Collider, SdfSample, probe_union
 from hairpipe.levelset.collider_field import build_collider_field
-from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.values import Groom, LevelSet, Normals, Strands
+from hairpipe.levelset.collider_parts import build_collider_parts
+from hairpipe.levelset.sample import Interpolation
+from hairpipe.values import BodyParts, Groom, LevelSet, Normals, Strands
 
 _TINY = 1e-12  # of a segment; a way that is shorter has no direction
 
@@ -238,3 +247,88 @@ def rotated_normals(rest: np.ndarray, groom: Groom, hair: Strands, roots: tuple[
     tips = groom.offsets[1:] - 1
     turns[tips] = turns[tips - 1]
     return Normals(np.einsum("pij,pj->pi", turns, rest).astype(np.float32))
+
+
+LOOKS = 4
+"""Times that bodies are looked at."""
+
+
+def pushed_out(
+    hair: Strands,
+    among: np.ndarray,
+    surfaces: Sequence[LevelSet],
+    parts: Sequence[BodyParts],
+    thickness: float,
+    frame_dt: float,
+) -> Strands:
+    """Return hair that is outside of bodies at their frame; pure.
+
+    among      strands to push, (S,) bool
+    thickness  contact distance of points, less at the root [m]
+    frame_dt   time between frames [s]
+    """
+    if not (surfaces or parts):
+        return hair
+    bodies: list[Collider] = [build_collider_field(body, body, frame_dt, Interpolation.linear) for body in surfaces]
+    bodies += [build_collider_parts(body, body, frame_dt) for body in parts]
+    points = hair.points.copy()
+    velocities = hair.velocities.copy()
+    kept = thicknesses(hair.offsets, thickness)
+    kept[hair.offsets[:-1]] = -np.inf  # roots stay, wherever they are
+    looked = np.flatnonzero(np.repeat(among, np.diff(hair.offsets)))
+    for _ in range(LOOKS):
+        found = probe_union(bodies, points[looked], kept[looked])
+        deep = found.distance < kept[looked]
+        strands = np.unique(np.searchsorted(hair.offsets, looked[deep], side="right") - 1)
+        if not len(strands):
+            break
+        _push(strands, hair.offsets, looked, found, kept, points, velocities)
+        looked = points_of_strands(strands, hair.offsets)
+    return replace(hair, points=points, velocities=velocities)
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _push(
+    strands: np.ndarray,
+    offsets: np.ndarray,
+    looked: np.ndarray,
+    found: SdfSample,
+    kept: np.ndarray,
+    points: np.ndarray,
+    velocities: np.ndarray,
+) -> None:
+    """Draw strands, (n,), out of what was found of bodies at some points, (m,) ascending, in place."""
+    for n in prange(len(strands)):
+        s = strands[n]
+        at = np.searchsorted(looked, offsets[s] + 1)
+        before = row(points, offsets[s])
+        moved = False
+        for i in range(offsets[s] + 1, offsets[s + 1]):
+            y = row(points, i)
+            l = length(minus(row(points, i), before))
+            before = y
+            known = at < len(looked) and looked[at] == i
+            deep = known and found.distance[at] < kept[i]
+            if moved or deep:  # What hangs on a moved point follows; before it nothing changes, to the bit.
+                root = row(points, i - 1)
+                rate = row(velocities, i - 1)
+                moved = True
+                x, v = go_on(root, rate, l, minus(y, root), minus(row(velocities, i), rate))
+                if deep:
+                    normal = row(found.normal, at)
+                    x = _outside(root, x, l, normal, kept[i] - found.distance[at] + dot(normal, y))
+                    v = plus(v, scaled(max(dot(normal, minus(row(found.velocity, at), v)), 0.0), normal))
+                put(velocities, i, v)
+                put(points, i, x)
+            at += known  # Both ascend: one walk finds what was looked at of this strand.
+
+
+@inlined
+def _outside(before: Vector, x: Vector, l: float, normal: Vector, level: float) -> Vector:
+    # The place at a distance l from the point before that is nearest to x of those above a plane n.x = level.
+    h = level - dot(normal, before)
+    if dot(normal, minus(x, before)) >= h:
+        return x
+    h = min(h, l)  # No higher than straight up along the normal: the length stays.
+    aside = unit(flattened(minus(x, before), normal), (0.0, 0.0, 0.0))
+    return plus(before, plus(scaled(h, normal), scaled(np.sqrt(l * l - h * h), aside)))

@@ -1,4 +1,4 @@
-"""Settings that are painted on a body, and settings that vary from strand to strand and along strands.
+"""Settings that are painted on a body, or vary from strand to strand and along strands, and those of grown hair.
 
 Tiles of an image are those of the UDIM convention: `name.<UDIM>.png` stands for `name.1001.png` and so on; the tile at
 texture coordinates (u, v) has the number 1001 + floor(u) + 10 floor(v), floor(u) < 10.
@@ -335,3 +335,53 @@ def _check_range(values: np.ndarray, setting: Varied, ids: np.ndarray, name: str
         strands = np.unique(ids[wrong.any(axis=0)])
         right = f"{interval.ge:g} to {interval.le:g} {unit.symbol} everywhere, as value, low, profile and maps make it"
         raise BadInput(f"{name} is {worst:.3g} {unit.symbol}: {name_strands(strands)}", where=name, right=right)
+
+
+@dataclass(frozen=True)
+class Comb:
+    """Pulls on hair that lies on the body, in units of gravity, in addition to gravity.
+
+    parting   distance of the parting from the middle of the face, to the left
+    sideways  strength of the pull away from the parting, on the front half of the head
+    back      strength of the pull away from the face
+    stray     strength of a pull in a random direction for each strand
+    """
+
+    parting: Metres = 0.0
+    sideways: Painted = Painted(1.2)
+    back: Painted = Painted(1.0)
+    stray: Annotated[float, Ge(0.0)] = 0.15
+
+
+@dataclass(frozen=True)
+class Curl:
+    """Helix around the path of straight hair, of the same arc length.
+
+    radius  radius of the helix; strands with a painted radius or pitch of 0 are straight
+    pitch   advance of the helix along its axis per turn
+    onset   length from the root over which the radius grows from zero
+    """
+
+    radius: PaintedMetres = PaintedMetres(0.006)
+    pitch: PaintedMetres = PaintedMetres(0.03)
+    onset: Annotated[Metres, Gt(0.0)] = 0.04
+
+
+@dataclass(frozen=True)
+class Style:
+    """Shape of grown hair.
+
+    length  length of a strand from root to tip
+    lift    angle between the skin and a strand at its root
+    bend    length over which a strand bends from the angle of lift to the combed direction
+    volume  thickness of hair that lies on the body, each strand in its own layer
+    comb    pull on hair that lies on the body
+    curl    helix around the path of each strand; if absent, hair is straight
+    """
+
+    length: PaintedMetres = PaintedMetres(0.25)
+    lift: PaintedDegrees = PaintedDegrees(30.0)
+    bend: Annotated[Metres, Gt(0.0)] = 0.03
+    volume: Annotated[Metres, Ge(0.0)] = 0.012
+    comb: Comb = Comb()
+    curl: Curl | None = None

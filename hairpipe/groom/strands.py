@@ -95,7 +95,7 @@ class Tuft:
 
 def gather_tuft(row: Groom, tuft: Tuft) -> Groom:
     """Return rows like this one, every strand turned about its root by a rotation of its own; pure."""
-    from hairpipe.groom.joining import joined_strands  # heavy, where nodes read the settings above
+    from hairpipe.groom.sampling import joined_strands  # heavy, where nodes read the settings above
 
     step = np.array(tuft.apart)
     groom = joined_strands(tuple(moved(row, k * step) for k in range(tuft.rows)))

@@ -11,18 +11,24 @@ from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.vec3 import Vector, length, minus, row, scaled
 from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
 from hairpipe.levelset.grid_layout import BRICK
-from hairpipe.levelset.interpolation import (
+from hairpipe.levelset.sample import (
+    FAR_OUTSIDE,
     ONE_SIDED,
+    Field,
     Interpolation,
+    brick_at,
     departure_points,
+    distance,
     distance_at,
     distance_between,
+    field_of,
+    gradient,
     is_far,
     normal_at,
     normal_of,
+    velocity,
     velocity_at,
 )
-from hairpipe.levelset.sample import FAR_OUTSIDE, Field, brick_at, distance, field_of, gradient, velocity
 from hairpipe.levelset.sphere_tracing import (
     MARGIN,
     STILL,

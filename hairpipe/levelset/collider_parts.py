@@ -23,17 +23,20 @@ from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
 from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.levelset.parts_field import (
     PartField,
+    PartPoses,
     PartsQuery,
+    PosePath,
     Shape,
     largest_changes,
     nearest_part,
     part_field_of,
+    part_poses_at,
+    path_between,
     place_in,
     probe_parts,
     shape_change,
     shape_distance,
 )
-from hairpipe.levelset.pose_path import PartPoses, PosePath, part_poses_at, path_between
 from hairpipe.levelset.sphere_tracing import (
     MARGIN,
     STILL,

@@ -1,12 +1,19 @@
-"""Errors of chaotic hair: of positions during the predictable frames, and of its climate afterwards."""
+"""Errors of chaotic hair: of positions during the predictable frames, and of its climate afterwards.
 
-from collections.abc import Sequence
-from typing import Any
+Observables of chaotic hair, position, volume, motion and stretch, do not refer to single strands: each is a function of
+the visible strands, so that it compares any two models of hair. All are pure.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from hairpipe.errors import BadInput
-from hairpipe.measure.distances import TESTED, Criteria, Run, observable_distances, position_squares
+from hairpipe.groom.strand_arrays import at_shares, shares_of
+from hairpipe.measure.contact import at_levels, nearest
+from hairpipe.measure.deviation import deviation, part
 from hairpipe.measure.ensemble import (
     Interval,
     Sides,
@@ -20,8 +27,231 @@ from hairpipe.measure.ensemble import (
     spread_ratio,
     squared_bias,
 )
-from hairpipe.values import Table
+from hairpipe.values import Strands, Table
+from hairpipe.values.groom import segment_lengths, strand_lengths
 from hairpipe.values.table import table_of_columns
+from hairpipe.volume.density import lengths_at_points
+
+SHARES = np.linspace(0.2, 1.0, 5)
+"""Shares of the length at which strands are sampled."""
+CELL, PIXEL = 0.02, 0.002
+"""Side of the cubes in which hair is counted, and of the pixels of silhouettes [m]."""
+STRAIN = 0.95
+"""Quantile of strain: a lower one is noise, a higher one is of a few segments."""
+STILL = 1e-12
+"""Power of speed that is treated as zero [m^2/s^2]."""
+
+
+def resampled(hair: Strands, offsets: np.ndarray) -> Strands:
+    """Return hair resampled to these offsets, at equal shares of the lengths; ValueError for another number."""
+    if np.array_equal(hair.offsets, offsets):
+        return hair
+    if len(hair.offsets) != len(offsets):
+        raise ValueError(f"{len(hair.offsets) - 1} strands against {len(offsets) - 1}")
+    points, velocities = (
+        at_shares(values.astype(float), hair.offsets, *shares_of(offsets)) for values in (hair.points, hair.velocities)
+    )
+    return Strands(points, velocities.astype(np.float32), offsets, hair.diameter)
+
+
+def wasserstein(one: np.ndarray, other: np.ndarray) -> float:
+    """Return the mean, over shares and axes, of Wasserstein-1 distances of strands at shares, (shares, S, 3) [m]."""
+    from scipy.stats import wasserstein_distance
+
+    pairs = [(a[:, axis], b[:, axis]) for a, b in zip(one, other, strict=True) for axis in range(3)]
+    return float(np.mean([wasserstein_distance(*pair) for pair in pairs]))
+
+
+def places(hair: Strands) -> np.ndarray:
+    """Return the position of every strand at the shares of its length [m], (shares, S, 3)."""
+    return at_levels(hair, SHARES)
+
+
+def gaps(hair: Strands) -> np.ndarray:
+    """Return the mean distance to the nearest other strand at the same share of its length [m], (shares,)."""
+    return nearest(places(hair))
+
+
+def kinetic_energy(hair: Strands, gravity: float) -> float:
+    """Return the kinetic energy over m g L, the mean over strands; mass is even along a strand."""
+    masses = lengths_at_points(hair.points.astype(float), hair.offsets)
+    energies = np.add.reduceat(0.5 * masses * np.sum(hair.velocities.astype(float) ** 2, axis=1), hair.offsets[:-1])
+    return float(np.mean(energies / (gravity * strand_lengths(hair.points, hair.offsets) ** 2)))
+
+
+def log_spectrum(speeds: np.ndarray, fps: float) -> np.ndarray:
+    """Return the logarithm of the power of speeds, (frames, S), at each frequency but 0, the mean over strands."""
+    from scipy.signal import periodogram
+
+    _, power = periodogram(speeds, fps, scaling="spectrum", axis=0)
+    return np.log(power[1:].mean(axis=1) + STILL)
+
+
+def tip_speeds(hair: Strands) -> np.ndarray:
+    """Return the speed of every tip [m/s], (S,)."""
+    return np.linalg.norm(hair.velocities[hair.offsets[1:] - 1].astype(float), axis=1)
+
+
+def contacts(hair: Strands, reach: float) -> float:
+    """Return the number of points of other strands within reach [m] of a point, the mean over all but the roots."""
+    strand = np.repeat(np.arange(len(hair.offsets) - 1), np.diff(hair.offsets) - 1)
+    points = np.delete(hair.points.astype(float), hair.offsets[:-1], axis=0)
+    pairs = KDTree(points).query_pairs(reach, output_type="ndarray")
+    return 2.0 * np.count_nonzero(strand[pairs[:, 0]] != strand[pairs[:, 1]]) / len(points)
+
+
+def strain(hair: Strands, rest: np.ndarray) -> float:
+    """Return the 95 % quantile of |strain| over all segments, of lengths at rest [m], (P - S,)."""
+    return float(np.quantile(np.abs(segment_lengths(hair.points, hair.offsets) / rest - 1.0), STRAIN))
+
+
+def density(hair: Strands, cell: float = CELL) -> tuple[np.ndarray, np.ndarray]:
+    """Return the cubes that contain hair, and the share of hair in each: keys, ascending, and shares, (n,)."""
+    points, lengths = _samples(hair, cell)
+    keys, where = np.unique(_keys(points / cell), return_inverse=True)
+    return keys, np.bincount(where.ravel(), lengths) / lengths.sum()
+
+
+def density_distance(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray]) -> float:
+    """Return the share of hair in other cubes, half of the L1 distance of two densities, 0..1."""
+    keys = np.union1d(one[0], other[0])
+    return 0.5 * float(np.abs(np.subtract(*(_laid(keys, *found) for found in (one, other)))).sum())
+
+
+def silhouettes(hair: Strands, pixel: float = PIXEL) -> list[np.ndarray]:
+    """Return the pixels that hair covers, seen along each axis: keys, ascending, one array a view."""
+    points = np.floor(_samples(hair, pixel)[0] / pixel)
+    return [np.unique(_keys(np.delete(points, axis, axis=1))) for axis in range(3)]
+
+
+def silhouette_distance(one: list[np.ndarray], other: list[np.ndarray]) -> float:
+    """Return sqrt(1 - IoU), intersection over union of silhouettes, the mean over the views.
+
+    The square root makes it a distance of negative type, whose energy distance is 0 only for equal distributions.
+    """
+    common = [len(np.intersect1d(*views, assume_unique=True)) for views in zip(one, other, strict=True)]
+    whole = [len(a) + len(b) - both for a, b, both in zip(one, other, common, strict=True)]
+    return float(np.mean(np.sqrt(1.0 - np.divide(common, whole))))
+
+
+def _samples(hair: Strands, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return places along all segments, no farther apart than half the spacing [m], (n, 3), and the length of each."""
+    points = hair.points.astype(float)
+    first = np.delete(np.arange(len(hair.points)), hair.offsets[1:] - 1)
+    lengths = segment_lengths(hair.points, hair.offsets)
+    pieces = max(int(np.ceil(2.0 * lengths.max() / spacing)), 1)
+    shares = ((np.arange(pieces) + 0.5) / pieces)[:, None, None]
+    found = (1.0 - shares) * points[first] + shares * points[first + 1]
+    return found.reshape(-1, 3), np.tile(lengths / pieces, pieces)
+
+
+def _keys(cells: np.ndarray) -> np.ndarray:
+    """Return one number for each cell of a grid that holds a place, (n, 2) or (n, 3), within a million cells of 0."""
+    keys = np.zeros(len(cells), np.int64)
+    for column in np.floor(cells).astype(np.int64).T:
+        keys = (keys << 21) + column + (1 << 20)
+    return keys
+
+
+def _laid(keys: np.ndarray, some: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """Return shares on a superset of their keys, 0 at the others."""
+    laid = np.zeros(len(keys))
+    laid[np.searchsorted(keys, some)] = shares
+    return laid
+
+
+Run = Mapping[int, Strands]
+
+
+class Criteria(NamedTuple):
+    """Criteria of comparison."""
+
+    tolerance: float  # of points, over the length of their strands
+    patches: int  # number of patches of consecutive strands, as equal as possible
+    reach: float  # distance up to which two points touch [m]
+    gravity: float  # scale of energy [m/s^2]
+    fps: float  # frames per second [1/s]
+    predicted: int | None = None  # number of predictable frames after the first; None: found by the tolerance
+
+
+def _apart(one: Any, other: Any) -> float:
+    """Return the distance of two numbers, or the mean distance of those of two arrays."""
+    return float(np.mean(np.abs(one - other)))
+
+
+OBSERVABLES: Mapping[str, Callable[[Any, Any], float]] = {
+    "position": wasserstein,
+    "density": density_distance,
+    "silhouettes": silhouette_distance,
+    "nearest strand": _apart,
+    "contacts": _apart,
+    "kinetic energy": _apart,
+    "strain": _apart,
+}
+"""Observables of a frame, and their distances between two runs."""
+TESTED = (*OBSERVABLES, "speed spectrum")
+"""The same, and the observables of all frames together."""
+
+
+def position_squares(runs: Sequence[Run], frames: Sequence[int], patches: int) -> np.ndarray:
+    """Return mean squares of the distances of points of two runs, over their length [%^2], (frames, patches, K, K).
+
+    Runs are compared at the points of the last run. Raises BadInput if strands do not correspond.
+    """
+    found = np.zeros((len(frames), patches, len(runs), len(runs)))
+    for row, frame in zip(found, frames, strict=True):
+        hairs = _hairs(runs, frame)
+        count = len(hairs[0].offsets) - 1
+        if count < patches:
+            raise BadInput(f"{count} strands in {patches} patches", where="patches", right="fewer")
+        bounds = [patch * count // patches for patch in range(patches + 1)]
+        for patch, matrix in enumerate(row):
+            parts = [part(hair, *bounds[patch : patch + 2]) for hair in hairs]
+            matrix[:] = _matrix(parts, lambda one, other: deviation(one, other).whole_percent ** 2)
+    return found
+
+
+def observable_distances(runs: Sequence[Run], frames: Sequence[int], criteria: Criteria) -> np.ndarray:
+    """Return distances of runs in every observable, means over the frames, (Q, K, K) in the order of `TESTED`."""
+    firsts = [run[next(iter(run))] for run in runs]
+    rests = [segment_lengths(hair.points, hair.offsets) for hair in firsts]
+    total = np.zeros((len(OBSERVABLES), len(runs), len(runs)))
+    speeds = []
+    for frame in frames:
+        hairs = _hairs(runs, frame)
+        speeds.append([tip_speeds(hair) for hair in hairs])
+        values = {
+            "position": [places(hair) for hair in hairs],
+            "density": [density(hair) for hair in hairs],
+            "silhouettes": [silhouettes(hair) for hair in hairs],
+            "nearest strand": [gaps(hair) for hair in hairs],
+            "contacts": [contacts(hair, criteria.reach) for hair in hairs],
+            "kinetic energy": [kinetic_energy(hair, criteria.gravity) for hair in hairs],
+            "strain": [strain(run[frame], rest) for run, rest in zip(runs, rests, strict=True)],
+        }
+        total += [_matrix(values[name], apart) for name, apart in OBSERVABLES.items()]
+    spectra = [log_spectrum(np.array(series), criteria.fps) for series in zip(*speeds, strict=True)]
+    spread = _matrix(spectra, lambda one, other: float(np.sqrt(np.mean((one - other) ** 2))))
+    return np.concatenate([total / len(frames), [spread]])
+
+
+def _hairs(runs: Sequence[Run], frame: int) -> list[Strands]:
+    """Return the hair of all runs at a frame, resampled to the points of the last run."""
+    hairs = [run[frame] for run in runs]
+    try:
+        return [resampled(hair, hairs[-1].offsets) for hair in hairs]
+    except ValueError as wrong:
+        raise BadInput(f"members do not correspond: {wrong}", where="in.hair", right="the same strands") from None
+
+
+def _matrix(values: Sequence[Any], apart: Callable[[Any, Any], float]) -> np.ndarray:
+    """Return the distances of all values, (K, K)."""
+    found = np.zeros((len(values), len(values)))
+    for one in range(len(values)):
+        for other in range(one):
+            found[one, other] = found[other, one] = apart(values[one], values[other])
+    return found
+
 
 LEAST = 4
 """Fewest frames that define a climate."""

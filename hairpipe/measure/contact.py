@@ -11,7 +11,7 @@ from hairpipe.groom.strand_arrays import at_shares
 from hairpipe.levelset.collider import Collider, probe_union
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.collider_parts import build_collider_parts
-from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.levelset.sample import Interpolation
 from hairpipe.measure.deviation import deviation
 from hairpipe.values import BodyParts, LevelSet, Strands, Table
 from hairpipe.values.groom import segment_lengths

@@ -1,7 +1,7 @@
 """Picture of hair by path tracing in Cycles; camera, lamps, backdrop and film are those of the preview.
 
-Blender is under the GNU GPL: only `program.py` imports it, and only a child process, which ends with this one, runs
-that file.
+Blender is under the GNU GPL: only `cycles_program.py` imports it, and only a child process, which ends with this one,
+runs that file.
 """
 
 import json
@@ -19,7 +19,7 @@ import numpy as np
 from hairpipe.child import command, environment
 from hairpipe.errors import BadInput
 from hairpipe.render.camera import NEAR, Shot, frame_hair, place_camera
-from hairpipe.render.fibre import INDEX, ROUGHNESS, absorption_of
+from hairpipe.render.dual_scattering import INDEX, ROUGHNESS, absorption_of
 from hairpipe.render.film import EDGE, backdrop, develop
 from hairpipe.render.kajiya_kay import TILT, strand_colours
 from hairpipe.render.lights import Light, studio
@@ -39,7 +39,7 @@ SMALLER = "fewer strands, a smaller picture, or more memory"
 
 
 def run_blender(scene: dict[str, Any], arrays: dict[str, np.ndarray], folder: Path) -> np.ndarray:
-    """Return the image of a scene, see `program.py`, by Cycles: linear light, (height, width, 3) float32.
+    """Return the image of a scene, see `cycles_program.py`, by Cycles: linear light, (height, width, 3) float32.
 
     It uses the number of threads of numba; the light does not depend on it. Exchanged files stay in the folder. Raises
     BadInput, in one line, where Blender is not installed or fails.

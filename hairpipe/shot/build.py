@@ -16,7 +16,7 @@ from hairpipe.laws.stretch import SpringForm
 from hairpipe.levelset.collider import Collider
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.collider_parts import build_collider_parts
-from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.levelset.sample import Interpolation
 from hairpipe.shot.breeze import Breeze, StillAir
 from hairpipe.shot.settings import Scene
 from hairpipe.solve.backward_euler import BackwardEuler

@@ -31,9 +31,8 @@ from scipy.spatial import KDTree
 
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.vec3 import cross, dot, length, minus, plus, row, scaled
-from hairpipe.groom.interpolating import go_on, moved
+from hairpipe.groom.interpolating import go_on, moved, pushed_out
 from hairpipe.groom.keys import turned, turned_back
-from hairpipe.groom.push_out import pushed_out
 from hairpipe.groom.resampling import put
 from hairpipe.groom.strand_arrays import points_of_strands
 from hairpipe.shot.lock_guides import GuideMotion

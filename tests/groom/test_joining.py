@@ -5,7 +5,7 @@ import pytest
 
 from hairpipe.body.scripted_motion import Track, drive
 from hairpipe.errors import BadInput
-from hairpipe.groom.joining import joined_ends, joined_strands
+from hairpipe.groom.sampling import joined_ends, joined_strands
 from hairpipe.groom.strands import lay_strands
 
 

@@ -5,10 +5,9 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.groom.growing import grow
-from hairpipe.groom.painting import Canvas
+from hairpipe.groom.painting import Canvas, Style
 from hairpipe.groom.resampling import Cut
 from hairpipe.groom.sampling import choose_patches, sample_patches
-from hairpipe.groom.style import Style
 from hairpipe.values import Groom
 
 

@@ -13,7 +13,7 @@ from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider import Collider, FirstHit, SdfSample, Walk
 from hairpipe.levelset.collider_field import build_collider_field, sweep_field
 from hairpipe.levelset.collider_parts import build_collider_parts, sweep_parts
-from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.levelset.sample import Interpolation
 from hairpipe.levelset.sphere_tracing import MARGIN
 from hairpipe.values import Mesh
 from hairpipe.values.body import gathered

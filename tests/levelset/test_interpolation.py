@@ -6,14 +6,16 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from hairpipe.levelset.bake import bake
-from hairpipe.levelset.interpolation import (
+from hairpipe.levelset.sample import (
+    Field,
     Interpolation,
     departure_points,
+    distance,
     distance_between,
+    field_of,
     normal_at,
     velocity_at,
 )
-from hairpipe.levelset.sample import Field, distance, field_of
 from hairpipe.values import LevelSet, Mesh
 
 DT = 1 / 24

@@ -10,7 +10,7 @@ from hairpipe.engine import Time, Workspace
 from hairpipe.nodes.render_cycles import render_cycles
 from hairpipe.render import cycles as scene
 from hairpipe.render.camera import Shot
-from hairpipe.render.fibre import pigment_colour
+from hairpipe.render.dual_scattering import pigment_colour
 from hairpipe.render.film import linear
 from hairpipe.values import Strands
 

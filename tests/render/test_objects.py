@@ -5,7 +5,7 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.render.camera import Framing, Shot
-from hairpipe.render.objects import draw_object
+from hairpipe.render.portrait import draw_object
 from hairpipe.values import Mesh
 
 SHOT = Shot(64, 48, eye=(0.0, 1.5, 4.0), target=(0.0, 0.4, 0.0), fov=30.0)

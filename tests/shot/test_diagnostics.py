@@ -8,7 +8,7 @@ import pytest
 from hairpipe.laws.settings import Collisions, StrainLimit
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider_field import build_collider_field
-from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.levelset.sample import Interpolation
 from hairpipe.shot.diagnostics import (
     warn_of_deep_roots,
     warn_of_growth,

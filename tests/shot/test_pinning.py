@@ -5,7 +5,7 @@ import pytest
 
 from hairpipe.body.shapes import build_cylinder
 from hairpipe.errors import BadInput
-from hairpipe.groom.joining import joined_strands
+from hairpipe.groom.sampling import joined_strands
 from hairpipe.groom.strands import lay_strands
 from hairpipe.shot.goals import check_mesh, pin
 from hairpipe.solve.boundary import motion_of_sites

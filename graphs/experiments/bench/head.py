@@ -9,9 +9,8 @@ import numpy as np
 from hairpipe.body.bust import build_bust
 from hairpipe.body.skinning import skin
 from hairpipe.groom.growing import grow
-from hairpipe.groom.painting import Canvas, PaintedMetres
+from hairpipe.groom.painting import Canvas, PaintedMetres, Style
 from hairpipe.groom.resampling import Cut
-from hairpipe.groom.style import Style
 from hairpipe.laws.settings import Collisions, Locks, StepControl, Stiction, Volume
 from hairpipe.levelset.bake_parts import bake_parts
 from hairpipe.shot.settings import Scene

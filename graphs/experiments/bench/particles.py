@@ -16,9 +16,8 @@ from hairpipe.geometry.vec3 import length, minus, row, scaled
 from hairpipe.graphs.experiments.bench.head import FPS, HALF_WIDTH, LENGTH, VOXEL, mesh_at, no_image
 from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, in_seconds, make_report
 from hairpipe.groom.growing import grow
-from hairpipe.groom.painting import Canvas, PaintedMetres
+from hairpipe.groom.painting import Canvas, PaintedMetres, Style
 from hairpipe.groom.resampling import Cut
-from hairpipe.groom.style import Style
 from hairpipe.laws.settings import BodyContact
 from hairpipe.levelset.bake import bake
 from hairpipe.particles.contact import look

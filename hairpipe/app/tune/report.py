@@ -14,7 +14,7 @@ from hairpipe.app.tune.study import AS_IT_IS
 from hairpipe.app.tune.tuning import Choice, Combination, Trial, Tuned, described, names, saves
 from hairpipe.engine.file.overrides import Tables
 from hairpipe.engine.node.messages import one_line
-from hairpipe.measure.distances import TESTED
+from hairpipe.measure.climate import TESTED
 from hairpipe.measure.ensemble import CONFIDENCE
 
 HEADINGS = ("model", "tips [mm]", "[% of L]", "bound", "whole [mm]", "s/frame", "saves", "")

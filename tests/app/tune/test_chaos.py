@@ -8,7 +8,6 @@ import pytest
 from hairpipe.app.tune.measured import MODEL, REFERENCE, Tolerance, chaos_of, climate_of, differences, refusal
 from hairpipe.measure.climate import LOOKS
 from hairpipe.measure.deviation import PATCH_COLUMNS
-from hairpipe.measure.distances import TESTED
 from hairpipe.values.table import table_of_columns, table_of_rows
 
 FRAMES, PATCHES, SIZE, SPREAD, CALM, WILD = range(1, 13), 4, 400, 1e-2, 1e-4, 7

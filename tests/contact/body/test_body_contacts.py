@@ -11,7 +11,7 @@ from hairpipe.laws.coulomb import slide
 from hairpipe.laws.settings import Scheme
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider_field import build_collider_field
-from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.levelset.sample import Interpolation
 from hairpipe.values import Mesh
 
 CENTRE, RADIUS = np.array([0.04, -0.06, -0.0333]), 0.05

@@ -11,7 +11,7 @@ from hairpipe.laws.settings import Air, Drag, Scheme, StepControl, StrainLimit
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider import SdfSample
 from hairpipe.levelset.collider_field import build_collider_field
-from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.levelset.sample import Interpolation
 from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import advance_frame, start
 from hairpipe.strands.hair_model import build_hair

@@ -19,7 +19,7 @@ import hairpipe
 from hairpipe.laws.settings import Collisions, Stiction, StrainLimit
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider_field import build_collider_field
-from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.levelset.sample import Interpolation
 from hairpipe.shot.simulate import advance_frame
 from hairpipe.values import Mesh
 

@@ -12,7 +12,7 @@ from hairpipe.body.preparation import drop_unused
 from hairpipe.body.shapes import build_box, build_cylinder, join
 from hairpipe.formats.registry import read_body
 from hairpipe.groom.growing import closed
-from hairpipe.levelset.facing import facing_inward, turn, turned_outward
+from hairpipe.levelset.outer_shell import facing_inward, turn, turned_outward
 from hairpipe.nodes.grow_groom import grow_groom
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.make_bust import make_bust

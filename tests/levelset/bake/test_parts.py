@@ -15,7 +15,7 @@ from hairpipe.levelset.bake_parts import bake_once, bake_parts, cut_skin, group_
 from hairpipe.levelset.collider import SdfSample
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.collider_parts import build_collider_parts
-from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.levelset.sample import Interpolation
 from hairpipe.values import Body, Mesh, Pose, Skeleton
 
 VOXEL, HALF_WIDTH, SMALLEST = 0.01, 6.0, 0.18

@@ -8,8 +8,7 @@ from hairpipe.errors import BadInput
 from hairpipe.levelset.bake import bake, bake_sheets, split_pieces
 from hairpipe.levelset.collider import SdfSample
 from hairpipe.levelset.collider_field import build_collider_field
-from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.levelset.sample import distance, field_of, gradient
+from hairpipe.levelset.sample import Interpolation, distance, field_of, gradient
 from hairpipe.values import LevelSet, Mesh
 
 VOXEL, HALF_WIDTH = 0.01, 6.0

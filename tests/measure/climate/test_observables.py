@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.measure.distances import (
+from hairpipe.measure.climate import (
     contacts,
     density,
     density_distance,

@@ -5,8 +5,7 @@ import pytest
 from scipy.integrate import solve_bvp, trapezoid
 from scipy.special import i0e
 
-from hairpipe.render.dual_scattering import add_scattered, bessel, cone, count_events, streams
-from hairpipe.render.fibre import tabulate
+from hairpipe.render.dual_scattering import add_scattered, bessel, cone, count_events, streams, tabulate
 from hairpipe.render.kajiya_kay import Fibres
 from hairpipe.render.lights import Light
 from hairpipe.render.skin import IRRADIANCE

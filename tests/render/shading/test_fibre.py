@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.render.fibre import (
+from hairpipe.render.dual_scattering import (
     AZIMUTHS,
     COLOURS,
     INDEX,

@@ -7,7 +7,7 @@ from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider import Collider
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.collider_parts import build_collider_parts
-from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.levelset.sample import Interpolation
 from hairpipe.values import BodyParts, LevelSet, Mesh
 from hairpipe.values.body import gathered
 

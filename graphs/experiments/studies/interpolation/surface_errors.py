@@ -9,7 +9,7 @@ from hairpipe.graphs.experiments.studies.interpolation.cases import CASES
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.levelset.collider_field import build_collider_field
-from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.levelset.sample import Interpolation
 from hairpipe.values import Table
 from hairpipe.values.table import table_of_rows
 

@@ -15,7 +15,7 @@ from hairpipe.levelset.bake_parts import bake_parts
 from hairpipe.levelset.collider import SdfSample
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.collider_parts import build_collider_parts
-from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.levelset.sample import Interpolation
 
 SHAKE = Path(__file__).resolve().parents[4] / "graphs" / "assets" / "shake.bvh"
 VOXEL, HALF_WIDTH, SMALLEST = 0.004, 4.0, 0.18

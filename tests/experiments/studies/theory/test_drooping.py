@@ -5,7 +5,7 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.nodes.droop_rod import droop_rod
-from hairpipe.groom.joining import joined_strands
+from hairpipe.groom.sampling import joined_strands
 from hairpipe.groom.strands import lay_strands
 from hairpipe.strands.material import Material
 
