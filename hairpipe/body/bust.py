@@ -178,7 +178,13 @@ SHORTEST = 0.6  # length of the hair at the hairline, as a share of that at the 
 
 def build_bust() -> Body:
     """Return the bust [m]: a closed mesh, four joints, weights, uv without overlap, maps "scalp", "length". Pure."""
-    points, triangles = polygonise()
+    right = graded_axis(SPACING_X) + 0.5 * SPACING_X[0][1]
+    axes = (np.concatenate([-right[::-1], right]), graded_axis(SPACING_Y), graded_axis(SPACING_Z))
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    values = evaluate(BUST, grid.reshape(-1, 3)).reshape(grid.shape[:3])
+    points, triangles = extract_surface(values, axes)
+    points = project(BUST, points, steps=2)
+    points = relax(points, triangles, partial(project, BUST), rounds=6)
     around = points - np.array(EARS)
     maps = {
         "scalp": height_above(HAIRLINE, around),
@@ -187,18 +193,12 @@ def build_bust() -> Body:
     uv = unwrapped(points, triangles, parts_of(points, triangles), CHARTS)
     mesh = Mesh(points, triangles, uv=uv.astype(np.float32))
     joints = np.tile(np.arange(len(JOINTS), dtype=np.int32), (len(points), 1))
-    return Body(mesh, build_skeleton(), joints, blend_weights(points), maps)
-
-
-def polygonise() -> tuple[np.ndarray, np.ndarray]:
-    """Return points [m] and triangles of the surface: sampled, then drawn onto it and evened out."""
-    right = graded_axis(SPACING_X) + 0.5 * SPACING_X[0][1]
-    axes = (np.concatenate([-right[::-1], right]), graded_axis(SPACING_Y), graded_axis(SPACING_Z))
-    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-    values = evaluate(BUST, grid.reshape(-1, 3)).reshape(grid.shape[:3])
-    points, triangles = extract_surface(values, axes)
-    points = project(BUST, points, steps=2)
-    return relax(points, triangles, partial(project, BUST), rounds=6), triangles
+    # Weights pass from joint to joint up the neck; the cuts tilt so that the jaw is all head.
+    level = points[:, 1] + 0.48 * points[:, 2] - 4.0 * points[:, 0] ** 2
+    above = [np.ones(len(points))]
+    above += [smooth_step(level, low, high) for low, high in ((0.115, 0.185), (0.155, 0.225), (0.200, 0.255))]
+    weights = -np.diff(np.stack([*above, np.zeros(len(points))], axis=1), axis=1)
+    return Body(mesh, build_skeleton(), joints, weights, maps)
 
 
 def graded_axis(spacing: tuple[tuple[float, float], ...]) -> np.ndarray:
@@ -217,14 +217,6 @@ def build_skeleton() -> Skeleton:
     rest[:, :3, 3] = heads
     tips = np.concatenate([heads[1:], [CROWN]])
     return Skeleton(tuple(JOINTS), np.arange(-1, len(JOINTS) - 1, dtype=np.int32), rest, tips)
-
-
-def blend_weights(points: np.ndarray) -> np.ndarray:
-    """Return weights (n, 4) that pass from joint to joint up the neck; the cuts tilt so that the jaw is all head."""
-    level = points[:, 1] + 0.48 * points[:, 2] - 4.0 * points[:, 0] ** 2
-    above = [np.ones(len(points))]
-    above += [smooth_step(level, low, high) for low, high in ((0.115, 0.185), (0.155, 0.225), (0.200, 0.255))]
-    return -np.diff(np.stack([*above, np.zeros(len(points))], axis=1), axis=1)
 
 
 def parts_of(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

@@ -56,7 +56,13 @@ def local_turns(clip: Clip, frames: np.ndarray) -> np.ndarray:
     """
     turns = np.zeros((len(frames), len(clip.names), 4))
     turns[..., 0] = 1.0
-    joints, columns, axes, order = _rotation_channels(clip)
+    table = []  # joint, column, axis and place in the order of its joint of every rotation channel
+    column = 0
+    for joint, names in enumerate(clip.channels):
+        rotations = [(i, name) for i, name in enumerate(names) if name.endswith("rotation")]
+        table += [(joint, column + i, AXES[name[0]], order) for order, (i, name) in enumerate(rotations)]
+        column += len(names)
+    joints, columns, axes, order = np.array(table, np.int64).reshape(-1, 4).T
     angles = np.radians(clip.values[frames])
     for turn in range(order.max(initial=-1) + 1):
         now = order == turn
@@ -76,14 +82,3 @@ def local_positions(clip: Clip, frames: np.ndarray) -> np.ndarray:
             positions[:, joint, axes] = clip.values[np.ix_(frames, columns)]
         column += len(names)
     return positions
-
-
-def _rotation_channels(clip: Clip) -> tuple[np.ndarray, ...]:
-    """Return joint, column, axis and place in the order of its joint of every rotation channel."""
-    table = []
-    column = 0
-    for joint, names in enumerate(clip.channels):
-        rotations = [(i, name) for i, name in enumerate(names) if name.endswith("rotation")]
-        table += [(joint, column + i, AXES[name[0]], order) for order, (i, name) in enumerate(rotations)]
-        column += len(names)
-    return tuple(np.array(table, np.int64).reshape(-1, 4).T)

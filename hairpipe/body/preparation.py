@@ -20,7 +20,16 @@ def prepare(body: Body, *, unit: float, up: str, joint: str, scalp: Scalp | None
     A body without a skeleton gets one joint of this name; with a rule a map "scalp". Raises BadInput where the mesh is
     empty or broken; warns where its size is not that of a person or a head.
     """
-    body = drop_unused(check(body))
+    mesh = body.mesh
+    if not len(mesh.triangles):
+        raise BadInput("the body has no triangles", where="file", right="a mesh")
+    if mesh.triangles.min() < 0 or mesh.triangles.max() >= len(mesh.points):
+        right = f"0 to {len(mesh.points) - 1}"
+        raise BadInput("a triangle names a vertex that does not exist", where="file", right=right)
+    for name, values in (("positions", mesh.points), ("joints", body.skeleton.rest), ("weights", body.weights)):
+        if not np.isfinite(values).all():
+            raise BadInput(f"{name} are not all finite", where="file", right="finite numbers")
+    body = drop_unused(body)
     body = transform(body, unit * (Z_UP if up == "z" else np.eye(3)))
     size = np.ptp(body.mesh.points, axis=0).max()
     if not SMALLEST <= size <= LARGEST:
@@ -28,29 +37,21 @@ def prepare(body: Body, *, unit: float, up: str, joint: str, scalp: Scalp | None
             f"the body is {size:.3g} m large: is unit = {unit:g} (metres in one unit of the file)?", stacklevel=2
         )
     if not body.skeleton.names:
+        # One joint at the middle of the vertices, its tip at their top, moves the body rigidly.
         points = body.mesh.points
-        body = rig_rigidly(body, joint)
+        rest = np.eye(4)[None].copy()
+        rest[0, :3, 3] = points.mean(axis=0)
+        tip = points.mean(axis=0) * (1.0, 0.0, 1.0) + (0.0, points[:, 1].max(), 0.0)
+        skeleton = Skeleton((joint,), np.array([-1], np.int32), rest, tip[None])
+        bound = body.bound and replace(body.bound, turns=np.eye(4)[None])
+        joints, weights = np.zeros((len(points), 1), np.int32), np.ones((len(points), 1))
+        body = replace(body, skeleton=skeleton, joints=joints, weights=weights, bound=bound)
         if scalp is not None and scalp.at is None and np.ptp(points[:, 1]) > LARGEST_HEAD:
             scalp = replace(scalp, at=between_ears(points))
             place = ", ".join(f"{x:.3f}" for x in between_ears(points))
             guessed = f"the body has no skeleton to locate its head: the hairline is centred at ({place}) m"
             warnings.warn(f"{guessed}; scalp.at, the point between the ears, corrects this", stacklevel=2)
     return body if scalp is None else replace(body, maps={**body.maps, "scalp": paint_scalp(body, scalp)})
-
-
-def check(body: Body) -> Body:
-    """Return the body as it is, or raise BadInput where it has no triangles, bad indices or values not finite."""
-    mesh = body.mesh
-    if not len(mesh.triangles):
-        raise BadInput("the body has no triangles", where="file", right="a mesh")
-    if mesh.triangles.min() < 0 or mesh.triangles.max() >= len(mesh.points):
-        raise BadInput(
-            "a triangle names a vertex that does not exist", where="file", right=f"0 to {len(mesh.points) - 1}"
-        )
-    for name, values in (("positions", mesh.points), ("joints", body.skeleton.rest), ("weights", body.weights)):
-        if not np.isfinite(values).all():
-            raise BadInput(f"{name} are not all finite", where="file", right="finite numbers")
-    return body
 
 
 def drop_unused(body: Body) -> Body:
@@ -129,15 +130,3 @@ def transform(body: Body, matrix: np.ndarray) -> Body:
         shapes=shapes and replace(shapes, offsets=shapes.offsets @ matrix.T),
         bound=bound,
     )
-
-
-def rig_rigidly(body: Body, joint: str) -> Body:
-    """Return the body moved rigidly by one joint at the middle of its vertices, its tip at their top."""
-    points = body.mesh.points
-    rest = np.eye(4)[None].copy()
-    rest[0, :3, 3] = points.mean(axis=0)
-    tip = points.mean(axis=0) * (1.0, 0.0, 1.0) + (0.0, points[:, 1].max(), 0.0)
-    skeleton = Skeleton((joint,), np.array([-1], np.int32), rest, tip[None])
-    bound = body.bound and replace(body.bound, turns=np.eye(4)[None])
-    joints = np.zeros((len(points), 1), np.int32)
-    return replace(body, skeleton=skeleton, joints=joints, weights=np.ones((len(points), 1)), bound=bound)

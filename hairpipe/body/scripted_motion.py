@@ -61,15 +61,6 @@ def with_shift(turn: np.ndarray, shifts: np.ndarray) -> np.ndarray:
     return np.concatenate([turns, shifts[:, :, None]], axis=2)
 
 
-def after(outer: Motion, inner: Motion) -> Motion:
-    """Follow one motion by another: (A B)' = A' B + A B'."""
-    place = product(outer.place, inner.place)
-    place[:, :, 3] += outer.place[:, :, 3]
-    rate = product(outer.rate, inner.place) + product(outer.place, inner.rate)
-    rate[:, :, 3] += outer.rate[:, :, 3]
-    return Motion(place, rate)
-
-
 def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Multiply the matrices of one, (S, 3, 4), with all columns of the other."""
     return np.einsum("sij,sjk->sik", a[:, :, :3], b)
@@ -173,20 +164,19 @@ class Wave:
 
 def course_of_wave(wave: Wave, time: float) -> Course:
     """Find how far an end is moved and turned at a time [s]."""
-    seconds, share = gone(wave, max(time, 0.0))
-    velocity = wave.speed * unit(wave.along, "along")
-    turning = np.radians(wave.turning)
-    return Course(seconds * velocity, share * velocity, seconds * turning, share * turning)
-
-
-def gone(wave: Wave, time: float) -> tuple[float, float]:
+    time = max(time, 0.0)
     phase = wave.frequency * time
     if wave.form == "sine":
         angle = 2.0 * np.pi * phase
-        return (1.0 - np.cos(angle)) / (2.0 * np.pi * wave.frequency), np.sin(angle)
-    within = phase % 1.0
-    turns = abs(2.0 * phase - round(2.0 * phase)) < CLOSE
-    return min(within, 1.0 - within) / wave.frequency, 0.0 if turns else 1.0 if within < 0.5 else -1.0
+        seconds, share = (1.0 - np.cos(angle)) / (2.0 * np.pi * wave.frequency), np.sin(angle)
+    else:
+        within = phase % 1.0
+        turns = abs(2.0 * phase - round(2.0 * phase)) < CLOSE
+        seconds = min(within, 1.0 - within) / wave.frequency
+        share = 0.0 if turns else 1.0 if within < 0.5 else -1.0
+    velocity = wave.speed * unit(wave.along, "along")
+    turning = np.radians(wave.turning)
+    return Course(seconds * velocity, share * velocity, seconds * turning, share * turning)
 
 
 def drive(
@@ -203,7 +193,12 @@ def drive(
     root = follow(roots, first, time)
     if wave:
         course = course_of_wave(wave, time)
-        root = after(root, turned(course, unit(wave.axis, "axis"), first + np.array(wave.pivot)))
+        inner = turned(course, unit(wave.axis, "axis"), first + np.array(wave.pivot))
+        place = product(root.place, inner.place)  # (A B)' = A' B + A B'
+        place[:, :, 3] += root.place[:, :, 3]
+        rate = product(root.rate, inner.place) + product(root.place, inner.rate)
+        rate[:, :, 3] += root.rate[:, :, 3]
+        root = Motion(place, rate)
     held = tips if release is None or time <= release + 3.0 * INSTANT else None
     tip = Motion(*np.full((2, *root.place.shape), np.nan)) if held is None else follow(held, last, time)
     return Ends(root.place, root.rate, tip.place, tip.rate)

@@ -28,28 +28,21 @@ def build_cylinder(radius: float, length: float, is_round: bool, around: int, ce
     lower = (half * [1.0, -1.0] - end)[: None if length else -1]
     top = 0.5 * length + is_round * radius
     bottom = -0.5 * length - is_round * radius
-    points, triangles = _turned(np.concatenate([lower, upper[::-1]]), bottom, top, around)
-    frame = frame_along(np.array(along) / np.linalg.norm(along))
-    return Mesh(points @ frame.T + centre, triangles)
-
-
-def _turned(profile: np.ndarray, bottom: float, top: float, around: int) -> tuple[np.ndarray, np.ndarray]:
-    """Turn a profile of radii and heights, (n, 2) from below, about the third axis, and close it at both poles."""
+    profile = np.concatenate([lower, upper[::-1]])  # radii and heights, from below, turned about the third axis
     angles = 2.0 * np.pi * np.arange(around) / around
     circle = np.column_stack([np.cos(angles), np.sin(angles)])
     rings = np.concatenate([profile[:, None, :1] * circle, np.tile(profile[:, None, 1:], (1, around, 1))], axis=2)
     points = np.concatenate([rings.reshape(-1, 3), [[0.0, 0.0, bottom], [0.0, 0.0, top]]])
     here = np.arange(around)
     there = np.roll(here, -1)
-    south = len(points) - 2
-    north = len(points) - 1
     last = (len(profile) - 1) * around
-    triangles = [np.column_stack([there, here, np.full(around, south)])]
+    triangles = [np.column_stack([there, here, np.full(around, len(points) - 2)])]
     for ring in range(len(profile) - 1):
         a, b = ring * around + here, ring * around + there
         triangles += [np.column_stack([a, b, b + around]), np.column_stack([a, b + around, a + around])]
-    triangles.append(np.column_stack([last + here, last + there, np.full(around, north)]))
-    return points, np.concatenate(triangles).astype(np.int32)
+    triangles.append(np.column_stack([last + here, last + there, np.full(around, len(points) - 1)]))
+    frame = frame_along(np.array(along) / np.linalg.norm(along))
+    return Mesh(points @ frame.T + centre, np.concatenate(triangles).astype(np.int32))
 
 
 def build_box(size: Vector, centre: Vector) -> Mesh:

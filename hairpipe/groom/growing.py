@@ -17,7 +17,7 @@ from hairpipe.geometry.triangles import Sites, area_vectors, normalized, site_uv
 from hairpipe.geometry.vec3 import Vector, cross, dot, flattened, length, minus, mix, plus, row, scaled, unit
 from hairpipe.groom.binding import root_frames
 from hairpipe.groom.importing import warn_of_fewer
-from hairpipe.groom.painting import Canvas, Comb, Paint, Style, maps_at, vertex_coat
+from hairpipe.groom.painting import Canvas, Paint, Style, maps_at, vertex_coat
 from hairpipe.groom.resampling import Cut, fitting, put, stride_on
 from hairpipe.groom.seeding import Density, seed_roots
 from hairpipe.groom.strand_arrays import offsets_of
@@ -88,7 +88,12 @@ class Layout(NamedTuple):
 
 def lay_out(canvas: Canvas, style: Style, sites: Sites, frames: np.ndarray) -> Layout:
     roots, normals = frames[:, :, 3], frames[:, :, 2]
-    combs = comb_pulls(canvas, style.comb, sites, roots, normals)
+    comb = style.comb
+    combs = comb.stray * stream(canvas.seed, "stray").normal(size=roots.shape)
+    side = np.where(roots[:, 0] < comb.parting, -1.0, 1.0)
+    parted = np.clip(1.0 + normals[:, 2] / BACK_OF_HEAD, 0.0, 1.0)
+    combs[:, 0] += side * parted * canvas.numbers(comb.sideways, "comb.sideways", sites)
+    combs[:, 2] -= canvas.numbers(comb.back, "comb.back", sites)
     pulls = combs + np.array((0.0, -1.0, 0.0))
     along = normalized(pulls - np.sum(pulls * normals, axis=1, keepdims=True) * normals)
     lift = np.radians(canvas.numbers(style.lift, "lift", sites))
@@ -109,15 +114,6 @@ def lay_out(canvas: Canvas, style: Style, sites: Sites, frames: np.ndarray) -> L
         pitches=pitches,
         phases=2.0 * np.pi * turn,
     )
-
-
-def comb_pulls(canvas: Canvas, comb: Comb, sites: Sites, roots: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    pulls = comb.stray * stream(canvas.seed, "stray").normal(size=roots.shape)
-    side = np.where(roots[:, 0] < comb.parting, -1.0, 1.0)
-    parted = np.clip(1.0 + normals[:, 2] / BACK_OF_HEAD, 0.0, 1.0)
-    pulls[:, 0] += side * parted * canvas.numbers(comb.sideways, "comb.sideways", sites)
-    pulls[:, 2] -= canvas.numbers(comb.back, "comb.back", sites)
-    return pulls
 
 
 DOWN = (0.0, -1.0, 0.0)
@@ -285,30 +281,25 @@ def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, cut:
     layout = Layout(*(array[ids] for array in layout))
     if layout.lengths.max() > LONGEST:
         warnings.warn(f"hair of up to {layout.lengths.max():.3g} m: is length in metres?", stacklevel=2)
-    offsets = offsets_of(count_segments(layout, cut, ids) + 1)
-    onset = style.curl.onset if style.curl else np.inf
-    points = grow_strands(*solid_of(closed(mesh)), layout, style.bend, onset, offsets)
-    maps = maps_at(canvas.body, sites)
-    return Groom(points, offsets, ids, *sites, frames[ids], site_uv(mesh, sites), maps=maps)
-
-
-def count_segments(layout: Layout, cut: Cut, ids: np.ndarray) -> np.ndarray:
-    """Return the number of segments of each strand; warn where they are fewer than asked, or than curls need."""
     turns = np.where(layout.radii > 0.0, np.hypot(2.0 * np.pi * layout.radii, layout.pitches), np.inf)
-    wanted = cut.wanted(layout.lengths, fitting(layout.lengths, turns))
+    wanted_segments = cut.wanted(layout.lengths, fitting(layout.lengths, turns))
     most = cut.bearable(layout.lengths)
     if cut != Cut(shortest=cut.shortest):
-        warn_of_fewer(ids[most < wanted], cut.shortest)
-    counts = np.minimum(wanted, most)
+        warn_of_fewer(ids[most < wanted_segments], cut.shortest)
+    counts = np.minimum(wanted_segments, most)
     needed = FEWEST_SEGMENTS_A_TURN * (layout.lengths / turns)
     coarse = needed > counts
     if coarse.any():
         warnings.warn(
             f"{np.count_nonzero(coarse)} curls have fewer than {FEWEST_SEGMENTS_A_TURN} segments per turn and are "
             f"angular; segments = {int(np.ceil(needed[coarse].max()))} avoids this",
-            stacklevel=3,
+            stacklevel=2,
         )
-    return counts
+    offsets = offsets_of(counts + 1)
+    onset = style.curl.onset if style.curl else np.inf
+    points = grow_strands(*solid_of(closed(mesh)), layout, style.bend, onset, offsets)
+    maps = maps_at(canvas.body, sites)
+    return Groom(points, offsets, ids, *sites, frames[ids], site_uv(mesh, sites), maps=maps)
 
 
 @njit(cache=True, parallel=True)

@@ -47,23 +47,16 @@ def survey(mesh: Mesh, passable: np.ndarray) -> Terrain:
 
 
 @njit(cache=True)
-def exit_corner(b: np.ndarray, db: Vector) -> tuple[float, int]:
-    """Return the fraction of the move db at which it leaves the triangle, and the corner opposite the edge left by."""
-    corner, fraction = -1, 1.0
-    for k in range(3):
-        if db[k] < -STANDSTILL and b[k] < -fraction * db[k]:  # Compared by products, without a division.
-            fraction = b[k] / -db[k]
-            corner = k
-    return fraction, corner
-
-
-@njit(cache=True)
 def walk(twins: np.ndarray, gradients: np.ndarray, t: int, b: np.ndarray, v: Vector) -> int:
     """Move the point with barycentrics b in triangle t, in place, by the tangent vector v [m]; return its triangle."""
     for _ in range(MOST_CROSSINGS):
         slopes = gradients[t]
         db = dot(row(slopes, 0), v), dot(row(slopes, 1), v), dot(row(slopes, 2), v)
-        fraction, k = exit_corner(b, db)
+        k, fraction = -1, 1.0  # The corner opposite to the edge by which the move leaves the triangle, at a fraction.
+        for j in range(3):
+            if db[j] < -STANDSTILL and b[j] < -fraction * db[j]:  # Compared by products, without a division.
+                fraction = b[j] / -db[j]
+                k = j
         for j in range(3):
             b[j] = max(b[j] + fraction * db[j], 0.0)
         if k < 0:
@@ -114,22 +107,12 @@ def sort_into_cells(points: np.ndarray, size: float, furthest: float) -> Cells:
 
 
 @njit(cache=True)
-def push(i: int, j: int, points: np.ndarray, normals: np.ndarray, reach: np.ndarray) -> Vector:
-    """Return the push of j on i [m]: r - d away from it, if both normals point the same way.
-
-    It acts only within the smaller reach r of the two: otherwise a dense region would repel neighbouring sparse hair.
-    """
-    away = minus(row(points, i), row(points, j))
-    d = length(away)
-    r = min(reach[i], reach[j])
-    if 0.0 < d < r and dot(row(normals, i), row(normals, j)) > 0.0:
-        return scaled((r - d) / d, away)
-    return 0.0, 0.0, 0.0
-
-
-@njit(cache=True)
 def total_push(i: int, points: np.ndarray, normals: np.ndarray, reach: np.ndarray, cells: Cells) -> Vector:
-    """Return the push of all points on i [m], summed in the order of the cells."""
+    """Return the push of all points on i [m], in the order of the cells: r - d away from those nearer than r.
+
+    Both normals point the same way, and r is the smaller reach of the two: otherwise a dense region would repel
+    neighbouring sparse hair.
+    """
     span = int(np.ceil(reach[i] / cells.size))
     a, b, c = cells.places[i]
     total = (0.0, 0.0, 0.0)
@@ -139,7 +122,12 @@ def total_push(i: int, points: np.ndarray, normals: np.ndarray, reach: np.ndarra
             first = np.searchsorted(cells.keys, key - span)  # Keys along the last axis are consecutive: one range.
             last = np.searchsorted(cells.keys, key + span, side="right")
             for at in range(first, last):
-                total = plus(total, push(i, cells.order[at], points, normals, reach))
+                j = cells.order[at]
+                away = minus(row(points, i), row(points, j))
+                d = length(away)
+                r = min(reach[i], reach[j])
+                if 0.0 < d < r and dot(row(normals, i), row(normals, j)) > 0.0:
+                    total = plus(total, scaled((r - d) / d, away))
     return total
 
 
@@ -255,13 +243,10 @@ def spread(mesh: Mesh, density: Density, sites: Sites, mass: np.ndarray) -> Site
         facing = normals[sites.triangles]
         forces = repulsion(points, facing, reach, sort_into_cells(points, mean_reach, reach.max()))
         triangles, barycentrics = sites.triangles.copy(), sites.barycentrics.copy()
-        walk_all(*terrain, triangles, barycentrics, shortened(STEP * forces, LONGEST * reach))
+        moves, longest = STEP * forces, LONGEST * reach
+        moves *= (longest / np.maximum(np.linalg.norm(moves, axis=1), longest))[:, None]
+        walk_all(*terrain, triangles, barycentrics, moves)
         left = ~(density(Sites(triangles, barycentrics)) > 0.0)  # None leaves the density.
         triangles[left], barycentrics[left] = sites.triangles[left], sites.barycentrics[left]
         sites = Sites(triangles, barycentrics)
     return sites
-
-
-def shortened(moves: np.ndarray, longest: np.ndarray) -> np.ndarray:
-    lengths = np.linalg.norm(moves, axis=1)
-    return moves * (longest / np.maximum(lengths, longest))[:, None]

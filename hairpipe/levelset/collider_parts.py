@@ -197,16 +197,12 @@ class ColliderParts:
     outlines: Outlines
     path: PosePath
 
-    @property
+    @cached_property
     def speed(self) -> float:
         """Return an upper bound of the speed of parts [m/s]: of the fastest corner of a box, plus that of its shape.
 
         The corners are sampled at a few times, v + omega x (x - p).
         """
-        return self._speed
-
-    @cached_property
-    def _speed(self) -> float:
         part_poses = part_poses_at(self.path, np.linspace(0.0, self.path.frame, _LOOKS))
         corners = np.stack(np.meshgrid(*3 * [[False, True]], indexing="ij"), axis=-1).reshape(-1, 3)
         arms = np.einsum(
@@ -260,21 +256,18 @@ def build_collider_parts(before: BodyParts, after: BodyParts, frame: float) -> C
 
 
 def is_same(before: BodyParts, after: BodyParts, part: int) -> bool:
-    """Return whether a part has the same samples in both frames."""
+    """Return whether a part has the same samples in both frames, in bricks counted from its first."""
     if not np.array_equal(before.origins[part], after.origins[part]):
         return False
     if not np.array_equal(before.shapes[part], after.shapes[part]):
         return False
-    (b0, d0), (b1, d1) = (samples_of(parts, part) for parts in (before, after))
-    return np.array_equal(b0, b1) and np.array_equal(d0, d1)
-
-
-def samples_of(parts: BodyParts, part: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the index of a part's bricks, counted from its first, and their samples."""
-    index = parts.bricks[parts.starts[part] : parts.starts[part + 1]]
-    count = int((index >= 0).sum())
-    first = int(index[index >= 0].min()) if count else 0
-    return np.where(index >= 0, index - first, index), parts.distance[first : first + count]
+    samples = []
+    for parts in (before, after):
+        index = parts.bricks[parts.starts[part] : parts.starts[part + 1]]
+        count = int((index >= 0).sum())
+        first = int(index[index >= 0].min()) if count else 0
+        samples.append((np.where(index >= 0, index - first, index), parts.distance[first : first + count]))
+    return all(np.array_equal(*both) for both in zip(*samples, strict=True))
 
 
 @njit(cache=True)

@@ -53,7 +53,12 @@ def split_table(cloud: Mapping[int, Cloud], particles: Particles) -> Table:
     """
     hair, ends = particles.hair, particles.links
     low = particles.arcs > 0.5 * strand_lengths(hair.points, hair.offsets)[particles.strands]
-    rooms = {frame: _widest(cloud[frame].points[low, 0]) for frame in cloud}
+    rooms = {}  # width and middle of the widest gap
+    for frame in cloud:
+        x = np.sort(cloud[frame].points[low, 0])
+        x = x[len(x) // 4 : -(len(x) // 4)]
+        k = int(np.argmax(np.diff(x)))
+        rooms[frame] = float(x[k + 1] - x[k]), float(0.5 * (x[k + 1] + x[k]))
     parted = max(rooms, key=lambda frame: rooms[frame][0])
     right = cloud[parted].points[:, 0] > rooms[parted][1]
     across = low[ends].all(axis=1) & (right[ends[:, 0]] != right[ends[:, 1]])
@@ -68,13 +73,6 @@ def split_table(cloud: Mapping[int, Cloud], particles: Particles) -> Table:
     last = cloud[max(cloud)].points[:, 0]
     wrong = 100.0 * np.mean(np.where(right, end - last, last - begin)[low] > CROSSED)
     return table_of_rows(SPLIT, [(gaps[0], max(gaps), gaps[-1], max(opened), opened[-1], wrong)])
-
-
-def _widest(x: np.ndarray) -> tuple[float, float]:
-    """Return the width and the middle of the widest gap between numbers, in the middle half of them."""
-    x = np.sort(x)[len(x) // 4 : -(len(x) // 4)]
-    widest = int(np.argmax(np.diff(x)))
-    return float(x[widest + 1] - x[widest]), float(0.5 * (x[widest + 1] + x[widest]))
 
 
 def _nearest(points: np.ndarray) -> np.ndarray:

@@ -103,10 +103,21 @@ def seen_vertices(sight: Sight, triangles: np.ndarray) -> np.ndarray:
     return np.flatnonzero(corners)
 
 
+@njit(cache=True, nogil=True)
 def at_pixels(sight: Sight, triangles: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Interpolate values of vertices, (v, 3), at the pixels of the body, (n, 3) float64."""
+    """Interpolate values of vertices, (v, 3), at the pixels of the body, perspective-correct, (n, 3) float64."""
     taken = np.empty((len(sight.rows), 3))
-    interpolate(taken, values, sight.places, sight.closeness, triangles, sight.seen, sight.rows, sight.columns)
+    film, closeness = sight.places, sight.closeness
+    for p in range(len(taken)):
+        i, j = sight.rows[p], sight.columns[p]
+        m = sight.seen[i, j]
+        a, b, c = triangles[m, 0], triangles[m, 1], triangles[m, 2]
+        ax, ay, bx, by, cx, cy = film[a, 0], film[a, 1], film[b, 0], film[b, 1], film[c, 0], film[c, 1]
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        u, v, w = weights((ax, ay), (bx, by), (cx, cy), area, j + 0.5, i + 0.5)
+        u, v, w = u * closeness[a], v * closeness[b], w * closeness[c]  # Over depth, values are linear on the film.
+        for d in range(3):
+            taken[p, d] = (u * values[a, d] + v * values[b, d] + w * values[c, d]) / (u + v + w)
     return taken
 
 
@@ -119,30 +130,6 @@ def see_body(body: Mesh, camera: Camera, moved: Mesh | None = None) -> Surface:
     sides = np.where((bx - ax) * (cy - ay) > (by - ay) * (cx - ax), -1.0, 1.0)[sight.seen[sight.rows, sight.columns]]
     normals *= (sides / np.maximum(np.linalg.norm(normals, axis=1), 1e-12))[:, None]
     return Surface(sight.rows, sight.columns, points, normals, sight.depth)
-
-
-@njit(cache=True, nogil=True)
-def interpolate(
-    taken: np.ndarray,
-    values: np.ndarray,
-    film: np.ndarray,
-    closeness: np.ndarray,
-    triangles: np.ndarray,
-    seen: np.ndarray,
-    rows: np.ndarray,
-    columns: np.ndarray,
-) -> None:
-    """Interpolate vertex values (n, 3) at the pixels of triangles, perspective-correct, into `taken` (p, 3)."""
-    for p in range(len(rows)):
-        i, j = rows[p], columns[p]
-        m = seen[i, j]
-        a, b, c = triangles[m, 0], triangles[m, 1], triangles[m, 2]
-        ax, ay, bx, by, cx, cy = film[a, 0], film[a, 1], film[b, 0], film[b, 1], film[c, 0], film[c, 1]
-        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-        u, v, w = weights((ax, ay), (bx, by), (cx, cy), area, j + 0.5, i + 0.5)
-        u, v, w = u * closeness[a], v * closeness[b], w * closeness[c]  # Over depth, values are linear on the film.
-        for d in range(3):
-            taken[p, d] = (u * values[a, d] + v * values[b, d] + w * values[c, d]) / (u + v + w)
 
 
 @njit(cache=True, nogil=True)
