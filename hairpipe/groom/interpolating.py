@@ -302,17 +302,17 @@ def _push(
         s = strands[n]
         at = np.searchsorted(looked, offsets[s] + 1)
         before = row(points, offsets[s])
-        moved = False
+        shifted = False
         for i in range(offsets[s] + 1, offsets[s + 1]):
             y = row(points, i)
             l = length(minus(row(points, i), before))
             before = y
             known = at < len(looked) and looked[at] == i
             deep = known and found.distance[at] < kept[i]
-            if moved or deep:  # What hangs on a moved point follows; before it nothing changes, to the bit.
+            if shifted or deep:  # What hangs on a shifted point follows; before it nothing changes, to the bit.
                 root = row(points, i - 1)
                 rate = row(velocities, i - 1)
-                moved = True
+                shifted = True
                 x, v = go_on(root, rate, l, minus(y, root), minus(row(velocities, i), rate))
                 if deep:
                     normal = row(found.normal, at)

@@ -38,8 +38,8 @@ def group_bones(body: Body, smallest: float) -> Groups:
     strongest = np.argmax(body.weights, axis=1)  # of equal ones the first
     nearest = np.take_along_axis(body.joints, strongest[:, None], axis=1)[:, 0]
     for joint in range(len(parents) - 1, -1, -1):
-        skin = body.mesh.points[leader[nearest] == joint]
-        small = not len(skin) or np.linalg.norm(np.ptp(skin, axis=0)) < smallest
+        covered = body.mesh.points[leader[nearest] == joint]
+        small = not len(covered) or np.linalg.norm(np.ptp(covered, axis=0)) < smallest
         if parents[joint] >= 0 and small:
             leader[leader == joint] = parents[joint]
     leaders, members = np.unique(leader, return_inverse=True)
