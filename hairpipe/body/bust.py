@@ -20,8 +20,7 @@ from hairpipe.body.scalp import Scalp, height_above, smooth_step
 from hairpipe.geometry.isosurface import extract_surface
 from hairpipe.values import Body, Mesh, Skeleton
 
-ROUNDS = 3
-"""Number of corrections by stretch."""
+ROUNDS = 3  # number of corrections by stretch
 
 
 class Chart(NamedTuple):

@@ -212,8 +212,7 @@ def leading_frames(clip: Clip) -> int:
     return 1
 
 
-RUN_UP = 0.25
-"""Longest time over which the velocity of the first pose is reached [s]."""
+RUN_UP = 0.25  # longest time over which the velocity of the first pose is reached [s]
 _INSTANT = 1e-4  # [s]; rates are differences over this time
 
 

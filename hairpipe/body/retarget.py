@@ -24,8 +24,7 @@ Pairs = tuple[tuple[str, str], ...]
 
 LIMBS = (("upperarm", "forearm", "hand"), ("thigh", "shin", "foot"))
 TRUNK = ("head", "neck", "spine", "hips")
-WORDS = {"upperarm": "arm", "thigh": "leg", "spine": "trunk"}
-"""The common name of a limb by its first part."""
+WORDS = {"upperarm": "arm", "thigh": "leg", "spine": "trunk"}  # the common name of a limb by its first part
 
 
 def match_joints(skeleton: Skeleton, clip: Clip, body: Roles, performer: Roles, joints: Pairs) -> np.ndarray:

@@ -44,10 +44,8 @@ SIDES = {
 PREFIXES = {"bip", "character", "def", "jnt", "mixamorig"}
 SIDED_WORDS = {word for words in SIDED.values() for word in words}
 KNOWN = {*SIDES, *SIDED_WORDS, *(word for words in CENTRE.values() for word in words)}
-GLUED = re.compile(r"(left|right|l|r)(\w+)")
-"""A side in front of a part, without a gap: lfemur, rightarm."""
-VERTEBRA = re.compile(r"([clt])\d+", re.IGNORECASE)
-"""Of the neck, the chest, the loins: Xsens."""
+GLUED = re.compile(r"(left|right|l|r)(\w+)")  # a side in front of a part, without a gap: lfemur, rightarm
+VERTEBRA = re.compile(r"([clt])\d+", re.IGNORECASE)  # of the neck, the chest, the loins: Xsens
 COMMON = 0.6  # share of the names that begin with a word, from which it is the name of the character
 
 

@@ -11,8 +11,7 @@ from numba import njit
 Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 """Takes Z up, face towards -Y, to Y up, face towards +Z."""
 
-PARALLEL = 0.99
-"""Cosine from which a direction counts as that of +Y."""
+PARALLEL = 0.99  # cosine from which a direction counts as that of +Y
 
 
 def frame_along(ahead: np.ndarray) -> np.ndarray:

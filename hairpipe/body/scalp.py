@@ -45,8 +45,7 @@ class Scalp:
 
 
 HEAD, CROWN = 0.2, 0.13  # height of a head above the chin, and of its crown above the ear canals [m]
-RIGIFY = re.compile(r"(^|\W|_)spine[._]006$")
-"""Name of the head of Blender's Rigify."""
+RIGIFY = re.compile(r"(^|\W|_)spine[._]006$")  # name of the head of Blender's Rigify
 AZIMUTHS = (0.0, 45.0, 76.0, 98.0, 130.0, 180.0)  # of front, temple, sideburn, ear, behind and nape [deg from +Z]
 
 

@@ -53,10 +53,8 @@ def key_shares(shapes: BlendShapes, weights: np.ndarray) -> tuple[np.ndarray, np
     return shares, slopes
 
 
-STEP = 1e-30
-"""Imaginary step: its square is below the rounding of 1."""
-SINGULAR = 1e-9
-"""Sums of two scales of a joint that count as 0, relative to the largest."""
+STEP = 1e-30  # imaginary step: its square is below the rounding of 1
+SINGULAR = 1e-9  # sums of two scales of a joint that count as 0, relative to the largest
 
 
 def blend_dual(

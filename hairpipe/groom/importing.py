@@ -144,8 +144,7 @@ def crossings(body: ColliderField, inside: np.ndarray, outside: np.ndarray) -> n
 
 
 Tips = Literal["file", "free", "held"]
-EQUAL = 1e-6
-"""Difference of segments that counts as rounding [m]: coordinates of files are in single precision."""
+EQUAL = 1e-6  # difference of segments that counts as rounding [m]: coordinates of files are in single precision
 KEPT = 0.9  # of the length of a strand, without a word: what four segments keep of a circle
 
 

@@ -249,8 +249,7 @@ def rotated_normals(rest: np.ndarray, groom: Groom, hair: Strands, roots: tuple[
     return Normals(np.einsum("pij,pj->pi", turns, rest).astype(np.float32))
 
 
-LOOKS = 4
-"""Times that bodies are looked at."""
+LOOKS = 4  # times that bodies are looked at
 
 
 def pushed_out(

@@ -36,8 +36,7 @@ _OPPOSED = 1e-8  # of 1 + u.t, below which u and t are opposed and no rotation i
 _TINY = 1e-300
 
 
-Columns = tuple[Vector, Vector, Vector]
-"""A rotation by its columns."""
+Columns = tuple[Vector, Vector, Vector]  # a rotation by its columns
 
 
 class KeyTurns(NamedTuple):
@@ -152,8 +151,7 @@ def turned_back(turns: np.ndarray, k: int, v: Vector) -> Vector:
 
 FOLLOWED = 3
 """Keys that a hair follows at most."""
-CANDIDATES = 16
-"""Nearest keys among which it finds them."""
+CANDIDATES = 16  # nearest keys among which it finds them
 _SAME_PLACE = 1e-9  # [m]; keys nearer than that to a root have it for themselves
 
 

@@ -26,8 +26,7 @@ from hairpipe.values.random_streams import chances, stream
 MARK = "<UDIM>"
 COLUMNS = 10
 FIRST = 1001
-EDGE = 1e-5
-"""Width of the left and lower edge of a tile that counts as the neighbour where there is no such tile."""
+EDGE = 1e-5  # width of the left and lower edge of a tile that counts as the neighbour where there is no such tile
 
 
 def list_tiles(path: Path) -> dict[str, Path]:
@@ -167,8 +166,7 @@ class VariedWidth(Varied):
     widths: Factor | None = None
 
 
-Coat = Callable[[Sites], np.ndarray]
-"""Paint as a function: sites (k,) to values 0..1, (k,)."""
+Coat = Callable[[Sites], np.ndarray]  # paint as a function: sites (k,) to values 0..1, (k,)
 ReadImage = Callable[[Path], np.ndarray]
 """Returns the image in a file, (height, width) float64 in 0..1, the top row first."""
 

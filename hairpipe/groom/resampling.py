@@ -146,8 +146,7 @@ def equal_segments(points: np.ndarray, offsets: np.ndarray, new_offsets: np.ndar
 
 SHORTEST = 0.001
 """Segment that hair of common material bears [m]: 80 um, softened by 100, is a rod down to 0.63 mm."""
-FINE, A_TURN = 0.005, 16
-"""Segment of straight hair [m], and segments in a turn of a curl."""
+FINE, A_TURN = 0.005, 16  # segment of straight hair [m], and segments in a turn of a curl
 FEWEST, MOST, LATTICE = 25, 200, 5
 """Segments of a strand; in whole runs of the lattice, which turns one way for five (`strands/lattice.py`)."""
 ROUNDING = 1e-9

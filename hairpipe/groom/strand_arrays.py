@@ -14,8 +14,7 @@ PER_STRAND = (
     *("ids", "held", "spare", "groups", "guides", "root_triangles", "root_barycentrics", "root_frames", "root_uv"),
     *("tip_triangles", "tip_barycentrics", "tip_frames"),
 )
-RISE = 5
-"""Points over which the thickness grows from the root on."""
+RISE = 5  # points over which the thickness grows from the root on
 
 
 def offsets_of(counts: np.ndarray) -> np.ndarray:

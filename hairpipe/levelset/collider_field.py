@@ -44,8 +44,7 @@ from hairpipe.levelset.sphere_tracing import (
 )
 from hairpipe.values import LevelSet
 
-CHUNK = 512
-"""Points that a thread takes at a time."""
+CHUNK = 512  # points that a thread takes at a time
 
 
 class Motion(NamedTuple):

@@ -52,8 +52,7 @@ from hairpipe.levelset.sphere_tracing import (
 )
 from hairpipe.values import BodyParts
 
-CHUNK = 512
-"""Points that a thread takes at a time."""
+CHUNK = 512  # points that a thread takes at a time
 
 
 class Outlines(NamedTuple):
@@ -184,8 +183,7 @@ def sweep_parts(
 # A part turns by no more than this from a sample of its pose to the next [rad], between which its points move straight.
 FINE = 0.02
 MOST_LOOKS = 64
-_LOOKS = 5
-"""Samples of a frame in which its fastest moment is looked for."""
+_LOOKS = 5  # samples of a frame in which its fastest moment is looked for
 
 
 @dataclass(frozen=True, eq=False)

@@ -245,12 +245,9 @@ def area(piece: np.ndarray) -> float:
     return 0.5 * np.sqrt((ay * bz - az * by) ** 2 + (az * bx - ax * bz) ** 2 + (ax * by - ay * bx) ** 2)
 
 
-CELLS = 96.0
-"""Samples of the flood along the longest side of the mesh."""
-CLEAR = 0.1
-"""Share of the area of a part, seen from outside, from which its side is known."""
-MOST = 0.9
-"""Share of the area of known parts that faces inward from which the file is inside out, as a mirrored one is."""
+CELLS = 96.0  # samples of the flood along the longest side of the mesh
+CLEAR = 0.1  # share of the area of a part, seen from outside, from which its side is known
+MOST = 0.9  # share of the area of known parts that faces inward from which the file is inside out, as a mirrored one is
 
 
 def turned_outward(body: Body) -> Body:

@@ -286,8 +286,7 @@ def brick_of(field: PartField, part: int, i: int, j: int, k: int) -> int:
     return FAR_OUTSIDE
 
 
-CHUNK = 512
-"""Points that a thread takes at a time."""
+CHUNK = 512  # points that a thread takes at a time
 # Least slope of a distance: half way between two sheets, where it is flatter, it does not give the shape's own speed.
 STEEP = 0.5
 

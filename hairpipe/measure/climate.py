@@ -32,12 +32,9 @@ from hairpipe.values.groom import segment_lengths, strand_lengths
 from hairpipe.values.table import table_of_columns
 from hairpipe.volume.density import lengths_at_points
 
-SHARES = np.linspace(0.2, 1.0, 5)
-"""Shares of the length at which strands are sampled."""
-CELL, PIXEL = 0.02, 0.002
-"""Side of the cubes in which hair is counted, and of the pixels of silhouettes [m]."""
-STRAIN = 0.95
-"""Quantile of strain: a lower one is noise, a higher one is of a few segments."""
+SHARES = np.linspace(0.2, 1.0, 5)  # shares of the length at which strands are sampled
+CELL, PIXEL = 0.02, 0.002  # side of the cubes in which hair is counted, and of the pixels of silhouettes [m]
+STRAIN = 0.95  # quantile of strain: a lower one is noise, a higher one is of a few segments
 STILL = 1e-12
 """Power of speed that is treated as zero [m^2/s^2]."""
 
@@ -253,8 +250,7 @@ def _matrix(values: Sequence[Any], apart: Callable[[Any, Any], float]) -> np.nda
     return found
 
 
-LEAST = 4
-"""Fewest frames that define a climate."""
+LEAST = 4  # fewest frames that define a climate
 ERRORS = tuple(f"{name} [% of length]" for name in ("error", "low", "high", "floor"))
 BIASES = tuple(f"bias{name} [% of length]" for name in ("", " low", " high", " floor"))
 LOOKS = ("Z", "p", *(f"{name} T/F" for name in TESTED))

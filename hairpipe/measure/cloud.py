@@ -9,10 +9,8 @@ from hairpipe.values import Cloud, Particles, Table
 from hairpipe.values.groom import strand_lengths
 from hairpipe.values.table import table_of_rows
 
-FEW = 0.05
-"""Share of each half that the gap may exclude: the particles nearest to the other half."""
-CROSSED = 0.01
-"""Distance beyond the end of the other half from which a particle is on the wrong side [m]."""
+FEW = 0.05  # share of each half that the gap may exclude: the particles nearest to the other half
+CROSSED = 0.01  # distance beyond the end of the other half from which a particle is on the wrong side [m]
 COLUMNS = (
     "frames reached",
     "nearest particle, of rest [%]",  # 1 % quantile of the distance to another one, over that at rest: less is clumped

@@ -18,8 +18,7 @@ from hairpipe.values.groom import segment_lengths
 from hairpipe.values.table import table_of_rows
 from hairpipe.volume.strand_samples import reach_of, sample_strands
 
-ROOM = 1e-3
-"""Distance from the body of a free position: the default thickness of hair [m]."""
+ROOM = 1e-3  # distance from the body of a free position: the default thickness of hair [m]
 _STEPS = 12
 _ENOUGH = 0.5  # of the clearance; distances are not exact
 _FARTHEST = 2.0  # length of the traced path, over the sum of depth and clearance
@@ -110,8 +109,7 @@ def free_points(hair: Strands) -> np.ndarray:
     return np.delete(hair.points.astype(float), hair.offsets[:-1], axis=0)
 
 
-LEVELS = np.linspace(0.5, 1.0, 9)
-"""Shares of the length at which strands are sampled, in the outer half."""
+LEVELS = np.linspace(0.5, 1.0, 9)  # shares of the length at which strands are sampled, in the outer half
 
 CROSSING_COLUMNS = ("time [s]", "crossed pairs [%]", "crossed hairs [%]")
 """A pair, a hair of each lock, is crossed in the opposite order of its roots along the line from the mean root of the
@@ -158,10 +156,8 @@ PACKING_COLUMNS = (
     "overlap [1]",  # of the histograms of density, by length of hair, of hair and reference: 1 if equal
     "strand error [% of length]",  # against the reference, see `deviation`
 )
-DENSEST = 0.99
-"""Quantile of the density around hair."""
-PER_OCTAVE = 2
-"""Bins of the histogram of density to a doubling of it."""
+DENSEST = 0.99  # quantile of the density around hair
+PER_OCTAVE = 2  # bins of the histogram of density to a doubling of it
 
 
 def packing_table(

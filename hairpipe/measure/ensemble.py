@@ -16,10 +16,8 @@ from hairpipe.errors import BadInput
 
 CONFIDENCE = 0.9
 """Confidence of intervals and bounds."""
-LIMIT = 0.95
-"""Quantile of the distances within the reference, beyond which a model differs significantly."""
-MOST = 20_000
-"""Maximum number of relabellings."""
+LIMIT = 0.95  # quantile of the distances within the reference, beyond which a model differs significantly
+MOST = 20_000  # maximum number of relabellings
 _ROUNDING = 1e-12
 
 

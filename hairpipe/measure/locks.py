@@ -11,8 +11,7 @@ from hairpipe.values import Groom, Strands, Table
 from hairpipe.values.hair import Audit, HairState, no_locks
 from hairpipe.values.table import table_of_rows
 
-LASTED = 5
-"""Fewest frames of a lasting connection."""
+LASTED = 5  # fewest frames of a lasting connection
 COLUMNS = (
     *("time [s]", "connections per segment", f"connections of {LASTED} or more frames [%]", "simulated [%]"),
     "released, of simulated [%]",  # former followers, neither back in a lock nor guides of others

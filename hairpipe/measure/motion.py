@@ -147,12 +147,9 @@ LAG_COLUMNS = (
     *("swing [degrees]", "swing of the roots [degrees]"),  # peak to peak, of the lower quarters, in least squares
 )
 """Rotations are those since the first frame, about the vertical through the middle of the roots."""
-LOWER = 0.75
-"""Share of the points of a strand after which the lower quarter begins."""
-FINE = 10
-"""Number of tried lags per frame."""
-LONGEST = 0.25
-"""Longest lag, over the duration of the shot."""
+LOWER = 0.75  # share of the points of a strand after which the lower quarter begins
+FINE = 10  # number of tried lags per frame
+LONGEST = 0.25  # longest lag, over the duration of the shot
 
 
 def swing_table(hair: Mapping[int, Strands]) -> Table:

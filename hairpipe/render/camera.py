@@ -61,14 +61,11 @@ class Camera:
 View = Literal["three_quarter", "front", "side", "back"]
 Place = tuple[float, float, float]
 
-GRAIN = 2
-"""Pixels of the film across one pixel of a picture, for high quality."""
+GRAIN = 2  # pixels of the film across one pixel of a picture, for high quality
 AZIMUTHS = {"three_quarter": 38.0, "front": 0.0, "side": 90.0, "back": 180.0}
 """Azimuth of the eye about the up axis, from where the face looks (+Z) towards the left ear (+X) [degrees]."""
-ELEVATION = 6.0
-"""Elevation of the eye above the horizon [degrees]."""
-DROP = 0.3
-"""Distance of the centre of the picture below that of the roots, over its radius."""
+ELEVATION = 6.0  # elevation of the eye above the horizon [degrees]
+DROP = 0.3  # distance of the centre of the picture below that of the roots, over its radius
 
 
 @dataclass(frozen=True)

@@ -30,10 +30,8 @@ from hairpipe.render.surface import Sight, at_pixels, first_centre, look_at_body
 from hairpipe.values import Cloud, Mesh, Particles
 from hairpipe.values.random_streams import stream
 
-SLIM = 0.5
-"""Width of a billboard over its length."""
-LEAST = 0.15
-"""Sine between hair and ray below which length and opacity are constant."""
+SLIM = 0.5  # width of a billboard over its length
+LEAST = 0.15  # sine between hair and ray below which length and opacity are constant
 
 
 class Sprites(NamedTuple):
@@ -111,14 +109,11 @@ Levels = tuple[np.ndarray, ...]
 """From fine to coarse, each of half as many texels as the one before both ways, (KINDS, along, across, 2) float32:
 cover, 0 to 1, and brightness."""
 
-KINDS = 8
-"""Number of textures."""
-ALONG, ACROSS, STREAKS = 128, 64, 22
-"""Texels of the finest level, and streaks in it."""
+KINDS = 8  # number of textures
+ALONG, ACROSS, STREAKS = 128, 64, 22  # texels of the finest level, and streaks in it
 FINEST = 0.025
 """Standard deviation of the thinnest streak across, over half the width; the widest has three times as much."""
-BRIGHTER = 0.55
-"""Largest relative deviation of the brightness of a streak from the mean."""
+BRIGHTER = 0.55  # largest relative deviation of the brightness of a streak from the mean
 
 
 @cache
@@ -151,8 +146,7 @@ def _smooth(share: np.ndarray) -> np.ndarray:
     return share * share * (3.0 - 2.0 * share)
 
 
-DARK = 1e-4
-"""Least light: that of the body's own shadow."""
+DARK = 1e-4  # least light: that of the body's own shadow
 
 
 def transmittances(sprites: Sprites, levels: Levels, others: np.ndarray, begins: np.ndarray) -> np.ndarray:
@@ -275,12 +269,9 @@ def _paint(
                     film[i, j, 2] += alpha * (bright * blue - film[i, j, 2])
 
 
-HALF = 1.6
-"""Half of a billboard's length over the range of particles, which is about their spacing."""
-OPACITY = 0.6
-"""Opacity of a streak."""
-SHADES = 0.25
-"""Variation of the brightness of strands: a factor of 2 to this power, up or down."""
+HALF = 1.6  # half of a billboard's length over the range of particles, which is about their spacing
+OPACITY = 0.6  # opacity of a streak
+SHADES = 0.25  # variation of the brightness of strands: a factor of 2 to this power, up or down
 
 
 class CloudStyle(NamedTuple):

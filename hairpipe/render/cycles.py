@@ -67,8 +67,7 @@ def run_blender(scene: dict[str, Any], arrays: dict[str, np.ndarray], folder: Pa
     return np.load(pixels)
 
 
-SOFT = np.radians(12.0)
-"""Angular diameter of a lamp seen from the hair, for soft shadows."""
+SOFT = np.radians(12.0)  # angular diameter of a lamp seen from the hair, for soft shadows
 FIBRE = {
     "properties": {"model": "CHIANG", "parametrization": "ABSORPTION"},
     "inputs": {"Roughness": ROUGHNESS, "Radial Roughness": ROUGHNESS, "IOR": INDEX, "Offset": TILT},
@@ -76,8 +75,7 @@ FIBRE = {
 """Scattering of hair after Chiang, Bitterli, Tappan, Burley 2016; absorption is an attribute of the points."""
 SKIN = {"Roughness": 0.6, "Specular IOR Level": 0.2}
 """Inputs of the material of the body, which is matt; its colour is that of the preview."""
-FAR = 1e4
-"""Far plane [m]."""
+FAR = 1e4  # far plane [m]
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,7 @@ import bpy
 import numpy as np
 
 SEED = 1
-BOUNCES = 256
-"""Maximum number of bounces of a path: light in pale hair scatters many times."""
+BOUNCES = 256  # maximum number of bounces of a path: light in pale hair scatters many times
 
 
 def main() -> None:

@@ -92,14 +92,11 @@ def transmittance(knots: np.ndarray, begin: int, end: int, depth: float) -> floa
     return knots[low, 1] + part * (knots[low + 1, 1] - knots[low, 1])
 
 
-TEXELS = 512
-"""Number of texels along an edge of the map."""
+TEXELS = 512  # number of texels along an edge of the map
 OPACITY = 0.15
 """Opacity of a shaded hair, per hair that a ray crosses: exp(-OPACITY) is transmitted or scattered around it."""
-TOLERANCE = 0.02
-"""Tolerance of the compressed transmittance."""
-LEAST = 1e-4
-"""Transmittance that is treated as zero."""
+TOLERANCE = 0.02  # tolerance of the compressed transmittance
+LEAST = 1e-4  # transmittance that is treated as zero
 
 
 class DeepShadow(NamedTuple):

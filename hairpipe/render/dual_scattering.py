@@ -41,14 +41,10 @@ ROUGHNESS = 0.3
 """Of hair, along it and around it."""
 COLOURS, STEPS, ACROSS = 24, 32, 64
 """Colours of a table, its inclinations, its azimuths of half a turn, and offsets across a hair."""
-STEP = np.pi / (STEPS - 1)
-"""From one azimuth to the next [rad]."""
-AZIMUTHS = np.arange(2 * STEPS - 2) * STEP
-"""Of a whole turn, from that of the lamp [rad]."""
-OFFSETS = (np.arange(ACROSS) + 0.5) * 2.0 / ACROSS - 1.0
-"""Of light across a hair, over its radius, (ACROSS,)."""
-FRONT = np.cos(AZIMUTHS) > 0.0
-"""Those on the side of the lamp."""
+STEP = np.pi / (STEPS - 1)  # from one azimuth to the next [rad]
+AZIMUTHS = np.arange(2 * STEPS - 2) * STEP  # of a whole turn, from that of the lamp [rad]
+OFFSETS = (np.arange(ACROSS) + 0.5) * 2.0 / ACROSS - 1.0  # of light across a hair, over its radius, (ACROSS,)
+FRONT = np.cos(AZIMUTHS) > 0.0  # those on the side of the lamp
 INDEX = 1.55
 """Of refraction."""
 WIDTH = (0.726 * ROUGHNESS + 0.812 * ROUGHNESS**2) ** 2
@@ -59,13 +55,11 @@ TILTS = 2.0, -1.0, -3.0
 """Angles by which R, TT, and TRT with all that follow are turned to the root, over the tilt of the scales."""
 TURN = (0.265 * ROUGHNESS + 1.194 * ROUGHNESS**2) * np.sqrt(np.pi / 8) * np.pi / np.sqrt(3)
 """Deviation of G: that of the logistic lobe of Chiang et al. 2016, Eq. 8 [rad]."""
-BLACKEST = 50.0
-"""The most that is absorbed over the radius of a hair: nothing comes through."""
+BLACKEST = 50.0  # the most that is absorbed over the radius of a hair: nothing comes through
 
 EUMELANIN, PHEOMELANIN = np.array([0.506, 0.841, 1.653]), np.array([0.343, 0.733, 1.924])
 """Absorption of red, green and blue by one unit of each over the radius of a hair (d'Eon et al. 2011)."""
-LEAST = 1e-4
-"""Light that the blackest hair lets through."""
+LEAST = 1e-4  # light that the blackest hair lets through
 
 
 class Scattering(NamedTuple):
@@ -209,10 +203,8 @@ def gaussians() -> tuple[np.ndarray, np.ndarray]:
 
 
 R, TT, TRT = WIDTHS
-BEYOND = 1e4
-"""Distance from the lamp behind which all hairs of a ray are [cells]."""
-FLAT = 1e-3
-"""Least extinction of the streams over a hair: less makes no difference, and none would divide by 0."""
+BEYOND = 1e4  # distance from the lamp behind which all hairs of a ray are [cells]
+FLAT = 1e-3  # least extinction of the streams over a hair: less makes no difference, and none would divide by 0
 FAINT = 1e-4
 """Step of logarithms of a_f and a_b by which events are counted; of less light than its square there are none."""
 

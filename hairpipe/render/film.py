@@ -16,16 +16,12 @@ from hairpipe.render.camera import Camera
 from hairpipe.render.kajiya_kay import noise
 from hairpipe.values import Mesh, Strands
 
-EXPOSURE, VIGNETTE = 0.75, 0.6
-"""Exposure of the film, and vignetting towards the corners."""
-CENTRE = np.array([0.30, 0.325, 0.36])
-"""Brightest colour of the backdrop, linear."""
+EXPOSURE, VIGNETTE = 0.75, 0.6  # exposure of the film, and vignetting towards the corners
+CENTRE = np.array([0.30, 0.325, 0.36])  # brightest colour of the backdrop, linear
 EDGE = np.array([0.06, 0.07, 0.09])
 """Darkest colour of the backdrop, linear."""
-FAR = 1e6
-"""Depth of the background [m]."""
-STEEP = 8.0
-"""Smallest change of depth between pixels, over their distance, of an outline."""
+FAR = 1e6  # depth of the background [m]
+STEEP = 8.0  # smallest change of depth between pixels, over their distance, of an outline
 
 
 def backdrop(height: int, width: int) -> np.ndarray:
@@ -115,8 +111,7 @@ def linear(colour: tuple[float, float, float]) -> np.ndarray:
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 
 
-STRIDE, MOST = 4.0, 16
-"""Pixels that all but FEW of the points move between two instants; largest number of instants."""
+STRIDE, MOST = 4.0, 16  # pixels that all but FEW of the points move between two instants; largest number of instants
 FEW = 0.02
 
 

@@ -19,14 +19,11 @@ AMBIENT = 0.12
 """Ambient light."""
 MATT, SHEEN, GLOSS = 0.42, 0.6, 0.15
 """Strength of the diffuse light, of the wide highlight in the hair's colour, and of the narrow white one."""
-BACK = 0.4
-"""Light of a hair lit from behind, over that of a hair lit from the eye's side."""
+BACK = 0.4  # light of a hair lit from behind, over that of a hair lit from the eye's side
 DENSITY, TINT = 0.15, 0.6
 """Attenuation of light per hair, and its increase in dark hair."""
-DARK = 9.0
-"""Exponent of attenuation beyond which light is invisible."""
-LIFT = 1.0
-"""Distance towards the lamp at which the shadow is sampled, so that a hair does not shade itself [cells]."""
+DARK = 9.0  # exponent of attenuation beyond which light is invisible
+LIFT = 1.0  # distance towards the lamp at which the shadow is sampled, so that a hair does not shade itself [cells]
 TILT = math.radians(4.0)
 """Tilt of a hair's scales: twice this moves the narrow highlight to the root, three times the wide one to the tip."""
 

@@ -14,14 +14,10 @@ from hairpipe.render.camera import NEAR
 from hairpipe.render.surface import first_centre
 from hairpipe.values.groom import TAPER
 
-KEPT = 8
-"""Fragments that a pixel keeps, a power of two."""
-OPAQUE = 0.004
-"""Transmittance below which nothing behind is drawn: a level of 8 bits."""
-BLOCK = 8
-"""Pixels across a block: lines behind all of its pixels are skipped at once."""
-SKIN = 0.002
-"""Depth below the skin over which hair fades [m]: roots lie on the mesh, hair rests on a coarser level set."""
+KEPT = 8  # fragments that a pixel keeps, a power of two
+OPAQUE = 0.004  # transmittance below which nothing behind is drawn: a level of 8 bits
+BLOCK = 8  # pixels across a block: lines behind all of its pixels are skipped at once
+SKIN = 0.002  # depth below the skin over which hair fades [m]: roots lie on the mesh, hair rests on a coarser level set
 
 
 class Tile(NamedTuple):
@@ -132,10 +128,8 @@ def develop_tile(film: np.ndarray, tile: Tile) -> None:
                 film[i, j, c] = film[i, j, c] * tile.blended[i, j, 3] + tile.blended[i, j, c]
 
 
-TILE = 64
-"""Pixels across a tile: its buffer stays in the processor's cache."""
-LEVELS = 65535
-"""Steps of depth by which segments are ordered."""
+TILE = 64  # pixels across a tile: its buffer stays in the processor's cache
+LEVELS = 65535  # steps of depth by which segments are ordered
 
 
 class Curves(NamedTuple):
@@ -250,12 +244,9 @@ def list_by_tile(boxes: np.ndarray, rows: int, columns: int) -> tuple[np.ndarray
     return starts, indices
 
 
-BEND = 0.25
-"""Largest deviation of a straight piece from its curve [pixels of the film]."""
-MOST_PIECES = 16
-"""Of a segment, however it bends."""
-ROOT = 4.0
-"""Length over which a strand widens from zero at its root, over its width."""
+BEND = 0.25  # largest deviation of a straight piece from its curve [pixels of the film]
+MOST_PIECES = 16  # of a segment, however it bends
+ROOT = 4.0  # length over which a strand widens from zero at its root, over its width
 
 
 def draw_strands(film: np.ndarray, depth: np.ndarray, curves: Curves, colours: np.ndarray) -> None:

@@ -20,14 +20,11 @@ from hairpipe.values import Body, Mesh, Strands
 
 FULLNESS = 14.0
 """Strands times drawn width, over the radius of the picture: that of 50,000 hairs of 80 um in a picture of 0.6 m."""
-WIDEST = 1.6
-"""Largest drawn width of strands [pixels]."""
+WIDEST = 1.6  # largest drawn width of strands [pixels]
 SCENE = 1.35
 """Half the edge of the cube of shadows, over the radius of the picture."""
-CASTERS = 250_000
-"""Largest number of points that cast shadows; of more, one strand in so many casts the shadow of all."""
-FINE = 200_000
-"""Number of points up to which light is also computed in the middle of segments."""
+CASTERS = 250_000  # largest number of points that cast shadows; of more, one strand in so many casts the shadow of all
+FINE = 200_000  # number of points up to which light is also computed in the middle of segments
 SCALP = 0.8
 """Share of the hair's colour in skin where hair grows: every drawn strand represents many."""
 SHADOWS = {"cube": cast_shadow, "deep": cast_deep_shadow}
@@ -145,12 +142,10 @@ def check(hair: Strands, body: Mesh) -> None:
         raise BadInput(f"vertex {vertex} is not finite", where="body")
 
 
-FLOOR = np.array([0.09, 0.095, 0.105])
-"""Colour of the floor, linear."""
+FLOOR = np.array([0.09, 0.095, 0.105])  # colour of the floor, linear
 WIDE, TILES = 8.0, 64
 """Half the edge of the floor, over the radius of the picture, and tiles along it; those behind the eye are omitted."""
-BELOW = 2e-3
-"""Depth of the floor under y = 0, so that objects on it are visible, over the radius of the picture."""
+BELOW = 2e-3  # depth of the floor under y = 0, so that objects on it are visible, over the radius of the picture
 NO_HAIR = np.zeros((0, 3)), np.zeros(1, np.int32)
 
 
@@ -193,10 +188,8 @@ def _floor(framing: Framing) -> Mesh:
 
 PAINT, LINE = np.array([0.20, 0.045, 0.015]), np.array([0.9, 0.85, 0.35])
 """Colours of the map at 1, and at its contour of 0.5, linear."""
-HALF = 0.06
-"""Range of values around 0.5 that is drawn as the contour."""
-ROOM = 1.6
-"""Radius of the picture over that of the painted area."""
+HALF = 0.06  # range of values around 0.5 that is drawn as the contour
+ROOM = 1.6  # radius of the picture over that of the painted area
 
 
 def draw_hairline(body: Body, name: str, shot: Shot) -> np.ndarray:

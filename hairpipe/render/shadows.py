@@ -20,8 +20,7 @@ from hairpipe.volume.transfer import sample, splat, voxel_at
 CELLS, FEW = 160, 128
 """Along an edge of the cube, of a lamp as bright as FAINT, and of others: there, so few cells change a picture no more
 than do other places of as many as the bright lamps have."""
-FAINT = 1.0
-"""Largest component of the colour of a lamp below which its cube has FEW cells."""
+FAINT = 1.0  # largest component of the colour of a lamp below which its cube has FEW cells
 SOLID = 15.0
 """Optical depth of the body, in hairs: nearly opaque, with a soft edge of the shadow."""
 FINE = 2

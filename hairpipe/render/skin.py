@@ -12,23 +12,19 @@ from hairpipe.render.surface import Surface
 
 CLAY = np.array([0.25, 0.21, 0.19])
 """Colour of the body, linear."""
-WRAP = np.array([0.38, 0.22, 0.15])
-"""Width of wrapped diffuse light: largest for red, as in skin."""
+WRAP = np.array([0.38, 0.22, 0.15])  # width of wrapped diffuse light: largest for red, as in skin
 IRRADIANCE = math.pi * (1.0 + WRAP.mean()) * 4.0 / 6.0
 """Of a surface that faces a lamp of colour 1, where light is physical and a sphere as bright as the body is here.
 
 Here the mean of ((n.l + w)/(1 + w))^2 over all normals is (1 + w)/6, there that of n.l where positive is 1/4.
 """
-SHEEN = 0.25
-"""Strength of the highlight."""
+SHEEN = 0.25  # strength of the highlight
 AMBIENT = 0.05
 """Light that comes from everywhere."""
 DENSITY = 0.2
 """Attenuation of light by the hair before the body, per hair."""
-GRAZING = 0.3
-"""Cosine to the lamp below which cells are too coarse for self-shadowing: light fades to zero."""
-LIFT = 1.5
-"""Distance from the surface at which the shadow is sampled [cells]."""
+GRAZING = 0.3  # cosine to the lamp below which cells are too coarse for self-shadowing: light fades to zero
+LIFT = 1.5  # distance from the surface at which the shadow is sampled [cells]
 
 
 def shade_skin(surface: Surface, colours: np.ndarray, eye: np.ndarray, shadows: Sequence[Shade]) -> np.ndarray:
@@ -76,8 +72,7 @@ def add_light(
             shed[i, c] += light.colour[c] * through * colours[i, c] * (wrapped * wrapped + sheen)
 
 
-REACH = 0.012
-"""Edge of the cells in which roots are counted: the softness of the hairline [m]."""
+REACH = 0.012  # edge of the cells in which roots are counted: the softness of the hairline [m]
 NEIGHBOURS = 4
 
 

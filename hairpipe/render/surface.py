@@ -12,8 +12,7 @@ from hairpipe.render.camera import NEAR, Camera
 from hairpipe.values import Mesh
 
 UNSEEN = -1
-Place = tuple[float, float]
-"""Column and row on the film [pixels]."""
+Place = tuple[float, float]  # column and row on the film [pixels]
 
 
 @njit(cache=True, nogil=True)
