@@ -79,11 +79,9 @@ class Collider(Protocol):
         ...
 
 
-def probe_union(
-    bodies: Sequence[Collider], points: np.ndarray, reach: float | np.ndarray = np.inf, seconds: float = 0.0
-) -> SdfSample:
-    """Return samples of the union of bodies at points [m], (P, 3), blank beyond a reach [m], (P,); pure."""
+def probe_union(bodies: Sequence[Collider], points: np.ndarray, reach: float | np.ndarray = np.inf) -> SdfSample:
+    """Return samples of the union of bodies at time zero at points [m], (P, 3), blank beyond a reach [m]; pure."""
     sample = SdfSample.blank(len(points), reach)
     for body in bodies:
-        body.probe(np.ascontiguousarray(points), seconds, sample)
+        body.probe(np.ascontiguousarray(points), 0.0, sample)
     return sample
