@@ -57,7 +57,7 @@ ROOMS = {
     "nodes": {*ORDER, "render", "formats", "engine"},
     "graphs": {*ORDER, "formats", "assets"},
     "app.api": {"values", "errors", "engine", "graphs", "formats", "plain_file"},
-    "app.tune": {*BASE, "app.api", *PURE, "measure.ensemble", "measure.distances"},
+    "app.tune": {*BASE, "app.api", *PURE, "measure.ensemble", "measure.climate"},
     "app.page": {*BASE, "app.api", "app.wedge", "formats", "geometry", "engine.File", *PURE},
     "app.wedge": {*BASE, "app.api", "formats", *PURE},
     "app.farm": {"errors", "app.api"},
