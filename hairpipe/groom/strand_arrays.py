@@ -1,7 +1,7 @@
 """Strands in flat arrays: their offsets, some of them, and places along them as shares of their length."""
 
 from dataclasses import replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -47,7 +47,9 @@ def take(hair: Hair, strands: np.ndarray, rows: np.ndarray | None = None, counts
     counts = np.diff(hair.offsets)[strands] if counts is None else counts
     kept = dict.fromkeys(PER_POINT, rows) | dict.fromkeys(PER_STRAND, strands)
     values = {name: getattr(hair, name, None) for name in kept}
-    some = {name: np.ascontiguousarray(array[kept[name]]) for name, array in values.items() if array is not None}
+    some: dict[str, Any] = {
+        name: np.ascontiguousarray(array[kept[name]]) for name, array in values.items() if array is not None
+    }
     if not isinstance(hair, Strands):
         some["maps"] = {name: array[strands] for name, array in hair.maps.items()}
     return replace(hair, offsets=offsets_of(counts), **some)

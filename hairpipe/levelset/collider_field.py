@@ -70,12 +70,16 @@ class ColliderField:
     scheme: Interpolation
     corners: np.ndarray  # lower and upper corner of the box around the bricks of both frames [m], (2, 3) float64
 
-    @cached_property
-    def speed(self) -> float:  # pyright: ignore[reportIncompatibleMethodOverride]
+    @property
+    def speed(self) -> float:
         """Return an upper bound of the speed of the body [m/s], from its velocities and its change; all is read, once.
 
         Velocities at the frames are not sufficient for a body that rests there and moves in between.
         """
+        return self._speed
+
+    @cached_property
+    def _speed(self) -> float:
         both = self.before, self.after
         known = max(fastest(field.velocity.reshape(-1, 3)) for field in both)
         return float(max(known, largest_change(*both) / self.frame, largest_change(*both[::-1]) / self.frame))

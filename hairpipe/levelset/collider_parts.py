@@ -195,12 +195,16 @@ class ColliderParts:
     outlines: Outlines
     path: PosePath
 
-    @cached_property
+    @property
     def speed(self) -> float:
         """Return an upper bound of the speed of parts [m/s]: of the fastest corner of a box, plus that of its shape.
 
         The corners are sampled at a few times, v + omega x (x - p).
         """
+        return self._speed
+
+    @cached_property
+    def _speed(self) -> float:
         part_poses = part_poses_at(self.path, np.linspace(0.0, self.path.frame, _LOOKS))
         corners = np.stack(np.meshgrid(*3 * [[False, True]], indexing="ij"), axis=-1).reshape(-1, 3)
         arms = np.einsum(
