@@ -11,7 +11,7 @@ import numpy as np
 from hairpipe.app.api.reports import Task
 from hairpipe.app.api.shot import Record, Shot
 from hairpipe.errors import BadInput
-from hairpipe.measure.distances import TESTED
+from hairpipe.measure.climate import TESTED
 from hairpipe.measure.ensemble import (
     Sides,
     floors,

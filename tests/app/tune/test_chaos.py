@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hairpipe.app.tune.measured import MODEL, REFERENCE, Tolerance, chaos_of, climate_of, differences, refusal
-from hairpipe.measure.climate import LOOKS
+from hairpipe.measure.climate import LOOKS, TESTED
 from hairpipe.measure.deviation import PATCH_COLUMNS
 from hairpipe.values.table import table_of_columns, table_of_rows
 
