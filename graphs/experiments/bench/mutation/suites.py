@@ -26,7 +26,7 @@ SUITES: dict[str, tuple[str, ...]] = {
         *("test_notes.py", "test_users.py", "test_read_only.py", "test_damage.py"),
     ),
     "store/values.py": ("store/test_values.py", "store/test_kept_stores.py", "test_damage.py"),
-    "run/events.py": ("run/test_events.py", "../cli/test_lines.py", "run/test_scheduler.py"),
+    "run/events.py": ("run/test_events.py", "../app/cli/test_lines.py", "run/test_scheduler.py"),
     "run/player.py": ("run/test_player.py",),
     "run/publish.py": ("run/test_publish.py", "file/test_bounds.py"),
     "run/scheduler.py": (
@@ -34,7 +34,7 @@ SUITES: dict[str, tuple[str, ...]] = {
         *("run/test_scheduler.py", "test_faults.py"),
         "plan/test_portion.py::test_a_run_waits_so_long_for_others_and_ends_with_75",
     ),
-    "run/survey.py": ("plan/test_divergence.py", "test_read_only.py", "../cli/commands/test_watch.py"),
+    "run/survey.py": ("plan/test_divergence.py", "test_read_only.py", "../app/cli/commands/test_watch.py"),
 }
 
 
