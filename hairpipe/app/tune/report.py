@@ -63,7 +63,7 @@ def rows(tuned: Tuned) -> list[tuple[str, ...]]:
     reason = "" if full.keeps(tuned.tolerance.value) else f"may be beyond {tuned.tolerance}"
     models = [(AS_IT_IS, full, reason)]
     models += [(part.text, found, why(tuned, Combination([part]), found)) for part, found in tuned.singles.items()]
-    cells = [HEADINGS]
+    cells: list[tuple[str, ...]] = [HEADINGS]
     for text, found, verdict in models:
         numbers = [""] * (len(HEADINGS) - 2)
         if not found.fault:

@@ -88,7 +88,7 @@ def run(
     recording = None
     if record is not None:
         options.check_experiments("hairpipe run --record")
-        from hairpipe.graphs.experiments.figures.recording import Recording
+        from hairpipe.graphs.experiments.figures.recording import Recording  # pyright: ignore[reportMissingImports]
 
         recording = Recording(shot, record or None, overrides, frames, to)
     with RunDisplay(shot.graph, engine["jobs"], quiet=quiet) as display:
