@@ -160,9 +160,9 @@ class SkinnedPieces:
             raise BadInput("indices are not those of triangles", where=where, right=f"triples of 0 to {n - 1}")
         targets = [numbers(t["POSITION"], 3) if "POSITION" in t else np.zeros((n, 3)) for t in part.get("targets", ())]
         sets = [k for k in range(16) if f"JOINTS_{k}" in given and f"WEIGHTS_{k}" in given]
-        influences = [[numbers(given[f"{name}_{k}"], 4) for k in sets] for name in ("JOINTS", "WEIGHTS")]
+        indices, shares = ([numbers(given[f"{name}_{k}"], 4) for k in sets] for name in ("JOINTS", "WEIGHTS"))
         skin = self.document.get("nodes")[node].get("skin") if sets else None
-        joints, weights = self._influences(*influences, skin, node, n, where)
+        joints, weights = self._influences(indices, shares, skin, node, n, where)
         triangles = corners.reshape(-1, 3)
         uv = numbers(given["TEXCOORD_0"], 2)[triangles] * (1, -1) + (0, 1) if "TEXCOORD_0" in given else None
         scalars = self.document.get("accessors")

@@ -293,7 +293,8 @@ def build(kind: Any, tree: Tree) -> Any:
         if not isinstance(tree, dict) or tree.keys() != hints.keys():
             found = ", ".join(tree) if isinstance(tree, dict) else type(tree).__name__
             raise TypeError(f"{kind.__name__} has the fields {', '.join(hints)}, found {found}")
-        return kind(**{name: build(hint, tree[name]) for name, hint in hints.items()})
+        record: Any = kind
+        return record(**{name: build(hint, tree[name]) for name, hint in hints.items()})
     if get_origin(kind) is dict and isinstance(tree, dict):
         return {name: build(get_args(kind)[1], item) for name, item in tree.items()}
     if not isinstance(tree, get_origin(kind) or kind):

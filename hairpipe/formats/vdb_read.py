@@ -149,8 +149,8 @@ def read_metadata(cursor: Cursor) -> dict[str, Any]:
         if kind == "string":
             found[name] = data.decode("utf-8", errors="replace")
         elif kind in HEADER_NUMBERS and len(data) == struct.calcsize(HEADER_NUMBERS[kind]):
-            numbers = struct.unpack(HEADER_NUMBERS[kind], data)
-            found[name] = numbers if len(numbers) > 1 else numbers[0]
+            first, *others = struct.unpack(HEADER_NUMBERS[kind], data)
+            found[name] = (first, *others) if others else first
     return found
 
 
@@ -254,7 +254,11 @@ def _read_grid(cursor: Cursor, name: str, kind: str) -> Voxels:
     tiles = checked_count(cursor, 13 + struct.calcsize(number))
     children = cursor.number("I")
     size = sum(TREE) + LEAF
-    found = [_expanded(cursor, cursor.numbers("3i"), *cursor.numbers(f"{number}?"), size) for _ in range(tiles)]
+    found = list[tuple[np.ndarray, np.ndarray]]()
+    for _ in range(tiles):
+        origin = cursor.numbers("3i")
+        value, is_active = cursor.numbers(f"{number}?")
+        found.append(_expanded(cursor, origin, value, is_active, size))
     leaves: list[tuple[int, ...]] = []
     for _ in range(children):
         for tile in _read_node(cursor, coding, TREE, cursor.numbers("3i"), leaves):

@@ -266,10 +266,11 @@ def _read_part(curves: UsdGeom.Curves) -> _Part:
     _report(faults, len(strands), where)
     kept = np.delete(np.arange(len(strands)), list(faults))
     marks = (root_uv(curves, counts), groups(curves, len(counts)), guides(curves, len(counts)))
-    marks = (None if mark is None else mark[kept] for mark in marks)
+    uv, group, is_guide = (None if mark is None else mark[kept] for mark in marks)
     ids = strand_ids(curves, len(counts))[kept]
     painted = {name: values[kept] for name, values in maps(curves, len(counts)).items()}
-    return _Part(lines, np.array(spare, np.int64), ids, rest is not None, tint is not None, *marks, painted)
+    beyond_ends = np.array(spare, np.int64)
+    return _Part(lines, beyond_ends, ids, rest is not None, tint is not None, uv, group, is_guide, painted)
 
 
 def _report(faults: dict[int, BadInput], total: int, where: str) -> None:

@@ -209,8 +209,9 @@ def _steps(track: Track) -> Iterator[Step]:
             authored = (v0 + v1) / 2 * (now.time.GetValue() - before.time.GetValue()) / rate
             seen = end - start
             most = max(np.abs(start).max(initial=0), np.abs(end).max(initial=0))
-            norms = (float(np.linalg.norm(array)) for array in (authored, seen, authored - seen))
-            yield Step(before.code, now.code, *norms, ROUNDING * np.sqrt(start.size) * most)
+            a, b, misfit = (float(np.linalg.norm(array)) for array in (authored, seen, authored - seen))
+            times = before.time.GetValue(), now.time.GetValue()
+            yield Step(times[0], times[1], a, b, misfit, ROUNDING * np.sqrt(start.size) * most)
         before = now
 
 
