@@ -13,8 +13,10 @@ from typing import Any
 
 from llvmlite import ir
 from numba import njit, types
-from numba.core.extending import intrinsic
+from numba.core import extending
 from numba.core.registry import CPUDispatcher
+
+intrinsic: Any = extending.intrinsic  # To a type checker its functions take a typing context, which nobody passes.
 
 # Numba counts references to every array a function touches, atomically, and calls rather than inlines: 80 ns for a
 # trilinear sample of which the reads take 10, more with two threads. These functions create and keep no array: they

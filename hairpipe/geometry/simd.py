@@ -21,13 +21,13 @@ from llvmlite import ir
 from numba import njit, prange, types
 from numba.core import cgutils
 from numba.core.errors import TypingError
-from numba.core.extending import intrinsic, lower_builtin, lower_cast, models, register_model
+from numba.core.extending import lower_builtin, lower_cast, models, register_model
 from numba.core.typeconv.castgraph import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.np.arrayobj import populate_array
 from numpy.typing import DTypeLike
 
-from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.compile import inlined, intrinsic
 
 VECTOR_BYTES = 64
 

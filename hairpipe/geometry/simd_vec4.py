@@ -7,8 +7,8 @@ the three components at once instead. Operators are those of lanes (`geometry/si
 from llvmlite import ir
 from numba import types
 from numba.core.errors import TypingError
-from numba.core.extending import intrinsic
 
+from hairpipe.geometry.compile import intrinsic
 from hairpipe.geometry.simd import LanesType
 
 FOUR = LanesType(types.float32, 4)

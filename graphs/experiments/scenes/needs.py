@@ -63,6 +63,10 @@ def rows(needs: Sequence[Need]) -> list[tuple[str, ...]]:
 def document(needs: Sequence[Need]) -> list[dict[str, Any]]:
     """Describe what scenes need for a JSON document, each as `tune` does."""
     return [
-        {"scene": need.scene, "within": need.tolerance._asdict(), "found": need.tuned and tuned_document(need.tuned)}
+        {
+            "scene": need.scene,
+            "within": need.tolerance._asdict(),
+            "found": need.tuned and tuned_document(need.tuned, None),
+        }
         for need in needs
     ]
