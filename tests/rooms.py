@@ -28,7 +28,7 @@ BUDGETS = {
     "app": ("Python interface, command line, page, tuning, wedges, farms", 8478),
 }
 """What a room is about, and its most lines of Python. A budget may only fall: a new feature replaces older code."""
-MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 62_833, 341, 31, 123
+MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 62_833, 340, 31, 123
 """Most lines and files of all rooms, files with one importer, and files that `simulate_hair` imports."""
 REGISTERS = (
     *("hairpipe.nodes.", "hairpipe.app.cli.", "hairpipe.strands.registry", "hairpipe.shot.build"),
