@@ -44,7 +44,8 @@ def prepare(body: Body, *, unit: float, up: str, joint: str, scalp: Scalp | None
         tip = points.mean(axis=0) * (1.0, 0.0, 1.0) + (0.0, points[:, 1].max(), 0.0)
         skeleton = Skeleton((joint,), np.array([-1], np.int32), rest, tip[None])
         bound = body.bound and replace(body.bound, turns=np.eye(4)[None])
-        joints, weights = np.zeros((len(points), 1), np.int32), np.ones((len(points), 1))
+        joints = np.zeros((len(points), 1), np.int32)
+        weights = np.ones((len(points), 1))
         body = replace(body, skeleton=skeleton, joints=joints, weights=weights, bound=bound)
         if scalp is not None and scalp.at is None and np.ptp(points[:, 1]) > LARGEST_HEAD:
             scalp = replace(scalp, at=between_ears(points))

@@ -168,7 +168,8 @@ def course_of_wave(wave: Wave, time: float) -> Course:
     phase = wave.frequency * time
     if wave.form == "sine":
         angle = 2.0 * np.pi * phase
-        seconds, share = (1.0 - np.cos(angle)) / (2.0 * np.pi * wave.frequency), np.sin(angle)
+        seconds = (1.0 - np.cos(angle)) / (2.0 * np.pi * wave.frequency)
+        share = np.sin(angle)
     else:
         within = phase % 1.0
         turns = abs(2.0 * phase - round(2.0 * phase)) < CLOSE

@@ -141,7 +141,8 @@ class Rows:
     def take(self, element: Element) -> Columns:
         """Return the properties of an element, whose rows are next."""
         sizes = [self.size(p.length or p.kind) for p in element.properties]
-        needed, left = element.rows * sum(sizes), len(self.data) - self.at
+        needed = element.rows * sum(sizes)
+        left = len(self.data) - self.at
         if needed > left:
             what = f"{element.rows} rows of {element.name} need {needed} values or bytes more, the file has {left}"
             raise BadInput(what, where=self.path, right="a whole file")

@@ -94,7 +94,8 @@ def _search_leaf(trees, leaf, scratch, found, count):
             while near[lane] != 0:
                 j = many.segments[room[k] * LANES + lowest(near[lane])]
                 near[lane] &= near[lane] - 1  # One turn a candidate, not one for each of the sixteen lanes.
-                first, second = min(i, j), max(i, j)
+                first = min(i, j)
+                second = max(i, j)
                 # Neighbours on a strand share a point; across two strands the number between them is no segment.
                 if second - first > 1 and not is_known(known, first, second):
                     if count < len(found):

@@ -118,8 +118,12 @@ def shortest_ways(rows, leaf, few, mine, lane):
     starts; t and then s are the best for what was before, so that its square comes out too large by at most
     a sin^2 theta min(du, 1)^2 or u (28 R |d| + 14 a), whatever the angle.
     """
-    d, dd, inverse = _one(few, mine, 3, lane), few[mine, _SQUARE, lane], few[mine, _INVERSE, lane]
-    e, ee, over = _all(rows, leaf, 3), load(rows, (leaf, _SQUARE)), load(rows, (leaf, _INVERSE))
+    d = _one(few, mine, 3, lane)
+    dd = few[mine, _SQUARE, lane]
+    inverse = few[mine, _INVERSE, lane]
+    e = _all(rows, leaf, 3)
+    ee = load(rows, (leaf, _SQUARE))
+    over = load(rows, (leaf, _INVERSE))
     r = minus(_one(few, mine, 0, lane), _all(rows, leaf, 0))
     de, dr, er = _dot(d, e), _dot(d, r), _dot(e, r)
     area = maximum(multiply_add(dd, ee, -(de * de)), _TINY)  # Parallel: any s will do; t and s follow.
@@ -150,8 +154,10 @@ def farthest(rows, leaf, few, mine, lane, distance):
 @inlined
 def fastest_squared(rows, leaf, few, mine, lane):
     """Return the largest squared displacement of an end relative to an end of one in the rows of another, as lanes."""
-    u, v = _one(few, mine, _DRIFT, lane), _one(few, mine, _DRIFT + 3, lane)
-    a, b = _all(rows, leaf, _DRIFT), _all(rows, leaf, _DRIFT + 3)
+    u = _one(few, mine, _DRIFT, lane)
+    v = _one(few, mine, _DRIFT + 3, lane)
+    a = _all(rows, leaf, _DRIFT)
+    b = _all(rows, leaf, _DRIFT + 3)
     first = maximum(length_squared(minus(u, a)), length_squared(minus(u, b)))
     second = maximum(length_squared(minus(v, a)), length_squared(minus(v, b)))
     return maximum(first, second)
@@ -170,9 +176,12 @@ def kept_apart(rows, leaf, few, mine, lane, way, distance, drift):
     ULP |way| (R + |d| + |e| + drift); for that there is 1024 ULP |way| (|way| + 2 sqrt(d.d + e.e) + drift).
     """
     x = _dot(way, minus(_one(few, mine, 0, lane), _all(rows, leaf, 0)))
-    nd, ne = _dot(way, _one(few, mine, 3, lane)), _dot(way, _all(rows, leaf, 3))
-    u, v = _one(few, mine, _DRIFT, lane), _one(few, mine, _DRIFT + 3, lane)
-    a, b = _all(rows, leaf, _DRIFT), _all(rows, leaf, _DRIFT + 3)
+    nd = _dot(way, _one(few, mine, 3, lane))
+    ne = _dot(way, _all(rows, leaf, 3))
+    u = _one(few, mine, _DRIFT, lane)
+    v = _one(few, mine, _DRIFT + 3, lane)
+    a = _all(rows, leaf, _DRIFT)
+    b = _all(rows, leaf, _DRIFT + 3)
     ua, ub, va, vb = _dot(way, minus(u, a)), _dot(way, minus(u, b)), _dot(way, minus(v, a)), _dot(way, minus(v, b))
     gaps = (x, ua), (x - ne, ub), (x + nd, va), (x + nd - ne, vb)
     least = minimum(gaps[0][0] - gaps[0][1], gaps[0][0] + gaps[0][1])

@@ -116,7 +116,8 @@ def renumbered(keys: np.ndarray, numbers: np.ndarray) -> np.ndarray:
 @njit(cache=True, parallel=True)
 def measure(points: np.ndarray, segments: np.ndarray) -> Pairs:
     """Find where the segments of given pairs, (n, 2) int32, are closest; points [m], (P, 3); pure."""
-    fractions, distances = np.empty((len(segments), 2)), np.empty(len(segments))
+    fractions = np.empty((len(segments), 2))
+    distances = np.empty(len(segments))
     for k in prange(len(segments)):
         s, t, squared = closest_of(points, segments[k, 0], segments[k, 1])
         fractions[k, 0] = s

@@ -97,11 +97,13 @@ def lay_out(canvas: Canvas, style: Style, sites: Sites, frames: np.ndarray) -> L
     pulls = combs + np.array((0.0, -1.0, 0.0))
     along = normalized(pulls - np.sum(pulls * normals, axis=1, keepdims=True) * normals)
     lift = np.radians(canvas.numbers(style.lift, "lift", sites))
-    radii, pitches = np.zeros(len(roots)), np.ones(len(roots))
+    radii = np.zeros(len(roots))
+    pitches = np.ones(len(roots))
     if style.curl is not None:
         radii = canvas.numbers(style.curl.radius, "curl.radius", sites)
         pitches = canvas.numbers(style.curl.pitch, "curl.pitch", sites)
-        radii, pitches = np.where(pitches < FLATTEST, 0.0, radii), np.maximum(pitches, FLATTEST)
+        radii = np.where(pitches < FLATTEST, 0.0, radii)
+        pitches = np.maximum(pitches, FLATTEST)
     depth = stream(canvas.seed, "layer").random(len(roots))
     turn = stream(canvas.seed, "phase").random(len(roots))
     return Layout(

@@ -191,7 +191,8 @@ class Canvas:
             return vertex_coat(self.body, paint.map, name)
         if paint.image is None:
             return None
-        image, mesh = paint.image, self.body.mesh
+        image = paint.image
+        mesh = self.body.mesh
         if mesh.uv is None:
             raise BadInput("the body has no texture coordinates for an image", where=name, right="a vertex map")
         read = cache(self.read_image)

@@ -242,7 +242,8 @@ def spread(mesh: Mesh, density: Density, sites: Sites, mass: np.ndarray) -> Site
         points = site_points(mesh, sites)
         facing = normals[sites.triangles]
         forces = repulsion(points, facing, reach, sort_into_cells(points, mean_reach, reach.max()))
-        triangles, barycentrics = sites.triangles.copy(), sites.barycentrics.copy()
+        triangles = sites.triangles.copy()
+        barycentrics = sites.barycentrics.copy()
         moves, longest = STEP * forces, LONGEST * reach
         moves *= (longest / np.maximum(np.linalg.norm(moves, axis=1), longest))[:, None]
         walk_all(*terrain, triangles, barycentrics, moves)

@@ -97,13 +97,16 @@ def _near(points, distance):
     first, order = _sorted_by_count(cells, nx * ny * nz)
     placed = points[order]
     most = distance * distance
-    pairs, apart = np.empty((16 * len(points) + 64, 2), np.int32), np.empty(16 * len(points) + 64)
+    pairs = np.empty((16 * len(points) + 64, 2), np.int32)
+    apart = np.empty(16 * len(points) + 64)
     begins, ends = np.zeros(5, np.int64), np.zeros(5, np.int64)
     found = 0
     for cell in range(nx * ny * nz):
         if first[cell] == first[cell + 1]:
             continue
-        x, y, z = cell // (ny * nz), cell // nz % ny, cell % nz
+        x = cell // (ny * nz)
+        y = cell // nz % ny
+        z = cell % nz
         # Half of the cells about this one, so that each pair is found once. z goes fastest: cells in a row are one
         # range of particles, five ranges in place of fourteen cells.
         ends[0] = first[min(cell + 1, (x * ny + y) * nz + nz - 1) + 1]
@@ -137,10 +140,14 @@ def _cells_of(points, size):
     low, high = np.empty(3), np.empty(3)
     for c in range(3):
         first = points[0, c]
-        least, greatest, total, squares = np.inf, -np.inf, 0.0, 0.0
+        least = np.inf
+        greatest = -np.inf
+        total = 0.0
+        squares = 0.0
         for k in range(len(points)):
             x = points[k, c] - first  # From the first point on: far from the origin squares lose digits.
-            least, greatest = min(least, x), max(greatest, x)
+            least = min(least, x)
+            greatest = max(greatest, x)
             total += x
             squares += x * x
         mean = total / len(points)
@@ -187,7 +194,8 @@ def exchange(law, pairs, inverse_masses, points, directions, dt, velocities):
     pressed = np.zeros(count)
     if law.pressure > 0.0:
         most = (pairs.rows[1:] - pairs.rows[:-1]).max()  # No memory is taken for each particle.
-        others, gradients = np.empty(most, np.int64), np.empty((most, 4))
+        others = np.empty(most, np.int64)
+        gradients = np.empty((most, 4))
         for k in range(len(velocities)):
             if pairs.density[k] > law.rest[k]:  # Each with the velocities that the last has left: on one thread.
                 _press(law, pairs, (inverse_masses, points), dt, k, (others, gradients), velocities, pressed)
@@ -216,7 +224,8 @@ def _press(law, pairs, particles, dt, k, room, velocities, pressed):
     (inverse_masses, points), (others, gradients) = particles, room
     rate, weight = 0.0, 0.0
     total = (0.0, 0.0, 0.0)
-    begin, end = np.int64(pairs.rows[k]), np.int64(pairs.rows[k + 1])
+    begin = np.int64(pairs.rows[k])
+    end = np.int64(pairs.rows[k + 1])
     over = 1.0 / law.h
     scale = law.mass / (4.0 * np.pi * law.h**4)
     for at in range(begin, end):

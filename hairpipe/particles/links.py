@@ -89,7 +89,8 @@ def reach_with(points: np.ndarray, neighbours: float) -> float:
     tree = KDTree(points)
     some = points[:: -(-len(points) // SURVEYED)]
     few = KDTree(some)
-    low, high = 0.0, float(np.linalg.norm(np.ptp(points, axis=0)))
+    low = 0.0
+    high = float(np.linalg.norm(np.ptp(points, axis=0)))
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         found = few.count_neighbors(tree, middle) / len(some) - 1.0
@@ -116,11 +117,11 @@ def find_links(
     for j in deep + np.flatnonzero(incoming[deep:] == 0):
         # The strongest link from any particle behind this one, however badly aligned.
         others = np.flatnonzero(np.linalg.norm(points - points[j], axis=1) < 2.0 * reach)
-        led = np.stack([others[others != j], np.full(len(others) - 1, j)], axis=1)
-        here, there, alignments, weights = _weigh(points, directions, led, reach)
+        linked = np.stack([others[others != j], np.full(len(others) - 1, j)], axis=1)
+        here, there, alignments, weights = _weigh(points, directions, linked, reach)
         behind = np.flatnonzero((there > 0.0) & (here + there != 0.0))
         best = behind[np.argsort(-weights[behind], kind="stable")[:1]]
-        found.append((led[best], alignments[best], weights[best]))
+        found.append((linked[best], alignments[best], weights[best]))
     pairs, alignments, weights = (np.concatenate(columns) for columns in zip(*found, strict=True))
     order = np.lexsort((pairs[:, 1], pairs[:, 0]))
     kept = order[_pruned(pairs[order], weights[order], len(points), rule.most)]

@@ -131,7 +131,8 @@ def build_model(particles: Particles) -> Model:
     order = np.lexsort((-weights * particles.alignments**ALIGNED, ends[:, 1]))
     strongest = order[np.unique(ends[order, 1], return_index=True)[1]]
     keeps[strongest] = lengths[strongest]
-    own, others = ends.T.ravel(), ends[:, ::-1].T.ravel()
+    own = ends.T.ravel()
+    others = ends[:, ::-1].T.ravel()
     order = np.lexsort((others, own))
     rows = np.concatenate([[0], np.cumsum(np.bincount(own, minlength=len(points)))]).astype(np.int32)
     links = Links(
@@ -187,7 +188,9 @@ def keep_within_reach(
 
     Raises ArithmeticError if one is `TORN` times as far away.
     """
-    hair, strands, most = particles.hair, particles.strands[deep:], reaches[deep:]
+    hair = particles.hair
+    strands = particles.strands[deep:]
+    most = reaches[deep:]
     ends = hair.points[hair.offsets[:-1]]
     roots, drifts = (np.einsum("sij,sj->si", m[:, :, :3], ends) + m[:, :, 3] for m in motion_of_roots(driver, hair))
     ways = moving.points[deep:] - roots[strands]

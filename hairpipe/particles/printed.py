@@ -55,15 +55,20 @@ def advance_explicitly(
 @njit(cache=True, error_model="numpy")
 def _step(model, springs, forces, planes, roots, left, dt, moving):
     """Do a step that begins so many seconds before the end of the frame, in place."""
-    links, deep, count = model.links, model.deep, len(model.masses)
-    ways, stiffness = np.empty((len(links.ends), 4)), np.empty(len(links.ends))
+    links = model.links
+    deep = model.deep
+    count = len(model.masses)
+    ways = np.empty((len(links.ends), 4))
+    stiffness = np.empty(len(links.ends))
     inverses = inverse_masses(model)
     measure_links(links, moving.points, ways)
     stiffen(links, model.reach, springs.axial, ways, stiffness)
     for k in range(deep):
         for c in range(3):
             moving.velocities[k, c] = (roots[1, k, c] - roots[0, k, c]) / dt
-    total, v, C = forces.push.copy(), moving.velocities, forces.drag
+    total = forces.push.copy()
+    v = moving.velocities
+    C = forces.drag
     for k in range(count):
         total[k, 0] -= C[k, 0] * v[k, 0] + C[k, 1] * v[k, 1] + C[k, 2] * v[k, 2]
         total[k, 1] -= C[k, 1] * v[k, 0] + C[k, 3] * v[k, 1] + C[k, 4] * v[k, 2]

@@ -128,7 +128,8 @@ def sample(groom: Groom, count: int, sampling: Sampling, seed: int) -> Samples:
 
 
 def _lines_of(groom: Groom) -> Lines:
-    points, offsets = axes_of(groom), groom.offsets
+    points = axes_of(groom)
+    offsets = groom.offsets
     steps = np.diff(points, axis=0, prepend=points[:1])
     sizes = np.linalg.norm(steps, axis=1)
     steps[offsets[:-1]], sizes[offsets[:-1]] = 0.0, 0.0
@@ -139,7 +140,8 @@ def _lines_of(groom: Groom) -> Lines:
     ways = _units(steps + ahead)
     # t_r of (4), with w_t = w_n: at least 45 degrees from the skin. A straight extension below the skin of hair that
     # begins along it, or inwards, would come out elsewhere.
-    starts, normals = ways[offsets[:-1]], groom.root_frames[:, :, 2]
+    starts = ways[offsets[:-1]]
+    normals = groom.root_frames[:, :, 2]
     upright = np.sum(starts * normals, axis=1)
     across = _units(starts - upright[:, None] * normals)
     roots = np.where((upright < np.sqrt(0.5))[:, None], _units(across + normals), starts)

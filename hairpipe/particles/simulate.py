@@ -85,8 +85,11 @@ def rest_lengths(model: Model, points: np.ndarray, axial: np.ndarray, gravity: f
     gravity  [m/s^2]
     strain   maximum relative change of a length
     """
-    links, deep, count = model.links, model.deep, len(points)
-    ways, stiffness = np.empty((len(links.ends), 4)), np.empty(len(links.ends))
+    links = model.links
+    deep = model.deep
+    count = len(points)
+    ways = np.empty((len(links.ends), 4))
+    stiffness = np.empty(len(links.ends))
     measure_links(links, points, ways)
     stiffen(links, model.reach, axial, ways, stiffness)
     d = ways[:, :3]
@@ -171,7 +174,8 @@ def start(simulation: ParticleSimulation, frame: Frame, bodies: Sequence[Collide
     """Place particles rigidly with their roots, with links at rest."""
     particles, prepared = simulation.particles, simulation.prepared
     motions, rates = (m[particles.strands] for m in motion_of_roots(frame.drivers[1], particles.hair))
-    points, directions = _moved(motions, particles.points), _turned(motions, particles.directions)
+    points = _moved(motions, particles.points)
+    directions = _turned(motions, particles.directions)
     deep, links = prepared.model.deep, prepared.model.links
     if bodies and (look(bodies, points[deep:], frame.frame_dt).distance < 0.0).all():
         right = "hair outside the body: check unit, position and pose of groom and body"
@@ -190,10 +194,13 @@ def advance_frame(
     With a printed formula, particles are not moved back to their roots, so that its failure is visible.
     """
     particles, prepared, settings = simulation.particles, simulation.prepared, simulation.settings
-    model, springs, deep = prepared.model, prepared.springs, prepared.model.deep
+    model = prepared.model
+    springs = prepared.springs
+    deep = prepared.model.deep
     acting = find_acting(simulation, state, frame, bodies)
     moving = Moving(state.points.copy(), state.velocities.copy(), state.tensions.copy())
-    directions, stiffness = state.directions.copy(), np.empty(len(model.links.ends))
+    directions = state.directions.copy()
+    stiffness = np.empty(len(model.links.ends))
     dt = frame.frame_dt / settings.steps
     given = model, springs, acting.forces, acting.planes, acting.roots, dt, moving
     if "steps" in settings.printed:
@@ -260,7 +267,9 @@ def find_acting(
 ) -> Acting:
     """Find what acts on particles from the previous frame to this one; pure."""
     particles, prepared, settings = simulation.particles, simulation.prepared, simulation.settings
-    model, frame_dt, deep = prepared.model, frame.frame_dt, prepared.model.deep
+    model = prepared.model
+    frame_dt = frame.frame_dt
+    deep = prepared.model.deep
     rest, now = (particles.points[:deep], particles.directions[:deep]), (state.points[:deep], state.velocities[:deep])
     motions = motion_of_roots(frame.drivers[1], particles.hair)
     roots = _follow_roots(motions, particles.strands[:deep], rest, now, frame_dt, settings.steps)
@@ -285,12 +294,16 @@ def _follow_roots(motions, strands, rest, now, dt, steps):
     rest, now  positions and directions at rest, positions and velocities at the previous frame
     """
     count = len(strands)
-    ways, v1, t1 = np.empty((steps + 1, count, 3)), np.empty((count, 3)), np.empty((count, 3))
+    ways = np.empty((steps + 1, count, 3))
+    v1 = np.empty((count, 3))
+    t1 = np.empty((count, 3))
     for k in range(count):
         motion, rate = motions[0][strands[k]], motions[1][strands[k]]
         x, t = row(rest[0], k), row(rest[1], k)
         for c in range(3):
-            x0, v0, x1 = now[0][k, c], now[1][k, c], dot(row(motion, c), x) + motion[c, 3]
+            x0 = now[0][k, c]
+            v0 = now[1][k, c]
+            x1 = dot(row(motion, c), x) + motion[c, 3]
             v1[k, c] = dot(row(rate, c), x) + rate[c, 3]
             t1[k, c] = dot(row(motion, c), t)
             for step in range(steps + 1):  # Hermite's between both frames: smooth at the frames, too.

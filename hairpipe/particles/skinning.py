@@ -135,7 +135,8 @@ def find_influences(particles: Particles, groom: Groom) -> Influences:
         raise BadInput(what, where="in.particles", right=f"more than {INFLUENCES}")
     distances, nearest = map(np.asarray, KDTree(particles.points).query(groom.points, k=INFLUENCES + 1))
     end = (1.0 + _TINY) * distances[:, INFLUENCES:] + _TINY
-    counts, at = np.diff(groom.offsets), np.arange(len(groom.points))
+    counts = np.diff(groom.offsets)
+    at = np.arange(len(groom.points))
     after = np.minimum(at + 1, np.repeat(groom.offsets[1:] - 1, counts))
     before = np.maximum(at - 1, np.repeat(groom.offsets[:-1], counts))
     tangents = normalized(groom.points[after] - groom.points[before])

@@ -62,8 +62,11 @@ def advance(
     roots  positions of particles below the skin at the start of each step, and at the end [m], (steps + 1, deep, 3)
     dt     duration of a step [s]
     """
-    links, deep, count = model.links, model.deep, len(model.masses)
-    ways, stiffness = np.empty((len(links.ends), 4)), np.empty(len(links.ends))
+    links = model.links
+    deep = model.deep
+    count = len(model.masses)
+    ways = np.empty((len(links.ends), 4))
+    stiffness = np.empty(len(links.ends))
     made = 0
     still = STILL * STILL * (count - deep) * model.masses[deep]
     for step in range(len(roots) - 1):
@@ -123,7 +126,10 @@ def _assemble(model, springs, forces, moving, dt, ways, stiffness):
         xx = xy = xz = yy = yz = zz = 0.0
         for at in range(np.int64(links.rows[k]), np.int64(links.rows[k + 1])):
             e = 4 * np.int64(links.by[at])
-            x, y, z, across = joins[e], joins[e + 1], joins[e + 2], joins[e + 3]
+            x = joins[e]
+            y = joins[e + 1]
+            z = joins[e + 2]
+            across = joins[e + 3]
             for c in range(4):
                 system.joins[4 * at + c] = joins[e + c]
             xx += x * x + across

@@ -1,7 +1,7 @@
 """A frame of hair in locks: guides are simulated, followers interpolated; then strands get new roles.
 
 Other code uses locks by this module, and by the questions that `LockState` answers. A strand is a guide, a follower, or
-simulated for a while beside its lock: audited, released because of a large error, or tried for its return.
+simulated for a while outside its lock: audited, released because of a large error, or tried for its return.
 
 The audit simulates some locks, in turn, in full, and compares the strands with their interpolation. It is part of the
 run, so audited hairs have the same surroundings as guides. It lasts as many frames as a connection must, and selects
@@ -151,7 +151,8 @@ def leaving(
     """Return leaders, and strands that leave their lock or are out, after errors of followers and of an ended audit."""
     loose = known.follows & (np.maximum(found.disagreement, found.pushed) > locks.tolerance)
     leaders = np.where(loose, np.arange(len(loose), dtype=np.int32), known.leaders)
-    out, dissolved = known.released | loose, np.zeros(len(loose), np.bool_)
+    out = known.released | loose
+    dissolved = np.zeros(len(loose), np.bool_)
     audited = known.roles == AUDITED
     if not (ends and audited.any()):
         return leaders, out, dissolved, None
@@ -192,7 +193,8 @@ def regrouped(
     out &= np.bincount(leaders, minlength=len(leaders))[leaders] == 1
     guides = np.where(out | compared, leaders[known.guides], leaders)
 
-    sample, reference = np.zeros(len(strands), np.bool_), known.reference
+    sample = np.zeros(len(strands), np.bool_)
+    reference = known.reference
     if ends:
         here = about_roots(found.points, offsets, roots)
         moved, reference = moved_since(reference, here, offsets, locks.tolerance)
@@ -201,7 +203,8 @@ def regrouped(
     roles = np.select([compared, out, sample, leaders != strands], now, GUIDE)
     connections, ages = inherited(connections, ages, np.where(sample, strands, leaders), offsets, closest)
     disagreement = found.disagreement[roles == FOLLOWER].astype(np.float32)
-    turn, since = known.turn + ends, 0 if ends else known.since + 1
+    turn = known.turn + ends
+    since = 0 if ends else known.since + 1
     state = LockState(roles, guides, ages, known.places, reference, disagreement, audit, turn=turn, since=since)
     return state, connections
 

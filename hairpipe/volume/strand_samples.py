@@ -69,9 +69,11 @@ def sample_strands(points: np.ndarray, offsets: np.ndarray, reach: np.ndarray, c
     Raises BadInput where the grid would have more than MOST_NODES.
     """
     chunks = -(-(len(offsets) - 1) // _CHUNK)
-    pieces, bounds = np.zeros(len(points), np.int32), np.empty((chunks, 2, 3))
+    pieces = np.zeros(len(points), np.int32)
+    bounds = np.empty((chunks, 2, 3))
     _cut(points, offsets, reach, cell, pieces, bounds)
-    least, greatest = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
+    least = bounds[:, 0].min(axis=0)
+    greatest = bounds[:, 1].max(axis=0)
     if not (least <= greatest).all():
         return None
     low = np.floor(least / cell)
@@ -102,7 +104,8 @@ def _cut(points, offsets, reach, cell, pieces, bounds):
     for chunk in prange(len(bounds)):
         bounds[chunk, 0], bounds[chunk, 1] = np.inf, -np.inf
         for strand in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(offsets) - 1)):
-            begin, end = offsets[strand], offsets[strand + 1]
+            begin = offsets[strand]
+            end = offsets[strand + 1]
             sound = True
             for k in range(begin, end):
                 sound = (

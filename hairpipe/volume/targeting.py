@@ -51,7 +51,8 @@ def weigh(samples: StrandSamples, amounts: np.ndarray) -> np.ndarray:
 @njit(cache=True, parallel=True, error_model="numpy")
 def _weigh(samples, own, parity, grid):
     """Splat the samples of every second slab to the nodes, in place: these slabs share no nodes."""
-    slabs, inverse = samples.slabs, 1.0 / samples.cell
+    slabs = samples.slabs
+    inverse = 1.0 / samples.cell
     for n in prange((len(slabs) - parity) // 2):  # Three nodes reach one plane beyond a slab: every second is apart.
         slab = 2 * n + parity
         for at in range(slabs[slab], slabs[slab + 1]):
@@ -74,7 +75,9 @@ def add_slopes(samples: StrandSamples, own: np.ndarray, field: np.ndarray, out: 
     own    amounts of points for each of their pieces, amounts / sums, (P,)
     field  at the nodes, (nx + 2, ny + 2, nz + 2)
     """
-    offsets, pieces, inverse = samples.offsets, samples.pieces, 1.0 / samples.cell
+    offsets = samples.offsets
+    pieces = samples.pieces
+    inverse = 1.0 / samples.cell
     strands = len(offsets) - 1
     for chunk in prange((strands + _CHUNK - 1) // _CHUNK):
         for k in range(offsets[chunk * _CHUNK], offsets[min((chunk + 1) * _CHUNK, strands)]):

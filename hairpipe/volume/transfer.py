@@ -103,7 +103,8 @@ def deposit(samples: StrandSamples, masses: np.ndarray, velocities: np.ndarray) 
 @njit(cache=True, parallel=True, error_model="numpy")
 def _deposit(samples, amounts, parity, grid):
     """Splat the samples of every second slab, with mass and momentum of points per piece, (P, 4), to the nodes."""
-    slabs, inverse = samples.slabs, 1.0 / samples.cell
+    slabs = samples.slabs
+    inverse = 1.0 / samples.cell
     # Slabs of one parity share no node; in each, samples come in the order of strands: sums have one order.
     for n in prange((len(slabs) - parity) // 2):
         slab = 2 * n + parity
@@ -130,7 +131,9 @@ def _mean(amounts, k, t, d):
 def collect(samples: StrandSamples, field: np.ndarray) -> np.ndarray:
     """Return the vectors of a field of nodes, (nx, ny, nz, 3), at points of strands, (P, 3); 0 of those left out."""
     found = np.empty((len(samples.points), 3))
-    offsets, pieces, inverse = samples.offsets, samples.pieces, 1.0 / samples.cell
+    offsets = samples.offsets
+    pieces = samples.pieces
+    inverse = 1.0 / samples.cell
     strands = len(offsets) - 1
     for chunk in prange((strands + _CHUNK - 1) // _CHUNK):
         begin = offsets[chunk * _CHUNK]  # Whole strands, so that no point is written by two threads.
@@ -168,7 +171,8 @@ def _sample_vector(grid, at):
 @njit(cache=True, parallel=True, error_model="numpy")
 def mean_velocities(grid: np.ndarray, out: np.ndarray) -> None:
     """Write momentum over mass of nodes, (nx, ny, nz, 4), to out, (nx, ny, nz, 3) [m/s], in place; 0 without mass."""
-    nodes, vectors = grid.reshape(-1, 4), out.reshape(-1, 3)
+    nodes = grid.reshape(-1, 4)
+    vectors = out.reshape(-1, 3)
     for k in prange(len(nodes)):
         for c in range(3):
             vectors[k, c] = nodes[k, c + 1] / nodes[k, 0] if nodes[k, 0] > 0.0 else 0.0

@@ -81,7 +81,8 @@ def plan_rows(entries: Iterable[Entry]) -> list[tuple[str, str, str]]:
             state = f"depends on {entry.reason.partition('@')[0]}"
         frames = groups.setdefault((entry.task.node, state), [])
         frames += [] if entry.task.frame is None else [entry.task.frame]
-    rows, known = [], set[str]()
+    rows = []
+    known = set[str]()
     for (node, state), frames in groups.items():
         rows.append(("" if node in known else node, fold_frames(frames), state))
         known.add(node)

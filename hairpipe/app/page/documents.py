@@ -105,7 +105,8 @@ def unchecked_settings(fields: Iterable[Field], given: Mapping[str, Any]) -> dic
 
 def catalogue_document(path: Path) -> dict[str, Any]:
     """Describe all node types that a graph file can use; those that cannot be loaded are left out."""
-    registry, types = Registry(path.parent / FOLDER), list[dict[str, Any]]()
+    registry = Registry(path.parent / FOLDER)
+    types = list[dict[str, Any]]()
     for name in registry.names():
         with suppress(BadInput):
             types.append(type_document(registry.find(name)))

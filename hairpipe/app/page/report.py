@@ -129,7 +129,8 @@ def collect(shelf: Shelf, documents: dict[str, Any], most_bytes: float, progress
     names = list(chosen(shelf))
     hair = [name for name in names if name.endswith(".strands")]
     objects = list(dict.fromkeys(pictures_of(documents)))
-    total, done = len(names) + len(objects), count(1)
+    total = len(names) + len(objects)
+    done = count(1)
 
     def written(name: str) -> str:
         text = script(name, *shelf.document(name))
@@ -204,7 +205,8 @@ def bundled(texts: dict[str, str]) -> tuple[dict[str, str], dict[str, str]]:
         bundles[files[name]] = bundles.get(files[name], "") + text
         size += len(text)
         if size >= BUNDLE:
-            part, size = part + 1, 0
+            part = part + 1
+            size = 0
     return bundles, files
 
 

@@ -68,7 +68,8 @@ def rows(tuned: Tuned) -> list[tuple[str, ...]]:
         numbers = [""] * (len(HEADINGS) - 2)
         if not found.fault:
             saved = "" if found is full else f"{100.0 * (1.0 - found.seconds / full.seconds):.0f} %"
-            bound, whole = length(found.bound, tuned.tolerance), millimetres(found.whole)
+            bound = length(found.bound, tuned.tolerance)
+            whole = millimetres(found.whole)
             error = [millimetres(found.tip), f"{found.percent:.2g}", bound, whole]
             numbers = [*error, f"{found.seconds:.3g}", saved]
         cells.append((text, *numbers, verdict))
@@ -161,7 +162,8 @@ def conclusion(tuned: Tuned) -> list[str]:
 
 def promise_lines(tuned: Tuned) -> list[str]:
     """State the guarantee for chaotic hair: its duration, and its quantities afterwards."""
-    chaos, climate = tuned.reference, tuned.choice.measured.climate
+    chaos = tuned.reference
+    climate = tuned.choice.measured.climate
     if not isinstance(chaos, Chaos) or climate is None:
         return []
     lines = [

@@ -53,7 +53,8 @@ Run = tuple[Parts, int]
 
 def simplified(tables: Tables, hair: str, parts: Iterable[Simplification]) -> Tables:
     """Return the tables of a graph with simplifications of a simulation applied; pure."""
-    tables, parts = deepcopy(tables), list(parts)
+    tables = deepcopy(tables)
+    parts = list(parts)
     for part in parts:
         for target in part.drops:
             drop(tables, target)
@@ -280,7 +281,8 @@ class Study:
 
     def converged(self) -> Measured | Chaos:
         """Measure the change of the reference when its steps are halved, or its chaos."""
-        fine, text = self.refined(FINE), f"reference: {self.steps}"
+        fine = self.refined(FINE)
+        text = f"reference: {self.steps}"
         runs = [(self._reference, 0), (fine, 0)] if self.tip is None else [(self._reference, m) for m in REFERENCE]
         self._compute_ahead(text, [run for run in runs if run != (frozenset(), 0)])
         if self.tip is None:
@@ -342,7 +344,8 @@ class Study:
         return replace(found, screened=self.chaos is not None and self.chaos.chaotic and not found.fault)
 
     def _confirm(self, parts: Parts, found: Measured) -> Measured:
-        chaos, tolerance = self.chaos, self.request.tolerance
+        chaos = self.chaos
+        tolerance = self.request.tolerance
         if not found.screened or chaos is None:
             return found
         runs = [(parts, member) for member in MODEL] + [(self._reference, member) for member in REFERENCE]

@@ -291,7 +291,8 @@ def tune(request: Request, echo: Callable[[str], None] = lambda line: None) -> T
 
 def measured_and_chosen(request: Request, echo: Callable[[str], None]) -> Tuned:
     """Measure the unchanged graph and each simplification, and choose; as `tune`, with persistent workers."""
-    shot, tolerance = request.shot, request.tolerance.value
+    shot = request.shot
+    tolerance = request.tolerance.value
     listed = simplifications(shot.graph, request.hair)
     scene = look_at(request)
     sample = sample_of(request, scene)

@@ -275,7 +275,8 @@ def _sample(stage: Usd.Stage, number: int, frame: Frame, first: Frame) -> int:
 
     Raises BadInput where strands or triangles have changed, or points are not finite, naming them and the frame.
     """
-    prim, hair = _hair(stage), frame.hair
+    prim = _hair(stage)
+    hair = frame.hair
     where = f"hair at frame {number}"
     if not np.array_equal(hair.offsets, first.hair.offsets):
         raise BadInput("the strands are not those of the first frame", where=where, right="the same points per strand")

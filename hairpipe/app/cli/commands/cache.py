@@ -44,9 +44,11 @@ def cache() -> None:
 @options.as_json
 def ls(cache: Path, as_json: bool) -> None:
     """List the results, the most recently used first."""
-    rows, documents = [["result", "type", "size", "computed in", "used", "key"]], []
+    rows = [["result", "type", "size", "computed in", "used", "key"]]
+    documents = []
     for item in hairpipe.Cache(cache).results():
-        record, kind = item.record, item.record.parts["type"]
+        record = item.record
+        kind = item.record.parts["type"]
         names = ("key", "node", "frame", "seconds", "created")
         documents.append({n: getattr(record, n) for n in names} | {"type": kind, "size": item.size, "used": item.used})
         name = record.node if record.frame is None else f"{record.node}@{record.frame}"
