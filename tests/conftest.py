@@ -207,7 +207,7 @@ def kept_workers() -> Iterator[None]:
 @pytest.fixture(autouse=True)
 def forked_workers(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Fork the workers that a test starts, except where workers are what is tested."""
-    if not {"engine", "worker"} & set(request.path.relative_to(Path(__file__).parent).parts):
+    if not {"hosts", "worker"} & set(request.path.relative_to(Path(__file__).parent).parts):
         monkeypatch.setattr(member, "subprocess", SimpleNamespace(Popen=forked.start, DEVNULL=subprocess.DEVNULL))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from hairpipe.errors import BadInput
 from hairpipe.measure.contact import depths, still, still_parts
-from hairpipe.measure.deviation import deviation
+from hairpipe.measure.deviation import Deviation, deviation
 from hairpipe.values import BodyParts, Groom, LevelSet, Strands, Table
 from hairpipe.values.groom import segment_lengths, strand_lengths
 from hairpipe.values.table import table_of_rows
@@ -59,7 +59,8 @@ def fidelity_table(
         rest = segment_lengths(now.points, now.offsets) if rest is None else rest
         with np.errstate(all="ignore"):
             stretch = float((segment_lengths(now.points, now.offsets) / rest).max(initial=0.0)) - 1.0
-            error = np.array(_errors(now, reference, whose, gravity))
+            away, energy = _errors(now, reference, whose, gravity)
+            error = (away.tip_percent, away.whole_percent, away.tip, away.whole, away.largest, energy)
         if stretch > bound and not failed:
             failed = f"stretched by more than {100 * bound:g} % at frame {frame}"
         if number >= skip:
@@ -75,8 +76,8 @@ def fidelity_table(
     return table_of_rows(COLUMNS, [row])
 
 
-def _errors(hair: Strands, truth: Strands, whose: np.ndarray | None, gravity: float) -> tuple[float, ...]:
-    """Return errors of tips and of strands [%] and [m], the largest [m], and that of the energy [m g L]."""
+def _errors(hair: Strands, truth: Strands, whose: np.ndarray | None, gravity: float) -> tuple[Deviation, float]:
+    """Return the distance of hair from the truth, and the error of its energy [m g L]."""
     try:
         away = deviation(hair, truth, whose)
     except ValueError as error:
@@ -84,7 +85,7 @@ def _errors(hair: Strands, truth: Strands, whose: np.ndarray | None, gravity: fl
     which = slice(None) if whose is None else whose
     lengths = strand_lengths(truth.points, truth.offsets)[which]
     energy = (_heads(hair, gravity) - _heads(truth, gravity)[which]) / lengths
-    return away.tip_percent, away.whole_percent, away.tip, away.whole, away.largest, float(np.mean(energy))
+    return away, float(np.mean(energy))
 
 
 def _heads(hair: Strands, gravity: float) -> np.ndarray:
