@@ -81,14 +81,14 @@ def contact(segments: tuple[int, ...], between: tuple["Between", ...], moving: i
 @click.option(
     "--threads", type=click.IntRange(min=1), multiple=True, default=(1, 2), help="Number of threads; repeatable."
 )
-@click.option("--scene", "scenes", multiple=True, help="Scene to compute, by default all; repeatable.")
+@click.option("--scene", "names", multiple=True, help="Scene to compute, by default all; repeatable.")
 @options.as_json
 @record
-def digests(threads: tuple[int, ...], scenes: tuple[str, ...], as_json: bool) -> None:
+def digests(threads: tuple[int, ...], names: tuple[str, ...], as_json: bool) -> None:
     """Digest the values of small scenes of every model, scheme and precision: equal before and after a refactoring."""
     from hairpipe.graphs.experiments.bench.digests import measure_digests
 
-    print_report(measure_digests(threads, scenes, echo), as_json)
+    print_report(measure_digests(threads, names, echo), as_json)
 
 
 @bench.command()
