@@ -3,7 +3,7 @@
 from typing import Annotated
 
 from hairpipe.engine import node
-from hairpipe.strands.interface import Construction
+from hairpipe.laws.settings import Construction
 from hairpipe.strands.material import VariedMaterial
 from hairpipe.strands.registry import ModelName
 from hairpipe.units import Interval, MetresPerSecondSquared

@@ -14,7 +14,7 @@ import pytest
 
 from hairpipe.app.cli.entry import commands
 
-from .page.conftest import write_shot
+from .app.page.conftest import write_shot
 from .pages import PAGES, command_of, commands_of
 
 WEDGE = '\n[wedge.feel]\naxes = { "hair.wave.height" = [0.03, 0.05] }\nshow = ["picture"]\n'

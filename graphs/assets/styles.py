@@ -11,7 +11,8 @@ from hairpipe.formats.pictures import read_image
 from hairpipe.geometry.triangles import site_points, unit_normals
 from hairpipe.groom.binding import nearest_sites
 from hairpipe.groom.growing import grow
-from hairpipe.groom.painting import Canvas, Comb, Painted, PaintedDegrees, PaintedMetres, Style
+from hairpipe.groom.painted import Comb, Painted, PaintedDegrees, PaintedMetres, Style
+from hairpipe.groom.painting import Canvas
 from hairpipe.groom.resampling import Cut
 from hairpipe.values import Body, Groom
 

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.painting import Varied
+from hairpipe.groom.painted import Varied
 from hairpipe.units import (
+    Degrees,
     Fraction,
     Ge,
     Gt,
@@ -349,3 +350,22 @@ class SagFree:
 
     unstable: Literal["fall", "settle", "refuse"] = "fall"
     strain: Annotated[float, Interval(gt=0.0, le=1.0)] = 0.3
+
+
+@dataclass(frozen=True)
+class Construction:
+    """The lattice of a strand and its springs, for experiments with their parts.
+
+    turn           angle of the perturbed particles about the axis from segment to segment, reversed every five; 0
+                   leaves the network floppy, 90 puts two altitude springs at rest in one place
+    off_axis_mass  share of the mass on the perturbed particles; the published third slows torsion
+    bending        factor on the bending constant of the material; 0 removes the bending springs
+    torsion        factor on the torsion constant of the material; 0 removes the torsion springs
+    altitude       ratio of the altitude constant to the torsion constant; 0 lets long hair collapse
+    """
+
+    turn: Annotated[Degrees, Interval(ge=0.0, le=180.0)] = 72.0
+    off_axis_mass: Annotated[float, Interval(gt=0.0, le=0.5)] = 0.05
+    bending: Annotated[float, Ge(0.0)] = 1.0
+    torsion: Annotated[float, Ge(0.0)] = 1.0
+    altitude: Annotated[float, Interval(ge=0.0, le=10.0)] = 0.4

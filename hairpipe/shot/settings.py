@@ -8,6 +8,7 @@ from hairpipe.laws.settings import (
     Air,
     BodyContact,
     Collisions,
+    Construction,
     Goal,
     Locks,
     SagFree,
@@ -18,7 +19,6 @@ from hairpipe.laws.settings import (
     Volume,
     Wind,
 )
-from hairpipe.strands.interface import Construction
 from hairpipe.strands.material import VariedMaterial
 from hairpipe.strands.registry import ModelName
 from hairpipe.units import (

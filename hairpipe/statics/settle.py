@@ -23,20 +23,13 @@ from hairpipe.errors import BadInput
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.simd import any_lane, load, maximum, minimum, select, store
 from hairpipe.groom.binding import name_strands
-from hairpipe.groom.painting import ReadImage
+from hairpipe.groom.painted import ReadImage
+from hairpipe.laws.settings import Construction
 from hairpipe.solve.band import add_inertia, eliminate, fix_root, row_size, start_row, substitute
 from hairpipe.solve.stage import Iterate
 from hairpipe.solve.stretch import set_tensions
 from hairpipe.strands.hair_model import build_models
-from hairpipe.strands.interface import (
-    Construction,
-    StiffnessPart,
-    StrandModel,
-    Terms,
-    add_forces,
-    follow_solve,
-    shape_of,
-)
+from hairpipe.strands.interface import StiffnessPart, StrandModel, Terms, add_forces, follow_solve, shape_of
 from hairpipe.strands.layout import Layout
 from hairpipe.strands.material import VariedMaterial
 from hairpipe.strands.registry import ModelName

@@ -32,8 +32,8 @@ from numba import njit, prange
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.vec3 import cross, dot, minus, plus, row, scaled
+from hairpipe.laws.settings import Construction
 from hairpipe.strands import lattice
-from hairpipe.strands.interface import Construction
 from hairpipe.strands.lattice import altitude_vectors, area_vectors
 from hairpipe.strands.material import Material, Section, taken
 

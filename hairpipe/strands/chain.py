@@ -15,9 +15,10 @@ from hairpipe.errors import BadInput
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.simd import load
 from hairpipe.laws.bending import add_bending
+from hairpipe.laws.settings import Construction
 from hairpipe.laws.stretch import critical_damping, linearise_spring
 from hairpipe.strands.assembly import add_spring
-from hairpipe.strands.interface import Construction, ModelKind, register_model
+from hairpipe.strands.interface import ModelKind, register_model
 from hairpipe.strands.layout import Layout, Shape
 from hairpipe.strands.material import Fibres
 from hairpipe.values import Groom

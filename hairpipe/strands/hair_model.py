@@ -9,8 +9,10 @@ import numpy as np
 
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import name_strands
-from hairpipe.groom.painting import ReadImage, Varied, values_of
-from hairpipe.strands.interface import Construction, ModelKind, StrandModel
+from hairpipe.groom.painted import ReadImage, Varied
+from hairpipe.groom.painting import values_of
+from hairpipe.laws.settings import Construction
+from hairpipe.strands.interface import ModelKind, StrandModel
 from hairpipe.strands.layout import Layout, axis_of, following_masses, lay_out
 from hairpipe.strands.material import Fibres, Material, VariedMaterial, fibres_of
 from hairpipe.strands.network import highest_frequency

@@ -12,35 +12,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import wraps
-from typing import Annotated, Any, NamedTuple, Protocol, Self
+from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
 from numba.core.extending import overload
 
 from hairpipe.geometry.compile import inlined
+from hairpipe.laws.settings import Construction
 from hairpipe.strands.layout import Layout, Shape
 from hairpipe.strands.material import Fibres
-from hairpipe.units import Degrees, Ge, Interval
 from hairpipe.values import Groom
-
-
-@dataclass(frozen=True)
-class Construction:
-    """The lattice of a strand and its springs, for experiments with their parts.
-
-    turn           angle of the perturbed particles about the axis from segment to segment, reversed every five; 0
-                   leaves the network floppy, 90 puts two altitude springs at rest in one place
-    off_axis_mass  share of the mass on the perturbed particles; the published third slows torsion
-    bending        factor on the bending constant of the material; 0 removes the bending springs
-    torsion        factor on the torsion constant of the material; 0 removes the torsion springs
-    altitude       ratio of the altitude constant to the torsion constant; 0 lets long hair collapse
-    """
-
-    turn: Annotated[Degrees, Interval(ge=0.0, le=180.0)] = 72.0
-    off_axis_mass: Annotated[float, Interval(gt=0.0, le=0.5)] = 0.05
-    bending: Annotated[float, Ge(0.0)] = 1.0
-    torsion: Annotated[float, Ge(0.0)] = 1.0
-    altitude: Annotated[float, Interval(ge=0.0, le=10.0)] = 0.4
 
 
 class StrandModel(Protocol):

@@ -34,7 +34,7 @@ The kernel of the springs has the same formulas, for lanes (`laws/altitude.py`).
 
 import numpy as np
 
-from hairpipe.strands.interface import Construction
+from hairpipe.laws.settings import Construction
 
 SECONDS, THIRDS = [1, 1, 2], [2, 3, 3]
 """Faces whose area vectors add up to u x v of two opposite edges."""

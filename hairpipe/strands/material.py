@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from hairpipe.groom.painting import ReadImage, Varied, VariedWidth, values_of
+from hairpipe.groom.painted import ReadImage, Varied, VariedWidth
 from hairpipe.units import Interval, KilogramsPerCubicMetre, Metres, Pascals
 from hairpipe.values import Groom
 
@@ -146,6 +146,8 @@ class Fibres(NamedTuple):
 
 def fibres_of(groom: Groom, material: Material | VariedMaterial, read_image: ReadImage | None = None) -> Fibres:
     """Return the fibres of a groom; BadInput as `values_of`."""
+    from hairpipe.groom.painting import values_of  # whose kernels a node that reads settings does not compile
+
     fibre = RoundFibre()
     for field in fields(material):
         of = values_of(getattr(material, field.name), groom, f"material.{field.name}", read_image)

@@ -20,19 +20,12 @@ from hairpipe.geometry.simd import load, store
 from hairpipe.groom.binding import name_strands
 from hairpipe.groom.curl import curls_of
 from hairpipe.laws.altitude import linearise_altitude
+from hairpipe.laws.settings import Construction
 from hairpipe.laws.stretch import critical_damping, linearise_spring
 from hairpipe.strands import lattice
 from hairpipe.strands.assembly import add_spring, add_tetrahedron
 from hairpipe.strands.calibration import Fit, edge_constants, fit_curls, softenings, spring_constants, works
-from hairpipe.strands.interface import (
-    Construction,
-    ModelKind,
-    StrandModel,
-    register_model,
-    shape_of,
-    spring_constant,
-    springs_from,
-)
+from hairpipe.strands.interface import ModelKind, StrandModel, register_model, shape_of, spring_constant, springs_from
 from hairpipe.strands.layout import Layout, Shape
 from hairpipe.strands.material import Fibre, Fibres
 from hairpipe.strands.rest_shape import unbent

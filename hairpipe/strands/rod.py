@@ -88,9 +88,10 @@ from hairpipe.laws.bend_twist import (
     stretch_of,
     sum_of,
 )
+from hairpipe.laws.settings import Construction
 from hairpipe.laws.stretch import critical_damping
 from hairpipe.strands import lattice
-from hairpipe.strands.interface import Construction, ModelKind, StiffnessPart, StrandModel, register_model
+from hairpipe.strands.interface import ModelKind, StiffnessPart, StrandModel, register_model
 from hairpipe.strands.layout import Layout, Shape
 from hairpipe.strands.material import Fibre, Fibres
 from hairpipe.strands.rest_shape import unbent

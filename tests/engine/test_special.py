@@ -46,7 +46,7 @@ def test_files_of_a_format_that_is_not_read_are_refused_when_the_graph_is(shot):
     shot.path.write_text('schema = 1\nframes = [1, 1]\nfps = 24\n[head]\ntype = "load_body"\nfile = "body.fbx"\n')
     with pytest.raises(BadInput) as caught:
         load_graph(shot.path)
-    formats = "a file, .obj, .usd, .usda, .usdc, .usdz, .gltf, .glb, .abc or .ply"
+    formats = "a file, .usd, .usda, .usdc, .usdz, .gltf, .glb, .abc, .ply or .obj"
     fault = f"[head]: file = 'body.fbx' is not a file that load_body reads ({formats})"
     assert str(caught.value) == f"{shot.path}:6: {fault}"
     (shot.folder / "body.OBJ").touch()

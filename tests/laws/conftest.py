@@ -6,6 +6,8 @@ import pytest
 from hairpipe.geometry.banded import OFFSET, row_size
 from hairpipe.geometry.simd import WIDTH
 
+from ..strand_scenes import scene, straight, triangle  # noqa: F401
+
 REACH = 3
 
 

@@ -11,7 +11,7 @@ from hairpipe.engine import Pair, Time
 from hairpipe.groom.binding import root_frames
 from hairpipe.groom.keys import weigh_keys
 from hairpipe.groom.sampling import thinned
-from hairpipe.laws.settings import Collisions, Locks, SagFree, Stiction, StrainLimit, Volume
+from hairpipe.laws.settings import Collisions, Construction, Locks, SagFree, Stiction, StrainLimit, Volume
 from hairpipe.levelset.bake import bake
 from hairpipe.nodes.carry_strands import carry_strands, weigh
 from hairpipe.nodes.interpolate_hair import interpolate_hair
@@ -21,7 +21,6 @@ from hairpipe.nodes.sample_particles import sample_particles
 from hairpipe.nodes.simulate_hair import model_strands, simulate_hair
 from hairpipe.nodes.simulate_particles import prepare_particles, simulate_particles
 from hairpipe.particles.settings import Interaction, ParticleSettings, RestTension
-from hairpipe.strands.interface import Construction
 from hairpipe.strands.material import Material
 from hairpipe.values import Groom, Mesh
 

@@ -9,12 +9,11 @@ import pytest
 
 from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
 from hairpipe.groom.curl import Helix, wound
-from hairpipe.laws.settings import SagFree
+from hairpipe.laws.settings import Construction, SagFree
 from hairpipe.shot.simulate import advance_frame, start
 from hairpipe.statics.sag_free import assemble
 from hairpipe.statics.settle import STILL, settle, settle_groom
 from hairpipe.strands.hair_model import build_hair
-from hairpipe.strands.interface import Construction
 from hairpipe.strands.material import Material
 
 GRAVITY = np.array([0.0, -9.81, 0.0])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
+from hairpipe.laws.settings import Construction
 from hairpipe.strands import calibration, lattice
-from hairpipe.strands.interface import Construction
 from hairpipe.strands.material import Material
 
 DEFAULT = Construction()

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from hairpipe.groom.curl import Helix, wound
+from hairpipe.laws.settings import Construction
 from hairpipe.strands import calibration as curl
 from hairpipe.strands import lattice
 from hairpipe.strands.calibration import spring_constants
-from hairpipe.strands.interface import Construction
 from hairpipe.strands.material import Material, fibres_of
 from hairpipe.strands.network import constants_by_particle
 

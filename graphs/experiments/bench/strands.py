@@ -9,6 +9,7 @@ from hairpipe.geometry.simd import width
 from hairpipe.graphs.experiments.bench.arithmetic.assembly import assembly_of
 from hairpipe.graphs.experiments.bench.arithmetic.counting import Work, count_work
 from hairpipe.groom.strands import unbound
+from hairpipe.laws.settings import Construction
 from hairpipe.laws.stretch import SpringForm
 from hairpipe.solve.boundary import Clamp, ClampPath
 from hairpipe.solve.implicit_stage import run_stage, run_stages
@@ -16,7 +17,7 @@ from hairpipe.solve.integrator import everywhere
 from hairpipe.solve.stage import Iterate, Rule, Stage, State, Step
 from hairpipe.solve.surroundings import Surroundings
 from hairpipe.solve.tr_bdf2 import TrBdf2
-from hairpipe.strands.interface import Construction, StrandModel
+from hairpipe.strands.interface import StrandModel
 from hairpipe.strands.layout import lay_out
 from hairpipe.strands.material import Material, fibres_of
 from hairpipe.strands.registry import ModelName, strand_models

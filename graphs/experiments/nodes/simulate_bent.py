@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING, NamedTuple
 
 from hairpipe.engine import Pair, Time, flat_group, node
+from hairpipe.laws.settings import Construction
 from hairpipe.shot.settings import HairSettings
-from hairpipe.strands.interface import Construction
 from hairpipe.strands.material import VariedMaterial
 from hairpipe.strands.registry import ModelName
 from hairpipe.values import Ends, Groom, Strands

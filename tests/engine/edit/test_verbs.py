@@ -6,7 +6,7 @@ import tomllib
 import pytest
 
 from hairpipe.app.api.source import shipped_graphs
-from hairpipe.app.page.edits import History, Step
+from hairpipe.app.page.edits import Edit, History
 from hairpipe.engine import edit as verbs
 from hairpipe.engine.file.overrides import nodes_of
 from hairpipe.errors import BadInput
@@ -146,7 +146,7 @@ def test_many_random_edits_of_a_shipped_graph_parse_and_most_are_made(name):
     for number in range(number_of_edits):
         try:
             text = random_edit(draw, text, tables)
-            history.push(Step("", text))
+            history.push(Edit("", text))
         except BadInput as fault:
             refused.append(str(fault))
         tables = tomllib.loads(text.replace("\r\n", "\n"))

@@ -10,7 +10,8 @@ from hairpipe.errors import BadInput
 from hairpipe.geometry.triangle_tree import project, tree_over
 from hairpipe.geometry.triangles import Sites, site_points
 from hairpipe.groom.growing import GAP, RISE, grow
-from hairpipe.groom.painting import Canvas, Comb, Curl, Paint, Painted, PaintedDegrees, PaintedMetres, Style
+from hairpipe.groom.painted import Comb, Curl, Paint, Painted, PaintedDegrees, PaintedMetres, Style
+from hairpipe.groom.painting import Canvas
 from hairpipe.groom.resampling import Cut
 from hairpipe.values import Body
 

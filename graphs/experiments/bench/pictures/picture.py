@@ -13,7 +13,8 @@ from hairpipe.graphs.experiments.bench.pictures.luminance import measure_luminan
 from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, in_seconds, make_report
 from hairpipe.graphs.experiments.bench.shares import shares_of
 from hairpipe.groom.growing import grow
-from hairpipe.groom.painting import Canvas, PaintedMetres, Style
+from hairpipe.groom.painted import PaintedMetres, Style
+from hairpipe.groom.painting import Canvas
 from hairpipe.groom.resampling import Cut
 from hairpipe.render.camera import Shot, frame_hair, place_camera
 from hairpipe.render.deep_shadow import DeepShadow

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from hairpipe.strands.interface import Construction
+from hairpipe.laws.settings import Construction
 from hairpipe.strands.material import Material
 from hairpipe.strands.registry import ModelName
 from hairpipe.units import Gt, Interval, Metres
