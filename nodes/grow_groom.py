@@ -3,8 +3,7 @@
 from typing import Annotated
 
 from hairpipe.engine import node
-from hairpipe.groom.painted import Comb, Curl, Paint, PaintedDegrees, PaintedMetres, Style
-from hairpipe.groom.resampling import SHORTEST
+from hairpipe.groom.settings import SHORTEST, Comb, Curl, Paint, PaintedDegrees, PaintedMetres, Style
 from hairpipe.units import Ge, Gt, Interval, Metres
 from hairpipe.values import Body, Groom
 

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from hairpipe.engine import node
 from hairpipe.formats.registry import list_parts, suffixes_of
-from hairpipe.groom.resampling import SHORTEST
+from hairpipe.groom.settings import SHORTEST
 from hairpipe.plain_file import Absent
 from hairpipe.units import Ge, Gt, Interval, Metres, Reads, Suffixes
 from hairpipe.values import Body, Groom

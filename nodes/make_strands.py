@@ -4,7 +4,7 @@ from typing import Annotated
 
 from hairpipe.engine import node
 from hairpipe.groom.curl import Helix
-from hairpipe.groom.strands import Tuft
+from hairpipe.groom.settings import Tuft
 from hairpipe.units import Gt, Interval, Metres
 from hairpipe.values import Groom
 

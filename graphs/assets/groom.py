@@ -5,9 +5,9 @@ from pathlib import Path
 from hairpipe.body.bust import build_bust
 from hairpipe.formats.pictures import read_image
 from hairpipe.groom.growing import grow
-from hairpipe.groom.painted import PaintedDegrees, PaintedMetres, Style
 from hairpipe.groom.painting import Canvas
 from hairpipe.groom.resampling import Cut
+from hairpipe.groom.settings import PaintedDegrees, PaintedMetres, Style
 from hairpipe.values import Groom
 
 STRANDS, POINTS = 300, 12

@@ -11,9 +11,9 @@ from hairpipe.formats.pictures import read_image
 from hairpipe.geometry.triangles import site_points, unit_normals
 from hairpipe.groom.binding import nearest_sites
 from hairpipe.groom.growing import grow
-from hairpipe.groom.painted import Comb, Painted, PaintedDegrees, PaintedMetres, Style
 from hairpipe.groom.painting import Canvas
 from hairpipe.groom.resampling import Cut
+from hairpipe.groom.settings import Comb, Painted, PaintedDegrees, PaintedMetres, Style
 from hairpipe.values import Body, Groom
 
 TIE = np.array([0.0, 0.375, -0.118])

@@ -17,10 +17,10 @@ from hairpipe.geometry.triangles import Sites, area_vectors, normalized, site_uv
 from hairpipe.geometry.vec3 import Vector, cross, dot, flattened, length, minus, mix, plus, row, scaled, unit
 from hairpipe.groom.binding import root_frames
 from hairpipe.groom.importing import warn_of_fewer
-from hairpipe.groom.painted import Paint, Style
 from hairpipe.groom.painting import Canvas, maps_at, vertex_coat
 from hairpipe.groom.resampling import Cut, fitting, put, stride_on
 from hairpipe.groom.seeding import Density, seed_roots
+from hairpipe.groom.settings import Paint, Style
 from hairpipe.groom.strand_arrays import offsets_of
 from hairpipe.levelset.closed_surface import capped, edge_uses, holes
 from hairpipe.values import Groom, Mesh

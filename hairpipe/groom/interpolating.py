@@ -34,7 +34,8 @@ from numba import njit, prange
 from hairpipe.errors import BadInput
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.vec3 import Vector, cross, dot, flattened, length, minus, mix, plus, row, scaled, unit
-from hairpipe.groom.keys import FOLLOWED, KeyTurns, KeyWeights, turned, turns_since
+from hairpipe.groom.key_weights import FOLLOWED, KeyWeights
+from hairpipe.groom.keys import KeyTurns, turned, turns_since
 from hairpipe.groom.resampling import put
 from hairpipe.groom.strand_arrays import points_of_strands, thicknesses
 from hairpipe.levelset.collider import Collider, SdfSample, probe_union

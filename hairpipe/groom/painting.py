@@ -16,8 +16,8 @@ import numpy as np
 from hairpipe.errors import BadInput
 from hairpipe.geometry.triangles import Sites, blend_corners, site_uv
 from hairpipe.groom.binding import name_strands
-from hairpipe.groom.painted import FIRST, MARK, Paint, Painted, ReadImage, Varied, VariedWidth, list_tiles
 from hairpipe.groom.sampling import members_of
+from hairpipe.groom.settings import FIRST, MARK, Paint, Painted, ReadImage, Varied, VariedWidth, list_tiles
 from hairpipe.values import Body, Groom
 from hairpipe.values.groom import fractions_along, labels_of
 from hairpipe.values.random_streams import chances, stream

@@ -10,6 +10,7 @@ from numba import njit, prange
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.vec3 import Vector, dot, length, minus, mix, plus, row, scaled, unit
+from hairpipe.groom.settings import SHORTEST
 
 HALVINGS = 60  # of the interval that holds the chord: down to rounding
 PIECES = 8  # of a smooth span, as a polyline
@@ -144,8 +145,6 @@ def equal_segments(points: np.ndarray, offsets: np.ndarray, new_offsets: np.ndar
     return cut
 
 
-SHORTEST = 0.001
-"""Segment that hair of common material bears [m]: 80 um, softened by 100, is a rod down to 0.63 mm."""
 FINE, A_TURN = 0.005, 16  # segment of straight hair [m], and segments in a turn of a curl
 FEWEST, MOST, LATTICE = 25, 200, 5
 """Segments of a strand; in whole runs of the lattice, which turns one way for five (`strands/lattice.py`)."""

@@ -1,7 +1,6 @@
 """Strands on no body: straight, arched or curled, side by side, and tufts of several rows of them."""
 
-from dataclasses import dataclass, replace
-from typing import Annotated
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,8 +8,8 @@ from hairpipe.body.rotations import frame_along
 from hairpipe.errors import BadInput
 from hairpipe.groom.curl import Helix, wound
 from hairpipe.groom.resampling import divide
+from hairpipe.groom.settings import Tuft
 from hairpipe.groom.strand_arrays import offsets_of
-from hairpipe.units import Degrees, Ge, Interval, Metres
 from hairpipe.values import Groom
 from hairpipe.values.random_streams import stream
 
@@ -75,22 +74,6 @@ def arched(arch: float, length: float, segments: int) -> np.ndarray:
     points = np.zeros((segments + 1, 3))
     divide(np.column_stack([4.0 * arch * z * (1.0 - z), np.zeros_like(z), z]), points)
     return points * (length / segments / np.linalg.norm(points[1]))
-
-
-@dataclass(frozen=True)
-class Tuft:
-    """Further rows of strands, and random directions of strands.
-
-    rows   number of rows of strands
-    apart  distance from one row to the next
-    stray  root mean square angle between strands and the common direction
-    seed   seed of the random numbers
-    """
-
-    rows: Annotated[int, Interval(ge=1, le=10_000)] = 1
-    apart: tuple[Metres, Metres, Metres] = (0.0, 0.0, 0.01)
-    stray: Annotated[Degrees, Interval(ge=0.0, le=90.0)] = 0.0
-    seed: Annotated[int, Ge(0)] = 0
 
 
 def gather_tuft(row: Groom, tuft: Tuft) -> Groom:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.painted import Varied
+from hairpipe.groom.settings import Varied
 from hairpipe.units import (
     Degrees,
     Fraction,

@@ -23,7 +23,7 @@ from hairpipe.errors import BadInput
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.simd import any_lane, load, maximum, minimum, select, store
 from hairpipe.groom.binding import name_strands
-from hairpipe.groom.painted import ReadImage
+from hairpipe.groom.settings import ReadImage
 from hairpipe.laws.settings import Construction
 from hairpipe.solve.band import add_inertia, eliminate, fix_root, row_size, start_row, substitute
 from hairpipe.solve.stage import Iterate

@@ -9,8 +9,8 @@ import numpy as np
 
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import name_strands
-from hairpipe.groom.painted import ReadImage, Varied
 from hairpipe.groom.painting import values_of
+from hairpipe.groom.settings import ReadImage, Varied
 from hairpipe.laws.settings import Construction
 from hairpipe.strands.interface import ModelKind, StrandModel
 from hairpipe.strands.layout import Layout, axis_of, following_masses, lay_out

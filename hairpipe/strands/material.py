@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from hairpipe.groom.painted import ReadImage, Varied, VariedWidth
+from hairpipe.groom.settings import ReadImage, Varied, VariedWidth
 from hairpipe.units import Interval, KilogramsPerCubicMetre, Metres, Pascals
 from hairpipe.values import Groom
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.resampling import SHORTEST, Cut, fitting
+from hairpipe.groom.resampling import Cut, fitting
+from hairpipe.groom.settings import SHORTEST
 from hairpipe.strands.calibration import softenings
 from hairpipe.strands.material import Material
 

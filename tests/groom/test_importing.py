@@ -8,8 +8,9 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.geometry.triangles import Sites, site_points
 from hairpipe.groom.importing import adopt, choose_strands
-from hairpipe.groom.resampling import SHORTEST, Cut
+from hairpipe.groom.resampling import Cut
 from hairpipe.groom.sampling import joined_strands
+from hairpipe.groom.settings import SHORTEST
 from hairpipe.groom.strand_arrays import take
 from hairpipe.values.groom import Curves, strand_lengths
 

@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import cause_of_misfit
 from hairpipe.groom.importing import adopt
-from hairpipe.groom.resampling import SHORTEST, Cut
+from hairpipe.groom.resampling import Cut
+from hairpipe.groom.settings import SHORTEST
 from hairpipe.values.groom import Curves
 
 REACH, TWICE = 0.01, np.array([0, 0.4, 0.2])

@@ -5,10 +5,10 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.groom.growing import grow
-from hairpipe.groom.painted import Style
 from hairpipe.groom.painting import Canvas
 from hairpipe.groom.resampling import Cut
 from hairpipe.groom.sampling import choose_patches, sample_patches
+from hairpipe.groom.settings import Style
 from hairpipe.values import Groom
 
 

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from hairpipe.groom.strands import Tuft, gather_tuft, lay_strands, rotations
+from hairpipe.groom.settings import Tuft
+from hairpipe.groom.strands import gather_tuft, lay_strands, rotations
 
 ROW = lay_strands(5, 0.2, 4, (0.0, -1.0, 0.0), (0.0, 0.0, 0.01), None, 0.3)
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.groom.strands import Tuft, gather_tuft, lay_strands
+from hairpipe.groom.settings import Tuft
+from hairpipe.groom.strands import gather_tuft, lay_strands
 from hairpipe.measure.cloud import cloud_table, split_table
 from hairpipe.values import Cloud, Particles
 

@@ -13,7 +13,7 @@ from hairpipe.body.solid import distance_and_normal, solid_of
 from hairpipe.engine.node.settings import build_settings, check_settings
 from hairpipe.errors import BadInput
 from hairpipe.groom.growing import closed
-from hairpipe.groom.painted import Curl, Paint, PaintedMetres
+from hairpipe.groom.settings import Curl, Paint, PaintedMetres
 from hairpipe.nodes.grow_groom import grow_groom
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.make_bust import make_bust

@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 from hairpipe.engine import Time
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import root_frames
-from hairpipe.groom.strands import Tuft, gather_tuft, lay_strands
+from hairpipe.groom.settings import Tuft
+from hairpipe.groom.strands import gather_tuft, lay_strands
 from hairpipe.levelset.bake import bake
 from hairpipe.nodes.carry_strands import carry_strands
 from hairpipe.particles.skinning import INFLUENCES, find_influences

@@ -9,9 +9,9 @@ import numpy as np
 from hairpipe.body.bust import build_bust
 from hairpipe.body.skinning import skin
 from hairpipe.groom.growing import grow
-from hairpipe.groom.painted import PaintedMetres, Style
 from hairpipe.groom.painting import Canvas
 from hairpipe.groom.resampling import Cut
+from hairpipe.groom.settings import PaintedMetres, Style
 from hairpipe.laws.settings import Collisions, Locks, StepControl, Stiction, Volume
 from hairpipe.levelset.bake_parts import bake_parts
 from hairpipe.shot.settings import Scene

@@ -16,9 +16,9 @@ from hairpipe.geometry.vec3 import length, minus, row, scaled
 from hairpipe.graphs.experiments.bench.head import FPS, HALF_WIDTH, LENGTH, VOXEL, mesh_at, no_image
 from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, in_seconds, make_report
 from hairpipe.groom.growing import grow
-from hairpipe.groom.painted import PaintedMetres, Style
 from hairpipe.groom.painting import Canvas
 from hairpipe.groom.resampling import Cut
+from hairpipe.groom.settings import PaintedMetres, Style
 from hairpipe.laws.settings import BodyContact
 from hairpipe.levelset.bake import bake
 from hairpipe.particles.contact import look

@@ -10,9 +10,9 @@ from hairpipe.errors import BadInput
 from hairpipe.geometry.triangle_tree import project, tree_over
 from hairpipe.geometry.triangles import Sites, site_points
 from hairpipe.groom.growing import GAP, RISE, grow
-from hairpipe.groom.painted import Comb, Curl, Paint, Painted, PaintedDegrees, PaintedMetres, Style
 from hairpipe.groom.painting import Canvas
 from hairpipe.groom.resampling import Cut
+from hairpipe.groom.settings import Comb, Curl, Paint, Painted, PaintedDegrees, PaintedMetres, Style
 from hairpipe.values import Body
 
 SEGMENTS = 20

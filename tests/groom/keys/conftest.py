@@ -8,9 +8,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hairpipe.engine import Time
-from hairpipe.groom.keys import weigh_keys
+from hairpipe.groom.key_weights import weigh_keys
 from hairpipe.groom.sampling import thinned
-from hairpipe.groom.strands import Tuft, gather_tuft, lay_strands
+from hairpipe.groom.settings import Tuft
+from hairpipe.groom.strands import gather_tuft, lay_strands
 from hairpipe.nodes.interpolate_hair import interpolate_hair
 from hairpipe.values import Groom, Strands
 

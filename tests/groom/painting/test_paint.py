@@ -11,8 +11,8 @@ from hairpipe.engine.plan.key import Resolver
 from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
 from hairpipe.geometry.triangles import Sites, site_points
-from hairpipe.groom.painted import Paint, Painted, list_tiles
 from hairpipe.groom.painting import Canvas, sample_image, sample_picture
+from hairpipe.groom.settings import Paint, Painted, list_tiles
 from hairpipe.values import Mesh
 
 

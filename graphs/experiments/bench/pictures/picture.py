@@ -13,9 +13,9 @@ from hairpipe.graphs.experiments.bench.pictures.luminance import measure_luminan
 from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, in_seconds, make_report
 from hairpipe.graphs.experiments.bench.shares import shares_of
 from hairpipe.groom.growing import grow
-from hairpipe.groom.painted import PaintedMetres, Style
 from hairpipe.groom.painting import Canvas
 from hairpipe.groom.resampling import Cut
+from hairpipe.groom.settings import PaintedMetres, Style
 from hairpipe.render.camera import Shot, frame_hair, place_camera
 from hairpipe.render.deep_shadow import DeepShadow
 from hairpipe.render.lights import studio

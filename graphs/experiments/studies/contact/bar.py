@@ -6,7 +6,8 @@ import numpy as np
 
 from hairpipe.body.scripted_motion import Track, Wave, course_of_wave, drive
 from hairpipe.body.shapes import build_cylinder
-from hairpipe.groom.strands import Tuft, gather_tuft, lay_strands
+from hairpipe.groom.settings import Tuft
+from hairpipe.groom.strands import gather_tuft, lay_strands
 from hairpipe.levelset.bake import bake
 from hairpipe.values import BodyParts, Ends, Groom
 from hairpipe.values.body import LevelSet, gathered

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hairpipe.engine import node
-from hairpipe.groom.painted import Paint, PaintedMetres
+from hairpipe.groom.settings import Paint, PaintedMetres
 from hairpipe.values import Body, Strands
 
 LENGTH = PaintedMetres(0.02)

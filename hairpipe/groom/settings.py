@@ -181,3 +181,25 @@ class Style:
 
 
 FIRST = 1001
+
+
+SHORTEST = 0.001
+
+
+"""Segment that hair of common material bears [m]: 80 um, softened by 100, is a rod down to 0.63 mm."""
+
+
+@dataclass(frozen=True)
+class Tuft:
+    """Further rows of strands, and random directions of strands.
+
+    rows   number of rows of strands
+    apart  distance from one row to the next
+    stray  root mean square angle between strands and the common direction
+    seed   seed of the random numbers
+    """
+
+    rows: Annotated[int, Interval(ge=1, le=10_000)] = 1
+    apart: tuple[Metres, Metres, Metres] = (0.0, 0.0, 0.01)
+    stray: Annotated[Degrees, Interval(ge=0.0, le=90.0)] = 0.0
+    seed: Annotated[int, Ge(0)] = 0
