@@ -128,12 +128,21 @@ def closest_pairs(
     No segment is in more pairs than its limit.
     """
     limits = np.full(len(points), most) if room is None else np.minimum(room, most)
-    near = chosen(pairs, among & (limits[pairs.segments] > 0).all(axis=1))
+    near = chosen(pairs, _have_room(pairs.segments, among, limits))
     closest = np.empty((len(points), most), np.int32)
     _rank(points, near.segments, near.distances, limits, closest)
     mutual = np.empty(len(near.distances), np.bool_)
     _find_mutual(near.segments, closest, mutual)
     return chosen(near, mutual)
+
+
+@njit(cache=True, parallel=True)
+def _have_room(segments, among, limits):
+    """Mark the pairs among some both of whose segments have a place left, (n,) bool."""
+    have = np.empty(len(segments), np.bool_)
+    for k in prange(len(segments)):
+        have[k] = among[k] and limits[segments[k, 0]] > 0 and limits[segments[k, 1]] > 0
+    return have
 
 
 @njit(cache=True, parallel=True)

@@ -155,7 +155,15 @@ def morton_order_in_cube(points: np.ndarray, centre: np.ndarray, extent: float) 
     bits = min((63 - shift) // 3, _MOST_BITS)
     keys = np.empty(len(points), np.int64)
     _find_keys(points, centre, 2.0 ** (bits - 1) / max(extent, 1e-300), bits, shift, keys)
-    return sorted_by_bits(keys, shift, shift + 3 * bits) & ((1 << shift) - 1)
+    keys = sorted_by_bits(keys, shift, shift + 3 * bits)
+    _leave_index(keys, (1 << shift) - 1)
+    return keys
+
+
+@njit(cache=True, parallel=True)
+def _leave_index(keys, mask):
+    for k in prange(len(keys)):
+        keys[k] &= mask
 
 
 @njit(cache=True, parallel=True)

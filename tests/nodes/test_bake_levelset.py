@@ -6,6 +6,7 @@ import pytest
 from hairpipe import openvdb_library
 from hairpipe.engine import code
 from hairpipe.engine.file.load import load_graph
+from hairpipe.engine.plan import key
 from hairpipe.engine.plan.key import Resolver
 from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
@@ -73,7 +74,8 @@ def test_versions_of_openvdb_key_its_own_distances_alone(monkeypatch, tmp_path):
 
     def keys(**versions):
         installed = code.version.__wrapped__
-        monkeypatch.setattr(code, "version", lambda name: versions.get(name) or installed(name))
+        for module in (code, key):  # which takes it from there
+            monkeypatch.setattr(module, "version", lambda name: versions.get(name) or installed(name))
         found = {}
         for engine in ("hairpipe", "openvdb"):
             graph = load_graph(path, {"surface.engine": engine})

@@ -10,24 +10,21 @@ import hairpipe
 
 PARTS = ("strands", "search", "stiction", "coupling", "collision", "grid", "body")
 """Strands, neighbour search, update of stiction, coupled solve, collisions, volume, bodies."""
-_ROOMS = {"spatial": "search", "ccd": "collision", "volume": "grid", "levelset": "body", "parts": "body"}
-"""Folders whose files belong to one part."""
+_ROOMS = {"levelset": "body", "volume": "grid"}
+"""Rooms whose files belong to one part."""
 _FILES = {
-    "stiction": ("stiction", "exclusions"),
-    "coupling": (
-        "couplings",
-        "coupling_operator",
-        "repulsion",
-        "friction",
-        "contact_points",
-        "hair_contacts",
-        "pcg",
-        "strand_inverse",
+    "search": (
+        *("geometry/pair_search", "geometry/proximity", "geometry/segment_distance", "geometry/segment_tree"),
+        *("geometry/segments", "geometry/sorting"),
     ),
-    "collision": ("impulses",),
-    "grid": ("volume_filter",),
+    "stiction": ("contact/stiction",),
+    "coupling": (
+        *("contact/contact_points", "contact/hair", "contact/repulsion"),
+        *("solve/conjugate_gradients", "solve/couplings", "solve/stage_driver"),
+    ),
+    "collision": ("contact/collision", "contact/crossings"),
+    "body": ("contact/body", "contact/body_implicit", "contact/body_projection"),
 }
-
 _DEEPEST = 8
 """Calls outside of this package that are followed back: numpy's own are few."""
 _HOUSE = Path(hairpipe.__file__).parent
@@ -39,9 +36,8 @@ Weights = dict[tuple[Function, int], dict[str, float]]
 
 def part_of(path: Path) -> str:
     """Return the part of a file."""
-    if path.parent.parent.name == "contact" and path.parent.name == "body":
-        return "body"
-    found = next((part for part, stems in _FILES.items() if path.stem in stems), "strands")
+    name = f"{path.parent.name}/{path.stem}"
+    found = next((part for part, names in _FILES.items() if name in names), "strands")
     return _ROOMS.get(path.parent.name, found)
 
 

@@ -27,16 +27,13 @@ SHOT = Shot(720, 720, grain=1)
 BROWN = np.array([0.11, 0.05, 0.025])
 """Of the picture; colour of the hair, linear."""
 _PARTS = {
-    "raster/lines": "hair",
-    "raster/fragments": "hair",
-    "raster/tiles": "order",
-    "shading/kajiya_kay": "light on hair",
-    "shading/skin": "body",
-    "raster/surface": "body",
-    "shading/scalp_tint": "body",
+    "lines": "hair",
+    "kajiya_kay": "light on hair",
+    "skin": "body",
+    "surface": "body",
     "shadows": "shadows",
 }
-"""Hair on the film, its order, light that it sheds, the body, shadows of both; the rest is film and camera."""
+"""Hair on the film and its order, light that it sheds, the body, shadows of both; the rest is film and camera."""
 PARTS = (*dict.fromkeys(_PARTS.values()), "film")
 
 
