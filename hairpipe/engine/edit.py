@@ -5,6 +5,7 @@ replaces statements, and is refused where the tables of its text would not be th
 takes the text of a file and returns another one, pure; BadInput where the text does not permit the edit. A graph file
 is written with its permissions, owner and links.
 """
+# pyright: reportGeneralTypeIssues=false
 
 import fcntl
 import hashlib

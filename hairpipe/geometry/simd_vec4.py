@@ -3,6 +3,7 @@
 A kernel that follows an index list, which differs from strand to strand, cannot fill lanes with strands; it computes
 the three components at once instead. Operators are those of lanes (`geometry/simd.py`).
 """
+# pyright: reportCallIssue=false
 
 from llvmlite import ir
 from numba import types

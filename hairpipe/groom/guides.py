@@ -1,4 +1,5 @@
 """Guides next to the hair that follows them, as grooms of other programs have them."""
+# pyright: reportCallIssue=false
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace

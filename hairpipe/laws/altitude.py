@@ -27,6 +27,7 @@ only the overlap of two edges. The losses: the side from which the particles cam
 direction changes abruptly as the line passes a diagonal of the axes, and angular momentum is conserved only up to the
 size of the displacement.
 """
+# pyright: reportCallIssue=false
 
 from collections.abc import Callable
 from typing import Any

@@ -26,6 +26,7 @@ costs as much as ten ordinary segments, and is rare.
 
 Source: Golub and Van Loan, Matrix Computations, Sec. 8.5.
 """
+# pyright: reportCallIssue=false
 
 from typing import Any, NamedTuple
 

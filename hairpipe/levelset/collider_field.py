@@ -1,4 +1,5 @@
 """One level set of a whole body, with its velocities, interpolated between two frames."""
+# pyright: reportCallIssue=false
 
 from dataclasses import dataclass
 from functools import cached_property

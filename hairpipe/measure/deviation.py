@@ -2,6 +2,7 @@
 
 Of a sample of hair it is measured patch by patch: their spread is the uncertainty of the sample.
 """
+# pyright: reportCallIssue=false
 
 from collections.abc import Mapping
 from itertools import pairwise

@@ -3,6 +3,7 @@
 A goal moves on the cubic through the places and velocities of two frames, as the clamps at the roots do
 (`solve/boundary.py`).
 """
+# pyright: reportCallIssue=false
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -23,6 +23,7 @@ always in single precision: they take no part in an elimination.
 A frame is computed about the middle of the roots (`boundary.origin_of`), and positions between frames are in double
 precision: single precision rounds them to 6e-8 of the distance from that middle, anywhere in the world.
 """
+# pyright: reportCallIssue=false
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -5,6 +5,7 @@ Conversion between lanes and the points of strand axes, which contact works on.
 Flat, a point is a row of three numbers and strand s owns rows offsets[s]:offsets[s+1], as in the groom. In lanes the
 components of a point lie a vector apart, and the strands of a block are interleaved.
 """
+# pyright: reportCallIssue=false
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -2,6 +2,7 @@
 
 Fibres of a groom: stiffness and mass at its points and on its segments, from settings that may vary.
 """
+# pyright: reportCallIssue=false
 
 from dataclasses import dataclass, fields
 from math import pi

@@ -1,4 +1,5 @@
 """Reports of plans, runs and single results: objects whose text is a table."""
+# pyright: reportGeneralTypeIssues=false
 
 import json
 import time

@@ -4,6 +4,7 @@ The address contains a random token. Requests for other host names are refused, 
 of other pages. Only files of the page, results of the shot by the names of objects in the cache, and folders and images
 of its project are read.
 """
+# pyright: reportCallIssue=false
 
 import asyncio
 import json

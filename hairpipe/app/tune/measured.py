@@ -1,4 +1,5 @@
 """Measurements of models of a scene: tolerances, errors and times from the store, and the limits that chaos sets."""
+# pyright: reportCallIssue=false
 
 import re
 import statistics

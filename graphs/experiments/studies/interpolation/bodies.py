@@ -1,4 +1,5 @@
 """The level sets of bodies in motion, as every interpolation takes them."""
+# pyright: reportCallIssue=false
 
 import numpy as np
 
