@@ -10,6 +10,7 @@ from sphinx.application import Sphinx
 from extension.markdown import MarkdownDirective, escaped, table
 
 HOME = Path(__file__).resolve().parents[2]
+MOST_TESTS = 4  # of its own room first
 CITED = re.compile(
     r"Sec\. \d+(?:\.\d+)*|Fig\. \d+\w?|[Ss]teps? \d(?:(?:, | and )\d)*|\(\d+\)(?: (?:to|and) \(\d+\))?"
     r"|[A-Z][\w-]+(?:, [A-Z][\w-]+)*(?: and [A-Z][\w-]+| et al\.)? (?:19|20)\d\d"
@@ -31,8 +32,11 @@ class Ledger(MarkdownDirective):
 def row_of(path: Path) -> tuple[str, str, str, str]:
     """Describe a file by the first line of its docstring."""
     head = docstring_of(path).partition("\n")[0].strip()
-    names = (f"`{test.relative_to(HOME).as_posix()}`" for test in tests_of(path))
-    return escaped(head), f"`{path.relative_to(HOME).as_posix()}`", ", ".join(citations_in(path)), ", ".join(names)
+    tests = [test.relative_to(HOME).as_posix() for test in tests_of(path)]
+    tests.sort(key=lambda test: not test.startswith(f"tests/{path.parent.name}/"))
+    named = ", ".join(f"`{test}`" for test in tests[:MOST_TESTS])
+    more = f", {len(tests) - MOST_TESTS} more" if len(tests) > MOST_TESTS else ""
+    return escaped(head), f"`{path.relative_to(HOME).as_posix()}`", ", ".join(citations_in(path)), named + more
 
 
 def docstring_of(path: Path) -> str:
