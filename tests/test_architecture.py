@@ -7,6 +7,7 @@ import sys
 import tomllib
 from collections import Counter
 from collections.abc import Iterator
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ from .rooms import (
     MOST_FILES,
     MOST_LINES,
     MOST_SINGLE,
+    PATHS,
     closure_of,
     lines_of_rooms,
     single_importers,
@@ -31,6 +33,7 @@ ORDER = (
 )
 """Rooms from the bottom up: the files of one import from it and from those before it."""
 WITHIN = {
+    "experiments.studies": "theory accuracy integrators interpolation contact knots",
     "engine": "node store file edit code plan worker hosts run",
 }
 """The same within a room, for its folders and files: one imports from itself and from those before it."""
@@ -61,7 +64,8 @@ ROOMS = {
     "app.page": {*BASE, "app.api", "app.wedge", "formats", "geometry", "engine.File", *PURE},
     "app.wedge": {*BASE, "app.api", "formats", *PURE},
     "app.farm": {"errors", "app.api"},
-    "app.cli": {*BASE, "app", "formats", "engine.File", *PURE, *ASKED, *CHECKOUT},
+    "cli": {"app.cli"},
+    "app.cli": {*BASE, "cli", "app", "formats", "engine.File", *PURE, *ASKED, *CHECKOUT},
     "experiments.bench": {*ORDER, "render", "engine", "formats", "app", *CHECKOUT},
     "experiments.chart": BASE,
     "experiments.commands": {*BASE, "app", *PURE, *CHECKOUT},
@@ -102,7 +106,7 @@ PLACES = {
     "warp": "graphs/experiments/peers/",
 }
 """Where alone a foreign library may be imported."""
-DATA_IMPORTS = {"numpy", "hairpipe", *sys.stdlib_module_names}
+VALUE_IMPORTS = {"numpy", "hairpipe", *sys.stdlib_module_names}
 HEAVY = {"numba", "scipy", *PLACES} - {"click"}
 CODE_GENERATORS = ("hairpipe/geometry/simd.py", "hairpipe/geometry/simd_vec4.py", "hairpipe/geometry/compile.py")
 """Its functions are called by numba, with types that numba chooses."""
@@ -210,6 +214,26 @@ def test_a_reader_of_simulate_hair_reads_few_files():
     assert len(closure_of("hairpipe.nodes.simulate_hair")) <= MOST_CLOSURE
 
 
+def test_locks_are_used_through_one_module():
+    wrong = [
+        f"{name_of(path)} imports {target}"
+        for path in SOURCES
+        for target in imports_of(path)
+        if "/shot/lock" not in name_of(path) and target.startswith("hairpipe.shot.lock_")
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_modules_import_each_other_in_no_circle():
+    """What a file imports before it runs, directly or through others, never leads back to it."""
+    first: dict[str, set[str]] = {}
+    for name, path in PATHS.items():
+        lines = [item for item in tree_of(path).body if isinstance(item, ast.Import | ast.ImportFrom)]
+        named = [f"{getattr(line, 'module', '')}.{alias.name}".strip(".") for line in lines for alias in line.names]
+        first[name] = {each if each in PATHS else each.rpartition(".")[0] for each in named} & PATHS.keys()
+    TopologicalSorter(first).prepare()  # CycleError names a circle
+
+
 def test_no_node_imports_a_node_and_the_engine_only_by_its_public_names():
     public = re.compile(r"hairpipe\.engine\.(node|flat_group|Cuts|File|First|Frames|Pair|Reached|Spent|Time|Workspace)")
     wrong = [
@@ -222,13 +246,13 @@ def test_no_node_imports_a_node_and_the_engine_only_by_its_public_names():
     assert not wrong, "\n".join(wrong)
 
 
-def test_data_needs_numpy_alone():
+def test_values_need_numpy_alone():
     wrong = [
         f"{name_of(path)} imports {target}"
         for path in SOURCES
-        if room_of(path) == "data"
+        if room_of(path) == "values"
         for target in imports_of(path)
-        if target.partition(".")[0] not in DATA_IMPORTS
+        if target.partition(".")[0] not in VALUE_IMPORTS
     ]
     assert not wrong, "\n".join(wrong)
 

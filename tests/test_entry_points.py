@@ -19,7 +19,7 @@ from .pages import PAGES, command_of, commands_of
 
 WEDGE = '\n[wedge.feel]\naxes = { "hair.wave.height" = [0.03, 0.05] }\nshow = ["picture"]\n'
 STAGE = '#usda 1.0\n(\n    defaultPrim = "shot"\n    metersPerUnit = 1\n    upAxis = "Y"\n)\ndef Xform "shot"\n{\n}\n'
-MAIN = "from hairpipe.app.cli import main; main()"
+MAIN = "from hairpipe.cli import main; main()"
 BENCHES = "import runpy; runpy.run_module('hairpipe.graphs.experiments.bench', run_name='__main__')"
 STARTED = {
     "run": "run shot.toml -j1 -q",

@@ -29,7 +29,7 @@ def test_citation_and_changelog_name_the_version_and_its_date():
 def test_commands_print_the_version():
     for words in (["version"], ["--version"]):
         printed = subprocess.run(
-            [sys.executable, "-c", "from hairpipe.app.cli import main; main()", *words], capture_output=True, text=True
+            [sys.executable, "-c", "from hairpipe.cli import main; main()", *words], capture_output=True, text=True
         ).stdout
         assert printed.split()[:2] == ["hairpipe", hairpipe.__version__]
 

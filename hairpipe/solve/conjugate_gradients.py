@@ -37,7 +37,6 @@ from numba import njit, prange
 
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.simd import load, store, width
-from hairpipe.solve import conjugate_gradients as pcg
 from hairpipe.solve.couplings import (
     NOWHERE,
     CouplingRows,
@@ -227,7 +226,7 @@ def _advance_some(begin, step, p, q, w, s, r, x):
 
 
 _TOLERANCE = 6e-2
-"""Relative, of the change of velocity, see `pcg.solve`: step-to-step noise of contact exceeds the remaining error."""
+"""Relative, of the change of velocity, see `solve`: step-to-step noise of contact exceeds the remaining error."""
 
 
 @dataclass(eq=False)
@@ -280,12 +279,12 @@ class StrandCoupling:
     def exchange(
         self, respond: Callable[[np.ndarray, np.ndarray], None], alone: np.ndarray, masses: np.ndarray
     ) -> np.ndarray:
-        """Return the impulses that strands exchange [N s], (P, 3) float32; see `pcg.solve`."""
+        """Return the impulses that strands exchange [N s], (P, 3) float32; see `solve`."""
 
         def multiply(v: np.ndarray, start: np.ndarray, out: np.ndarray) -> None:
             multiply_across(self._rows, v, start, out)
 
-        return pcg.solve(respond, multiply, alone, masses, _TOLERANCE, pcg.STILL * self.speed).impulses
+        return solve(respond, multiply, alone, masses, _TOLERANCE, STILL * self.speed).impulses
 
     def follow(self, change: np.ndarray, active: np.ndarray, received: np.ndarray) -> None:
         """Update for a solve that changed velocities of active points, (P,) bool, by a change [m/s], (P, 3).

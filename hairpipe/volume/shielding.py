@@ -3,7 +3,7 @@
 In a volume V with segments of lengths L at angles q to the wind, drag removes momentum of the air along the wind. With
 U the speed of the wind and s the distance along it, the balance of momentum is
 
-    rho U dU/ds = -sum L c_n U sin^2 q / V,   c_n = (1/2) rho d C_D U   (see `cylinder.py`)
+    rho U dU/ds = -sum L c_n U sin^2 q / V,   c_n = (1/2) rho d C_D U   (see `laws/drag.py`)
 
     dU/ds = -(1/2) C_D a U,   a = sum L d sin^2 q / V
 

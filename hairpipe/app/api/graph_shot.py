@@ -34,6 +34,8 @@ from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
 from hairpipe.values import Table
 
+__all__ = ["GraphShot", "Member"]
+
 
 class Stopping(Judge):
     """Stopped variants, with frame and reason.
@@ -111,9 +113,6 @@ def broken(criterion: Comparison, table: Table) -> str | None:
         return None
     value = min(worst) if criterion.relation.startswith("<") else max(worst)
     return f"{criterion.left} {value:.4g} {criterion.relation} {json.dumps(criterion.right)}"
-
-
-__all__ = ["GraphShot", "Member"]
 
 
 class GraphShot:

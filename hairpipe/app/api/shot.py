@@ -29,6 +29,22 @@ from hairpipe.engine.worker.machine_code import kernels_parent
 from hairpipe.errors import BadInput
 from hairpipe.values import Table
 
+__all__ = [
+    "Edge",
+    "Explanation",
+    "File",
+    "Graph",
+    "Node",
+    "Player",
+    "Record",
+    "Shot",
+    "Task",
+    "Wedge",
+    "load",
+    "played_nodes",
+    "project_of",
+]
+
 
 @dataclass(frozen=True)
 class Variant:
@@ -142,23 +158,6 @@ class WedgeShot(GraphShot):
                 where = f"{self.path}: [wedge.{self.definition.name}]"
                 right = "a measure of every frame: watch_hair"
                 raise BadInput(what, where=where, right=right)
-
-
-__all__ = [
-    "Edge",
-    "Explanation",
-    "File",
-    "Graph",
-    "Node",
-    "Player",
-    "Record",
-    "Shot",
-    "Task",
-    "Wedge",
-    "load",
-    "played_nodes",
-    "project_of",
-]
 
 
 def load(

@@ -12,11 +12,11 @@ import click
 from click.shell_completion import add_completion_class
 
 from hairpipe import __version__
-from hairpipe.app.cli import leave
 from hairpipe.app.cli.completion import Bash
 from hairpipe.app.cli.options import EXPERIMENTS, check_experiments, has_experiments
 from hairpipe.app.cli.stderr import ClosedPipe, fail, open_stderr
 from hairpipe.child import search_path
+from hairpipe.cli import leave
 from hairpipe.engine.node.messages import nearest, one_line
 from hairpipe.errors import BadInput
 

@@ -49,7 +49,7 @@ START = [
     "-c",
     """from hairpipe.engine.worker import machine_code
 machine_code.kernel_modules = lambda: iter(())
-from hairpipe.app.cli import main
+from hairpipe.cli import main
 main()""",
 ]
 """The command line as a process; like `shot`, it does not analyse modules with kernels, which no toy calls."""

@@ -170,7 +170,7 @@ class Interrupt:
         if name == "{}":
             os.kill(os.getpid(), signal.SIGINT)
 sys.meta_path.insert(0, Interrupt())
-from hairpipe.app.cli import main
+from hairpipe.cli import main
 main()
 """
 

@@ -10,7 +10,7 @@ import pytest
 POISON = "import os\nopen(os.environ['POISON'], 'a').write(__file__ + ' ')\n"
 NAMES = ("json", "numpy", "h5py", "click", "numba", "random", "sitecustomize", "usercustomize", "yaml")
 PACKAGES = ("pxr", "hairpipe", "scipy")
-START = [sys.executable, "-P", "-c", "from hairpipe.app.cli import main; main()"]  # as the script that pip makes does
+START = [sys.executable, "-P", "-c", "from hairpipe.cli import main; main()"]  # as the script that pip makes does
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from hairpipe.graphs.experiments.bench.report import Case, Report, make_report
 
 HAIR = "hair"
 """Name of the scan in our graphs."""
-_MAIN = "from hairpipe.app.cli import main; sys.argv[1:] = {!r}; main()"
+_MAIN = "from hairpipe.cli import main; sys.argv[1:] = {!r}; main()"
 
 
 def measure_first_use(graph_path: Path, overrides: Mapping[str, str], node: str = HAIR) -> Report:

@@ -27,7 +27,7 @@ WEDGE, FRAMES = "sixteen", "1-24"
 OPENJD = Path(sys.executable).parent / "openjd"
 PROGRAM = """#!{python} -P
 import os, subprocess, sys
-words = [sys.executable, "-P", "-c", "from hairpipe.app.cli import main; main()", *sys.argv[1:]]
+words = [sys.executable, "-P", "-c", "from hairpipe.cli import main; main()", *sys.argv[1:]]
 counts = os.environ.get("HAIRPIPE_BENCH_COUNTS") if sys.argv[1] == "run" else None
 done = subprocess.run([*words, "-q", "--json"] if counts else words, stdout=subprocess.PIPE if counts else None)
 if counts:

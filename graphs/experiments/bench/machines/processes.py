@@ -23,7 +23,7 @@ FOLDERS = ("HOME", "TMPDIR", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME
 MORTAL = "from hairpipe.child import die_with_parent; die_with_parent()"
 NO_KERNELS = "from hairpipe.engine.worker import machine_code\nmachine_code.kernel_modules = lambda: iter(())"
 """Prelude for nodes without kernels: those of hairpipe are not analysed, which takes seconds with every new store."""
-COMMAND_LINE = "from hairpipe.app.cli import main; sys.argv[1:] = {!r}; main()"
+COMMAND_LINE = "from hairpipe.cli import main; sys.argv[1:] = {!r}; main()"
 
 
 class Machine(NamedTuple):
