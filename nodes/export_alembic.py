@@ -30,7 +30,7 @@ def export_alembic(
     parting  maximum angle between a strand and its guides at rest, from root to tip
     hairs    number of hairs that the strands represent, as in `export_usd`; if absent, widths are diameters
     """
-    from hairpipe.formats.alembic_curves import write_alembic
+    from hairpipe.formats.alembic import write_alembic
     from hairpipe.formats.groom_shot import GroomShot
     from hairpipe.groom.guides import with_guides
 

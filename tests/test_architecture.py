@@ -84,7 +84,7 @@ ROOMS = {
 OPENVDB = ("hairpipe/openvdb_library.py", "hairpipe/levelset/bake.py")
 PLACES = {
     "pxr": "hairpipe/formats/usd/",
-    "alembic3d": "hairpipe/formats/alembic_meshes.py",
+    "alembic3d": "hairpipe/formats/alembic.py",
     "bpy": ("hairpipe/render/cycles", "hairpipe/formats/blender", *OPENVDB),
     **dict.fromkeys(("openvdb", "pyopenvdb"), OPENVDB),
     "blosc": "hairpipe/formats/vdb_read.py",

@@ -7,7 +7,7 @@ import pytest
 
 from hairpipe.apart import pack, unpack
 from hairpipe.errors import BadInput
-from hairpipe.formats.usd.check.finding import Fault, Finding
+from hairpipe.formats.usd.check.scene import Fault, Finding
 from hairpipe.values import Mesh
 
 

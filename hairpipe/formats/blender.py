@@ -14,7 +14,7 @@ from typing import Any
 from hairpipe.apart import work_apart
 from hairpipe.child import command, environment
 from hairpipe.errors import BadInput
-from hairpipe.formats.usd.drawn_prims import Drawn, find_drawn
+from hairpipe.formats.usd.stage import Drawn, find_drawn
 from hairpipe.plain_file import checked_size
 
 IN_MODULE = "from hairpipe.child import die_with_parent; die_with_parent(); from {module} import main; main()"

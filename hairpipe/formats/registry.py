@@ -49,9 +49,9 @@ USD = Format(
 )
 GLTF = Format(
     gltf.SUFFIXES,
-    body="hairpipe.formats.gltf_meshes.read_body",
-    meshes="hairpipe.formats.gltf_meshes.read_moving",
-    motion="hairpipe.formats.gltf_meshes.read_joints",
+    body="hairpipe.formats.gltf.read_body",
+    meshes="hairpipe.formats.gltf.read_moving",
+    motion="hairpipe.formats.gltf.read_joints",
     is_rigged=True,
     has_clips=True,
 )
@@ -61,9 +61,9 @@ FORMATS = (
     GLTF,
     Format(
         (".abc",),
-        body="hairpipe.formats.alembic_meshes.read_rest",
-        meshes="hairpipe.formats.alembic_meshes.read",
-        strands="hairpipe.formats.alembic_curves.read_alembic",
+        body="hairpipe.formats.alembic.read_rest",
+        meshes="hairpipe.formats.alembic.read",
+        strands="hairpipe.formats.alembic.read_alembic",
     ),
     Format((".hair",), strands="hairpipe.formats.yuksel.read_hair"),
     Format((".data", ".bin"), strands="hairpipe.formats.polylines.read_records"),
@@ -247,8 +247,8 @@ def _list_layers(path: Path) -> dict[str, Path]:
     """Return the existing files that a stage is composed of, and those of its value clips, by relative paths."""
     known = _known.get(path)
     if known is None or any(stamp_of(file) != stamp for file, stamp in known[0].items()):
-        from hairpipe.formats.usd.layer_files import list_files as composed
-        from hairpipe.formats.usd.layer_files import with_folders
+        from hairpipe.formats.usd.stage import list_files as composed
+        from hairpipe.formats.usd.stage import with_folders
 
         found = work_apart(composed, path)
         stamps = {str(place): stamp_of(str(place)) for place in with_folders(found)}

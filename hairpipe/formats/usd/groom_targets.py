@@ -14,7 +14,7 @@ from pxr import Sdf, Usd, UsdGeom, Vt
 
 from hairpipe import __version__
 from hairpipe.formats.groom_shot import GroomShot
-from hairpipe.formats.usd.attributes import GUIDED, KNOWN
+from hairpipe.formats.usd.curves import GUIDED, KNOWN
 from hairpipe.formats.usd.shot import (
     author_body,
     author_curves,

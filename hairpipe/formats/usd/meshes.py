@@ -12,7 +12,6 @@ from hairpipe.errors import BadInput
 from hairpipe.formats.animated_meshes import Instant, Points, read_at, sampled
 from hairpipe.formats.polygons import Polygons, join_polygons, triangulate, warn_of_cage
 from hairpipe.formats.rigging import Key, Part, join_parts
-from hairpipe.formats.usd.layer_files import list_files, with_folders
 from hairpipe.formats.usd.skeleton import (
     REST,
     Binding,
@@ -34,6 +33,7 @@ from hairpipe.formats.usd.stage import (
     checked,
     columns,
     go_to,
+    list_files,
     location,
     move,
     numbers,
@@ -45,6 +45,7 @@ from hairpipe.formats.usd.stage import (
     time_of,
     transform_codes,
     usd_faults,
+    with_folders,
 )
 from hairpipe.plain_file import Absent
 from hairpipe.values import Body, DualQuaternions, Mesh

@@ -11,7 +11,7 @@ import pytest
 
 from hairpipe.engine import Time
 from hairpipe.errors import BadInput
-from hairpipe.formats.alembic_meshes import read
+from hairpipe.formats.alembic import read
 from hairpipe.formats.animated_meshes import Instant
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_mesh_cache import load_mesh_cache

@@ -11,7 +11,7 @@ from pxr import Gf, Usd, UsdGeom, Vt
 
 from hairpipe.engine import Time
 from hairpipe.engine.node.signature import First
-from hairpipe.formats.gltf_nodes import find_take
+from hairpipe.formats.gltf import find_take
 from hairpipe.nodes.load_mesh_cache import load_mesh_cache
 
 TRIANGLE = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.formats.alembic_curves import read_alembic
+from hairpipe.formats.alembic import read_alembic
 
 Abc = pytest.importorskip("alembic3d").Abc
 G = pytest.importorskip("alembic3d").AbcGeom

@@ -11,7 +11,7 @@ import pytest
 from pxr import Usd, UsdGeom
 
 from hairpipe.errors import BadInput
-from hairpipe.formats.alembic_curves import TARGETS, read_alembic, size_of, write_alembic
+from hairpipe.formats.alembic import TARGETS, read_alembic, size_of, write_alembic
 from hairpipe.formats.groom_shot import GroomShot
 from hairpipe.formats.usd.curves import read_curves
 from hairpipe.formats.usd.groom_targets import write_groom

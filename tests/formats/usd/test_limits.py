@@ -13,8 +13,7 @@ from hairpipe.apart import work_apart
 from hairpipe.app.cli.commands.files import lint_file
 from hairpipe.errors import BadInput
 from hairpipe.formats.registry import read_body, read_strands
-from hairpipe.formats.usd.layer_files import find_layers
-from hairpipe.formats.usd.stage import open_stage
+from hairpipe.formats.usd.stage import find_layers, open_stage
 
 LEVELS = 40
 

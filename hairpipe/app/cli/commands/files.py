@@ -13,7 +13,7 @@ from hairpipe.engine.node.messages import one_line
 from hairpipe.plain_file import check_plain
 
 if TYPE_CHECKING:
-    from hairpipe.formats.usd.check.finding import Finding
+    from hairpipe.formats.usd.check.scene import Finding
 
 
 @click.command()

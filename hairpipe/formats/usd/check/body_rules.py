@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdVol
 
-from hairpipe.formats.usd.check.finding import Fault, fault_of
-from hairpipe.formats.usd.check.scene import TINY, TOKENS, Roots, Scene, Snapshot, Track, notes_of
+from hairpipe.formats.usd.check.scene import TINY, TOKENS, Fault, Roots, Scene, Snapshot, Track, fault_of, notes_of
 from hairpipe.formats.usd.check.stage_rules import why_hidden
 from hairpipe.formats.usd.stage import spaces_of
 from hairpipe.plain_file import special

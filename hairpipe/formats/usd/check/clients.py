@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from pxr import UsdGeom
 
-from hairpipe.formats.usd.check.finding import Fault, Rule, fault_of
-from hairpipe.formats.usd.check.scene import TOKENS, Scene, Track
+from hairpipe.formats.usd.check.scene import TOKENS, Fault, Rule, Scene, Track, fault_of
 
 TRIPLES = ("float3[]", "vector3f[]")
 PAIRS = ("float2[]", "texCoord2f[]", "double2[]")

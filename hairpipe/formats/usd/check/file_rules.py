@@ -9,9 +9,8 @@ from typing import Any
 from pxr import Ar, Sdf, Tf, Usd, UsdVol
 
 from hairpipe.errors import BadInput
-from hairpipe.formats.usd.check.finding import Fault, fault_of
-from hairpipe.formats.usd.layer_files import clip_names
-from hairpipe.formats.usd.stage import message_of
+from hairpipe.formats.usd.check.scene import Fault, fault_of
+from hairpipe.formats.usd.stage import clip_names, message_of
 from hairpipe.plain_file import special
 
 ABSOLUTE = re.compile(r"^(/|\\\\|[A-Za-z]:[/\\]|file:)")

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 from pxr import UsdGeom
 
-from hairpipe.formats.usd.check.finding import Fault, fault_of
-from hairpipe.formats.usd.check.scene import REST, TINY, TOKENS, Scene, Snapshot, Track
+from hairpipe.formats.usd.check.scene import REST, TINY, TOKENS, Fault, Scene, Snapshot, Track, fault_of
 
 IDS = re.compile(r"(?i)(^|[:_])((hair|strand|curve|groom)?_?ids?|[a-z]+Id)$")
 """Names of ids of strands in other programs."""

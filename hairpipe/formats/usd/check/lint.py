@@ -17,8 +17,7 @@ from hairpipe.formats.usd.check import (
     shape_rules,
     stage_rules,
 )
-from hairpipe.formats.usd.check.finding import Finding, Rule, Subject
-from hairpipe.formats.usd.check.scene import Track, find_scene
+from hairpipe.formats.usd.check.scene import Finding, Rule, Subject, Track, find_scene
 from hairpipe.formats.usd.stage import message_of, open_stage, usd_faults
 
 RULES = (

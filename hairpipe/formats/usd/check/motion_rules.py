@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.formats.usd.check.finding import Fault
-from hairpipe.formats.usd.check.scene import TINY, Scene, Snapshot, Track
+from hairpipe.formats.usd.check.scene import TINY, Fault, Scene, Snapshot, Track
 
 MISFIT = 0.75  # largest relative difference of a step and its velocities, which are those of instants between
 SLIGHT = 0.1  # of the usual step: smaller steps are ignored

@@ -7,8 +7,7 @@ from itertools import pairwise
 import numpy as np
 from pxr import Kind, Sdf, Sdr, Usd, UsdGeom, UsdShade, UsdVol
 
-from hairpipe.formats.usd.check.finding import Fault, fault_of
-from hairpipe.formats.usd.check.scene import Scene, Track
+from hairpipe.formats.usd.check.scene import Fault, Scene, Track, fault_of
 from hairpipe.formats.usd.check.stage_rules import has_range, missing_targets
 
 

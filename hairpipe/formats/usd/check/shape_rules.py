@@ -5,8 +5,7 @@ from collections.abc import Iterator, Sized
 import numpy as np
 from pxr import UsdGeom, UsdVol
 
-from hairpipe.formats.usd.check.finding import Fault, fault_of
-from hairpipe.formats.usd.check.scene import TINY, TOKENS, Scene, Snapshot, Track
+from hairpipe.formats.usd.check.scene import TINY, TOKENS, Fault, Scene, Snapshot, Track, fault_of
 from hairpipe.values.groom import DIAMETERS
 
 USUAL = {"pref": TOKENS.vertex, "hairId": TOKENS.uniform, "st": TOKENS.uniform}

@@ -10,8 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 from pxr import Pcp, Sdf, Usd, UsdGeom, UsdValidation
 
-from hairpipe.formats.usd.check.finding import Fault, Finding, fault_of
-from hairpipe.formats.usd.check.scene import OURS, TINY, Scene, Snapshot
+from hairpipe.formats.usd.check.scene import OURS, TINY, Fault, Finding, Scene, Snapshot, fault_of
 from hairpipe.formats.usd.stage import RENDERED, shortened
 
 

@@ -9,8 +9,8 @@ import pytest
 from pxr import Sdf, Usd, UsdValidation, Vt
 
 from hairpipe.formats.usd.check.lint import lint
-from hairpipe.formats.usd.layer_files import expand
 from hairpipe.formats.usd.shot import Shot, write_clips, write_shot
+from hairpipe.formats.usd.stage import expand
 from hairpipe.values import Strands
 
 HAIR, BODY = "/shot/hair", "/shot/body"
