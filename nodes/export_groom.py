@@ -31,7 +31,7 @@ def export_groom(
     parting  maximum angle between a strand and its guides at rest, from root to tip
     hairs    number of hairs that the strands represent, as in `export_usd`; if absent, widths are diameters
     """
-    from hairpipe.formats.usd.groom_targets import GroomShot, write_groom
+    from hairpipe.formats.usd.shot import GroomShot, write_groom
     from hairpipe.groom.guides import with_guides
 
     path = workspace / "groom.usdc"

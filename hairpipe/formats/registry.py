@@ -42,7 +42,7 @@ USD = Format(
     (".usd", ".usda", ".usdc", ".usdz"),
     body="hairpipe.formats.usd.meshes.read_body",
     meshes="hairpipe.formats.usd.meshes.read_moving",
-    motion="hairpipe.formats.usd.skeleton.read",
+    motion="hairpipe.formats.usd.meshes.read_joints",
     strands="hairpipe.formats.usd.curves.read_curves",
     is_rigged=True,
     is_stage=True,

@@ -14,7 +14,7 @@ from hairpipe.errors import BadInput
 from hairpipe.formats.alembic import TARGETS, read_alembic, size_of, write_alembic
 from hairpipe.formats.groom_shot import GroomShot
 from hairpipe.formats.usd.curves import read_curves
-from hairpipe.formats.usd.groom_targets import write_groom
+from hairpipe.formats.usd.shot import write_groom
 from hairpipe.values import Strands
 from tests.formats.complete_groom import complete_groom
 

@@ -9,7 +9,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, Vt
 
 from hairpipe.errors import BadInput
-from hairpipe.formats.usd.skeleton import Binding, find_bindings
+from hairpipe.formats.usd.meshes import Binding, find_bindings
 from hairpipe.formats.usd.stage import RENDERED, spaces_of, to_metres
 
 Severity = Literal["error", "warning"]
