@@ -12,6 +12,7 @@ from hairpipe.apart import work_apart
 from hairpipe.errors import BadInput
 from hairpipe.formats import gltf, sequences
 from hairpipe.formats.animated_meshes import Instant, Polygons
+from hairpipe.formats.makehuman import read_skeleton, read_weights
 from hairpipe.formats.rigging import JointMotion, body_of
 from hairpipe.plain_file import Absent, stamp_of
 from hairpipe.values import Body, Mesh
@@ -21,21 +22,13 @@ Content = Literal["body", "meshes", "motion", "strands"]
 
 
 class Format(NamedTuple):
-    """Functions that read a format in a child process, by what its files can hold; "" where they hold none of it.
-
-    is_rigged  whether a body has its own joints
-    has_clips  whether a file has several animations, by name
-    is_stage   whether a file is composed of others, has time codes, and states its unit and axes
-    """
+    """Functions that read a format in a child process, by what its files can hold; "" where they hold none of it."""
 
     suffixes: tuple[str, ...]
     body: str = ""
     meshes: str = ""
     motion: str = ""
     strands: str = ""
-    is_rigged: bool = False
-    has_clips: bool = False
-    is_stage: bool = False
 
 
 USD = Format(
@@ -44,17 +37,15 @@ USD = Format(
     meshes="hairpipe.formats.usd.meshes.read_moving",
     motion="hairpipe.formats.usd.meshes.read_joints",
     strands="hairpipe.formats.usd.curves.read_curves",
-    is_rigged=True,
-    is_stage=True,
 )
+"""Stages are composed of other files, have time codes, and contain skeletons, as glTF files do."""
 GLTF = Format(
     gltf.SUFFIXES,
     body="hairpipe.formats.gltf.read_body",
     meshes="hairpipe.formats.gltf.read_moving",
     motion="hairpipe.formats.gltf.read_joints",
-    is_rigged=True,
-    has_clips=True,
 )
+"""Files with several animations, by name."""
 BVH = Format((".bvh",), motion="hairpipe.formats.bvh.recall_bvh")
 FORMATS = (
     USD,
@@ -129,22 +120,20 @@ def read_body(
         what = "a skeleton requires weights, and weights a skeleton"
         raise BadInput(what, where="skeleton, weights", right="both or neither")
     form = _format_of(path, "body", "bodies are")
-    if time is not None and not form.is_stage:
+    if time is not None and form is not USD:
         raise BadInput("the file has no time codes", where="time_code", right="no time_code, or a USD file")
-    if skeleton is not None and form.is_rigged:
-        what = f"{'USD' if form.is_stage else 'glTF'} files contain their skeleton"
+    if skeleton is not None and form in (USD, GLTF):
+        what = f"{'USD' if form is USD else 'glTF'} files contain their skeleton"
         raise BadInput(what, where="skeleton", right="no skeleton and weights")
     if skeleton is not None and ".obj" not in form.suffixes:
         right = "no skeleton and weights, or an OBJ file"
         raise BadInput("a MakeHuman rig fits OBJ files", where="skeleton", right=right)
-    found = _read(form.body, path, group, *((time, absent) if form.is_stage else ()))
+    found = _read(form.body, path, group, *((time, absent) if form is USD else ()))
     if isinstance(found, Body):
         return found
     mesh: Mesh = found.mesh
     if skeleton is None or weights is None:
         return body_of(mesh)
-    from hairpipe.formats.makehuman import read_skeleton, read_weights
-
     joints = work_apart(read_skeleton, skeleton, mesh.points)
     return Body(mesh, joints, *work_apart(read_weights, weights, joints.names, len(mesh.points)))
 
@@ -162,7 +151,7 @@ def read_moving(
     """
     form = _format_of(path, "meshes", "meshes are")
     _check_clip(form, clip)
-    options = (clip, instant) if form.has_clips else (instant, absent) if form.is_stage else (instant,)
+    options = (clip, instant) if form is GLTF else (instant, absent) if form is USD else (instant,)
     return _read(form.meshes, path, group, *options)
 
 
@@ -176,12 +165,12 @@ def recall_joints(
     group, clip, absent  as of `read_moving`; fps  of the shot [1/s]
     """
     form = _format_of(path, "motion", "motion is")
-    if form is BVH and (clip or group):
-        raise BadInput("a BVH file has one clip", where=path, right="no clip and no group")
     if form is BVH:
+        if clip or group:
+            raise BadInput("a BVH file has one clip", where=path, right="no clip and no group")
         return None
     _check_clip(form, clip)
-    options = (clip, fps) if form.has_clips else (absent,)
+    options = (clip, fps) if form is GLTF else (absent,)
     stamps = tuple(stamp_of(str(file)) for file in list_files(path).values())
     return _recall_joints(form.motion, path, (group, *options), stamps)
 
@@ -192,7 +181,7 @@ def _recall_joints(function: str, path: Path, options: tuple[Any, ...], _: tuple
 
 
 def _check_clip(form: Format, clip: str | None) -> None:
-    if clip is not None and not form.has_clips:
+    if clip is not None and form is not GLTF:
         right = f"no clip, or a file {' or '.join(GLTF.suffixes)}"
         raise BadInput("the format has no clips", where="clip", right=right)
 
@@ -215,7 +204,7 @@ def read_strands(
     Raises BadInput, with the place, where the file cannot be read.
     """
     form = _format_of(path, "strands", "hair is")
-    return _read(form.strands, path, *((None, time, guides, absent) if form.is_stage else (unit, up)))
+    return _read(form.strands, path, *((None, time, guides, absent) if form is USD else (unit, up)))
 
 
 def list_files(path: Path) -> dict[str, Path]:

@@ -10,7 +10,8 @@ import importlib
 import os
 import struct
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
@@ -76,30 +77,37 @@ class Cursor:
         self.file.seek(place)
 
 
-def inspect(path: Path) -> list[Grid]:
-    """Return the headers of the grids of an OpenVDB file; raises BadInput for a damaged or another file."""
+@contextmanager
+def opened(path: Path) -> Iterator[Cursor]:
     checked_size(path, "a readable OpenVDB file")
     try:
         with path.open("rb") as file:
-            cursor = Cursor(file, path)
-            return [read_grid(cursor) for _ in range(open_archive(cursor))]
+            yield Cursor(file, path)
     except OSError as error:
         raise BadInput(error.strerror or str(error), where=path, right="a readable OpenVDB file") from error
 
 
-def box(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the corners of the box of the level set `surface` in a file of ours [m].
+def inspect(path: Path) -> list[Grid]:
+    """Return the headers of the grids of an OpenVDB file; raises BadInput for a damaged or another file."""
+    found = []
+    with opened(path) as cursor:
+        for name, _ in grids_of(cursor):
+            cursor.number("I")
+            facts = read_metadata(cursor)
+            found.append(Grid(name, str(facts.get("class", "")).replace("unknown", ""), box_of(facts)))
+    return found
 
-    Raises BadInput where the file has none, or is damaged.
-    """
+
+def box(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the corners of the box of the level set `surface` [m]; BadInput where a file of ours has none."""
     found = next((grid.box for grid in inspect(path) if grid.name == "surface" and grid.box), None)
     if found is None:
         raise BadInput("the file has no level set 'surface' of known size", where=path, right="a file of export_vdb")
     return found
 
 
-def open_archive(cursor: Cursor) -> int:
-    """Read the header of a file up to its first grid; return the number of grids."""
+def grids_of(cursor: Cursor) -> Iterator[tuple[str, str]]:
+    """Yield the name of each grid of a file and the type of its tree, at the first byte of the grid."""
     if cursor.number("q") != MAGIC:
         raise cursor.fail("not an OpenVDB file")
     version, _, _ = cursor.numbers("3I")
@@ -110,7 +118,12 @@ def open_archive(cursor: Cursor) -> int:
         raise cursor.fail(what, "a file that OpenVDB saved", Unread)
     cursor.bytes(UUID.stop - UUID.start)
     read_metadata(cursor)
-    return checked_count(cursor, 36)
+    for _ in range(checked_count(cursor, 36)):
+        name, kind, _ = cursor.text(), cursor.text(), cursor.text()
+        start, _, end = cursor.numbers("3q")
+        cursor.seek(start)
+        yield name.split("\x1e")[0], kind  # OpenVDB appends this character and a number to repeated names
+        cursor.seek(end)
 
 
 def checked_count(cursor: Cursor, least: int) -> int:
@@ -119,17 +132,6 @@ def checked_count(cursor: Cursor, least: int) -> int:
     if count * least > cursor.size - cursor.file.tell():
         raise cursor.fail(f"{count} entries are announced, more than the file has room for")
     return count
-
-
-def read_grid(cursor: Cursor) -> Grid:
-    name, _, _ = cursor.text(), cursor.text(), cursor.text()
-    start, _, end = cursor.numbers("3q")
-    cursor.seek(start)
-    cursor.number("I")
-    facts = read_metadata(cursor)
-    cursor.seek(end)
-    # OpenVDB appends this character and a number to repeated names.
-    return Grid(name.split("\x1e")[0], str(facts.get("class", "")).replace("unknown", ""), box_of(facts))
 
 
 def box_of(facts: dict[str, Any]) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
@@ -182,23 +184,20 @@ class Voxels(NamedTuple):
     translation: np.ndarray
 
 
-Unpack = Callable[[Cursor, bytes, int], bytes]
-"""Decompresses the bytes of values, of a known number."""
-
-
 class _Coding(NamedTuple):
     """How the values of a grid are stored.
 
     number  character of their type
     half    whether they are cut to 16 bits
     masked  whether only active values are stored
-    unpack  decompresses them; None: they are not compressed
+    packed  whether they are compressed: by a library for Blosc, or by zlib
     """
 
     number: str
     half: bool
     masked: bool
-    unpack: Unpack | None
+    packed: bool
+    blosc: Any
 
 
 def read_voxels(path: Path, name: str) -> Voxels:
@@ -208,33 +207,19 @@ def read_voxels(path: Path, name: str) -> Voxels:
 
 def read_here(path: Path, name: str) -> Voxels:
     """Read the grid of a name; kinds of files that are not read here are read by OpenVDB, where it is installed."""
-    checked_size(path, "a readable OpenVDB file")
+    known = []
     try:
-        with path.open("rb") as file:
-            cursor = Cursor(file, path)
-            kind = _find(cursor, name)
-            return _read_grid(cursor, name, kind)
+        with opened(path) as cursor:
+            for called, kind in grids_of(cursor):
+                if called == name:
+                    return _read_grid(cursor, name, kind)
+                known.append(called)
     except Unread:
         if find_openvdb() is None:
             raise
         found = ask("read", f"{path}, grid '{name}'", path=str(path), name=name)
         return Voxels(found["indices"], found["values"], *_placed(found["matrix"], path))
-    except OSError as error:
-        raise BadInput(error.strerror or str(error), where=path, right="a readable OpenVDB file") from error
-
-
-def _find(cursor: Cursor, name: str) -> str:
-    """Go to the first byte of a grid; return the type of its tree."""
-    known = []
-    for _ in range(open_archive(cursor)):
-        called, kind, _ = cursor.text(), cursor.text(), cursor.text()
-        start, _, end = cursor.numbers("3q")
-        cursor.seek(start)
-        known.append(called.split("\x1e")[0])
-        if known[-1] == name:
-            return kind
-        cursor.seek(end)
-    raise BadInput(f"the file has no grid '{name}'", where=cursor.path, right=", ".join(known) or "a grid")
+    raise BadInput(f"the file has no grid '{name}'", where=path, right=", ".join(known) or "a grid")
 
 
 def _read_grid(cursor: Cursor, name: str, kind: str) -> Voxels:
@@ -244,8 +229,9 @@ def _read_grid(cursor: Cursor, name: str, kind: str) -> Voxels:
     if number is None:
         raise cursor.fail(f"the grid is a {kind}", "a tree of numbers, in leaves of 8 x 8 x 8", Unread)
     flags = cursor.number("I")
-    unpack = _unpacker_of(cursor, flags)
-    coding = _Coding(number, kind.endswith("_HalfFloat"), bool(flags & ACTIVE_MASK), unpack)
+    blosc = _import_blosc(cursor) if flags & BLOSC else None
+    is_half, is_masked, is_packed = kind.endswith("_HalfFloat"), bool(flags & ACTIVE_MASK), bool(flags & (BLOSC | ZIP))
+    coding = _Coding(number, is_half, is_masked, is_packed, blosc)
     read_metadata(cursor)
     voxel, translation = _read_map(cursor)
     if cursor.number("I") != 1:
@@ -339,48 +325,39 @@ def _read_values(cursor: Cursor, coding: _Coding, active: np.ndarray) -> np.ndar
         kind = np.dtype("<f2")
         if count == 0:
             return np.zeros(len(active), np.float32)
-    data = _read_data(cursor, count * kind.itemsize, coding.unpack)
+    data = _read_data(cursor, count * kind.itemsize, coding)
     found = np.zeros(len(active), np.float32)
     found[active if masked else slice(None)] = np.frombuffer(data, kind)
     return np.where(active, found, np.float32(0.0))
 
 
-def _read_data(cursor: Cursor, size: int, unpack: Unpack | None) -> bytes:
+def _read_data(cursor: Cursor, size: int, coding: _Coding) -> bytes:
     """Read bytes that may be compressed; uncompressed ones have a length that is not positive."""
-    length = -size if unpack is None else cursor.number("q")
-    data = cursor.bytes(-length) if unpack is None or length <= 0 else unpack(cursor, cursor.bytes(length), size)
+    length = cursor.number("q") if coding.packed else -size
+    data = cursor.bytes(abs(length))
+    if length > 0:
+        data = _unpacked(cursor, data, size, coding.blosc)
     if len(data) != size:
         raise cursor.fail(f"{len(data)} bytes of values where {size} should be")
     return data
 
 
-def _unpacker_of(cursor: Cursor, flags: int) -> Unpack | None:
-    """Return what decompresses values of a grid with these flags."""
-    if not flags & BLOSC:
-        return _unzip if flags & ZIP else None
+def _import_blosc(cursor: Cursor) -> Any:
     try:
-        blosc = importlib.import_module("blosc")
+        return importlib.import_module("blosc")
     except ImportError:
         right = "pip install 'hairpipe[vdb]', which installs blosc; or a file saved with zip"
         raise cursor.fail("values are compressed by Blosc", right, Unread) from None
 
-    def unpack(cursor: Cursor, data: bytes, size: int) -> bytes:
-        """Decompress a chunk; its header has its own number of bytes and that of its values."""
-        if len(data) < 16 or struct.unpack("<4xI4xI", data[:16]) != (size, len(data)):
-            raise cursor.fail(f"not a chunk of Blosc with {size} bytes of values")
-        try:
-            return blosc.decompress(data)
-        except blosc.blosc_extension.error as error:
-            raise cursor.fail(f"values cannot be unpacked: {error}") from None
 
-    return unpack
-
-
-def _unzip(cursor: Cursor, data: bytes, size: int) -> bytes:
-    """Decompress data of zlib, and not more than one byte too many."""
+def _unpacked(cursor: Cursor, data: bytes, size: int, blosc: Any) -> bytes:
+    """Decompress data of zlib, to one byte too many at most, or a chunk of Blosc, whose header has both sizes."""
+    if blosc is not None and (len(data) < 16 or struct.unpack("<4xI4xI", data[:16]) != (size, len(data))):
+        raise cursor.fail(f"not a chunk of Blosc with {size} bytes of values")
+    faults = zlib.error if blosc is None else blosc.blosc_extension.error
     try:
-        return zlib.decompressobj().decompress(data, size + 1)
-    except zlib.error as error:
+        return zlib.decompressobj().decompress(data, size + 1) if blosc is None else blosc.decompress(data)
+    except faults as error:
         raise cursor.fail(f"values cannot be unpacked: {error}") from None
 
 

@@ -1,4 +1,4 @@
-"""Polygon meshes of a stage: bodies at rest, animated meshes, and UsdSkel: skeletons, blend shapes, and their motion."""
+"""Meshes of a stage: bodies at rest, animated meshes, and UsdSkel: skeletons, blend shapes, and their motion."""
 
 import warnings
 from collections.abc import Iterator, Mapping, Sequence

@@ -133,88 +133,15 @@ METRICS = ("timeCodesPerSecond", "framesPerSecond", "metersPerUnit", "upAxis")
 """Metadata of layers that clips do not convert."""
 
 
-def clip_manifest(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find clips without a manifest: all of them are opened for the first value."""
-    for name, clips in (prim.GetMetadata("clips") or {}).items():
-        if not clips.get("manifestAssetPath"):
-            yield fault_of(prim, f"clip set {name} has no manifestAssetPath")
+Clips = list[tuple[str, Sdf.Layer | None]]
 
 
-def clip_values(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find clips without an attribute of the manifest; USD interpolates it from their neighbours."""
+def _clip_sets(prim: Usd.Prim) -> Iterator[tuple[str, str, Sdf.Layer | None, Clips]]:
+    """Yield the sets of value clips: name, path of the prim in the clips, manifest, and files with their layers."""
     api = Usd.ClipsAPI(prim)
     for name in prim.GetMetadata("clips") or {}:
-        manifest = _open(prim, api.GetClipManifestAssetPath(name))
-        root = Sdf.Path(api.GetClipPrimPath(name) or "/")
-        promised = _attributes(manifest, root) if manifest else []
-        for asset in api.ComputeClipAssetPaths(name):
-            clip = _open(prim, asset)
-            lacking = [p for p in promised if not clip.ListTimeSamplesForPath(p)] if clip else []
-            if lacking:
-                yield fault_of(prim, f"{asset.path} has no samples of {lacking[0]}; {len(lacking)} such")
-
-
-def clip_undeclared(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find attributes of clips that the manifest does not declare: they are never read."""
-    api = Usd.ClipsAPI(prim)
-    for name in prim.GetMetadata("clips") or {}:
-        manifest = _open(prim, api.GetClipManifestAssetPath(name))
-        path = api.GetClipPrimPath(name)
-        if manifest is None:
-            continue
-        if not path or not manifest.GetPrimAtPath(path):
-            yield fault_of(prim, f"clip set {name} has the primPath {path!r}, which its manifest has not")
-            continue
-        for asset in api.ComputeClipAssetPaths(name):
-            clip = _open(prim, asset)
-            held = [p for p in _attributes(clip, Sdf.Path(path)) if clip.ListTimeSamplesForPath(p)] if clip else []
-            lacking = [p for p in held if not manifest.GetAttributeAtPath(p)]
-            if lacking:
-                yield Fault(str(lacking[0]), f"{asset.path} has samples, but the manifest does not declare it")
-
-
-def clip_times(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find clips without a sample at a time at which they are played."""
-    api = Usd.ClipsAPI(prim)
-    for name in prim.GetMetadata("clips") or {}:
-        files = api.ComputeClipAssetPaths(name)
-        path = api.GetClipPrimPath(name)
-        if api.GetClipTemplateAssetPath(name) or not path:
-            continue
-        active = [(time, int(index)) for time, index in api.GetClipActive(name) or []]
-        unknown = [index for _, index in active if not 0 <= index < len(files)]
-        idle = sorted(set(range(len(files))) - {index for _, index in active})
-        if unknown or idle:
-            what = f"activates clip {unknown[0]}" if unknown else f"never activates {files[idle[0]].path}"
-            yield fault_of(prim, f"clip set {name} {what}; there are {len(files)} clips")
-        times = dict(api.GetClipTimes(name) or [])
-        wrong = []
-        for time, file in ((time, files[index]) for time, index in active if 0 <= index < len(files)):
-            clip = _open(prim, file)
-            own = clip.ListAllTimeSamples() if clip else []
-            wrong += [(time, file)] if own and times.get(time, time) not in own else []
-        if wrong:
-            time, file = wrong[0]
-            message = f"{file.path} has no sample at {times.get(time, time):g}, when it is played; {len(wrong)} such"
-            yield fault_of(prim, message, time)
-
-
-def clip_rates(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find clips of another rate, unit or up axis than the stage, which USD does not convert."""
-    api = Usd.ClipsAPI(prim)
-    root = prim.GetStage().GetRootLayer().pseudoRoot
-    for name in prim.GetMetadata("clips") or {}:
-        unlike: dict[str, list[str]] = {}
-        for asset in api.ComputeClipAssetPaths(name):
-            clip = _open(prim, asset)
-            if clip is None:
-                continue
-            for field in METRICS:
-                own = clip.pseudoRoot.GetInfo(field) if clip.pseudoRoot.HasInfo(field) else None
-                if own is not None and root.HasInfo(field) and own != root.GetInfo(field):
-                    unlike.setdefault(f"{field} {own}, the stage {root.GetInfo(field)}", []).append(asset.path)
-        for what, files in unlike.items():
-            yield fault_of(prim, f"{files[0]} has {what}; {len(files)} such clips")
+        clips = [(asset.path, _open(prim, asset)) for asset in api.ComputeClipAssetPaths(name)]
+        yield name, api.GetClipPrimPath(name), _open(prim, api.GetClipManifestAssetPath(name)), clips
 
 
 def _open(prim: Usd.Prim, asset: Sdf.AssetPath | None) -> Sdf.Layer | None:
@@ -224,8 +151,77 @@ def _open(prim: Usd.Prim, asset: Sdf.AssetPath | None) -> Sdf.Layer | None:
     return Sdf.Layer.FindOrOpen(resolved)
 
 
-def _attributes(layer: Sdf.Layer, root: Sdf.Path) -> list[Sdf.Path]:
+def clip_manifest(prim: Usd.Prim) -> Iterator[Fault]:
+    """Find clips without a manifest: all of them are opened for the first value."""
+    for name, clips in (prim.GetMetadata("clips") or {}).items():
+        if not clips.get("manifestAssetPath"):
+            yield fault_of(prim, f"clip set {name} has no manifestAssetPath")
+
+
+def clip_values(prim: Usd.Prim) -> Iterator[Fault]:
+    """Find clips without an attribute of the manifest; USD interpolates it from their neighbours."""
+    for _, path, manifest, clips in _clip_sets(prim):
+        promised = _attributes(manifest, path or "/") if manifest else []
+        for file, clip in clips:
+            lacking = [p for p in promised if not clip.ListTimeSamplesForPath(p)] if clip else []
+            if lacking:
+                yield fault_of(prim, f"{file} has no samples of {lacking[0]}; {len(lacking)} such")
+
+
+def clip_undeclared(prim: Usd.Prim) -> Iterator[Fault]:
+    """Find attributes of clips that the manifest does not declare: they are never read."""
+    for name, path, manifest, clips in _clip_sets(prim):
+        if manifest is None:
+            continue
+        if not path or not manifest.GetPrimAtPath(path):
+            yield fault_of(prim, f"clip set {name} has the primPath {path!r}, which its manifest has not")
+            continue
+        for file, clip in clips:
+            held = [p for p in _attributes(clip, path) if clip.ListTimeSamplesForPath(p)] if clip else []
+            lacking = [p for p in held if not manifest.GetAttributeAtPath(p)]
+            if lacking:
+                yield Fault(str(lacking[0]), f"{file} has samples, but the manifest does not declare it")
+
+
+def clip_times(prim: Usd.Prim) -> Iterator[Fault]:
+    """Find clips without a sample at a time at which they are played."""
+    api = Usd.ClipsAPI(prim)
+    for name, path, _, clips in _clip_sets(prim):
+        if api.GetClipTemplateAssetPath(name) or not path:
+            continue
+        active = [(time, int(index)) for time, index in api.GetClipActive(name) or []]
+        unknown = [index for _, index in active if not 0 <= index < len(clips)]
+        idle = sorted(set(range(len(clips))) - {index for _, index in active})
+        if unknown or idle:
+            what = f"activates clip {unknown[0]}" if unknown else f"never activates {clips[idle[0]][0]}"
+            yield fault_of(prim, f"clip set {name} {what}; there are {len(clips)} clips")
+        times = dict(api.GetClipTimes(name) or [])
+        wrong = []
+        for time, (file, clip) in ((time, clips[index]) for time, index in active if 0 <= index < len(clips)):
+            own = clip.ListAllTimeSamples() if clip else []
+            wrong += [(time, file)] if own and times.get(time, time) not in own else []
+        if wrong:
+            time, file = wrong[0]
+            message = f"{file} has no sample at {times.get(time, time):g}, when it is played; {len(wrong)} such"
+            yield fault_of(prim, message, time)
+
+
+def clip_rates(prim: Usd.Prim) -> Iterator[Fault]:
+    """Find clips of another rate, unit or up axis than the stage, which USD does not convert."""
+    root = prim.GetStage().GetRootLayer().pseudoRoot
+    for *_, clips in _clip_sets(prim):
+        unlike: dict[str, list[str]] = {}
+        for file, clip in clips:
+            for field in METRICS if clip else ():
+                own = clip.pseudoRoot.GetInfo(field) if clip.pseudoRoot.HasInfo(field) else None
+                if own is not None and root.HasInfo(field) and own != root.GetInfo(field):
+                    unlike.setdefault(f"{field} {own}, the stage {root.GetInfo(field)}", []).append(file)
+        for what, files in unlike.items():
+            yield fault_of(prim, f"{files[0]} has {what}; {len(files)} such clips")
+
+
+def _attributes(layer: Sdf.Layer, root: str) -> list[Sdf.Path]:
     paths: list[Sdf.Path] = []
-    layer.Traverse(root, paths.append)
+    layer.Traverse(Sdf.Path(root), paths.append)
     specs = [layer.GetAttributeAtPath(path) for path in paths if path.IsPropertyPath()]
     return [spec.path for spec in specs if spec and spec.variability == Sdf.VariabilityVarying]
