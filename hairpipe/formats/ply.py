@@ -15,7 +15,7 @@ import numpy as np
 
 from hairpipe.errors import BadInput
 from hairpipe.formats.polygons import Polygons, triangulate, warn_of_unused
-from hairpipe.formats.text import LARGEST, MOST_BYTES, parse_numbers
+from hairpipe.formats.text import LARGEST, MOST_BYTES, parse_number, parse_numbers
 from hairpipe.plain_file import content
 from hairpipe.values import Mesh
 
@@ -140,28 +140,20 @@ class Rows:
 
     def take(self, element: Element) -> Columns:
         """Return the properties of an element, whose rows are next."""
-        sizes = [self.size(p.length or p.kind) for p in element.properties]
-        needed = element.rows * sum(sizes)
+        needed = element.rows * sum(self.size(p.length or p.kind) for p in element.properties)
         left = len(self.data) - self.at
         if needed > left:
             what = f"{element.rows} rows of {element.name} need {needed} values or bytes more, the file has {left}"
             raise BadInput(what, where=self.path, right="a whole file")
-        lengths = self._lengths(element, sizes)
-        wide = list[np.ndarray]()
-        for p, size, count in zip(element.properties, sizes, lengths, strict=True):
-            wide.append(np.full(element.rows, size))
-            wide += [count * self.size(p.kind)] if p.length else []
-        spans = np.stack(wide, axis=1)
-        ends = self.at + np.cumsum(spans).reshape(spans.shape)
-        begin, self.at = self.at, int(ends[-1, -1]) if element.rows else self.at
+        if not element.rows:
+            none = np.empty(0, np.int64)
+            return {p.name: Lists(none, none) if p.length else none for p in element.properties}
+        spans = self._spans(element)
+        begin, self.at = self.at, int(spans[-1, -1, 1])
         columns: Columns = {}
-        place = 0
-        for p, count in zip(element.properties, lengths, strict=True):
-            place += p.length is not None
-            units = self._between(ends[:, place] - spans[:, place], ends[:, place], begin)
-            values = self.decode(units, p.kind)
-            columns[p.name] = Lists(count, values) if p.length else values
-            place += 1
+        for p, span in zip(element.properties, spans.swapaxes(0, 1), strict=True):
+            values = self.decode(self._between(*span.T, begin), p.kind)
+            columns[p.name] = Lists((span[:, 1] - span[:, 0]) // self.size(p.kind), values) if p.length else values
         return columns
 
     def _between(self, begins: np.ndarray, ends: np.ndarray, first: int) -> np.ndarray:
@@ -172,45 +164,32 @@ class Rows:
         edges[ends[filled] - first] -= 1
         return self.data[first : self.at][np.cumsum(edges[:-1], dtype=np.int8).view(bool)]
 
-    def _lengths(self, element: Element, sizes: list[int]) -> list[np.ndarray]:
-        """Return the number of values of each row for each list, (n,); empty for a single value."""
-        found = [np.empty(0, np.int64)] * len(sizes)
-        lists = [n for n, p in enumerate(element.properties) if p.length]
-        if not lists or not element.rows:
-            return found
-        counts, places, end = self._follow(element, sizes, 1)
-        width = end - self.at
-        alike = min(element.rows, (len(self.data) - self.at) // width)
-        table = self.data[self.at : self.at + alike * width].reshape(alike, width)
-        spans = [slice(place, place + sizes[n]) for n, place in zip(lists, places, strict=True)]
-        if alike == element.rows and all((table[:, span] == table[0, span]).all() for span in spans):
-            counts = np.repeat(counts, element.rows, axis=0)
-        else:
-            counts, _, _ = self._follow(element, sizes, element.rows)
-        for column, n in enumerate(lists):
-            found[n] = counts[:, column]
-        return found
+    def _spans(self, element: Element) -> np.ndarray:
+        """Return where the values of each property begin and end, (rows, properties, 2): at once for equal rows."""
+        first = self._follow(element, 1)
+        width = int(first[0, -1, 1]) - self.at
+        if (len(self.data) - self.at) // width >= element.rows:
+            table = self.data[self.at : self.at + element.rows * width].reshape(element.rows, width)
+            begins = zip(element.properties, first[0, :, 0] - self.at, strict=True)
+            heads = [table[:, begin - self.size(p.length) : begin] for p, begin in begins if p.length]
+            if all((head == head[0]).all() for head in heads):
+                return first + width * np.arange(element.rows)[:, None, None]
+        return self._follow(element, element.rows)
 
-    def _follow(self, element: Element, sizes: list[int], rows: int) -> tuple[np.ndarray, list[int], int]:
-        """Return the lengths of the lists of some rows, (rows, lists), their places in the last one, and its end."""
-        counts = array("q")
-        places = list[int]()
+    def _follow(self, element: Element, rows: int) -> np.ndarray:
+        """Return the spans of some rows, as of `_spans`, one after the other."""
+        spans = array("q")
         at = self.at
-        whole = [(p.length, size, self.size(p.kind)) for p, size in zip(element.properties, sizes, strict=True)]
+        sizes = [(p.length, self.size(p.length or p.kind), self.size(p.kind)) for p in element.properties]
         for _ in range(rows):
-            begin = at
-            places.clear()
-            for length, size, item in whole:
-                if length:
-                    places.append(at - begin)
-                    count = self._length(element, length, at)
-                    counts.append(count)
-                    at += count * item
-                at += size
+            for length, size, item in sizes:
+                begin = at + size if length else at
+                at = begin + (self._length(element, length, at) * item if length else size)
+                spans.extend((begin, at))
         if at > len(self.data):
             what = f"the lists of {element.name} end {at - len(self.data)} values or bytes after the file"
             raise BadInput(what, where=self.path, right="a whole file")
-        return np.array(counts, np.int64).reshape(rows, -1), places, at
+        return np.array(spans, np.int64).reshape(rows, -1, 2)
 
     def _length(self, element: Element, kind: str, at: int) -> int:
         """Return the length of a list; BadInput where there is none or it is longer than the file."""
@@ -225,18 +204,9 @@ def _numbers_in(text: bytes, path: Path) -> np.ndarray:
     count = np.count_nonzero(np.diff(np.isin(np.frombuffer(text, np.uint8), BLANKS).view(np.int8), prepend=1) < 0)
     found = parse_numbers(text, int(count))
     if found is None:
-        bad = next((w for w in re.finditer(rb"\S+", text) if not _is_number(w[0])), None)
-        what = f"{bad[0][:20].decode('latin-1') if bad else 'a word'!r} is not a number"
-        raise BadInput(what, where=path, right="numbers")
+        bad = next((word for word in text.decode("latin-1").split() if parse_number(word) is None), "a word")
+        raise BadInput(f"{bad[:20]!r} is not a number", where=path, right="numbers")
     return found
-
-
-def _is_number(word: bytes) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
 
 
 CORNERS = ("vertex_indices", "vertex_index")
