@@ -4,6 +4,7 @@ import hashlib
 import re
 import warnings
 from collections import Counter
+from collections.abc import Iterator
 from difflib import get_close_matches
 from pathlib import Path
 from typing import NamedTuple
@@ -19,6 +20,8 @@ NAMED = 8  # kinds of statements in a message
 BLANKS = b" \t\n\v\f"
 NOT_READ = ("vn", "s", "usemtl", "mtllib")
 """Statements of normals and materials, which are not used."""
+WIDTH = max(map(len, NOT_READ)) + 1
+"""Letters of a keyword that are compared: as many as ours have, and one more."""
 
 
 def read_polygons(path: Path, group: str | None = None) -> Polygons:
@@ -31,10 +34,7 @@ def read_polygons(path: Path, group: str | None = None) -> Polygons:
 
 
 def read_points(path: Path) -> tuple[np.ndarray, bytes]:
-    """Return the vertices of a file, (n, 3) float64, and a digest of the vertices of its faces.
-
-    Raises BadInput, with the line, as `read_polygons` does.
-    """
+    """Return the vertices of a file, (n, 3) float64, and a digest of its faces; BadInput as `read_polygons`."""
     file = _Obj(path)
     faces = file.items("f", least=3)
     return file.points, hashlib.blake2b(faces.corners.tobytes() + faces.sizes.tobytes()).digest()
@@ -57,10 +57,7 @@ class Lines(NamedTuple):
 
 
 def read_lines(path: Path) -> Lines:
-    """Read the vertices and the lines (l), with their groups or objects.
-
-    Raises BadInput, with the line, where the file cannot be read or has no lines.
-    """
+    """Read the vertices and the lines (l), with their groups or objects; BadInput, with the line, without any."""
     file = _Obj(path)
     lines = file.items("l", least=2)
     if not len(lines.sizes):
@@ -99,18 +96,15 @@ class _Obj:
         self.stops = np.flatnonzero(~is_blank & np.append(is_blank[1:], True)).astype(np.int32) + 1
         lines = np.searchsorted(self.ends, self.starts)
         self.firsts = np.append(np.flatnonzero(np.diff(lines, prepend=-1)), len(lines))
-        self.keywords = self._keywords()
-        self.lines = text
-        self.points = self.numbers("v", 3, 3)
-
-    def _keywords(self) -> np.ndarray:
-        """Return the first letters of the keywords, as many as ours have and one more, (s,) bytes."""
         heads = self.firsts[:-1]
-        width = max(map(len, NOT_READ)) + 1
-        places = self.starts[heads, None] + np.arange(width)
-        inside = places < self.stops[heads, None]
-        letters = np.where(inside, self.data[np.minimum(places, len(self.data) - 1)], 0)
-        return np.ascontiguousarray(letters).view(f"S{width}")[:, 0]
+        places = self.starts[heads, None] + np.arange(WIDTH)
+        letters = self.data[np.minimum(places, len(self.data) - 1)]
+        letters = np.where(places < self.stops[heads, None], letters, 0)
+        self.keywords = np.ascontiguousarray(letters).view(f"S{WIDTH}")[:, 0]
+        self.lines = text
+        # A number that one parser reads and another one does not.
+        self.unusable = BadInput("a number is not usable", where=path, right="decimal numbers")
+        self.points = self.numbers("v", 3, 3)
 
     def statements(self, keyword: str) -> np.ndarray:
         return np.flatnonzero(self.keywords == keyword.encode())
@@ -135,17 +129,18 @@ class _Obj:
         chosen = np.sort(chosen[np.concatenate([counts >= n for n in range(1, most + 1)])])
         values = parse_numbers(self.text_of(chosen, self.starts, self.stops), len(chosen))
         if values is None or (counts < least).any() or not (np.abs(values) <= LARGEST).all():
-            raise next(filter(None, (self.bad_numbers(s, least, most) for s in statements.tolist())), self.unusable())
+            raise next(self.bad_numbers(statements, least, most))
         table = np.zeros((len(statements), most))
         table[np.arange(most) < counts[:, None]] = values
         return table
 
-    def bad_numbers(self, statement: int, least: int, most: int) -> BadInput | None:
-        words = self.words(statement)[:most]
-        if len(words) >= least and None not in map(parse_number, words):
-            return None
-        what = f"{' '.join(words)[:60]!r} are not {least} usable numbers"
-        return self.fault(statement, what, "v x y z, vt u v")
+    def bad_numbers(self, statements: np.ndarray, least: int, most: int) -> Iterator[BadInput]:
+        for statement in statements.tolist():
+            words = self.words(statement)[:most]
+            if len(words) < least or None in map(parse_number, words):
+                what = f"{' '.join(words)[:60]!r} are not {least} usable numbers"
+                yield self.fault(statement, what, "v x y z, vt u v")
+        yield self.unusable
 
     def items(self, keyword: str, least: int) -> _Items:
         """Return the faces (f) or lines (l): corners i, i/j, i//k or i/j/k."""
@@ -177,25 +172,24 @@ class _Obj:
             found.append(np.full(len(words), -1))
             found[-1][chosen] = np.where(values > 0, values - 1, most + values)
         if len(found) < 2 or not given[0].all() or (last - first > 2).any():
-            faults = (self.bad_corner(int(s), self.words(s)) for s in statements)
-            raise next(filter(None, faults), self.unusable())
+            raise next(self.bad_corners(statements))
         return _Items(statements, sizes, *found)
 
-    def bad_corner(self, statement: int, words: list[str]) -> BadInput | None:
-        for word in words:
+    def bad_corners(self, statements: np.ndarray) -> Iterator[BadInput]:
+        for statement, word in ((s, word) for s in statements for word in self.words(s)):
             parts = word.split("/")
             if len(parts) > 3:
-                return self.fault(statement, f"{word[:40]!r} is not a corner of a face", "i, i/j, i//k or i/j/k")
+                yield self.fault(statement, f"{word[:40]!r} is not a corner of a face", "i, i/j, i//k or i/j/k")
             for part, name in zip(parts, ("v", "vt"), strict=False):
                 count = int(np.searchsorted(self.statements(name), statement))
                 if name == "vt" and not part:
                     continue
                 if not re.fullmatch(r"[+-]?[0-9]+", part):
-                    return self.fault(statement, f"{part[:40]!r} is not an index", "a whole number")
-                if not 1 <= abs(int(part[:20])) <= count:
+                    yield self.fault(statement, f"{part[:40]!r} is not an index", "a whole number")
+                elif not 1 <= abs(int(part[:20])) <= count:
                     right = f"1 to {count}, or -1 to -{count}"
-                    return self.fault(statement, f"index {part[:20]} does not exist", right)
-        return None
+                    yield self.fault(statement, f"index {part[:20]} does not exist", right)
+        yield self.unusable
 
     def groups(self, statements: np.ndarray) -> tuple[np.ndarray, list[tuple[str, ...]]]:
         """Return the place of the groups and the object of each statement, (k,), in a list of these."""
@@ -256,10 +250,6 @@ class _Obj:
         """Return a fault with the line of a statement."""
         line = self.lines.count(b"\n", 0, int(self.starts[self.firsts[statement]])) + 1
         return BadInput(what, where=f"{self.path}, line {line}", right=right)
-
-    def unusable(self) -> BadInput:
-        """Return the fault of a number that one parser reads and another one does not."""
-        return BadInput("a number is not usable", where=self.path, right="decimal numbers")
 
 
 def blanks(match: re.Match[bytes]) -> bytes:
