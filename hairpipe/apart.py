@@ -41,7 +41,7 @@ import numpy as np
 
 from hairpipe.child import command, count_time, die_with_parent, environment
 from hairpipe.errors import BadInput
-from hairpipe.plain_file import stamp_of
+from hairpipe.plain_file import Stamp, stamp_of
 
 NUMBERS = "biuf"
 """Kinds of arrays that are sent: bool, integers with and without sign, floats."""
@@ -54,14 +54,20 @@ def pack(value: Any) -> bytes:
     TypeError for other types.
     """
     arrays: list[np.ndarray] = []
-    head = json.dumps(plain(value, arrays)).encode()
+    tree = plain(value, arrays)
+    head = json.dumps([tree, [[array.dtype.str, array.shape] for array in arrays]]).encode()
     return b"".join([head, b"\n", *(np.ascontiguousarray(array).data for array in arrays)])
 
 
 def unpack(data: bytes | bytearray) -> Any:
-    """Read a value; ValueError, KeyError or TypeError for invalid data."""
-    end = data.find(b"\n")
-    return Reader(memoryview(data)[end + 1 :]).build(json.loads(data[:end]))
+    """Read a value, with writable arrays; ValueError, LookupError or TypeError for invalid data."""
+    place = data.find(b"\n") + 1
+    tree, layouts = json.loads(data[:place])
+    arrays = []
+    for dtype, shape in layouts:
+        arrays.append(np.frombuffer(data, dtype, int(np.prod(shape)), place).reshape(shape).copy())
+        place += arrays[-1].nbytes
+    return build(tree, arrays)
 
 
 def plain(value: Any, arrays: list[np.ndarray]) -> Any:
@@ -75,7 +81,7 @@ def plain(value: Any, arrays: list[np.ndarray]) -> Any:
         return ["fault", [plain(part, arrays) for part in (value.what, value.where, value.right)]]
     if isinstance(value, np.ndarray) and value.dtype.kind in NUMBERS:
         arrays.append(value)
-        return ["array", [value.dtype.str, value.shape]]
+        return ["array", len(arrays) - 1]
     if isinstance(value, dict):
         return ["dict", [[plain(key, arrays), plain(item, arrays)] for key, item in value.items()]]
     if type(value) in (list, tuple):
@@ -93,39 +99,26 @@ def fields_of(kind: type) -> tuple[str, ...]:
     raise TypeError(f"a {kind.__qualname__} is not sent to another process")
 
 
-class Reader:
-    """Builder of values from JSON and the bytes of their arrays."""
-
-    def __init__(self, rest: memoryview) -> None:
-        self.rest = rest
-        self.at = 0
-
-    def build(self, tree: Any) -> Any:
-        """Build a value from JSON."""
-        if not isinstance(tree, list):
-            return tree
-        kind, content = tree
-        if kind == "path":
-            return Path(content)
-        if kind == "array":
-            return self.array(*content)
-        if kind == "dict":
-            return {self.build(key): self.build(item) for key, item in content}
-        items = [self.build(item) for item in content]
-        if kind in ("list", "tuple"):
-            return items if kind == "list" else tuple(items)
-        if kind == "fault":
-            what, where, right = items
-            return BadInput(what, where=where, right=right)
-        return record_named(kind)(*items)
-
-    def array(self, dtype: str, shape: list[int]) -> np.ndarray:
-        """Copy the next array, so that it is writable."""
-        kind = np.dtype(dtype)
-        count = int(np.prod(shape))
-        found = np.frombuffer(self.rest, kind, count, self.at).reshape(shape).copy()
-        self.at += count * kind.itemsize
-        return found
+def build(tree: Any, arrays: list[np.ndarray]) -> Any:
+    """Build a value from JSON and its arrays."""
+    if not isinstance(tree, list):
+        return tree
+    kind, content = tree
+    if kind == "path":
+        return Path(content)
+    if kind == "array":
+        return arrays[content]
+    if kind == "dict":
+        return {build(key, arrays): build(item, arrays) for key, item in content}
+    items = [build(item, arrays) for item in content]
+    if kind == "list":
+        return items
+    if kind == "tuple":
+        return tuple(items)
+    if kind == "fault":
+        what, where, right = items
+        return BadInput(what, where=where, right=right)
+    return record_named(kind)(*items)
 
 
 def record_named(name: str) -> type:
@@ -239,7 +232,6 @@ class Child:
         return result, warned
 
     def count(self, spent: float) -> None:
-        """Count the processor time of the process until now [s]."""
         count_time(spent - self.counted)
         self.counted = spent
 
@@ -255,7 +247,6 @@ class Child:
         return self.process.returncode, printed
 
     def leave(self) -> None:
-        """Close the files of this process that lead to the child."""
         for file in (self.process.stdin, self.process.stdout, self.log):
             if file is not None:
                 file.close()
@@ -317,7 +308,6 @@ def _folder() -> str | None:
 
 
 def _death(code: int, printed: str, path: Path) -> Exception:
-    """Return why a child has ended."""
     if -code in OVERDUE:
         what = f"takes more than {SECONDS} s of processor time, and {1e6 / RATE:g} s per MB of its files"
         return BadInput(what, where=path, right="fewer nested references or instances")
@@ -337,7 +327,6 @@ def most_memory() -> int:
 
 
 def limit_memory() -> None:
-    """Limit the memory of this process, without mapped files, to `most_memory`."""
     most = most_memory()
     resource.setrlimit(resource.RLIMIT_DATA, (most, most))
 
@@ -372,7 +361,7 @@ class Kept(NamedTuple):
 
     value: Any
     warned: list[str]
-    stamps: dict[str, tuple[int, ...]]
+    stamps: dict[str, Stamp]
 
 
 class Service:
@@ -441,7 +430,6 @@ class Service:
         return Kept(value, warned, stamps if is_settled else {})
 
     def forget_changed(self) -> None:
-        """Forget what is not as its files are."""
         for key, found in list(self.kept.items()):
             if any(stamp_of(file) != stamp for file, stamp in found.stamps.items()):
                 del self.kept[key]

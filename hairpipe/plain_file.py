@@ -10,6 +10,7 @@ from hairpipe.errors import BadInput
 
 Absent = Literal["refuse", "warn"]
 """What is done where a file names another one that does not exist."""
+Stamp = tuple[int, ...]
 SYSTEM = ("/proc", "/sys")
 """Places of special files: reading one may wait for ever (`/proc/kmsg`), or give what has no end."""
 KINDS = {
@@ -84,13 +85,13 @@ def content(path: Path, right: str, most: int | None = None) -> bytes:
         raise BadInput(f"the file cannot be read: {describe_fault(fault)}", where=path, right=right) from None
 
 
-def stamp_of(file: str) -> tuple[int, ...]:
-    """Return inode, size, modification and status change of a file or folder [ns]; nothing where it is missing."""
+def stamp_of(file: str) -> Stamp:
+    """Return device, inode, size, modification and status change [ns] of a file or folder; nothing of a missing one."""
     try:
         found = Path(file).stat()
     except (OSError, ValueError):
         return ()
-    return found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
 
 def describe_fault(fault: OSError | ValueError) -> str:

@@ -61,4 +61,4 @@ def test_nothing_else_is_sent(value):
 )
 def test_an_answer_names_no_code(name):
     with pytest.raises(TypeError):
-        unpack(b'["' + name.encode() + b'", ["echo"]]\n')
+        unpack(b'[["' + name.encode() + b'", ["echo"]], []]\n')

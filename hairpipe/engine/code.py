@@ -27,8 +27,9 @@ from typing import Self
 from hairpipe.engine.file.trust import trust_error
 from hairpipe.engine.node.import_paths import HOUSE, enter, find_spec, is_namespace, leads_to
 from hairpipe.engine.store.digest import digest, digest_bytes
-from hairpipe.engine.store.fingerprint import is_settled, stamp_of
+from hairpipe.engine.store.fingerprint import is_settled
 from hairpipe.errors import BadInput
+from hairpipe.plain_file import Stamp, stamp_of
 from hairpipe.processor import processor_class
 
 FORMAT = f"source 3, Python {sys.version_info.major}.{sys.version_info.minor}"
@@ -59,17 +60,11 @@ def read_source(data: bytes, name: str) -> Source:
     imports = []
     for statement in ast.walk(tree):
         imports += imports_of(statement)
-        strip_docstring(statement)
+        is_scope = isinstance(statement, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
+        if is_scope and ast.get_docstring(statement, clean=False) is not None:
+            del statement.body[0]
     text = ast.dump(tree, annotate_fields=False)
     return Source(digest_bytes("source", text.encode()), tuple(imports))
-
-
-def strip_docstring(statement: ast.AST) -> None:
-    """Remove the docstring of a module, class or function; in place."""
-    if isinstance(statement, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-        body = statement.body
-        if body and isinstance(body[0], ast.Expr) and isinstance(getattr(body[0].value, "value", None), str):
-            del body[0]
 
 
 def imports_of(statement: ast.AST) -> list[tuple[str, str | None]]:
@@ -77,7 +72,8 @@ def imports_of(statement: ast.AST) -> list[tuple[str, str | None]]:
     if isinstance(statement, ast.Import):
         return [(name, None) for alias in statement.names for name in reachable(alias)]
     if isinstance(statement, ast.ImportFrom):
-        return [(origin(statement), alias.name) for alias in statement.names]
+        origin = "." * statement.level + (statement.module or "")
+        return [(origin, alias.name) for alias in statement.names]
     return []
 
 
@@ -87,10 +83,6 @@ def reachable(alias: ast.alias) -> list[str]:
     return [alias.name] if alias.asname else [".".join(parts[:depth]) for depth in range(1, len(parts) + 1)]
 
 
-def origin(statement: ast.ImportFrom) -> str:
-    return "." * statement.level + (statement.module or "")
-
-
 ENGINE = ("hairpipe.engine.", "hairpipe.app.api.")
 """The engine, and the interface to it."""
 ALWAYS = ("numpy", "scipy", "numba")
@@ -98,7 +90,7 @@ DISTRIBUTIONS = {"pxr": "usd-core", "PIL": "pillow"}
 INSTALLED = ("site-packages", "dist-packages")
 NO_VERSION = "none"
 
-_settled: dict[Path, tuple[list[int], Source]] = {}
+_settled: dict[Path, tuple[Stamp, Source]] = {}
 """Analyses of files with their stamps, so that a process reads code once for many graphs."""
 
 Remember = Callable[[str, Callable[[], str]], str]
@@ -114,7 +106,6 @@ class Code:
 
     @property
     def manifest(self) -> str:
-        """The parts as text."""
         return json.dumps(self.parts)
 
 
@@ -128,7 +119,7 @@ class CodeReader:
     def __init__(self, remember: Remember, folder: Path | None = None) -> None:
         self._remember = remember
         self._folder = folder if folder and trust_error(folder) is None else None
-        self.stamps: dict[str, list[int]] = {}
+        self.stamps: dict[str, Stamp] = {}
         self._sources: dict[str, Source | None] = {}
         self._specs: dict[str, ModuleSpec | None] = {}
         self._imports: dict[str, set[str]] = {}
@@ -162,7 +153,6 @@ class CodeReader:
         return source.digest
 
     def file_of(self, module: str) -> str:
-        """Return the path of the file of a first-party module."""
         spec = self._spec(module)
         if spec is None or spec.origin is None:
             raise ValueError(f"{module} has no file")
@@ -228,7 +218,6 @@ class CodeReader:
         return ".".join([*base, target[dots:]]).rstrip(".")
 
     def _source(self, module: str) -> Source | None:
-        """Analyse a first-party module; None for others."""
         if module not in self._sources:
             spec = self._spec(module)
             origin = spec.origin if spec is not None and is_first_party(module, spec) else None
@@ -239,7 +228,7 @@ class CodeReader:
         """Analyse a file; once per process while its stamp proves it unchanged."""
         try:
             begun = time.time_ns()
-            stamp = stamp_of(path)
+            stamp = stamp_of(str(path))
             self.stamps.setdefault(str(path), stamp)
             known, source = _settled.get(path, (None, None))
             if source is None or known != stamp:

@@ -21,7 +21,6 @@ from hairpipe.engine.plan.planner import plan
 from hairpipe.engine.run.events import Options
 from hairpipe.engine.run.scheduler import run
 from hairpipe.engine.store.store import Store
-from hairpipe.engine.store.values import CODEC
 from hairpipe.engine.worker import machine_code
 
 HERE = Path(__file__).parent
@@ -67,7 +66,7 @@ def local_engine(shot, spare=None, sources=None) -> LocalEngine:
     """Make an engine for a shot, with further sources that its workers are told of."""
     reader = CodeReader(shot.store.remember)
     reader.stamps |= sources or {}
-    offer = Offer(str(shot.store.root), CODEC, str(shot.nodes), ())
+    offer = Offer(str(shot.store.root), str(shot.nodes), ())
     return LocalEngine(Host(offer, "here", 1, reader, {"none": "code"}, spare))
 
 

@@ -325,10 +325,10 @@ HERE = Path(__file__)
 @pytest.mark.parametrize("value", [Number(1.0), File(HERE), File(HERE, {"beside": HERE})])
 def test_unreadable_files_are_not_damaged(tmp_path, request, value):
     store, kind = Store(tmp_path), type(value)
-    path = store.object_path(Values(store, hdf5, 0).put(value, kind, None).object)
+    path = store.object_path(Values(store, 0).put(value, kind, None).object)
     request.getfixturevalue("no_more_files")
     with pytest.raises(OSError, match="Too many open files"):
-        Values(store, hdf5, 0).get(path.name, kind)
+        Values(store, 0).get(path.name, kind)
     with pytest.raises(OSError, match="Too many open files"):
         is_whole(path, hdf5.digest_file)
     assert path.exists()

@@ -12,7 +12,6 @@ from hairpipe.engine.hosts.offer import Offer
 from hairpipe.engine.plan.tasks import Task
 from hairpipe.engine.run import scheduler
 from hairpipe.engine.store.store import Store
-from hairpipe.engine.store.values import CODEC
 
 from .conftest import wait_for
 
@@ -126,7 +125,7 @@ class Machines(LocalEngine):
     """Hosts of which the next one in turn gets each job of a scan, as if the one before had no free slot."""
 
     def __init__(self, resolver, options):
-        offer = Offer(str(resolver.store.root), CODEC, str(resolver.graph.folder), ())
+        offer = Offer(str(resolver.store.root), str(resolver.graph.folder), ())
         readers = [CodeReader(resolver.store.remember, resolver.graph.folder) for _ in "ab"]
         self.engines = [LocalEngine(Host(offer, name, 1, reader)) for name, reader in zip("ab", readers, strict=True)]
         self.machines = {"a", "b"}

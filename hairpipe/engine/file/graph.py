@@ -47,17 +47,14 @@ class Node:
     checkpoint: int
 
     def __repr__(self) -> str:
-        """Write name, type and edges."""
         edges = ", ".join(f"{plug} from {'.'.join(filter(None, edge))}" for plug, edge in self.edges.items())
         return f"<Node {self.name}: {self.type.name}{edges and f', {edges}'}>"
 
     @property
     def per_frame(self) -> bool:
-        """Whether the node has one result per frame."""
         return self.type.mode != "once"
 
     def publish_path(self, frame: int | None) -> Path | None:
-        """Return the path of the published file of a frame."""
         if self.publish is None or frame is None:
             return self.publish
         name = FRAME_MARK.sub(lambda mark: f"{frame:0{len(mark[0])}d}", self.publish.name)
@@ -86,7 +83,6 @@ class Graph:
     cuts: tuple[int, ...] = ()
 
     def __repr__(self) -> str:
-        """Write path, number of nodes, and frames."""
         first, last = self.frames
         return f"<Graph {self.path}: {len(self.nodes)} nodes, frames {first}-{last} at {self.fps:g} fps>"
 
@@ -96,7 +92,6 @@ class Graph:
         return self.path.parent / "nodes"
 
     def file(self, given: str) -> Path:
-        """Return the absolute path of a file in a setting."""
         return (self.path.parent / given).absolute()
 
     def role(self, path: Path) -> str | None:
@@ -126,12 +121,10 @@ class Graph:
         return field.reads.files(path) if field and field.reads else {"": path}
 
     def settings(self, node: Node) -> dict[str, Any]:
-        """Return settings with absolute paths of files."""
         return map_files(fields_of(node.type), node.settings, lambda _, file: str(self.file(file)))
 
     @property
     def begin(self) -> int:
-        """First frame of scans."""
         return self.frames[0] - self.preroll
 
     def cuts_of(self, node: Node, frame: int | None, run: tuple[int, ...]) -> Cuts:
@@ -147,7 +140,6 @@ class Graph:
 
     @property
     def all_frames(self) -> range:
-        """Every frame of the range."""
         return range(self.frames[0], self.frames[1] + 1)
 
     @cached_property
@@ -228,11 +220,12 @@ def merged(
     for name in first.nodes:
         alike: dict[str, list[str]] = {}
         for label, graph in variants.items():
-            alike.setdefault(identity(graph.nodes[name], names[label]), []).append(label)
+            node = graph.nodes[name]
+            edges: dict[str, Any] = {p: [names[label][edge.node], edge.output] for p, edge in node.edges.items()}
+            alike.setdefault(canonical({"edges": edges, "settings": node.settings}), []).append(label)
         for labels in alike.values():
-            node = renamed(
-                variants[labels[0]].nodes[name], names[labels[0]], "" if len(alike) == 1 else name_of(labels)
-            )
+            label = "" if len(alike) == 1 else name_of(labels)
+            node = renamed(variants[labels[0]].nodes[name], names[labels[0]], label)
             nodes[node.name] = node
             for label in labels:
                 names[label][name] = node.name
@@ -263,10 +256,8 @@ def unvaried(graph: Graph, base: Graph, varied: Collection[str]) -> Graph:
     names = {name: f"{name}{BEGIN}unvaried{END}" for name in base.upto(fixed.values()).nodes if name in changed}
     nodes: dict[str, Node] = {}
     for name, node in graph.nodes.items():
-        nodes[name] = replace(
-            node,
-            edges={plug: moved(edge, names) if (name, plug) in fixed else edge for plug, edge in node.edges.items()},
-        )
+        edges = {plug: moved(edge, names) if (name, plug) in fixed else edge for plug, edge in node.edges.items()}
+        nodes[name] = replace(node, edges=edges)
         if name in names:
             own = base.nodes[name]
             edges = {plug: moved(edge, names) for plug, edge in own.edges.items()}
@@ -284,17 +275,7 @@ def origin(name: str) -> str:
     return name.partition(BEGIN)[0]
 
 
-def identity(node: Node, names: Mapping[str, str]) -> str:
-    """Return the edges and settings of a node as text.
-
-    names  in the merged graph, of the nodes before it
-    """
-    edges: dict[str, Any] = {plug: [names[edge.node], edge.output] for plug, edge in node.edges.items()}
-    return canonical({"edges": edges, "settings": node.settings})
-
-
 def renamed(node: Node, names: Mapping[str, str], label: str) -> Node:
-    """Return a node with the names of the merged graph, also in its edges."""
     edges = {plug: Edge(names[edge.node], edge.output) for plug, edge in node.edges.items()}
     if not label:
         return replace(node, edges=edges)

@@ -4,6 +4,7 @@
 `mute = true`: a node that is passed by, as if its input of the same type were its output.
 """
 
+import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -71,7 +72,6 @@ def write_out(text: GraphText, tables: dict[str, Table]) -> dict[str, Table]:
 
 
 def base_of(text: GraphText, name: str, tables: dict[str, Table]) -> str:
-    """Read the name of the base of a node."""
     base = tables[name]["like"]
     where = text.place(name, ["like"])
     if not isinstance(base, str):
@@ -123,15 +123,12 @@ def merged(base: Table, own: Table) -> Table:
     return result
 
 
-MUTE = "mute"
-
-
 def muted_nodes(text: GraphText, tables: Mapping[str, dict[str, object]]) -> set[str]:
     """Return the names of muted nodes; BadInput for a value other than true and false."""
     for name, table in tables.items():
-        if not isinstance(table.get(MUTE, False), bool):
-            raise BadInput(f"mute of '{name}'", where=text.place(name, [MUTE]), right="true or false")
-    return {name for name, table in tables.items() if table.get(MUTE)}
+        if not isinstance(table.get("mute", False), bool):
+            raise BadInput(f"mute of '{name}'", where=text.place(name, ["mute"]), right="true or false")
+    return {name for name, table in tables.items() if table.get("mute")}
 
 
 def passed_by(nodes: Mapping[str, Node], muted: set[str]) -> dict[str, Node]:
@@ -148,7 +145,6 @@ def passed_by(nodes: Mapping[str, Node], muted: set[str]) -> dict[str, Node]:
 
 
 def resolved(node: Node, plug: str, edge: Edge, nodes: Mapping[str, Node], muted: set[str]) -> Edge | None:
-    """Follow an edge through muted nodes; None where nothing passes."""
     kind = node.type.socket(plug).type
     seen = set[str]()
     while edge.node in muted and edge.node not in seen:
@@ -233,24 +229,24 @@ def check_header(text: GraphText) -> None:
 
 def check_layout(text: GraphText) -> None:
     for name, value in text.tables.get(LAYOUT, {}).items():
-        if not (is_position(value) or (isinstance(value, dict) and is_annotation(value))):
+        if not is_layout(value):
             right = "[x, y], { title = TEXT, nodes = [...] } or { text = TEXT, at = [x, y] }; no node is called layout"
             raise BadInput(f"{LAYOUT}.{name} = {brief(value)}", where=text.place(LAYOUT, [name]), right=right)
 
 
-def is_position(value: Any) -> bool:
-    return isinstance(value, list) and len(value) == 2 and all(type(c) in (int, float) for c in value)
-
-
-def is_annotation(value: dict[str, Any]) -> bool:
-    nodes = value.get("nodes", [])
-    texts = [value.get("title", ""), value.get("text", ""), *(nodes if isinstance(nodes, list) else [None])]
-    known = value.keys() == {"title", "nodes"} or (value.keys() == {"text", "at"} and is_position(value["at"]))
-    return known and all(isinstance(text, str) for text in texts)
+def is_layout(value: Any) -> bool:
+    """Whether a value is a position, a frame or a note."""
+    match value:
+        case [x, y]:
+            return type(x) in (int, float) and type(y) in (int, float)
+        case {"title": str(), "nodes": [*nodes], **others}:
+            return not others and all(isinstance(node, str) for node in nodes)
+        case {"text": str(), "at": [_, _] as at, **others}:
+            return not others and is_layout(at)
+    return False
 
 
 def read_frames(text: GraphText) -> tuple[int, int]:
-    """Read `frames = [first, last]`."""
     frames = text.tables.get("frames")
     right = f"frames = [first, last], whole numbers, first <= last, at most {MOST_FRAMES}"
     place = text.place(None, ["frames"])
@@ -291,7 +287,6 @@ def read_cuts(text: GraphText) -> tuple[int, ...]:
 
 
 def read_node(text: GraphText, name: str, table: dict[str, Any], registry: Registry) -> Node:
-    """Read one table; edges are checked when all nodes are known."""
     plain = name.isascii() and name.replace("-", "").replace("_", "").isalnum()
     if not plain or not name[:1].isalpha() or len(name) > MOST_LETTERS:
         raise BadInput(f"'{name[:60]}' is not the name of a node", where=text.place(name), right=NAME)
@@ -338,10 +333,9 @@ def check_file(text: GraphText, node: str, node_type: NodeType, dotted: str, fil
         except BadInput as error:
             raise BadInput(error.what, where=text.place(node, names), right=error.right) from None
     try:
-        kind = special(path)
-        fault = (
-            f"is {kind}" if kind else None if path.is_file() else "is a folder" if path.is_dir() else "does not exist"
-        )
+        fault = None if path.is_file() else "is a folder" if path.is_dir() else "does not exist"
+        if kind := special(path):
+            fault = f"is {kind}"
     except (OSError, ValueError) as error:
         fault = f"cannot be a file: {error}"
     if field is not None and field.suffixes and path.suffix.lower() not in field.suffixes:
@@ -392,17 +386,15 @@ def read_checkpoint(table: dict[str, Any], node_type: NodeType, where: str) -> i
 
 
 def check_publish(graph: Graph, text: GraphText) -> None:
-    """Check the paths of published files; BadInput for duplicates, folders and inputs of the graph.
-
-    BadInput also for a suffix that the node type does not write.
-    """
+    """Refuse paths that are taken, folders, inputs of the graph, and suffixes that a type does not write."""
     taken: dict[Path, str] = {}
     for node in graph.nodes.values():
         if node.publish is None:
             continue
         frames = graph.all_frames if node.per_frame else [None]
         path = next(iter(graph.files.keys() & map(node.publish_path, frames)), node.publish)
-        role = taken.get(path) or graph.role(path) or ("a folder" if is_folder(path) else None)
+        is_folder = os.path.isdir(path)  # noqa: PTH112 - False where it is inaccessible
+        role = taken.get(path) or graph.role(path) or ("a folder" if is_folder else None)
         where = text.place(node.name, ["publish"])
         if role:
             raise BadInput(f"publish: {path} is {role}", where=where, right="a path of its own")
@@ -413,21 +405,11 @@ def check_publish(graph: Graph, text: GraphText) -> None:
         taken[node.publish] = f"published by '{node.name}' too"
 
 
-def is_folder(path: Path) -> bool:
-    """Whether a path is a folder; False if it is inaccessible."""
-    try:
-        return path.is_dir()
-    except (OSError, ValueError):
-        return False
-
-
 def sort_nodes(nodes: dict[str, Node], path: Path) -> list[str]:
     """Sort nodes topologically, otherwise in the order of the file; BadInput for a cycle."""
     try:
-        return list(
-            TopologicalSorter({n.name: [e.node for e in n.edges.values()] for n in nodes.values()}).static_order()
-        )
+        needs = {node.name: [edge.node for edge in node.edges.values()] for node in nodes.values()}
+        return list(TopologicalSorter(needs).static_order())
     except CycleError as error:
-        raise BadInput(
-            f"a cycle: {' -> '.join(reversed(error.args[1]))}", where=path, right="edges without a cycle"
-        ) from None
+        what = f"a cycle: {' -> '.join(reversed(error.args[1]))}"
+        raise BadInput(what, where=path, right="edges without a cycle") from None

@@ -38,7 +38,6 @@ class Registry:
 
     @cached_property
     def _trust_error(self) -> BadInput | None:
-        """The error where the folder is not trusted; None where it is."""
         return trust_error(self.folder) if self.folder else None
 
     @cached_property

@@ -129,7 +129,6 @@ class DaskEngine:
         self._done: queue.SimpleQueue[tuple[str, Any]] = queue.SimpleQueue()
 
     def slots(self) -> Slots:
-        """Count the free slots of all machines."""
         self._look()
         return Slots(*(sum(max(0, n) for n in self._free(kind).values()) for kind in (WIDE, NARROW)))
 
@@ -174,7 +173,6 @@ class DaskEngine:
             time.sleep(max(0.0, end - time.monotonic()))
 
     def leave_out(self, machine: str) -> None:
-        """Give a machine no further jobs."""
         self._left_out.add(machine)
         self.machines.discard(machine)
 

@@ -11,19 +11,20 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from multiprocessing.connection import wait
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from hairpipe.engine.code import CodeReader, version
 from hairpipe.engine.hosts.member import Member, environment, start
 from hairpipe.engine.hosts.offer import Offer, code_difference
 from hairpipe.engine.plan.key import differing_versions
 from hairpipe.engine.store.digest import Parts
-from hairpipe.engine.store.fingerprint import fingerprint, is_changed, stamp_of
+from hairpipe.engine.store.fingerprint import fingerprint
 from hairpipe.engine.store.lease import Leases, forget_failure, note_failure
 from hairpipe.engine.store.store import Store
 from hairpipe.engine.worker.machine_code import claim_kernels, kernels_environment, kernels_parent
 from hairpipe.engine.worker.threading_layer import choose_layer
 from hairpipe.errors import BadInput
+from hairpipe.plain_file import Stamp, stamp_of
 from hairpipe.processor import processor_class
 
 Reply = dict[str, Any]
@@ -74,40 +75,6 @@ class Slots(NamedTuple):
     narrow: int
 
 
-class Engine(Protocol):
-    """Evaluates jobs; at most as many at a time as there are slots.
-
-    machines  names of those that take jobs
-    """
-
-    machines: set[str]
-
-    @property
-    def warnings(self) -> list[str]:
-        """Warnings for the user."""
-        ...
-
-    def slots(self) -> Slots:
-        """Count the free slots."""
-        ...
-
-    def submit(self, job: Job) -> None:
-        """Begin a job in a free slot."""
-
-    def replies(self, timeout: float | None) -> Iterator[Reply]:
-        """Wait for replies, at most for a time [s]; a machine or process that is gone gives a failure."""
-        ...
-
-    def leave_out(self, machine: str) -> None:
-        """Give a machine no further jobs."""
-
-    def cancel(self, keys: Iterable[str]) -> None:
-        """Stop jobs, which are not replied to."""
-
-    def close(self) -> None:
-        """End the use of all machines; jobs have been replied to or cancelled."""
-
-
 MEMORY = 256 << 20
 """Memory in which a worker keeps values it may need again [bytes]."""
 
@@ -136,7 +103,7 @@ class Host:
         self.machine, self.threads = machine, threads
         self.store = Store(Path(offer.store))
         self.leases = Leases(self.store)
-        self.hello: dict[str, Any] = {"store": offer.store, "codec": offer.codec, "folder": offer.folder}
+        self.hello: dict[str, Any] = {"store": offer.store, "folder": offer.folder}
         self.hello |= {"trusted": offer.trusted, "memory": MEMORY, "processor_class": processor_class()}
         self.hello |= {"sources": reader.stamps}
         self.modules = sorted(set(offer.modules))
@@ -147,12 +114,11 @@ class Host:
         self.warnings = [f"{message}, the first {damaged[0]}"] if damaged else []
         self.members: list[Member] = []
         self._codes = codes or {}
-        self._stamps: dict[tuple[str, str], list[int]] = {}
+        self._stamps: dict[tuple[str, str], Stamp] = {}
         self._passing: tempfile.TemporaryDirectory[str] | None = None
 
     @property
     def busy(self) -> list[Member]:
-        """Workers that are evaluating a job."""
         return [member for member in self.members if member.key is not None]
 
     def begin(self, job: Job) -> Reply | Member:
@@ -172,7 +138,7 @@ class Host:
         record = self.store.find(job.key, without=job.spared)
         if record is not None and record.outputs.keys() == set(job.outputs):
             self.leases.release(job.key)
-            return reply | {"record": json.loads(json.dumps(asdict(record))), "found": True}
+            return reply | {"record": asdict(record), "found": True}
         forget_failure(self.store, job.key)
         member = holder or next(iter(idle), None) or self._engage(job.wide)
         member.key = job.key
@@ -234,11 +200,11 @@ class Host:
             what = f"{self.machine} has other code of '{job.type}': {name} {version(name)} in place of {theirs}"
             raise BadInput(what, right="install the same versions there, and retry")
 
-    def _stamp(self, path: str, digest: str) -> list[int]:
+    def _stamp(self, path: str, digest: str) -> Stamp:
         """Stamp an input file that has this digest; BadInput where it has another one."""
         if (path, digest) not in self._stamps:
             try:
-                stamp = stamp_of(Path(path))
+                stamp = stamp_of(path)
                 found = fingerprint(Path(path), self.store)
             except OSError as error:
                 raise BadInput(f"cannot be read on {self.machine}: {error.strerror}", where=path) from None
@@ -267,7 +233,7 @@ class Host:
         self.kernels = self.kernels or self._find_kernels()
         surroundings = environment(self.threads if wide else 1, self.kernels)
         spare = self.spare or []
-        sources: dict[str, list[int]] = {}
+        sources: dict[str, Stamp] = {}
         for member in [member for member in spare if member.wide == wide]:
             spare.remove(member)
             if member.serves(self.hello, surroundings):
@@ -275,7 +241,7 @@ class Host:
                 return member
             sources |= member.hello["sources"]
             member.end()
-        same = {path: stamp for path, stamp in sources.items() if not is_changed(path, stamp)}
+        same = {path: stamp for path, stamp in sources.items() if stamp_of(path) == stamp}
         self.members.append(start(wide, surroundings, self.hello | {"sources": same | self.reader.stamps}))
         return self.members[-1]
 
@@ -284,9 +250,10 @@ MACHINE = "this machine"
 
 
 class LocalEngine:
-    """Evaluates jobs in the workers of this machine.
+    """Evaluates jobs in the workers of this machine; `DaskEngine` has the same methods.
 
-    most  largest numbers of jobs at a time; by default a wide one, and as many narrow ones as a wide one has threads
+    most      numbers of jobs at a time; by default a wide one, and as many narrow ones as a wide one has threads
+    machines  names of those that take jobs
     """
 
     def __init__(self, host: Host, most: Slots | None = None) -> None:
@@ -296,22 +263,19 @@ class LocalEngine:
 
     @property
     def warnings(self) -> list[str]:
-        """Those of the host."""
         return self.host.warnings
 
     def slots(self) -> Slots:
-        """Count the free slots."""
         wide = sum(member.wide for member in self.host.busy)
         return Slots(self.most.wide - wide, self.most.narrow - len(self.host.busy) + wide)
 
     def submit(self, job: Job) -> None:
-        """Begin a job in a free slot."""
         begun = self.host.begin(job)
         if not isinstance(begun, Member):
             self._at_once.append(begun)
 
     def replies(self, timeout: float | None) -> Iterator[Reply]:
-        """Wait for replies; that of a worker that died is a failure."""
+        """Wait for replies, at most for a time [s]; that of a worker that died is a failure."""
         if self._at_once:
             yield self._at_once.pop()
             return
@@ -320,13 +284,11 @@ class LocalEngine:
             yield self.host.reply_of(member)
 
     def leave_out(self, machine: str) -> None:
-        """Give this machine no further jobs."""
         self.machines.discard(machine)
 
     def cancel(self, keys: Iterable[str]) -> None:
-        """Kill the workers of these jobs."""
+        """Kill the workers of these jobs, which are not replied to."""
         self.host.cancel(set(keys))
 
     def close(self) -> None:
-        """End the host."""
         self.host.close()

@@ -78,7 +78,7 @@ class Member:
 def start(wide: bool, environment: dict[str, str], hello: dict[str, Any]) -> Member:
     """Start a worker; its standard output is redirected to standard error, where it mixes with no result.
 
-    hello  first message: store, codec, folder of node types and what is trusted in it, memory, class of the processor,
+    hello  first message: store, folder of node types and what is trusted in it, memory, class of the processor,
            stamps of the sources behind the keys
     """
     ours, theirs = socket.socketpair()

@@ -71,7 +71,6 @@ class Offer:
     """
 
     store: str
-    codec: str
     folder: str
     modules: tuple[str, ...]
     trusted: Files | None = None
@@ -80,11 +79,11 @@ class Offer:
     versions: str = VERSIONS
 
 
-def sent_offer(store: Store, codec: str, folder: Path, modules: tuple[str, ...]) -> Offer:
+def sent_offer(store: Store, folder: Path, modules: tuple[str, ...]) -> Offer:
     """Make the offer for other machines; OSError where the store cannot be written to."""
     trusted = code_in(folder.resolve()) if folder.is_dir() and trust_error(folder) is None else None
     run = secrets.token_hex(8)
-    return Offer(str(store.root), codec, str(folder.absolute()), modules, trusted, claim_identity(store), run)
+    return Offer(str(store.root), str(folder.absolute()), modules, trusted, claim_identity(store), run)
 
 
 def accept(offer: Offer, machine: str) -> None:

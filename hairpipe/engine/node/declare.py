@@ -62,15 +62,6 @@ class Socket:
 
 
 @dataclass(frozen=True)
-class SettingField:
-    """A keyword-only parameter as declared; `default` is `inspect.Parameter.empty` where there is none."""
-
-    name: str
-    annotation: Any
-    default: Any
-
-
-@dataclass(frozen=True)
 class Preparation:
     """A function that is called once for many frames; its result is an argument of the node.
 
@@ -100,7 +91,7 @@ class NodeType:
     mode: Mode
     function: Callable[..., Any]
     sockets: dict[str, Socket]
-    settings: dict[str, SettingField]
+    settings: dict[str, inspect.Parameter]
     outputs: dict[str, type]
     returns: type
     writes: tuple[str, ...]
@@ -117,7 +108,6 @@ class NodeType:
         return f"<NodeType {self.name}({inputs}) -> {outputs}>"
 
     def socket(self, plug: str) -> Socket:
-        """Find the socket of an edge."""
         return self.sockets[plug.partition(".")[0]]
 
     def asks(self, kind: Any) -> bool:
@@ -132,12 +122,10 @@ class NodeType:
 
     @property
     def module(self) -> str:
-        """Name of the module that declares it."""
         return self.function.__module__
 
     @property
     def summary(self) -> str:
-        """First line of the docstring."""
         return (self.function.__doc__ or "").strip().splitlines()[0]
 
 
@@ -210,7 +198,6 @@ class Refusal:
         self.where = f"{code.co_filename}:{code.co_firstlineno}: @node {function.__name__}"
 
     def __call__(self, what: str, right: str) -> NoReturn:
-        """Raise BadInput for an invalid declaration, with a valid one."""
         raise BadInput(what, where=self.where, right=right)
 
 
@@ -247,9 +234,9 @@ def read_socket(parameter: inspect.Parameter, annotation: Any, mode: Mode, refus
 
 def read_settings(
     parameters: Iterable[inspect.Parameter], hints: dict[str, Any], refuse: Refusal
-) -> dict[str, SettingField]:
-    """Collect the keyword-only parameters."""
-    settings = {p.name: SettingField(p.name, hints[p.name], p.default) for p in parameters if p.kind is p.KEYWORD_ONLY}
+) -> dict[str, inspect.Parameter]:
+    """Collect the keyword-only parameters, with evaluated annotations."""
+    settings = {p.name: p.replace(annotation=hints[p.name]) for p in parameters if p.kind is p.KEYWORD_ONLY}
     for name, field in settings.items():
         if field.default is None and not without_none(field.annotation)[1]:
             right = f"{name}: {text_of(bare(field.annotation))} | None = None"
@@ -375,11 +362,17 @@ def flat_group(name: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
         def flat(*arguments: Any, **settings: Any) -> Any:
             return function(*arguments, **grouped(settings))
 
+        signature = inspect.signature(function)
         parameters = []
-        for parameter in inspect.signature(function).parameters.values():
-            parameters += [keyword_of(field, hints) for field in fields] if parameter.name == name else [parameter]
-        signature = inspect.signature(function).replace(parameters=parameters)
-        flat.__signature__ = signature  # type: ignore[attr-defined]
+        for parameter in signature.parameters.values():
+            if parameter.name != name:
+                parameters.append(parameter)
+                continue
+            for field in fields:
+                default = inspect.Parameter.empty if field.default is dataclasses.MISSING else field.default
+                own = parameter.replace(name=field.name, default=default, annotation=hints[field.name])
+                parameters.append(own)
+        flat.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
         flat.grouped = grouped  # type: ignore[attr-defined]
         annotations = {parameter.name: parameter.annotation for parameter in parameters}
         flat.__annotations__ = {**annotations, "return": function.__annotations__["return"]}
@@ -388,9 +381,3 @@ def flat_group(name: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
         return flat
 
     return flatten
-
-
-def keyword_of(field: "dataclasses.Field[Any]", hints: dict[str, Any]) -> inspect.Parameter:
-    """Return a field of a group as a keyword-only parameter."""
-    default = inspect.Parameter.empty if field.default is dataclasses.MISSING else field.default
-    return inspect.Parameter(field.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hints[field.name])

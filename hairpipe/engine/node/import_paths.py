@@ -101,15 +101,10 @@ def find_spec(module: str, path: list[str] | None) -> ModuleSpec | None:
     try:
         return next((spec for spec in found if spec is not None), None)
     except KeyError:  # for nested namespaces, Python asks the outer one, which is not imported here
-        return namespace(module, path or [])
-
-
-def namespace(module: str, path: list[str]) -> ModuleSpec:
-    """Return the spec of a namespace package: folders without a file."""
-    spec = ModuleSpec(module, None, is_package=True)
-    name = module.rpartition(".")[2]
-    spec.submodule_search_locations = [str(Path(place, name)) for place in path if Path(place, name).is_dir()]
-    return spec
+        spec = ModuleSpec(module, None, is_package=True)
+        folders = [Path(place, module.rpartition(".")[2]) for place in path or ()]
+        spec.submodule_search_locations = [str(folder) for folder in folders if folder.is_dir()]
+        return spec
 
 
 def leads_to(module: str, path: Path) -> bool:

@@ -28,10 +28,16 @@ if TYPE_CHECKING:
 
 
 KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "a text", Path: "a file"}
-BOUNDS = {Gt: "> {gt:g}", Ge: ">= {ge:g}", Lt: "< {lt:g}", Le: "<= {le:g}"}
+BOUNDS = {
+    Gt: "> {gt:g}",
+    Ge: ">= {ge:g}",
+    Lt: "< {lt:g}",
+    Le: "<= {le:g}",
+    MinLen: "at least {min_length} long",
+    MaxLen: "at most {max_length} long",
+}
 SHORTHAND = "value"
 """Field of a group whose value alone can replace the group in a graph file."""
-LENGTHS = {MinLen: "at least {min_length} long", MaxLen: "at most {max_length} long"}
 
 
 @dataclass(frozen=True)
@@ -53,7 +59,6 @@ class Field:
 
     @property
     def required(self) -> bool:
-        """Whether a graph file must contain the setting."""
         return self.default is inspect.Parameter.empty
 
     @property
@@ -63,7 +68,6 @@ class Field:
 
     @property
     def unit(self) -> str | None:
-        """Symbol of the unit, or None."""
         return next((m.symbol for m in metadata(self.annotation) if isinstance(m, Unit)), None)
 
     @property
@@ -82,8 +86,12 @@ class Field:
 
     @property
     def range(self) -> str:
-        """Bounds as text, such as `> 0, <= 1`; empty if there are none."""
-        texts = [form for m in metadata(self.annotation) for form in bound_texts(m)]
+        """Bounds, or the suffixes of a file, as text such as `> 0, <= 1`; empty if there are none."""
+        known = [m for m in metadata(self.annotation) if type(m) in BOUNDS]
+        texts = [BOUNDS[type(bound)].format(**dataclasses.asdict(bound)) for bound in known]
+        if self.suffixes:
+            *others, last = self.suffixes
+            texts.append(f"{', '.join(others)} or {last}" if others else last)
         return ", ".join(texts)
 
     @property
@@ -93,7 +101,6 @@ class Field:
 
     @property
     def kind(self) -> str:
-        """Description of the permitted type."""
         if self.shorthand:
             return f"{kind_text(self.shorthand.annotation)} or a group"
         return "a group" if self.group else kind_text(self.base)
@@ -129,22 +136,19 @@ def read_field(name: str, annotation: Any, default: Any, document: str) -> Field
     bare, optional = without_none(annotation)
     found = Field(name, bare, default, optional, help_line(document, name))
     if isinstance(found.base, type) and dataclasses.is_dataclass(found.base):
-        return dataclasses.replace(found, group=group_fields(found.base))
+        return dataclasses.replace(found, group=tuple(group_fields(found.base)))
     if not is_value(found.base):
         raise TypeError(f"setting '{name}': {text_of(annotation)} is neither a value nor a frozen dataclass of values")
     return found
 
 
-def group_fields(group: type) -> tuple[Field, ...]:
+def group_fields(group: type) -> Iterator[Field]:
     hints = get_type_hints(group, include_extras=True)
-    document = group.__doc__ or ""
-    return tuple(read_field(f.name, hints[f.name], field_default(f), document) for f in dataclasses.fields(group))
-
-
-def field_default(field: "dataclasses.Field[Any]") -> Any:
-    if field.default_factory is not dataclasses.MISSING:
-        return field.default_factory()
-    return inspect.Parameter.empty if field.default is dataclasses.MISSING else field.default
+    for field in dataclasses.fields(group):
+        default = inspect.Parameter.empty if field.default is dataclasses.MISSING else field.default
+        if field.default_factory is not dataclasses.MISSING:
+            default = field.default_factory()
+        yield read_field(field.name, hints[field.name], default, group.__doc__ or "")
 
 
 def is_value(kind: Any) -> bool:
@@ -161,14 +165,6 @@ def metadata(annotation: Any) -> Iterator[Any]:
     """Iterate over unit and bounds of an annotation; an interval is two bounds."""
     for item in get_args(annotation)[1:] if get_origin(annotation) is Annotated else ():
         yield from item if isinstance(item, GroupedMetadata) else (item,)
-
-
-def bound_texts(item: Any) -> list[str]:
-    """Return the text of a bound, or of the suffixes of a file; empty for other metadata."""
-    if isinstance(item, Suffixes):
-        return [" or ".join(filter(None, (", ".join(item.names[:-1]), item.names[-1])))]
-    form = BOUNDS.get(type(item)) or LENGTHS.get(type(item))
-    return [form.format(**dataclasses.asdict(item))] if form else []
 
 
 def kind_text(kind: Any) -> str:
@@ -225,7 +221,7 @@ def check_settings(node_type: NodeType, given: Plain, place: Place) -> Plain:
     fields = fields_of(node_type)
     try:
         text = json.dumps(merge_defaults(fields, given))
-        model = model_of(node_type).model_validate_json(text, strict=True)
+        model = make_model(node_type.name, fields).model_validate_json(text, strict=True)
     except ValidationError as error:
         raise explain(error.errors(include_url=False)[0], fields, place) from None
     except TypeError:
@@ -310,11 +306,7 @@ def merge_defaults(fields: Iterable[Field], given: Plain) -> Plain:
 
 
 @cache
-def model_of(node_type: NodeType) -> "type[BaseModel]":
-    return make_model(node_type.name, fields_of(node_type))
-
-
-def make_model(name: str, fields: Iterable[Field]) -> "type[BaseModel]":
+def make_model(name: str, fields: tuple[Field, ...]) -> "type[BaseModel]":
     """Build a model without unknown names, NaN and infinity; the only conversion is int to float."""
     from pydantic import ConfigDict, create_model
 

@@ -62,15 +62,12 @@ class Frames(Mapping[int, T]):
         return self._load(frame)
 
     def __contains__(self, frame: object) -> bool:
-        """Whether the run contains a frame."""
         return frame in self._known
 
     def __iter__(self) -> Iterator[int]:
-        """Iterate over the frame numbers."""
         return iter(self.numbers)
 
     def __len__(self) -> int:
-        """Count the frames."""
         return len(self.numbers)
 
 

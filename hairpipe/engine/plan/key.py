@@ -65,12 +65,6 @@ def differing_versions(settings: Mapping[str, Any]) -> dict[str, str]:
     return found
 
 
-def keyed_time(node: Node, time: Mapping[str, Any]) -> dict[str, Any] | None:
-    """Return the time parameters of a node as part of a key, without cuts if there are none."""
-    asked = [name for kind, names in TIMES.items() if node.type.asks(kind) for name in names]
-    return {name: time[name] for name in asked if time[name] != []} or None
-
-
 def differences(old: Parts, new: Parts, modules: dict[str, str], store: Store) -> Iterator[str]:
     """Describe the differences, in the order type, settings, inputs, time, code.
 
@@ -179,20 +173,20 @@ class Resolver:
     def parts(self, task: Task) -> Parts:
         """Return the parts of the key of a task, whose inputs must be known."""
         node = self.graph.nodes[task.node]
+        time = self.time_of(task)
+        asked = [name for kind, names in TIMES.items() if node.type.asks(kind) for name in names]
         return {
             "type": node.type.name,
             "code": self.codes[node.name].digest,
             "settings": self.settings[node.name],
             "inputs": name_inputs(node.type, self.tasks[task], self.frames, self.object, self.key),
-            "time": keyed_time(node, self.time_of(task)),
+            "time": {name: time[name] for name in asked if time[name] != []} or None,
         }
 
     def object(self, source: Source) -> str:
-        """Return the name of the object of a source."""
         return self.results[source.task].outputs[source.output].object
 
     def key(self, source: Source) -> str:
-        """Return the key of the result of a source."""
         return self.results[source.task].key
 
     def time_of(self, task: Task) -> dict[str, Any]:

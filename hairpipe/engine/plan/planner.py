@@ -12,7 +12,7 @@ from hairpipe.engine.store.digest import Parts, action_key
 from hairpipe.engine.store.lease import recall_failure
 from hairpipe.engine.store.record import Record
 from hairpipe.engine.store.store import LostObject, Store
-from hairpipe.engine.store.values import CODEC, Values, codec_named
+from hairpipe.engine.store.values import Values
 from hairpipe.errors import BadInput
 
 Status = Literal["cached", "run", "depends"]
@@ -96,7 +96,6 @@ class Planner:
         self.latest = {name: self.store.latest(graph.name, name) for name in graph.nodes}
 
     def entries(self) -> list[Entry]:
-        """Plan every task."""
         entries = {task: self.entry(task) for task in self.resolver.tasks}
         pending = [task for task, entry in entries.items() if entry.status != "cached"]
         while pending:
@@ -108,7 +107,6 @@ class Planner:
         return list(entries.values())
 
     def entry(self, task: Task) -> Entry:
-        """Plan a task after its inputs."""
         results = self.resolver.results
         waiting = [s.task for s in sources(self.resolver.tasks[task]) if s.task not in results]
         if waiting:
@@ -152,19 +150,16 @@ def read_result(
     task: Task,
     output: str | None = None,
     frames: Iterable[int] | None = None,
-    codec: str = CODEC,
 ) -> Any:
     """Read a result from the store: a value of its type, or a File; BadInput where it has not been computed.
 
     output  of a node with several; without one, the only one or the first
     frames  of the run that has computed it, all for None
     """
-    return read_value(graph, store, task, explain(graph, store, task, frames).record, output, codec)
+    return read_value(graph, store, task, explain(graph, store, task, frames).record, output)
 
 
-def read_value(
-    graph: Graph, store: Store, task: Task, record: Record | None, output: str | None = None, codec: str = CODEC
-) -> Any:
+def read_value(graph: Graph, store: Store, task: Task, record: Record | None, output: str | None = None) -> Any:
     """Read an output of a task from the store; BadInput as for `fetch`.
 
     record  of the task; None where it has not been computed
@@ -177,7 +172,7 @@ def read_value(
         what = f"output '{name}' of '{task}' was not kept"
         raise BadInput(what, where=store.root, right="a run with checkpoint = 1 and another --cache")
     try:
-        return Values(store, codec_named(codec), 0).get(record.outputs[name].object, node.type.outputs[name])
+        return Values(store, 0).get(record.outputs[name].object, node.type.outputs[name])
     except LostObject:
         right = "hairpipe run computes it again"
         raise BadInput(f"'{task}' is not in the store any more", where=store.root, right=right) from None

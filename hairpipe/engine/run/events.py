@@ -12,7 +12,6 @@ from hairpipe.engine.file.graph import Graph, origin
 from hairpipe.engine.hosts.member import Member
 from hairpipe.engine.plan.tasks import Task
 from hairpipe.engine.store.record import Record
-from hairpipe.engine.store.values import CODEC
 
 RECENT = 15
 """Number of latest evaluations whose median is the rate: the first ones include compilation."""
@@ -40,7 +39,6 @@ class Options:
     jobs          number of processes for values per frame, and of threads for those that simulate
     scans         number of simulations at a time on this machine, which share the threads
     keep_going    whether independent branches go on after a failure
-    codec         module that writes and reads values
     publish_root  folder below which files may be published, in addition to the graph's project
     force         whether files are replaced that were not published by hairpipe
     judge         stops nodes during the run
@@ -53,7 +51,6 @@ class Options:
 
     jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
     keep_going: bool = False
-    codec: str = CODEC
     publish_root: Path | None = None
     force: bool = False
     only: tuple[int, ...] | None = None

@@ -15,7 +15,7 @@ from hairpipe.engine.plan.arguments import Preparations, build_arguments, name_i
 from hairpipe.engine.plan.planner import Planner
 from hairpipe.engine.plan.tasks import Source, Task, inputs_of
 from hairpipe.engine.store.store import Store
-from hairpipe.engine.store.values import CODEC, Values, codec_named
+from hairpipe.engine.store.values import Values
 from hairpipe.engine.worker.machine_code import claim_kernels, guard_kernels, kernels_environment, kernels_parent
 from hairpipe.errors import BadInput
 
@@ -42,7 +42,7 @@ class Player:
     def __init__(self, graph: Graph, store: Store, node: str) -> None:
         guard_kernels()
         self._store, self._node = store, node
-        self._values = Values(store, codec_named(CODEC), 0)
+        self._values = Values(store, 0)
         self._stored: dict[str, Any] = {}
         self._made: dict[Source, Any] = {}
         self._preparations = Preparations()

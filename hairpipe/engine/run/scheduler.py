@@ -16,7 +16,7 @@ from pathlib import Path
 
 from hairpipe.engine.file.graph import Graph, origin
 from hairpipe.engine.hosts.dask_engine import DaskEngine
-from hairpipe.engine.hosts.host import MACHINE, Engine, Host, Job, LocalEngine, Reply, Slots
+from hairpipe.engine.hosts.host import MACHINE, Host, Job, LocalEngine, Reply, Slots
 from hairpipe.engine.hosts.offer import Offer, sent_offer
 from hairpipe.engine.node.signature import File
 from hairpipe.engine.plan.key import Resolver, state_of
@@ -25,12 +25,12 @@ from hairpipe.engine.plan.tasks import Portion, Task, is_beyond, order_of, sourc
 from hairpipe.engine.run.events import Event, Failure, Kind, Options, Outcome, Report
 from hairpipe.engine.run.publish import Publisher
 from hairpipe.engine.store.digest import action_key
-from hairpipe.engine.store.record import Record, from_fields
+from hairpipe.engine.store.record import Record, records
 from hairpipe.engine.store.store import LostObject, Store
 from hairpipe.errors import BadInput
 
 
-def make_engine(resolver: Resolver, options: Options) -> Engine:
+def make_engine(resolver: Resolver, options: Options) -> LocalEngine | DaskEngine:
     """Make the engine of a run; BadInput for a scheduler without TLS that is not allowed.
 
     resolver  of the run: its store, and the code behind its keys, which a host on this machine need not digest again
@@ -39,9 +39,9 @@ def make_engine(resolver: Resolver, options: Options) -> Engine:
     codes = {node.type.module: resolver.codes[node.name].digest for node in resolver.graph.nodes.values()}
     modules = tuple(sorted(codes))
     if options.scheduler is not None:
-        send = partial(sent_offer, resolver.store, options.codec, resolver.graph.folder, modules)
+        send = partial(sent_offer, resolver.store, resolver.graph.folder, modules)
         return DaskEngine(options.scheduler, send, insecure=options.insecure)
-    offer = Offer(str(resolver.store.root), options.codec, str(resolver.graph.folder), modules)
+    offer = Offer(str(resolver.store.root), str(resolver.graph.folder), modules)
     threads = max(1, options.jobs // options.scans)
     host = Host(offer, MACHINE, threads, resolver.reader, codes, options.spare)
     return LocalEngine(host, Slots(options.scans, options.jobs))
@@ -111,7 +111,6 @@ class Scheduler:
         self.limits: Mapping[str, int] = {}
 
     def run(self) -> Outcome:
-        """Run until everything is established, or nothing more can be."""
         totals = Counter(origin(task.node) for task in self.resolver.tasks)
         self.report(Event("begun", totals=tuple(totals.items())))
         for task in self.resolver.tasks:
@@ -210,7 +209,6 @@ class Scheduler:
                     self.begin(task, wide)
 
     def begin(self, task: Task, wide: bool) -> None:
-        """Submit a task, unless an equal one has been evaluated, or is being."""
         if not self.is_checked:
             self.store.check_writable(f"'{task}'")
             self.is_checked = True
@@ -245,14 +243,13 @@ class Scheduler:
         self.report(Event("started", task))
 
     def finish(self, task: Task, reply: Reply) -> None:
-        """Process the reply to a job."""
         self.report_once(task, [HEALED] if reply.get("healed") else [])
         if reply.get("found"):
             self.store.touch(reply["key"])
-            self.establish(task, from_fields(reply["record"]), "cached")
+            self.establish(task, records().validate_python(reply["record"]), "cached")
         elif "record" in reply:
             self.worked = time.monotonic()
-            record = from_fields(reply["record"])
+            record = records().validate_python(reply["record"])
             self.establish(task, record, "finished")
             if set(reply["held"]).isdisjoint(state_objects(record)):
                 self.thinner.thin_behind(task)
@@ -296,7 +293,6 @@ class Scheduler:
         return self.losses[task] <= MOST_LOSSES
 
     def establish(self, task: Task, record: Record, how: Kind) -> None:
-        """Record the result of a task, publish it, and wake the tasks that wait for it."""
         before = self.resolver.results.get(task)
         self.resolver.results[task] = record
         self.thinner.add(task, record, before)
@@ -374,7 +370,6 @@ class Scheduler:
                 self.store.set_latest(self.graph.name, node, latest)
 
     def outcome(self, interrupted: bool) -> Outcome:
-        """Sum up."""
         reached = self.resolver.results.keys() | self.failures.keys() | self.ended
         return Outcome(
             evaluated=self.counts["evaluated"],
@@ -403,12 +398,10 @@ class Queue:
         self._heaps: dict[str, list[tuple[int, int, Task]]] = {"scan": [], "once": [], "each": []}
 
     def push(self, task: Task) -> None:
-        """Add a task."""
         rank, frame = self._order(task)
         heapq.heappush(self._heaps[self._mode[task.node]], (frame, rank, task))
 
     def first(self) -> Task | None:
-        """Return a ready task; None where there is none."""
         return next((heap[0][2] for heap in self._heaps.values() if heap), None)
 
     def take(self, *, wide: bool, wide_is_free: bool) -> Iterator[Task]:

@@ -14,6 +14,7 @@ from pathlib import Path
 from hairpipe.engine.store.atomic import discard, reopening
 from hairpipe.engine.store.digest import DIGEST_BYTES, digest, hasher, parsed
 from hairpipe.engine.store.store import Store
+from hairpipe.plain_file import Stamp, stamp_of
 
 CHUNK = 1 << 20
 SETTLED = 2_000_000_000
@@ -29,34 +30,20 @@ def fingerprint(path: Path, store: Store) -> str:
     path = path.absolute()
     name = digest("stat", str(path))
     begun = time.time_ns()
-    stamp = stamp_of(path)
+    stamp = stamp_of(str(path))
     with suppress(ValueError, TypeError, KeyError):  # no note, or a foreign one
         known = parsed(store.recall(name) or "null")
-        if known["stamp"] == stamp and is_settled(stamp, known["begun"]):
+        if tuple(known["stamp"]) == stamp and is_settled(stamp, known["begun"]):
             return str(known["digest"])
     found = digest_file(path)
-    if stamp_of(path) == stamp:
+    if stamp_of(str(path)) == stamp:
         store.note(name, json.dumps({"stamp": stamp, "begun": begun, "digest": found}))
     return found
 
 
-def stamp_of(path: Path) -> list[int]:
-    """Device, inode, size, modification and status change of a file [ns]."""
-    status = path.stat()
-    return [status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns]
-
-
-def is_settled(stamp: list[int], begun: int) -> bool:
+def is_settled(stamp: Stamp, begun: int) -> bool:
     """Whether a file that is read from a time on [ns] has another stamp as soon as its bytes change."""
-    return begun - max(stamp[3:]) > SETTLED
-
-
-def is_changed(path: str, stamp: list[int]) -> bool:
-    """Whether a file is not the one that was stamped, or has been written to since."""
-    try:
-        return stamp_of(Path(path)) != stamp
-    except OSError:
-        return True
+    return begun - max(stamp[-2:]) > SETTLED
 
 
 @reopening

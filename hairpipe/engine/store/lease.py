@@ -170,7 +170,6 @@ class Leases:
         return damaged
 
     def close(self) -> None:
-        """Give all leases back."""
         for key in list(self._held):
             self.release(key)
 

@@ -1,11 +1,14 @@
 """The record of an action: what was evaluated, and which objects came of it."""
 
 import json
-import math
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple
+from functools import cache
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hairpipe.engine.store.digest import DIGEST, Parts, digest_bytes, is_key, parsed
+from hairpipe.engine.store.digest import DIGEST, Parts, digest_bytes, is_key
+
+if TYPE_CHECKING:
+    from pydantic import TypeAdapter
 
 MARK = ',"check":"'
 SUFFIXES = (".h5", ".bin", ".set")
@@ -69,48 +72,34 @@ def write_record(record: Record) -> str:
     return f'{text[:-1]}{MARK}{digest_bytes("record", text.encode())}"}}'
 
 
+@cache
+def records() -> "TypeAdapter[Record]":
+    """Return the reader of records, which ignores fields of other versions."""
+    from pydantic import ConfigDict, TypeAdapter, with_config
+
+    return TypeAdapter(with_config(ConfigDict(allow_inf_nan=False))(Record))
+
+
 def read_record(text: str) -> Record | None:
     """Read a record; None where it is damaged, or no record of hairpipe."""
     body, mark, check = text.rpartition(MARK)
     if not mark or check != digest_bytes("record", f"{body}}}".encode()) + '"}':
         return None
     try:
-        record = from_fields(parsed(body + "}"))
-        return record if is_sound(record) else None
-    except (ValueError, TypeError, KeyError, IndexError, AttributeError):
+        record = records().validate_json(body + "}", strict=True)
+    except ValueError:
         return None
-
-
-def from_fields(fields: dict[str, Any]) -> Record:
-    """Build a record from its fields as in JSON; fields of other versions are ignored."""
-    known: dict[str, Any] = {name: value for name, value in fields.items() if name in Record.__dataclass_fields__}
-    outputs = {name: Output(o[0], o[1], tuple(map(tuple, o[2]))) for name, o in fields["outputs"].items()}
-    lists = {"warnings": fields["warnings"], "prepare_warnings": fields.get("prepare_warnings", [])}
-    if not all(isinstance(texts, list) for texts in lists.values()):
-        raise TypeError("warnings are lists of texts")
-    known |= {"outputs": outputs} | {name: tuple(texts) for name, texts in lists.items()}
-    return Record(**known)
-
-
-def is_sound(record: Record) -> bool:
-    """Whether everything in a record has the type that it is used as, and every name is valid."""
     parts = record.parts
-    numbers = (record.seconds, record.created, 0.0 if record.processor is None else record.processor)
-    return (
+    is_sound = (
         is_key(record.key)
-        and isinstance(record.node, str)
-        and isinstance(record.frame, int | None)
         and parts.keys() == {"type", "code", "settings", "inputs", "time"}
         and all(isinstance(parts[name], str) for name in ("type", "code"))
         and all(isinstance(parts[name], dict) for name in ("settings", "inputs"))
         and isinstance(parts["time"], dict | None)
-        and all(is_object(name) and type(size) is int and size >= 0 for name, size in record.objects())
+        and all(is_object(name) and size >= 0 for name, size in record.objects())
         and (record.state is None or record.state in record.outputs)
-        and isinstance(record.processor_class, str | None)
-        and isinstance(record.threading_layer, str | None)
-        and all(isinstance(number, int | float) and math.isfinite(number) for number in numbers)
-        and all(isinstance(text, str) for text in (*record.warnings, *record.prepare_warnings))
     )
+    return record if is_sound else None
 
 
 def is_object(name: Any, *suffixes: str) -> bool:

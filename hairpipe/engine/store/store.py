@@ -219,7 +219,6 @@ class Store:
         return known
 
     def note(self, name: str, text: str) -> None:
-        """Note a text under a name."""
         if not self.read_only:
             path = self.root / "notes" / name[:2] / name
             whole = {"note": text, "digest": digest("note", [name, text])}
@@ -227,7 +226,6 @@ class Store:
                 write_text(self.room(path), json.dumps(whole), self.temporary, lasting=False)
 
     def forget(self, name: str) -> None:
-        """Remove the text noted under a name."""
         with suppress(OSError):
             (self.root / "notes" / name[:2] / name).unlink(missing_ok=True)
 

@@ -1,8 +1,9 @@
 """Values in the store: named by their content, and verified when they are read. This is the workers' side.
 
-The codec is handed in: a module that takes a value apart into a tree of arrays and scalars, digests it, writes and
-reads it, and builds it again. What a node is given is always a fresh copy built from such a tree, so that a node cannot
-change what another one sees, and a value that was just computed is the same, byte for byte, as one that was read.
+The codec takes a value apart into a tree of arrays and scalars, digests it, writes and reads it, and builds it again.
+It is imported by name: the engine knows no format. What a node is given is always a fresh copy built from such a tree,
+so that a node cannot change what another one sees, and a value that was just computed is the same, byte for byte, as
+one that was read.
 
 A file with companions is a listing, which says which object has which name, and is named by its content.
 """
@@ -18,7 +19,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import Any, NoReturn, Protocol, cast
+from typing import Any, NoReturn
 from unicodedata import category
 
 from hairpipe.engine.node.signature import File, Spent
@@ -40,7 +41,7 @@ class Listing:
     """Objects of a file and of what must lie next to it.
 
     path        object of the file itself
-    companions  objects by relative name; ValueError for one that would lead out of the folder of the file
+    companions  objects by relative name; ValueError for one that `check_name` refuses
     """
 
     path: str
@@ -57,12 +58,19 @@ class Listing:
 
     @property
     def text(self) -> str:
-        """The listing as it is stored."""
         return json.dumps(self._plain)
 
     @property
     def _plain(self) -> dict[str, Any]:
         return {"path": self.path, "companions": self.companions}
+
+
+def check_name(label: str) -> None:
+    """Refuse the name of a companion that would lead out of the folder of its file, or that hides where it leads."""
+    path = PurePosixPath(label)
+    is_plain = bool(path.parts) and not path.is_absolute() and ".." not in path.parts and str(path) == label
+    if not is_plain or any(category(letter) in ("Cc", "Cs") for letter in label):
+        raise ValueError(f"companion {label!r} is not a relative name")
 
 
 def read_listing(store: Store, name: str) -> Listing:
@@ -89,35 +97,10 @@ def parse_listing(path: Path) -> Listing | None:
     return listing if whole and all(is_object(name, ".bin") for name in names) else None
 
 
-def check_name(label: str) -> None:
-    """Refuse the name of a companion that would lead out of the folder of its file, or that hides where it leads."""
-    path = PurePosixPath(label)
-    is_plain = bool(path.parts) and not path.is_absolute() and ".." not in path.parts and str(path) == label
-    if not is_plain or any(category(letter) in ("Cc", "Cs") for letter in label):
-        raise ValueError(f"companion {label!r} is not a relative name")
-
-
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Errors of a file that does not fit: on the disk, in a quota, in the limit of a process."""
 MARGIN = 16 << 20
 """Space that stays free on a disk: a file that does not fit is refused before it is begun [bytes]."""
-
-
-class Codec(Protocol):
-    """What values are written with; `hairpipe.formats.hdf5` is one."""
-
-    take_apart: Callable[[Any], Any]
-    digest_tree: Callable[[Any], str]
-    nbytes: Callable[[Any], int]
-    file_size: Callable[[Any], int]
-    write: Callable[[Any, Path], None]
-    read: Callable[[Path], Any]
-    build: Callable[[Any, Any], Any]
-
-
-def codec_named(name: str) -> Codec:
-    """Return the codec that a module is."""
-    return cast(Codec, importlib.import_module(name))
 
 
 class Values:
@@ -127,9 +110,9 @@ class Values:
     unwritten  trees by name that the store does not have: the states of scans
     """
 
-    def __init__(self, store: Store, codec: Codec, limit: int) -> None:
+    def __init__(self, store: Store, limit: int) -> None:
         self.store = store
-        self.codec = codec
+        self.codec: Any = importlib.import_module(CODEC)
         self.limit = limit
         self.unwritten: dict[str, Any] = {}
         self._continued: Counter[str] = Counter()
@@ -204,7 +187,6 @@ class Values:
         return True
 
     def write_out(self) -> None:
-        """Write all values that are not written yet."""
         for name, tree in list(self.unwritten.items()):
             self._write_tree(name, tree)
 

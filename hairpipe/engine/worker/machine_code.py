@@ -154,7 +154,6 @@ class Entry(NamedTuple):
 
     @property
     def folder(self) -> str:
-        """Name of the folder of its kernels."""
         return f"{self.module}-{self.key[:FOLDER_DIGITS]}"
 
 
@@ -193,7 +192,6 @@ class Finder(MetaPathFinder):
     """Import hook that guards the module of numba that reads kernels; many workers never import it."""
 
     def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
-        """Find that module alone."""
         spec = PathFinder.find_spec(name, path) if name == CACHING else None
         return spec and spec_from_file_location(name, spec.origin, loader=GuardingLoader(name, str(spec.origin)))
 
@@ -202,7 +200,6 @@ class GuardingLoader(SourceFileLoader):
     """Imports a module as usual, and guards the classes that it defines."""
 
     def exec_module(self, module: ModuleType) -> None:
-        """Import the module."""
         super().exec_module(module)
         guard(module)
 
@@ -226,7 +223,6 @@ class KernelLocator:
         """Leave the folder to whoever writes to it."""
 
     def get_cache_path(self) -> str:
-        """Name the folder."""
         return self._path
 
     def get_source_stamp(self) -> str:

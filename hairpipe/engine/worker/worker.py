@@ -27,13 +27,14 @@ from hairpipe.engine.node.messages import recorded_warnings
 from hairpipe.engine.node.signature import Cuts, First, Time, Workspace
 from hairpipe.engine.plan.arguments import Preparations, build_arguments
 from hairpipe.engine.store.atomic import workspace
-from hairpipe.engine.store.fingerprint import is_changed, removed
+from hairpipe.engine.store.fingerprint import removed
 from hairpipe.engine.store.record import Output, Record
 from hairpipe.engine.store.store import Store
-from hairpipe.engine.store.values import Values, codec_named, is_full
+from hairpipe.engine.store.values import Values, is_full
 from hairpipe.engine.worker.machine_code import file_of, guard_kernels
 from hairpipe.engine.worker.threading_layer import layer_in_use
 from hairpipe.errors import BadInput
+from hairpipe.plain_file import stamp_of
 from hairpipe.processor import processor_class
 
 _M_TRIM_THRESHOLD, _M_MMAP_MAX = -1, -4
@@ -58,12 +59,12 @@ class Worker:
             grant(hello["trusted"])
         self.registry = Registry(Path(hello["folder"]))
         self.store = Store(Path(hello["store"]))
-        self.values = Values(self.store, codec_named(hello["codec"]), hello["memory"])
+        self.values = Values(self.store, hello["memory"])
         self.preparations = Preparations()
         self.is_orphan = is_orphan
         self.processor_class = hello["processor_class"]
         self.unsaved = 0.0
-        self._unchecked: dict[str, list[int]] = hello["sources"]
+        self._unchecked = {path: tuple(stamp) for path, stamp in hello["sources"].items()}
         self._checked: set[str] = set()
 
     def reply(self, job: Job) -> Reply:
@@ -110,7 +111,7 @@ class Worker:
             processor = processor_time() - worked
             del arguments
             for path, stamp in job["files"].items():
-                if is_changed(path, stamp):  # its key would be wrong
+                if stamp_of(path) != tuple(stamp):  # its key would be wrong
                     raise BadInput("changed while it was read", where=path, right="run again when it is complete")
             outputs = self._put(node_type, result, folder, job["fleeting"])
         record = Record(
@@ -151,7 +152,7 @@ class Worker:
         new = sys.modules.keys() - self._checked
         paths = {inspect.unwrap(node_type.function).__code__.co_filename, *map(file_of, new)}
         for path in paths & self._unchecked.keys():
-            if is_changed(path, self._unchecked[path]):
+            if stamp_of(path) != self._unchecked[path]:
                 raise BadInput("changed during the run", where=path, right="run again")
             del self._unchecked[path]
         self._checked |= new

@@ -21,7 +21,6 @@ from hairpipe.engine.plan.tasks import Task
 from hairpipe.engine.store.digest import action_key
 from hairpipe.engine.store.lease import Leases
 from hairpipe.engine.store.store import Store
-from hairpipe.engine.store.values import CODEC
 from hairpipe.errors import BadInput
 
 
@@ -30,7 +29,7 @@ def sent(shot) -> Offer:
     """The offer of a shot."""
     shot.store.root.mkdir()
     modules = tuple(path.stem for path in shot.nodes.glob("*.py"))
-    yield sent_offer(shot.store, CODEC, shot.nodes, modules)
+    yield sent_offer(shot.store, shot.nodes, modules)
     _granted.clear()
 
 
@@ -217,7 +216,7 @@ class TwoMachines:
     def __init__(self, resolver, options, refuse=()):
         self.engines = {}
         for machine in ("one", "two"):
-            offer = Offer(str(resolver.store.root), options.codec, str(resolver.graph.folder), ())
+            offer = Offer(str(resolver.store.root), str(resolver.graph.folder), ())
             reader = CodeReader(resolver.store.remember, resolver.graph.folder)
             self.engines[machine] = LocalEngine(Host(offer, machine, 1, reader))
         self.machines = set(self.engines)

@@ -8,8 +8,8 @@ from hairpipe.engine.hosts.host import LocalEngine, Slots
 from hairpipe.engine.hosts.member import Member
 from hairpipe.engine.run.events import Options
 from hairpipe.engine.run.scheduler import run
-from hairpipe.engine.store.fingerprint import stamp_of
 from hairpipe.engine.store.store import Store
+from hairpipe.plain_file import stamp_of
 
 from ..conftest import NO_JOB, local_engine
 
@@ -98,7 +98,7 @@ def test_a_new_worker_replaces_an_old_one_unless_sources_were_edited(shot, spare
     files = [shot.folder / name for name in ("one.py", "other.py", "edited.py")]
     for file in files:
         file.write_text("")
-    one, other, edited = ({str(file): stamp_of(file)} for file in files)
+    one, other, edited = ({str(file): stamp_of(str(file))} for file in files)
     for sources in (one | edited, other):
         engine = local_engine(shot, spare, sources)
         engine.submit(NO_JOB)

@@ -6,7 +6,7 @@ from importlib.util import resolve_name
 import pytest
 
 from hairpipe.engine.code import CodeReader
-from hairpipe.engine.store.fingerprint import stamp_of
+from hairpipe.plain_file import stamp_of
 
 
 @pytest.fixture
@@ -116,7 +116,7 @@ def test_files_that_were_read_have_stamps(write):
     reader = CodeReader(lambda name, make: make())
     reader.code_of("bake")
     files = [folder / "bake.py", folder / "pk" / "__init__.py", folder / "pk" / "core.py"]
-    assert reader.stamps == {str(path): stamp_of(path) for path in files}
+    assert reader.stamps == {str(path): stamp_of(str(path)) for path in files}
 
 
 def test_a_relative_import_outside_of_a_package_is_ignored(write):

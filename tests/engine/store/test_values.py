@@ -14,10 +14,8 @@ from hairpipe.engine.node.signature import File
 from hairpipe.engine.store.lease import Leases
 from hairpipe.engine.store.record import Record
 from hairpipe.engine.store.store import LostObject, Store
-from hairpipe.engine.store.values import Values, check_space, codec_named
+from hairpipe.engine.store.values import Values, check_space
 from hairpipe.formats import hdf5
-
-CODEC = codec_named("hairpipe.formats.hdf5")
 
 
 @dataclass(frozen=True)
@@ -29,15 +27,15 @@ class Maps:
 
 def test_a_value_at_hand_has_its_names_in_the_order_of_the_one_on_disk(tmp_path):
     """A node that goes through them in order gives one result, whoever computed what it is given."""
-    there = Values(Store(tmp_path), CODEC, limit=1 << 20)
+    there = Values(Store(tmp_path), limit=1 << 20)
     name = there.put(Maps({"b": np.ones(2), "a": np.zeros(2)}), Maps, None).object
-    elsewhere = Values(Store(tmp_path), CODEC, limit=0)
+    elsewhere = Values(Store(tmp_path), limit=0)
     orders = [list(values.get(name, Maps).maps) for values in (there, elsewhere)]
     assert orders == [["a", "b"], ["a", "b"]]
 
 
 def test_values_that_are_kept_stay_under_the_limit(tmp_path):
-    values = Values(Store(tmp_path), CODEC, 5_000_000)
+    values = Values(Store(tmp_path), 5_000_000)
     names = [values.put(np.full(125_000, float(i)), np.ndarray, None).object for i in range(20)]
     assert sum(hdf5.nbytes(tree) for tree in values._trees.values()) <= 5_000_000
     assert [values.get(name, np.ndarray)[0] for name in names] == list(range(20))
@@ -45,7 +43,7 @@ def test_values_that_are_kept_stay_under_the_limit(tmp_path):
 
 
 def test_the_value_that_was_used_last_stays_at_hand(tmp_path):
-    values = Values(Store(tmp_path), CODEC, 2 * hdf5.nbytes(hdf5.take_apart(np.zeros(100))))
+    values = Values(Store(tmp_path), 2 * hdf5.nbytes(hdf5.take_apart(np.zeros(100))))
     first, second, third = (values.put(np.full(100, number), np.ndarray, None).object for number in (1.0, 2.0, 3.0))
     values.get(second, np.ndarray)
     fourth = values.put(np.full(100, 4.0), np.ndarray, None).object
@@ -59,7 +57,7 @@ def test_the_value_that_was_used_last_stays_at_hand(tmp_path):
 
 
 def test_a_file_whose_list_of_companions_is_missing_is_lost(tmp_path):
-    values, name = Values(Store(tmp_path), CODEC, 0), f"{'0c' * 20}.set"
+    values, name = Values(Store(tmp_path), 0), f"{'0c' * 20}.set"
     with pytest.raises(LostObject, match=name):
         values.get(name, File)
     assert values.lost() == name
@@ -102,14 +100,14 @@ def test_a_stale_handle_of_the_store_is_opened_again_three_times(tmp_path, monke
         return found
 
     def try_all(times):
-        values = Values(store, hdf5, 1 << 20)
+        values = Values(store, 1 << 20)
         output = use(lambda: values.put(np.arange(3.0), np.ndarray, None), times)
         files = use(lambda: values.put(file, File, None), times)
         parts = {"type": "a", "code": "b", "settings": {}, "inputs": {}, "time": None}
         record = Record("0" * 40, "a", None, parts, {"": output}, None, 1.0, (), 1.0)
         use(lambda: store.add(record), times)
         assert use(lambda: store.find(record.key), times) == record
-        fresh = Values(store, hdf5, 1 << 20)
+        fresh = Values(store, 1 << 20)
         assert use(lambda: fresh.get(output.object, np.ndarray), times).tolist() == [0.0, 1.0, 2.0]
         assert use(lambda: fresh.get(files.object, File), times).companions["b"].read_text() == "a"
 
@@ -127,7 +125,7 @@ def test_space_is_looked_for_where_a_store_will_be(tmp_path):
 
 
 def test_a_node_gets_a_copy_of_its_own(tmp_path):
-    values = Values(Store(tmp_path), CODEC, 5_000_000)
+    values = Values(Store(tmp_path), 5_000_000)
     mine = np.arange(6.0).reshape(2, 3)
     name = values.put(mine.T, np.ndarray, None).object
     mine[:] = 0
@@ -138,7 +136,7 @@ def test_a_node_gets_a_copy_of_its_own(tmp_path):
 
 
 def test_a_value_that_is_not_written_is_leased_and_has_the_size_of_its_file(tmp_path):
-    values, others = Values(Store(tmp_path), CODEC, 5_000_000), Leases(Store(tmp_path))
+    values, others = Values(Store(tmp_path), 5_000_000), Leases(Store(tmp_path))
     found = values.put(np.arange(6.0), np.ndarray, None, lasting=False)
     assert list(values.get(found.object, np.ndarray)) == [0, 1, 2, 3, 4, 5]
     assert not values.store.has(found.object) and others.is_in_memory(found.object)
@@ -150,7 +148,7 @@ def test_a_value_that_is_not_written_is_leased_and_has_the_size_of_its_file(tmp_
 
 
 def test_a_value_that_two_scans_continue_from_is_forgotten_after_both(tmp_path):
-    values = Values(Store(tmp_path), CODEC, 5_000_000)
+    values = Values(Store(tmp_path), 5_000_000)
     name, again = (values.put(np.arange(6.0), np.ndarray, None, lasting=False).object for _ in range(2))
     assert name == again
     values.forget(name)
@@ -161,7 +159,7 @@ def test_a_value_that_two_scans_continue_from_is_forgotten_after_both(tmp_path):
 
 def test_a_state_that_stays_equal_is_forgotten_once_it_changes(tmp_path):
     """As of hair at rest: after each frame the state before is forgotten."""
-    values = Values(Store(tmp_path), CODEC, 5_000_000)
+    values = Values(Store(tmp_path), 5_000_000)
     states = [values.put(np.full(6, 1.0), np.ndarray, None, lasting=False).object]
     for value in (1.0, 1.0, 2.0):
         states.append(values.put(np.full(6, value), np.ndarray, None, lasting=False).object)
@@ -171,7 +169,7 @@ def test_a_state_that_stays_equal_is_forgotten_once_it_changes(tmp_path):
 
 def test_a_value_that_another_process_has_in_memory_is_written(tmp_path):
     """The other process forgets it without asking."""
-    values, others = (Values(Store(tmp_path), CODEC, 5_000_000) for _ in range(2))
+    values, others = (Values(Store(tmp_path), 5_000_000) for _ in range(2))
     name = others.put(np.arange(6.0), np.ndarray, None, lasting=False).object
     assert values.put(np.arange(6.0), np.ndarray, None, lasting=False).object == name
     assert values.store.has(name) and not values.unwritten
@@ -181,7 +179,7 @@ def test_a_value_that_another_process_has_in_memory_is_written(tmp_path):
 
 def test_values_that_are_not_written_stay_under_the_limit(tmp_path):
     """The oldest is written, and the latest stays in memory whatever its size."""
-    values = Values(Store(tmp_path), CODEC, 1_500)
+    values = Values(Store(tmp_path), 1_500)
     names = [values.put(np.full(100, float(i)), np.ndarray, None, lasting=False).object for i in range(3)]
     assert [values.store.has(name) for name in names] == [True, True, False]
     large = values.put(np.zeros(1000), np.ndarray, None, lasting=False).object
