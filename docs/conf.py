@@ -21,6 +21,7 @@ extensions = [
     "extension.gallery",
     "extension.includes",
     "extension.ledger",
+    "extension.results",
 ]
 myst_enable_extensions = ["colon_fence", "deflist"]
 myst_heading_anchors = 5

@@ -1,23 +1,29 @@
-"""Writes figures into pages.
+"""Figures of pages: looked up in results files when the documentation is built.
 
-    <!-- results: NAME
+    :::{results} NAME
+    :where: COLUMN=VALUE
     a table or a paragraph in Markdown, with references in braces in place of figures
-    -->
-    the result, a table below commit, machine and command
-    <!-- end -->
+    :::
 
-NAME is that of a results file, relative to the page; without it, references contain the name. A table of NAME that
-refers to other results, too, is below the commits and commands of all. A line of a table whose references match several
-rows is repeated for each. Within a line of text the form is `<!-- results: NAME {...} -->`,
-the figure, and `<!-- end -->`.
+NAME is that of a results file below `graphs/`: `paper/threads` is `graphs/paper/results/threads.json`. What `where` says
+belongs to all references. A table is below commit, machine and command of all results that it refers to; without a
+body, it is that of the rows of `check_errors`. Within a line the form is a role, {results}`NAME {...}`.
 
-Figures of a page by reference: `{TABLE; COLUMN; OTHER COLUMN=VALUE; REDUCTION; FORMAT}`, the last three as needed.
+A reference is `{TABLE; COLUMN; OTHER COLUMN=VALUE; REDUCTION; FORMAT}`, the last three as needed. TABLE may name another
+results file before a dot, `volume/shell.table`. Reductions are those of REDUCTIONS, over all matching rows, and COUNT,
+the number of values that are not empty. FORMAT is that of Python, `.2g` or `,d`. `{state; NAME}` is the word for current
+results or those of older code. A line of a table whose references match several rows is repeated for each.
 
-TABLE may name the results file before a dot, `../volume/shell.table`; otherwise it is that of the marker. Reductions
-are those of REDUCTIONS, over all matching rows, and COUNT, the number of values that are not empty. FORMAT is that of
-Python, `.2g` or `,d`. `{state; RESULTS}` is the word for current results or those of older code.
+References of a table share what its lines and columns have in common: a line that begins with an empty cell has the
+references of the columns, and the first cell of a line without others adds its own parts to each of them.
 
-Finds results files and pages by page, graph, results file or folder.
+    | hair | frame | of it contact |
+    | --- | ---: | ---: |
+    | | {frames; frame [s]; .2g} | {parts; coupling [s]; .1f} |
+    | 5,000 long curly {scene=long_curly} |
+    | 10,000 long straight {scene=long_straight} |
+
+Finds results files by page, graph, results file or folder.
 """
 
 import math
@@ -37,9 +43,9 @@ from hairpipe.graphs.experiments.figures.file import (
     read_results,
     results_path,
 )
-from hairpipe.graphs.experiments.figures.recipe import WORDS
 from hairpipe.plain_file import content
 
+GRAPHS = Path(__file__).parents[2]
 REDUCTIONS: dict[str, Callable[[Sequence[float]], float]] = {
     "largest": lambda values: max(map(abs, values)),
     "max": max,
@@ -55,7 +61,7 @@ FORM = "{TABLE; COLUMN; OTHER COLUMN=VALUE; REDUCTION; FORMAT}"
 class Figures:
     """Looks up figures for a page.
 
-    folder   of the page
+    folder   below which results are named
     default  name of the default results, empty for none
     word_of  returns the word for the state of a results file
     """
@@ -148,66 +154,77 @@ def written(value: Value, spec: str) -> str:
     return text.removesuffix(".") if spec.startswith("#") else text
 
 
-MARKER = re.compile(
-    r"(?<!`)<!-- results:[ ]*(?P<name>[^\s{|>]*)(?P<template>.*?)-->(?P<made>.*?)<!-- end -->", re.DOTALL
-)
-OPENING = re.compile(r"(?<!`)<!-- results:")
+DIRECTIVE = re.compile(r"^:::\{results\} (?P<name>\S+)\n(?P<body>(?:.*\n)*?):::$", re.MULTILINE)
+ROLE = re.compile(r"\{results\}`(?P<name>[^\s{`]*)(?P<body>[^`]*)`")
 REFERENCE = re.compile(r"\{([^{}]*)\}")
-STATES = re.compile(rf"\((?:{'|'.join(WORDS)})\)")
+ROWS = """| error | case | measured | allowed | |
+| --- | --- | ---: | ---: | --- |
+| {rows; row} | {rows; case} | {rows; measured; .2g} {rows; unit} | {rows; allowed; .2g} {rows; unit} | {rows; verdict} |
+"""
+"""Body of a directive without one: the rows of `check_errors`."""
 
 
-def written_page(page: Path, text: str, word_of: Callable[[Path], str]) -> str:
-    """Return the text of a page with all figures from their results; pure except for reading.
+def markdown_of(name: str, lines: Sequence[str], where: str, word_of: Callable[[Path], str]) -> str:
+    """Return the Markdown of a directive; BadInput for a reference without a target.
 
+    where    parts of all references, such as `frame=1013`; empty for none
     word_of  returns the word for the state of a results file
-
-    BadInput with page and line for a marker without an end, and for a reference without a target.
     """
+    figures = Figures(GRAPHS, name, word_of)
+    body = [with_parts(line, where) for line in expanded(list(lines) or ROWS.splitlines())]
+    made = [text for line in body for text in lines_of(line, figures)]
+    names = names_in(name, "\n".join(body))
+    heads = [heading(each, figures) for each in names] if made[0].startswith("|") else []
+    return "\n".join([*([";\n".join(heads), ""] if heads else []), *made])
 
-    def replaced(match: re.Match[str]) -> str:
-        where = f"{page}:{line_of(text, match.start())}"
-        opening = text[match.start() : match.start("made")]
-        if OPENING.search(match["template"]) or OPENING.search(match["made"]):
-            raise BadInput("the marker does not end", where=where, right="<!-- end -->")
-        figures = Figures(page.parent, match["name"], word_of)
-        try:
-            return f"{opening}{made_from(match['template'], match['name'], figures)}<!-- end -->"
-        except BadInput as fault:
-            raise BadInput(str(fault), where=where) from None
 
-    changed = MARKER.sub(replaced, text)
-    if len(OPENING.findall(text)) > len(MARKER.findall(text)):
-        last = max(match.start() for match in OPENING.finditer(text))
-        raise BadInput("a marker does not end", where=f"{page}:{line_of(text, last)}", right="<!-- end -->")
-    return changed
+def figure_of(name: str, text: str, word_of: Callable[[Path], str]) -> str:
+    """Return the text of a role; BadInput for a reference without a target."""
+    [line] = lines_of(text.strip(), Figures(GRAPHS, name, word_of))
+    return line
+
+
+def expanded(lines: Sequence[str]) -> list[str]:
+    """Return the lines of a table in which each line has its own references; pure."""
+    columns: list[str] = []
+    found = []
+    for line in lines:
+        first, *others = line.strip().strip("|").split("|") if line.startswith("|") else [line]
+        if line.startswith("|") and not first.strip() and REFERENCE.search(line):
+            columns = others
+        elif line.startswith("|") and columns and not others:
+            own = "; ".join(REFERENCE.findall(first))
+            cells = [REFERENCE.sub("", first), *(with_parts(column, own) for column in columns)]
+            found.append(f"|{'|'.join(cells)}|")
+        else:
+            found.append(line)
+    return found
+
+
+def with_parts(text: str, parts: str) -> str:
+    """Return a text with parts added to its references: before conditions, where the parts name a column; pure."""
+
+    def extended(match: re.Match[str]) -> str:
+        own = match[1].strip()
+        is_condition = "=" in own.partition(";")[0]
+        return "{" + "; ".join(filter(None, [parts, own] if is_condition else [own, parts])) + "}"
+
+    return REFERENCE.sub(extended, text)
 
 
 def names_of(text: str) -> list[str]:
-    """List the results of a page, relative to it, in order."""
-    return list(dict.fromkeys(name for match in MARKER.finditer(text) for name in names_in(*match.group(1, 2))))
+    """List the results of a page, in order."""
+    found = [(match["name"], match["body"]) for form in (DIRECTIVE, ROLE) for match in form.finditer(text)]
+    return list(dict.fromkeys(name for given, body in found for name in names_in(given, body)))
 
 
 def names_in(name: str, template: str) -> list[str]:
-    """List the results of a marker and of its references."""
+    """List the results of a directive and of its references."""
     names = [name]
     for table, _, rest in (reference.partition(";") for reference in REFERENCE.findall(template)):
-        names.append(rest.strip() if table.strip() == "state" else table.strip().rpartition(".")[0])
+        if "=" not in table:
+            names.append(rest.strip() if table.strip() == STATE else table.strip().rpartition(".")[0])
     return list(dict.fromkeys(filter(None, names)))
-
-
-def without_states(text: str) -> str:
-    """Return the text of a page without the states of results, which change with the code."""
-    return STATES.sub("()", text)
-
-
-def made_from(template: str, name: str, figures: Figures) -> str:
-    """Return the text between a marker and its end."""
-    if "\n" not in template:
-        [line] = lines_of(template.strip(), figures)
-        return line
-    lines = [made for line in template.strip("\n").rstrip().split("\n") for made in lines_of(line, figures)]
-    heads = [heading(each, figures) for each in names_in(name, template)] if name and lines[0].startswith("|") else []
-    return "\n".join(["", *([";\n".join(heads), ""] if heads else []), *lines, "", ""])
 
 
 def lines_of(line: str, figures: Figures) -> list[str]:
@@ -242,11 +259,6 @@ def machine_text(machine: Machine) -> str:
     return f"{cores} of {machine.processor}{memory}, {machine.kind}, {machine.layer}"
 
 
-def line_of(text: str, place: int) -> int:
-    """Return the line number of a position in a text."""
-    return text.count("\n", 0, place) + 1
-
-
 PAGE, GRAPH, RESULTS = ".md", ".toml", ".json"
 RIGHT = "a page (.md), a graph (.toml), a results file (.json), or a folder"
 
@@ -258,7 +270,7 @@ def find_results(given: Iterable[Path]) -> list[Path]:
         if path.is_dir():
             found |= dict.fromkeys(file for file in files_below(path, RESULTS) if file.parent.name == FOLDER)
         elif path.suffix == PAGE:
-            found |= dict.fromkeys(results_path(path.parent, name) for name in names_of(read_page(path)))
+            found |= dict.fromkeys(results_path(GRAPHS, name) for name in names_of(read_page(path)))
         elif path.suffix == GRAPH and path.is_file():
             files = sorted((path.parent / FOLDER).glob(f"*{RESULTS}"))
             found |= dict.fromkeys(file for file in files if read_results(file).graph == path.name)
@@ -266,19 +278,6 @@ def find_results(given: Iterable[Path]) -> list[Path]:
             found[path] = None
         else:
             raise BadInput("no results belong to it", where=path, right=RIGHT)
-    return list(found)
-
-
-def find_pages(given: Iterable[Path]) -> list[Path]:
-    """List the pages among paths, and those in folders that contain figures."""
-    found: dict[Path, None] = {}
-    for path in given:
-        if path.is_dir():
-            found |= dict.fromkeys(page for page in files_below(path, PAGE) if names_of(read_page(page)))
-        elif path.suffix == PAGE:
-            found[path] = None
-        else:
-            raise BadInput("not a page", where=path, right="a page (.md) or a folder")
     return list(found)
 
 

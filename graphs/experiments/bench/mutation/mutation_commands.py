@@ -1,4 +1,4 @@
-"""The bench `mutate`: how many small changes of the engine its tests notice."""
+"""The bench `mutate`: how many small changes of the engine and of the laws their tests notice."""
 
 from pathlib import Path
 
@@ -8,12 +8,15 @@ from hairpipe.app.cli import options
 from hairpipe.app.cli.stderr import echo
 from hairpipe.graphs.experiments.commands.measured import print_report, record
 
-ROOMS = ("key", "store", "run")
+ROOMS = ("key", "store", "run", "laws")
 
 
 @click.command()
 @click.option(
-    "--room", type=click.Choice(ROOMS), multiple=True, help="Room of hairpipe/engine; repeatable; by default all."
+    "--room",
+    type=click.Choice(ROOMS),
+    multiple=True,
+    help="Part of the engine, or laws; repeatable; by default all.",
 )
 @click.option(
     "--most", type=click.IntRange(min=1), default=80, show_default=True, help="Largest number of mutations a room."
@@ -27,7 +30,7 @@ ROOMS = ("key", "store", "run")
 @options.as_json
 @record
 def mutate(room: tuple[str, ...], most: int, seed: int, known: Path | None, as_json: bool) -> None:
-    """Measure the mutation score of the engine: the share of small changes of its code that fail a test.
+    """Measure the mutation score of the engine and of the laws: the share of small changes that fail a test.
 
     Mutations are those of Cosmic Ray, statements left out, and None returned: one for each place, and of the places a
     sample. Each is tried in a copy of the checkout with the tests of its file, until one fails. `first` is the score

@@ -1,4 +1,4 @@
-"""Mutations of the engine, tried with the tests of each file in a copy of the checkout."""
+"""Mutations of the engine and of the laws, tried with the tests of each file in a copy of the checkout."""
 
 import json
 import math
@@ -18,15 +18,17 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.mutation import tester
-from hairpipe.graphs.experiments.bench.mutation.suites import ROOM, SUITES, TESTS, room_of
+from hairpipe.graphs.experiments.bench.mutation.suites import PACKAGE, SUITES, TESTS, room_of
 from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, make_report
 
 if TYPE_CHECKING:
     from hairpipe.graphs.experiments.bench.mutation.places import Mutant
 
 HOME = Path(__file__).parents[4]
-COPIED = ("hairpipe", "tests/engine", "tests/app/cli", "tests/*.py", "pyproject.toml")
-PYTEST = ("-x", "-q", "-p", "no:cacheprovider", "-p", "no:randomly", "-m", "not kernels and not slow")
+COPIED = ("hairpipe", "tests/engine", "tests/laws", "tests/contact", "tests/app/cli", "tests/*.py", "pyproject.toml")
+PYTEST = ("-x", "-q", "-p", "no:cacheprovider", "-p", "no:randomly")
+QUICK = ("-m", "not kernels and not slow")
+"""Tests of the engine: those of the laws compile kernels."""
 LEAST, FACTOR = 30.0, 4.0
 """A mutation is stopped after this time [s], or after this multiple of the time of the tests of unchanged code."""
 Z = 1.96
@@ -36,7 +38,7 @@ Z = 1.96
 class Trial(NamedTuple):
     """A mutation and what the tests made of it.
 
-    file     in `hairpipe/engine`
+    file     in `hairpipe`
     line     first one that is changed
     change   of the source, as two lines
     outcome  killed, stopped (after too long a time) or survived
@@ -60,7 +62,7 @@ class Tester:
                 target.parent.mkdir(parents=True, exist_ok=True)
                 omitted = shutil.ignore_patterns("__pycache__")
                 shutil.copytree(path, target, ignore=omitted) if path.is_dir() else shutil.copy(path, target)
-        variables = os.environ | {"PYTHONPATH": str(folder)}
+        variables = os.environ | {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "kernels")}
         command = [sys.executable, "-P", str(Path(tester.__file__).resolve())]
         pipe = subprocess.PIPE
         self.process = subprocess.Popen(command, cwd=folder, env=variables, stdin=pipe, stdout=pipe, text=True)
@@ -68,14 +70,15 @@ class Tester:
     def run(self, file: str, limit: float) -> int | None:
         """Run the tests of a file; returns the exit code of pytest, None where the limit [s] was reached."""
         assert self.process.stdin and self.process.stdout
-        words = [*PYTEST, *(os.path.normpath(f"{TESTS}/{name}") for name in SUITES[file])]
+        selection = () if room_of(file) == "laws" else QUICK
+        words = [*PYTEST, *selection, *(os.path.normpath(f"{TESTS}/{name}") for name in SUITES[file])]
         self.process.stdin.write(json.dumps([words, limit]) + "\n")
         self.process.stdin.flush()
         return json.loads(self.process.stdout.readline())
 
     def write(self, file: str, source: str) -> None:
         """Write a file of the copy, with a time of its own: Python compares times in seconds with compiled code."""
-        path = self.folder / ROOM / file
+        path = self.folder / PACKAGE / file
         path.write_text(source, encoding="utf-8")
         self._stamp += 2
         os.utime(path, (self._stamp, self._stamp))
@@ -94,12 +97,12 @@ def testing() -> Iterator[Tester]:
 
 def mutated_files(rooms: Sequence[str]) -> list[Path]:
     """List the files of rooms that are mutated."""
-    return [HOME / ROOM / file for file in SUITES if room_of(file) in rooms]
+    return [HOME / PACKAGE / file for file in SUITES if room_of(file) in rooms]
 
 
 def source_of(file: str) -> str:
-    """Read a file of the engine."""
-    return (HOME / ROOM / file).read_text(encoding="utf-8")
+    """Read a file of the package."""
+    return (HOME / PACKAGE / file).read_text(encoding="utf-8")
 
 
 def drawn(room: str, most: int, seed: int) -> tuple[list[tuple[str, list["Mutant"]]], int]:

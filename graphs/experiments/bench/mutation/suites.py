@@ -1,13 +1,10 @@
-"""The tests that a change of each file of the engine is tried with: those of that file, quickest first.
+"""The tests that a change of each file of the engine and of the laws is tried with: those of that file, quickest first.
 
 Others of the whole suite may find what they miss: a score is a lower bound.
 """
 
-ROOM = "hairpipe/engine"
-TESTS = "tests/engine"
-KEY = ("code.py", "plan/key.py")
-"""Files that make keys: a room of their own here; the others are folders."""
-SUITES: dict[str, tuple[str, ...]] = {
+PACKAGE, TESTS = "hairpipe", "tests"
+ENGINE: dict[str, tuple[str, ...]] = {
     "code.py": ("key", "worker/test_machine_code.py", "worker/test_kernel_cache.py"),
     "plan/key.py": ("plan/test_planner.py", "file/test_load.py", "plan/test_divergence.py", "run/test_scheduler.py"),
     "store/atomic.py": ("store/test_atomic.py", "store/test_ownership.py", "test_leases.py", "test_users.py"),
@@ -37,7 +34,32 @@ SUITES: dict[str, tuple[str, ...]] = {
     "run/survey.py": ("plan/test_divergence.py", "test_read_only.py", "../app/cli/commands/test_watch.py"),
 }
 
+"""Files of `hairpipe/engine`, and tests in `tests/engine`."""
+LAWS: dict[str, tuple[str, ...]] = {
+    "adhesion.py": ("test_contact_laws.py", "../contact/hair/test_stiction.py"),
+    "altitude.py": ("test_altitude.py", "test_selection.py"),
+    "bend_twist.py": ("test_bend_twist.py",),
+    "bending.py": ("test_bending.py",),
+    "coulomb.py": ("test_coulomb.py",),
+    "drag.py": ("test_drag.py",),
+    "fold_preservation.py": ("test_fold_preservation.py",),
+    "goal.py": ("test_contact_laws.py",),
+    "gusts.py": ("test_gusts.py",),
+    "pressure.py": ("test_pressure.py",),
+    "repulsion.py": ("test_contact_laws.py",),
+    "strain_limit.py": ("test_strain_limit.py",),
+    "stretch.py": ("test_spring.py",),
+}
+"""Files of `hairpipe/laws`, and tests in `tests/laws`; their settings are of no law."""
+SUITES = {
+    f"{room}/{file}": tuple(f"{room}/{test}" for test in tests)
+    for room, suites in (("engine", ENGINE), ("laws", LAWS))
+    for file, tests in suites.items()
+}
+KEY = ("engine/code.py", "engine/plan/key.py")
+"""Files that make keys: a room of their own here; the others are folders."""
+
 
 def room_of(file: str) -> str:
-    """Name the room of a file: key, or its folder."""
-    return "key" if file in KEY else file.partition("/")[0]
+    """Name the room of a file: key, laws, or its folder in the engine."""
+    return "key" if file in KEY else file.removeprefix("engine/").partition("/")[0]
