@@ -6,7 +6,7 @@ INSTALL := $(RUN) pip install --quiet --disable-pip-version-check --no-compile -
 # neither all of Blender nor the tests of libraries.
 COMPILE := $(RUN) compileall -q -j 0 -x '/(bpy|tests)/' $(VENV)/lib hairpipe nodes graphs
 
-.PHONY: menu demo test quick cases mutate check figures film pictures docs clean
+.PHONY: menu demo test quick cases mutate check film pictures docs clean
 
 menu:
 	@echo "make demo    simulate hair on our bust and draw it: results in out/demo; FRAMES=1001-1010 for its first pictures"
@@ -15,7 +15,6 @@ menu:
 	@echo "make cases   run the inputs in ../shared/cases, where they are"
 	@echo "make mutate  share of mutations of the engine that its tests find: an hour"
 	@echo "make check   lint, format and types"
-	@echo "make figures write recorded results into the pages; record with hairpipe run GRAPH --record"
 	@echo "make film    compute and record the films of the gallery, GRAPH=demo for one of them"
 	@echo "make pictures   make the pictures of the tutorials and of the front page, in a browser and in Blender"
 	@echo "make docs    build the documentation: out/docs/index.html"
@@ -48,9 +47,6 @@ check: $(VENV)/tested
 	$(RUN) ruff check
 	$(RUN) ruff format --check
 	$(RUN) pyright
-
-figures: $(VENV)/installed
-	$(VENV)/bin/hairpipe results --write
 
 film: $(VENV)/tested
 	$(VENV)/bin/python docs/film.py $(GRAPH)

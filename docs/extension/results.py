@@ -40,9 +40,9 @@ class Figure(SphinxRole):
 
     def run(self) -> tuple[list[nodes.Node], list[Any]]:
         """Look the figure up."""
-        name, _, template = self.text.partition(" ")
+        name, brace, reference = self.text.partition("{")
         try:
-            return [nodes.Text(figure_of(name, template, word_of))], []
+            return [nodes.Text(figure_of(name.strip(), brace + reference, word_of))], []
         except BadInput as fault:
             message = self.inliner.reporter.error(str(fault), line=self.lineno)
             return [self.inliner.problematic(self.rawtext, self.rawtext, message)], [message]

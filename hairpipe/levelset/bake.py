@@ -171,7 +171,7 @@ def bake(mesh: Mesh, voxel: float, half_width: float, open_edges: str = "fill") 
 
     The distance is that to the triangles themselves, in double precision. The sign is that of a flood from outside
     along the samples, which triangles block. OpenVDB's conversion of a mesh is less accurate in both: the bench
-    `levelset` compares them with brute force (graphs/experiments/README.md).
+    `levelset` compares them with brute force (docs/results/experiments.md).
 
     Raises BadInput for a mesh that is broken, empty, encloses no sample, or is too large for its voxel.
     """

@@ -178,7 +178,7 @@ class CrossingLimit:
     Crossings that the solve of a step misses, since it is linear and its contact is soft, are corrected afterwards by
     moving the points of two segments. That stretches their strands, by the square of the displacement in a step, and
     the next solve makes them cross again. Such hair packs more and more densely: at a constant 1/96 s, 10,000 hairs in
-    a vigorous shake jam, and cost twice as much (graphs/paper/README.md).
+    a vigorous shake jam, and cost twice as much (docs/results/paper.md).
 
     part  maximum number of resolved pairs per segment in a step
     most  longest step without such pairs [s]

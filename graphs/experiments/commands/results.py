@@ -1,4 +1,4 @@
-"""`hairpipe results`: which recorded figures are current, and pages written from them."""
+"""`hairpipe results`: which recorded figures are current."""
 
 import json
 import sys
@@ -19,9 +19,8 @@ NAMED = 3
 
 @click.command()
 @click.argument("paths", nargs=-1, metavar="[PATH]...", type=click.Path(path_type=Path))
-@click.option("--write", is_flag=True, help="Write the figures into the pages.")
 @options.as_json
-def results(paths: tuple[Path, ...], write: bool, as_json: bool) -> None:
+def results(paths: tuple[Path, ...], as_json: bool) -> None:
     """List recorded figures and whether they are current.
 
     The list names the code and nodes that have changed since, and the cost of a new measurement.
@@ -29,15 +28,12 @@ def results(paths: tuple[Path, ...], write: bool, as_json: bool) -> None:
     PATH is a page, a graph, a results file, or a folder; the current folder without one. Results are current where
     code, settings and files are as they were when the results were recorded.
 
-    Exit codes: 0 all results are current, or the pages are written; 1 some are not current; 2 bad input.
+    Exit codes: 0 all results are current; 1 some are not current; 2 bad input.
     """
-    from hairpipe.graphs.experiments.figures.pages import find_pages, find_results
+    from hairpipe.graphs.experiments.figures.pages import find_results
     from hairpipe.graphs.experiments.figures.recipe import CURRENT, state_of
 
     given = paths or (Path(),)
-    if write:
-        write_pages(find_pages(given))
-        return
     states = [state_of(path) for path in find_results(given)]
     if as_json:
         click.echo(json.dumps({"results": [document(state) for state in states]}, indent=2))
@@ -46,28 +42,11 @@ def results(paths: tuple[Path, ...], write: bool, as_json: bool) -> None:
     sys.exit(0 if all(state.word == CURRENT for state in states) else 1)
 
 
-def write_pages(pages: list[Path]) -> None:
-    """Write the figures of pages, and name those that have changed."""
-    from functools import cache
-
-    from hairpipe.engine.store.atomic import write_text
-    from hairpipe.graphs.experiments.figures.pages import read_page, written_page
-    from hairpipe.graphs.experiments.figures.recipe import state_of
-
-    word_of = cache(lambda path: state_of(path).word)
-    for page in pages:
-        before = read_page(page)
-        after = written_page(page, before, word_of)
-        if after != before:
-            write_text(page, after)
-            click.echo(shown(page))
-
-
 def document(state: "State") -> dict[str, object]:
     """Describe the state of results as a JSON document."""
     found = state.results
     return {
-        "path": str(state.path),
+        "path": shown(state.path),
         "state": state.word,
         "changed": list(state.changed),
         "commit": found.commit,

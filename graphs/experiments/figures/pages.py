@@ -5,14 +5,14 @@
     a table or a paragraph in Markdown, with references in braces in place of figures
     :::
 
-NAME is that of a results file below `graphs/`: `paper/threads` is `graphs/paper/results/threads.json`. What `where` says
-belongs to all references. A table is below commit, machine and command of all results that it refers to; without a
-body, it is that of the rows of `check_errors`. Within a line the form is a role, {results}`NAME {...}`.
+NAME is that of a results file below `graphs/`: `paper/threads` is `graphs/paper/results/threads.json`. What `where`
+says belongs to all references. A table is below commit, machine and command of all results that it refers to; without
+a body, it is that of the rows of `check_errors`. Within a line the form is a role, {results}`NAME {...}`.
 
-A reference is `{TABLE; COLUMN; OTHER COLUMN=VALUE; REDUCTION; FORMAT}`, the last three as needed. TABLE may name another
-results file before a dot, `volume/shell.table`. Reductions are those of REDUCTIONS, over all matching rows, and COUNT,
-the number of values that are not empty. FORMAT is that of Python, `.2g` or `,d`. `{state; NAME}` is the word for current
-results or those of older code. A line of a table whose references match several rows is repeated for each.
+A reference is `{TABLE; COLUMN; OTHER COLUMN=VALUE; REDUCTION; FORMAT}`, the last three as needed. TABLE may name
+another results file before a dot, `volume/shell.table`. Reductions are those of REDUCTIONS, over all matching rows, and
+COUNT, the number of values that are not empty. FORMAT is that of Python, `.2g` or `,d`. `{state; NAME}` is the word for
+current results or those of older code. A line whose references match several rows is repeated for each.
 
 References of a table share what its lines and columns have in common: a line that begins with an empty cell has the
 references of the columns, and the first cell of a line without others adds its own parts to each of them.
@@ -157,10 +157,12 @@ def written(value: Value, spec: str) -> str:
 DIRECTIVE = re.compile(r"^:::\{results\} (?P<name>\S+)\n(?P<body>(?:.*\n)*?):::$", re.MULTILINE)
 ROLE = re.compile(r"\{results\}`(?P<name>[^\s{`]*)(?P<body>[^`]*)`")
 REFERENCE = re.compile(r"\{([^{}]*)\}")
-ROWS = """| error | case | measured | allowed | |
-| --- | --- | ---: | ---: | --- |
-| {rows; row} | {rows; case} | {rows; measured; .2g} {rows; unit} | {rows; allowed; .2g} {rows; unit} | {rows; verdict} |
-"""
+ROWS = [
+    "| error | case | measured | allowed | |",
+    "| --- | --- | ---: | ---: | --- |",
+    "| {rows; row} | {rows; case} | {rows; measured; .2g} {rows; unit} "
+    "| {rows; allowed; .2g} {rows; unit} | {rows; verdict} |",
+]
 """Body of a directive without one: the rows of `check_errors`."""
 
 
@@ -171,7 +173,7 @@ def markdown_of(name: str, lines: Sequence[str], where: str, word_of: Callable[[
     word_of  returns the word for the state of a results file
     """
     figures = Figures(GRAPHS, name, word_of)
-    body = [with_parts(line, where) for line in expanded(list(lines) or ROWS.splitlines())]
+    body = [with_parts(line, where) for line in expanded(list(lines) or ROWS)]
     made = [text for line in body for text in lines_of(line, figures)]
     names = names_in(name, "\n".join(body))
     heads = [heading(each, figures) for each in names] if made[0].startswith("|") else []

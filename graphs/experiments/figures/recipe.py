@@ -84,14 +84,13 @@ def files_of(modules: Iterable[str], reader: CodeReader) -> dict[str, Path]:
 
 
 CURRENT, OLDER, UNKNOWN = "current", "older code", "not compared"
-WORDS = (CURRENT, OLDER, UNKNOWN)
 
 
 @dataclass(frozen=True)
 class State:
     """Changes since results were measured.
 
-    word     one of WORDS: code of another version of Python, and a graph that cannot be loaded, are not compared
+    word     CURRENT, OLDER, or UNKNOWN for code of another version of Python and a graph that cannot be loaded
     changed  files of code, nodes of the graph in brackets, or why they were not compared
     """
 

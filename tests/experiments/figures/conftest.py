@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from hairpipe.engine.worker import machine_code
+from hairpipe.graphs.experiments.figures import pages
 from hairpipe.graphs.experiments.figures.file import read_results
 
 from ...app.cli.conftest import hairpipe  # noqa: F401
@@ -53,14 +54,13 @@ def rounded(value):
 '''
 PAGE = """# Circles
 
-<!-- results: circle
+:::{results} circle
 | sides | error |
 | --- | ---: |
 | {table; sides} | {table; error [%]; .2g} % |
--->
-<!-- end -->
+:::
 
-At most <!-- results: circle {table; error [%]; largest; .2f} % --><!-- end --> of a circle.
+At most {results}`circle {table; error [%]; largest; .2f}` % of a circle.
 """
 
 
@@ -82,6 +82,7 @@ def edit(path: Path, old: str, new: str) -> None:
 def repository(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A repository of which everything is committed; it is the current folder."""
     monkeypatch.setenv("HAIRPIPE_TRUST", str(tmp_path / "graphs/nodes"))
+    monkeypatch.setattr(pages, "GRAPHS", tmp_path / "graphs")
     monkeypatch.setattr(machine_code, "kernel_modules", lambda: iter(()))
     monkeypatch.setattr(sys, "path", list(sys.path))
     before = set(sys.modules)

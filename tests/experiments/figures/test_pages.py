@@ -1,70 +1,70 @@
-"""Pages are written from results."""
+"""Figures of pages are those of the records."""
 
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.graphs.experiments.figures.pages import names_of, without_states, written, written_page
-
-from .conftest import edit
-
-
-def is_as_written(page):
-    text = page.read_text()
-    return without_states(written_page(page, text, lambda path: "current")) == without_states(text)
+from hairpipe.graphs.experiments.figures import pages
+from hairpipe.graphs.experiments.figures.pages import expanded, figure_of, markdown_of, names_of, written
 
 
-def test_tables_and_spans_are_written(recorded, hairpipe):
-    page = recorded / "graphs/README.md"
-    assert not is_as_written(page)
-    assert "graphs/README.md" in hairpipe("results --write").stdout
-    text = page.read_text()
-    assert "| 6 | -4.5 % |\n| 12 | -1.1 % |\n\n<!-- end -->" in text
-    assert "At most <!-- results: circle {table; error [%]; largest; .2f} % -->4.51 %<!-- end --> of a circle." in text
-    assert "(current); machine " in text and "; command `hairpipe run graphs/circle.toml --record`\n\n| sides" in text
-    assert is_as_written(page)
-    assert hairpipe("results --write graphs").stdout == ""
+@pytest.fixture
+def circle(recorded):
+    """The folder of a graph that was recorded."""
+    return recorded / "graphs"
 
 
-def test_a_page_that_was_edited_manually_is_found(recorded, hairpipe):
-    page = recorded / "graphs/README.md"
-    hairpipe("results --write")
-    edit(page, "| 6 | -4.5 % |", "| 6 | -4.4 % |")
-    assert not is_as_written(page)
+def current(path):
+    return "current"
 
 
-def test_the_word_on_a_page_follows_the_code(recorded, hairpipe):
-    edit(recorded / "graphs/nodes/rounding.py", "6", "5")
-    hairpipe("results --write")
-    text = (recorded / "graphs/README.md").read_text()
-    assert "(older code); machine" in text
-    assert is_as_written(recorded / "graphs/README.md")
+TABLE = ["| sides | error |", "| --- | ---: |", "| {table; sides} | {table; error [%]; .2g} % |"]
+
+
+def test_a_table_has_a_line_for_every_row_below_its_source(circle):
+    made = markdown_of("circle", TABLE, "", current)
+    assert made.endswith("| --- | ---: |\n| 6 | -4.5 % |\n| 12 | -1.1 % |")
+    assert made.startswith("commit ") and "(current); machine " in made
+    assert "; command `hairpipe run graphs/circle.toml --record`\n\n| sides" in made
+
+
+def test_parts_of_all_references_stand_in_one_place(circle):
+    made = markdown_of("circle", TABLE, "sides=12", current)
+    assert made.endswith("| --- | ---: |\n| 12 | -1.1 % |")
+
+
+def test_lines_add_their_own_to_the_references_of_the_columns():
+    lines = [
+        "| | {frames; frame [s]; .1f} | {parts; a; t=1} / {parts; a; t=2} |",
+        "| one {scene=x} |",
+        "| {a; b} | 2 | 3 |",
+    ]
+    first = "{frames; frame [s]; .1f; scene=x} | {parts; a; t=1; scene=x} / {parts; a; t=2; scene=x}"
+    assert expanded(lines) == [f"| one  | {first} |", lines[2]]
+    assert expanded(["| | {case=a} | {case=b} |", "| speed {table; v; .2g} |"]) == [
+        "| speed  | {table; v; .2g; case=a} | {table; v; .2g; case=b} |"
+    ]
+
+
+def test_the_word_of_a_table_follows_the_code(circle):
+    assert "(older code); machine" in markdown_of("circle", TABLE, "", lambda path: "older code")
 
 
 @pytest.mark.parametrize(
-    ("template", "message"),
+    ("name", "reference", "message"),
     [
-        ("circle {tabel; sides}", "no table 'tabel'"),
-        ("circle {table; side}", "no column 'side'"),
-        ("circle {table; sides; sides=7}", "no row with sides=7"),
-        ("circle {table; sides}", "2 rows fit"),
-        ("circle {table; sides; sides=6; .2q}", "'.2q' does not apply"),
-        ("circle {table; area; largest}", "not all numbers"),
-        ("circle {table}", "no column"),
-        ("square {table; sides}", "square.json"),
+        ("circle", "tabel; sides", "no table 'tabel'"),
+        ("circle", "table; side", "no column 'side'"),
+        ("circle", "table; sides; sides=7", "no row with sides=7"),
+        ("circle", "table; sides", "2 rows fit"),
+        ("circle", "table; sides; sides=6; .2q", "'.2q' does not apply"),
+        ("circle", "table; area; largest", "not all numbers"),
+        ("circle", "table", "no column"),
+        ("square", "table; sides", "square.json"),
     ],
 )
-def test_a_reference_that_leads_nowhere_is_named_with_its_line(recorded, template, message):
-    page = recorded / "graphs/README.md"
-    with pytest.raises(BadInput, match=message) as raised:
-        written_page(page, f"one\ntwo <!-- results: {template} --><!-- end -->", lambda path: "")
-    assert str(raised.value).startswith(f"{page}:2: ")
-
-
-def test_a_marker_that_does_not_end_is_named(recorded):
-    page, text = recorded / "graphs/README.md", "<!-- results: circle {table; sides; largest} -->6"
-    for given in (text, f"{text}\n{text}<!-- end -->"):
-        with pytest.raises(BadInput, match="does not end"):
-            written_page(page, given, lambda path: "")
+def test_a_reference_that_leads_nowhere_is_named(circle, name, reference, message):
+    with pytest.raises(BadInput, match=message):
+        figure_of(name, f"{{{reference}}}", current)
 
 
 @pytest.mark.parametrize(
@@ -82,20 +82,22 @@ def test_values_are_written_as_people_read_them(value, spec, text):
     assert written(value, spec) == text
 
 
-def test_results_of_other_folders_are_named_with_their_path(recorded):
-    text = "<!-- results:\n| {graphs/circle.table; sides; max; .0f} {state; graphs/circle} |\n--><!-- end -->"
-    assert names_of(text) == ["graphs/circle"]
-    made = written_page(recorded / "README.md", text, lambda path: path.name)
-    assert "\n| 12 (circle.json) |\n" in made and "commit" not in made
+def test_results_of_other_folders_are_named_with_their_path(circle, monkeypatch):
+    monkeypatch.setattr(pages, "GRAPHS", circle.parent)
+    text = "| {graphs/circle.table; sides; max; .0f} {state; graphs/circle} |"
+    assert markdown_of("", [text], "", lambda path: path.name).endswith("\n| 12 (circle.json) |")
+    assert names_of(f":::{{results}} other\n{text}\n:::\n{{results}}`third {{a; b}}`") == [
+        "other",
+        "graphs/circle",
+        "third",
+    ]
 
 
-def test_a_table_of_two_results_is_below_the_commands_of_both(recorded, hairpipe):
+def test_a_table_of_two_results_is_below_the_commands_of_both(circle, hairpipe):
     assert hairpipe("run graphs/circle.toml --record again").exit_code == 0
-    text = "<!-- results: circle\n| {table; sides; max; .0f} | {again.table; sides; max; .0f} |\n--><!-- end -->"
-    made = written_page(recorded / "graphs/README.md", text, lambda path: path.name)
-    assert "circle.toml --record`;\ncommit" in made and "--record again`\n\n| 12 | 12 |\n" in made
+    made = markdown_of("circle", ["| {table; sides; max; .0f} | {again.table; sides; max; .0f} |"], "", current)
+    assert "circle.toml --record`;\ncommit" in made and made.endswith("--record again`\n\n| 12 | 12 |")
 
 
-def test_values_that_are_not_empty_are_counted(recorded):
-    text = "<!-- results: circle {table; sides; count} {table; area; count} --><!-- end -->"
-    assert "-->2 0<!--" in written_page(recorded / "graphs/README.md", text, lambda path: "")
+def test_values_that_are_not_empty_are_counted(circle):
+    assert figure_of("circle", "{table; sides; count} {table; area; count}", current) == "2 0"

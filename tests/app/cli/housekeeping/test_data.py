@@ -45,7 +45,7 @@ def test_the_table_has_all_that_graphs_read():
 
 
 def test_each_graph_that_reads_third_party_data_has_a_counterpart():
-    [rows] = [rows for _, (head, _, *rows) in tables_of(HOME / "graphs/README.md") if "counterpart" in head]
+    [rows] = [rows for _, (head, _, *rows) in tables_of(HOME / "docs/howto/data.md") if "counterpart" in head]
     paths = [[cell.split("`")[1] for cell in row.split("|")[1:4:2]] for row in rows]
     assert sorted(HOME / graph for graph, _ in paths) == [path for path in GRAPHS if data_of(path)]
     assert all((HOME / other).is_file() and not data_of(HOME / other) for _, other in paths)
