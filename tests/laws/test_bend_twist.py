@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from hairpipe.geometry.simd import WIDTH, load, store
-from hairpipe.laws.bend_twist import bend, force_of, geometric, gradients, stretch_of, sum_of
+from hairpipe.laws.bend_twist import bend, force_of, geometric, gradients, semidefinite, stretch_of, sum_of
 
 STIFFNESS, NATURAL = np.array([2.0, 2.0, 1.3]), np.array([0.3, -0.2, 0.1])
 E, F = np.array([0.4, 0.7, 0.2]), np.array([-0.1, 0.8, 0.75])
@@ -44,7 +44,7 @@ def energy(u):
 
 
 @njit
-def derive(edges, stiffness, moments, out, second):
+def derive(edges, stiffness, moments, out, second, projected):
     e = load(edges, (0,)), load(edges, (1,)), load(edges, (2,))
     f = load(edges, (3,)), load(edges, (4,)), load(edges, (5,))
     m, n = (
@@ -62,6 +62,12 @@ def derive(edges, stiffness, moments, out, second):
     store(out, (7,), g.b)
     H = sum_of(sum_of(stretch_of(stiffness[0], g1), stretch_of(stiffness[1], g2)), stretch_of(stiffness[2], g3))
     H = sum_of(H, geometric(q, v))
+    write(H, second)
+    write(semidefinite(H, second), projected)
+
+
+@njit
+def write(H, second):
     for c in range(6):
         store(second, (c,), H.ee[c])
         store(second, (6 + c,), H.ff[c])
@@ -77,21 +83,21 @@ def derive(edges, stiffness, moments, out, second):
     store(second, (35,), H.bb)
 
 
-def derivatives():
-    """Gradient (8,) and second derivative (8, 8) by the kernels."""
+def derivatives(natural=NATURAL):
+    """Gradient (8,), second derivative (8, 8), and its semidefinite part, by the kernels."""
     te, tf = unit(E), unit(F)
     m, n = across(DIRECTORS[0], te), across(DIRECTORS[1], tf)
     edges = np.concatenate([te, tf, m, n, [1 / np.sqrt(E @ E), 1 / np.sqrt(F @ F)]])
-    moments = STIFFNESS * (measures(E, F, m, n) - NATURAL)
-    out, second = np.empty((8, WIDTH)), np.empty((36, WIDTH))
-    derive(
-        *(np.repeat(a[:, None], WIDTH, axis=1) for a in (edges,)),
-        STIFFNESS,
-        np.repeat(moments[:, None], WIDTH, 1),
-        out,
-        second,
-    )
-    s, H = second[:, 0], np.zeros((8, 8))
+    moments = STIFFNESS * (measures(E, F, m, n) - natural)
+    lanes = [np.repeat(a[:, None], WIDTH, axis=1) for a in (edges, moments)]
+    out, second, projected = np.empty((8, WIDTH)), np.empty((36, WIDTH)), np.empty((36, WIDTH))
+    derive(lanes[0], STIFFNESS, lanes[1], out, second, projected)
+    return out[:, 0], dense(second[:, 0]), dense(projected[:, 0])
+
+
+def dense(s):
+    """The matrix of 36 numbers, (8, 8)."""
+    H = np.zeros((8, 8))
     e, f = slice(0, 3), slice(4, 7)
     for part, six in ((e, s[:6]), (f, s[6:12])):
         upper = np.zeros((3, 3))
@@ -101,7 +107,7 @@ def derivatives():
     H[e, 3], H[e, 7], H[f, 3], H[f, 7] = s[21:24], s[24:27], s[27:30], s[30:33]
     H[f, e], H[3, e], H[7, e], H[3, f], H[7, f] = H[e, f].T, H[e, 3], H[e, 7], H[f, 3], H[f, 7]
     H[3, 3], H[3, 7], H[7, 3], H[7, 7] = s[33], s[34], s[34], s[35]
-    return out[:, 0], H
+    return H
 
 
 def test_the_gradient_is_that_of_the_energy():
@@ -116,3 +122,10 @@ def test_the_tangent_is_the_second_derivative_of_the_energy():
         [[(energy(a + b) - energy(a - b) - energy(b - a) + energy(-a - b)) / 4e-8 for a in step] for b in step]
     )
     np.testing.assert_allclose(derivatives()[1], found.astype(float), rtol=1e-6, atol=1e-6)
+
+
+def test_the_semidefinite_part_has_the_positive_eigenvalues_alone():
+    _, H, projected = derivatives(natural=np.array([3.0, -2.0, 1.0]))
+    values, vectors = np.linalg.eigh(H)
+    assert values[0] < -1.0 and values[-1] > 1.0
+    np.testing.assert_allclose(projected, (vectors * np.maximum(values, 0.0)) @ vectors.T, atol=1e-9)

@@ -89,6 +89,11 @@ def test_the_spring_of_two_hairs_pulls_back_within_the_limit(s, u, h, stiffness,
     assert c == pytest.approx(min(stiffness, limit / max(ahead, 1e-12)), rel=1e-12)
 
 
+def test_hair_without_load_has_no_friction_where_an_impact_takes_more_than_moves():
+    c, _ = hair((1e-6, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 1e-3, 1e3, 5e-3, 0.0, 1e-3)
+    assert c == 0.0
+
+
 def test_steady_sliding_of_hair_has_the_friction_mu_n_at_any_speed():
     """Without an elongation yet, or with one that keeps up: the force is the limit once k r |u| is beyond it."""
     for speed in (0.01, 0.1, 1.0, 10.0):

@@ -52,3 +52,23 @@ def test_heights_put_the_side_of_the_tube_at_the_thickness():
     kept = np.full(80, 1e-3)
     add_heights(coil, offsets, turns_of(coil, offsets), np.zeros((80, 3)), 1.0, kept)
     np.testing.assert_array_equal(kept, 1e-3)
+
+
+def test_each_strand_has_its_own_radius_and_a_kink_is_no_curl():
+    wide, narrow = (helix(radius, 0.01, np.hypot(2 * np.pi * radius, 0.01) / 16, 80) for radius in (0.01, 0.004))
+    kink = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 1, 0], [2, 2, 0], [2, 3, 0]]) * 0.01
+    turns = turns_of(np.concatenate([wide, kink, narrow]), offsets_of(wide, kink, narrow))
+    assert turns.points.tolist() == [16, 1, 16] and turns.radii[1] == 0.0
+    np.testing.assert_allclose(turns.radii[[0, 2]], [0.01, 0.004], rtol=0.1)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_heights_turn_with_the_scene(axis):
+    coil = helix(0.01, 0.01, np.hypot(2 * np.pi * 0.01, 0.01) / 16, 80)
+    up = np.tile([0.0, 1.0, 0.0], (80, 1))
+    expected, turned = np.zeros(80), np.zeros(80)
+    offsets = offsets_of(coil)
+    add_heights(coil, offsets, turns_of(coil, offsets), up, 1.0, expected)
+    coil, up = (np.ascontiguousarray(np.roll(a, axis - 1, axis=1)) for a in (coil, up))
+    add_heights(coil, offsets, turns_of(coil, offsets), up, 1.0, turned)
+    np.testing.assert_allclose(turned, expected, atol=1e-12)

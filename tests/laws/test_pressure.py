@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.laws.pressure import MOST_RATE, spread
+from hairpipe.laws.pressure import MOST_RATE, densest, spread
 
 CELL, REST, DT = 0.01, 10.0, 1 / 96
 
@@ -68,3 +68,11 @@ def test_pressure_never_pulls():
     before = pressed.copy()
     spread(grid, pressed, CELL, REST, 0.1, DT)
     assert np.array_equal(pressed, before)
+
+
+def test_the_densest_cell_is_one_with_hair_at_all_corners():
+    grid, _ = ball(1.5 * REST)
+    filled = np.lib.stride_tricks.sliding_window_view(grid[..., 0] > 0.0, (2, 2, 2)).all(axis=(-3, -2, -1))
+    assert densest(grid, CELL) == pytest.approx(densities(grid)[filled].max())
+    grid[..., 0] = np.where(np.arange(14) % 2, grid[..., 0], 0.0)
+    assert densest(grid, CELL) == 0.0

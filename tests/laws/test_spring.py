@@ -5,7 +5,7 @@ import pytest
 from numba import njit
 
 from hairpipe.geometry.simd import load, store
-from hairpipe.laws.stretch import critical_damping, linearise_spring, multiplier
+from hairpipe.laws.stretch import critical_damping, linearise_spring, multiplier, tension
 from hairpipe.strands.assembly import add_spring
 
 K, REST, STEP = 3.0, 0.8, 0.5
@@ -104,14 +104,17 @@ def _critical(mass, out):
 
 
 @njit
-def _multiplier(x, dx, out):
-    store(out, (0,), multiplier(x, dx, 0, 2, K, 1 / REST))
+def _tensions(x, dx, p, offset, out):
+    store(out, (0,), multiplier(x, dx, p, offset, K, 1 / REST))
+    store(out, (1,), tension(x, p, offset, K, 1 / REST))
 
 
-def test_multiplier_is_the_linearised_tension():
-    rng = np.random.default_rng(7)
-    x, dx = rng.normal(size=(2, 4, 3))
-    out = np.empty((1, 8))
-    _multiplier(*(np.repeat(a[:, :, None], 8, axis=2) for a in (x, dx)), out)
-    d = (x[2] - x[0]) / np.linalg.norm(x[2] - x[0])
-    np.testing.assert_allclose(out[0], K * (d @ (x[2] + dx[2] - x[0] - dx[0]) / REST - 1))
+@pytest.mark.parametrize(("p", "offset"), [(0, 2), (1, 1), (1, 2)])
+def test_the_multiplier_is_the_linearised_tension(p, offset):
+    x, dx = np.random.default_rng(7).normal(size=(2, 4, 3))
+    out = np.empty((2, 8))
+    _tensions(*(np.repeat(a[:, :, None], 8, axis=2) for a in (x, dx)), p, offset, out)
+    d, moved = x[p + offset] - x[p], dx[p + offset] - dx[p]
+    length = np.linalg.norm(d)
+    np.testing.assert_allclose(out[0], K * (d @ (d + moved) / length / REST - 1))
+    np.testing.assert_allclose(out[1], K * (length / REST - 1))

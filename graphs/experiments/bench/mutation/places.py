@@ -4,7 +4,8 @@ The operators are those of Cosmic Ray, without two that exchange names of variab
 out, and None is returned. A place is a part of the source and a kind of operator. Eleven operators can replace an
 addition: one of them is drawn, as a score would count the addition eleven times otherwise.
 
-Left out are mutations of annotations, messages of exceptions and caches, which change nothing that is promised.
+Left out are mutations of annotations, messages of exceptions, caches and options of the compiler, which change nothing
+that is promised.
 """
 
 import ast
@@ -20,7 +21,7 @@ from cosmic_ray.mutating import mutate_code
 from cosmic_ray.operators.operator import Example, Operator
 from cosmic_ray.plugins import get_operator, operator_names
 
-SAVING = ("@cache",)
+SAVING = ("@cache", "@inlined", "@njit")
 """Decorators that save time and change no result."""
 NAMES_OF_VARIABLES = ("VariableReplacer", "VariableInserter")
 """Operators that draw by themselves, so that no seed repeats what they do."""
@@ -146,11 +147,13 @@ def meaning_of(source: str) -> str:
 
 
 def silent_spans(source: str) -> list[Span]:
-    """List the parts of a source file that do not act: annotations, and what exceptions are raised with."""
+    """List the parts that do not act: annotations, what exceptions are raised with, and options of the compiler."""
     found: list[ast.expr | ast.keyword | None] = []
     for item in ast.walk(ast.parse(source)):
         if isinstance(item, ast.Raise) and isinstance(item.exc, ast.Call):
             found += [*item.exc.args, *item.exc.keywords]
         found += [item.annotation] if isinstance(item, ast.arg | ast.AnnAssign) else []
-        found += [item.returns] if isinstance(item, ast.FunctionDef) else []
+        if isinstance(item, ast.FunctionDef):
+            compiling = [each for each in item.decorator_list if "njit" in ast.unparse(each)]
+            found += [item.returns, *compiling]
     return [((e.lineno, e.col_offset), (e.end_lineno or 0, e.end_col_offset or 0)) for e in found if e is not None]
