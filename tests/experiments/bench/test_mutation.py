@@ -14,7 +14,7 @@ from scipy.stats import binomtest
 from hairpipe.graphs.experiments.bench.mutation import mutation_trials as trials
 from hairpipe.graphs.experiments.bench.mutation import tester
 from hairpipe.graphs.experiments.bench.mutation.mutation_trials import Trial
-from hairpipe.graphs.experiments.bench.mutation.suites import KEY, ROOM, SUITES, TESTS
+from hairpipe.graphs.experiments.bench.mutation.suites import KEY, PACKAGE, SUITES, TESTS
 
 SOURCE = '''"""A room."""
 LEAST = 3
@@ -30,11 +30,12 @@ def keep(values: list[int | None], most: int | None = 2) -> "list[int] | None":
 
 
 def test_every_file_of_the_rooms_has_tests():
+    home = trials.HOME / PACKAGE
     files = {
-        path.relative_to(trials.HOME / ROOM).as_posix()
-        for room in ("store", "run")
-        for path in (trials.HOME / ROOM / room).glob("*.py")
-        if path.stem != "__init__"
+        path.relative_to(home).as_posix()
+        for room in ("engine/store", "engine/run", "laws")
+        for path in (home / room).glob("*.py")
+        if path.stem not in ("__init__", "settings")
     }
     assert files | set(KEY) == set(SUITES)
     named = {
@@ -75,7 +76,7 @@ def test_outcomes_are_kept_once_and_a_room_without_mutations_has_no_score(tmp_pa
     monkeypatch.setattr(trials, "testing", nullcontext)
     monkeypatch.setattr(trials, "limit_of", lambda tester, file: 1.0)
     monkeypatch.setattr(trials, "outcome_of", lambda tester, file, source, changed, limit: outcomes.pop(0))
-    drawn = {"run": [("run/publish.py", 1), ("run/publish.py", 2)], "key": []}
+    drawn = {"run": [("engine/run/publish.py", 1), ("engine/run/publish.py", 2)], "key": []}
     monkeypatch.setattr(trials, "drawn", lambda room, most, seed: (drawn[room], len(drawn[room])))
     known, outcomes = tmp_path / "known", ["killed", "survived", "killed"]
     for _ in range(2):
