@@ -54,7 +54,7 @@ def test_heights_put_the_side_of_the_tube_at_the_thickness():
     np.testing.assert_array_equal(kept, 1e-3)
 
 
-def test_strands_have_their_own_radii_and_a_kink_is_no_curl():
+def test_radii_are_those_of_each_strand_and_a_kink_has_none():
     wide, narrow = (helix(radius, 0.01, np.hypot(2 * np.pi * radius, 0.01) / 16, 80) for radius in (0.01, 0.004))
     kink = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 1, 0], [2, 2, 0], [2, 3, 0]]) * 0.01
     turns = turns_of(np.concatenate([wide, kink, narrow]), offsets_of(wide, kink, narrow))
