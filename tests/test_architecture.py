@@ -93,7 +93,7 @@ PLACES = {
     "matplotlib": "graphs/experiments/chart/",
     "pydantic": ("hairpipe/engine/node/settings.py", "hairpipe/engine/store/record.py"),
     "click": ("hairpipe/app/cli/", "graphs/experiments/"),
-    "tomlkit": "hairpipe/engine/edit.py",
+    "tomlkit": ("hairpipe/engine/edit.py", "hairpipe/app/tune/report.py"),
     "rich": "hairpipe/app/cli/",
     "distributed": ("hairpipe/engine/hosts/dask_engine.py", "graphs/experiments/bench/engine/dask_cluster.py"),
     "starlette": "hairpipe/app/page/server.py",

@@ -1,8 +1,6 @@
 """Results of tuning: rows of a table, sentences, a document, and settings to replace those of the graph file."""
 
-import json
-import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
 from types import MappingProxyType
 from typing import Any
@@ -289,51 +287,21 @@ def millimetres(metres: float) -> str:
     return f"{value:.0f}" if value >= 99.5 else f"{value:.2g}"
 
 
-BARE = re.compile(r"[A-Za-z0-9_-]+")
-
-
 def changed_tables(before: Tables, after: Tables) -> Tables:
     """Return the tables of nodes that have changed."""
     return {name: table for name, table in after.items() if isinstance(table, dict) and table != before.get(name)}
 
 
 def write_toml(tables: Tables, comment: str) -> str:
-    """Write tables of nodes as TOML, below a comment."""
-    lines = [f"# {line}".rstrip() for line in comment.splitlines()]
+    """Write tables of nodes as TOML, below a comment; edges stay on one line."""
+    import tomlkit
+
+    written = tomlkit.document()
     for name, settings in tables.items():
-        lines += ["", *table_lines([name], settings)]
-    return "\n".join(lines) + "\n"
-
-
-def table_lines(path: list[str], table: Tables) -> Iterator[str]:
-    yield f"[{'.'.join(map(key, path))}]"
-    for name, value in table.items():
-        if not is_table(name, value, path):
-            yield f"{key(name)} = {inline(value)}"
-    for name, value in table.items():
-        if is_table(name, value, path):
-            yield from table_lines([*path, name], value)
-
-
-def is_table(name: str, value: Any, path: list[str]) -> bool:
-    """Whether a value gets a header of its own; edges stay on one line."""
-    return isinstance(value, dict) and not (name == "in" and len(path) == 1)
-
-
-def inline(value: Any) -> str:
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key(name)} = {inline(item)}" for name, item in value.items()) + " }"
-    if isinstance(value, list):
-        return f"[{', '.join(map(inline, value))}]"
-    if isinstance(value, str):
-        return quoted(value)
-    return str(value).lower() if isinstance(value, bool) else repr(value)
-
-
-def key(name: str) -> str:
-    return name if BARE.fullmatch(name) else quoted(name)
-
-
-def quoted(text: str) -> str:
-    """Write a text: as in JSON, but TOML knows no surrogate pairs and wants DEL escaped."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+        table = tomlkit.item(settings)
+        if "in" in settings:
+            table["in"] = tomlkit.inline_table()
+            table["in"].update(settings["in"])
+        written.add(name, table)
+    lines = [f"# {line}".rstrip() for line in comment.splitlines()]
+    return "\n".join([*lines, "", tomlkit.dumps(written)])
