@@ -13,20 +13,8 @@ from hairpipe.engine.node.import_paths import EXPERIMENTS, folder_of
 from hairpipe.engine.node.settings import Field, fields_of
 from hairpipe.errors import BadInput
 
-__all__ = [
-    "FOLDER",
-    "RESERVED",
-    "Field",
-    "NodeType",
-    "Registry",
-    "Socket",
-    "document",
-    "fields_of",
-    "fields_within",
-    "node_types",
-    "summary_of",
-    "type_of",
-]
+__all__ = ["FOLDER", "RESERVED", "Field", "NodeType", "Registry", "Socket", "document", "fields_of"]
+__all__ += ["fields_within", "node_types", "summary_of", "type_of"]
 
 FOLDER = "nodes"
 

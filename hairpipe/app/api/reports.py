@@ -21,24 +21,8 @@ from hairpipe.engine.run.events import Event, Failure, NodeProgress, Outcome, Pr
 from hairpipe.engine.run.survey import NodeSurvey, Survey
 from hairpipe.engine.store.record import Record
 
-__all__ = [
-    "Entry",
-    "Event",
-    "Explanation",
-    "Failure",
-    "Graph",
-    "Level",
-    "NodeProgress",
-    "NodeSurvey",
-    "Outcome",
-    "Plan",
-    "Progress",
-    "Recorder",
-    "Run",
-    "Survey",
-    "Task",
-    "origin",
-]
+__all__ = ["Entry", "Event", "Explanation", "Failure", "Graph", "Level", "NodeProgress", "NodeSurvey", "Outcome"]
+__all__ += ["Plan", "Progress", "Recorder", "Run", "Survey", "Task", "origin"]
 
 
 Status = Literal["cached", "computed", "resumed", "running", "failed"]

@@ -29,21 +29,8 @@ from hairpipe.engine.worker.machine_code import kernels_parent
 from hairpipe.errors import BadInput
 from hairpipe.values import Table
 
-__all__ = [
-    "Edge",
-    "Explanation",
-    "File",
-    "Graph",
-    "Node",
-    "Player",
-    "Record",
-    "Shot",
-    "Task",
-    "Wedge",
-    "load",
-    "played_nodes",
-    "project_of",
-]
+__all__ = ["Edge", "Explanation", "File", "Graph", "Node", "Player", "Record", "Shot", "Task", "Wedge", "load"]
+__all__ += ["played_nodes", "project_of"]
 
 
 @dataclass(frozen=True)
