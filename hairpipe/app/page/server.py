@@ -54,6 +54,8 @@ KINDS = {".js": "text/javascript", ".css": "text/css", ".txt": "text/plain"}
 MOST_DIGITS = 18
 MOST_BYTES = 1 << 20
 """Largest lengths of a number of a page, and of the body of a request."""
+UNKNOWN = (KeyError, TypeError, ValueError, AttributeError, RecursionError)
+"""Exceptions at a request for a missing thing, or with values of other types than those of the page."""
 PATIENCE = 1
 """Time after which pending requests are cancelled at the end [s]."""
 
@@ -156,7 +158,18 @@ def application(session: Session, token: str, origin: str) -> Starlette:
         Route("/{deed}", handler.act, methods=["POST"]),
     ]
     middleware = [Middleware(TrustedHostMiddleware, allowed_hosts=[HOST]), Middleware(Guard, origin=origin)]
-    return Starlette(routes=[Mount(f"/{token}", routes=routes)], middleware=middleware)
+    faults = {BadInput: refuse, **dict.fromkeys(UNKNOWN, refuse_unknown)}
+    return Starlette(routes=[Mount(f"/{token}", routes=routes)], middleware=middleware, exception_handlers=faults)
+
+
+def refuse(request: Request, fault: Exception) -> Response:
+    return JSONResponse({"fault": str(fault)}, 409 if request.method == "POST" else 404)
+
+
+def refuse_unknown(request: Request, fault: Exception) -> Response:
+    """Answer a request for a missing thing, or with a body that describes nothing."""
+    posted = request.method == "POST"
+    return JSONResponse({"fault": "no such deed" if posted else "no such thing"}, 400 if posted else 404)
 
 
 class Guard:
@@ -217,13 +230,14 @@ async def left(receive: Receive) -> None:
         pass
 
 
-async def body_of(request: Request) -> bytes:
+async def given_in(request: Request) -> Any:
+    """Read the body of a request, which is JSON; ValueError for another one."""
     body = b""
     async for part in request.stream():
         body += part
         if len(body) > MOST_BYTES:
             raise ValueError(f"more than {MOST_BYTES} bytes")
-    return body
+    return json.loads(body)
 
 
 def read_most(text: str) -> int | None:
@@ -241,10 +255,7 @@ class Handler:
         return Response(page_html([], live=True), media_type="text/html")
 
     def asset(self, request: Request) -> Response:
-        try:
-            found = asset(request.path_params["name"])
-        except KeyError:
-            return PlainTextResponse("no such file", 404)
+        found = asset(request.path_params["name"])
         return Response(found.read_bytes(), media_type=KINDS[f".{found.name.rpartition('.')[2]}"])
 
     def document(self, request: Request) -> Response:
@@ -259,17 +270,11 @@ class Handler:
         return Response(text, media_type="text/javascript")
 
     def picture(self, request: Request) -> Response:
-        try:
-            data, suffix = self._session.picture(request.path_params["name"].rpartition(".")[0])
-        except (KeyError, BadInput):
-            return PlainTextResponse("no such picture", 404)
+        data, suffix = self._session.picture(request.path_params["name"].rpartition(".")[0])
         return Response(data, media_type=TYPES[suffix])
 
     def files(self, request: Request) -> Response:
-        try:
-            found = read_path(self._session.draft.shot.graph, request.query_params.get("path", "."))
-        except BadInput as fault:
-            return JSONResponse({"fault": str(fault)}, 404)
+        found = read_path(self._session.draft.shot.graph, request.query_params.get("path", "."))
         return JSONResponse(found) if isinstance(found, dict) else Response(found[0], media_type=TYPES[found[1]])
 
     async def wait(self, request: Request) -> Response:
@@ -290,11 +295,8 @@ class Handler:
         return JSONResponse({"revision": session.revision, "graph": session.drawn})
 
     def work(self, request: Request) -> Response:
-        try:
-            query = request.query_params
-            return JSONResponse(self._session.work(query.get("node", ""), int(query.get("frame", "")[:MOST_DIGITS])))
-        except (BadInput, ValueError) as fault:
-            return JSONResponse({"fault": str(fault)}, 404)
+        query = request.query_params
+        return JSONResponse(self._session.work(query.get("node", ""), int(query.get("frame", "")[:MOST_DIGITS])))
 
     def explain(self, request: Request) -> Response:
         frame = request.query_params.get("frame", "")
@@ -305,19 +307,14 @@ class Handler:
         return PlainTextResponse(text)
 
     def play(self, request: Request) -> Response:
-        try:
-            query = request.query_params
-            most = read_most(query.get("strands", ""))
-            return Played(self._session.play(request.path_params["node"], query.get("output", ""), most))
-        except BadInput as fault:
-            return PlainTextResponse(str(fault), 409)
+        query = request.query_params
+        most = read_most(query.get("strands", ""))
+        return Played(self._session.play(request.path_params["node"], query.get("output", ""), most))
 
     async def trial(self, request: Request) -> Response:
-        def begin(given: dict[str, Any]) -> dict[str, Any]:
-            names = [str(given[name]) for name in ("target", "text", "node")]
-            return self._session.trial(*names, int(given["frame"]))
-
-        return await answer(request, begin, "no such trial")
+        given = await given_in(request)
+        names = [str(given[name]) for name in ("target", "text", "node")]
+        return JSONResponse(await run_in_threadpool(self._session.trial, *names, int(given["frame"])))
 
     async def act(self, request: Request) -> Response:
         """Do an action; the answer is the revision of the graph after it, or a fault."""
@@ -338,18 +335,5 @@ class Handler:
             "drop": lambda given: session.drop(int(given["number"])),
         }
 
-        def do(given: dict[str, Any]) -> dict[str, Any]:
-            deeds[request.path_params["deed"]](given)
-            return {"revision": session.drawn}
-
-        return await answer(request, do, "no such deed")
-
-
-async def answer(request: Request, work: Callable[[dict[str, Any]], dict[str, Any]], unknown: str) -> Response:
-    """Do what the body of a request describes, in a thread; answer with what it returns, or with a fault."""
-    try:
-        return JSONResponse(await run_in_threadpool(work, json.loads(await body_of(request))))
-    except (KeyError, TypeError, ValueError, AttributeError, RecursionError):
-        return JSONResponse({"fault": unknown}, 400)
-    except BadInput as fault:
-        return JSONResponse({"fault": str(fault)}, 409)
+        await run_in_threadpool(deeds[request.path_params["deed"]], await given_in(request))
+        return JSONResponse({"revision": session.drawn})

@@ -44,8 +44,10 @@ class Session:
 
     frames    frames of runs and of the plan; None for all
     wedge     wedge whose variants are shown and run
+    draft     the graph file with its edits
     revision  number of changes of the page
     drawn     number of the last change of the graph, or of its edits
+    closed    whether the session was closed
     """
 
     def __init__(self, given: Shot | Draft, frames: FrameSet = None, wedge: str | None = None) -> None:
@@ -55,11 +57,11 @@ class Session:
         self._wedge = wedge
         self._history = History(draft.text, draft.read_file())
         self.frames = None if frames is None else list(shot.graph.select(read_frames(frames)))
-        self._draft = draft
+        self.draft = draft
         self._lock = threading.RLock()
         self._listeners: set[Callable[[], object]] = set()
         self._woken = threading.Event()
-        self._runs = Runs(self._lock, self._progress, self._woken.set, self._replan)
+        self._runs = Runs(self._lock, self._announce, self._woken.set, self._replan)
         self._players: list[Playing] = []
         self._note = self._lost = ""  # faults of the file, and of the plan
         self._cache = Cache(shot.cache)
@@ -70,12 +72,12 @@ class Session:
         self.revision = self.drawn = 0
         self._shelf = Shelf(MOST_STRANDS)
         self._take(draft)
-        self._open = True
+        self.closed = False
         threading.Thread(target=self._follow, daemon=True).start()
 
     def close(self) -> None:
         """Stop the run of this page, its process, and polling."""
-        self._open = False
+        self.closed = True
         self._woken.set()
         with self._lock:
             self._runs.stop()
@@ -96,11 +98,6 @@ class Session:
                 if path.name not in saved:
                     path.unlink(missing_ok=True)
 
-    @property
-    def closed(self) -> bool:
-        """Whether the session was closed."""
-        return not self._open
-
     @contextmanager
     def heard(self, call: Callable[[], object]) -> Iterator[None]:
         """Call a function, from any thread, after every change of the page, and when the session is closed."""
@@ -118,9 +115,9 @@ class Session:
         with self._lock:
             if name == "graph":
                 path = self._shot.path
-                can_save = not self._draft.shipped and os.access(path if path.exists() else path.parent, os.W_OK)
+                can_save = not self.draft.shipped and os.access(path if path.exists() else path.parent, os.W_OK)
                 live = {"saved": can_save, "playable": playable(self._shot), "revision": self.drawn}
-                return draft_document(self._draft) | self._history.document() | live, b""
+                return draft_document(self.draft) | self._history.document() | live, b""
             if name == "catalogue":
                 return catalogue_document(self._shot.path), b""
             if name == "state":
@@ -134,11 +131,6 @@ class Session:
         with self._lock:
             return self._shelf.picture(name), self._shelf.suffix(name) or ""
 
-    @property
-    def draft(self) -> Draft:
-        """The graph file with its edits."""
-        return self._draft
-
     def edit(self, target: str, text: str) -> None:
         """Change a setting, as `--set`; BadInput, without a change, for a setting that the graph refuses."""
         self.change("edit", {"target": target, "text": text})
@@ -146,31 +138,31 @@ class Session:
     def change(self, verb: str, given: dict[str, Any]) -> None:
         """Edit the graph, see `edits.py`; BadInput, without a change, for an edit that the graph refuses."""
         with self._lock:
-            text, label = edited(self._draft, verb, given)
+            text, label = edited(self.draft, verb, given)
             if text != self._history.text:
-                self._take(self._draft.with_text(text))
+                self._take(self.draft.with_text(text))
                 self._history.push(Edit(label, text, (verb, given)))
                 self._advance()
 
     def stroke(self, given: dict[str, Any]) -> None:
         """Write a painted picture next to the graph, for a setting to read it; BadInput as `write_stroke`."""
         with self._lock:
-            file = write_stroke(self._draft, given)
+            file = write_stroke(self.draft, given)
             self._made.append(self._shot.path.parent / file)
             self.change("paint", {"target": given["target"], "file": file})
 
     def begin(self, name: str) -> None:
         """Begin an empty graph with a shipped one, whose files are copied next to it; BadInput as `copy_assets`."""
         with self._lock:
-            edited(self._draft, "template", {"name": name})  # refused before anything is copied
-            files = copy_assets(self._draft, name)
+            edited(self.draft, "template", {"name": name})  # refused before anything is copied
+            files = copy_assets(self.draft, name)
             self._made += [self._shot.path.parent / file for file in files]
             self.change("template", {"name": name, "files": files})
 
     def undo(self, by: int = -1) -> None:
         """Undo the last edit, or do it again for 1; BadInput if there is none."""
         with self._lock:
-            self._take(self._draft.with_text(self._history.seek(by)))
+            self._take(self.draft.with_text(self._history.seek(by)))
             self._history.move(by)
             self._advance()
 
@@ -186,9 +178,9 @@ class Session:
         """Write the graph file; BadInput for a shipped graph, one that another program changed, or no permission."""
         with self._lock:
             try:
-                self._draft.save(self._history.disk)
+                self.draft.save(self._history.disk)
             except BadInput:
-                if self._draft.read_file() != self._history.disk:
+                if self.draft.read_file() != self._history.disk:
                     self._reload()
                 raise
             self._written()
@@ -196,13 +188,13 @@ class Session:
     def save_as(self, name: str) -> None:
         """Write a new file within the project, which is the file of the page then; BadInput as `Draft.saved_as`."""
         with self._lock:
-            self._take(self._draft.saved_as(name))
+            self._take(self.draft.saved_as(name))
             self._written()
 
     def _written(self) -> None:
         """Note that the file has the text of the page: what it names stays, also if another file is written later."""
-        self._history.written(self._draft.text)
-        self._made = [path for path in self._made if path.name not in self._draft.text]
+        self._history.written(self.draft.text)
+        self._made = [path for path in self._made if path.name not in self.draft.text]
         self._advance()
 
     def resolve(self, keep: str) -> None:
@@ -212,7 +204,7 @@ class Session:
             if theirs is None or keep not in ("page", "file", "both"):
                 raise BadInput("no conflict", right="page, file or both")
             if keep == "both":
-                text = self._history.repeated(lambda text, deed: edited(self._draft.with_text(text), *deed)[0])
+                text = self._history.repeated(lambda text, deed: edited(self.draft.with_text(text), *deed)[0])
                 self._push("edits of this page", text, base=theirs)
             elif keep == "file":
                 self._push("changed by another program", theirs, base=theirs)
@@ -222,7 +214,7 @@ class Session:
     def _push(self, label: str, text: str, base: str | None = None) -> None:
         """Show a text as a new step; BadInput, without a change, for a faulty one."""
         if text != self._history.text:
-            self._take(self._draft.with_text(text))
+            self._take(self.draft.with_text(text))
             self._history.push(Edit(label, text))
         if base is not None and base == text:
             self._history.written(text)
@@ -230,11 +222,11 @@ class Session:
     def run(self, to: list[str]) -> None:
         """Begin a run of the graph with its edits, or let it wait for others; BadInput for one that waits already."""
         with self._lock:
-            job = Job(self._shot.given, self._draft.text, self.frames, to, str(self._shot.cache), self._wedge)
+            job = Job(self._shot.given, self.draft.text, self.frames, to, str(self._shot.cache), self._wedge)
             edits = self._history.deeds()
             self._runs.add(Request(job, edits[-1].label if edits else self._shot.path.name, self._shot.program))
             self._note, self._costs = "", {}
-            self._advance(graph=False)
+            self._announce()
 
     def work(self, node: str, frame: int) -> dict[str, Any]:
         """Describe the missing results up to a node, at all frames and at one; BadInput for an unknown one.
@@ -271,7 +263,7 @@ class Session:
         """
         with self._lock:
             missing = missing_of(self._shot.plan([frame], to=[node]))
-            self._cook(self._draft, self._plan, missing, node, frame)
+            self._cook(self.draft, self._plan, missing, node, frame)
 
     def _cook(self, draft: Draft, plan: Plan, missing: list[Entry], node: str, frame: int) -> None:
         cooked = draft.text, node, frame
@@ -283,7 +275,7 @@ class Session:
         self._cooked = cooked
         job = Job(draft.shot.given, draft.text, [frame], [node], str(draft.shot.cache), None, quiet=True)
         self._runs.add(Request(job, f"{node}@{frame}", draft.shot.program))
-        self._advance(graph=False)
+        self._announce()
 
     def trial(self, target: str, text: str, node: str, frame: int) -> dict[str, Any]:
         """Begin to compute a node at a frame with another value of a setting, as `cook`; the graph is not changed.
@@ -292,7 +284,7 @@ class Session:
         BadInput for a value that the graph refuses, and for work that is not cheap.
         """
         with self._lock:
-            draft = self._draft.with_text(edited(self._draft, "edit", {"target": target, "text": text})[0])
+            draft = self.draft.with_text(edited(self.draft, "edit", {"target": target, "text": text})[0])
             now = draft.shot.plan([frame], to=[node])
             missing = missing_of(now)
             if missing:
@@ -305,13 +297,13 @@ class Session:
         """Interrupt the active run, whose results are kept; those that wait are dropped."""
         with self._lock:
             self._runs.stop()
-            self._advance(graph=False)
+            self._announce()
 
     def drop(self, number: int) -> None:
         """Remove a waiting run by its number; BadInput where there is none."""
         with self._lock:
             self._runs.drop(number)
-            self._advance(graph=False)
+            self._announce()
 
     def play(self, node: str, output: str, most: int | None = None) -> Playing:
         """Begin to play a node with the edited settings, also with later edits; the reader closes the process.
@@ -320,7 +312,7 @@ class Session:
         """
         with self._lock:
             most = MOST_STRANDS if most is None else most
-            show = Show(self._shot.given, self._draft.text, str(self._shot.cache), node, output, most)
+            show = Show(self._shot.given, self.draft.text, str(self._shot.cache), node, output, most)
             player = Playing(show, self._shot.playing_environment())
             self._players = [*(other for other in self._players if not other.ended), player]
             return player
@@ -339,7 +331,7 @@ class Session:
         document["wedge"] = wedge
         if not wedge:
             document["verdict"] |= self._run_state()
-        for name in self._draft.tables:
+        for name in self.draft.tables:
             document["nodes"].setdefault(name, {"cells": []})
         return document
 
@@ -353,7 +345,7 @@ class Session:
 
     def _output(self, plan: Plan) -> RunOutput:
         job = self._runs.job
-        tried = job is not None and job.quiet and job.edited != self._draft.text
+        tried = job is not None and job.quiet and job.edited != self.draft.text
         return RunOutput({} if tried else self._runs.statuses, {}, self._cache.hosts(plan))
 
     def _run_state(self) -> dict[str, Any]:
@@ -366,40 +358,42 @@ class Session:
 
     def _take(self, draft: Draft) -> None:
         plan = draft.shot.plan(self.frames)
-        self._draft, self._shot, self._plan = draft, draft.shot, plan
+        self.draft, self._shot, self._plan = draft, draft.shot, plan
         self._watched: Iterable[Entry] = plan
         for player in self._players:
             player.take(draft.text)
         self._shelf.take(draft.shot, plan)
         self._lost = ""
 
-    def _advance(self, graph: bool = True) -> None:
-        """Announce a change of the results, and of the graph."""
+    def _advance(self) -> None:
+        """Announce a change of the graph."""
+        with self._lock:
+            self.drawn = self.revision + 1
+            self._announce()
+
+    def _announce(self) -> None:
+        """Announce a change of the results, or of the graph."""
         with self._lock:
             self.revision += 1
-            self.drawn = self.revision if graph else self.drawn
         for call in tuple(self._listeners):
             call()
 
-    def _progress(self) -> None:
-        self._advance(graph=False)
-
     def _replan(self) -> None:
         try:
-            self._take(self._draft)
+            self._take(self.draft)
         except BadInput as fault:
             self._lost = str(fault)
-        self._advance(graph=False)
+        self._announce()
 
     def _reload(self) -> None:
         """Read the graph file again; a fault is noted, and a change in conflict with edits changes nothing else."""
         history = self._history
         try:
-            text = self._draft.read_file()
+            text = self.draft.read_file()
             if text is None:
                 history.disk = None
             elif text == history.disk:
-                self._take(self._draft.with_text(self._draft.text))
+                self._take(self.draft.with_text(self.draft.text))
             elif not history.unsaved or text == history.text:
                 self._push("changed by another program", text, base=text)
             else:
@@ -416,7 +410,7 @@ class Session:
 
     def _follow(self) -> None:
         """Poll the cache, its leases and the graph file, which other processes may change."""
-        while self._open:
+        while not self.closed:
             begun = time.monotonic()
             woken = self._woken.is_set()
             self._woken.clear()
@@ -427,12 +421,12 @@ class Session:
                 elif self._lost or self._seen != seen:
                     self._replan()
                 elif woken:
-                    self._progress()
+                    self._announce()
                 self._seen = seen
                 hosts = self._cache.hosts(self._watched)
                 if hosts != self._hosts:
                     self._hosts = hosts
-                    self._progress()
+                    self._announce()
                 self._runs.rest()
             spent = time.monotonic() - begun
             time.sleep(2.0 * spent)

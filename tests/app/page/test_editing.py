@@ -224,9 +224,9 @@ def test_nodes_are_pasted_at_their_places(session):
     text = node(session, "picture")["text"] + node(session, "hair")["text"]
     assert text.startswith('[picture]\ntype = "paint"') and "# What is shown.\n[hair]" in text
     session.change("paste", {"text": text, "at": {"hair": [5, 6]}})
-    assert session._draft.tables["picture_2"]["in"] == {"hair": "hair_2"}
+    assert session.draft.tables["picture_2"]["in"] == {"hair": "hair_2"}
     assert graph(session)["layout"] == {"hair_2": [5, 6]}
-    assert session._draft.faults.keys() == {"hair_2", "picture_2"}
+    assert session.draft.faults.keys() == {"hair_2", "picture_2"}
     with pytest.raises(BadInput, match="no node type 'rm'"):
         session.change("paste", {"text": '[x]\ntype = "rm"'})
     block = '[p]\ntype = "make_plate"\n[h]\ntype = "swing"\nin.plate = "p"\n[x]\ntype = "paint"\nin.hair = "h"\n'
@@ -294,7 +294,7 @@ def test_random_edits_are_undone_to_the_same_bytes(name, tmp_path):
     try:
         draw, made = random.Random(name), 0
         for _ in range(40):
-            verb, given = random_deed(draw, session._draft)
+            verb, given = random_deed(draw, session.draft)
             before = session._history.text
             try:
                 session.change(verb, given)
@@ -305,6 +305,6 @@ def test_random_edits_are_undone_to_the_same_bytes(name, tmp_path):
         for _ in range(made):
             session.undo()
         assert session._history.text.encode() == shipped_graphs()[name].read_bytes()
-        assert {*EDITS} >= {verb for verb, _ in [random_deed(draw, session._draft) for _ in range(50)]}
+        assert {*EDITS} >= {verb for verb, _ in [random_deed(draw, session.draft) for _ in range(50)]}
     finally:
         session.close()
