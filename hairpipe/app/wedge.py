@@ -196,7 +196,7 @@ def picture_of(wedge: WedgeShot, task: Task, records: Mapping[str, Record]) -> P
     record = records.get(str(task))
     if record is None:
         return None
-    value = wedge.value(task, record)
+    value = wedge.read(task, record)
     if not isinstance(value, File):
         raise BadInput(f"'{task}' is not a picture", where=wedge.path, right="show = a node whose output is a File")
     return value.path

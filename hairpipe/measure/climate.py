@@ -8,11 +8,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from hairpipe.errors import BadInput
 from hairpipe.groom.strand_arrays import at_shares, shares_of
-from hairpipe.measure.contact import at_levels, nearest
+from hairpipe.measure.contact import at_levels, nearest, touching
 from hairpipe.measure.deviation import deviation, part
 from hairpipe.measure.ensemble import (
     Interval,
@@ -91,10 +90,7 @@ def tip_speeds(hair: Strands) -> np.ndarray:
 
 def contacts(hair: Strands, reach: float) -> float:
     """Return the number of points of other strands within reach [m] of a point, the mean over all but the roots."""
-    strand = np.repeat(np.arange(len(hair.offsets) - 1), np.diff(hair.offsets) - 1)
-    points = np.delete(hair.points.astype(float), hair.offsets[:-1], axis=0)
-    pairs = KDTree(points).query_pairs(reach, output_type="ndarray")
-    return 2.0 * np.count_nonzero(strand[pairs[:, 0]] != strand[pairs[:, 1]]) / len(points)
+    return 2.0 * len(touching(hair, reach)) / (len(hair.points) - len(hair.offsets) + 1)
 
 
 def strain(hair: Strands, rest: np.ndarray) -> float:

@@ -70,7 +70,7 @@ def measure_contacts(
     counts = np.diff(hair[frames[0]].offsets) - 1
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
     for frame in frames:
-        bodies = [still(surface[frame]) for surface in surfaces] + [still_parts(part[frame]) for part in parts]
+        bodies = bodies_at(frame, surfaces, parts)
         depth = depths(hair[frame], bodies)
         inside = np.add.reduceat(depth > 0.0, starts) > 0
         late_strands = inside if late_strands is None else late_strands & inside
@@ -83,11 +83,18 @@ def measure_contacts(
         deep = 1e3 * missed.max(initial=0.0), quantile, np.count_nonzero(missed), len(depth)
         left = 1e3 * depth[begun].max(initial=0.0), np.count_nonzero(begun)
         left = *left, 1e3 * depth[pinched].max(initial=0.0), np.count_nonzero(pinched)
-        moving = np.delete(hair[frame].velocities.astype(float), hair[frame].offsets[:-1], axis=0)
+        moving = without_roots(hair[frame].velocities, hair[frame])
         speed = np.linalg.norm(moving, axis=1).max(initial=0.0)
         stretch = 100.0 * (segment_lengths(hair[frame].points, hair[frame].offsets) / rest - 1.0).max(initial=-1.0)
         rows.append(((frame - frames[0]) / fps, *deep, *left, speed, stretch))
     return table_of_rows(COLUMNS, rows)
+
+
+def bodies_at(
+    frame: int, surfaces: Sequence[Mapping[int, LevelSet]], parts: Sequence[Mapping[int, BodyParts]]
+) -> list[Collider]:
+    """Make the colliders of bodies, at rest in the pose of a frame."""
+    return [still(surface[frame]) for surface in surfaces] + [still_parts(part[frame]) for part in parts]
 
 
 def still(surface: LevelSet) -> Collider:
@@ -106,7 +113,20 @@ def depths(hair: Strands, bodies: Sequence[Collider]) -> np.ndarray:
 
 
 def free_points(hair: Strands) -> np.ndarray:
-    return np.delete(hair.points.astype(float), hair.offsets[:-1], axis=0)
+    """Return the points but the roots, which are prescribed [m], (P - S, 3)."""
+    return without_roots(hair.points, hair)
+
+
+def without_roots(values: np.ndarray, hair: Strands) -> np.ndarray:
+    """Return values of the points but the roots, (P - S, 3) float64."""
+    return np.delete(values.astype(float), hair.offsets[:-1], axis=0)
+
+
+def touching(hair: Strands, reach: float) -> np.ndarray:
+    """Return the pairs of points of different strands, but the roots, within reach [m], (n, 2)."""
+    strand = np.repeat(np.arange(len(hair.offsets) - 1), np.diff(hair.offsets) - 1)
+    pairs = KDTree(free_points(hair)).query_pairs(reach, output_type="ndarray")
+    return pairs[strand[pairs[:, 0]] != strand[pairs[:, 1]]]
 
 
 LEVELS = np.linspace(0.5, 1.0, 9)  # shares of the length at which strands are sampled, in the outer half
@@ -194,11 +214,9 @@ def packing_table(
 
 def relative_speed(hair: Strands, near: float) -> float:
     """Return the root mean square speed of points against their nearest neighbours [m/s]; 0 without any."""
-    points = np.delete(hair.points.astype(float), hair.offsets[:-1], axis=0)
-    speeds = np.delete(hair.velocities.astype(float), hair.offsets[:-1], axis=0)
-    strand = np.repeat(np.arange(len(hair.offsets) - 1), np.diff(hair.offsets) - 1)
-    pairs = KDTree(points).query_pairs(near, output_type="ndarray")
-    pairs = pairs[strand[pairs[:, 0]] != strand[pairs[:, 1]]]
+    points = free_points(hair)
+    speeds = without_roots(hair.velocities, hair)
+    pairs = touching(hair, near)
     one, other = np.concatenate([pairs, pairs[:, ::-1]]).T
     order = np.lexsort((other, np.linalg.norm(points[one] - points[other], axis=1), one))
     _, first = np.unique(one[order], return_index=True)

@@ -8,7 +8,7 @@ from hairpipe.errors import BadInput
 from hairpipe.groom.sampling import GOLDEN, members_of
 from hairpipe.groom.strand_arrays import points_of_strands
 from hairpipe.levelset.collider import Collider
-from hairpipe.measure.contact import depths
+from hairpipe.measure.contact import depths, free_points, without_roots
 from hairpipe.solve.boundary import check_driver
 from hairpipe.strands.layout import Layout, lay_out
 from hairpipe.strands.registry import strand_models
@@ -29,14 +29,12 @@ def measure_speeds(hair: Mapping[int, Strands], fps: float, cuts: Sequence[int] 
     """Return a row for every frame, over all points but the roots, which are prescribed; time zero is the first."""
     frames = list(hair)
     first = previous = hair[frames[0]]
-    roots = first.offsets[:-1]
     lengths = strand_lengths(first.points, first.offsets)
     rows = []
     for frame in frames:
         now = hair[frame]
         previous = now if frame in cuts else previous
-        points, before = (np.delete(strands.points.astype(float), roots, axis=0) for strands in (now, previous))
-        moved = np.linalg.norm(points - before, axis=1)
+        moved = np.linalg.norm(free_points(now) - free_points(previous), axis=1)
         displacements = 1e3 * np.sqrt(np.mean(moved**2)), 1e3 * moved.max()
         rows.append(((frame - frames[0]) / fps, *row_of(now, lengths), *displacements))
         previous = now
@@ -50,13 +48,12 @@ def watch(hair: Strands, groom: Groom) -> Table:
 
 def row_of(hair: Strands, lengths: np.ndarray) -> tuple[float, ...]:
     """Return speeds, stretch over lengths [m], (S,), and height of hair."""
-    roots = hair.offsets[:-1]
-    speeds = np.linalg.norm(np.delete(hair.velocities.astype(float), roots, axis=0), axis=1)
+    speeds = np.linalg.norm(without_roots(hair.velocities, hair), axis=1)
     return (
         1e3 * np.sqrt(np.mean(speeds**2)),
         1e3 * speeds.max(),
         100.0 * (strand_lengths(hair.points, hair.offsets) / lengths - 1.0).max(),
-        1e3 * np.delete(hair.points.astype(float), roots, axis=0)[:, 1].mean(),
+        1e3 * free_points(hair)[:, 1].mean(),
     )
 
 

@@ -23,7 +23,7 @@ from hairpipe.render import kajiya_kay, skin
 from hairpipe.render.camera import NEAR, Camera, Framing, Shot, frame_hair, place_camera
 from hairpipe.render.film import backdrop, develop
 from hairpipe.render.lights import studio
-from hairpipe.render.portrait import NOBODY, SCALP, SCENE
+from hairpipe.render.portrait import NOBODY, SCALP, SCENE, check_finite
 from hairpipe.render.shadows import BIAS, CELLS, apply, cells_of, front
 from hairpipe.render.skin import hair_share
 from hairpipe.render.surface import Sight, at_pixels, first_centre, look_at_body, seen_vertices, turn_to
@@ -85,6 +85,12 @@ def columns_under(
     c = (down * ax - halves[1]) / ay
     d = (down * ax + halves[1]) / ay
     return column + max(min(a, b), min(c, d)), column + min(max(a, b), max(c, d))
+
+
+@njit(cache=True, nogil=True, inline="always", error_model="numpy")
+def turn_of(axes: tuple[float, float], halves: tuple[float, float]) -> tuple[float, float, float, float]:
+    """Return the motion of pixels from the middle into texture coordinates of -1 to 1, along and across."""
+    return axes[0] / halves[0], axes[1] / halves[0], -axes[1] / halves[1], axes[0] / halves[1]
 
 
 @njit(cache=True, nogil=True, inline="always", error_model="numpy")
@@ -186,10 +192,7 @@ def _darken(through: np.ndarray, sprites: Sprites, levels: Levels, begins: np.nd
     texture = levels[level_of(levels, halves[1])][sprites.kinds[n]]
     along, across, _ = texture.shape
     opacity, rise = sprites.opacity[n], sprites.rises[n]
-    sx = axes[0] / halves[0]
-    sy = axes[1] / halves[0]
-    wx = -axes[1] / halves[1]
-    wy = axes[0] / halves[1]
+    sx, sy, wx, wy = turn_of(axes, halves)
     taken = total = 0.0
     top, bottom = rows_under(row, axes, halves)
     for i in range(first_centre(top, height), first_centre(bottom, height)):
@@ -246,10 +249,7 @@ def _paint(
         along, across, _ = texture.shape
         opacity = np.float32(sprites.opacity[n])
         rise = sprites.rises[n]
-        sx = axes[0] / halves[0]
-        sy = axes[1] / halves[0]
-        wx = -axes[1] / halves[1]
-        wy = axes[0] / halves[1]
+        sx, sy, wx, wy = turn_of(axes, halves)
         red, green, blue = colours[n]
         top, bottom = rows_under(row, axes, halves)
         for i in range(first_centre(top, height), first_centre(bottom, height)):
@@ -332,15 +332,9 @@ def check(cloud: Cloud, particles: Particles, body: Mesh) -> None:
     if body is not NOBODY and bound >= len(body.triangles):
         what = f"hair grows from triangle {bound} of a body that has {len(body.triangles)}"
         raise BadInput(what, where="in.body", right="the body that the groom was grown on")
-    places = (
-        ("cloud", "particle", cloud.points),
-        ("cloud", "particle", cloud.directions),
-        ("body", "vertex", body.points),
-    )
-    for where, name, points in places:
-        lost = np.flatnonzero(~np.isfinite(points).all(axis=1))
-        if len(lost):
-            raise BadInput(f"{name} {lost[0]} is not finite", where=f"in.{where}")
+    check_finite(cloud.points, "particle", "in.cloud")
+    check_finite(cloud.directions, "particle", "in.cloud")
+    check_finite(body.points, "vertex", "in.body")
 
 
 def _shaded(

@@ -16,14 +16,10 @@ class Shade(Protocol):
     """The shadow of a scene in the light of one lamp."""
 
     @property
-    def light(self) -> Light:
-        """The lamp."""
-        ...
+    def light(self) -> Light: ...
 
     @property
-    def cell(self) -> float:
-        """Resolution of the shadow across the light [m]."""
-        ...
+    def cell(self) -> float: ...  # resolution of the shadow across the light [m]
 
     def between(self, points: np.ndarray) -> np.ndarray:
         """Optical depths between the lamp and world points (n, 3): hairs that a ray crosses, (n,) float64."""

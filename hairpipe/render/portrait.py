@@ -137,9 +137,14 @@ def check(hair: Strands, body: Mesh) -> None:
         strands = np.unique(np.searchsorted(hair.offsets, lost, side="right") - 1)
         named = ", ".join(map(str, strands[:8])) + (", ..." if len(strands) > 8 else "")
         raise BadInput(f"{len(strands)} strands have points that are not finite: {named}", where="hair")
-    if not np.isfinite(body.points).all():
-        vertex = int(np.flatnonzero(~np.isfinite(body.points).all(axis=1))[0])
-        raise BadInput(f"vertex {vertex} is not finite", where="body")
+    check_finite(body.points, "vertex", "body")
+
+
+def check_finite(points: np.ndarray, name: str, where: str) -> None:
+    """Raise BadInput for the first point, (n, 3), that is not finite."""
+    lost = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(lost):
+        raise BadInput(f"{name} {lost[0]} is not finite", where=where)
 
 
 FLOOR = np.array([0.09, 0.095, 0.105])  # colour of the floor, linear

@@ -18,6 +18,7 @@ from hairpipe.app.api.selection import FrameSet, Names, Target, read_frames, rea
 from hairpipe.app.api.source import Source
 from hairpipe.engine.file.bounds import Bounds
 from hairpipe.engine.file.graph import Graph, Node
+from hairpipe.engine.file.overrides import nodes_of
 from hairpipe.engine.file.wedge import Comparison
 from hairpipe.engine.hosts.member import Member
 from hairpipe.engine.hosts.offer import program_digest
@@ -172,6 +173,13 @@ class GraphShot:
     def edited(self, tables: Mapping[str, Any]) -> Self:
         """Return a shot of the same file with other tables; pure."""
         return self._of(self._source.edited(tables))
+
+    def unpublished(self) -> Self:
+        """Return the shot without published files; pure."""
+        tables = self.tables
+        for table in nodes_of(tables).values():
+            table.pop("publish", None)
+        return self.edited(tables)
 
     def part(self, to: Names) -> Graph:
         """Return the graph, or the part of it up to some nodes; BadInput for an unknown one."""

@@ -20,7 +20,6 @@ from hairpipe.engine.file.overrides import WEDGE
 from hairpipe.engine.file.wedge import Wedge, find_wedge, variant_name
 from hairpipe.engine.node.messages import nearest
 from hairpipe.engine.node.signature import File
-from hairpipe.engine.plan.planner import read_value
 from hairpipe.engine.plan.tasks import Task
 from hairpipe.engine.run.player import Player, played_nodes
 from hairpipe.engine.store.record import Record
@@ -96,14 +95,6 @@ class WedgeShot(GraphShot):
         """Return the task of a variant's node in the graph of all variants; a value for the shot has no frame."""
         found = self.graph.nodes[variant.names[self.original.node(node).name]]
         return Task(found.name, frame if found.per_frame else None)
-
-    def value(self, task: Task, record: Record | None, output: str | None = None) -> Any:
-        """Read a result; BadInput where it has not been computed.
-
-        record  of the task, as `results` gives it
-        output  of a node with several; without one, the only one or the first
-        """
-        return read_value(self.graph, self._store, task, record, output)
 
     def size_of(self, records: Iterable[Record]) -> int:
         """Return the size of results, each object once, without states of simulations that were not kept [bytes]."""
@@ -224,14 +215,10 @@ def shots_to_warm() -> list[str]:
 @contextmanager
 def warming(shot: Shot) -> Iterator[tuple[Shot, list[int]]]:
     """Yield the shot without published files, in a temporary folder of results, and the frames to run."""
-    tables = {
-        name: {key: value for key, value in table.items() if key != "publish"} if isinstance(table, dict) else table
-        for name, table in shot.tables.items()
-    }
     begin = shot.graph.begin
     with tempfile.TemporaryDirectory(prefix="hairpipe-") as folder:
         yield (
-            load(tables, cache=folder, folder=shot.path.parent),
+            load(shot.unpublished().tables, cache=folder, folder=shot.path.parent),
             list(range(begin, min(begin + FRAMES, shot.graph.frames[1] + 1))),
         )
 

@@ -148,12 +148,9 @@ class Bars(Silence):
 
     def __init__(self, progress: Progress) -> None:
         self._progress = progress
-        self._console = Console(stderr=True, highlight=False)
         self._spinner = Spinner("dots")
-        self.rows: Table = Table.grid()
-        self._live = Live(
-            get_renderable=lambda: self.rows, console=self._console, refresh_per_second=REFRESHES, transient=True
-        )
+        console = Console(stderr=True, highlight=False)
+        self._live = Live(console=console, refresh_per_second=REFRESHES, transient=True)
 
     def begin(self) -> None:
         self._live.start()
@@ -163,14 +160,14 @@ class Bars(Silence):
 
     def update(self, event: Event) -> None:
         """Lay out new rows, and do not change the old ones: the drawing thread may read them at any time."""
-        rows = Table.grid(padding=(0, 2))
+        self.rows = Table.grid(padding=(0, 2))
         for name, node in self._progress.nodes.items():
             if node.running or (node.evaluated and node.done < node.total):
-                rows.add_row(self._spinner, name, *cells(node))
-        self.rows = rows
+                self.rows.add_row(self._spinner, name, *cells(node))
+        self._live.update(self.rows)
 
     def echo(self, line: str) -> None:
-        self._console.print(one_line(line), markup=False, soft_wrap=True)
+        self._live.console.print(one_line(line), markup=False, soft_wrap=True)
 
 
 def cells(node: NodeProgress) -> list[ProgressBar | str]:

@@ -42,11 +42,6 @@ class Job:
     wedge: str | None
     quiet: bool = False
 
-    @property
-    def text(self) -> str:
-        """The job as one line."""
-        return json.dumps(vars(self))
-
 
 def main() -> None:
     """Read jobs from the input until its end, run each, and write its events and its end as lines of JSON."""
@@ -63,19 +58,13 @@ def main() -> None:
 def end_of(job: Job, spare: list[Member]) -> dict[str, Any]:
     try:
         shot = load_draft(job.graph, job.edited, cache=job.cache).shot
-        if job.quiet:
-            shot = shot.edited({name: without_publishing(table) for name, table in shot.tables.items()})
+        shot = shot.unpublished() if job.quiet else shot
         run = (shot if job.wedge is None else shot.wedge(job.wedge)).with_workers(spare).run
         return ending(run(job.frames, to=job.to, progress=send_event, keep_going=True))
     except BadInput as fault:
         return NOTHING | {"failures": [str(fault)]}
     except KeyboardInterrupt:
         return NOTHING | {"interrupted": True}
-
-
-def without_publishing(table: Any) -> Any:
-    """Return the table of a node without the place of its published files; other values as they are."""
-    return {name: value for name, value in table.items() if name != "publish"} if isinstance(table, dict) else table
 
 
 def send_event(event: Any) -> None:
@@ -209,7 +198,7 @@ class Runs:
             return self._end({"failures": [f"the run did not start: {error}"], "interrupted": False})
         assert stdin is not None
         with suppress(BrokenPipeError):  # `_listen` notices
-            stdin.write(self._queue[0].job.text + "\n")
+            stdin.write(json.dumps(vars(self._queue[0].job)) + "\n")
             stdin.flush()
 
     def _ready(self, program: str) -> "subprocess.Popen[str]":
@@ -237,10 +226,8 @@ class Runs:
                 if message["kind"] == "ended":
                     self._end(message)
                 elif message["kind"] in STATUSES:
-                    first, self.statuses[Task(message["node"], message["frame"])] = (
-                        not self.statuses,
-                        STATUSES[message["kind"]],
-                    )
+                    first = not self.statuses
+                    self.statuses[Task(message["node"], message["frame"])] = STATUSES[message["kind"]]
                     if first and self._stopped:
                         self._interrupt()
                     (self._changed if message["kind"] == "started" else self._found)()

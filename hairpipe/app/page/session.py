@@ -163,7 +163,7 @@ class Session:
         """Undo the last edit, or do it again for 1; BadInput if there is none."""
         with self._lock:
             self._take(self.draft.with_text(self._history.seek(by)))
-            self._history.move(by)
+            self._history.at += by
             self._advance()
 
     def revert(self) -> None:
@@ -394,7 +394,7 @@ class Session:
                 history.disk = None
             elif text == history.disk:
                 self._take(self.draft.with_text(self.draft.text))
-            elif not history.unsaved or text == history.text:
+            elif history.text in (history.disk, text):
                 self._push("changed by another program", text, base=text)
             else:
                 history.theirs = text

@@ -144,11 +144,6 @@ def thinned(offsets: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray, np.
     return shown, lengths, np.arange(lengths.sum()) + np.repeat(np.asarray(offsets)[shown] - starts, lengths)
 
 
-def contacts_document(state: HairState) -> Packed:
-    """Describe the pairs of segments of the groom that are connected; pure."""
-    return pack({"segments": state.stuck.astype(np.uint32)})
-
-
 def values_document(measured: PointValues, most: int) -> Packed:
     """Describe values at points of strands to 1/255 of their range, non-finite ones as the least; pure.
 
@@ -287,9 +282,8 @@ def mesh_of(kind: str, value: Any) -> Mesh | None:
     """Return the mesh that a document of a value describes; None for a document without triangles."""
     if kind == "surface":
         return surface_of(value)
-    if kind != "mesh":
-        return None
-    return value.mesh if isinstance(value, Body) else value
+    mesh = value.mesh if isinstance(value, Body) else value
+    return mesh if kind == "mesh" else None
 
 
 def document_of(kind: str, value: Any, most: int) -> Packed:
@@ -301,17 +295,13 @@ def document_of(kind: str, value: Any, most: int) -> Packed:
         "strands": lambda: strands_document(value, most),
         "points": lambda: points_document(value),
         "values": lambda: values_document(value, most),
-        "contacts": lambda: contacts_document(value),
+        "contacts": lambda: pack({"segments": value.stuck.astype(np.uint32)}),
         "slices": lambda: slices_document(value),
-        "table": lambda: (table_document(value), b""),
+        "table": lambda: ({"names": list(value.names), "rows": [[*map(plain, row)] for row in value.rows()]}, b""),
         "maps": lambda: maps_document(value),
         "value": lambda: ({"lines": list(summary_lines(value))}, b""),
     }
     return make[kind]()
-
-
-def table_document(table: Table) -> dict[str, Any]:
-    return {"names": list(table.names), "rows": [[plain(cell) for cell in row] for row in table.rows()]}
 
 
 def plain(cell: Any) -> Any:
