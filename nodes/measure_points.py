@@ -14,8 +14,7 @@ def measure_points(
     parts: tuple[BodyParts, ...] | None,
 ) -> PointValues:
     """Measure depth in bodies, stretch, tension and lock at every point, for colours in `hairpipe view`."""
-    from hairpipe.measure.contact import still, still_parts
+    from hairpipe.measure.contact import still
     from hairpipe.measure.motion import measure_points as measure
 
-    bodies = [*map(still, surfaces or ()), *map(still_parts, parts or ())]
-    return measure(hair, groom, state, bodies)
+    return measure(hair, groom, state, still(surfaces or (), parts or ()))

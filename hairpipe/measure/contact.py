@@ -1,6 +1,6 @@
 """Contact of hair with bodies and with itself: depth, speed, stretch, crossings of two locks, and packing."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -70,7 +70,7 @@ def measure_contacts(
     counts = np.diff(hair[frames[0]].offsets) - 1
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
     for frame in frames:
-        bodies = bodies_at(frame, surfaces, parts)
+        bodies = still((surface[frame] for surface in surfaces), (part[frame] for part in parts))
         depth = depths(hair[frame], bodies)
         inside = np.add.reduceat(depth > 0.0, starts) > 0
         late_strands = inside if late_strands is None else late_strands & inside
@@ -90,21 +90,10 @@ def measure_contacts(
     return table_of_rows(COLUMNS, rows)
 
 
-def bodies_at(
-    frame: int, surfaces: Sequence[Mapping[int, LevelSet]], parts: Sequence[Mapping[int, BodyParts]]
-) -> list[Collider]:
+def still(surfaces: Iterable[LevelSet], parts: Iterable[BodyParts]) -> list[Collider]:
     """Make the colliders of bodies, at rest in the pose of a frame."""
-    return [still(surface[frame]) for surface in surfaces] + [still_parts(part[frame]) for part in parts]
-
-
-def still(surface: LevelSet) -> Collider:
-    """Make the collider of a body at rest."""
-    return build_collider_field(surface, surface, 1.0, Interpolation.linear)
-
-
-def still_parts(parts: BodyParts) -> Collider:
-    """Make the collider of a body in parts, at rest in the pose of a frame."""
-    return build_collider_parts(parts, parts, 1.0)
+    fields = (build_collider_field(surface, surface, 1.0, Interpolation.linear) for surface in surfaces)
+    return [*fields, *(build_collider_parts(part, part, 1.0) for part in parts)]
 
 
 def depths(hair: Strands, bodies: Sequence[Collider]) -> np.ndarray:

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.measure.contact import bodies_at, depths
+from hairpipe.measure.contact import depths, still
 from hairpipe.measure.deviation import Deviation, deviation
 from hairpipe.values import BodyParts, Groom, LevelSet, Strands, Table
 from hairpipe.values.groom import segment_lengths, strand_lengths
@@ -64,7 +64,7 @@ def fidelity_table(
         if stretch > bound and not failed:
             failed = f"stretched by more than {100 * bound:g} % at frame {frame}"
         if number >= skip:
-            bodies = bodies_at(frame, surfaces, parts)
+            bodies = still((some[frame] for some in surfaces), (some[frame] for some in parts))
             deepest = depths(now, bodies).max(initial=0.0) if bodies else np.nan
             found.append((*error, deepest, stretch))
     if not found:

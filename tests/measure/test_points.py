@@ -34,8 +34,8 @@ def test_tension_is_the_weight_below_and_stretch_the_change_of_length():
 
 def test_depth_is_that_in_a_ball_and_roots_have_none(sphere):
     groom = lay_strands(2, 0.1, 2, (1.0, 0.0, 0.0), (0.0, 0.0, 0.5), None, 0.0)
-    ball = still(bake(sphere(0.05, (0.05, 0.0, 0.0)), 0.0025, 8.0))
-    found = measure_points(hair_of(groom, groom.points - [0.01, 0.0, 0.0]), None, None, [ball])
+    balls = still([bake(sphere(0.05, (0.05, 0.0, 0.0)), 0.0025, 8.0)], [])
+    found = measure_points(hair_of(groom, groom.points - [0.01, 0.0, 0.0]), None, None, balls)
     assert found.names == ("depth [mm]",)
     assert found.values[0] == pytest.approx([0.0, 40.0, 10.0, 0.0, 0.0, 0.0], abs=0.3)
 

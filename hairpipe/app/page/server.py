@@ -11,7 +11,7 @@ import json
 import os
 import secrets
 import socket
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
 from itertools import islice
 from pathlib import Path
@@ -24,7 +24,7 @@ from starlette.datastructures import MutableHeaders
 from starlette.middleware import Middleware
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 from starlette.requests import Request
-from starlette.responses import JSONResponse, PlainTextResponse, Response
+from starlette.responses import JSONResponse, PlainTextResponse, Response, StreamingResponse
 from starlette.routing import Mount, Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -198,36 +198,13 @@ class Guard:
         return "from no page" if request.method == "POST" and "origin" not in headers else None
 
 
-class Played(Response):
-    media_type = "application/octet-stream"
-
-    def __init__(self, player: Playing) -> None:
-        super().__init__()
-        self._player = player
-        del self.headers["content-length"]
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        await send({"type": "http.response.start", "status": 200, "headers": self.raw_headers})
-        sending = asyncio.ensure_future(self._send(send))
-        leaving = asyncio.ensure_future(left(receive))
-        try:
-            await asyncio.wait([sending, leaving], return_when=asyncio.FIRST_COMPLETED)
-        finally:
-            self._player.close()  # also ends the reading thread
-            leaving.cancel()
-            with suppress(OSError):  # of a closed connection
-                await sending
-
-    async def _send(self, send: Send) -> None:
-        while part := await run_in_threadpool(self._player.read):
-            await send({"type": "http.response.body", "body": part, "more_body": True})
-        await send({"type": "http.response.body", "body": b"", "more_body": False})
-
-
-async def left(receive: Receive) -> None:
-    """Wait until the other end of a connection is closed."""
-    while (await receive())["type"] != "http.disconnect":
-        pass
+async def played(player: Playing) -> AsyncIterator[bytes]:
+    """Yield what a process plays, which ends with the connection: also a thread that waits for more of it."""
+    try:
+        while part := await asyncio.to_thread(player.read):
+            yield part
+    finally:
+        player.close()
 
 
 async def given_in(request: Request) -> Any:
@@ -309,7 +286,8 @@ class Handler:
     def play(self, request: Request) -> Response:
         query = request.query_params
         most = read_most(query.get("strands", ""))
-        return Played(self._session.play(request.path_params["node"], query.get("output", ""), most))
+        player = self._session.play(request.path_params["node"], query.get("output", ""), most)
+        return StreamingResponse(played(player), media_type="application/octet-stream")
 
     async def trial(self, request: Request) -> Response:
         given = await given_in(request)

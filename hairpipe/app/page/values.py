@@ -45,13 +45,7 @@ def quantised(points: np.ndarray) -> tuple[np.ndarray, dict[str, Any]]:
 
 
 def second_differences(values: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Return the first value of every strand, the first difference, then second differences, (p, 3); pure.
-
-    These are small for smooth strands.
-
-    values   (p, 3) int64
-    offsets  strand s owns values offsets[s]:offsets[s+1], (S+1,)
-    """
+    """Return the first value of every strand, the first difference, then second ones: small if it is smooth."""
     lengths = np.diff(offsets)
     begins = offsets[:-1][lengths > 0]
     followers = offsets[:-1][lengths > 1] + 1
@@ -145,10 +139,7 @@ def thinned(offsets: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray, np.
 
 
 def values_document(measured: PointValues, most: int) -> Packed:
-    """Describe values at points of strands to 1/255 of their range, non-finite ones as the least; pure.
-
-    most  as of `strands_document`
-    """
+    """Describe values at points of strands to 1/255 of their range, non-finite ones as the least; pure."""
     arrays = {}
     ranges = []
     kept = thinned(measured.offsets, most)[2]

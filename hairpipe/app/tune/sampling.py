@@ -74,10 +74,9 @@ def window_length(count: int, fps: float) -> int:
 
 
 def window(sample: Sample, frames: range, fps: float, motion: np.ndarray) -> Sample:
-    """Place the frames of a sample where the mean square of the motion is largest; negative motion excludes a frame.
+    """Place a sample where the mean square of the motion is largest, at the first such place that can settle before.
 
-    Among several maxima the first that leaves time to settle is used. If every position contains excluded frames, it is
-    the one with the fewest.
+    Negative motion excludes a frame; if every place contains such frames, it is the one with the fewest.
     """
     lead = round(LEAD * fps)
     length = window_length(len(frames), fps)

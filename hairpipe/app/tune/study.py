@@ -129,11 +129,7 @@ def with_node(tables: Tables, name: str, table: Tables, instead: str | None = No
 
 
 def merged_variants(variants: dict[str, Tables], nodes: Iterable[str]) -> tuple[Tables, dict[str, list[str]]]:
-    """Merge variants into one graph: nodes with their dependencies, and their names there by variant.
-
-    A variant may lack some of the nodes. A node keeps its name, followed by a digest of all that determines it, so that
-    common nodes exist once.
-    """
+    """Merge variants into one graph: nodes with their dependencies, common ones once, and their names by variant."""
     merged: Tables = {}
     names = {
         label: [gather(merged, tables, node, {}) for node in nodes if node in tables]
@@ -144,7 +140,7 @@ def merged_variants(variants: dict[str, Tables], nodes: Iterable[str]) -> tuple[
 
 
 def gather(merged: Tables, tables: Tables, node: str, known: dict[str, str]) -> str:
-    """Add a node and its dependencies to merged tables, in place, and return its name there."""
+    """Add a node and its dependencies to merged tables, in place; its name there has a digest of what determines it."""
     if node not in known:
         table = unpublished(tables[node])
 
@@ -302,11 +298,17 @@ class Study:
     def measure_all(self, models: Iterable[Iterable[Simplification]]) -> list[Measured]:
         """Measure several models, which are simulated side by side before the measured frames."""
         wanted = [*map(frozenset, models)]
-        new = [parts for parts in dict.fromkeys(wanted) if parts not in self._measured]
-        if len(new) > 1:
-            runs = [(parts, 0) for parts in new if self._is_valid(parts)]
-            self._compute_ahead(f"{len(new)} models up to frame {self.sample.first - 1}", runs, settling=True)
-        self._measured |= {parts: self._measure(parts) for parts in new}
+        compared: dict[Parts, Comparison] = {}
+        for parts in dict.fromkeys(wanted):
+            try:
+                if parts not in self._measured:
+                    compared[parts] = self._comparison([(parts, 0), (self._reference, 0)])
+            except BadInput as refused:  # settings that exclude each other
+                self._measured[parts] = failed(str(refused))
+        if len(compared) > 1:
+            text = f"{len(compared)} models up to frame {self.sample.first - 1}"
+            self._compute_ahead(text, [(parts, 0) for parts in compared], settling=True)
+        self._measured |= {parts: self._measure(parts, pair) for parts, pair in compared.items()}
         return [self._measured[parts] for parts in wanted]
 
     def confirm(self, parts: Iterable[Simplification]) -> Measured:
@@ -328,11 +330,7 @@ class Study:
         """Frames at which runs are compared: with members, from the start of the simulation."""
         return self.sample.frames if self.tip is None else self.sample.simulated
 
-    def _measure(self, parts: Parts) -> Measured:
-        try:
-            compared = self._comparison([(parts, 0), (self._reference, 0)])
-        except BadInput as refused:  # settings that exclude each other
-            return failed(str(refused))
+    def _measure(self, parts: Parts, compared: Comparison) -> Measured:
         results, fault = self._compute(text_of(parts), compared)
         if fault:
             return failed(fault)
@@ -423,13 +421,6 @@ class Study:
         wanted = [node.name for node in nodes if node.type.mode == "scan" or not settling]
         frames = [self.sample.first - 1] if settling else self._frames
         self._run_nodes(text, ahead.shot, wanted, frames, timed=False)
-
-    def _is_valid(self, parts: Parts) -> bool:
-        try:
-            self._lay_out([(parts, 0)])
-        except BadInput:
-            return False
-        return True
 
     def _run_nodes(
         self, text: str, shot: Shot, nodes: Sequence[str], frames: Sequence[int], *, timed: bool = True

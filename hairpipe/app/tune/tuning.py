@@ -32,15 +32,11 @@ Measure = Callable[[Combination], Measured]
 
 @dataclass(frozen=True)
 class Guess:
-    """The prediction for a combination before its measurement.
-
-    bound    error if the contributions of its parts to the squared error of the full model add, in the tolerance's unit
-    seconds  time if the savings of its parts multiply [s]
-    """
+    """The prediction for a combination before its measurement."""
 
     parts: Combination
-    bound: float
-    seconds: float
+    bound: float  # error, in the tolerance's unit, if the squared errors that its parts add to the full model's add up
+    seconds: float  # time if the savings of its parts multiply [s]
 
 
 class Trial(NamedTuple):
@@ -74,17 +70,12 @@ def choose(
     has_time: Callable[[], bool] = lambda: True,
     passes: Callable[[Combination], bool] = lambda parts: True,
 ) -> Choice:
-    """Choose the cheapest combination within a tolerance.
+    """Choose the cheapest of the combinations measured within a tolerance that passes the check; the full model does.
 
-    Those predicted within the tolerance are measured, the cheapest first, until one is within it; combinations that
-    omit at least as much as a failed one are skipped. The cheapest of all measured within the tolerance is chosen that
-    passes the check. None is chosen if the full model is not within it: a simplification that comes nearer does so by
-    chance.
-
-    has_time  whether another combination is measured after the first
-    passes    whether a combination within the tolerance passes the check; the full model does
+    Those predicted within the tolerance are measured, the cheapest first, until one is within it, after the first only
+    while there is time; combinations that omit at least as much as a failed one are skipped.
     """
-    if not full.keeps(tolerance):
+    if not full.keeps(tolerance):  # a simplification that comes nearer does so by chance
         return Choice(None, full, ())
     known = measured_at_first(full, singles)
     useful = {part: found for part, found in singles.items() if found.keeps(tolerance)}
@@ -127,10 +118,7 @@ def choose_within(
     measure: Measure,
     before: Iterable[Trial] = (),
 ) -> Choice:
-    """Choose the combination of the smallest error that costs at most a budget [s] per frame.
-
-    before  previous trials
-    """
+    """Choose the combination of the smallest error that costs at most a budget [s] per frame, after earlier trials."""
     known = measured_at_first(full, singles) | {trial.guess.parts: trial.measured for trial in before}
     everything = list(guess_all(full, {part: found for part, found in singles.items() if not found.fault}))
     cheap = [guess for guess in everything if guess.seconds <= budget]
@@ -261,18 +249,11 @@ class Tuned:
 
 
 class Scene(NamedTuple):
-    """Properties of a scene before the simulation.
-
-    strands  number of its strands
-    motion   acceleration of its roots [m/s^2], (frames,); None if no root moves
-    tip      initial difference of members of an ensemble [m]; None where hair does not act on hair and is not
-             chaotic, or where tips are held, so that members cannot be made
-    hardest  motion of its roots
-    """
+    """Properties of a scene before the simulation."""
 
     strands: int
-    motion: np.ndarray | None
-    tip: float | None
+    motion: np.ndarray | None  # acceleration of the roots [m/s^2], (frames,); None if no root moves
+    tip: float | None  # initial difference of members of an ensemble [m]; None without chaos, and where tips are held
     hardest: RootMotion = STILL
 
 

@@ -83,7 +83,7 @@ def test_results_are_shared_with_runs_of_one_variant_both_ways(wedged):
         assert set(keys(alone).values()) <= set(keys(wedge).values())
         assert (
             alone.get("sum@6").value
-            == wedge.value(wedge.task(variant, "sum", 6), wedge.results()[str(wedge.task(variant, "sum", 6))]).value
+            == wedge.read(wedge.task(variant, "sum", 6), wedge.results()[str(wedge.task(variant, "sum", 6))]).value
         )
 
 
