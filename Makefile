@@ -6,7 +6,7 @@ INSTALL := $(RUN) pip install --quiet --disable-pip-version-check --no-compile -
 # neither all of Blender nor the tests of libraries.
 COMPILE := $(RUN) compileall -q -j 0 -x '/(bpy|tests)/' $(VENV)/lib hairpipe nodes graphs
 
-.PHONY: menu demo test quick cases mutate check film pictures docs clean
+.PHONY: menu demo test quick cases mutate check film pictures docs wheel release clean
 
 menu:
 	@echo "make demo    simulate hair on our bust and draw it: results in out/demo; FRAMES=1001-1010 for its first pictures"
@@ -18,6 +18,8 @@ menu:
 	@echo "make film    compute and record the films of the gallery, GRAPH=demo for one of them"
 	@echo "make pictures   make the pictures of the tutorials and of the front page, in a browser and in Blender"
 	@echo "make docs    build the documentation: out/docs/index.html"
+	@echo "make wheel   build the wheel, and run the demo from it in an empty folder"
+	@echo "make release check the figures of the README, the tests, the wheel and the documentation of a version"
 	@echo "make clean   remove the environment and the results, not the cache"
 
 demo: $(VENV)/installed
@@ -59,13 +61,27 @@ pictures: $(VENV)/tested
 docs: $(VENV)/tested
 	$(RUN) sphinx -q -W --keep-going -E -j auto docs out/docs
 
+wheel: $(VENV)/bin/python
+	.ci/wheel
+
+# The records that the README's figures are from must be of this code: other figures name the commit that they are from.
+FIGURES := graphs/experiments/results/accuracy.json graphs/experiments/results/validate_rub.json \
+	graphs/experiments/results/interpolation.json graphs/paper/results/paper.json graphs/paper/results/hundred_thousand.json
+release: $(VENV)/tested
+	$(RUN) pytest -q -n 0 tests/test_release.py tests/test_readme.py
+	$(VENV)/bin/hairpipe results $(FIGURES)
+	$(MAKE) check test docs wheel
+	$(RUN) pip wheel --quiet --no-deps --wheel-dir out .
+	@ls out/hairpipe-*.whl
+
 $(VENV)/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' || { echo "hairpipe needs Python 3.11, 3.12 or 3.13; set PYTHON=..." >&2; exit 2; }
 	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); echo "Python's venv module is incomplete; on Debian: apt install python3-venv" >&2; exit 2; }
 
+# What a run needs; charts of experiments need '.[experiments]' as well.
 $(VENV)/installed: pyproject.toml constraints.txt | $(VENV)/bin/python
-	$(INSTALL) '.[experiments]'
-	@$(COMPILE)
+	@begin=$$(date +%s); $(INSTALL) . && $(COMPILE) && \
+	echo "installed in $$(($$(date +%s) - begin)) s: $$(du -sm $(VENV) | cut -f1) MB in $(VENV)"
 	@touch $@
 
 $(VENV)/tested: pyproject.toml constraints.txt | $(VENV)/bin/python
