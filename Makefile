@@ -11,7 +11,7 @@ COMPILE := $(RUN) compileall -q -j 0 -x '/(bpy|tests)/' $(VENV)/lib hairpipe nod
 menu:
 	@echo "make demo    simulate hair on our bust and draw it: results in out/demo; FRAMES=1001-1010 for its first pictures"
 	@echo "make quick   run the tests that compile no kernels and take no seconds each: three minutes on two cores"
-	@echo "make test    run all tests"
+	@echo "make test    run all tests; PYTEST='-p tests.seconds' says where their time goes"
 	@echo "make cases   run the inputs in ../shared/cases, where they are"
 	@echo "make mutate  share of mutations of the engine that its tests find: an hour"
 	@echo "make check   lint, format and types"
@@ -32,9 +32,9 @@ quick: $(VENV)/tested
 # wait, for a browser, a cluster or what they interrupt, run in a process next to these.
 test: $(VENV)/tested
 	@waiting=$$(mktemp); code=0; \
-	$(RUN) pytest -m waits tests/app/page $$(find tests -name 'test_dask*.py') \
+	$(RUN) pytest $(PYTEST) -m waits tests/app/page $$(find tests -name 'test_dask*.py') \
 		$$(grep -rlE 'def test.*(interrupt|ctrl_c)' tests) >$$waiting 2>&1 & \
-	$(RUN) pytest -n auto --dist worksteal -m 'not waits' || code=$$?; \
+	$(RUN) pytest $(PYTEST) -n auto --dist worksteal -m 'not waits' || code=$$?; \
 	wait $$! || code=$$?; \
 	cat $$waiting; rm $$waiting; exit $$code
 
