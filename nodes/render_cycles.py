@@ -51,13 +51,13 @@ def render_cycles(
     """
     from hairpipe.formats.pictures import write_png
     from hairpipe.render.camera import Shot
-    from hairpipe.render.cycles import Exposure, Fibre, render_hair
+    from hairpipe.render.cycles import Exposure, Fibre, trace_hair
     from hairpipe.render.dual_scattering import pigment_colour
-    from hairpipe.render.film import linear
+    from hairpipe.render.film import develop, linear
 
     shot = Shot(width, height, view, fov, eye, target)
     fibre = Fibre(thickness, pigment_colour(melanin, redness) if colour is None else linear(colour))
     exposure = Exposure(samples, denoise, shutter * time.dt)
     path = workspace / "picture.png"
-    write_png(path, render_hair(hair, body, shot, fibre, exposure, workspace))
+    write_png(path, develop(trace_hair(hair, body, shot, fibre, exposure, workspace), 1))
     return File(path)

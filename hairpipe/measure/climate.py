@@ -12,7 +12,7 @@ import numpy as np
 from hairpipe.errors import BadInput
 from hairpipe.groom.strand_arrays import at_shares, shares_of
 from hairpipe.measure.contact import at_levels, nearest, touching
-from hairpipe.measure.deviation import deviation, part
+from hairpipe.measure.deviation import deviation, patches_of
 from hairpipe.measure.ensemble import (
     Interval,
     Sides,
@@ -63,11 +63,6 @@ def places(hair: Strands) -> np.ndarray:
     return at_levels(hair, SHARES)
 
 
-def gaps(hair: Strands) -> np.ndarray:
-    """Return the mean distance to the nearest other strand at the same share of its length [m], (shares,)."""
-    return nearest(places(hair))
-
-
 def kinetic_energy(hair: Strands, gravity: float) -> float:
     """Return the kinetic energy over m g L, the mean over strands; mass is even along a strand."""
     masses = lengths_at_points(hair.points.astype(float), hair.offsets)
@@ -107,8 +102,9 @@ def density(hair: Strands, cell: float = CELL) -> tuple[np.ndarray, np.ndarray]:
 
 def density_distance(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray]) -> float:
     """Return the share of hair in other cubes, half of the L1 distance of two densities, 0..1."""
-    keys = np.union1d(one[0], other[0])
-    return 0.5 * float(np.abs(np.subtract(*(_laid(keys, *found) for found in (one, other)))).sum())
+    keys, shares = (np.concatenate(pair) for pair in ((one[0], other[0]), (one[1], -other[1])))
+    where = np.unique(keys, return_inverse=True)[1].ravel()
+    return 0.5 * float(np.abs(np.bincount(where, shares)).sum())
 
 
 def silhouettes(hair: Strands, pixel: float = PIXEL) -> list[np.ndarray]:
@@ -118,10 +114,8 @@ def silhouettes(hair: Strands, pixel: float = PIXEL) -> list[np.ndarray]:
 
 
 def silhouette_distance(one: list[np.ndarray], other: list[np.ndarray]) -> float:
-    """Return sqrt(1 - IoU), intersection over union of silhouettes, the mean over the views.
-
-    The square root makes it a distance of negative type, whose energy distance is 0 only for equal distributions.
-    """
+    """Return sqrt(1 - IoU), intersection over union of silhouettes, the mean over the views."""
+    # The square root makes it a distance of negative type: its energy distance is 0 only for equal distributions.
     common = [len(np.intersect1d(*views, assume_unique=True)) for views in zip(one, other, strict=True)]
     whole = [len(a) + len(b) - both for a, b, both in zip(one, other, common, strict=True)]
     return float(np.mean(np.sqrt(1.0 - np.divide(common, whole))))
@@ -144,13 +138,6 @@ def _keys(cells: np.ndarray) -> np.ndarray:
     for column in np.floor(cells).astype(np.int64).T:
         keys = (keys << 21) + column + (1 << 20)
     return keys
-
-
-def _laid(keys: np.ndarray, some: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """Return shares on a superset of their keys, 0 at the others."""
-    laid = np.zeros(len(keys))
-    laid[np.searchsorted(keys, some)] = shares
-    return laid
 
 
 Run = Mapping[int, Strands]
@@ -197,9 +184,7 @@ def position_squares(runs: Sequence[Run], frames: Sequence[int], patches: int) -
         count = len(hairs[0].offsets) - 1
         if count < patches:
             raise BadInput(f"{count} strands in {patches} patches", where="patches", right="fewer")
-        bounds = [patch * count // patches for patch in range(patches + 1)]
-        for patch, matrix in enumerate(row):
-            parts = [part(hair, *bounds[patch : patch + 2]) for hair in hairs]
+        for matrix, *parts in zip(row, *(patches_of(hair, patches) for hair in hairs), strict=True):
             matrix[:] = _matrix(parts, lambda one, other: deviation(one, other).whole_percent ** 2)
     return found
 
@@ -217,7 +202,7 @@ def observable_distances(runs: Sequence[Run], frames: Sequence[int], criteria: C
             "position": [places(hair) for hair in hairs],
             "density": [density(hair) for hair in hairs],
             "silhouettes": [silhouettes(hair) for hair in hairs],
-            "nearest strand": [gaps(hair) for hair in hairs],
+            "nearest strand": [nearest(places(hair)) for hair in hairs],
             "contacts": [contacts(hair, criteria.reach) for hair in hairs],
             "kinetic energy": [kinetic_energy(hair, criteria.gravity) for hair in hairs],
             "strain": [strain(run[frame], rest) for run, rest in zip(runs, rests, strict=True)],

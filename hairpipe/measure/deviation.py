@@ -4,7 +4,7 @@ Of a sample of hair it is measured patch by patch: their spread is the uncertain
 """
 # pyright: reportCallIssue=false
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -75,16 +75,17 @@ def measure_patches(hair: Mapping[int, Strands], reference: Mapping[int, Strands
         if count != len(true.offsets) - 1 or count < patches:
             where = f"{count} strands against {len(true.offsets) - 1}"
             raise BadInput(where, right=f"the same strands, at least {patches}")
-        bounds = [patch * count // patches for patch in range(patches + 1)]
-        for patch, (begin, end) in enumerate(pairwise(bounds)):
-            found = deviation(part(now, begin, end), part(true, begin, end))
+        for patch, (ours, theirs) in enumerate(zip(patches_of(now, patches), patches_of(true, patches), strict=True)):
+            found = deviation(ours, theirs)
             distances = (found.tip, found.whole, found.tip_percent, found.whole_percent)
-            rows.append((frame, patch, end - begin, *distances, len(found.lost)))
+            rows.append((frame, patch, len(ours.offsets) - 1, *distances, len(found.lost)))
     return table_of_rows(PATCH_COLUMNS, rows)
 
 
-def part(hair: Strands, begin: int, end: int) -> Strands:
-    """Return the strands from one on and before another; pure."""
-    points = slice(hair.offsets[begin], hair.offsets[end])
-    offsets = hair.offsets[begin : end + 1] - hair.offsets[begin]
-    return Strands(hair.points[points], hair.velocities[points], offsets, hair.diameter)
+def patches_of(hair: Strands, patches: int) -> Iterator[Strands]:
+    """Split hair into patches of consecutive strands, as equal as possible; pure."""
+    bounds = [patch * (len(hair.offsets) - 1) // patches for patch in range(patches + 1)]
+    for begin, end in pairwise(bounds):
+        points = slice(hair.offsets[begin], hair.offsets[end])
+        offsets = hair.offsets[begin : end + 1] - hair.offsets[begin]
+        yield Strands(hair.points[points], hair.velocities[points], offsets, hair.diameter)

@@ -20,7 +20,7 @@ from hairpipe.child import command, environment
 from hairpipe.errors import BadInput
 from hairpipe.render.camera import NEAR, Shot, frame_hair, place_camera
 from hairpipe.render.dual_scattering import INDEX, ROUGHNESS, absorption_of
-from hairpipe.render.film import EDGE, backdrop, develop
+from hairpipe.render.film import EDGE, backdrop
 from hairpipe.render.kajiya_kay import TILT, strand_colours
 from hairpipe.render.lights import Light, studio
 from hairpipe.render.portrait import NOBODY, SCALP, check, drawn_width, relative_widths
@@ -95,20 +95,13 @@ class Exposure:
     shutter: float  # exposure time, half before the frame and half after [s], for motion blur; 0: none
 
 
-def render_hair(
-    hair: Strands, body: Mesh | None, shot: Shot, fibre: Fibre, exposure: Exposure, folder: Path
-) -> np.ndarray:
-    """Render hair, and the body under it, (height, width, 3) uint8, sRGB; the same on any number of threads.
-
-    Raises BadInput where there is no strand, a position or a velocity is not finite, or Blender is not there or fails.
-    """
-    return develop(trace_hair(hair, body, shot, fibre, exposure, folder), 1)
-
-
 def trace_hair(
     hair: Strands, body: Mesh | None, shot: Shot, fibre: Fibre, exposure: Exposure, folder: Path
 ) -> np.ndarray:
-    """Return the light at the eye, linear, (height, width, 3) float32; arguments as of `render_hair`."""
+    """Return the light of hair and the body under it at the eye, linear, (height, width, 3) float32, on any threads.
+
+    Raises BadInput where there is no strand, a position or a velocity is not finite, or Blender is not there or fails.
+    """
     body = NOBODY if body is None else body
     check(hair, body)
     if exposure.shutter > 0.0 and not (np.isfinite(hair.velocities).all() and np.isfinite(body.rates).all()):

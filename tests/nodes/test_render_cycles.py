@@ -11,10 +11,11 @@ from hairpipe.nodes.render_cycles import render_cycles
 from hairpipe.render import cycles as scene
 from hairpipe.render.camera import Shot
 from hairpipe.render.dual_scattering import pigment_colour
-from hairpipe.render.film import linear
+from hairpipe.render.film import develop, linear
 from hairpipe.values import Strands
 
 HAIR = Strands(np.zeros((2, 3), np.float32), np.zeros((2, 3), np.float32), np.array([0, 2], np.int32), 80e-6)
+LIGHT = np.full((16, 24, 3), 0.2, np.float32)
 
 
 @pytest.fixture
@@ -22,16 +23,16 @@ def shoot(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     """Run the node, and return what the renderer was told."""
     reported = []
 
-    def render(*arguments: object) -> np.ndarray:
+    def trace(*arguments: object) -> np.ndarray:
         reported[:] = arguments
-        return np.full((16, 24, 3), 7, np.uint8)
+        return LIGHT
 
     def run(**settings: object) -> list:
         with Image.open(render_cycles(HAIR, None, Workspace(tmp_path), Time(3, 25.0), **settings).path) as image:
-            assert image.format == "PNG" and np.all(np.asarray(image) == 7)
+            assert image.format == "PNG" and np.array_equal(np.asarray(image), develop(LIGHT, 1))
         return reported
 
-    monkeypatch.setattr(scene, "render_hair", render)
+    monkeypatch.setattr(scene, "trace_hair", trace)
     return run
 
 

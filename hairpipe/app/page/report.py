@@ -16,8 +16,7 @@ from hairpipe.app.api.selection import FrameSet
 from hairpipe.app.api.shot import Shot, WedgeShot
 from hairpipe.app.page.assets import LICENCES, SCRIPTS, STYLES, VENDOR, asset, page_html, page_in_one
 from hairpipe.app.page.documents import ending, graph_document, output_of, state_document, wedge_document
-from hairpipe.app.page.shelf import Shelf
-from hairpipe.app.page.values import script
+from hairpipe.app.page.values import Shelf, script
 from hairpipe.engine.store.atomic import sweep, workspace, write_text
 from hairpipe.engine.store.ownership import make_own, own_folder
 from hairpipe.errors import BadInput

@@ -27,8 +27,7 @@ from hairpipe.app.page.documents import (
 from hairpipe.app.page.edits import Edit, History, copy_assets, edited, write_stroke
 from hairpipe.app.page.playing import Playing, Show, playable
 from hairpipe.app.page.runs import Job, Request, Runs
-from hairpipe.app.page.shelf import Shelf
-from hairpipe.app.page.values import Packed
+from hairpipe.app.page.values import Packed, Shelf
 from hairpipe.errors import BadInput
 
 MOST_STRANDS = 4000

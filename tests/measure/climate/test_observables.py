@@ -7,7 +7,6 @@ from hairpipe.measure.climate import (
     contacts,
     density,
     density_distance,
-    gaps,
     kinetic_energy,
     log_spectrum,
     places,
@@ -18,6 +17,7 @@ from hairpipe.measure.climate import (
     tip_speeds,
     wasserstein,
 )
+from hairpipe.measure.contact import nearest
 from hairpipe.values import Strands
 
 LENGTH, SPACING = 0.2, 0.004
@@ -45,7 +45,7 @@ def test_clouds_of_other_numbers_are_compared():
 
 
 def test_the_nearest_strand_of_a_lattice_is_its_spacing():
-    assert gaps(lattice()) == pytest.approx(np.full(5, SPACING))
+    assert nearest(places(lattice())) == pytest.approx(np.full(5, SPACING))
 
 
 def test_points_touch_their_four_neighbours_in_a_lattice_and_not_their_own_strand():

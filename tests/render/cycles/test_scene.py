@@ -3,6 +3,7 @@
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from hairpipe.errors import BadInput
 from hairpipe.formats.pictures import write_png
 from hairpipe.render import cycles as scene
 from hairpipe.render.camera import Shot
-from hairpipe.render.cycles import Exposure, Fibre, render_hair
+from hairpipe.render.cycles import Exposure, Fibre, trace_hair
 from hairpipe.render.film import backdrop, develop
 from hairpipe.render.portrait import draw_portrait
 from hairpipe.values import Mesh, Strands
@@ -22,6 +23,10 @@ needs_blender = pytest.mark.skipif(find_spec("bpy") is None, reason="Blender is 
 RED = Fibre(1.0, np.array([0.6, 0.05, 0.02]))
 SHOT = Shot(150, 100, eye=(0.5, 1.75, 0.9), target=(0.03, 1.55, 0.0))
 STILL = Exposure(samples=2, denoise=True, shutter=0.0)
+
+
+def render_hair(*given: Any) -> np.ndarray:
+    return develop(trace_hair(*given), 1)
 
 
 @pytest.fixture(scope="module")
