@@ -26,19 +26,16 @@ TIME = "time [s]"
 class Row:
     """A variant, as far as it has been computed.
 
-    settings  different settings, by short names
-    state     empty for a complete variant; else why it was stopped, or how much is computed
-    metrics   columns of the measures: a number or text, or the mean and the largest of several rows
-    seconds   processor time of results that not all variants share [s]; results of several count for each of them
-    bytes     size of the same results
+    metrics  columns of the measures: a number or text, or the mean and the largest of several rows
+    seconds  processor time of results that not all variants share [s]; results of several count for each of them
     """
 
     variant: str
-    settings: dict[str, Any]
-    state: str
+    settings: dict[str, Any]  # different settings, by short names
+    state: str  # empty for a complete variant; else why it was stopped, or how much is computed
     metrics: dict[str, float | str]
     seconds: float
-    bytes: int
+    bytes: int  # size of the same results
 
 
 def compare(wedge: WedgeShot, frames: FrameSet = None) -> list[Row]:

@@ -15,18 +15,13 @@ TABLE = "assets/third_party.csv"
 
 
 class DataFile(NamedTuple):
-    """A file and its source.
+    """A file and its source."""
 
-    name     in the data folder
-    commit   of the repository, on GitHub, in which the file has this path
-    sha256   of its bytes
-    """
-
-    name: str
+    name: str  # in the data folder
     repository: str
-    commit: str
+    commit: str  # of the repository, on GitHub, in which the file has this path
     path: str
-    sha256: str
+    sha256: str  # of its bytes
     licence: str
 
 

@@ -124,16 +124,11 @@ def paragraphs(text: str) -> str:
 
 
 class RunOutput(NamedTuple):
-    """Output of a run, finished or in progress.
+    """Output of a run, finished or in progress."""
 
-    statuses  of the tasks that it has reached
-    failures  messages of those that failed
-    hosts     machines of the tasks that any process computes now
-    """
-
-    statuses: Mapping[Task, Status]
-    failures: Mapping[Task, str]
-    hosts: Mapping[Task, str] = MappingProxyType({})
+    statuses: Mapping[Task, Status]  # of the tasks that it has reached
+    failures: Mapping[Task, str]  # messages of those that failed
+    hosts: Mapping[Task, str] = MappingProxyType({})  # machines of the tasks that any process computes now
 
 
 NOTHING = RunOutput({}, {})

@@ -272,11 +272,10 @@ Deed = tuple[str, dict[str, Any]]
 class Edit(NamedTuple):
     """Text of a graph after an edit.
 
-    label  description of the edit
-    deed   verb and values of the edit, to repeat it in another text; None for a change by another program
+    deed  verb and values of the edit, to repeat it in another text; None for a change by another program
     """
 
-    label: str
+    label: str  # description of the edit
     text: str
     deed: Deed | None = None
 

@@ -30,18 +30,14 @@ SLOWEST_LOOK = 1.0
 
 @dataclass(frozen=True)
 class Show:
-    """A node of a graph to play, with the edited text of the graph.
-
-    output  output of the node, hair
-    most    maximum number of shown strands
-    """
+    """A node of a graph to play, with the edited text of the graph."""
 
     graph: str
     text: str
     cache: str
     node: str
-    output: str
-    most: int
+    output: str  # output of the node, hair
+    most: int  # maximum number of shown strands
 
 
 class Settings:

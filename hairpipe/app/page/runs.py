@@ -27,20 +27,15 @@ NOTHING: dict[str, Any] = {"failures": [], "computed": 0, "reused": 0, "took": 0
 
 @dataclass(frozen=True)
 class Job:
-    """Job of a run: a graph with its edited text, frames, and the cache of the page.
-
-    to     requested nodes, with their dependencies; empty for all
-    wedge  wedge whose variants are run; None for the graph itself
-    quiet  whether nothing is published: the page runs it by itself
-    """
+    """Job of a run: a graph with its edited text, frames, and the cache of the page."""
 
     graph: str
     edited: str
     frames: list[int] | None
-    to: list[str]
+    to: list[str]  # requested nodes, with their dependencies; empty for all
     cache: str
-    wedge: str | None
-    quiet: bool = False
+    wedge: str | None  # wedge whose variants are run; None for the graph itself
+    quiet: bool = False  # whether nothing is published: the page runs it by itself
 
 
 def main() -> None:
@@ -88,17 +83,12 @@ Message = dict[str, Any]
 
 
 class Request(NamedTuple):
-    """A run that was asked for.
-
-    label    description of what it differs by
-    program  digest of the code with which the process has to begin
-    number   by which it is dropped
-    """
+    """A run that was asked for."""
 
     job: Job
-    label: str
-    program: str
-    number: int = 0
+    label: str  # description of what it differs by
+    program: str  # digest of the code with which the process has to begin
+    number: int = 0  # by which it is dropped
 
 
 class Runs:

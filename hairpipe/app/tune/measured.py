@@ -80,43 +80,29 @@ PLACES = ("tip", "whole")
 class Chaos:
     """Chaos of a scene, from members of the reference; lengths in the tolerance's unit.
 
-    tip        standard deviation of the initial tips of members [m]
-    predicted  number of predictable frames after the first: two members differ by at most half the tolerance
-    seconds    the same [s]
-    frame      last predictable frame
-    chaotic    whether later frames exist
-    apart      root mean square distance of two members, of tips or of whole strands, the larger, in later frames, or
-               in all frames without them
-    floor      smallest measurable bias of three members in later frames; 0 without them
+    apart  root mean square distance of two members, of tips or of whole strands, the larger, in later frames, or
+           in all frames without them
     """
 
-    tip: float
-    predicted: int
-    seconds: float
-    frame: int
-    chaotic: bool
+    tip: float  # standard deviation of the initial tips of members [m]
+    predicted: int  # number of predictable frames after the first: two members differ by at most half the tolerance
+    seconds: float  # the same [s]
+    frame: int  # last predictable frame
+    chaotic: bool  # whether later frames exist
     apart: float
-    floor: float
+    floor: float  # smallest measurable bias of three members in later frames; 0 without them
 
 
 @dataclass(frozen=True)
 class Climate:
-    """Differences of members of a model from those of the reference after the predictable frames.
+    """Differences of members of a model from those of the reference after the predictable frames."""
 
-    bias         difference of the means, of tips or of whole strands, the larger, in the tolerance's unit
-    bound        upper bound of the bias of strands that were not sampled
-    spread       spread over that of the reference
-    score        largest difference in an observable, over that within the reference; None for too few frames
-    p            probability of such a score by chance
-    significant  observables with larger differences than within the reference, and the ratios
-    """
-
-    bias: float
-    bound: float
-    spread: float
-    score: float | None
-    p: float | None
-    significant: dict[str, float]
+    bias: float  # difference of the means, of tips or of whole strands, the larger, in the tolerance's unit
+    bound: float  # upper bound of the bias of strands that were not sampled
+    spread: float  # spread over that of the reference
+    score: float | None  # largest difference in an observable, over that within the reference; None for too few frames
+    p: float | None  # probability of such a score by chance
+    significant: dict[str, float]  # observables with larger differences than within the reference, and the ratios
 
 
 def chaos_of(
@@ -202,27 +188,19 @@ class Measured:
 
     error     of tips or of whole strands, the larger, root mean square over strands and frames, in the tolerance's
               unit; for chaotic hair that of predictable frames, or the bias afterwards, the larger
-    bound     upper bound of the error of strands that were not sampled, from the spread among patches
-    seconds   time of a frame of the whole scene [s]
-    tip       root mean square distance of the tips in predictable frames [m]
-    percent   the same over the length of their strands [%]
-    whole     the same of whole strands [m]
-    fault     reason for a missing error; the errors are then infinite
     screened  whether only the predictable frames of chaotic hair were measured: enough to refuse, not to guarantee
-    climate   climate of chaotic hair
-    refused   why the tolerance cannot be guaranteed, independent of the error
     """
 
     error: float
-    bound: float
-    seconds: float
-    tip: float
-    percent: float
-    whole: float
-    fault: str = ""
+    bound: float  # upper bound of the error of strands that were not sampled, from the spread among patches
+    seconds: float  # time of a frame of the whole scene [s]
+    tip: float  # root mean square distance of the tips in predictable frames [m]
+    percent: float  # the same over the length of their strands [%]
+    whole: float  # the same of whole strands [m]
+    fault: str = ""  # reason for a missing error; the errors are then infinite
     screened: bool = False
-    climate: Climate | None = None
-    refused: str = ""
+    climate: Climate | None = None  # climate of chaotic hair
+    refused: str = ""  # why the tolerance cannot be guaranteed, independent of the error
 
     def keeps(self, tolerance: float) -> bool:
         """Whether a tolerance can be guaranteed."""

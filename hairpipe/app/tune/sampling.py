@@ -14,21 +14,14 @@ LEAD, LONG = 0.5, 0.5
 
 @dataclass(frozen=True)
 class Sample:
-    """Strands and frames of a scene.
+    """Strands and frames of a scene."""
 
-    strands  sampled strands, in patches of neighbours
-    number   number of the sample: samples of different numbers have no common strands
-    begin    frame at which the simulation starts
-    first    first measured frame
-    last     last measured frame
-    """
-
-    strands: int
+    strands: int  # sampled strands, in patches of neighbours
     patches: int
-    number: int
-    begin: int
-    first: int
-    last: int
+    number: int  # number of the sample: samples of different numbers have no common strands
+    begin: int  # frame at which the simulation starts
+    first: int  # first measured frame
+    last: int  # last measured frame
 
     @property
     def frames(self) -> range:
@@ -95,14 +88,10 @@ SLACK = 1.02
 
 @dataclass(frozen=True)
 class RootMotion:
-    """The hardest motion of roots, root mean square over the strands.
+    """The hardest motion of roots, root mean square over the strands."""
 
-    speed         largest of a frame [m/s]
-    acceleration  largest root mean square over half a second [m/s^2]
-    """
-
-    speed: float
-    acceleration: float
+    speed: float  # largest of a frame [m/s]
+    acceleration: float  # largest root mean square over half a second [m/s^2]
 
     def includes(self, other: "RootMotion") -> bool:
         """Whether another motion is no harder."""

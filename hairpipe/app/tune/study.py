@@ -189,36 +189,28 @@ class RunNodes(Protocol):
 class Request:
     """Input of tuning.
 
-    hair     node of the simulation
-    run      runs nodes of a shot
-    budget   processor time of a frame, to report its smallest error [s]; None without one
-    check    whether the choice is also measured on other strands and frames
-    strands  number of strands of the sample
-    time     processor time after which no other model is measured [s]; None: a tenth of that of the shot's own
-             simulation, ten minutes at least
-    looks    for chaotic hair: largest difference in an observable, over that within the reference; None: any
+    time   processor time after which no other model is measured [s]; None: a tenth of that of the shot's own
+           simulation, ten minutes at least
+    looks  for chaotic hair: largest difference in an observable, over that within the reference; None: any
     """
 
     shot: Shot
-    hair: str
+    hair: str  # node of the simulation
     tolerance: Tolerance
-    run: RunNodes
-    budget: float | None = None
-    check: bool = False
-    strands: int = STRANDS
+    run: RunNodes  # runs nodes of a shot
+    budget: float | None = None  # processor time of a frame, to report its smallest error [s]; None without one
+    check: bool = False  # whether the choice is also measured on other strands and frames
+    strands: int = STRANDS  # number of strands of the sample
     time: float | None = None
     looks: float | None = None
 
 
 class Comparison(NamedTuple):
-    """Runs of models and members in one graph, with nodes that compare all pairs of them.
-
-    names  nodes of each run: those that simulate, interpolate or deform hair
-    """
+    """Runs of models and members in one graph, with nodes that compare all pairs of them."""
 
     shot: Shot
     runs: Sequence[Run]
-    names: list[list[str]]
+    names: list[list[str]]  # nodes of each run: those that simulate, interpolate or deform hair
 
     @property
     def inputs(self) -> list[str]:

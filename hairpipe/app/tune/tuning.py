@@ -50,16 +50,13 @@ class Trial(NamedTuple):
 class Choice:
     """The choice.
 
-    parts     simplifications of the choice; None if nothing satisfies the request
     measured  measurement of the choice, otherwise of the nearest: the full model, or the cheapest for a budget
-    trials    measurements before the choice
-    failed    combinations that are within the tolerance, but not in the check
     """
 
-    parts: Combination | None
+    parts: Combination | None  # simplifications of the choice; None if nothing satisfies the request
     measured: Measured
-    trials: tuple[Trial, ...]
-    failed: tuple[Combination, ...] = ()
+    trials: tuple[Trial, ...]  # measurements before the choice
+    failed: tuple[Combination, ...] = ()  # combinations that are within the tolerance, but not in the check
 
 
 def choose(
@@ -200,45 +197,31 @@ class Untunable(BadInput):
 
 @dataclass(frozen=True)
 class Check:
-    """The choice, measured on strands and frames outside the sample, if the scene has any.
-
-    reference  as in `Tuned`
-    """
+    """The choice, measured on strands and frames outside the sample, if the scene has any."""
 
     sample: Sample
-    reference: Measured | Chaos
+    reference: Measured | Chaos  # as in `Tuned`
     full: Measured
     chosen: Measured
 
 
 @dataclass(frozen=True)
 class Tuned:
-    """The results of tuning.
+    """The results of tuning."""
 
-    strands     number of strands of the scene
-    reference   change of its tips when its steps were halved, or where hair acts on hair, its chaos
-    steps       steps of the reference, in words
-    full        measurement of the unchanged graph
-    singles     each simplification on its own
-    motion      hardest motion of the shot: the promise holds for motions that are no harder
-    stopped     processor time after which nothing else was measured [s]; None: it was enough
-    budget      requested processor time of a frame [s]
-    affordable  choice within the budget, where the choice for the tolerance costs more
-    """
-
-    strands: int
+    strands: int  # number of strands of the scene
     sample: Sample
     tolerance: Tolerance
-    reference: Measured | Chaos
-    steps: str
-    full: Measured
-    singles: dict[Simplification, Measured]
+    reference: Measured | Chaos  # change of its tips when its steps were halved, or where hair acts on hair, its chaos
+    steps: str  # steps of the reference, in words
+    full: Measured  # measurement of the unchanged graph
+    singles: dict[Simplification, Measured]  # each simplification on its own
     choice: Choice
-    budget: float | None = None
-    affordable: Choice | None = None
+    budget: float | None = None  # requested processor time of a frame [s]
+    affordable: Choice | None = None  # choice within the budget, where the choice for the tolerance costs more
     check: Check | None = None
-    stopped: float | None = None
-    motion: RootMotion = STILL
+    stopped: float | None = None  # processor time after which nothing else was measured [s]; None: it was enough
+    motion: RootMotion = STILL  # hardest motion of the shot: the promise holds for motions that are no harder
 
     @property
     def kept(self) -> bool:

@@ -95,7 +95,7 @@ def test_invalid_scenes_are_refused_before_blender_starts(
 
 @needs_blender
 def test_a_lock_that_absorbs_nothing_is_not_seen_in_a_furnace(monkeypatch, tmp_path):
-    for name, stand_in in (("studio", lambda axes: []), ("EDGE", np.ones(3)), ("develop", lambda film, grain: film)):
+    for name, stand_in in (("studio", lambda axes: []), ("EDGE", np.ones(3))):
         monkeypatch.setattr(scene, name, stand_in)
     # Strands of white hair vary, and absorb a little.
     monkeypatch.setattr(scene, "absorption_of", np.zeros_like)
@@ -103,5 +103,5 @@ def test_a_lock_that_absorbs_nothing_is_not_seen_in_a_furnace(monkeypatch, tmp_p
     roots = np.random.default_rng(1).uniform(-0.02, 0.02, (2000, 1, 3))
     lock = make_strands(roots + np.linspace(0.0, 0.2, 9)[:, None] * [0.0, -1.0, 0.0])
     shot, white = Shot(40, 40, eye=(0.0, -0.1, 0.3), target=(0.0, -0.1, 0.0)), Fibre(1.0, np.ones(3))
-    seen = render_hair(lock, None, shot, white, replace(STILL, samples=8, denoise=False), tmp_path)
+    seen = trace_hair(lock, None, shot, white, replace(STILL, samples=8, denoise=False), tmp_path)
     assert seen[:, 15:25].mean() == pytest.approx(1.0, abs=0.01)
