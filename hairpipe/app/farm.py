@@ -20,8 +20,7 @@ from hairpipe.app.api.reports import Level
 from hairpipe.app.api.selection import fold_frames
 from hairpipe.errors import BadInput
 
-WAIT = 600
-"""Time for which a command waits for what another one computes [s]."""
+WAIT = 600  # time for which a command waits for what another one computes [s]
 
 
 @dataclass(frozen=True)
@@ -59,11 +58,9 @@ def build_steps(levels: Sequence[Level], frames: Sequence[int], chunk: int, comm
     return steps
 
 
-MOST_TASKS = 1024
-"""Number of tasks that a step of Open Job Description may have."""
+MOST_TASKS = 1024  # number of tasks that a step of Open Job Description may have
 GRAPH, CACHE = "{{Param.Graph}}", "{{Param.Cache}}"
-NAMES = {"--to": "Nodes", "--only": "Frames"}
-"""Names of the parameters of tasks by option."""
+NAMES = {"--to": "Nodes", "--only": "Frames"}  # names of the parameters of tasks by option
 
 
 def write_commands(steps: Iterable[JobStep], graph: str, cache: Path) -> str:

@@ -18,8 +18,7 @@ from hairpipe.engine.node.messages import nearest
 from hairpipe.errors import BadInput
 from hairpipe.formats.pictures import write_below
 
-TIME = "time [s]"
-"""Columns of measures that identify a row."""
+TIME = "time [s]"  # columns of measures that identify a row
 
 
 @dataclass(frozen=True)

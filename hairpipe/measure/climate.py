@@ -34,8 +34,7 @@ from hairpipe.volume.density import lengths_at_points
 SHARES = np.linspace(0.2, 1.0, 5)  # shares of the length at which strands are sampled
 CELL, PIXEL = 0.02, 0.002  # side of the cubes in which hair is counted, and of the pixels of silhouettes [m]
 STRAIN = 0.95  # quantile of strain: a lower one is noise, a higher one is of a few segments
-STILL = 1e-12
-"""Power of speed that is treated as zero [m^2/s^2]."""
+STILL = 1e-12  # power of speed that is treated as zero [m^2/s^2]
 
 
 def resampled(hair: Strands, offsets: np.ndarray) -> Strands:

@@ -201,8 +201,7 @@ class Shot(GraphShot):
         return self._of(read_source(self.given))
 
 
-FRAMES = 2
-"""Number of computed frames: the first of a simulation is its start, and the second its first step."""
+FRAMES = 2  # number of computed frames: the first of a simulation is its start, and the second its first step
 NOTICE = "kernels are compiled, once, in about a minute (`hairpipe warm` compiles them ahead)"
 OURS = "hairpipe.nodes."
 

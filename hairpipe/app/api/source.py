@@ -16,8 +16,7 @@ from hairpipe.engine.node.messages import nearest
 from hairpipe.errors import BadInput
 
 Given = str | os.PathLike[str] | Mapping[str, Any]
-UNNAMED = "<text>"
-"""Name in messages of a graph without a file."""
+UNNAMED = "<text>"  # name in messages of a graph without a file
 
 
 @dataclass(frozen=True)

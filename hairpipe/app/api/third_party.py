@@ -10,8 +10,7 @@ from hairpipe.errors import BadInput
 from hairpipe.plain_file import content
 
 State = Literal["present", "absent", "differs"]
-TABLE = "assets/third_party.csv"
-"""The table of these files, below the folder of the shipped graphs."""
+TABLE = "assets/third_party.csv"  # the table of these files, below the folder of the shipped graphs
 
 
 class DataFile(NamedTuple):

@@ -21,8 +21,7 @@ from hairpipe.app.api.shot import NOTICE, compiles_first
 from hairpipe.app.cli.stderr import echo
 from hairpipe.engine.node.messages import one_line
 
-INTERVAL = 5.0
-"""Interval of lines about running nodes [s]."""
+INTERVAL = 5.0  # interval of lines about running nodes [s]
 
 
 class Silence:
@@ -139,8 +138,7 @@ class Steps:
 
 
 WIDTH = 30
-REFRESHES = 8
-"""Pictures per second [1/s]."""
+REFRESHES = 8  # pictures per second [1/s]
 
 
 class Bars(Silence):

@@ -8,8 +8,7 @@ import click
 
 from hairpipe.engine.node.messages import one_line
 
-DESCRIPTOR = 2
-"""Descriptor of the stream."""
+DESCRIPTOR = 2  # descriptor of the stream
 
 
 class ClosedPipe(Exception):

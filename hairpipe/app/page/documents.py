@@ -23,10 +23,8 @@ from hairpipe.app.wedge import document as comparison_document
 from hairpipe.engine.edit import sources_of
 from hairpipe.errors import BadInput
 
-Suffix = Callable[[str], str | None]
-"""Finds the suffix of a picture by the name of its object; None for any other file."""
-NAMED = 10
-"""Number of shown letters of the name of an object."""
+Suffix = Callable[[str], str | None]  # finds the suffix of a picture by the name of its object; None for any other file
+NAMED = 10  # number of shown letters of the name of an object
 
 
 def graph_document(shot: GraphShot) -> dict[str, Any]:

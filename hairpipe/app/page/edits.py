@@ -19,8 +19,7 @@ from hairpipe.engine.edit import literal_of, read_literal
 from hairpipe.errors import BadInput
 from hairpipe.formats.pictures import encoded_image
 
-MOST_PLACE = 1_000_000
-"""Largest coordinate of a node on the page."""
+MOST_PLACE = 1_000_000  # largest coordinate of a node on the page
 
 
 def edited(draft: Draft, verb: str, given: dict[str, Any]) -> tuple[str, str]:
@@ -225,8 +224,7 @@ def given_at(draft: Draft, node: str, names: list[str]) -> Any:
     return table
 
 
-FOLDER = "paint"
-"""Folder of the pictures, next to the graph file."""
+FOLDER = "paint"  # folder of the pictures, next to the graph file
 
 
 def write_stroke(draft: Draft, given: dict[str, Any]) -> str:
@@ -263,8 +261,7 @@ def copy_assets(draft: Draft, name: str) -> list[str]:
     return copied
 
 
-MOST_STEPS = 500
-"""Maximum number of edits that can be undone."""
+MOST_STEPS = 500  # maximum number of edits that can be undone
 
 Deed = tuple[str, dict[str, Any]]
 

@@ -24,8 +24,7 @@ from hairpipe.app.page.values import quantised, thinned, width_steps
 from hairpipe.errors import BadInput
 from hairpipe.values import Strands
 
-SLOWEST_LOOK = 1.0
-"""Time to retry a failed frame [s]: settings may have changed."""
+SLOWEST_LOOK = 1.0  # time to retry a failed frame [s]: settings may have changed
 
 
 @dataclass(frozen=True)
@@ -123,8 +122,7 @@ def playable(shot: Shot) -> list[str]:
     return names
 
 
-MOST_BYTES = 1 << 20
-"""Largest size of a read."""
+MOST_BYTES = 1 << 20  # largest size of a read
 
 
 class Playing:

@@ -23,14 +23,10 @@ from hairpipe.errors import BadInput
 from hairpipe.formats.pictures import reduced
 
 MOST_STRANDS, FEWEST_STRANDS = 2000, 100
-BUNDLE = 1_500_000
-"""Size of a data file from which a new one is begun [bytes]: few files with short loading times."""
-QUALITY = 82
-"""Quality of pictures, which are written as WebP."""
-MARK = "data/graph.js"
-"""File that marks a folder as a report, which may be replaced."""
-Progress = Callable[[int, int], None]
-"""Called with the number of written documents, and of all."""
+BUNDLE = 1_500_000  # size of a data file from which a new one is begun [bytes]: few files with short loading times
+QUALITY = 82  # quality of pictures, which are written as WebP
+MARK = "data/graph.js"  # file that marks a folder as a report, which may be replaced
+Progress = Callable[[int, int], None]  # called with the number of written documents, and of all
 
 
 class Contents(NamedTuple):

@@ -76,10 +76,8 @@ def send(document: dict[str, Any]) -> None:
         signal.raise_signal(signal.SIGINT)
 
 
-IDLE = 600.0
-"""Time without a run after which the process of runs ends [s]."""
-Message = dict[str, Any]
-"""A message of a run: an event, or its end."""
+IDLE = 600.0  # time without a run after which the process of runs ends [s]
+Message = dict[str, Any]  # a message of a run: an event, or its end
 
 
 class Request(NamedTuple):

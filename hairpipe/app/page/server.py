@@ -36,12 +36,10 @@ from hairpipe.app.page.session import Session
 from hairpipe.app.page.values import TYPES, script, suffix_of
 from hairpipe.errors import BadInput
 
-MOST_ENTRIES = 2000
-LARGEST_IMAGE = 1 << 24
-"""Largest number of listed files of a folder, and size of a shown image."""
+MOST_ENTRIES = 2000  # largest number of listed files of a folder
+LARGEST_IMAGE = 1 << 24  # largest size of a shown image [bytes]
 HOST = "127.0.0.1"
-LONGEST_WAIT = 20.0
-"""Timeout of a request for a newer revision [s]."""
+LONGEST_WAIT = 20.0  # timeout of a request for a newer revision [s]
 GUARD = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; "
@@ -51,13 +49,11 @@ GUARD = {
     "X-Content-Type-Options": "nosniff",
 }
 KINDS = {".js": "text/javascript", ".css": "text/css", ".txt": "text/plain"}
-MOST_DIGITS = 18
-MOST_BYTES = 1 << 20
-"""Largest lengths of a number of a page, and of the body of a request."""
+MOST_DIGITS = 18  # largest length of a number of a page
+MOST_BYTES = 1 << 20  # largest size of the body of a request
 UNKNOWN = (KeyError, TypeError, ValueError, AttributeError, RecursionError)
 """Exceptions at a request for a missing thing, or with values of other types than those of the page."""
-PATIENCE = 1
-"""Time after which pending requests are cancelled at the end [s]."""
+PATIENCE = 1  # time after which pending requests are cancelled at the end [s]
 
 
 def read_path(graph: Graph, given: str) -> dict[str, Any] | tuple[bytes, str]:

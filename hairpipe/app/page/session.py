@@ -30,10 +30,8 @@ from hairpipe.app.page.runs import Job, Request, Runs
 from hairpipe.app.page.values import Packed, Shelf
 from hairpipe.errors import BadInput
 
-MOST_STRANDS = 4000
-"""Number of drawn strands of a groom at most, unless the page asks for another one."""
-CHEAP, MOST_COOKED = 20.0, 24
-"""Largest time [s] and number of results that the page computes by itself."""
+MOST_STRANDS = 4000  # number of drawn strands of a groom at most, unless the page asks for another one
+CHEAP, MOST_COOKED = 20.0, 24  # largest time [s] and number of results that the page computes by itself
 PAUSE = 0.7
 """Interval of polling the cache and the graph file [s], at once after a result of a run; longer if polling is slow."""
 

@@ -29,8 +29,7 @@ from hairpipe.values.hair import HairState
 
 EFFORT, QUICK, LARGE = 9, 1, 4_000_000
 """Levels of deflate, 1 to 9: the slowest saves a tenth of the bytes; the quick one is for arrays of so many bytes."""
-STEPS = 16383
-"""Bits of a quantised coordinate: 14 bits are 30 um in half a metre, less than the thickness of a hair."""
+STEPS = 16383  # bits of a quantised coordinate: 14 bits are 30 um in half a metre, less than the thickness of a hair
 
 Packed = tuple[dict[str, Any], bytes]
 """Meta data for unpacking, and the bytes before base64."""
@@ -92,8 +91,7 @@ def literal(value: Any) -> str:
 MOST_SAMPLES = 4_000_000
 """Largest number of samples of a drawn level set; a larger one is drawn from every second sample, or third."""
 
-WIDTHS = 63
-"""Steps of the width of hair, up to its widest."""
+WIDTHS = 63  # steps of the width of hair, up to its widest
 
 
 def strands_document(hair: Strands | Groom, most: int) -> Packed:

@@ -69,10 +69,8 @@ MODEL = (0, 4, 5)
 """Members of model and reference: the first of each start equal, and are compared in the predictable frames."""
 INDIFFERENT, LEAST = 0.2, 1e-6
 """Initial difference of the tips of members: a share of the tolerance, and a minimum [m]."""
-SPREADS = (0.67, 1.5)
-"""Accepted range of the spread of a model, over that of the reference."""
-CHANCE = 0.05
-"""Significance level."""
+SPREADS = (0.67, 1.5)  # accepted range of the spread of a model, over that of the reference
+CHANCE = 0.05  # significance level
 PLACES = ("tip", "whole")
 
 

@@ -8,8 +8,7 @@ import numpy as np
 STRANDS = 96
 PATCHES = 4
 """Number of patches of neighbouring strands where hair acts on hair; else every strand is a patch."""
-LEAD, LONG = 0.5, 0.5
-"""Durations of settling and of measuring [s]."""
+LEAD, LONG = 0.5, 0.5  # durations of settling and of measuring [s]
 
 
 @dataclass(frozen=True)
@@ -82,8 +81,7 @@ def window(sample: Sample, frames: range, fps: float, motion: np.ndarray) -> Sam
     return replace(sample, begin=max(first - lead, frames[0]), first=first, last=first + length - 1)
 
 
-SLACK = 1.02
-"""Ratio up to which two motions are as hard: figures are printed with three digits."""
+SLACK = 1.02  # ratio up to which two motions are as hard: figures are printed with three digits
 
 
 @dataclass(frozen=True)

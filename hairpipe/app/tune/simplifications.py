@@ -17,22 +17,16 @@ from hairpipe.errors import BadInput
 from hairpipe.values import BodyParts, Groom, LevelSet, Strands
 from hairpipe.values.simplification import Puts, Simplification
 
-SEGMENTS = (0.75, 0.5, 0.33)
-"""Shares of the segments."""
+SEGMENTS = (0.75, 0.5, 0.33)  # shares of the segments
 FEWEST_SEGMENTS = 3
 USUAL_LENGTHS = {"grow_groom": 0.005, "make_strands": 0.006}
 """Default lengths of segments by node type [m]: of 30 cm of straight hair."""
-STEPS = (2.0, 4.0, 8.0)
-"""Factors on the lengths that bound a step."""
-FARTHEST = 1e3
-"""Largest displacement in a step that a graph can set [m]."""
-VOXELS = (1.5, 2.0, 3.0)
-"""Factors on the spacing of level sets."""
+STEPS = (2.0, 4.0, 8.0)  # factors on the lengths that bound a step
+FARTHEST = 1e3  # largest displacement in a step that a graph can set [m]
+VOXELS = (1.5, 2.0, 3.0)  # factors on the spacing of level sets
 LARGEST_VOXEL = 0.1  # [m]
-KEYS = (4, 8)
-"""Numbers of strands per key strand."""
-BODIES = (LevelSet, BodyParts)
-"""Types of sockets that take level sets."""
+KEYS = (4, 8)  # numbers of strands per key strand
+BODIES = (LevelSet, BodyParts)  # types of sockets that take level sets
 OUTPUT = "strands"
 ORDER = ("model", "precision", "segments", "steps", "voxels", "*", "keys", "particles")
 """Axes in the order of measurement; the star is the place of axes that are not listed."""

@@ -34,21 +34,17 @@ from hairpipe.engine.store.digest import digest
 from hairpipe.errors import BadInput
 from hairpipe.values.simplification import Simplification
 
-MARK = 8
-"""Characters of the digest that distinguishes variants of a node."""
-KEYS = "-keys"
-"""Suffix of the names of nodes of key strands: the thinned groom, and what depends on it."""
+MARK = 8  # characters of the digest that distinguishes variants of a node
+KEYS = "-keys"  # suffix of the names of nodes of key strands: the thinned groom, and what depends on it
 SAMPLE, MEMBER, ERROR, CLIMATE = "tune-sample", "tune-member", "tune-error", "tune-climate"
 """Names of the nodes that sample strands, make a member of an ensemble, and compare runs."""
-INTERPOLATED = ("body", "ends", "surface", "parts")
-"""Sockets that a simulation and an interpolation have in common."""
+INTERPOLATED = ("body", "ends", "surface", "parts")  # sockets that a simulation and an interpolation have in common
 AS_IT_IS = "the graph as it is"
 FINE, FINEST = 0.5, 0.25
 """Factors on the steps of the graph of the two models that test the convergence of the reference."""
 SMALLEST_STEP = 2e-5
 Parts = frozenset[Simplification]
-Run = tuple[Parts, int]
-"""A model, and the number of the member of its hair."""
+Run = tuple[Parts, int]  # a model, and the number of the member of its hair
 
 
 def simplified(tables: Tables, hair: str, parts: Iterable[Simplification]) -> Tables:
@@ -171,18 +167,15 @@ class Interrupted(Exception):
 
 
 class RunNodes(Protocol):
-    """Runs a shot up to some nodes at some frames."""
+    """Runs a shot up to some nodes at some frames; the text describes what is measured.
+
+    timed  whether processor times are compared: on one thread of this machine, one simulation at a time; otherwise
+           simulations run side by side, and the others go on after a failure
+    """
 
     def __call__(
         self, text: str, shot: Shot, nodes: Sequence[str], frames: Sequence[int], *, timed: bool = True
-    ) -> Outcome:
-        """Run a shot.
-
-        text   describes what is measured
-        timed  whether processor times are compared: on one thread of this machine, one simulation at a time; otherwise
-               simulations run side by side, and the others go on after a failure
-        """
-        ...
+    ) -> Outcome: ...
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,7 @@ from hairpipe.values.simplification import Simplification
 
 WORTH = 0.97
 """Largest ratio of times at which a simplification counts as a saving: times are measured no more accurately."""
-MOST_TRIES = 12
-"""Maximum number of measured combinations; then the best of them is chosen."""
+MOST_TRIES = 12  # maximum number of measured combinations; then the best of them is chosen
 
 Combination = frozenset[Simplification]
 Measure = Callable[[Combination], Measured]
@@ -187,8 +186,7 @@ def names(parts: Iterable[Simplification]) -> list[str]:
 ROOTS = "tune-roots"
 SHARE, LEAST_TIME = 0.1, 600.0
 """Time after which no other model is measured: a share of that of the shot's own simulation, and a minimum [s]."""
-AT_ONCE = 4
-"""Number of models whose members are simulated between two looks at the time."""
+AT_ONCE = 4  # number of models whose members are simulated between two looks at the time
 
 
 class Untunable(BadInput):

@@ -111,8 +111,7 @@ def copy(file: "File", output: Path) -> None:
             keep_mode(temporary, target)
 
 
-WATCHED = 2.0
-"""Time between two reads of the cache [s]."""
+WATCHED = 2.0  # time between two reads of the cache [s]
 
 
 @click.command()
