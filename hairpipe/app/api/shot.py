@@ -106,7 +106,6 @@ class WedgeShot(GraphShot):
         return read_table(self.graph, self._store, task, record)
 
     def stopping(self) -> Stopping:
-        """Return the criteria that stop variants during a run."""
         names = {label: variant.names for label, variant in self.variants.items()}
         return Stopping(self.graph, self._store, self.definition.stop, names)
 

@@ -45,7 +45,6 @@ class Group(click.Group):
     """Commands that report bad input in one message, with an exit code."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run a command."""
         if signal.getsignal(signal.SIGINT) is leave:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         try:

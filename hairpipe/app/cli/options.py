@@ -98,7 +98,6 @@ def read_graph(ctx: click.Context, param: click.Parameter, given: Any) -> Any:
 
 
 def read_target(ctx: click.Context, param: click.Parameter, text: str) -> "Target":
-    """Read `NODE[.OUTPUT][@FRAME]`."""
     from hairpipe.app.api.selection import read_target as read
 
     return read(text)

@@ -83,7 +83,6 @@ def node_document(
 
 
 def given_in(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the settings that the table of a node gives."""
     return {name: value for name, value in table.items() if name not in RESERVED}
 
 

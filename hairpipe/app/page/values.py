@@ -353,7 +353,6 @@ class Shelf:
                 yield from (f"{name}.{document}" for document in kinds_of(place.kind))
 
     def node_of(self, name: str) -> str:
-        """Return the node of a document."""
         return self._places[name.rpartition(".")[0]].task.node
 
     def faces(self) -> dict[str, Packed]:

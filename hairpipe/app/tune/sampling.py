@@ -24,12 +24,10 @@ class Sample:
 
     @property
     def frames(self) -> range:
-        """Measured frames."""
         return range(self.first, self.last + 1)
 
     @property
     def simulated(self) -> range:
-        """Computed frames."""
         return range(self.begin, self.last + 1)
 
 

@@ -244,7 +244,6 @@ class Study:
 
     @property
     def steps(self) -> str:
-        """The steps of the reference, in words."""
         return text_of(self._reference)
 
     def has_time(self) -> bool:

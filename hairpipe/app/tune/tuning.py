@@ -101,7 +101,8 @@ def choose(
             trials.append(Trial(guess, known[guess.parts]))
         if known[guess.parts].keeps(tolerance) and holds(guess.parts):
             break
-    within = [parts for parts, found in known.items() if found.keeps(tolerance) and saves_time(parts, found, full)]
+    dearest = WORTH * full.seconds
+    within = [p for p, found in known.items() if found.keeps(tolerance) and (not p or found.seconds <= dearest)]
     within.sort(key=lambda parts: (known[parts].seconds, *names(parts)))
     parts = next(parts for parts in within if not parts or holds(parts))
     return Choice(parts, known[parts], tuple(trials), tuple(failed))
@@ -167,10 +168,6 @@ def leaves_out_as_much(parts: Iterable[Simplification], other: Iterable[Simplifi
     """Whether a combination leaves out at least as much as another one, on every axis."""
     levels = {part.axis: part.level for part in parts}
     return all(levels.get(part.axis, 0) >= part.level for part in other)
-
-
-def saves_time(parts: Combination, found: Measured, full: Measured) -> bool:
-    return not parts or found.seconds <= WORTH * full.seconds
 
 
 def by_cost(guess: Guess) -> tuple[float | str, ...]:
@@ -328,7 +325,6 @@ class Checking:
         self._reference: Measured | Chaos | None = None
 
     def check(self, parts: Combination) -> Check:
-        """Measure the unchanged graph and a choice."""
         if self._reference is None:
             self._echo(f"check: {described(self._sample, self._scene.strands)}")
             self._reference = self._study.converged()
