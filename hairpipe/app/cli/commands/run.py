@@ -3,7 +3,7 @@
 import json
 import sys
 from pathlib import Path
-from typing import Any
+
 
 import click
 
@@ -50,17 +50,21 @@ from hairpipe.errors import BadInput
 def run(
     graph: str,
     frames: tuple[int, ...] | None,
+    only: tuple[int, ...] | None,
     overrides: dict[str, str],
     to: tuple[str, ...],
     wedge: str | None,
     engine: options.Engine,
+    keep_going: bool,
+    publish_root: Path | None,
+    force: bool,
+    wait: float | None,
     report: Path | None,
     record: str | None,
     cache: Path,
     verbose: bool,
     quiet: bool,
     as_json: bool,
-    **others: Any,  # as of `Shot.run`
 ) -> None:
     """Compute what has changed, and publish.
 
@@ -89,7 +93,18 @@ def run(
 
         recording = Recording(shot, record or None, overrides, frames, to)
     with RunDisplay(shot.graph, engine["jobs"], quiet=quiet) as display:
-        done = shot.run(frames, to=to, progress=display, **engine, **others)
+        done = shot.run(
+            frames,
+            to=to,
+            progress=display,
+            keep_going=keep_going,
+            publish_root=publish_root,
+            force=force,
+            only=only,
+            wait=wait,
+            **engine,
+        )
+
     if as_json:
         click.echo(json.dumps(document(done), indent=2))
     elif not quiet:
