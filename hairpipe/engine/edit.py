@@ -57,7 +57,6 @@ class Statement(NamedTuple):
 
     @property
     def key(self) -> Names:
-        """Names of a value, below those of its table."""
         return self.path[len(self.header) :]
 
     def renamed(self, depth: int, name: str) -> "Statement":
@@ -102,7 +101,6 @@ def read_statements(text: str) -> list[Statement]:
 
 
 def names_in(dotted: str) -> Names:
-    """Read the names of a dotted key."""
     return tuple(part[0].strip("\"'") for part in PART.finditer(dotted))
 
 
@@ -196,19 +194,14 @@ def with_spaces(text: str, within_braces: bool) -> str:
 
 
 def changed(value: Any, names: Names, literal: str | None) -> Any:
-    """Return a plain value with an inner one set or removed; pure."""
+    """Return a plain value with an inner one set or removed; a plain value in place of a group is its shorthand."""
     if not names:
         return None if literal is None else read_literal(literal)
     first, *rest = names
-    table = group_of(value)
+    table = dict(value) if isinstance(value, dict) else {} if value is False else {SHORTHAND: value}
     if literal is None and not rest:
         return {name: inner for name, inner in table.items() if name != first}
     return {**table, first: changed(table.get(first, {}), tuple(rest), literal)}
-
-
-def group_of(value: Any) -> dict[str, Any]:
-    """Return a group; that of a shorthand for a plain value, and an empty one for `false`."""
-    return dict(value) if isinstance(value, dict) else {} if value is False else {SHORTHAND: value}
 
 
 Tables = dict[str, Any]
@@ -398,7 +391,6 @@ def free_name(taken: Iterable[str], name: str) -> str:
 
 
 def check_node(nodes: Tables, name: str) -> None:
-    """Refuse the name of a node that does not exist."""
     if name not in nodes:
         raise BadInput(f"no node '{name[:60]}'", right="a node of the graph")
 
@@ -548,12 +540,10 @@ def renamed_texts(value: Any, old: str, new: str) -> Any:
 
 
 def renamed_key(table: Tables, old: str, new: str) -> Tables:
-    """Return a table with one key renamed, in its place; pure."""
     return {new if key == old else key: value for key, value in table.items()}
 
 
 def holds(tables: Tables, path: Names) -> bool:
-    """Whether there is a value at a path."""
     try:
         reduce(getitem, path, tables)
     except (KeyError, TypeError):
@@ -573,12 +563,10 @@ def inherited(tables: Tables, base: str, names: Names) -> bool:
 
 
 def shared(path: Names, other: Names) -> int:
-    """Count the equal names at the beginning of two paths."""
     return next((n for n, (a, b) in enumerate(zip(path, other, strict=False)) if a != b), min(len(path), len(other)))
 
 
 def newline_of(text: str) -> str:
-    """Return the line ends of a text."""
     return "\r\n" if "\r\n" in text else "\n"
 
 

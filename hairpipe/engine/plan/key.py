@@ -105,16 +105,14 @@ def input_differences(old: dict[str, Any], new: dict[str, Any]) -> Iterator[str]
         if before is None or after is None:
             yield f"input {name} {'connected' if before is None else 'disconnected'}"
         elif all(isinstance(value, list) and isinstance(value[0], list) for value in (before, after)):
-            yield f"input {name} {frame_differences(dict(before), dict(after))}"
+            known, now = dict(before), dict(after)
+            frames = f"frames {min(known)}-{max(known)} -> {min(now)}-{max(now)}"
+            if known.keys() == now.keys():
+                first, *others = [frame for frame in now if known[frame] != now[frame]]
+                frames = f"at frame {first}" + (f" and {len(others)} more" if others else "")
+            yield f"input {name} {frames}"
         else:
             yield f"input {name}"
-
-
-def frame_differences(old: dict[int, str], new: dict[int, str]) -> str:
-    if old.keys() != new.keys():
-        return f"frames {min(old)}-{max(old)} -> {min(new)}-{max(new)}"
-    changed = [frame for frame in new if old[frame] != new[frame]]
-    return f"at frame {changed[0]}" + (f" and {len(changed) - 1} more" if len(changed) > 1 else "")
 
 
 def code_differences(old: dict[str, str], new: dict[str, str]) -> Iterator[str]:

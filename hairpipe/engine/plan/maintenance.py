@@ -246,7 +246,9 @@ def diagnose(store: Store) -> Iterator[Finding]:
     meaning = "a run stops without loss when the disk is full" if is_ample else "a run may soon stop: hairpipe cache gc"
     yield Finding("space", "ok" if is_ample else "note", f"{free / 1e9:,.1f} GB free", meaning)
     try:
-        wins = creations(store)
+        with workspace(store.temporary) as folder, ThreadPoolExecutor(CONTENDERS) as threads:
+            places = [folder / f"only{number}" for number in range(FILES)]
+            wins = [sum(threads.map(create, [place] * CONTENDERS)) for place in places]
         is_exclusive = set(wins) == {1}
         result = f"{wins.count(1)} of {FILES} files created once, by {CONTENDERS} threads"
     except OSError as error:
@@ -257,12 +259,6 @@ def diagnose(store: Store) -> Iterator[Finding]:
     )
     yield Finding("exclusive creation", "ok" if is_exclusive else "fault", result, meaning)
     yield age_of_leases(store)
-
-
-def creations(store: Store) -> list[int]:
-    """Create files from several threads at once; return the number of successes for each, which should be 1."""
-    with workspace(store.temporary) as folder, ThreadPoolExecutor(CONTENDERS) as threads:
-        return [sum(threads.map(create, [folder / f"only{number}"] * CONTENDERS)) for number in range(FILES)]
 
 
 def create(path: Path) -> bool:
