@@ -17,8 +17,8 @@ import pytest
 
 from hairpipe.app.api.graph_shot import GraphShot
 from hairpipe.engine.file.bounds import VARIABLE, data_folder
-from hairpipe.engine.hosts import member
-from hairpipe.engine.hosts.member import Member
+from hairpipe.engine.hosts import host as member
+from hairpipe.engine.hosts.host import Member
 from hairpipe.engine.worker.machine_code import guard_kernels, share_kernels
 from hairpipe.openvdb_library import find_openvdb, imported
 from hairpipe.values import Mesh

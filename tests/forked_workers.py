@@ -18,7 +18,7 @@ import threading
 import traceback
 from pathlib import Path
 
-from hairpipe.engine.hosts.member import interrupts_blocked
+from hairpipe.engine.hosts.host import interrupts_blocked
 
 READ_AT_IMPORT = ("LD_", "MKL_", "NPY_", "OPENBLAS_", "PYTHON", "VECLIB_")
 """Beginnings of the variables that must be those of the process which is forked: they were read while it imported."""

@@ -91,7 +91,7 @@ PLACES = {
     "h5py": "hairpipe/formats/hdf5.py",
     "PIL": "hairpipe/formats/",
     "matplotlib": "graphs/experiments/chart/",
-    "pydantic": ("hairpipe/engine/node/settings.py", "hairpipe/engine/store/record.py"),
+    "pydantic": ("hairpipe/engine/node/settings.py", "hairpipe/engine/store/store.py"),
     "click": ("hairpipe/app/cli/", "graphs/experiments/"),
     "tomlkit": ("hairpipe/engine/edit.py", "hairpipe/app/tune/report.py"),
     "rich": "hairpipe/app/cli/",

@@ -14,7 +14,7 @@ import pytest
 import hairpipe
 from hairpipe.engine.file.graph import Edge, Graph
 from hairpipe.engine.file.load import load_graph
-from hairpipe.engine.hosts.member import Member
+from hairpipe.engine.hosts.host import Member
 from hairpipe.engine.plan.planner import plan, read_result
 from hairpipe.engine.plan.tasks import Task, unroll
 from hairpipe.engine.run.events import Options

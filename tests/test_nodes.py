@@ -15,9 +15,8 @@ from hairpipe.app.api.node_types import node_types
 from hairpipe.app.api.source import read_source
 from hairpipe.engine.file.overrides import nodes_of
 from hairpipe.engine.file.registry import Registry
-from hairpipe.engine.node.declare import NodeType
+from hairpipe.engine.node.declare import File, NodeType
 from hairpipe.engine.node.settings import Field, check_settings, fields_of, metadata
-from hairpipe.engine.node.signature import File
 from hairpipe.errors import BadInput
 
 HOME = Path(__file__).resolve().parents[1]

@@ -8,7 +8,7 @@ import pytest
 
 import hairpipe
 from hairpipe.child import command
-from hairpipe.engine.hosts.member import environment
+from hairpipe.engine.hosts.host import environment
 from hairpipe.processor import SETTINGS, class_of, class_settings, processor_class, processor_flags
 
 DISABLED, ENABLED = "NPY_DISABLE_CPU_FEATURES", "NPY_ENABLE_CPU_FEATURES"

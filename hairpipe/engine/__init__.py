@@ -29,7 +29,18 @@ graph can publish. A node raises `BadInput` for input that the user can fix; its
 `@flat_group("settings")` makes the fields of that group settings of the node itself.
 """
 
-from hairpipe.engine.node.declare import flat_group, node
-from hairpipe.engine.node.signature import Cuts, File, First, Frames, Pair, Reached, Spent, Time, Workspace
+from hairpipe.engine.node.declare import (
+    Cuts,
+    File,
+    First,
+    Frames,
+    Pair,
+    Reached,
+    Spent,
+    Time,
+    Workspace,
+    flat_group,
+    node,
+)
 
 __all__ = ["Cuts", "File", "First", "Frames", "Pair", "Reached", "Spent", "Time", "Workspace", "flat_group", "node"]

@@ -14,8 +14,7 @@ import pytest
 
 from hairpipe.engine.code import CodeReader
 from hairpipe.engine.file.load import load_graph
-from hairpipe.engine.hosts.host import Host, Job, LocalEngine
-from hairpipe.engine.hosts.member import Member
+from hairpipe.engine.hosts.host import Host, Job, LocalEngine, Member
 from hairpipe.engine.hosts.offer import Offer
 from hairpipe.engine.plan.planner import plan
 from hairpipe.engine.run.events import Options

@@ -19,8 +19,7 @@ from hairpipe.engine.file.load import load_graph
 from hairpipe.engine.run import publish as ledger
 from hairpipe.engine.store.digest import digest, digest_bytes
 from hairpipe.engine.store.lease import FailureNote, Lease, read_lease, recall_failure
-from hairpipe.engine.store.record import MARK, Record, read_record
-from hairpipe.engine.store.store import Store
+from hairpipe.engine.store.store import MARK, Record, Store, read_record
 from hairpipe.engine.store.values import Listing, parse_listing
 from hairpipe.errors import BadInput
 

@@ -17,8 +17,7 @@ from hairpipe.engine.plan.maintenance import Found, is_whole, verify
 from hairpipe.engine.run.publish import files_of
 from hairpipe.engine.store.atomic import write_text
 from hairpipe.engine.store.digest import digest, digest_bytes
-from hairpipe.engine.store.record import MARK, read_record, write_record
-from hairpipe.engine.store.store import LostObject, Store
+from hairpipe.engine.store.store import MARK, LostObject, Store, read_record, write_record
 from hairpipe.engine.store.values import Values, check_name, read_listing
 from hairpipe.formats import hdf5
 from hairpipe.formats.hdf5 import digest_file

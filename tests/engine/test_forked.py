@@ -6,7 +6,7 @@ import signal
 import subprocess
 from pathlib import Path
 
-from hairpipe.engine.hosts import member
+from hairpipe.engine.hosts import host as member
 
 from .conftest import NO_JOB, local_engine
 

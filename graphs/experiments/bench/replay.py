@@ -5,7 +5,7 @@ from typing import Any
 from warnings import warn
 
 from hairpipe.engine.file.graph import Graph
-from hairpipe.engine.node.signature import Cuts, First, Time, Workspace
+from hairpipe.engine.node.declare import Cuts, First, Time, Workspace
 from hairpipe.engine.plan.arguments import Preparations, build_arguments, name_inputs
 from hairpipe.engine.plan.planner import read_result
 from hairpipe.engine.plan.tasks import Source, Task, inputs_of

@@ -10,9 +10,8 @@ from hairpipe.app.api.shot import Shot
 from hairpipe.app.api.source import Source, read_source
 from hairpipe.engine.edit import locked, save_text
 from hairpipe.engine.file.bounds import Bounds, entered
-from hairpipe.engine.file.edges import Incomplete, read_edges
 from hairpipe.engine.file.graph import Edge
-from hairpipe.engine.file.load import make_graph, muted_nodes, written_out
+from hairpipe.engine.file.load import Incomplete, make_graph, muted_nodes, read_edges, written_out
 from hairpipe.engine.file.overrides import LAYOUT, WEDGE, nodes_of
 from hairpipe.engine.file.read import GraphText, read_graph_text
 from hairpipe.engine.file.registry import Registry

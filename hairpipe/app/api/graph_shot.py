@@ -20,7 +20,7 @@ from hairpipe.engine.file.bounds import Bounds
 from hairpipe.engine.file.graph import Graph, Node
 from hairpipe.engine.file.overrides import nodes_of
 from hairpipe.engine.file.wedge import Comparison
-from hairpipe.engine.hosts.member import Member
+from hairpipe.engine.hosts.host import Member
 from hairpipe.engine.hosts.offer import program_digest
 from hairpipe.engine.node.messages import nearest
 from hairpipe.engine.plan.planner import Planner, read_result, read_value
@@ -30,8 +30,7 @@ from hairpipe.engine.run.events import RECENT, Event, Judge, Options
 from hairpipe.engine.run.player import Player, playing_environment
 from hairpipe.engine.run.scheduler import run as run_graph
 from hairpipe.engine.run.survey import Survey
-from hairpipe.engine.store.record import Record
-from hairpipe.engine.store.store import Store
+from hairpipe.engine.store.store import Record, Store
 from hairpipe.errors import BadInput
 from hairpipe.values import Table
 

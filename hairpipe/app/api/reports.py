@@ -19,7 +19,7 @@ from hairpipe.engine.plan.planner import Entry
 from hairpipe.engine.plan.tasks import Level, Task
 from hairpipe.engine.run.events import Event, Failure, NodeProgress, Outcome, Progress
 from hairpipe.engine.run.survey import NodeSurvey, Survey
-from hairpipe.engine.store.record import Record
+from hairpipe.engine.store.store import Record
 
 __all__ = ["Entry", "Event", "Explanation", "Failure", "Graph", "Level", "NodeProgress", "NodeSurvey", "Outcome"]
 __all__ += ["Plan", "Progress", "Recorder", "Run", "Survey", "Task", "origin"]

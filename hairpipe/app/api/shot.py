@@ -18,12 +18,11 @@ from hairpipe.app.api.source import Given, Source, plain, read_source, shipped_g
 from hairpipe.engine.file.graph import Edge, Graph, Node, merged, project_of, unvaried
 from hairpipe.engine.file.overrides import WEDGE
 from hairpipe.engine.file.wedge import Wedge, find_wedge, variant_name
+from hairpipe.engine.node.declare import File
 from hairpipe.engine.node.messages import nearest
-from hairpipe.engine.node.signature import File
 from hairpipe.engine.plan.tasks import Task
 from hairpipe.engine.run.player import Player, played_nodes
-from hairpipe.engine.store.record import Record
-from hairpipe.engine.store.store import Store
+from hairpipe.engine.store.store import Record, Store
 from hairpipe.engine.worker.machine_code import kernels_parent
 from hairpipe.errors import BadInput
 from hairpipe.values import Table

@@ -11,10 +11,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hairpipe.engine.node.declare import NodeType
+from hairpipe.engine.node.declare import Cuts, NodeType
 from hairpipe.engine.node.messages import nearest
 from hairpipe.engine.node.settings import field_at, fields_of, map_files
-from hairpipe.engine.node.signature import Cuts
 from hairpipe.engine.store.digest import canonical, digest_bytes
 from hairpipe.errors import BadInput
 

@@ -132,20 +132,13 @@ def fold_frames(frames: Iterable[int]) -> str:
     parts = []
     start = 0
     while start < len(numbers):
-        end = _run_end(numbers, start)
-        step = numbers[end] - numbers[end - 1] if end > start else 1
-        suffix = f"x{step}" if step > 1 else ""
-        parts.append(f"{numbers[start]}-{numbers[end]}{suffix}" if end > start else str(numbers[start]))
+        step = numbers[start + 1] - numbers[start] if start + 1 < len(numbers) else 1
+        end = start
+        while end + 1 < len(numbers) and numbers[end + 1] - numbers[end] == step:
+            end += 1
+        if step > 1 and end == start + 1:  # a run of two has step 1
+            end = start
+        run = f"{numbers[start]}-{numbers[end]}" + (f"x{step}" if step > 1 else "")
+        parts.append(run if end > start else str(numbers[start]))
         start = end + 1
     return ",".join(parts)
-
-
-def _run_end(numbers: list[int], start: int) -> int:
-    """Return the index of the last number of the evenly spaced run from `start`; a run of two has step 1."""
-    end = start + 1
-    if end == len(numbers):
-        return start
-    step = numbers[end] - numbers[start]
-    while end + 1 < len(numbers) and numbers[end + 1] - numbers[end] == step:
-        end += 1
-    return end if step == 1 or end - start > 1 else start

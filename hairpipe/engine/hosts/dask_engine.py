@@ -18,8 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hairpipe.engine.code import CodeReader
-from hairpipe.engine.hosts.host import Host, Job, Reply, Slots
-from hairpipe.engine.hosts.member import Member
+from hairpipe.engine.hosts.host import Host, Job, Member, Reply, Slots
 from hairpipe.engine.hosts.offer import Offer, accept
 from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput

@@ -12,10 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hairpipe.engine.node.declare import PREPARED, NodeType, Socket
+from hairpipe.engine.node.declare import PREPARED, Frames, NodeType, Pair, Reached, Socket, Spent
 from hairpipe.engine.node.messages import recorded_warnings
 from hairpipe.engine.node.settings import build_settings
-from hairpipe.engine.node.signature import Frames, Pair, Reached, Spent
 from hairpipe.engine.plan.tasks import Inputs, Source
 
 Named = dict[str, Any]

@@ -14,15 +14,14 @@ from typing import Any, TypeGuard
 
 from hairpipe.engine.code import Code, CodeReader, version
 from hairpipe.engine.file.graph import Edge, Graph, Node
+from hairpipe.engine.node.declare import Cuts, First, Time
 from hairpipe.engine.node.settings import Field, fields_of, map_values
-from hairpipe.engine.node.signature import Cuts, First, Time
 from hairpipe.engine.plan.arguments import name_inputs
 from hairpipe.engine.plan.tasks import Inputs, Source, Task, sources, unroll
 from hairpipe.engine.store.digest import Parts
 from hairpipe.engine.store.fingerprint import fingerprint
 from hairpipe.engine.store.lease import Leases
-from hairpipe.engine.store.record import Record
-from hairpipe.engine.store.store import Store
+from hairpipe.engine.store.store import Record, Store
 from hairpipe.errors import BadInput
 from hairpipe.plain_file import check_plain
 

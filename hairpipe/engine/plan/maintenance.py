@@ -16,8 +16,7 @@ from hairpipe.engine.store.atomic import discard, now_in, workspace
 from hairpipe.engine.store.digest import action_key
 from hairpipe.engine.store.fingerprint import digest_file, is_sealed
 from hairpipe.engine.store.lease import EXPIRY, read_lease
-from hairpipe.engine.store.record import Record
-from hairpipe.engine.store.store import Store
+from hairpipe.engine.store.store import Record, Store
 from hairpipe.engine.store.values import parse_listing
 from hairpipe.errors import BadInput
 

@@ -10,8 +10,7 @@ from hairpipe.engine.plan.scans import end_known_scan
 from hairpipe.engine.plan.tasks import Task, sources
 from hairpipe.engine.store.digest import Parts, action_key
 from hairpipe.engine.store.lease import recall_failure
-from hairpipe.engine.store.record import Record
-from hairpipe.engine.store.store import LostObject, Store
+from hairpipe.engine.store.store import LostObject, Record, Store
 from hairpipe.engine.store.values import Values
 from hairpipe.errors import BadInput
 

@@ -17,7 +17,7 @@ from hairpipe.engine.file.graph import Node
 from hairpipe.engine.plan.key import Resolver
 from hairpipe.engine.plan.tasks import Task, sources
 from hairpipe.engine.store.digest import action_key, canonical, digest
-from hairpipe.engine.store.record import Record
+from hairpipe.engine.store.store import Record
 
 
 class Thinner:

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Literal
 
 from hairpipe.engine.file.graph import Graph, origin
-from hairpipe.engine.hosts.member import Member
+from hairpipe.engine.hosts.host import Member
 from hairpipe.engine.plan.tasks import Task
-from hairpipe.engine.store.record import Record
+from hairpipe.engine.store.store import Record
 
 RECENT = 15
 """Number of latest evaluations whose median is the rate: the first ones include compilation."""

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 from hairpipe.engine.code import CodeReader
 from hairpipe.engine.file.graph import Graph, Node
-from hairpipe.engine.hosts.member import environment
-from hairpipe.engine.node.signature import Cuts, First, Time, Workspace
+from hairpipe.engine.hosts.host import environment
+from hairpipe.engine.node.declare import Cuts, First, Time, Workspace
 from hairpipe.engine.plan.arguments import Preparations, build_arguments, name_inputs
 from hairpipe.engine.plan.planner import Planner
 from hairpipe.engine.plan.tasks import Source, Task, inputs_of

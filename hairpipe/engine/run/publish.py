@@ -14,14 +14,13 @@ from pathlib import Path
 
 from hairpipe.engine.file.bounds import Bounds, check_way, entered
 from hairpipe.engine.file.graph import Graph
-from hairpipe.engine.node.signature import DATA_SUFFIXES
+from hairpipe.engine.node.declare import DATA_SUFFIXES
 from hairpipe.engine.plan.tasks import Task
 from hairpipe.engine.store.atomic import keep_mode, open_made, reopening, replacing, sweep
 from hairpipe.engine.store.digest import digest_bytes, hasher, parsed
 from hairpipe.engine.store.fingerprint import CHUNK, fingerprint
 from hairpipe.engine.store.ownership import fault_of, make_own, own_folder
-from hairpipe.engine.store.record import Output
-from hairpipe.engine.store.store import LostObject, Store
+from hairpipe.engine.store.store import LostObject, Output, Store
 from hairpipe.engine.store.values import read_listing
 from hairpipe.errors import BadInput
 

@@ -18,15 +18,14 @@ from hairpipe.engine.file.graph import Graph, origin
 from hairpipe.engine.hosts.dask_engine import DaskEngine
 from hairpipe.engine.hosts.host import MACHINE, Host, Job, LocalEngine, Reply, Slots
 from hairpipe.engine.hosts.offer import Offer, sent_offer
-from hairpipe.engine.node.signature import File
+from hairpipe.engine.node.declare import File
 from hairpipe.engine.plan.key import Resolver, state_of
 from hairpipe.engine.plan.scans import Thinner, divergence_note, end_scan, state_objects
 from hairpipe.engine.plan.tasks import Portion, Task, is_beyond, order_of, sources
 from hairpipe.engine.run.events import Event, Failure, Kind, Options, Outcome, Report
 from hairpipe.engine.run.publish import Publisher
 from hairpipe.engine.store.digest import action_key
-from hairpipe.engine.store.record import Record, records
-from hairpipe.engine.store.store import LostObject, Store
+from hairpipe.engine.store.store import LostObject, Record, Store, records
 from hairpipe.errors import BadInput
 
 

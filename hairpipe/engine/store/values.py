@@ -22,13 +22,12 @@ from pathlib import Path, PurePosixPath
 from typing import Any, NoReturn
 from unicodedata import category
 
-from hairpipe.engine.node.signature import File, Spent
+from hairpipe.engine.node.declare import File, Spent
 from hairpipe.engine.store.atomic import flush, open_made, reopening, replacing
 from hairpipe.engine.store.digest import digest, parsed
 from hairpipe.engine.store.fingerprint import CHUNK, digest_file
 from hairpipe.engine.store.lease import Leases, lease_of
-from hairpipe.engine.store.record import Output, is_object
-from hairpipe.engine.store.store import LostObject, Store
+from hairpipe.engine.store.store import LostObject, Output, Store, is_object
 from hairpipe.errors import BadInput
 
 CODEC = "hairpipe.formats.hdf5"

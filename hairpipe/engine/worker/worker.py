@@ -22,14 +22,12 @@ from typing import Any
 from hairpipe.child import die_with_parent, processor_time
 from hairpipe.engine.file.registry import Registry
 from hairpipe.engine.file.trust import grant
-from hairpipe.engine.node.declare import NodeType
+from hairpipe.engine.node.declare import Cuts, First, NodeType, Time, Workspace
 from hairpipe.engine.node.messages import recorded_warnings
-from hairpipe.engine.node.signature import Cuts, First, Time, Workspace
 from hairpipe.engine.plan.arguments import Preparations, build_arguments
 from hairpipe.engine.store.atomic import workspace
 from hairpipe.engine.store.fingerprint import removed
-from hairpipe.engine.store.record import Output, Record
-from hairpipe.engine.store.store import Store
+from hairpipe.engine.store.store import Output, Record, Store
 from hairpipe.engine.store.values import Values, is_full
 from hairpipe.engine.worker.machine_code import file_of, guard_kernels
 from hairpipe.engine.worker.threading_layer import layer_in_use

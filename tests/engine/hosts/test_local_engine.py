@@ -4,8 +4,7 @@ import signal
 
 import pytest
 
-from hairpipe.engine.hosts.host import LocalEngine, Slots
-from hairpipe.engine.hosts.member import Member
+from hairpipe.engine.hosts.host import LocalEngine, Member, Slots
 from hairpipe.engine.run.events import Options
 from hairpipe.engine.run.scheduler import run
 from hairpipe.engine.store.store import Store

@@ -9,8 +9,7 @@ from typing import Annotated, NamedTuple
 import pytest
 
 from hairpipe.engine import File, Frames, Pair, Time, Workspace, flat_group, node
-from hairpipe.engine.node.declare import Preparation
-from hairpipe.engine.node.signature import DATA_SUFFIXES, Cuts
+from hairpipe.engine.node.declare import DATA_SUFFIXES, Cuts, Preparation
 from hairpipe.errors import BadInput
 from hairpipe.units import Gt, Metres, Suffixes
 

@@ -8,7 +8,7 @@ import pytest
 from hairpipe.engine.plan.scans import Thinner
 from hairpipe.engine.plan.tasks import Source, Task
 from hairpipe.engine.store.digest import action_key
-from hairpipe.engine.store.record import Output, Record
+from hairpipe.engine.store.store import Output, Record
 
 pytestmark = pytest.mark.usefixtures("kept")
 

@@ -3,7 +3,7 @@
 import json
 
 from hairpipe.engine.store.digest import digest_bytes
-from hairpipe.engine.store.record import MARK, Output, Record, read_record, write_record
+from hairpipe.engine.store.store import MARK, Output, Record, read_record, write_record
 
 PARTS = {"type": "toy", "code": "c", "settings": {}, "inputs": {}, "time": None}
 RECORD = Record("a" * 40, "hair", 7, PARTS, {"": Output("b" * 40 + ".h5", 3)}, None, 1.5, ("odd",), 1e9, 1.25)

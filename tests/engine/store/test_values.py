@@ -10,10 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hairpipe.engine.node.signature import File
+from hairpipe.engine.node.declare import File
 from hairpipe.engine.store.lease import Leases
-from hairpipe.engine.store.record import Record
-from hairpipe.engine.store.store import LostObject, Store
+from hairpipe.engine.store.store import LostObject, Record, Store
 from hairpipe.engine.store.values import Values, check_space
 from hairpipe.formats import hdf5
 

@@ -6,7 +6,7 @@ import subprocess
 import pytest
 
 from hairpipe import child
-from hairpipe.engine.hosts.member import environment
+from hairpipe.engine.hosts.host import environment
 from hairpipe.engine.worker import threading_layer
 from hairpipe.engine.worker.threading_layer import NAME, ORDER, choose_layer, is_loadable
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hairpipe.engine.store.record import Output, Record
+from hairpipe.engine.store.store import Output, Record
 from hairpipe.graphs.experiments.bench.engine.traffic import measure_traffic, traffic_of
 
 

@@ -10,7 +10,7 @@ import pytest
 from pxr import Gf, Usd, UsdGeom, Vt
 
 from hairpipe.engine import Time
-from hairpipe.engine.node.signature import First
+from hairpipe.engine.node.declare import First
 from hairpipe.formats.gltf import find_take
 from hairpipe.nodes.load_mesh_cache import load_mesh_cache
 

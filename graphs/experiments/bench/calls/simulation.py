@@ -15,7 +15,7 @@ from unittest.mock import patch
 
 from hairpipe.engine.hosts import host
 from hairpipe.engine.hosts import host as local_engine
-from hairpipe.engine.hosts.member import Member
+from hairpipe.engine.hosts.host import Member
 from hairpipe.engine.run import scheduler
 from hairpipe.engine.store import atomic, lease
 from hairpipe.engine.store.holder import Renewal

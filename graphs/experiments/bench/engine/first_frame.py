@@ -15,7 +15,7 @@ from typing import Any
 from hairpipe.child import command
 from hairpipe.engine.code import CodeReader
 from hairpipe.engine.file.load import load_graph
-from hairpipe.engine.hosts.member import environment
+from hairpipe.engine.hosts.host import environment
 from hairpipe.engine.store.store import Store
 from hairpipe.engine.worker import machine_code
 from hairpipe.engine.worker.machine_code import claim_kernels, kernels_environment, kernels_parent

@@ -11,8 +11,7 @@ from hairpipe.engine.file.load import load_graph
 from hairpipe.engine.plan.planner import Planner
 from hairpipe.engine.run.events import Event
 from hairpipe.engine.run.scheduler import run
-from hairpipe.engine.store.record import Record
-from hairpipe.engine.store.store import Store
+from hairpipe.engine.store.store import Record, Store
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.machine import this_machine
 from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, make_report

@@ -17,9 +17,14 @@ ENGINE: dict[str, tuple[str, ...]] = {
         *("store/test_lease.py", "test_leases.py", "test_notes.py", "test_read_only.py", "plan/test_divergence.py"),
     ),
     "store/ownership.py": ("store/test_ownership.py", "test_users.py"),
-    "store/record.py": ("store/test_record.py", "store/test_kept_stores.py", "test_damage.py"),
     "store/store.py": (
-        *("store/test_store.py", "store/test_identity.py", "store/test_kept_stores.py", "store/test_values.py"),
+        *(
+            "store/test_record.py",
+            "store/test_store.py",
+            "store/test_identity.py",
+            "store/test_kept_stores.py",
+            "store/test_values.py",
+        ),
         *("test_notes.py", "test_users.py", "test_read_only.py", "test_damage.py"),
     ),
     "store/values.py": ("store/test_values.py", "store/test_kept_stores.py", "test_damage.py"),
