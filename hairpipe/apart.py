@@ -23,9 +23,8 @@ import json
 import math
 import os
 import resource
-import select
 import signal
-import struct
+import socket
 import subprocess
 import sys
 import tempfile
@@ -34,6 +33,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, TypeVar
 
@@ -148,7 +148,6 @@ FULL = 3
 ONE_THREAD = {"PXR_WORK_THREAD_LIMIT": "1"}
 """Environment of a child: a thread of OpenUSD without memory may end by a segmentation fault."""
 OVERDUE = (signal.SIGXCPU, signal.SIGALRM)
-LENGTH = struct.Struct("<q")
 Result = TypeVar("Result")
 
 
@@ -206,25 +205,25 @@ class Child:
         self.is_fresh = True
         self.counted = 0.0
         self.log = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the process
-        self.process = subprocess.Popen(
-            command(f"from {__name__} import serve; serve()"),
-            bufsize=0,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self.log,
-            env=environment() | ONE_THREAD,
-        )
+        ours, theirs = socket.socketpair()
+        with theirs:
+            self.process = subprocess.Popen(
+                command(f"from {__name__} import serve; serve()"),
+                stdin=theirs.fileno(),
+                stdout=self.log,
+                stderr=self.log,
+                env=environment() | ONE_THREAD,
+            )
+        self.connection = Connection(ours.detach())
 
     def ask(self, request: bytes) -> tuple[Any, list[str]] | None:
         """Return result and warnings of a work; None where the process has ended."""
         self.log.seek(0)
         self.log.truncate()
         try:
-            send(self.process.stdin, request)
-            answer = receive(self.process.stdout)
-        except BrokenPipeError:
-            return None
-        if answer is None:
+            self.connection.send_bytes(request)
+            answer = self.connection.recv_bytes()
+        except (OSError, EOFError):
             return None
         result, warned, spent = unpack(answer)
         self.count(spent)
@@ -247,9 +246,8 @@ class Child:
         return self.process.returncode, printed
 
     def leave(self) -> None:
-        for file in (self.process.stdin, self.process.stdout, self.log):
-            if file is not None:
-                file.close()
+        self.connection.close()
+        self.log.close()
 
 
 _lock = threading.Lock()
@@ -329,31 +327,6 @@ def most_memory() -> int:
 def limit_memory() -> None:
     most = most_memory()
     resource.setrlimit(resource.RLIMIT_DATA, (most, most))
-
-
-def send(pipe: Any, data: bytes) -> None:
-    """Write data and, before them, their length to an unbuffered pipe."""
-    for part in (LENGTH.pack(len(data)), data):
-        left = memoryview(part)
-        while left:
-            left = left[pipe.write(left) :]
-
-
-def receive(pipe: Any) -> bytearray | None:
-    """Read data from an unbuffered pipe; None where the other end is closed."""
-    head = _exactly(pipe, LENGTH.size)
-    return None if head is None else _exactly(pipe, *LENGTH.unpack(head))
-
-
-def _exactly(pipe: Any, size: int) -> bytearray | None:
-    data = bytearray(size)
-    left = memoryview(data)
-    while left:
-        count = pipe.readinto(left)
-        if not count:
-            return None
-        left = left[count:]
-    return data
 
 
 class Kept(NamedTuple):
@@ -450,17 +423,17 @@ _service: Service | None = None
 
 
 def serve() -> None:
-    """Do the works that are asked for on standard input, until it is closed or nothing is asked for."""
+    """Do the works that are asked for on standard input, a socket, until it is closed or nothing is asked for."""
     global _service
     die_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends what it has asked for
-    asked, answers = (os.fdopen(os.dup(place), mode, buffering=0) for place, mode in ((0, "rb"), (1, "wb")))
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # prints of a library must not be part of the answer
+    connection = Connection(os.dup(sys.stdin.fileno()))
     limit_memory()
     service = _service = Service()
-    while select.select([asked], [], [], IDLE)[0]:
-        request = receive(asked)
-        if request is None:
+    while connection.poll(IDLE):
+        try:
+            request = connection.recv_bytes()
+        except (OSError, EOFError):
             return
         try:
             result, warned = service.carry_out(*unpack(request))
@@ -468,7 +441,7 @@ def serve() -> None:
         except MemoryError:
             os._exit(FULL)
         signal.alarm(0)
-        send(answers, answer)
+        connection.send_bytes(answer)
         del result, request, answer
         if not service.is_recalled:
             gc.collect()  # a layer of OpenUSD that something refers to is not read again

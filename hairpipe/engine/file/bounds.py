@@ -94,9 +94,8 @@ def python_around(place: Path) -> str | None:
 def check_way(place: Path) -> None:
     """Refuse a path with a link, which was created after the graph was read: its links were resolved then."""
     if place.parent.resolve() != place.parent or place.is_symlink():
-        raise BadInput(
-            "the path contains a link", where=place, right="a folder without links, or --publish-root FOLDER"
-        )
+        right = "a folder without links, or --publish-root FOLDER"
+        raise BadInput("the path contains a link", where=place, right=right)
 
 
 @contextmanager

@@ -265,7 +265,6 @@ def unvaried(graph: Graph, base: Graph, varied: Collection[str]) -> Graph:
 
 
 def moved(edge: Edge, names: Mapping[str, str]) -> Edge:
-    """Return an edge from the node that has another name, if it has one."""
     return Edge(names.get(edge.node, edge.node), edge.output)
 
 

@@ -38,9 +38,8 @@ def read_edges(given: Any, node_type: NodeType, place: Place) -> dict[str, Edge]
     for name, value in given.items():
         where = place(["in", name])
         if name not in node_type.sockets:
-            raise BadInput(
-                f"no socket '{name[:60]}'", where=where, right=suggest_socket(name, node_type.sockets.values())
-            )
+            right = suggest_socket(name, node_type.sockets.values())
+            raise BadInput(f"no socket '{name[:60]}'", where=where, right=right)
         socket = node_type.sockets[name]
         sources = value if socket.many and isinstance(value, list) else [value]
         if not sources or not all(isinstance(source, str) for source in sources):
@@ -105,16 +104,13 @@ class WrongType(BadInput):
 def suggest_source(socket: Socket, node: Node, nodes: dict[str, Node], registry: Registry) -> str:
     """Suggest nodes with an output of the type of a socket; if there are none, node types."""
     kind = socket.type.__name__
-    edges = [edge for other in nodes.values() if other is not node for edge in edges_of_type(socket.type, other)]
+    edges = []
+    for other in nodes.values():
+        outputs = [name for name, given in other.type.outputs.items() if given is socket.type and other is not node]
+        edges += [f'"{other.name}"' if len(outputs) == 1 else f'"{other.name}.{name}"' for name in outputs]
     if edges:
         return f"{' or '.join(edges[:MOST_SOURCES])}, which gives {kind}"
     return f"a node that gives {kind}: {listed(registry.types_with_output(socket.type)) or 'no type does'}"
-
-
-def edges_of_type(kind: type, node: Node) -> list[str]:
-    """List the edges from a node whose type is this one; the output is named if there are several."""
-    outputs = [name for name, given in node.type.outputs.items() if given is kind]
-    return [f'"{node.name}"'] if len(outputs) == 1 else [f'"{node.name}.{name}"' for name in outputs]
 
 
 def check_edge(node: Node, plug: str, edge: Edge, source: Node, where: str) -> Edge:
@@ -441,9 +437,8 @@ def read_node(text: GraphText, name: str, table: dict[str, Any], registry: Regis
     given = {key: value for key, value in table.items() if key not in RESERVED}
     given = located(fields_of(node_type), given, place)
     for key in sorted(given.keys() & set(KEYS) - {field.name for field in fields_of(node_type)}):
-        raise BadInput(
-            f"unknown setting '{key}'", where=place([key]), right=f"{key} above all tables, for the whole graph"
-        )
+        right = f"{key} above all tables, for the whole graph"
+        raise BadInput(f"unknown setting '{key}'", where=place([key]), right=right)
     try:
         settings = check_settings(node_type, given, place)
     except Missing as fault:

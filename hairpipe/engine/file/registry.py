@@ -58,7 +58,15 @@ class Registry:
     def find(self, name: str) -> NodeType:
         """Import a node type; BadInput if the name is unknown, or its file declares no node type or is not trusted."""
         if name not in self._known:
-            self._known[name] = declared_in(self._load(name), name)
+            try:
+                with redirect_stdout(sys.stderr):  # output of a file that is imported must not mix with results
+                    module = self._import(name)
+            except BadInput:
+                raise
+            except Exception as error:  # an import may raise anything
+                what = f"node type '{name}' cannot be loaded: {type(error).__name__}: {error}"
+                raise BadInput(what) from error
+            self._known[name] = declared_in(module, name)
         return self._known[name]
 
     def types_with_output(self, kind: type) -> list[str]:
@@ -68,15 +76,6 @@ class Registry:
             with suppress(BadInput):
                 found += [name] if kind in self.find(name).outputs.values() else []
         return found
-
-    def _load(self, name: str) -> ModuleType:
-        try:
-            with redirect_stdout(sys.stderr):  # output of a file that is imported must not mix with results
-                return self._import(name)
-        except BadInput:
-            raise
-        except Exception as error:  # an import may raise anything
-            raise BadInput(f"node type '{name}' cannot be loaded: {type(error).__name__}: {error}") from error
 
     def _import(self, name: str) -> ModuleType:
         if self.folder:

@@ -57,7 +57,6 @@ class Trusted:
 
     @property
     def changed(self) -> list[str]:
-        """List the files that were changed, added or removed since."""
         return differing(self.files, code_in(self.folder))
 
 
@@ -136,7 +135,6 @@ def fault_of_register() -> str | None:
 
 
 def entry_path(folder: Path) -> Path:
-    """Path of the record of a folder."""
     return register() / f"{digest_bytes('trust', os.fsencode(folder.resolve()))}.json"
 
 

@@ -55,7 +55,6 @@ def read_axis(name: str, given: Any) -> tuple[Any, ...]:
 
 
 def values_of(name: str, given: Any) -> tuple[Any, ...]:
-    """Return the values of a list, or those of a range."""
     if isinstance(given, list):
         return tuple(given)
     if isinstance(given, dict) and "random" in given:
@@ -76,9 +75,7 @@ def values_of(name: str, given: Any) -> tuple[Any, ...]:
 
 def read_span(given: Mapping[str, Any], right: str) -> tuple[float, float, int, bool]:
     """Read the ends of a range, the number of its values, and whether their ratios are equal."""
-    start = given.get("from")
-    end = given.get("to")
-    count = given.get("count")
+    start, end, count = (given.get(key) for key in ("from", "to", "count"))
     log = given.get("log", False)
     known = given.keys() <= {"from", "to", "count", "log"} and isinstance(log, bool)
     if not known or not is_number(start) or not is_number(end) or type(count) is not int:
@@ -163,16 +160,13 @@ class Comparison(NamedTuple):
 
     @property
     def node(self) -> str:
-        """Node of the compared column."""
         return self.left.partition(".")[0]
 
     @property
     def column(self) -> str:
-        """The compared column."""
         return self.left.partition(".")[2]
 
     def holds(self, left: Any, right: Any) -> Any:
-        """Compare two values, or arrays value by value."""
         return RELATIONS[self.relation](left, right)
 
 
@@ -198,7 +192,6 @@ class Wedge:
 
     @property
     def short_names(self) -> dict[str, str]:
-        """Shortest unique names of the varied settings."""
         return short_names(self.axes)
 
 
@@ -209,9 +202,8 @@ def read_wedges(text: GraphText) -> dict[str, Wedge]:
         plain = name.isascii() and name.replace("-", "").replace("_", "").isalnum() and len(name) <= MOST_LETTERS
         if not isinstance(table, dict) or not plain:
             right = "[wedge.NAME], of letters, digits, - and _; no node is called wedge"
-            raise BadInput(
-                f"wedge.{name} = {brief(table)} is not a wedge", where=text.place(WEDGE, [name]), right=right
-            )
+            what = f"wedge.{name} = {brief(table)} is not a wedge"
+            raise BadInput(what, where=text.place(WEDGE, [name]), right=right)
     return {name: WedgeReader(text, name, table).read() for name, table in given.items()}
 
 
@@ -231,7 +223,6 @@ class WedgeReader:
         self._nodes = nodes_of(text.tables)
 
     def read(self) -> Wedge:
-        """Read the wedge."""
         for key in self._table.keys() - set(KEYS):
             raise self.fault(f"unknown key '{key}'", [key], nearest(key, KEYS))
         axes = self.axes()
@@ -244,7 +235,6 @@ class WedgeReader:
         return Wedge(self._name, axes, joint, variants, show, measures, self.stop())
 
     def fault(self, what: str, names: Sequence[str], right: str) -> BadInput:
-        """Return the error with the place of this wedge."""
         return BadInput(what, where=self._text.place(f"{WEDGE}.{self._name}", names), right=right)
 
     def axes(self) -> dict[str, tuple[Any, ...]]:
@@ -287,9 +277,8 @@ class WedgeReader:
         known |= {alias: target for target, name in short_names(axes).items() for alias in (target, name)}
         for comparison in self.comparisons("where", '[["hair.air.drag", "<", 2.0]]'):
             if comparison.left not in known:
-                raise self.fault(
-                    f"where: no axis '{comparison.left[:60]}'", ["where"], nearest(comparison.left, [*axes])
-                )
+                what = f"where: no axis '{comparison.left[:60]}'"
+                raise self.fault(what, ["where"], nearest(comparison.left, [*axes]))
             left = known[comparison.left]
             right = known.get(comparison.right) if isinstance(comparison.right, str) else None
             try:
@@ -307,13 +296,11 @@ class WedgeReader:
         for comparison in found:
             self.check_node("stop", comparison.node)
             if not comparison.column:
-                raise self.fault(
-                    f"stop: '{comparison.left[:60]}' is not the name of a column", ["stop"], '"node.column"'
-                )
+                what = f"stop: '{comparison.left[:60]}' is not the name of a column"
+                raise self.fault(what, ["stop"], '"node.column"')
             if not isinstance(comparison.right, int | float) or isinstance(comparison.right, bool):
-                raise self.fault(
-                    f"stop: {brief(comparison.right)} is not a number", ["stop"], "a number to compare with"
-                )
+                what = f"stop: {brief(comparison.right)} is not a number"
+                raise self.fault(what, ["stop"], "a number to compare with")
         return tuple(found)
 
     def comparisons(self, key: str, right: str) -> list[Comparison]:
@@ -329,7 +316,6 @@ class WedgeReader:
         return [Comparison(*row) for row in given]
 
     def names(self, key: str) -> tuple[str, ...]:
-        """Read names of nodes."""
         given = self._table.get(key, [])
         if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
             raise self.fault(f"{key} = {brief(given)}", [key], 'a list of nodes, as ["picture"]')
@@ -338,7 +324,6 @@ class WedgeReader:
         return tuple(given)
 
     def check_node(self, key: str, name: str) -> None:
-        """Refuse a name that is not a node."""
         if name not in self._nodes:
             raise self.fault(f"{key}: no node '{name[:60]}'", [key], nearest(name, list(self._nodes)))
 

@@ -73,14 +73,12 @@ class Member:
                 self.held = frozenset(json.loads(self.connection.recv_bytes())["held"])
 
     def end(self) -> None:
-        """Kill the process."""
         self.process.kill()
         self.process.wait()
         self.connection.close()
 
     @property
     def fate(self) -> str:
-        """Say how the process ended."""
         code = self.process.wait()
         if code >= 0:
             return f"the worker process ended with exit code {code}"
@@ -301,7 +299,6 @@ class Host:
         return state is not None and not self.store.has(state) and self.leases.is_in_memory(state)
 
     def _check_code(self, job: Job) -> None:
-        """Refuse a job whose key stands for other code than that of this machine."""
         if job.module not in self._codes:
             code = self.reader.code_of(job.module)
             if code.digest != job.parts["code"]:
@@ -398,7 +395,6 @@ class LocalEngine:
         self.machines.discard(machine)
 
     def cancel(self, keys: Iterable[str]) -> None:
-        """Kill the workers of these jobs, which are not replied to."""
         self.host.cancel(set(keys))
 
     def close(self) -> None:

@@ -105,16 +105,12 @@ def code_difference(machine: str, node_type: str, own: Code, manifest: str | Non
     """Make the error for code that differs on a machine; `manifest` is that of the coordinator, where it is known."""
     theirs: dict[str, str] = json.loads(manifest or "{}")
     names = [name for name in differing(theirs, own.parts)] if theirs else []
-    reported = [
-        f"{name.partition(' (')[0]} {own.parts.get(name, 'none')} in place of {theirs.get(name, 'none')}"
-        if name.endswith(")")
-        else name
-        for name in names
-    ]
-    return BadInput(
-        f"{machine} has other code of '{node_type}': {listed(reported)}",
-        right="install the same versions there, and retry",
-    )
+    for place, name in enumerate(names):
+        what, _, is_version = name.partition(" (")
+        if is_version:
+            names[place] = f"{what} {own.parts.get(name, 'none')} in place of {theirs.get(name, 'none')}"
+    what = f"{machine} has other code of '{node_type}': {listed(names)}"
+    return BadInput(what, right="install the same versions there, and retry")
 
 
 def program_digest(*folders: Path) -> str:

@@ -214,7 +214,6 @@ class NodeType:
     unvaried: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        """Write name, inputs and outputs with their types."""
         inputs = ", ".join(f"{socket.name}: {socket.type.__name__}" for socket in self.sockets.values())
         outputs = ", ".join(f"{name}: {kind.__name__}".removeprefix(": ") for name, kind in self.outputs.items())
         return f"<NodeType {self.name}({inputs}) -> {outputs}>"
@@ -223,7 +222,6 @@ class NodeType:
         return self.sockets[plug.partition(".")[0]]
 
     def asks(self, kind: Any) -> bool:
-        """Whether a parameter takes one of the special types."""
         return kind in self.special.values()
 
     def by_output(self, result: Any) -> dict[str, Any]:
@@ -267,7 +265,6 @@ def node(
 
 
 def read_signature(function: Callable[..., Any], mode: Mode, prepare: Callable[..., Any] | None = None) -> NodeType:
-    """Build a node type from the signature of a function; BadInput for an invalid signature."""
     refuse = Refusal(function)
     if mode not in get_args(Mode):
         refuse(f"frames={mode!r}", "once, each or scan")

@@ -168,7 +168,6 @@ def metadata(annotation: Any) -> Iterator[Any]:
 
 
 def kind_text(kind: Any) -> str:
-    """Describe the permitted type of a value."""
     if get_origin(kind) is Annotated:
         unit = next((m.symbol for m in metadata(kind) if isinstance(m, Unit)), None)
         return kind_text(get_args(kind)[0]) + (f" in {unit}" if unit not in (None, "1") else "")

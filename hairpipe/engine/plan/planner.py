@@ -50,7 +50,6 @@ class Explanation:
 
 
 def check_task(graph: Graph, task: Task) -> None:
-    """Raise BadInput if a graph has no such task: the frame is missing, superfluous or out of range."""
     per_frame = graph.node(task.node).per_frame
     first, last = graph.frames
     if not per_frame and task.frame is not None:

@@ -60,7 +60,6 @@ def inputs_of(graph: Graph, task: Task, frames: tuple[int, ...]) -> Inputs:
 
 
 def frames_seen(view: str, frame: int | None, frames: tuple[int, ...], first: int) -> Iterable[int | None]:
-    """Return the frames of the source of a socket."""
     if view in ("frames", "reached"):
         return frames
     if view == "pair" and frame is not None:
@@ -133,7 +132,6 @@ class Portion:
         return task in self.asked or task.node in self.collectors
 
     def publishes(self, task: Task) -> bool:
-        """Whether the run publishes the file of a task."""
         return task.frame is None or task.frame in self.frames
 
     def ends(self, task: Task, limits: Mapping[str, int]) -> bool:

@@ -105,7 +105,6 @@ class Failure:
     traceback: str = ""
 
     def __str__(self) -> str:
-        """One line: which node, which frame, what."""
         return f"{self.task}: {self.message}"
 
 
@@ -182,7 +181,6 @@ class Progress:
         self.nodes: dict[str, NodeProgress] = {}
 
     def update(self, event: Event) -> None:
-        """Count an event."""
         if event.kind == "begun":
             self.nodes = {name: NodeProgress(total, self._widths[name]) for name, total in event.totals}
         if event.task is None:

@@ -121,9 +121,8 @@ def played_nodes(graph: Graph, name: str) -> list[Node]:
         if node.type.mode == "scan" or (node.per_frame and follows):
             played.append(node)
     if not played or played[-1].name != name:
-        raise BadInput(
-            f"'{name}' does not depend on a simulation", where=graph.path, right="a simulation, or hair made of one"
-        )
+        right = "a simulation, or hair made of one"
+        raise BadInput(f"'{name}' does not depend on a simulation", where=graph.path, right=right)
     for node in played:
         if node.type.asks(Workspace) or any(s.view in ("frames", "reached") for s in node.type.sockets.values()):
             raise BadInput(f"'{node.name}' cannot be played", where=graph.path, right="a node of values at a frame")

@@ -48,6 +48,7 @@ def make_engine(resolver: Resolver, options: Options) -> LocalEngine | DaskEngin
 
 POLL = 0.1
 """Interval at which a task that another process is evaluating is checked again [s]."""
+DIFFERS = "the result differs from the previous one: the node is not reproducible"
 HEALED = "compiled kernels were damaged, and are compiled again"
 KEPT = "the existing file is not from hairpipe, and is kept unless its new content is equal (--force overwrites it)"
 MOST_LOSSES = 10
@@ -307,9 +308,7 @@ class Scheduler:
         for message in record.warnings if before is None else ():
             self.report(Event("warning", task, message=message))
         if before is not None and before.outputs != record.outputs:
-            self.report(
-                Event("warning", task, message="the result differs from the previous one: the node is not reproducible")
-            )
+            self.report(Event("warning", task, message=DIFFERS))
         if not self.publish(task, record):
             return
         for waiter in self.waiters.pop(task, ()):

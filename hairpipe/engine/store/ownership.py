@@ -72,8 +72,7 @@ def check_store(root: Path) -> None:
     right = f"a --cache of your own, or {TRUST}={root.resolve()} where you trust its results"
     is_shared = status.st_mode & stat.S_IWGRP and status.st_gid in (os.getegid(), *os.getgroups())
     if status.st_uid not in (os.geteuid(), 0) and not is_shared:
-        raise BadInput(
-            f"a store of user {status.st_uid}, to which no group of yours may write", where=root, right=right
-        )
+        what = f"a store of user {status.st_uid}, to which no group of yours may write"
+        raise BadInput(what, where=root, right=right)
     if status.st_mode & EVERYBODY:
         raise BadInput("a store to which everybody may write", where=root, right=right)
