@@ -31,11 +31,11 @@ import tempfile
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -151,18 +151,6 @@ OVERDUE = (signal.SIGXCPU, signal.SIGALRM)
 Result = TypeVar("Result")
 
 
-class Opened(Protocol):
-    """What is built from files, and names them."""
-
-    @property
-    def files(self) -> Iterable[Path]:
-        """All files and folders on which it depends."""
-        ...
-
-
-Found = TypeVar("Found", bound=Opened)
-
-
 def work_apart(work: Callable[..., Result], path: Path, *arguments: Any) -> Result:
     """Return `work(path, *arguments)`, done in a child process, with its warnings and BadInput.
 
@@ -181,12 +169,12 @@ def work_apart(work: Callable[..., Result], path: Path, *arguments: Any) -> Resu
     return result
 
 
-def recall(build: Callable[..., Found], *arguments: Any) -> Found:
+def recall(build: Callable[..., Result], *arguments: Any) -> Result:
     """Return `build(*arguments)`; in a child, what an earlier work has built, as long as its files are unchanged.
 
     Warnings of the first time are given each time.
 
-    build      a function or class of a module
+    build      a function or class of a module; `files` of what it builds are all files and folders on which it depends
     arguments  values that can be compared, such as paths and texts
     """
     return build(*arguments) if _service is None else _service.recall(build, arguments)
@@ -264,18 +252,14 @@ def _answer(request: bytes, path: Path) -> tuple[Any, list[str]]:
         except BaseException:
             child.end(kill=True)
             raise
-        if answer is not None and _is_unlimited():
+        is_unlimited = resource.getrlimit(resource.RLIMIT_CPU)[1] == resource.RLIM_INFINITY
+        if answer is not None and is_unlimited:  # else the system kills the child at the limit, without a message
             _kept.append(child)
         code, printed = (0, "") if _kept else child.end(kill=answer is not None)
         if answer is not None:
             return answer
         if child.is_fresh or -code in OVERDUE:
             raise _death(code, printed, path)
-
-
-def _is_unlimited() -> bool:
-    """Return whether the system lets a process run for any time; it kills one at the limit, without a message."""
-    return resource.getrlimit(resource.RLIMIT_CPU)[1] == resource.RLIM_INFINITY
 
 
 @atexit.register
