@@ -10,18 +10,23 @@ says belongs to all references. A table is below commit, machine and command of 
 a body, it is that of the rows of `check_errors`. Within a line the form is a role, {results}`NAME {...}`.
 
 A reference is `{TABLE; COLUMN; OTHER COLUMN=VALUE; REDUCTION; FORMAT}`, the last three as needed. TABLE may name
-another results file before a dot, `volume/shell.table`. Reductions are those of REDUCTIONS, over all matching rows, and
-COUNT, the number of values that are not empty. FORMAT is that of Python, `.2g` or `,d`. `{state; NAME}` is the word for
-current results or those of older code. A line whose references match several rows is repeated for each.
+another results file before a dot, `volume/shell.table`. VALUE is a text or a number, also a fraction such as 1/240.
+Reductions are those of REDUCTIONS, over all matching rows, and COUNT, the number of values that are not empty. FORMAT
+is that of Python, `.2g` or `,d`. `{state; NAME}` is the word for current results or those of older code. A line whose
+references match several rows is repeated for each.
 
 References of a table share what its lines and columns have in common: a line that begins with an empty cell has the
-references of the columns, and the first cell of a line without others adds its own parts to each of them.
+references of the columns, and the first cell of a line without others adds its own parts to each of them. Either has
+table and column, and the other conditions.
 
     | hair | frame | of it contact |
     | --- | ---: | ---: |
     | | {frames; frame [s]; .2g} | {parts; coupling [s]; .1f} |
     | 5,000 long curly {scene=long_curly} |
     | 10,000 long straight {scene=long_straight} |
+
+    | | {case=network} | {case=rod} |
+    | error of the tip [mm] {errors; tip [mm]; largest; .2g} |
 
 Finds results files by page, graph, results file or folder.
 """
@@ -30,6 +35,7 @@ import math
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from fractions import Fraction
 from pathlib import Path
 
 from hairpipe.engine.node.messages import nearest
@@ -125,8 +131,8 @@ def is_equal(value: Value, text: str) -> bool:
     """Whether a value equals that of a page: numbers by value, others as text."""
     if isinstance(value, int | float):
         try:
-            return value == float(text)
-        except ValueError:
+            return value == float(Fraction(text))
+        except (ValueError, ZeroDivisionError):
             return False
     return value == text
 

@@ -4,7 +4,7 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.figures import pages
-from hairpipe.graphs.experiments.figures.pages import expanded, figure_of, markdown_of, names_of, written
+from hairpipe.graphs.experiments.figures.pages import expanded, figure_of, is_equal, markdown_of, names_of, written
 
 
 @pytest.fixture
@@ -43,6 +43,11 @@ def test_lines_add_their_own_to_the_references_of_the_columns():
     assert expanded(["| | {case=a} | {case=b} |", "| speed {table; v; .2g} |"]) == [
         "| speed  | {table; v; .2g; case=a} | {table; v; .2g; case=b} |"
     ]
+
+
+@pytest.mark.parametrize(("text", "holds"), [("12", True), ("24/2", True), ("24/0", False), ("7", False), ("x", False)])
+def test_numbers_are_compared_by_value(text, holds):
+    assert is_equal(12.0, text) == holds
 
 
 def test_the_word_of_a_table_follows_the_code(circle):
