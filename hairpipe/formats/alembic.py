@@ -17,6 +17,7 @@ import os
 import shutil
 import warnings
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -39,7 +40,23 @@ EXACT = 1e-6
 """Distance from a sample at which a time is the sample [s]."""
 
 
-def read(path: Path, group: str | None, instant: Instant | None) -> Polygons:
+@contextmanager
+def library_for(
+    path: Path, what: str = "not a readable Alembic file", right: str = "a file in the format Ogawa"
+) -> Iterator[Any]:
+    """Import the library for a file; BadInput where it is missing, and for what it raises in this block."""
+    try:
+        library = importlib.import_module("alembic3d")
+    except ImportError:
+        needed = "pip install 'hairpipe[alembic]', which installs alembic3d"
+        raise BadInput("Alembic files are read by a library that is not installed", where=path, right=needed) from None
+    try:
+        yield library
+    except RuntimeError as error:
+        raise BadInput(f"{what}: {str(error).splitlines()[0][:160]}", where=path, right=right) from None
+
+
+def read(path: Path, group: str | None, instant: Instant | None = None) -> Polygons:
     """Read the visible meshes of a file, of a group or all, at an instant; for None at the first sample.
 
     group  path of an object, or a pattern of paths, to read with all below
@@ -47,27 +64,9 @@ def read(path: Path, group: str | None, instant: Instant | None) -> Polygons:
     Raises BadInput where the library is missing, the file is damaged, or it has no such meshes.
     """
     checked_size(path, "an Alembic file")
-    import_alembic(path)
-    try:
+    with library_for(path):
         meshes = recall(AlembicMeshes, path, group, 1.0 if instant is None else instant.fps)
         return meshes.shape(0) if instant is None else read_at(meshes, instant)
-    except RuntimeError as error:
-        what = f"not a readable Alembic file: {str(error).splitlines()[0][:160]}"
-        raise BadInput(what, where=path, right="a file in the format Ogawa") from None
-
-
-def read_rest(path: Path, group: str | None) -> Polygons:
-    """Read the visible meshes of a file at the first sample; see `read`."""
-    return read(path, group, None)
-
-
-def import_alembic(path: Path) -> Any:
-    """Import the library for a file; BadInput where it is missing."""
-    try:
-        return importlib.import_module("alembic3d")
-    except ImportError:
-        right = "pip install 'hairpipe[alembic]', which installs alembic3d"
-        raise BadInput("Alembic files are read by a library that is not installed", where=path, right=right) from None
 
 
 class AlembicMeshes:
@@ -77,10 +76,10 @@ class AlembicMeshes:
     """
 
     def __init__(self, path: Path, group: str | None, fps: float) -> None:
-        self.library, self.path, self.rate = import_alembic(path), path, fps
+        self.library, self.path, self.rate = importlib.import_module("alembic3d"), path, fps
         self.files = [path]
         archive = self.library.Abc.IArchive(str(path))
-        shapes = [item for item in below(archive.getTop()) if _fits(item.getFullName(), group)]
+        shapes = below(archive.getTop(), group is None, group or "")
         self.pieces = [piece for piece in map(self._piece, shapes) if piece is not None]
         if not self.pieces:
             right = "a visible polygon mesh or subdivision surface"
@@ -226,10 +225,13 @@ class MeshPiece:
         return matrix
 
 
-def below(item: Any) -> Iterator[Any]:
-    yield item
+def below(item: Any, is_chosen: bool, group: str) -> Iterator[Any]:
+    """Yield an object and all below it, from the objects on whose path is that of a group or fits its pattern."""
+    is_chosen = is_chosen or item.getFullName() == group or fnmatchcase(item.getFullName(), group)
+    if is_chosen:
+        yield item
     for index in range(item.getNumChildren()):
-        yield from below(item.getChild(index))
+        yield from below(item.getChild(index), is_chosen, group)
 
 
 def times_of(schema: Any) -> np.ndarray:
@@ -246,13 +248,6 @@ def around(times: np.ndarray, at: float) -> tuple[int, int, float]:
         nearest = min(after, len(times) - 1)
         return nearest, nearest, 0.0
     return after - 1, after, float((at - times[after - 1]) / (times[after] - times[after - 1]))
-
-
-def _fits(name: str, group: str | None) -> bool:
-    """Return whether a path, or one above it, is that of a group or fits its pattern."""
-    parts = name.split("/")
-    paths = ["/".join(parts[: k + 1]) for k in range(1, len(parts))]
-    return group is None or any(path == group or fnmatchcase(path, group) for path in paths)
 
 
 NUMBERS = ("Int32", "Float", "Int16", "Char", "Uchar", "Double", "UInt32", "Int64", "Boolean")
@@ -294,12 +289,17 @@ class Piece(NamedTuple):
         rows = self.fitting(name, len(self.points))
         return None if rows is None else rows.reshape(len(self.points), -1)[:, :columns]
 
-    def at_strands(self, name: str) -> np.ndarray | None:
-        """Return a parameter of all curves, (S, ...); that of the root where it is one of points."""
-        return self.fitting(name, len(self.counts))
+    def widths(self) -> np.ndarray | None:
+        """Return diameters at all points, (p, 1), else widths; None without."""
+        diameters = self.at_points(DIAMETERS, 1)
+        return self.at_points("width", 1) if diameters is None else diameters
 
-    def fitting(self, name: str, count: int) -> np.ndarray | None:
-        """Return a parameter for all curves, or for all points, whichever count is asked for."""
+    def fitting(self, name: str, count: int | None = None) -> np.ndarray | None:
+        """Return a parameter of all curves, (S, ...), or of all points, whichever count is asked for.
+
+        That of a curve, by default, is that of its root where it is one of points.
+        """
+        count = len(self.counts) if count is None else count
         found = self.values.get(name)
         if found is None or not len(found):
             return None
@@ -315,13 +315,8 @@ class Piece(NamedTuple):
 def read_alembic(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
     """Return the strands of the curves of a file at its first sample; BadInput without any, and for closed ones."""
     checked_size(path, "an Alembic file")
-    library = import_alembic(path)
-    try:
-        archive = library.Abc.IArchive(str(path))
-        pieces = list(pieces_of(library, archive.getTop(), np.eye(4), path))
-    except RuntimeError as error:
-        what = f"not a readable Alembic file: {str(error).splitlines()[0][:160]}"
-        raise BadInput(what, where=path, right="a file in the format Ogawa") from None
+    with library_for(path) as library:
+        pieces = list(pieces_of(library, library.Abc.IArchive(str(path)).getTop(), np.eye(4), path))
     if not pieces:
         raise BadInput("there are no curves", where=path, right="at least one object of curves")
     counts = np.concatenate([piece.counts for piece in pieces])
@@ -335,10 +330,10 @@ def read_alembic(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
     if unread:
         warnings.warn(f"{path}: parameters that are not read: {', '.join(unread)}", stacklevel=2)
     more = {
-        "widths": join_values([widths_in(p) for p in pieces], lengths, np.nan),
+        "widths": join_values([p.widths() for p in pieces], lengths, np.nan),
         "colours": join_values([p.at_points("color", 3) for p in pieces], lengths, 0.0),
-        "root_uv": join_values([p.at_strands("root_uv") for p in pieces], sizes, 0.0),
-        "guides": join_values([p.at_strands("guide") for p in pieces], sizes, 0.0),
+        "root_uv": join_values([p.fitting("root_uv") for p in pieces], sizes, 0.0),
+        "guides": join_values([p.fitting("guide") for p in pieces], sizes, 0.0),
         "rest": join_values(rest, lengths, 0.0) if all(rested) else None,
     }
     widths, guides = more["widths"], more["guides"]
@@ -347,7 +342,7 @@ def read_alembic(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
     more |= {n: v.astype(np.float32) for n in ("colours", "root_uv") if (v := more[n]) is not None}
     points = np.concatenate([piece.points for piece in pieces])
     found = plain_curves(points, counts, unit, up, maps=join_maps([p.maps() for p in pieces], sizes), **more)
-    ids = join_values([piece.at_strands("id") for piece in pieces], sizes, -1.0)
+    ids = join_values([piece.fitting("id") for piece in pieces], sizes, -1.0)
     if ids is not None and len(np.unique(ids)) == len(ids):
         found = replace(found, ids=ids.astype(np.int32))
     elif ids is not None:
@@ -357,16 +352,10 @@ def read_alembic(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
     return found if groups is None else replace(found, groups=groups, group_names=names)
 
 
-def widths_in(piece: Piece) -> np.ndarray | None:
-    """Return the diameters of the curves of an object at all points, (p, 1), else their widths; None without."""
-    diameters = piece.at_points(DIAMETERS, 1)
-    return piece.at_points("width", 1) if diameters is None else diameters
-
-
 def labels_in(piece: Piece) -> np.ndarray | None:
     """Return the labels of the groups of the curves of an object, (S,) text; None without groups."""
     for name in ("group_name", "group_id"):
-        values = piece.at_strands(name)
+        values = piece.fitting(name)
         if values is not None:
             return values.astype(str) if name == "group_name" else values.astype(np.int64).astype(str)
     return None
@@ -461,30 +450,29 @@ TARGETS = {
 
 def write_alembic(path: Path, shot: GroomShot, name: str) -> None:
     """Write hair and guides for a program, with samples at the true times of frames."""
-    library = import_alembic(path)
     target = TARGETS[name]
     if shutil.disk_usage(path.parent).free < size_of(shot):  # the library ends the process where the disk is full
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
     frames = [] if shot.hair is None else list(shot.hair)
-    try:
+    right = "a folder with space, where files can be made"
+    with library_for(path, "the Alembic file was not written", right) as library:
         archive = library.Abc.OArchive(str(path))
         times = archive.addTimeSampling(sampling_of(library, np.array(frames or [0]) / shot.fps, shot.fps))
         top = library.AbcGeom.OXform(archive.getTop(), "groom")
-        state_version(library, top)
+        properties = top.getSchema().getUserProperties()
+        for word, number in zip(("groom_version_major", "groom_version_minor"), VERSION, strict=True):
+            library.Abc.OInt16Property(properties, word).setValue(number)
+        library.Abc.OStringProperty(properties, "groom_tool").setValue(f"hairpipe {__version__}")
         maps = shot.maps({*KNOWN, *(GUIDED if shot.closest else ())})
         pieces = shot.pieces(target.apart).items()
         written = [CurvesWriter(library, top, piece, shot, maps, target, times) for piece in pieces]
-        for curves in written:
-            if not frames:
-                curves.add(shot.groom.points, None, shot.widths(None))
+        for curves in written if not frames else ():
+            curves.add(shot.groom.points, None, shot.widths(None))
         for frame in frames:
             hair = shot.at(frame)
             widths = shot.widths(hair)
             for curves in written:
                 curves.add(hair.points, hair.velocities, widths)
-    except RuntimeError as error:
-        what = f"the Alembic file was not written: {str(error).splitlines()[0][:160]}"
-        raise BadInput(what, where=path, right="a folder with space, where files can be made") from None
 
 
 def size_of(shot: GroomShot) -> int:
@@ -503,13 +491,6 @@ def sampling_of(library: Any, seconds: np.ndarray, fps: float) -> Any:
     times = core.TimeVector()
     times.extend(seconds.tolist())
     return core.TimeSampling(core.TimeSamplingType(core.AcyclicFlag.kAcyclic), times)
-
-
-def state_version(library: Any, top: Any) -> None:
-    properties = top.getSchema().getUserProperties()
-    for name, number in zip(("groom_version_major", "groom_version_minor"), VERSION, strict=True):
-        library.Abc.OInt16Property(properties, name).setValue(number)
-    library.Abc.OStringProperty(properties, "groom_tool").setValue(f"hairpipe {__version__}")
 
 
 class CurvesWriter:

@@ -52,7 +52,7 @@ FORMATS = (
     GLTF,
     Format(
         (".abc",),
-        body="hairpipe.formats.alembic.read_rest",
+        body="hairpipe.formats.alembic.read",
         meshes="hairpipe.formats.alembic.read",
         strands="hairpipe.formats.alembic.read_alembic",
     ),

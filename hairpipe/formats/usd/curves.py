@@ -4,7 +4,7 @@ Those of B-splines, Bezier curves and NURBS pass through points on them.
 """
 
 import warnings
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -48,11 +48,6 @@ KNOWN = {*IDS, *REST, *DRAWN, "widths", DIAMETERS}
 LARGEST = np.iinfo(np.int32).max
 NONE = np.iinfo(np.int64).min
 """Id of a curve without an id."""
-
-
-def rest_points(curves: UsdGeom.Curves, count: int) -> np.ndarray | None:
-    """Return the rest shape of `count` points in the space of the curves, (count, 3) float64; None without a match."""
-    return _matching(curves, REST, 3, (count,), f"{count} points")
 
 
 def strand_ids(curves: UsdGeom.Curves, count: int) -> np.ndarray:
@@ -177,11 +172,6 @@ def maps(curves: UsdGeom.Curves, count: int) -> dict[str, np.ndarray]:
         if values.shape == (count,) and values.dtype.kind in "iuf" and np.isfinite(values).all():
             found[str(primvar.GetPrimvarName())] = values.astype(np.float64)
     return found
-
-
-def unused_primvars(curves: UsdGeom.Curves, used: Collection[str]) -> list[str]:
-    """List the primvars of curves that are not read, nor used as maps."""
-    return sorted({name for p in _other_primvars(curves) if (name := str(p.GetPrimvarName())) not in used})
 
 
 def _other_primvars(curves: UsdGeom.Curves) -> list[UsdGeom.Primvar]:
@@ -358,10 +348,11 @@ def read_curves(
         prims = [(UsdGeom.NurbsCurves if p.IsA(UsdGeom.NurbsCurves) else UsdGeom.BasisCurves)(p) for p in found]
         parts = [_read_part(curves) for curves in prims]
         time = read_time([curves.GetPrim() for curves in prims], time)
-        pairs = zip(prims, parts, strict=True)
-        unused = sorted({name for curves, part in pairs for name in unused_primvars(curves, part.maps)})
+        unused = set[str]()
+        for curves, part in zip(prims, parts, strict=True):
+            unused |= {str(p.GetPrimvarName()) for p in _other_primvars(curves)} - part.maps.keys()
     if unused:
-        warnings.warn(f"{path}: primvars that are not used: {', '.join(unused)}", stacklevel=2)
+        warnings.warn(f"{path}: primvars that are not used: {', '.join(sorted(unused))}", stacklevel=2)
     lines = [line for part in parts for line in part.lines]
     if not lines:
         raise BadInput("the curves have no points", where=path, right="at least one curve")
@@ -386,17 +377,12 @@ def read_curves(
 
 
 class _Part(NamedTuple):
-    """The curves of one prim.
+    """The curves of one prim, with values of each strand, (S,); see `Curves`.
 
     lines     points of each with rest shape, width and colour, (n, 10) float64; NaN without a width or colour
-    spare     number of points beyond either end of each, (S,) int64
-    ids       ids of the prim, (S,) int64, or NONE
-    rested    whether the prim has a rest shape
-    coloured  whether it has colours
-    uv        texture coordinates of the roots, (S, 2)
-    groups    group of each strand as text, (S,)
-    guides    whether each strand is a guide, (S,)
-    maps      values of each strand by the names of their primvars, (S,) each
+    ids       ids of the prim, or NONE
+    rested    whether the prim has a rest shape, and coloured: whether it has colours
+    groups    group of each strand as text
     """
 
     lines: list[np.ndarray]
@@ -419,7 +405,7 @@ def _read_part(curves: UsdGeom.Curves) -> _Part:
         right = f"the number of points, {len(points)}"
         raise BadInput(f"curveVertexCounts sum to {counts.sum()}", where=where, right=right)
     matrix = place(curves.GetPrim())
-    rest = rest_points(curves, len(points))
+    rest = _matching(curves, REST, 3, (len(points),), f"{len(points)} points")
     columns = np.column_stack([move(matrix, points), move(matrix, points if rest is None else rest)])
     strands = np.split(columns, np.cumsum(counts)[:-1]) if len(counts) else []
     scale = np.cbrt(abs(np.linalg.det(matrix[:3, :3])))
@@ -441,7 +427,9 @@ def _read_part(curves: UsdGeom.Curves) -> _Part:
             continue
         for column, held in zip((slice(6, 7), slice(7, 10)), given[i], strict=True):
             if len(held) != len(strand):
-                line[:, column] = _between(held, len(line), beyond)
+                ends = np.linspace(beyond, len(line) - 1 - beyond, len(held))  # of spans, at equal steps
+                known = _at_points(held, len(held))
+                line[:, column] = np.stack([np.interp(np.arange(len(line)), ends, k) for k in known.T], axis=1)
         lines.append(line)
         spare.append(beyond)
     _report(faults, len(strands), where)
@@ -471,13 +459,6 @@ def _at_points(values: np.ndarray, count: int) -> np.ndarray:
         return np.full((count, values.shape[1]), np.nan)
     places = np.flatnonzero(known)
     return np.stack([np.interp(np.arange(count), places, column[known]) for column in values.T], axis=1)
-
-
-def _between(values: np.ndarray, rows: int, beyond: int) -> np.ndarray:
-    """Return values at the points of a line, (rows, k), from those at the ends of its spans, (n, k), at equal steps."""
-    ends = np.linspace(beyond, rows - 1 - beyond, len(values))
-    filled = _at_points(values, len(values))
-    return np.stack([np.interp(np.arange(rows), ends, column) for column in filled.T], axis=1)
 
 
 def _known_widths(widths: np.ndarray, offsets: np.ndarray, path: Path) -> np.ndarray | None:

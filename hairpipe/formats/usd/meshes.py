@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +36,7 @@ from hairpipe.plain_file import Absent
 from hairpipe.values import Body, DualQuaternions, Mesh, Skeleton
 
 REST = Usd.TimeCode.EarliestTime()
+Queries = Sequence[UsdSkel.SkeletonQuery]
 
 
 @dataclass(frozen=True)
@@ -138,12 +139,13 @@ def read_rig(query: UsdSkel.SkeletonQuery, first: int) -> Rig:
         raise BadInput("bindTransforms do not fit the joints", where=where, right=f"{len(joints)} matrices")
     bind = query.GetJointWorldBindTransforms()
     matrix = place(query.GetPrim())
+    rest = bind
+    skin = Vt.Matrix4dArray([Gf.Matrix4d(1)] * len(bind))
     if query.HasRestPose():
+        if not np.isfinite(np.array(bind)).all() or any(abs(b.GetDeterminant()) < 1e-30 for b in bind):
+            raise BadInput("a bind transform cannot be inverted", where=where, right="matrices of full rank")
         rest = query.ComputeJointSkelTransforms(REST, True)
-        skin = Vt.Matrix4dArray([_inverse(b, where) * r for b, r in zip(bind, rest, strict=True)])
-    else:
-        rest = bind
-        skin = Vt.Matrix4dArray([Gf.Matrix4d(1)] * len(bind))
+        skin = Vt.Matrix4dArray([b.GetInverse() * r for b, r in zip(bind, rest, strict=True)])
     parents = np.array(query.GetTopology().GetParentIndices(), np.int32)
     world = matrix @ np.array([columns(r) for r in rest])
     if not np.isfinite(world).all():
@@ -151,10 +153,13 @@ def read_rig(query: UsdSkel.SkeletonQuery, first: int) -> Rig:
     return Rig(first, joints, parents, world, rigid(world), skin, matrix)
 
 
-def _inverse(matrix: Gf.Matrix4d, where: str) -> Gf.Matrix4d:
-    if not np.isfinite(np.array(matrix)).all() or abs(matrix.GetDeterminant()) < 1e-30:
-        raise BadInput("a bind transform cannot be inverted", where=where, right="matrices of full rank")
-    return matrix.GetInverse()
+def _read_rigs(queries: Queries) -> dict[Sdf.Path, Rig]:
+    """Read each skeleton once, with its joints after those of the skeletons before."""
+    rigs: dict[Sdf.Path, Rig] = {}
+    for query in queries:
+        if query.GetPrim().GetPath() not in rigs:
+            rigs[query.GetPrim().GetPath()] = read_rig(query, sum(len(rig.joints) for rig in rigs.values()))
+    return rigs
 
 
 def skin_at_rest(
@@ -268,7 +273,7 @@ def read_keys(mesh: UsdGeom.Mesh, binding: Binding, names: Names, matrix: np.nda
     return keys
 
 
-def weights_at(skeletons: Sequence[UsdSkel.SkeletonQuery], names: Names) -> dict[str, float]:
+def weights_at(skeletons: Queries, names: Names) -> dict[str, float]:
     """Return the weights of the animations of skeletons by name, at the time of the stage."""
     found = dict[str, float]()
     for query in skeletons:
@@ -287,9 +292,6 @@ def weights_at(skeletons: Sequence[UsdSkel.SkeletonQuery], names: Names) -> dict
     return found
 
 
-Queries = Sequence[UsdSkel.SkeletonQuery]
-
-
 def read_joints(path: Path, group: str | None, absent: Absent = "refuse") -> JointMotion:
     """Read the skeletons of the meshes at or under a prim, as `read_body` joins them; all of a stage without meshes.
 
@@ -300,9 +302,8 @@ def read_joints(path: Path, group: str | None, absent: Absent = "refuse") -> Joi
         session = stage.GetSessionLayer()
         session.startTimeCode = common_time(stage) or 0.0
         queries, animators, names = _find_skeletons(stage, group)
-        rigs = [read_rig(query, 0) for query in queries]
-        firsts = np.cumsum([0] + [len(rig.joints) for rig in rigs]).tolist()
-        skeleton = join_rigs([replace(rig, first=first) for rig, first in zip(rigs, firsts, strict=False)])
+        rigs = list(_read_rigs(queries).values())
+        skeleton = join_rigs(rigs)
         unbind = np.linalg.inv(np.concatenate([np.empty((0, 4, 4)), *(rig.world for rig in rigs)])) @ skeleton.rest
         turns = [codes for query in queries for codes in turn_codes(query)]
         weighed = [weight_codes(query) for query in animators]
@@ -381,8 +382,14 @@ def _read_mesh(prim: UsdGeom.Mesh, points: np.ndarray, matrix: np.ndarray) -> tu
         corners = corners[:, ::-1]
     triangles = np.ascontiguousarray(vertices[corners], np.int32)
     mesh = Mesh(points, triangles, uv=None if uv is None else np.ascontiguousarray(uv[kept][corners]))
-    maps = _read_maps(prim, len(points))
-    _warn_of_unused(prim, maps)
+    primvars = UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithValues()
+    primvars = [p for p in primvars if not p.GetPrimvarName().startswith(SKINNING)]
+    scalars = [p for p in primvars if p.GetInterpolation() in PER_VERTEX and p.GetTypeName() in SCALARS]
+    maps = {p.GetPrimvarName(): _read_map(p, len(points)) for p in scalars if p.GetElementSize() == 1}
+    unused = sorted({p.GetPrimvarName() for p in primvars} - {*maps, *KNOWN})
+    if unused:
+        message = f"primvars that are not used: {', '.join(unused)}"
+        warnings.warn(f"{location(prim.GetPrim())}: {message}", stacklevel=2)
     kept = np.flatnonzero(solid)
     return Polygons(mesh, np.repeat(kept, counts[kept] - 2)), maps
 
@@ -396,15 +403,6 @@ def warn_of_scheme(prim: UsdGeom.Mesh) -> None:
         vertices = numbers(prim.GetFaceVertexIndicesAttr(), kind=np.int64)
         _check_faces(prim, counts, vertices, len(points))
         warn_of_cage(location(prim.GetPrim()), points, counts, vertices, scheme.Get())
-
-
-def _warn_of_unused(prim: UsdGeom.Mesh, maps: dict[str, np.ndarray]) -> None:
-    """Name the primvars that are neither maps, nor texture coordinates, skinning or colours."""
-    names = [primvar.GetPrimvarName() for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithValues()]
-    unused = [name for name in names if name not in (*maps, *KNOWN) and not name.startswith(SKINNING)]
-    if unused:
-        message = f"primvars that are not used: {', '.join(sorted(unused))}"
-        warnings.warn(f"{location(prim.GetPrim())}: {message}", stacklevel=2)
 
 
 def _check_faces(prim: UsdGeom.Mesh, counts: np.ndarray, vertices: np.ndarray, n: int) -> None:
@@ -450,13 +448,6 @@ def _read_uv(prim: UsdGeom.Mesh, vertices: np.ndarray, n: int) -> np.ndarray | N
     return values[vertices] if is_vertex else values
 
 
-def _read_maps(prim: UsdGeom.Mesh, n: int) -> dict[str, np.ndarray]:
-    primvars = UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithValues()
-    scalars = [p for p in primvars if p.GetInterpolation() in PER_VERTEX and p.GetTypeName() in SCALARS]
-    painted = [p for p in scalars if p.GetElementSize() == 1 and not p.GetPrimvarName().startswith(SKINNING)]
-    return {p.GetPrimvarName(): _read_map(p, n) for p in painted}
-
-
 def _read_map(primvar: UsdGeom.Primvar, n: int) -> np.ndarray:
     values = _flat(primvar, 1)
     _check_count(primvar, values, n)
@@ -495,7 +486,7 @@ def read_body(path: Path, prim: str | None = None, time: float | None = None, ab
         go_to(stage, time)
         meshes = [UsdGeom.Mesh(p) for p in shown(stage, prim, UsdGeom.Mesh)]
         bindings = find_bindings(stage)
-        rigs = _read_rigs([bindings[mesh.GetPath()] for mesh in meshes if mesh.GetPath() in bindings])
+        rigs = _read_rigs([bindings[mesh.GetPath()].skeleton for mesh in meshes if mesh.GetPath() in bindings])
         animated = find_bindings(stage, shapes=True)
         animators = [animated.get(mesh.GetPath()) for mesh in meshes]
         names = name_weights(meshes, animators)
@@ -516,15 +507,6 @@ def read_body(path: Path, prim: str | None = None, time: float | None = None, ab
     about = np.repeat(centres, [len(part.bound) for part in parts], axis=0)[blended]
     quaternions = DualQuaternions(blended, about) if len(blended) else None
     return join_parts(parts, join_rigs(list(rigs.values())), turns, {}, time, quaternions)
-
-
-def _read_rigs(bindings: Sequence[Binding]) -> dict[Sdf.Path, Rig]:
-    rigs: dict[Sdf.Path, Rig] = {}
-    for binding in bindings:
-        if binding.skeleton.GetPrim().GetPath() not in rigs:
-            first = sum(len(rig.joints) for rig in rigs.values())
-            rigs[binding.skeleton.GetPrim().GetPath()] = read_rig(binding.skeleton, first)
-    return rigs
 
 
 def _read_part(
