@@ -15,12 +15,6 @@ DIAMETER = 80e-6
 """Of hair where a groom has no widths [m]."""
 
 
-def valid_name(name: str) -> str:
-    """Return the nearest name of letters, digits and _; its parts, separated by colons, begin with no digit."""
-    parts = (re.sub(r"\W", "_", part) for part in name.split(":"))
-    return ":".join(part if part.isidentifier() else f"_{part}" for part in parts)
-
-
 @dataclass(frozen=True)
 class GroomShot:
     """Contents of a file.
@@ -74,7 +68,8 @@ class GroomShot:
         """
         found = dict[str, np.ndarray]()
         for name, values in self.groom.maps.items():
-            written = valid_name(name)
+            parts = (re.sub(r"\W", "_", part) for part in name.split(":"))  # letters, digits and _, no digit first
+            written = ":".join(part if part.isidentifier() else f"_{part}" for part in parts)
             if written in taken or written in found:
                 what = f"the map '{name}' of the groom has the name of another attribute, {written}"
                 raise BadInput(what, where="groom", right="another name")

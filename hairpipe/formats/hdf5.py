@@ -73,17 +73,13 @@ def take_apart(value: Any, name: str = "value") -> Tree:
     if isinstance(value, tuple) and (names := getattr(value, "_fields", None)) is not None:
         return take_apart(dict(zip(names, value, strict=True)), name)
     if isinstance(value, dict):
-        return ordered({checked_text(key, name): take_apart(item, f"{name}.{key}") for key, item in value.items()})
+        items = {checked_text(key, name): take_apart(item, f"{name}.{key}") for key, item in value.items()}
+        return dict(sorted(items.items()))
     if isinstance(value, np.ndarray):
         return plain_array(value, name)
     if isinstance(value, tuple):
         return tuple(checked_text(item, name) for item in value)
     return plain_scalar(value, name)
-
-
-def ordered(tree: dict[str, Tree]) -> dict[str, Tree]:
-    """Sort a dict by its names, the only order that a file keeps."""
-    return {name: tree[name] for name in sorted(tree)}
 
 
 def plain_array(array: np.ndarray, name: str) -> np.ndarray:
@@ -143,14 +139,7 @@ def leaves(tree: Tree, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...],
 
 
 def nbytes(tree: Tree) -> int:
-    """Return the size of the arrays of a tree [bytes]."""
     return sum(leaf.nbytes for _, leaf in leaves(tree, ()) if isinstance(leaf, np.ndarray))
-
-
-def most_bytes(tree: Tree) -> int:
-    """Bound the size of the file of a tree [bytes]."""
-    texts = (repr(leaf) for _, leaf in leaves(tree, ()) if not isinstance(leaf, np.ndarray))
-    return nbytes(tree) + BLOCK + sum(OVERHEAD + 8 * len(text) for text in texts)
 
 
 def file_size(tree: Tree) -> int:
@@ -169,7 +158,8 @@ def write(tree: Tree, path: Path, *, hollow: bool = False) -> None:
     hollow  the file is sparse: room for each array, with one element of it
     """
     limit = resource.getrlimit(resource.RLIMIT_FSIZE)[0]
-    if limit != resource.RLIM_INFINITY and limit < most_bytes(tree):
+    texts = (repr(leaf) for _, leaf in leaves(tree, ()) if not isinstance(leaf, np.ndarray))
+    if limit != resource.RLIM_INFINITY and limit < nbytes(tree) + BLOCK + sum(OVERHEAD + 8 * len(t) for t in texts):
         raise OSError(errno.EFBIG, os.strerror(errno.EFBIG), str(path))
     with h5py.File(path, "w", libver=FORMAT, locking=False) as file:
         write_entry(file, "value", tree, hollow=hollow)
@@ -243,7 +233,7 @@ class Reader:
                 tree[unescape(str(name))] = self.dataset(item)
             else:
                 raise ValueError(f"{name} is neither a group nor an array")
-        return ordered(tree)
+        return dict(sorted(tree.items()))
 
     def dataset(self, dataset: h5py.Dataset) -> Tree:
         """Read an array or texts; ValueError where the data is not in the file, or larger than the file."""

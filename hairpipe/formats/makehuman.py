@@ -57,7 +57,8 @@ def _weight_rows(path: Path, bone: str, rows: Any, vertices: int) -> tuple[np.nd
     if not isinstance(rows, list) or not all(isinstance(row, list) and len(row) == 2 for row in rows):
         raise BadInput("the list does not consist of pairs", where=where, right=right)
     for vertex, weight in rows:
-        if not _is_index(vertex, vertices) or not _is_weight(weight):
+        is_weight = isinstance(weight, int | float) and not isinstance(weight, bool) and 0.0 <= weight <= 1e6
+        if not is_weight or not _is_index(vertex, vertices):
             raise BadInput(f"[{vertex!r:.40}, {weight!r:.40}] is out of range", where=where, right=right)
     pairs = np.array(rows, np.float64).reshape(-1, 2)
     return pairs[:, 0].astype(np.int64), pairs[:, 1]
@@ -65,10 +66,6 @@ def _weight_rows(path: Path, bone: str, rows: Any, vertices: int) -> tuple[np.nd
 
 def _is_index(value: Any, count: int) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < count
-
-
-def _is_weight(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and 0.0 <= value <= 1e6
 
 
 def _read_object(path: Path) -> dict[str, Any]:

@@ -140,7 +140,6 @@ def encoded_image(values: np.ndarray) -> bytes:
 
 
 def pixel_values(image: Image.Image) -> np.ndarray:
-    """Return the pixels of an opened image as values, (height, width) float64."""
     if image.mode == "F":
         return np.asarray(image, np.float64)
     if image.mode.startswith("I"):

@@ -44,7 +44,9 @@ def triangulate(corners: np.ndarray, sizes: np.ndarray) -> np.ndarray:
         fan = np.stack([np.zeros(size - 2), np.arange(1, size - 1), np.arange(2, size)], axis=1).astype(np.int64)
         local = np.tile(fan, (len(which), 1, 1))
         if size > 3:
-            concave = ~_is_convex(polygons)
+            ahead = np.roll(polygons, -1, axis=1) - polygons
+            turns = np.cross(np.roll(ahead, 1, axis=1), ahead)
+            concave = ~(np.einsum("pij,pj->pi", turns, newell_normal(polygons)) >= 0.0).all(axis=1)
             local[concave] = cut_ears(polygons[concave])
         parts.append((local + starts[which][:, None, None]).reshape(-1, 3))
         order.append(np.repeat(which, size - 2))
@@ -55,13 +57,6 @@ def newell_normal(polygons: np.ndarray) -> np.ndarray:
     """Return the area vectors of polygons (..., size, 3), (..., 3), by Newell's sum of cross products. Pure."""
     around = polygons - polygons[..., :1, :]
     return 0.5 * np.cross(around, np.roll(around, -1, axis=-2)).sum(axis=-2)
-
-
-def _is_convex(polygons: np.ndarray) -> np.ndarray:
-    """Return which polygons, (p, size, 3), are convex, (p,) bool."""
-    ahead = np.roll(polygons, -1, axis=1) - polygons
-    turns = np.cross(np.roll(ahead, 1, axis=1), ahead)
-    return (np.einsum("pij,pj->pi", turns, newell_normal(polygons)) >= 0.0).all(axis=1)
 
 
 def cut_ears(polygons: np.ndarray) -> np.ndarray:
@@ -189,5 +184,4 @@ def limit_points(points: np.ndarray, sizes: np.ndarray, corners: np.ndarray, sch
 
 
 def _sums(rows: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    """Return the sums of values (m, 3) by row, (count, 3); pure."""
     return np.stack([np.bincount(rows, column, count) for column in values.T], axis=1)

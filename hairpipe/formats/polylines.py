@@ -127,7 +127,6 @@ def read_ply_strands(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
 
 
 def column(element: Columns, name: str, path: Path, owner: str) -> np.ndarray:
-    """Return a property of an element as numbers, (n,) float64; BadInput where there is none."""
     found = element.get(name)
     if found is None or isinstance(found, Lists):
         raise BadInput(f"element {owner} has no number {name}", where=path, right=f"property float {name}")
@@ -184,7 +183,8 @@ NUMBERS = {".data": 3, ".bin": 7}
 
 def read_records(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
     """Return the strands that have points; BadInput, with the byte, where a number contradicts the size of the file."""
-    words = np.frombuffer(whole_words(content(path, f"a {path.suffix} file")), "<i4")
+    data = content(path, f"a {path.suffix} file")
+    words = np.frombuffer(data[: len(data) // 4 * 4] or bytes(4), "<i4")
     width = NUMBERS[path.suffix.lower()]
     strands = int(words[0])
     if not 1 <= strands < len(words):
@@ -211,7 +211,3 @@ def read_records(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
     if width > 3:
         warnings.warn(f"{path}: directions and labels are not read", stacklevel=2)
     return plain_curves(numbers[:, :3], counts[counts > 0], unit, up)
-
-
-def whole_words(data: bytes) -> bytes:
-    return data[: len(data) // 4 * 4] or bytes(4)

@@ -68,14 +68,9 @@ def write_points(
         if vectors is not None:
             names += [prefix + axis for axis in AXES]
             columns.append(vectors)
-            formats += [f"%.{digits(vectors)}g"] * 3
+            formats += ["%.9g" if vectors.dtype == np.float32 else "%.17g"] * 3  # digits that represent all exactly
     header = ",".join(names)
     np.savetxt(path, np.column_stack(columns), formats, delimiter=",", header=header, comments="", encoding="utf-8")
-
-
-def digits(array: np.ndarray) -> int:
-    """Return the number of digits that represents every number of the array exactly."""
-    return 9 if array.dtype == np.float32 else 17
 
 
 def write_npz(path: Path, value: Any) -> None:

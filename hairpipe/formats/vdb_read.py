@@ -127,7 +127,6 @@ def grids_of(cursor: Cursor) -> Iterator[tuple[str, str]]:
 
 
 def checked_count(cursor: Cursor, least: int) -> int:
-    """Return a count of items of at least `least` bytes each."""
     count = cursor.number("I")
     if count * least > cursor.size - cursor.file.tell():
         raise cursor.fail(f"{count} entries are announced, more than the file has room for")
@@ -251,7 +250,11 @@ def _read_grid(cursor: Cursor, name: str, kind: str) -> Voxels:
             found.append(tile)
             if sum(len(values) for _, values in found) > MOST_VOXELS:
                 raise cursor.fail(f"tiles have more than {MOST_VOXELS:,} voxels", "a grid of leaves")
-    found += [_read_leaf(cursor, coding, leaf) for leaf in leaves]
+    for leaf in leaves:
+        active = _bits(cursor.bytes(BRICK**3 // 8))
+        values = _read_values(cursor, coding, active)
+        places = np.flatnonzero(active)
+        found.append((np.stack(np.unravel_index(places, 3 * (BRICK,)), axis=1) + leaf, values[places]))
     indices = np.concatenate([np.empty((0, 3), np.int64), *(part[0] for part in found)])
     values = np.concatenate([np.empty(0, np.float32), *(part[1] for part in found)])
     return Voxels(indices, values, voxel, translation)
@@ -301,13 +304,6 @@ def _read_node(
         else:
             cursor.bytes(BRICK**3 // 8)
             leaves.append(corner)
-
-
-def _read_leaf(cursor: Cursor, coding: _Coding, origin: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-    active = _bits(cursor.bytes(BRICK**3 // 8))
-    values = _read_values(cursor, coding, active)
-    places = np.flatnonzero(active)
-    return np.stack(np.unravel_index(places, 3 * (BRICK,)), axis=1) + origin, values[places]
 
 
 def _read_values(cursor: Cursor, coding: _Coding, active: np.ndarray) -> np.ndarray:
@@ -374,5 +370,4 @@ def _expanded(
 
 
 def _bits(data: bytes) -> np.ndarray:
-    """Unpack flags, 8 of a byte, the lowest first, (n,) bool."""
     return np.unpackbits(np.frombuffer(data, np.uint8), bitorder="little").astype(bool)

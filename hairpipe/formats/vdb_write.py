@@ -31,6 +31,8 @@ ALL_BACKGROUND, SIGNED_BACKGROUND = b"\0", b"\3"
 
 Fact = str | bool | int | float | tuple[int, ...]
 """A piece of metadata."""
+FORMS = {bool: ("bool", "<?"), int: ("int64", "<q"), float: ("double", "<d"), tuple: ("vec3i", "<3i")}
+"""Names and layouts of metadata that are numbers."""
 
 
 class Tree(NamedTuple):
@@ -171,19 +173,14 @@ def text(value: str) -> bytes:
 
 
 def metadata(facts: Mapping[str, Fact]) -> bytes:
-    """Return metadata: name, type and value of each, in the order of their names."""
     entries = b"".join(text(name) + entry(facts[name]) for name in sorted(facts))
     return struct.pack("<I", len(facts)) + entries
 
 
 def entry(fact: Fact) -> bytes:
-    """Return type and value of a piece of metadata."""
     if isinstance(fact, str):
         return text("string") + text(fact)
-    kind = type(fact).__name__
-    name, form = {"bool": ("bool", "<?"), "int": ("int64", "<q"), "float": ("double", "<d"), "tuple": ("vec3i", "<3i")}[
-        kind
-    ]
+    name, form = FORMS[type(fact)]
     data = struct.pack(form, *(fact if isinstance(fact, tuple) else (fact,)))
     return text(name) + struct.pack("<I", len(data)) + data
 

@@ -25,7 +25,7 @@ ALONE = 10.0  # times the usual deviation from which a strand jumps
 def velocities_of_strands(track: Track) -> Iterator[Fault]:
     """Find strands with wrong velocities: 0 at one time or at all times, backwards, of another unit."""
     authored = both = seen = np.zeros(0)
-    for before, now in _pairs(track):
+    for before, now in _strands(track):
         lead = _lead(before, now)
         way = now.points.astype(np.float64) - before.points
         yield from _lost(track, before, way)
@@ -45,7 +45,7 @@ def velocities_of_strands(track: Track) -> Iterator[Fault]:
 
 def _lost(track: Track, hair: Snapshot, way: np.ndarray) -> Iterator[Fault]:
     """Find strands whose velocities are exactly 0 at a time at which they move, as the others do."""
-    speeds = np.abs(np.asarray(hair.array("velocities", 3))).max(axis=1)
+    speeds = np.abs(_velocities(hair)).max(axis=1)
     still = np.maximum.reduceat(speeds, hair.roots) == 0.0
     far = np.add.reduceat(np.linalg.norm(way, axis=1), hair.roots)
     lost = still & (far > SLIGHT * np.median(far)) & (far > 0)
@@ -55,7 +55,7 @@ def _lost(track: Track, hair: Snapshot, way: np.ndarray) -> Iterator[Fault]:
 
 def strand_jumps(scene: Scene, track: Track) -> Iterator[Fault]:
     """Find strands of which all points jump: to another strand, or to none."""
-    for before, now in _pairs(track):
+    for before, now in _strands(track):
         misses = now.points.astype(np.float64) - before.points - _lead(before, now)
         off = np.minimum.reduceat(np.linalg.norm(misses, axis=1), now.roots)
         usual = max(float(np.median(off)), TINY)
@@ -65,21 +65,33 @@ def strand_jumps(scene: Scene, track: Track) -> Iterator[Fault]:
             yield track.fault("points", f"{message}; {jumped.sum()} such strands", now.code)
 
 
-def _pairs(track: Track) -> Iterator[tuple[Snapshot, Snapshot]]:
-    """Yield pairs of consecutive samples of the same valid strands, with velocities at both."""
+def _pairs(track: Track, *names: str) -> Iterator[tuple[Snapshot, Snapshot]]:
+    """Yield consecutive samples of a take, with as many values of some attributes at both as points."""
     for before, now in pairwise(track.at(time) for time in track.points):
-        arrays = [shape.array("velocities", 3) for shape in (before, now)]
-        whole = all(a is not None and len(a) == len(now.points) and np.isfinite(a).all() for a in arrays)
-        alike = before.sound and now.sound and np.array_equal(before.counts, now.counts)
-        if alike and whole and not track.is_cut(before, now):
+        arrays = [before.points, *(shape.array(name, 3) for shape in (before, now) for name in names)]
+        if not track.is_cut(before, now) and all(a is not None and len(a) == len(now.points) for a in arrays):
             yield before, now
+
+
+def _strands(track: Track) -> Iterator[tuple[Snapshot, Snapshot]]:
+    """Yield pairs of samples, with velocities, that have the same valid strands."""
+    for before, now in _pairs(track, "velocities"):
+        is_finite = all(np.isfinite(_velocities(shape)).all() for shape in (before, now))
+        if before.sound and now.sound and np.array_equal(before.counts, now.counts) and is_finite:
+            yield before, now
+
+
+def _velocities(shape: Snapshot) -> np.ndarray:
+    return np.asarray(shape.array("velocities", 3), np.float64)
+
+
+def _seconds(before: Snapshot, now: Snapshot) -> float:
+    return (now.time.GetValue() - before.time.GetValue()) / now.prim.GetStage().GetTimeCodesPerSecond()
 
 
 def _lead(before: Snapshot, now: Snapshot) -> np.ndarray:
     """Return the displacements by velocities from one sample to the next, (n, 3): (v0 + v1) / 2 dt."""
-    speeds = [np.asarray(shape.array("velocities", 3), np.float64) for shape in (before, now)]
-    rate = before.prim.GetStage().GetTimeCodesPerSecond()
-    return (speeds[0] + speeds[1]) / 2 * (now.time.GetValue() - before.time.GetValue()) / rate
+    return (_velocities(before) + _velocities(now)) / 2 * _seconds(before, now)
 
 
 def _add(sums: np.ndarray, more: np.ndarray) -> np.ndarray:
@@ -132,9 +144,8 @@ def _overall(track: Track) -> Iterator[str]:
     right, late, early = NONE, NONE, NONE
     authored_before = seen_before = None
     for trio in _trios(track):
-        before, now, after = (np.asarray(shape.array("velocities", 3), np.float64) for shape in trio)
-        dt = (trio[1].time.GetValue() - trio[0].time.GetValue()) / track.rate
-        authored = dt / 3 * (before + 4 * now + after)
+        before, now, after = map(_velocities, trio)
+        authored = _seconds(*trio[:2]) / 3 * (before + 4 * now + after)
         seen = trio[2].points.astype(np.float64) - trio[0].points
         right = right.add(authored, seen)
         if authored_before is not None and seen_before is not None and len(authored_before) == len(authored):
@@ -156,20 +167,13 @@ def _overall(track: Track) -> Iterator[str]:
         yield f"are {np.sqrt(right.authored / max(right.seen, 1e-300)):.3g} times the motion of the points"
 
 
-def _trios(track: Track) -> Iterator[list[Snapshot]]:
+def _trios(track: Track) -> Iterator[tuple[Snapshot, Snapshot, Snapshot]]:
     """Yield triples of consecutive samples at equal intervals that can be compared."""
-    held: list[Snapshot] = []
-    for shape in (track.at(time) for time in track.points):
-        held = [*held[-2:], shape] if held and not track.is_cut(held[-1], shape) else [shape]
-        times = [s.time.GetValue() for s in held]
-        if len(held) == 3 and np.isclose(times[2] - times[1], times[1] - times[0]) and _alike(held):
-            yield held
-
-
-def _alike(shapes: list[Snapshot]) -> bool:
-    given = [array for shape in shapes for array in (shape.points, shape.array("velocities", 3))]
-    arrays = [array for array in given if array is not None and len(array) == len(shapes[0].points)]
-    return len(arrays) == len(given) and all(np.isfinite(array).all() for array in arrays)
+    for (before, now), (same, after) in pairwise(_pairs(track, "velocities")):
+        arrays = [array for shape in (before, now, after) for array in (shape.points, _velocities(shape))]
+        is_even = now is same and np.isclose(_seconds(before, now), _seconds(now, after))
+        if is_even and all(np.isfinite(array).all() for array in arrays):
+            yield before, now, after
 
 
 class Step(NamedTuple):
@@ -196,22 +200,16 @@ def _step_by_step(track: Track) -> Iterator[Fault]:
 
 def _steps(track: Track) -> Iterator[Step]:
     """Compare neighbours: (v0 + v1) / 2 = (x1 - x0) / (t1 - t0), up to the third derivative of x."""
-    rate = track.rate
-    before = None
-    for now in (track.at(time) for time in track.points):
-        before = None if before is None or track.is_cut(before, now) else before
-        arrays = [] if before is None else [before.points, now.points, before.array("velocities", 3)]
-        arrays += [now.array("velocities", 3)]
-        if before is not None and all(a is not None and len(a) == len(now.points) for a in arrays):
-            sound = np.logical_and.reduce([np.isfinite(array).all(axis=1) for array in arrays])
-            start, end, v0, v1 = (array[sound].astype(np.float64) for array in arrays)
-            authored = (v0 + v1) / 2 * (now.time.GetValue() - before.time.GetValue()) / rate
-            seen = end - start
-            most = max(np.abs(start).max(initial=0), np.abs(end).max(initial=0))
-            a, b, misfit = (float(np.linalg.norm(array)) for array in (authored, seen, authored - seen))
-            times = before.time.GetValue(), now.time.GetValue()
-            yield Step(times[0], times[1], a, b, misfit, ROUNDING * np.sqrt(start.size) * most)
-        before = now
+    for before, now in _pairs(track, "velocities"):
+        arrays = [before.points, now.points, _velocities(before), _velocities(now)]
+        sound = np.logical_and.reduce([np.isfinite(array).all(axis=1) for array in arrays])
+        start, end = (shape.points[sound].astype(np.float64) for shape in (before, now))
+        authored = _lead(before, now)[sound]
+        seen = end - start
+        most = max(np.abs(start).max(initial=0), np.abs(end).max(initial=0))
+        a, b, misfit = (float(np.linalg.norm(array)) for array in (authored, seen, authored - seen))
+        times = before.time.GetValue(), now.time.GetValue()
+        yield Step(*times, a, b, misfit, ROUNDING * np.sqrt(start.size) * most)
 
 
 def velocities_missing(scene: Scene, track: Track) -> Iterator[Fault]:
@@ -242,15 +240,11 @@ def _frozen(track: Track) -> Iterator[Fault]:
 def acceleration_match(scene: Scene, track: Track) -> Iterator[Fault]:
     """Find accelerations that contradict the velocities: (a0 + a1) / 2 = (v1 - v0) / dt."""
     sums = NONE
-    before = None
-    rate = track.rate
     moves = track.moves and track.prim.GetAttribute("accelerations").HasValue()
-    for now in (track.at(time) for time in track.points) if moves else ():
-        arrays = [s.array(n, 3) for s in (before, now) if s is not None for n in ("velocities", "accelerations")]
-        if before is not None and all(a is not None and len(a) == len(now.points) for a in arrays):
-            v0, a0, v1, a1 = (np.nan_to_num(np.asarray(array, np.float64)) for array in arrays)
-            sums = sums.add((a0 + a1) / 2 * (now.time.GetValue() - before.time.GetValue()) / rate, v1 - v0)
-        before = now
+    for pair in _pairs(track, "velocities", "accelerations") if moves else ():
+        a0, a1 = (np.nan_to_num(np.asarray(shape.array("accelerations", 3), np.float64)) for shape in pair)
+        v0, v1 = (np.nan_to_num(_velocities(shape)) for shape in pair)
+        sums = sums.add((a0 + a1) / 2 * _seconds(*pair), v1 - v0)
     if sums.seen > 0 and not (WILD[0] <= sums.scale <= WILD[1]):
         message = f"change the velocities {sums.authored**0.5 / sums.seen**0.5:.2g} times as much as they change"
         yield track.first.fault("accelerations", f"{message}; units per second squared are right")
