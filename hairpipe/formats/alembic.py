@@ -70,10 +70,7 @@ def read(path: Path, group: str | None, instant: Instant | None = None) -> Polyg
 
 
 class AlembicMeshes:
-    """Samples of the meshes of a file, see `animated_meshes.Samples`; time codes are frames of the shot.
-
-    Raises BadInput where there are no meshes; warns of other shapes.
-    """
+    """Samples of the meshes of a file, see `animated_meshes.Samples`; time codes are frames of the shot."""
 
     def __init__(self, path: Path, group: str | None, fps: float) -> None:
         self.library, self.path, self.rate = importlib.import_module("alembic3d"), path, fps

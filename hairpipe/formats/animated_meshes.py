@@ -263,7 +263,10 @@ def read_at(source: Samples, instant: Instant, written: Callable[[float], float]
             for weights in stencils[False].weights[stencils[False].samples == sample]:
                 _add(slopes[part], weights[1], given)
     if any(own):
-        _compare(velocities, slopes)
+        sizes = [np.sqrt(np.square(rates).sum(axis=1).mean()) for rates in (velocities, slopes, velocities - slopes)]
+        if max(sizes[:2]) > SLOW and sizes[2] > ALIKE * max(sizes[:2]):
+            what = "velocities of the file are not those of its points, which may mean units per frame"
+            warnings.warn(f'{what} (velocities = "samples" computes them from the points)', stacklevel=2)
     mesh = shape.mesh
     return Polygons(Mesh(points, mesh.triangles, instant.speed * velocities, mesh.uv), shape.owners)
 
@@ -273,11 +276,3 @@ def _add(sums: np.ndarray, weights: np.ndarray, given: Points) -> None:
     for weight, values in zip(weights, given, strict=True):
         if weight != 0.0 and values is not None:
             sums += weight * values
-
-
-def _compare(velocities: np.ndarray, slopes: np.ndarray) -> None:
-    """Warn where velocities differ from the slopes of the points, as those in units per frame do."""
-    sizes = [np.sqrt(np.square(rates).sum(axis=1).mean()) for rates in (velocities, slopes, velocities - slopes)]
-    if max(sizes[:2]) > SLOW and sizes[2] > ALIKE * max(sizes[:2]):
-        what = "velocities of the file are not those of its points, which may mean units per frame"
-        warnings.warn(f'{what} (velocities = "samples" computes them from the points)', stacklevel=3)

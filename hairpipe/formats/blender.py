@@ -14,7 +14,7 @@ from typing import Any
 from hairpipe.apart import work_apart
 from hairpipe.child import command, environment
 from hairpipe.errors import BadInput
-from hairpipe.formats.usd.stage import Drawn, find_drawn
+from hairpipe.formats.usd.stage import find_drawn
 from hairpipe.plain_file import checked_size
 
 IN_MODULE = "from hairpipe.child import die_with_parent; die_with_parent(); from {module} import main; main()"
@@ -53,11 +53,8 @@ PROGRAM = Path(__file__).with_name("blender_import_shot.py")
 
 def job_of(shot: Path, blend: Path | None = None, picture: Path | None = None) -> dict[str, Any]:
     """Return what the program needs: paths, and purposes and looks of the prims of the shot."""
-    found: Drawn = work_apart(find_drawn, shot)
-    absolute = (None if path is None else os.fspath(path.resolve()) for path in (blend, picture))
-    saved, drawn = absolute
-    frames = None if found.frames is None else list(found.frames)
-    return {"shot": os.fspath(shot.resolve()), "prims": found.prims, "frames": frames, "blend": saved, "picture": drawn}
+    saved, drawn = (None if path is None else os.fspath(path.resolve()) for path in (blend, picture))
+    return {"shot": os.fspath(shot.resolve()), **work_apart(find_drawn, shot), "blend": saved, "picture": drawn}
 
 
 def script_of(shot: Path) -> str:
@@ -67,10 +64,7 @@ def script_of(shot: Path) -> str:
 
 
 def make_scene(shot: Path, blend: Path | None, picture: Path | None) -> None:
-    """Import a shot into Blender, in a child process; save the scene, and render its first frame.
-
-    Raises BadInput where the shot cannot be read, or where Blender is not installed or fails.
-    """
+    """Import a shot into Blender, in a child process; save it, and render its first frame; BadInput if that fails."""
     made = [path for path in (blend, picture) if path]
     run_program("hairpipe.formats.blender_import_shot", job_of(shot, blend, picture), made, shot)
 

@@ -25,7 +25,6 @@ WRITTEN = {
 
 
 def main() -> None:
-    """Read the file into an empty scene, and write it."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     job = json.load(sys.stdin)
     importer = next((name for name in job["importers"] if exists(name)), None)
@@ -44,7 +43,6 @@ def main() -> None:
 
 
 def exists(name: str) -> bool:
-    """Tell whether this version of Blender has an operator."""
     try:
         operator(name).get_rna_type()
     except (AttributeError, KeyError):

@@ -97,64 +97,57 @@ ROOT = {
 }
 
 
-class Checker:
-    """Check of the JSON of a file, which leaves out members that are null, in place.
-
-    counts  lengths of its lists, by name
+def check_json(json: Any, path: Path) -> None:
+    """Check the JSON of a file, and leave out members that are null, in place.
 
     Raises BadInput, with the place in the JSON, for the first value that is not right.
     """
+    lists = json if isinstance(json, dict) else {}
+    counts = {name: len(lists[name]) for name in LISTS if isinstance(lists.get(name), list)}
 
-    def __init__(self, json: Any, path: Path) -> None:
-        self.path = path
-        lists = json if isinstance(json, dict) else {}
-        self.counts = {name: len(lists[name]) for name in LISTS if isinstance(lists.get(name), list)}
+    def demand(is_right: bool, value: Any, place: str, right: str) -> None:
+        if not is_right:
+            raise BadInput(f"the value is {value!r:.{SHOWN}}", where=f"{path}, {place or 'JSON'}", right=right)
 
-    def check(self, value: Any, rule: Rule, place: str = "") -> None:
-        """Check a value, and all in it."""
+    def check(value: Any, rule: Rule, place: str = "") -> None:
         match rule:
             case str(name):
-                count = self.counts.get(name, 0)
-                self.demand(_is_whole(value) and value < count, value, place, f"one of the {count} {name}, from 0")
+                count = counts.get(name, 0)
+                demand(_is_whole(value) and value < count, value, place, f"one of the {count} {name}, from 0")
             case Numbers(length):
-                is_list = isinstance(value, list) and length in (None, len(value)) and all(map(_is_number, value))
-                self.demand(is_list, value, place, f"{'' if length is None else f'{length} '}numbers")
+                is_list = isinstance(value, list) and length in (None, len(value))
+                is_list = is_list and all(type(n) in (int, float) and abs(n) <= LARGEST for n in value)
+                demand(is_list, value, place, f"{'' if length is None else f'{length} '}numbers")
             case tuple(values):
                 is_known = isinstance(value, str | int) and value in values
-                self.demand(is_known, value, place, f"one of {', '.join(map(str, values))}")
+                demand(is_known, value, place, f"one of {', '.join(map(str, values))}")
             case [inner]:
-                self.demand(isinstance(value, list), value, place, "a list")
+                demand(isinstance(value, list), value, place, "a list")
                 for number, item in enumerate(value):
-                    self.check(item, inner, f"{place}[{number}]")
+                    check(item, inner, f"{place}[{number}]")
             case {"*": inner}:
-                self.demand(isinstance(value, dict), value, place, "an object")
+                demand(isinstance(value, dict), value, place, "an object")
                 for name, item in value.items():
-                    self.check(item, inner, f"{place}.{name[:SHOWN]}")
+                    check(item, inner, f"{place}.{name[:SHOWN]}")
             case dict(members):
-                self.demand(isinstance(value, dict), value, place, "an object")
+                demand(isinstance(value, dict), value, place, "an object")
                 for marked, inner in members.items():
                     name = marked.removesuffix("!")
                     if value.get(name) is not None:
-                        self.check(value[name], inner, f"{place}.{name}".removeprefix("."))
+                        check(value[name], inner, f"{place}.{name}".removeprefix("."))
                     elif name != marked:
-                        raise BadInput("the value is missing", where=f"{self.path}, {place or 'JSON'}", right=name)
+                        raise BadInput("the value is missing", where=f"{path}, {place or 'JSON'}", right=name)
                     else:
                         value.pop(name, None)
             case kind:
                 is_kind = _is_whole(value) if kind is int else isinstance(value, kind)
-                self.demand(is_kind, value, place, "a whole number" if kind is int else "a text")
+                demand(is_kind, value, place, "a whole number" if kind is int else "a text")
 
-    def demand(self, is_right: bool, value: Any, place: str, right: str) -> None:
-        if not is_right:
-            raise BadInput(f"the value is {value!r:.{SHOWN}}", where=f"{self.path}, {place or 'JSON'}", right=right)
+    check(json, ROOT)
 
 
 def _is_whole(value: Any) -> bool:
     return type(value) is int and 0 <= value <= MOST_WHOLE
-
-
-def _is_number(value: Any) -> bool:
-    return type(value) in (int, float) and abs(value) <= LARGEST
 
 
 SUFFIXES = (".gltf", ".glb")
@@ -173,10 +166,7 @@ UNUSED = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_", "KHR_
 
 
 def list_files(path: Path) -> dict[str, Path]:
-    """Return the files that a glTF file consists of by relative paths; one alone, and of another format, has none.
-
-    Raises BadInput where its JSON cannot be read.
-    """
+    """Return the files of a glTF file by relative paths; one alone, and of another format, has none."""
     is_gltf = path.suffix.lower() in SUFFIXES and path.is_file()
     return named(path, Document(path).files()) if is_gltf else {"": path}
 
@@ -191,10 +181,7 @@ def _refuse_constant(name: str) -> None:
 
 
 class Document:
-    """The JSON of a file, and its binary data.
-
-    Raises BadInput where the file is not glTF 2.0, or requires an extension that changes its meshes.
-    """
+    """The JSON of a file, and its binary data; BadInput for another version, or extensions that change meshes."""
 
     def __init__(self, path: Path) -> None:
         size = checked_size(path, RIGHT)
@@ -216,7 +203,7 @@ class Document:
             self.json = json.loads(text, parse_constant=_refuse_constant)
         except (ValueError, RecursionError):
             raise BadInput("its JSON cannot be read", where=path, right=RIGHT) from None
-        Checker(self.json, path).check(self.json, ROOT)
+        check_json(self.json, path)
         version = str(self.json["asset"]["version"])
         if not version.startswith("2."):
             raise BadInput(f"the version of glTF is {version[:20]}", where=path, right="2.0")
@@ -273,10 +260,7 @@ class Document:
         return self.buffers[index]
 
     def numbers(self, index: int, columns: int) -> np.ndarray:
-        """Return the elements of an accessor, (n,) or (n, columns), float64 where they are fractions, else integers.
-
-        Raises BadInput where it is of another type, or beyond its buffer.
-        """
+        """Return the elements of an accessor, (n,) or (n, columns), float64 where they are fractions, else int64."""
         where = f"{self.path}, accessor {index}"
         accessor = self.get("accessors")[index]
         kind = np.dtype(KINDS[accessor["componentType"]])
@@ -821,10 +805,7 @@ def join_turns(joints: Joints, binds: list[dict[int, np.ndarray]], where: str) -
 
 
 def name_weights(pieces: SkinnedPieces) -> dict[int, list[str]]:
-    """Return the names of the morph targets of every node with a mesh.
-
-    Those of a name have their number, in one node, or their node: smile#2.
-    """
+    """Return the names of the morph targets of every node; equal ones with their number or their node: smile#2."""
     given = dict[int, list[str]]()
     for piece in pieces.pieces:
         mesh = pieces.document.get("meshes")[pieces.animation.nodes[piece.node]["mesh"]]

@@ -15,6 +15,7 @@ from hairpipe.plain_file import checked_size
 
 EFFORT = 4
 """Effort of the WebP encoder, 0 to 6: higher is slower and gives smaller files."""
+DAMAGED = (UnidentifiedImageError, OSError, SyntaxError, ValueError, Image.DecompressionBombError)
 
 
 def write_png(path: Path, picture: np.ndarray) -> None:
@@ -59,7 +60,7 @@ def reduced(data: bytes, quality: int) -> bytes:
             written = io.BytesIO()
             image.convert("RGB").save(written, "WEBP", quality=quality, method=EFFORT)
             return written.getvalue()
-    except (UnidentifiedImageError, OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
+    except DAMAGED as error:
         raise BadInput(f"cannot be read as a picture: {error}", right="a PNG, JPEG or WebP") from error
 
 
@@ -99,7 +100,7 @@ def read_picture(path: Path) -> Image.Image:
     try:
         with Image.open(path) as image:
             return image.convert("RGB")
-    except (UnidentifiedImageError, OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
+    except DAMAGED as error:
         raise BadInput(f"cannot be read as a picture: {error}", where=path, right="a whole PNG file") from error
 
 

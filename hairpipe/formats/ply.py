@@ -64,10 +64,7 @@ Columns = dict[str, np.ndarray | Lists]
 
 
 def read_ply(path: Path) -> dict[str, Columns]:
-    """Return the properties of all elements, by the names of these.
-
-    Raises BadInput, with the line or byte, where the header or the number of values is wrong.
-    """
+    """Return the properties of all elements, by the names of these; BadInput where the file is damaged."""
     data = content(path, "a .ply file")
     order, elements, begin = read_header(data, path)
     if not order and len(data) > MOST_BYTES:
@@ -238,7 +235,6 @@ def read_ply_points(path: Path) -> tuple[np.ndarray, bytes]:
 
 
 def vertices_of(elements: dict[str, Columns], path: Path) -> np.ndarray:
-    """Return the positions of the vertices, (n, 3) float64; BadInput where they are missing or not finite."""
     columns = [elements.get("vertex", {}).get(name) for name in "xyz"]
     if not all(isinstance(column, np.ndarray) for column in columns):
         raise BadInput("there are no positions", where=path, right="an element vertex with x, y and z")
@@ -250,7 +246,6 @@ def vertices_of(elements: dict[str, Columns], path: Path) -> np.ndarray:
 
 
 def polygons_of(elements: dict[str, Columns], path: Path) -> Lists:
-    """Return the corners of the polygons; BadInput where there are none."""
     face = elements.get("face", {})
     found = next((face[name] for name in CORNERS if name in face), None)
     if not isinstance(found, Lists):

@@ -14,10 +14,7 @@ LARGEST = 1e12  # far above positions, angles and times; squares and products of
 
 
 def read_text(path: Path) -> str:
-    """Return the whole text of a UTF-8 file, with lines that end in "\\n".
-
-    Raises BadInput where it is missing, no regular file, forbidden, empty, larger than `MOST_BYTES` or not text.
-    """
+    """Return the text of a UTF-8 file, with lines that end in "\\n"; BadInput where it is another, empty or large."""
     try:
         text = content(path, "a text file", MOST_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError as fault:

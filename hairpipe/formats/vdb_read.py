@@ -94,7 +94,10 @@ def inspect(path: Path) -> list[Grid]:
         for name, _ in grids_of(cursor):
             cursor.number("I")
             facts = read_metadata(cursor)
-            found.append(Grid(name, str(facts.get("class", "")).replace("unknown", ""), box_of(facts)))
+            low, high, voxel = (facts.get(fact) for fact in ("file_bbox_min", "file_bbox_max", "voxel"))
+            is_known = low and high and voxel and all(a <= b for a, b in zip(low, high, strict=True))
+            box = (tuple(i * voxel for i in low), tuple(i * voxel for i in high)) if is_known else None
+            found.append(Grid(name, str(facts.get("class", "")).replace("unknown", ""), box))
     return found
 
 
@@ -131,14 +134,6 @@ def checked_count(cursor: Cursor, least: int) -> int:
     if count * least > cursor.size - cursor.file.tell():
         raise cursor.fail(f"{count} entries are announced, more than the file has room for")
     return count
-
-
-def box_of(facts: dict[str, Any]) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
-    """Return the corners of the box of the active voxels [m], from OpenVDB's indices and our voxel size."""
-    lower, upper, voxel = (facts.get(name) for name in ("file_bbox_min", "file_bbox_max", "voxel"))
-    if not (lower and upper and voxel) or any(a > b for a, b in zip(lower, upper, strict=True)):
-        return None
-    return tuple(i * voxel for i in lower), tuple(i * voxel for i in upper)
 
 
 def read_metadata(cursor: Cursor) -> dict[str, Any]:

@@ -99,7 +99,6 @@ def find_bindings(stage: Usd.Stage, shapes: bool = False) -> dict[Sdf.Path, Bind
 
 
 def has_blend_shapes(mesh: UsdGeom.Mesh) -> bool:
-    """Return whether a mesh names blend shapes."""
     return bool(UsdSkel.BindingAPI(mesh).GetBlendShapeTargetsRel().GetTargets())
 
 
@@ -121,7 +120,6 @@ def turn_codes(query: UsdSkel.SkeletonQuery) -> Iterator[list[float]]:
 
 
 def weight_codes(query: UsdSkel.SkeletonQuery) -> list[float]:
-    """Return the time codes of all samples of the weights of blend shapes of a skeleton."""
     animation = query.GetAnimQuery()
     return animation.GetBlendShapeWeightTimeSamples() if animation else []
 
@@ -244,10 +242,7 @@ def tokens_of(mesh: UsdGeom.Mesh) -> list[str]:
 
 
 def read_keys(mesh: UsdGeom.Mesh, binding: Binding, names: Names, matrix: np.ndarray, n: int) -> list[Key]:
-    """Return the keys of the blend shapes of a mesh of n points, moved by a matrix to the bound mesh (4, 4).
-
-    Warns where names and targets do not fit each other. Raises BadInput where offsets or indices do not.
-    """
+    """Return the keys of the blend shapes of a mesh of n points, moved by a matrix to the bound mesh (4, 4)."""
     tokens = tokens_of(mesh)
     targets = UsdSkel.BindingAPI(mesh).GetBlendShapeTargetsRel().GetForwardedTargets()
     if len(tokens) != len(targets):
@@ -293,10 +288,7 @@ def weights_at(skeletons: Queries, names: Names) -> dict[str, float]:
 
 
 def read_joints(path: Path, group: str | None, absent: Absent = "refuse") -> JointMotion:
-    """Read the skeletons of the meshes at or under a prim, as `read_body` joins them; all of a stage without meshes.
-
-    Raises BadInput where there are none, or nothing moves them.
-    """
+    """Read the skeletons of the meshes at or under a prim, as `read_body` joins them; all of a stage without meshes."""
     with usd_faults(path):
         stage = open_whole(path, group, absent)
         session = stage.GetSessionLayer()
@@ -313,20 +305,19 @@ def read_joints(path: Path, group: str | None, absent: Absent = "refuse") -> Joi
         world = np.empty((len(codes), *unbind.shape))
         weights = np.empty((len(codes), len(shapes)))
         for sample, session.startTimeCode in enumerate(codes.tolist()):
-            world[sample] = np.concatenate([np.empty((0, 4, 4)), *map(_pose, queries)]) @ unbind
+            poses = [np.empty((0, 4, 4))]
+            for query in queries:
+                found = query.ComputeJointSkelTransforms(time_of(query.GetPrim()))
+                if not found:
+                    where = location(query.GetPrim())
+                    raise BadInput("the joints have no transforms", where=where, right="a value for each joint")
+                poses.append(place(query.GetPrim()) @ np.array([columns(matrix) for matrix in found]))
+            world[sample] = np.concatenate(poses) @ unbind
             weights[sample] = [*weights_at(animators, names).values()]
     if not len(codes):
         right = "a Skeleton whose skel:animationSource has samples"
         raise BadInput("no animation moves the joints", where=location(animators[0].GetPrim()), right=right)
     return JointMotion(skeleton, world, codes, stage.GetTimeCodesPerSecond(), float(codes[0]), shapes, weights)
-
-
-def _pose(query: UsdSkel.SkeletonQuery) -> np.ndarray:
-    """Return the transforms of joints to metres at the time of the stage, (j, 4, 4)."""
-    found = query.ComputeJointSkelTransforms(time_of(query.GetPrim()))
-    if not found:
-        raise BadInput("the joints have no transforms", where=location(query.GetPrim()), right="a value for each joint")
-    return place(query.GetPrim()) @ np.array([columns(matrix) for matrix in found])
 
 
 def _find_skeletons(stage: Usd.Stage, group: str | None) -> tuple[Queries, Queries, Names]:
@@ -556,10 +547,7 @@ def read_moving(path: Path, prim: str | None, instant: Instant, absent: Absent =
 
 
 class MovingMeshes:
-    """Samples of the meshes of a stage in metres with Y up, see `animated_meshes.Samples`.
-
-    Raises BadInput for a stage without meshes, or with a PointInstancer among them.
-    """
+    """Samples of the meshes of a stage in metres with Y up, see `animated_meshes.Samples`."""
 
     def __init__(self, path: Path, prim: str | None, absent: Absent = "refuse") -> None:
         self.stage = open_whole(path, prim, absent)

@@ -278,10 +278,7 @@ def set_body(prim: UsdGeom.Mesh, mesh: Mesh, time: Usd.TimeCode = ALWAYS) -> Non
 
 
 def _sample(stage: Usd.Stage, number: int, frame: Frame, first: Frame) -> int:
-    """Author hair and body at a frame; return the bytes.
-
-    Raises BadInput where strands or triangles have changed, or points are not finite, naming them and the frame.
-    """
+    """Author hair and body at a frame; return the bytes. BadInput for other strands, or points that are not finite."""
     prim = _hair(stage)
     hair = frame.hair
     where = f"hair at frame {number}"
@@ -359,7 +356,6 @@ def author_curves(prim: UsdGeom.BasisCurves, counts: np.ndarray, basis: str) -> 
 
 
 def author_body(prim: UsdGeom.Mesh, mesh: Mesh) -> None:
-    """Author the faces, texture coordinates and material of the body."""
     prim.CreateFaceVertexCountsAttr(Vt.IntArray(len(mesh.triangles), 3))
     prim.CreateFaceVertexIndicesAttr(integers(mesh.triangles.ravel()))
     prim.CreateSubdivisionSchemeAttr(TOKENS.none)
@@ -390,27 +386,22 @@ def _bind(prim: UsdGeom.Gprim, name: str, colour: Gf.Vec3f, roughness: float, io
 
 
 def primvar(prim: UsdGeom.Gprim, name: str, kind: Sdf.ValueTypeName, interpolation: str, value: object) -> None:
-    """Author a primvar."""
     UsdGeom.PrimvarsAPI(prim).CreatePrimvar(name, kind, interpolation).Set(value)
 
 
 def vectors(array: np.ndarray) -> Vt.Vec3fArray:
-    """Convert an array (n, 3) to USD, in single precision."""
     return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(array, np.float32))
 
 
 def pairs(array: np.ndarray) -> Vt.Vec2fArray:
-    """Convert an array (n, 2) to USD, in single precision."""
     return Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(array, np.float32))
 
 
 def floats(array: np.ndarray) -> Vt.FloatArray:
-    """Convert numbers, (n,), to USD, in single precision."""
     return Vt.FloatArray.FromNumpy(np.ascontiguousarray(array, np.float32))
 
 
 def integers(array: np.ndarray) -> Vt.IntArray:
-    """Convert an array of integers, (n,), to USD."""
     return Vt.IntArray.FromNumpy(np.ascontiguousarray(array, np.int32))
 
 

@@ -9,10 +9,9 @@ import re
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from pxr import Ar, Pcp, Sdf, Tf, Usd, UsdGeom, UsdShade, UsdVol
@@ -25,26 +24,9 @@ from hairpipe.plain_file import Absent, checked_size, special_kind
 TEMPLATE = 100_000  # maximum number of files of a template
 
 
-@dataclass(frozen=True)
-class Layers:
-    """Layers of a stage.
-
-    open   layers; OpenUSD does not read them again while they are referred to
-    sizes  of their files, and of those of value clips, by path [bytes]; 0 where one is missing
-    """
-
-    open: list[Sdf.Layer]
-    sizes: dict[str, int]
-
-    @property
-    def bytes(self) -> int:
-        """Size of all files."""
-        return sum(self.sizes.values())
-
-
 def list_files(path: Path) -> list[Path]:
     """Return the files that a stage is composed of, that of the path first, and those that do not exist."""
-    return [Path(file) for file in find_layers(path).sizes]
+    return [Path(file) for file in find_layers(path)[1]]
 
 
 def with_folders(files: Iterable[Path]) -> list[Path]:
@@ -52,12 +34,11 @@ def with_folders(files: Iterable[Path]) -> list[Path]:
     return list(dict.fromkeys(place for file in files for place in (file, file.parent)))
 
 
-def find_layers(path: Path) -> Layers:
+def find_layers(path: Path) -> tuple[list[Sdf.Layer], dict[str, int]]:
     """Open all layers of a stage, and find the files of its value clips.
 
-    Composition reports missing or damaged ones, see `hairpipe.formats.usd.stage`.
-
-    Raises BadInput if one of them is not a regular file.
+    Returns layers, which OpenUSD does not read again while they are referred to, and the sizes of all files by path
+    [bytes], 0 where one is missing. Raises BadInput if one of them is not a regular file.
     """
     found = list[Sdf.Layer]()
     sizes = dict[str, int]()
@@ -67,21 +48,24 @@ def find_layers(path: Path) -> Layers:
         if file in sizes:
             continue
         sizes[file] = _plain_size(file, path)
-        layer = _open_layer(file)
+        try:
+            layer = Sdf.Layer.FindOrOpen(file)
+        except (Tf.ErrorException, UnicodeDecodeError):  # composition reports it
+            continue
         if layer is not None:
             found.append(layer)
-            pending += _files(layer, layer.GetCompositionAssetDependencies())
-            sizes |= {clip: _plain_size(clip, path) for clip in _files(layer, _clips_of(layer)) if clip not in sizes}
-    return Layers(found, sizes)
+            pending += [resolve(layer, name) for name in layer.GetCompositionAssetDependencies() if name]
+            prims = [spec for spec in specs_in(layer) if isinstance(spec, Sdf.PrimSpec)]
+            clips = [resolve(layer, name) for prim in prims for name in clip_names(prim) if name]
+            sizes |= {clip: _plain_size(clip, path) for clip in clips if clip not in sizes}
+    return found, sizes
 
 
-def _clips_of(layer: Sdf.Layer) -> Iterator[str]:
+def specs_in(layer: Sdf.Layer) -> Iterator[Sdf.Spec]:
+    """Yield all specs of a layer."""
     paths: list[Sdf.Path] = []
     layer.Traverse(Sdf.Path.absoluteRootPath, paths.append)
-    for path in paths:
-        spec = layer.GetObjectAtPath(path)
-        if isinstance(spec, Sdf.PrimSpec):
-            yield from clip_names(spec)
+    return filter(None, map(layer.GetObjectAtPath, paths))
 
 
 def clip_names(spec: Sdf.PrimSpec) -> Iterator[str]:
@@ -111,11 +95,6 @@ def expand(template: str, start: float, end: float, stride: float) -> Iterator[s
             yield f"{template[: hashes.start()]}{start + step * stride:0{width}.{part}f}{template[hashes.end() :]}"
 
 
-def _files(layer: Sdf.Layer, names: Iterable[str]) -> list[str]:
-    """Return the files of the names in a layer; for a file in a package, the package."""
-    return [resolve(layer, name) for name in names if name]
-
-
 def resolve(layer: Sdf.Layer, name: str) -> str:
     """Return the path of a file by its name in a layer, whether it exists or not; for one in a package, the package."""
     place = layer.ComputeAbsolutePath(name)
@@ -132,14 +111,6 @@ def _plain_size(file: str, stage: Path) -> int:
     return found.st_size
 
 
-def _open_layer(file: str) -> Sdf.Layer | None:
-    """Open a layer; None for a file that OpenUSD cannot read."""
-    try:
-        return Sdf.Layer.FindOrOpen(file)
-    except (Tf.ErrorException, UnicodeDecodeError):
-        return None
-
-
 DROPPED = (Pcp.ErrorInvalidAssetPath, Pcp.ErrorInvalidSublayerPath, Pcp.ErrorUnresolvedPrimPath)
 """Errors of composition by which a reference, payload or sublayer is left out."""
 FORMS = (
@@ -150,7 +121,7 @@ FORMS = (
 """Messages of OpenUSD, which has no other account of these errors."""
 RIGHT = 'all files of the stage, or absent = "warn" to read the rest'
 DOUBLES = ("metersPerUnit", "timeCodesPerSecond", "framesPerSecond", "startTimeCode", "endTimeCode")
-"""Numbers of a layer, for which other programs write floats and whole numbers."""
+"""Numbers of a layer, which are set as doubles, in memory: other programs write floats, at which OpenUSD fails."""
 NAMED = 5  # number of shapes in a message
 LINE = 160  # maximum length of a message of OpenUSD
 GUIDE = UsdGeom.Tokens.guide
@@ -159,17 +130,8 @@ Z_UP_TO_Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 WHOLE = Usd.TraverseInstanceProxies()
 
 
-class Gap(NamedTuple):
-    """One file or prim that is absent.
-
-    path   of the prim of the stage that would have it
-    what   kind and name
-    where  referring layer and prim
-    """
-
-    path: Sdf.Path
-    what: str
-    where: str
+Gap = tuple[Sdf.Path, str, str]
+"""An absent file or prim: path of the prim of the stage that would have it, kind and name, referring layer and prim."""
 
 
 def check_whole(stage: Usd.Stage, prim: str | None, absent: Absent) -> None:
@@ -179,12 +141,12 @@ def check_whole(stage: Usd.Stage, prim: str | None, absent: Absent) -> None:
     """
     gaps = list(dict.fromkeys((*_left_out(stage), *_absent_clips(stage))))
     needed = _needed_by(stage, prim)
-    for gap in gaps:
-        related = needed is None or any(gap.path.HasPrefix(p) or p.HasPrefix(gap.path) for p in needed)
+    for path, what, where in gaps:
+        related = needed is None or any(path.HasPrefix(p) or p.HasPrefix(path) for p in needed)
         if absent == "refuse" and related:
             more = f", and {len(gaps) - 1} more" if len(gaps) > 1 else ""
-            raise BadInput(f"{gap.what}{more}", where=gap.where, right=RIGHT)
-        warnings.warn(f"{gap.where}: {gap.what}, and is left out", stacklevel=2)
+            raise BadInput(f"{what}{more}", where=where, right=RIGHT)
+        warnings.warn(f"{where}: {what}, and is left out", stacklevel=2)
 
 
 def _left_out(stage: Usd.Stage) -> Iterator[Gap]:
@@ -193,21 +155,18 @@ def _left_out(stage: Usd.Stage) -> Iterator[Gap]:
         prim = stage.GetPrimAtPath(error.rootSite.path)
         if isinstance(error, DROPPED) and not (prim and not prim.IsActive()):
             found = next((match for form in FORMS if (match := re.match(form, str(error)))), None)
-            described = _described(found) if found else (str(error), stage_path(stage))
-            yield Gap(error.rootSite.path, *described)
+            what, where = (str(error), stage_path(stage)) if found is None else _described(**found.groupdict())
+            yield error.rootSite.path, what, where
 
 
-def _described(found: re.Match[str]) -> tuple[str, str]:
-    """Return what is absent, and where it is named, from a message of OpenUSD."""
-    parts = found.groupdict()
-    file = Path(parts["file"])
-    name = parts["name"]
-    where = f"{file} {parts['prim']}" if parts.get("prim", "/") != "/" else str(file)
-    if target := parts.get("target"):
+def _described(name: str, kind: str, file: str, prim: str = "/", target: str = "") -> tuple[str, str]:
+    """Return what is absent, and where it is named, from the parts of a message of OpenUSD."""
+    where = f"{Path(file)} {prim}" if prim != "/" else str(Path(file))
+    if target:
         what = "a defaultPrim" if target == "defaultPrim" else f"the prim {target}"
-        return f"{name} does not have {what} of a {parts['kind']}", where
+        return f"{name} does not have {what} of a {kind}", where
     state = "cannot be read" if Path(name).is_absolute() and Path(name).exists() else "does not exist"
-    return f"the {parts['kind']} {name} {state}", where
+    return f"the {kind} {name} {state}", where
 
 
 def _absent_clips(stage: Usd.Stage) -> Iterator[Gap]:
@@ -218,7 +177,7 @@ def _absent_clips(stage: Usd.Stage) -> Iterator[Gap]:
             if lost:
                 more = f" and {len(lost) - 1} more" if len(lost) > 1 else ""
                 what = f"the value clip {lost[0]}{more} {'do' if more else 'does'} not exist"
-                yield Gap(prim.GetPath(), what, f"{spec.layer.realPath} {spec.path}")
+                yield prim.GetPath(), what, f"{spec.layer.realPath} {spec.path}"
 
 
 def _needed_by(stage: Usd.Stage, prim: str | None) -> set[Sdf.Path] | None:
@@ -252,33 +211,25 @@ def create_stage(path: Path, fps: float) -> Usd.Stage:
 
 
 def open_stage(path: Path) -> Usd.Stage:
-    """Open the file as a stage.
-
-    Raises BadInput if it is missing, a folder, not permitted, or not a USD file, or if one of its layers is not a file.
-    """
+    """Open the file as a stage; BadInput if it, or one of its layers, is not a readable file of USD."""
     check_file(path)
     with usd_faults(path):
-        layers = find_layers(path)  # keeps the layers open until the stage has them
-        extend_time(layers.bytes)
-        for layer in layers.open:
-            _hold_doubles(layer)
+        layers, sizes = find_layers(path)
+        extend_time(sum(sizes.values()))
+        for layer in layers:
+            root = layer.pseudoRoot
+            for name in DOUBLES if layer.permissionToEdit else ():
+                if root.HasInfo(name):
+                    root.SetInfo(name, float(root.GetInfo(name)))
         stage = Usd.Stage.Open(str(path))
-        del layers
+        del layers  # which were kept open until the stage has them
     return stage
-
-
-def _hold_doubles(layer: Sdf.Layer) -> None:
-    """Set the numbers of a layer as doubles, in memory, where OpenUSD fails at a float."""
-    root = layer.pseudoRoot
-    for name in DOUBLES if layer.permissionToEdit else ():
-        if root.HasInfo(name):
-            root.SetInfo(name, float(root.GetInfo(name)))
 
 
 def open_whole(path: Path, prim: str | None, absent: Absent) -> Usd.Stage:
     """Open the file as a stage of which a node reads a prim, None for all.
 
-    Raises BadInput as `open_stage` does, for absent files as `check_whole` does, and for rates that are not positive.
+    Raises BadInput as `open_stage` and `check_whole` do, and for rates that are not positive.
     """
     stage = open_stage(path)
     _check_rates(stage)
@@ -386,10 +337,7 @@ def shortened(text: str) -> str:
 
 
 def to_metres(stage: Usd.Stage) -> np.ndarray:
-    """Return the matrix from the stage's world to metres with Y up, column vectors, (4, 4) float64.
-
-    Raises BadInput if metersPerUnit is not a positive number.
-    """
+    """Return the matrix from a world to metres with Y up, column vectors, (4, 4) float64; BadInput without a unit."""
     scale = UsdGeom.GetStageMetersPerUnit(stage)
     if not (np.isfinite(scale) and scale > 0):
         raise BadInput(f"metersPerUnit is {scale:g}", where=stage_path(stage), right="a positive number")
@@ -429,18 +377,23 @@ def shown(
     """
     pattern = prim if prim is not None and set(prim) & set("*?[") else None
     root = stage.GetPseudoRoot() if prim in (None, pattern) else _prim_at(stage, prim)
-    under = [p for p in Usd.PrimRange(root, WHOLE) if pattern is None or _fits(p, pattern)]
-    visible = [p for p in under if _is_one(p, schemas) and _is_visible(p)]
-    found = [p for p in visible if _purpose(p) in RENDERED or (guides == "also" and _purpose(p) == GUIDE)]
+    whole = Usd.PrimRange(root, WHOLE)
+    under = [p for p in whole if not pattern or any(fnmatchcase(str(q), pattern) for q in p.GetPath().GetPrefixes())]
+    states = {p: _state(p, schemas) for p in under if _is_rival(p, schemas)}
+    drawn = [f"purpose {token}" for token in (*RENDERED, *([GUIDE] if guides == "also" else []))]
+    found = [p for p, state in states.items() if state in drawn]
     if guides == "only" and not found:
-        found = [p for p in visible if _purpose(p) == GUIDE]
+        found = [p for p, state in states.items() if state == f"purpose {GUIDE}"]
     if not found:
         place = "" if prim is None else f" at or under {prim}"
         named = " or ".join(schema.__name__ for schema in schemas)
+        curves = [p for p in Usd.PrimRange(root, WHOLE) if p.IsA(UsdGeom.Curves)]
+        others = sorted({p.GetTypeName() for p in curves if not _is_one(p, schemas)})
+        instead = f", but {' and '.join(others)}, which are not read" if others else ""
         right = f"a prim of the type {named} and the purpose {' or '.join(RENDERED)}"
-        raise BadInput(f"no visible {named}{place}{_instead(root, schemas)}", where=stage_path(stage), right=right)
-    if left := [p for p in under if _is_rival(p, schemas) and p not in found]:
-        named = ", ".join(f"{p.GetPath()} ({_why_left(p, schemas)})" for p in left[:NAMED])
+        raise BadInput(f"no visible {named}{place}{instead}", where=stage_path(stage), right=right)
+    if left := [p for p in states if p not in found]:
+        named = ", ".join(f"{p.GetPath()} ({states[p]})" for p in left[:NAMED])
         more = f" and {len(left) - NAMED} more" if len(left) > NAMED else ""
         warnings.warn(f"{stage_path(stage)}: shapes that are not read: {named}{more}", stacklevel=2)
     return found
@@ -450,29 +403,21 @@ def _is_one(prim: Usd.Prim, schemas: Sequence[type]) -> bool:
     return any(prim.IsA(schema) for schema in schemas)
 
 
-def _fits(prim: Usd.Prim, pattern: str) -> bool:
-    """Return whether a pattern matches the path of a prim or of one above it."""
-    return any(fnmatchcase(str(path), pattern) for path in prim.GetPath().GetPrefixes())
-
-
 def _is_rival(prim: Usd.Prim, schemas: Sequence[type]) -> bool:
-    """Return whether a prim is another shape of the kind of the schemas: curves, or surfaces."""
+    """Return whether a prim is a shape of the kind of the schemas: curves, or surfaces."""
     if issubclass(schemas[0], UsdGeom.Curves):
         return prim.IsA(UsdGeom.Curves)
     is_surface = prim.IsA(UsdGeom.Gprim) and prim.GetTypeName() not in ("Points", "Volume")
     return is_surface and not prim.IsA(UsdGeom.Curves)
 
 
-def _why_left(prim: Usd.Prim, schemas: Sequence[type]) -> str:
+def _state(prim: Usd.Prim, schemas: Sequence[type]) -> str:
+    """Return the purpose of a visible shape of the schemas, or why another one is not read."""
+    image = UsdGeom.Imageable(prim)
     if not _is_one(prim, schemas):
         return f"a {prim.GetTypeName()}"
-    return f"purpose {_purpose(prim)}" if _is_visible(prim) else "invisible"
-
-
-def _instead(root: Usd.Prim, schemas: Sequence[type]) -> str:
-    curves = (p for p in Usd.PrimRange(root, WHOLE) if p.IsA(UsdGeom.Curves))
-    others = sorted({p.GetTypeName() for p in curves if not _is_one(p, schemas)})
-    return f", but {' and '.join(others)}, which are not read" if others else ""
+    is_visible = image.ComputeVisibility(time_of(prim)) != UsdGeom.Tokens.invisible
+    return f"purpose {image.ComputePurpose()}" if is_visible else "invisible"
 
 
 def _prim_at(stage: Usd.Stage, path: str) -> Usd.Prim:
@@ -483,24 +428,13 @@ def _prim_at(stage: Usd.Stage, path: str) -> Usd.Prim:
     return found
 
 
-def _is_visible(prim: Usd.Prim) -> bool:
-    return UsdGeom.Imageable(prim).ComputeVisibility(time_of(prim)) != UsdGeom.Tokens.invisible
-
-
-def _purpose(prim: Usd.Prim) -> str:
-    return UsdGeom.Imageable(prim).ComputePurpose()
-
-
 def numbers(attribute: Usd.Attribute, columns: int = 1, kind: type = np.float64) -> np.ndarray:
     """Return an array attribute at the time of the stage, as of `checked`."""
     return checked(attribute.Get(time_of(attribute.GetPrim())), attribute, columns, kind)
 
 
 def checked(value: object, attribute: Usd.Attribute, columns: int = 1, kind: type = np.float64) -> np.ndarray:
-    """Return a value of an attribute as an array (n,) or (n, columns); no value is an empty one.
-
-    Raises BadInput for another type, or for numbers that are not finite.
-    """
+    """Return a value as `shaped` does, of a kind of numbers; BadInput also for numbers that are not finite."""
     array = shaped(value, attribute, columns)
     if not np.isfinite(array).all():
         row = int(np.argmin(np.isfinite(array.reshape(len(array), -1)).all(axis=1)))
@@ -510,9 +444,9 @@ def checked(value: object, attribute: Usd.Attribute, columns: int = 1, kind: typ
 
 
 def shaped(value: object, attribute: Usd.Attribute, columns: int = 1) -> np.ndarray:
-    """Return a value of an attribute as an array (n,) or (n, columns) float64; no value is an empty one.
+    """Return a value of an attribute as an array (n,) or (n, columns) float64; BadInput for another type.
 
-    Raises BadInput for another type.
+    No value is an empty array.
     """
     shape = (0,) if columns == 1 else (0, columns)
     array = np.empty(shape) if value is None else np.array(value)
@@ -536,29 +470,18 @@ INPUTS = ("diffuseColor", "roughness", "ior")
 """Inputs of a UsdPreviewSurface that a shader for hair has, too."""
 
 
-class Drawn(NamedTuple):
-    """Looks of a stage.
+def find_drawn(path: Path) -> dict[str, Any]:
+    """Find how the curves and volumes of a stage are drawn; BadInput where the file cannot be read.
 
-    prims   of each curve and volume by its name: type, purpose, and name and inputs of its material
+    prims   of each by its name: type, purpose, and name and inputs of its material
     frames  first and last time code, and time codes per second; None without time codes
-    """
-
-    prims: dict[str, dict[str, Any]]
-    frames: tuple[float, float, float] | None
-
-
-def find_drawn(path: Path) -> Drawn:
-    """Find the curves and volumes of a stage.
-
-    Raises BadInput where the file cannot be read.
     """
     with usd_faults(path):
         stage = open_stage(path)
         shapes = [p for p in stage.Traverse() if p.IsA(UsdGeom.Curves) or p.IsA(UsdVol.Volume)]
-        found = {shape.GetName(): look_of(shape) for shape in shapes}
-        timed = stage.HasAuthoredTimeCodeRange()
-        times = (stage.GetStartTimeCode(), stage.GetEndTimeCode(), stage.GetTimeCodesPerSecond())
-        return Drawn(found, times if timed else None)
+        times = [stage.GetStartTimeCode(), stage.GetEndTimeCode(), stage.GetTimeCodesPerSecond()]
+        frames = times if stage.HasAuthoredTimeCodeRange() else None
+        return {"prims": {shape.GetName(): look_of(shape) for shape in shapes}, "frames": frames}
 
 
 def look_of(prim: Usd.Prim) -> dict[str, Any]:

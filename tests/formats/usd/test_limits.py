@@ -68,7 +68,7 @@ def test_layers_are_counted_once_and_with_their_clips(tmp_path: Path) -> None:
     circle = [compose(tmp_path / "a.usda", "reference", "b.usda"), compose(tmp_path / "b.usda", "reference", "a.usda")]
     clips = [compose(tmp_path / "c.usda", "clip", "a.usda"), circle[0]]
     for layers in (circle, clips):
-        assert find_layers(layers[0]).bytes == sum(layer.stat().st_size for layer in layers)
+        assert sum(find_layers(layers[0])[1].values()) == sum(layer.stat().st_size for layer in layers)
 
 
 @pytest.fixture

@@ -53,11 +53,13 @@ def normals(scene: Scene) -> Iterator[Fault]:
             yield mesh.fault("normals", f"are {np.median(lengths):.3g} long in the median; unit vectors are right")
         elif authored is not None and _mean_cosine(authored, outward, areas) < INWARD:
             yield mesh.fault("normals", "look the other way than the faces; outward is right")
-        elif authored is not None and (away := (np.einsum("fx,fx->f", authored, outward) < 0).mean()) > AWAY:
-            yield mesh.fault("normals", f"look away from {away:.0%} of the faces; outward is right")
-        elif track.prim.GetPath() in skins and _outward(centres, areas, outward) < INWARD:
-            message = "make faces that look inward; corners go counter-clockwise seen from outside"
-            yield mesh.fault("faceVertexIndices", message)
+        elif authored is not None and (share := (np.einsum("fx,fx->f", authored, outward) < 0).mean()) > AWAY:
+            yield mesh.fault("normals", f"look away from {share:.0%} of the faces; outward is right")
+        elif track.prim.GetPath() in skins:
+            away = centres - (centres.min(axis=0) + centres.max(axis=0)) / 2
+            if _mean_cosine(away, outward, areas * np.linalg.norm(away, axis=1)) < INWARD:
+                message = "make faces that look inward; corners go counter-clockwise seen from outside"
+                yield mesh.fault("faceVertexIndices", message)
 
 
 def _face_normals(mesh: Snapshot) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
@@ -89,12 +91,6 @@ def _mean_cosine(these: np.ndarray, those: np.ndarray, weights: np.ndarray) -> f
     cosines = (these * those).sum(axis=1) / np.maximum(lengths, TINY)
     known = np.isfinite(cosines) & np.isfinite(weights)
     return float(np.average(cosines[known], weights=weights[known])) if weights[known].sum() > 0 else 0.0
-
-
-def _outward(centres: np.ndarray, areas: np.ndarray, faces: np.ndarray) -> float:
-    """Return the volume over that of a body of as large a box: below 0 for inward faces."""
-    away = centres - (centres.min(axis=0) + centres.max(axis=0)) / 2
-    return _mean_cosine(away, faces, areas * np.linalg.norm(away, axis=1))
 
 
 def up_axis(scene: Scene) -> Iterator[Fault]:

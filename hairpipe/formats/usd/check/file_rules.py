@@ -10,7 +10,7 @@ from pxr import Ar, Sdf, Tf, Usd, UsdVol
 
 from hairpipe.errors import BadInput
 from hairpipe.formats.usd.check.scene import Fault, fault_of
-from hairpipe.formats.usd.stage import clip_names, message_of
+from hairpipe.formats.usd.stage import clip_names, message_of, specs_in
 from hairpipe.plain_file import special
 
 ABSOLUTE = re.compile(r"^(/|\\\\|[A-Za-z]:[/\\]|file:)")
@@ -48,14 +48,12 @@ def find_assets(stage: Usd.Stage) -> list[Asset]:
 
 def _named_by(layer: Sdf.Layer) -> Iterator[Asset]:
     yield from (Asset(layer, "/", name) for name in layer.subLayerPaths)
-    paths: list[Sdf.Path] = []
-    layer.Traverse(Sdf.Path.absoluteRootPath, paths.append)
-    for path in paths:
-        spec = layer.GetObjectAtPath(path)
+    for spec in specs_in(layer):
+        path = str(spec.path)
         if isinstance(spec, Sdf.PrimSpec):
             arcs = (arc for list_ in (spec.referenceList, spec.payloadList) for arc in list_.GetAddedOrExplicitItems())
-            yield from (Asset(layer, str(path), arc.assetPath) for arc in arcs if arc.assetPath)
-            yield from (Asset(layer, str(path), name, data=True) for name in clip_names(spec))
+            yield from (Asset(layer, path, arc.assetPath) for arc in arcs if arc.assetPath)
+            yield from (Asset(layer, path, name, data=True) for name in clip_names(spec))
         elif isinstance(spec, Sdf.AttributeSpec) and spec.typeName.scalarType == Sdf.ValueTypeNames.Asset:
             yield from _values(layer, spec)
 

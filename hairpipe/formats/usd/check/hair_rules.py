@@ -184,14 +184,13 @@ MUCH = 4.0  # ratio of misfits of tips and roots from which strands are reversed
 ROUGH = 0.01  # of a segment: step of a visible lattice
 OTHERS, PARTED = 0.05, 3.0  # share of strands with other neighbours, and distance ratio of these
 MANY = 500  # number of roots whose neighbours are found
+MIRROR = np.array([-1, 1, 1], np.float32)
 FEW = 8  # fewest places that define a lattice
 ON_LATTICE = 0.02  # tolerance of a lattice in single precision, over its step
 
 
 def collapsed(track: Track, hair: Snapshot) -> Iterator[Fault]:
     """Find strands without length, and coincident points of a strand."""
-    if not hair.sound:
-        return
     short = _short(hair)
     alike = _coincident(hair)
     if short.any():
@@ -218,8 +217,6 @@ def _coincident(hair: Snapshot) -> np.ndarray:
 
 def spikes(track: Track, hair: Snapshot) -> Iterator[Fault]:
     """Find strands with one segment far longer than all others."""
-    if not hair.sound:
-        return
     longest = hair.per_strand(np.maximum, hair.segments)
     others = (hair.lengths - longest) / np.maximum(hair.counts - 2, 1)
     spiked = (hair.counts > LEAST) & (longest > SPIKE * others) & ~_short(hair)
@@ -234,7 +231,7 @@ def zigzags(track: Track, hair: Snapshot) -> Iterator[Fault]:
     The direction changes at four points in a row, every time nearly opposite to the change before. The changes of a
     helix with n points a turn are 360 / n degrees apart: with 2.7 and more it has no zigzags.
     """
-    if not hair.sound or hair.counts.max() < ALTERNATING + 3:
+    if hair.counts.max() < ALTERNATING + 3:
         return
     edges = np.diff(hair.points.astype(np.float64), axis=0)
     lengths = np.linalg.norm(edges, axis=1)
@@ -256,7 +253,7 @@ def zigzags(track: Track, hair: Snapshot) -> Iterator[Fault]:
 def stretch(track: Track, hair: Snapshot) -> Iterator[Fault]:
     """Find strands whose length changes."""
     before = track.reference
-    if before is None or not hair.sound or not np.array_equal(hair.counts, before.counts):
+    if before is None or not np.array_equal(hair.counts, before.counts):
         return
     kept = ~(_short(hair) | _coincident(hair) | _short(track.first))
     ratio = float(np.median((hair.lengths / np.maximum(before.lengths, TINY))[kept])) if kept.any() else 1.0
@@ -290,7 +287,7 @@ def widths_steady(track: Track, hair: Snapshot) -> Iterator[Fault]:
 
 def rounded(track: Track, hair: Snapshot) -> Iterator[Fault]:
     """Find rounded points: moving hair is not on a lattice."""
-    if not hair.sound or not track.moves or hair.code != track.points[-1]:
+    if not track.moves or hair.code != track.points[-1]:
         return
     steps = [_lattice(hair.points[:, axis]) for axis in range(3)]
     if min(steps) > ROUGH * np.median(hair.segments):
@@ -316,6 +313,8 @@ def rest(scene: Scene, track: Track) -> Iterator[Fault]:
         if track.has("primvars:skinprim", "primvars:skinprimuv") and not rested:
             yield track.fault("primvars:pref", "has no value; hair that is bound to a skin needs its rest pose")
         return
+    first, still = track.first, track.still
+    here, there, tips = first.points[first.roots], still.points[still.roots], still.points[still.tips]
     roots = scene.authored_roots(track)
     stands = roots is None or np.median(roots.misses(track.first, track.first.code)) <= roots.reach
     ratio = float(np.median(track.growth))
@@ -326,11 +325,11 @@ def rest(scene: Scene, track: Track) -> Iterator[Fault]:
     elif apart.mean() > SOME:
         message = f"strand {np.argmax(apart)} is {track.growth[np.argmax(apart)]:.2g} times as long as in points"
         yield track.fault("primvars:pref", f"{message}; {apart.sum()} such strands, are they others?")
-    elif _is_reversed(track.first, track.still):
+    elif len(here) >= FEW and _unlike(here, tips) < _unlike(here, there) / MUCH:
         yield track.fault("primvars:pref", "has its tips where points has its roots; the root comes first")
-    elif _is_mirrored(track.first, track.still) and stands:
+    elif len(here) >= FEW and stands and _unlike(here, there * MIRROR) < _unlike(here, there) / MUCH:
         yield track.fault("primvars:pref", "is a mirror image of points; mirror it back")
-    elif (others := _scrambled(track.first, track.still)) > OTHERS:
+    elif (others := _scrambled(first, still)) > OTHERS:
         message = f"{others:.0%} of strands have other neighbours there than in points: they belong to other strands"
         yield track.fault("primvars:pref", message)
 
@@ -348,20 +347,6 @@ def _scrambled(hair: Snapshot, still: Snapshot) -> float:
     now = apart[np.arange(len(some)), nearest]
     then = np.linalg.norm(rests - rests[nearest], axis=1)
     return float((then > PARTED * now + ROUGH * np.ptp(rests, axis=0).max()).mean())
-
-
-def _is_reversed(hair: Snapshot, still: Snapshot) -> bool:
-    """Return whether the roots match the tips at rest, and not the roots."""
-    if len(hair.counts) < FEW:
-        return False
-    here = hair.points[hair.roots]
-    return _unlike(here, still.points[still.tips]) < _unlike(here, still.points[still.roots]) / MUCH
-
-
-def _is_mirrored(hair: Snapshot, still: Snapshot) -> bool:
-    """Return whether the roots match a mirror image of those at rest, and not those."""
-    here, there = hair.points[hair.roots], still.points[still.roots]
-    return len(here) >= FEW and _unlike(here, there * np.array([-1, 1, 1], np.float32)) < _unlike(here, there) / MUCH
 
 
 def _unlike(these: np.ndarray, those: np.ndarray) -> float:

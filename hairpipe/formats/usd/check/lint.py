@@ -135,7 +135,7 @@ def _lint_stage(opened: Usd.Stage, inspect: file_rules.Inspect | None, client: s
     scene = find_scene(opened)
     for track in scene.hair:
         for hair in track:
-            yield from _apply("frame", track, hair)
+            yield from _apply("frame", track, hair) if hair.sound else ()
     for rule in (*RULES, *(() if client is None else clients.rules_for(client))):
         if rule.subject == "scene":
             yield from _findings(rule, scene)

@@ -15,7 +15,7 @@ from hairpipe.formats.usd.stage import RENDERED, spaces_of, to_metres
 Severity = Literal["error", "warning"]
 Subject = Literal["stage", "asset", "prim", "field", "curves", "shape", "frame", "scene", "hair"]
 """Arguments of a rule: the stage, a file that it names, a prim, a field of a volume and a reader of its file, curves or
-any shape at one time, hair with its motion at one time, all visible shapes, or these and one hair over time."""
+any shape at one time, sound hair with its motion at one time, all visible shapes, or these and one hair over time."""
 
 
 class Fault(NamedTuple):
@@ -241,10 +241,6 @@ class Track:
     def points(self) -> list[float]:
         """Codes at which the points have samples."""
         return self.prim.GetAttribute("points").GetTimeSamples()
-
-    @cached_property
-    def rate(self) -> float:
-        return self.prim.GetStage().GetTimeCodesPerSecond()
 
     def is_cut(self, before: Snapshot, after: Snapshot) -> bool:
         """Return whether the shot is cut between two times, by our notes."""

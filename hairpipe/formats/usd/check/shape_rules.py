@@ -155,7 +155,10 @@ def plausible_size(scene: Scene) -> Iterator[Fault]:
         hair = track.first
         if not hair.sound or not _scale(hair, scene) > 0:
             continue
-        width = _width(hair, scene)
+        widths = hair.array(f"primvars:{DIAMETERS}")
+        widths = hair.array("widths") if widths is None else widths
+        thick = np.empty(0) if widths is None else widths[np.isfinite(widths) & (widths > 0)]
+        width = float(np.median(thick)) * _scale(hair, scene) if len(thick) else None
         length = float(np.median(hair.lengths)) * _scale(hair, scene)
         scalp = _box(hair.placed[hair.roots], scene) if len(hair.counts) >= FEW else None
         votes = [_side(width, WIDTH), _side(length, LENGTH), _side(scalp, SCALP), _side(body, BODY)]
@@ -189,14 +192,6 @@ def _scale(shape: Snapshot, scene: Scene) -> float:
     return float(np.cbrt(abs(np.linalg.det(scene.metres[:3, :3] @ shape.world[:3, :3].T))))
 
 
-def _width(hair: Snapshot, scene: Scene) -> float | None:
-    """Return the median of the diameters, else of the widths, that are not 0 [m], None where there are none."""
-    widths = hair.array(f"primvars:{DIAMETERS}")
-    widths = hair.array("widths") if widths is None else widths
-    thick = np.empty(0) if widths is None else widths[np.isfinite(widths) & (widths > 0)]
-    return float(np.median(thick)) * _scale(hair, scene) if len(thick) else None
-
-
 def _box(points: np.ndarray, scene: Scene) -> float:
     """Return the diagonal of the box of points in the world [m]."""
     scale = float(np.cbrt(abs(np.linalg.det(scene.metres[:3, :3]))))
@@ -224,7 +219,7 @@ def volume_size(scene: Scene) -> Iterator[Fault]:
 def precision(track: Track, hair: Snapshot) -> Iterator[Fault]:
     """Find points so far from the origin of their prim that rounding errors exceed the width of hair."""
     widths = hair.array("widths")
-    if hair.sound and widths is not None and len(widths) and np.median(widths) > 0:
+    if widths is not None and len(widths) and np.median(widths) > 0:
         far = float(np.abs(hair.points).max())
         step = float(np.spacing(np.float32(far)))
         if step > ROOM * np.median(widths):

@@ -51,7 +51,6 @@ def has_range(stage: Usd.Stage) -> bool:
 
 
 def is_animated(stage: Usd.Stage) -> bool:
-    """Return whether any attribute has values at more than one time."""
     prims = stage.Traverse(Usd.TraverseInstanceProxies())
     return any(a.ValueMightBeTimeVarying() for prim in prims for a in prim.GetAttributes())
 
@@ -138,14 +137,16 @@ MESSAGES = {
 
 
 def validate(stage: Usd.Stage) -> Iterator[Finding]:
-    """Run the validators on a stage, and yield their errors as findings, ordered by name and path.
-
-    Raises Tf.ErrorException where a file of the stage cannot be read.
-    """
+    """Run the validators on a stage, and yield their errors as findings, ordered by name and path."""
     registry = UsdValidation.ValidationRegistry()
     names = [validator.name for validator in registry.GetValidatorMetadataForKeywords(KEYWORDS)]
     errors = UsdValidation.ValidationContext(registry.GetOrLoadValidatorsByName(names)).Validate(stage)
-    findings = [_finding(error) for error in errors if error.GetName() not in DESCRIBED and _has_targets(error)]
+    findings = list[Finding]()
+    for error in errors:
+        properties = [site.GetProperty() for site in error.GetSites() if site.IsProperty()]
+        # Missing targets of properties are reported by `prim_rules.dangling_target`.
+        if error.GetName() not in DESCRIBED and not any(map(missing_targets, properties)):
+            findings.append(_finding(error))
     yield from sorted(findings, key=lambda f: (f.rule, f.path, f.message))  # threads report in any order
 
 
@@ -159,11 +160,6 @@ def _finding(error: UsdValidation.ValidationError) -> Finding:
     message = MESSAGES.get(rule) or shortened(error.GetMessage())
     broken = error.GetType() == UsdValidation.ValidationErrorType.Error
     return Finding(rule, str(path), None, message, "error" if broken else "warning")
-
-
-def _has_targets(error: UsdValidation.ValidationError) -> bool:
-    """Return whether the targets of a property exist; otherwise `prim_rules.dangling_target` reports it."""
-    return not any(missing_targets(site.GetProperty()) for site in error.GetSites() if site.IsProperty())
 
 
 def missing_targets(source: Usd.Property) -> list[Sdf.Path]:
