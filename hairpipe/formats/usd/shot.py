@@ -262,16 +262,19 @@ def _body(stage: Usd.Stage) -> UsdGeom.Mesh:
 def _hold(stage: Usd.Stage, root: Sdf.Path, first: Frame) -> None:
     """Author the first frame as defaults, for clients that read only these, at or under a prim."""
     hair = UsdGeom.BasisCurves(stage.OverridePrim(root.AppendChild("hair")))
-    hair.GetPointsAttr().Set(vectors(first.hair.points))
-    hair.GetExtentAttr().Set(extent(first.hair.points, first.hair.diameter / 2))
-    if first.locks is not None:
-        _declare_locks(hair).Set(integers(first.locks))
+    _set_hair(hair, first)
     if first.body is not None:
         set_body(UsdGeom.Mesh(stage.OverridePrim(root.AppendChild("body"))), first.body)
 
 
+def _set_hair(prim: UsdGeom.BasisCurves, frame: Frame, time: Usd.TimeCode = ALWAYS) -> None:
+    prim.GetPointsAttr().Set(vectors(frame.hair.points), time)
+    prim.GetExtentAttr().Set(extent(frame.hair.points, frame.hair.diameter / 2), time)
+    if frame.locks is not None:
+        _declare_locks(prim).Set(integers(frame.locks), time)
+
+
 def set_body(prim: UsdGeom.Mesh, mesh: Mesh, time: Usd.TimeCode = ALWAYS) -> None:
-    """Author the points, normals and extent of a body, by default those without a time."""
     prim.GetPointsAttr().Set(vectors(mesh.points), time)
     prim.GetNormalsAttr().Set(vectors(vertex_normals(mesh)), time)
     prim.GetExtentAttr().Set(extent(mesh.points, 0.0), time)
@@ -287,12 +290,8 @@ def _sample(stage: Usd.Stage, number: int, frame: Frame, first: Frame) -> int:
     for name, array in (("points", hair.points), ("velocities", hair.velocities)):
         owners = np.unique(np.searchsorted(hair.offsets, _not_finite(array), side="right") - 1)
         _refuse(f"strand{'s'[: len(owners) != 1]}", owners, name, where)
-    time = Usd.TimeCode(number)
-    prim.GetPointsAttr().Set(vectors(hair.points), time)
-    prim.GetVelocitiesAttr().Set(vectors(hair.velocities), time)
-    prim.GetExtentAttr().Set(extent(hair.points, hair.diameter / 2), time)
-    if frame.locks is not None:
-        _declare_locks(prim).Set(integers(frame.locks), time)
+    _set_hair(prim, frame, Usd.TimeCode(number))
+    prim.GetVelocitiesAttr().Set(vectors(hair.velocities), number)
     size = hair.points.nbytes + hair.velocities.nbytes
     if frame.body is not None and first.body is not None:
         size += _sample_body(_body(stage), number, frame.body, first.body)
@@ -303,12 +302,11 @@ def _sample_body(prim: UsdGeom.Mesh, frame: int, mesh: Mesh, first: Mesh) -> int
     where = f"body at frame {frame}"
     if not np.array_equal(mesh.triangles, first.triangles) or len(mesh.points) != len(first.points):
         raise BadInput("the triangles are not those of the first frame", where=where, right="the same triangles")
-    time = Usd.TimeCode(frame)
     _refuse("vertices", _not_finite(mesh.points), "points", where)
     if mesh.velocities is not None:
         _refuse("vertices", _not_finite(mesh.velocities), "velocities", where)
-        prim.GetVelocitiesAttr().Set(vectors(mesh.velocities), time)
-    set_body(prim, mesh, time)
+        prim.GetVelocitiesAttr().Set(vectors(mesh.velocities), frame)
+    set_body(prim, mesh, Usd.TimeCode(frame))
     return 36 * len(mesh.points)
 
 
@@ -510,9 +508,9 @@ def write_groom(path: Path, shot: GroomShot, name: Name) -> None:
             prim.CreatePurposeAttr(TOKENS.guide)
         pieces.append((prim, shot.rows(strands)))
     frames = [] if shot.hair is None else list(shot.hair)
-    for start, end in [(frames[0], frames[-1])] if frames else []:
-        stage.SetStartTimeCode(start)
-        stage.SetEndTimeCode(end)
+    if frames:
+        stage.SetStartTimeCode(frames[0])
+        stage.SetEndTimeCode(frames[-1])
     for frame in frames:
         hair = shot.at(frame)
         widths = shot.widths(hair)
