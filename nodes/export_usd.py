@@ -44,7 +44,7 @@ def export_usd(
     """
     from hairpipe.errors import BadInput
     from hairpipe.formats.usd.shot import Shot, VolumeFile, write_clips, write_shot
-    from hairpipe.formats.vdb_read import box
+    from hairpipe.formats.vdb import box
     from hairpipe.groom.key_weights import keys_among
 
     vdb = {} if volume is None else {frame: volume[frame].path for frame in volume.numbers}

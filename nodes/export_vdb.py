@@ -16,7 +16,7 @@ def export_vdb(
     half  storage in 16 bits: nearly half the size, with a relative error of at most 1 / 2000
     """
     from hairpipe.errors import BadInput
-    from hairpipe.formats.vdb_write import density_grids, surface_grids, write
+    from hairpipe.formats.vdb import density_grids, surface_grids, write
 
     grids = [*(surface_grids(surface) if surface else []), *(density_grids(density) if density else [])]
     if not grids:

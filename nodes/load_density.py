@@ -19,7 +19,7 @@ def load_density(
     grid  name of the grid in the file: numbers, not points or vectors
     unit  metres per unit of the file
     """
-    from hairpipe.formats.vdb_read import read_voxels
+    from hairpipe.formats.vdb import read_voxels
     from hairpipe.volume.density import density_of_voxels
 
     found = read_voxels(file, grid)

@@ -87,7 +87,7 @@ PLACES = {
     "alembic3d": "hairpipe/formats/alembic.py",
     "bpy": ("hairpipe/render/cycles", "hairpipe/formats/blender", *OPENVDB),
     **dict.fromkeys(("openvdb", "pyopenvdb"), OPENVDB),
-    "blosc": "hairpipe/formats/vdb_read.py",
+    "blosc": "hairpipe/formats/vdb.py",
     "h5py": "hairpipe/formats/hdf5.py",
     "PIL": "hairpipe/formats/",
     "matplotlib": "graphs/experiments/chart/",

@@ -15,7 +15,7 @@ from hairpipe.formats.pictures import read_image, read_picture
 from hairpipe.formats.registry import read_body
 from hairpipe.formats.tfx import read_tfx
 from hairpipe.formats.usd.stage import open_stage
-from hairpipe.formats.vdb_read import inspect
+from hairpipe.formats.vdb import inspect
 
 READERS: dict[str, Callable[[Path], object]] = {
     "a.obj": read_body,

@@ -10,8 +10,8 @@ from typing import Any, Literal, NamedTuple
 
 from hairpipe.apart import work_apart
 from hairpipe.errors import BadInput
-from hairpipe.formats import gltf, sequences
-from hairpipe.formats.animated_meshes import Instant, Polygons
+from hairpipe.formats import gltf
+from hairpipe.formats.animated_meshes import Instant, Polygons, is_sequence, numbered
 from hairpipe.formats.makehuman import read_skeleton, read_weights
 from hairpipe.formats.rigging import JointMotion, body_of
 from hairpipe.plain_file import Absent, stamp_of
@@ -61,13 +61,13 @@ FORMATS = (
     Format(
         (".ply",),
         body="hairpipe.formats.ply.read_ply_mesh",
-        meshes="hairpipe.formats.sequences.read",
+        meshes="hairpipe.formats.animated_meshes.read_sequence",
         strands="hairpipe.formats.polylines.read_ply_strands",
     ),
     Format(
         (".obj",),
         body="hairpipe.formats.obj.read_polygons",
-        meshes="hairpipe.formats.sequences.read",
+        meshes="hairpipe.formats.animated_meshes.read_sequence",
         strands="hairpipe.formats.polylines.read_obj_strands",
     ),
     Format((".tfx",), strands="hairpipe.formats.tfx.read_tfx"),
@@ -214,8 +214,8 @@ def list_files(path: Path) -> dict[str, Path]:
 
     Raises BadInput where there are none, or where a stage cannot be read.
     """
-    if sequences.is_sequence(path):
-        return {str(number): file for number, file in sequences.numbered(path).items()}
+    if is_sequence(path):
+        return {str(number): file for number, file in numbered(path).items()}
     return list_parts(path)
 
 

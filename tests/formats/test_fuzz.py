@@ -28,14 +28,13 @@ from PIL import Image
 from hairpipe import apart, child
 from hairpipe.apart import work_apart
 from hairpipe.errors import BadInput
-from hairpipe.formats import vdb_write
+from hairpipe.formats import vdb
 from hairpipe.formats.animated_meshes import Instant
 from hairpipe.formats.bvh import read_bvh
 from hairpipe.formats.makehuman import read_skeleton, read_weights
 from hairpipe.formats.pictures import read_image
 from hairpipe.formats.registry import read_body, read_moving, read_strands, recall_joints
-from hairpipe.formats.vdb_read import read_voxels
-from hairpipe.formats.vdb_write import density_grids
+from hairpipe.formats.vdb import density_grids, read_voxels
 from hairpipe.values import Density
 from tests.formats.test_makehuman import NAMES, RIG, WEIGHTS
 
@@ -164,7 +163,7 @@ def vdb_of(folder: Path) -> bytes:
     """A fog of two leaves."""
     length = np.arange(1, 10 * 4 * 4 + 1, dtype=np.float32).reshape(10, 4, 4)
     fog = Density(np.array([-3, 1, 2], np.int32), 0.01, length, np.zeros((*length.shape, 3), np.float32))
-    vdb_write.write(folder / "seed.vdb", density_grids(fog)[:1], 3)
+    vdb.write(folder / "seed.vdb", density_grids(fog)[:1], 3)
     return (folder / "seed.vdb").read_bytes()
 
 

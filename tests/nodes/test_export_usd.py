@@ -11,7 +11,7 @@ from pxr import Usd, UsdGeom, UsdVol
 from hairpipe.engine import File, Frames, Time, Workspace
 from hairpipe.errors import BadInput
 from hairpipe.formats.usd.check.lint import lint
-from hairpipe.formats.vdb_read import inspect
+from hairpipe.formats.vdb import inspect
 from hairpipe.nodes.export_usd import export_usd
 from hairpipe.nodes.export_vdb import export_vdb
 from hairpipe.values import Groom, LevelSet, Mesh, Strands

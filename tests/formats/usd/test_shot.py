@@ -16,7 +16,7 @@ from hairpipe.formats.usd.check.lint import lint
 from hairpipe.formats.usd.curves import STEPS, read_curves
 from hairpipe.formats.usd.meshes import read_body
 from hairpipe.formats.usd.shot import Shot, write_clips, write_shot
-from hairpipe.formats.vdb_read import inspect
+from hairpipe.formats.vdb import inspect
 from hairpipe.groom.resampling import spline_knots
 from hairpipe.values import Groom, Mesh, Strands
 from hairpipe.values.hair import FOLLOWER, GUIDE, HairState, LockState, no_locks

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hairpipe.errors import BadInput
-from hairpipe.formats.vdb_read import box, inspect
+from hairpipe.formats.vdb import box, inspect
 
 
 def text(value: str) -> bytes:

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.formats import vdb_read, vdb_write
-from hairpipe.formats.vdb_read import read_here
-from hairpipe.formats.vdb_write import density_grids
+from hairpipe.formats import vdb
+from hairpipe.formats.vdb import density_grids, read_here
 from hairpipe.values import Density
 from hairpipe.volume.density import density_of_voxels
 
@@ -30,7 +29,7 @@ def fog():
 @pytest.fixture
 def written(fog, tmp_path):
     def write(density=fog, **how):
-        vdb_write.write(tmp_path / "fog.vdb", density_grids(density), 3, **how)
+        vdb.write(tmp_path / "fog.vdb", density_grids(density), 3, **how)
         return tmp_path / "fog.vdb"
 
     return write
@@ -62,7 +61,7 @@ def test_compressed_grid_is_equal(written, monkeypatch):
     plain = back(written())
 
     def zipped(tree):
-        masks = vdb_write.bits(tree.active)
+        masks = vdb.bits(tree.active)
         for leaf, active in enumerate(tree.active):
             data = tree.values[leaf][active].tobytes()
             packed = zlib.compress(data)
@@ -73,9 +72,9 @@ def test_compressed_grid_is_equal(written, monkeypatch):
             )
             yield masks[leaf].tobytes() + b"\0" + packed
 
-    monkeypatch.setattr(vdb_write, "ACTIVE_VALUES_ONLY", 3)
-    monkeypatch.setattr(vdb_write, "ALL_BACKGROUND", b"\0" + bytes(8))
-    monkeypatch.setattr(vdb_write, "buffers", zipped)
+    monkeypatch.setattr(vdb, "ACTIVE_VALUES_ONLY", 3)
+    monkeypatch.setattr(vdb, "ALL_BACKGROUND", b"\0" + bytes(8))
+    monkeypatch.setattr(vdb, "buffers", zipped)
     assert back(written()).length.tobytes() == plain.length.tobytes()
 
 
@@ -122,7 +121,7 @@ def test_openvdb_reads_what_is_not_read_here(blosc_file, openvdb, monkeypatch, t
     found = read_here(path, "density")
     assert (len(found.values), found.voxel) == (len(expected) + 511, CELL)
     assert by_place(found.indices, found.values).items() >= expected.items()
-    monkeypatch.setattr(vdb_read, "find_openvdb", lambda: None)
+    monkeypatch.setattr(vdb, "find_openvdb", lambda: None)
     with pytest.raises(BadInput, match=r"compressed by Blosc \(pip install 'hairpipe\[vdb\]'"):
         read_here(path, "density")
 
@@ -163,7 +162,7 @@ def test_a_density_between_nodes_keeps_its_amount_and_its_middle(fog):
 
 def test_other_grids_are_refused(written, monkeypatch):
     path = written()
-    monkeypatch.setattr(vdb_read, "find_openvdb", lambda: None)
+    monkeypatch.setattr(vdb, "find_openvdb", lambda: None)
     with pytest.raises(BadInput, match=r"no grid 'smoke'.*density, hair_vel"):
         read_here(path, "smoke")
     with pytest.raises(BadInput, match="the grid is a Tree_vec3s"):

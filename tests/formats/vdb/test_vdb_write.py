@@ -5,9 +5,8 @@ import hashlib
 import numpy as np
 import pytest
 
-from hairpipe.formats import vdb_write
-from hairpipe.formats.vdb_read import inspect
-from hairpipe.formats.vdb_write import density_grids, surface_grids
+from hairpipe.formats import vdb
+from hairpipe.formats.vdb import density_grids, inspect, surface_grids
 from hairpipe.levelset.bake import bake
 from hairpipe.values import Density, LevelSet, Mesh
 
@@ -23,7 +22,7 @@ def surface(sphere) -> LevelSet:
 @pytest.fixture
 def written(surface, tmp_path):
     path = tmp_path / "surface.0007.vdb"
-    vdb_write.write(path, surface_grids(surface), 7)
+    vdb.write(path, surface_grids(surface), 7)
     return path
 
 
@@ -71,7 +70,7 @@ def test_a_far_place_outside_is_background_and_one_inside_its_negative(openvdb, 
     distance = np.linspace(0.3, -0.3, 9, dtype=np.float32)[None, :, None, None] + np.zeros((484, 9, 9, 9), np.float32)
     velocity, inner = np.zeros((484, 9, 9, 9, 3), np.float32), np.zeros((23, 23, 23, 4), np.float32)
     surface = LevelSet(bricks, distance, velocity, inner, np.full(3, -8.0), 0.1, 2.0)
-    vdb_write.write(tmp_path / "cube.vdb", surface_grids(surface), 1)
+    vdb.write(tmp_path / "cube.vdb", surface_grids(surface), 1)
     found = read_back(openvdb, tmp_path / "cube.vdb", surface, "surface", distance)[..., :8, :8, :8]
     assert np.array_equal(found, everywhere(surface, distance, 0.2, -0.2)[..., :8, :8, :8].clip(-0.2, 0.2))
     assert openvdb.read(str(tmp_path / "cube.vdb"), gridname="vel").activeVoxelCount() == 0
@@ -82,7 +81,7 @@ def test_the_bytes_depend_on_neither_python_nor_library(tmp_path):
     distance = np.linspace(-0.3, 0.3, 9, dtype=np.float32)[None, :, None, None] + np.zeros((1, 9, 9, 9), np.float32)
     velocity, inner = np.ones((1, 9, 9, 9, 3), np.float32), np.zeros((2, 2, 2, 4), np.float32)
     brick = LevelSet(np.zeros((1, 1, 1), np.int32), distance, velocity, inner, np.zeros(3), 0.1, 3.0)
-    vdb_write.write(tmp_path / "a.vdb", surface_grids(brick), 7)
+    vdb.write(tmp_path / "a.vdb", surface_grids(brick), 7)
     assert hashlib.sha256((tmp_path / "a.vdb").read_bytes()).hexdigest()[:16] == "df3674368087433b"
 
 
@@ -93,9 +92,9 @@ def test_grids_lie_where_the_body_is(openvdb, written):
 
 
 def test_two_writes_are_the_same_bytes(written, surface, tmp_path):
-    vdb_write.write(tmp_path / "again.vdb", surface_grids(surface), 7)
+    vdb.write(tmp_path / "again.vdb", surface_grids(surface), 7)
     assert (tmp_path / "again.vdb").read_bytes() == written.read_bytes()
-    vdb_write.write(tmp_path / "other.vdb", surface_grids(surface), 8)
+    vdb.write(tmp_path / "other.vdb", surface_grids(surface), 8)
     other = (tmp_path / "other.vdb").read_bytes()
     assert other[21:57] != written.read_bytes()[21:57]
 
@@ -111,7 +110,7 @@ def test_class_and_metadata_are_read(openvdb, written):
 
 def test_half_is_smaller_and_close(openvdb, written, surface, tmp_path):
     path = tmp_path / "half.vdb"
-    vdb_write.write(path, surface_grids(surface), 7, half=True)
+    vdb.write(path, surface_grids(surface), 7, half=True)
     assert path.stat().st_size < 0.9 * written.stat().st_size
     off = read_back(openvdb, path, surface, "surface", surface.distance) - everywhere(
         surface, np.maximum(surface.distance, np.float32(-3 * VOXEL)), 3 * VOXEL, -3 * VOXEL
@@ -125,7 +124,7 @@ def test_a_density_is_read_back_to_the_bit_where_it_lies(openvdb, tmp_path, low)
     rng, path = np.random.default_rng(3), tmp_path / "density.vdb"
     length = np.maximum(rng.normal(size=(11, 9, 20)), 0.0).astype(np.float32)
     velocity = np.where(length[..., None] > 0.0, rng.normal(size=(11, 9, 20, 3)), 0.0).astype(np.float32)
-    vdb_write.write(path, density_grids(Density(np.array(low, np.int32), 0.01, length, velocity)), 3)
+    vdb.write(path, density_grids(Density(np.array(low, np.int32), 0.01, length, velocity)), 3)
     for name, values in (("density", length), ("hair_vel", velocity)):
         grid, found = openvdb.read(str(path), gridname=name), np.empty((20, 20, 30, *values.shape[3:]), np.float32)
         grid.copyToArray(found, ijk=tuple(int(i) - 4 for i in low))

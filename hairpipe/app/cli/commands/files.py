@@ -97,6 +97,6 @@ def check(file: Path, client: str | None, as_json: bool) -> None:
 
 def lint_file(file: Path, client: str | None = None) -> "list[Finding]":
     from hairpipe.formats.usd.check.lint import lint
-    from hairpipe.formats.vdb_read import inspect
+    from hairpipe.formats.vdb import inspect
 
     return lint(file, inspect, client)

@@ -10,7 +10,6 @@ from pxr import Tf, Usd, UsdGeom
 from hairpipe.formats.usd.check import (
     body_rules,
     clients,
-    file_rules,
     hair_rules,
     motion_rules,
     prim_rules,
@@ -28,9 +27,9 @@ RULES = (
     Rule("layer-units", "error", "stage", stage_rules.layer_units),
     Rule("hair-drawn", "error", "stage", stage_rules.hair_drawn),
     Rule("hair-drawn", "error", "stage", stage_rules.hair_selected),
-    Rule("missing-file", "error", "asset", file_rules.missing_file),
-    Rule("broken-layer", "error", "asset", file_rules.broken_layer),
-    Rule("absolute-path", "warning", "asset", file_rules.absolute_path),
+    Rule("missing-file", "error", "asset", stage_rules.missing_file),
+    Rule("broken-layer", "error", "asset", stage_rules.broken_layer),
+    Rule("absolute-path", "warning", "asset", stage_rules.absolute_path),
     Rule("token", "error", "prim", prim_rules.token),
     Rule("dangling-target", "error", "prim", prim_rules.dangling_target),
     Rule("target-outside", "warning", "prim", prim_rules.target_outside),
@@ -48,13 +47,13 @@ RULES = (
     Rule("sample-times", "error", "prim", prim_rules.sample_times),
     Rule("topology", "error", "prim", prim_rules.topology),
     Rule("frame-names", "warning", "prim", prim_rules.frame_names),
-    Rule("clip-manifest", "warning", "prim", file_rules.clip_manifest),
-    Rule("clip-values", "error", "prim", file_rules.clip_values),
-    Rule("clip-undeclared", "error", "prim", file_rules.clip_undeclared),
-    Rule("clip-times", "error", "prim", file_rules.clip_times),
-    Rule("clip-rates", "error", "prim", file_rules.clip_rates),
+    Rule("clip-manifest", "warning", "prim", stage_rules.clip_manifest),
+    Rule("clip-values", "error", "prim", stage_rules.clip_values),
+    Rule("clip-undeclared", "error", "prim", stage_rules.clip_undeclared),
+    Rule("clip-times", "error", "prim", stage_rules.clip_times),
+    Rule("clip-rates", "error", "prim", stage_rules.clip_rates),
     Rule("variant", "error", "prim", stage_rules.variants),
-    Rule("openvdb-grid", "error", "field", file_rules.openvdb_grid),
+    Rule("openvdb-grid", "error", "field", stage_rules.openvdb_grid),
     Rule("curve-counts", "error", "curves", hair_rules.curve_counts),
     Rule("curve-length", "error", "curves", hair_rules.curve_length),
     Rule("hair-basis", "warning", "curves", hair_rules.hair_basis),
@@ -105,7 +104,7 @@ RULES = (
 )
 
 
-def lint(path: Path, inspect: file_rules.Inspect | None = None, client: str | None = None) -> list[Finding]:
+def lint(path: Path, inspect: stage_rules.Inspect | None = None, client: str | None = None) -> list[Finding]:
     """Return the faults of a stage, one finding for each rule and path; a stage of `usd/shot.py` has none.
 
     inspect  lists the grids of an OpenVDB file; without it only the existence of these files is checked
@@ -120,10 +119,10 @@ def lint(path: Path, inspect: file_rules.Inspect | None = None, client: str | No
     return [replace(group[0], count=len(group)) for group in groups.values()]
 
 
-def _lint_stage(opened: Usd.Stage, inspect: file_rules.Inspect | None, client: str | None) -> Iterator[Finding]:
+def _lint_stage(opened: Usd.Stage, inspect: stage_rules.Inspect | None, client: str | None) -> Iterator[Finding]:
     yield from _readable(stage_rules.validate(opened))
     yield from _apply("stage", opened)
-    for asset in file_rules.find_assets(opened):
+    for asset in stage_rules.find_assets(opened):
         yield from _apply("asset", asset)
     for prim in opened.Traverse(Usd.TraverseInstanceProxies()):
         yield from _apply("prim", prim)
