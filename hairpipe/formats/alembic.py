@@ -75,8 +75,7 @@ class AlembicMeshes:
     def __init__(self, path: Path, group: str | None, fps: float) -> None:
         self.library, self.path, self.rate = importlib.import_module("alembic3d"), path, fps
         self.files = [path]
-        archive = self.library.Abc.IArchive(str(path))
-        shapes = below(archive.getTop(), group is None, group or "")
+        shapes = below(self.library.Abc.IArchive(str(path)).getTop(), group is None, group or "")
         self.pieces = [piece for piece in map(self._piece, shapes) if piece is not None]
         if not self.pieces:
             right = "a visible polygon mesh or subdivision surface"
@@ -344,8 +343,7 @@ def read_alembic(path: Path, unit: float = 1.0, up: Up = "y") -> Curves:
         found = replace(found, ids=ids.astype(np.int32))
     elif ids is not None:
         warnings.warn(f"{path}: groom_id repeats ids: strands are numbered by their order", stacklevel=2)
-    labels = [labels_in(piece) for piece in pieces]
-    groups, names = join_groups(labels, sizes, [piece.name for piece in pieces])
+    groups, names = join_groups([labels_in(piece) for piece in pieces], sizes, [piece.name for piece in pieces])
     return found if groups is None else replace(found, groups=groups, group_names=names)
 
 

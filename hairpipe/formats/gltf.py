@@ -666,8 +666,7 @@ class SkinnedPieces:
         if joints.min() < 0 or joints.max() >= len(nodes) or weights.min() < 0.0:
             right = f"joints 0 to {len(nodes) - 1}, weights of 0 or more"
             raise BadInput("a vertex has an invalid joint or weight", where=where, right=right)
-        bare = weights.sum(axis=1) == 0.0
-        weights[bare, 0] = 1.0
+        weights[weights.sum(axis=1) == 0.0, 0] = 1.0
         return nodes[joints], weights / weights.sum(axis=1, keepdims=True)
 
 
@@ -808,8 +807,7 @@ def name_weights(pieces: SkinnedPieces) -> dict[int, list[str]]:
     """Return the names of the morph targets of every node; equal ones with their number or their node: smile#2."""
     given = dict[int, list[str]]()
     for piece in pieces.pieces:
-        mesh = pieces.document.get("meshes")[pieces.animation.nodes[piece.node]["mesh"]]
-        extras = mesh.get("extras")
+        extras = pieces.document.get("meshes")[pieces.animation.nodes[piece.node]["mesh"]].get("extras")
         named = extras.get("targetNames") if isinstance(extras, dict) else None
         named = named if isinstance(named, list) else []
         count = len(piece.targets)

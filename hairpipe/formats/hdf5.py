@@ -68,8 +68,7 @@ def digest(value: Any) -> str:
 def take_apart(value: Any, name: str = "value") -> Tree:
     """Convert a value into a tree; arrays are copied only if they are not C-ordered and little-endian."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
-        return take_apart(fields, name)
+        return take_apart({field.name: getattr(value, field.name) for field in dataclasses.fields(value)}, name)
     if isinstance(value, tuple) and (names := getattr(value, "_fields", None)) is not None:
         return take_apart(dict(zip(names, value, strict=True)), name)
     if isinstance(value, dict):

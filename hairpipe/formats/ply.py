@@ -229,8 +229,7 @@ def read_ply_mesh(path: Path, group: str | None = None) -> Polygons:
 def read_ply_points(path: Path) -> tuple[np.ndarray, bytes]:
     """Return the vertices of a file, (n, 3) float64, and a digest of its polygons."""
     elements = read_ply(path)
-    faces = polygons_of(elements, path)
-    parts = (np.asarray(values, np.int64).tobytes() for values in faces)
+    parts = (np.asarray(values, np.int64).tobytes() for values in polygons_of(elements, path))
     return vertices_of(elements, path), hashlib.blake2b(b"".join(parts)).digest()
 
 

@@ -530,8 +530,7 @@ def text(value: str) -> bytes:
 
 
 def metadata(facts: Mapping[str, Fact]) -> bytes:
-    entries = b"".join(text(name) + entry(facts[name]) for name in sorted(facts))
-    return struct.pack("<I", len(facts)) + entries
+    return struct.pack("<I", len(facts)) + b"".join(text(name) + entry(facts[name]) for name in sorted(facts))
 
 
 def entry(fact: Fact) -> bytes:

@@ -98,10 +98,6 @@ def find_bindings(stage: Usd.Stage, shapes: bool = False) -> dict[Sdf.Path, Bind
     return found
 
 
-def has_blend_shapes(mesh: UsdGeom.Mesh) -> bool:
-    return bool(UsdSkel.BindingAPI(mesh).GetBlendShapeTargetsRel().GetTargets())
-
-
 def _query(cache: UsdSkel.Cache, skeleton: UsdSkel.Skeleton, jointed: bool) -> UsdSkel.SkeletonQuery:
     query = cache.GetSkelQuery(skeleton)
     if not query or (jointed and not query.GetJointOrder()):
@@ -171,8 +167,7 @@ def skin_at_rest(
         joints.shape[1],
     )
     method = skinning.GetSkinningMethod()
-    bind = skinning.GetGeomBindTransform(REST)
-    if not UsdSkel.SkinPoints(method, bind, rig.skin, *influences, moved):
+    if not UsdSkel.SkinPoints(method, skinning.GetGeomBindTransform(REST), rig.skin, *influences, moved):
         right = "classicLinear or dualQuaternion"
         raise BadInput(f"cannot be skinned by the method {method}", where=location(skinning.GetPrim()), right=right)
     return np.array(moved, np.float64)
@@ -489,7 +484,10 @@ def read_body(path: Path, prim: str | None = None, time: float | None = None, ab
             parts.append(part)
             rig = None if binding is None else rigs[binding.skeleton.GetPrim().GetPath()]
             centres.append(np.zeros(3) if rig is None else rig.matrix[:3, 3])
-            dual.append(_is_dual(binding, part))
+            # Dual quaternions bend the vertices of several joints.
+            is_dual = binding is not None and binding.skinning.GetSkinningMethod() == UsdSkel.Tokens.dualQuaternion
+            heaviest = np.take_along_axis(part.joints, part.weights.argmax(axis=1)[:, None], axis=1) if is_dual else 0
+            dual.append(is_dual & ((part.joints != heaviest) & (part.weights > 0.0)).any(axis=1))
         for mesh in meshes:
             warn_of_scheme(mesh)
         time = read_time([mesh.GetPrim() for mesh in meshes if mesh.GetPath() not in bindings], time)
@@ -524,20 +522,13 @@ def _read_part(
         matrix = rig.matrix @ columns(binding.skinning.GetGeomBindTransform(REST))
         bound = move(matrix, points)
     keys = list[Key]()
-    if has_blend_shapes(mesh) and animator is not None:
+    has_shapes = UsdSkel.BindingAPI(mesh).GetBlendShapeTargetsRel().GetTargets()
+    if has_shapes and animator is not None:
         keys = read_keys(mesh, animator, names, matrix, n)
-    elif has_blend_shapes(mesh):
+    elif has_shapes:
         message = f"{mesh.GetPath()} has blend shapes without a Skeleton to animate them, which are ignored"
         warnings.warn(message, stacklevel=3)
     return Part(triangles, maps, joints, weights, bound, keys)
-
-
-def _is_dual(binding: Binding | None, part: Part) -> np.ndarray:
-    """Return the vertices that dual quaternions bend: those of several joints, (n,) bool."""
-    if binding is None or binding.skinning.GetSkinningMethod() != UsdSkel.Tokens.dualQuaternion:
-        return np.zeros(len(part.bound), bool)
-    first = np.take_along_axis(part.joints, part.weights.argmax(axis=1)[:, None], axis=1)
-    return ((part.joints != first) & (part.weights > 0.0)).any(axis=1)
 
 
 def read_moving(path: Path, prim: str | None, instant: Instant, absent: Absent = "refuse") -> Polygons:

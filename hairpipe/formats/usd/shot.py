@@ -261,8 +261,7 @@ def _body(stage: Usd.Stage) -> UsdGeom.Mesh:
 
 def _hold(stage: Usd.Stage, root: Sdf.Path, first: Frame) -> None:
     """Author the first frame as defaults, for clients that read only these, at or under a prim."""
-    hair = UsdGeom.BasisCurves(stage.OverridePrim(root.AppendChild("hair")))
-    _set_hair(hair, first)
+    _set_hair(UsdGeom.BasisCurves(stage.OverridePrim(root.AppendChild("hair"))), first)
     if first.body is not None:
         set_body(UsdGeom.Mesh(stage.OverridePrim(root.AppendChild("body"))), first.body)
 

@@ -167,8 +167,7 @@ def guides(client: Client, name: str, _: Scene, hair: Track) -> Iterator[Fault]:
 def bindings(client: Client, scene: Scene) -> Iterator[Fault]:
     """Find bindings of hair to a skin without a target."""
     for prim in scene.stage.Traverse():
-        given = [r for name in client.relations if (r := prim.GetRelationship(name))]
-        if not given:
+        if not any(prim.GetRelationship(name) for name in client.relations):
             continue
         for name in client.relations:
             targets = prim.GetRelationship(name).GetTargets() if prim.GetRelationship(name) else []

@@ -45,8 +45,7 @@ def velocities_of_strands(track: Track) -> Iterator[Fault]:
 
 def _lost(track: Track, hair: Snapshot, way: np.ndarray) -> Iterator[Fault]:
     """Find strands whose velocities are exactly 0 at a time at which they move, as the others do."""
-    speeds = np.abs(_velocities(hair)).max(axis=1)
-    still = np.maximum.reduceat(speeds, hair.roots) == 0.0
+    still = np.maximum.reduceat(np.abs(_velocities(hair)).max(axis=1), hair.roots) == 0.0
     far = np.add.reduceat(np.linalg.norm(way, axis=1), hair.roots)
     lost = still & (far > SLIGHT * np.median(far)) & (far > 0)
     if lost.any() and not still.all():

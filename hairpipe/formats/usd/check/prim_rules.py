@@ -113,8 +113,7 @@ def shader_inputs(prim: Usd.Prim) -> Iterator[Fault]:
     shader = UsdShade.Shader(prim)
     if not shader or shader.GetShaderId() != OWN:
         return
-    node = Sdr.Registry().GetShaderNodeByIdentifier(OWN)
-    known = node.GetShaderInputNames()
+    known = Sdr.Registry().GetShaderNodeByIdentifier(OWN).GetShaderInputNames()
     for given in shader.GetInputs():
         name = given.GetBaseName()
         value = None if given.HasConnectedSource() else given.Get()

@@ -27,8 +27,7 @@ def finite(shape: Snapshot) -> Iterator[Fault]:
             of_points = shape.curves and shape.consistent and attribute.GetName() in ("points", "velocities")
             curve = np.searchsorted(np.cumsum(shape.counts), bad[0], side="right") if of_points else 0
             owner = f" of curve {curve}" if of_points else ""
-            message = f"element {bad[0]}{owner} is not finite; {len(bad)} such"
-            yield fault_of(attribute, message, shape.code)
+            yield fault_of(attribute, f"element {bad[0]}{owner} is not finite; {len(bad)} such", shape.code)
 
 
 def doubles(shape: Snapshot) -> Iterator[Fault]:
@@ -73,8 +72,7 @@ def element_count(shape: Snapshot) -> Iterator[Fault]:
     if not shape.consistent:
         return
     for name in ("velocities", "accelerations"):
-        array = shape.array(name, 3)
-        yield from _count(shape, name, array, TOKENS.vertex)
+        yield from _count(shape, name, shape.array(name, 3), TOKENS.vertex)
     normals = UsdGeom.PointBased(shape.prim).GetNormalsInterpolation()
     yield from _count(shape, "normals", shape.array("normals", 3), normals)
     for primvar in UsdGeom.PrimvarsAPI(shape.prim).GetPrimvarsWithAuthoredValues():
