@@ -121,7 +121,8 @@ def decode_image(path: Path) -> np.ndarray:
             warnings.simplefilter("error", Image.DecompressionBombWarning)
             warnings.simplefilter("ignore", UserWarning)  # of metadata, and of transparency, which are not used
             with Image.open(path) as image:
-                values = pixel_values(image)
+                most = 1.0 if image.mode == "F" else SIXTEEN_BITS if image.mode.startswith("I") else EIGHT_BITS
+                values = np.asarray(image.convert("L") if most == EIGHT_BITS else image, np.float64) / most
     except UnidentifiedImageError:
         raise BadInput("not an image", where=path, right=FORMATS) from None
     except OSError as error:
@@ -138,14 +139,6 @@ def encoded_image(values: np.ndarray) -> bytes:
     stream = io.BytesIO()
     Image.fromarray(values).save(stream, "PNG", optimize=True)
     return stream.getvalue()
-
-
-def pixel_values(image: Image.Image) -> np.ndarray:
-    if image.mode == "F":
-        return np.asarray(image, np.float64)
-    if image.mode.startswith("I"):
-        return np.asarray(image, np.float64) / SIXTEEN_BITS
-    return np.asarray(image.convert("L"), np.float64) / EIGHT_BITS
 
 
 INK, PAPER = (255, 255, 255), (20, 22, 26)

@@ -231,7 +231,11 @@ def _read_grid(cursor: Cursor, name: str, kind: str) -> Voxels:
     if number is None:
         raise cursor.fail(f"the grid is a {kind}", "a tree of numbers, in leaves of 8 x 8 x 8", Unread)
     flags = cursor.number("I")
-    blosc = _import_blosc(cursor) if flags & BLOSC else None
+    try:
+        blosc = importlib.import_module("blosc") if flags & BLOSC else None
+    except ImportError:
+        right = "pip install 'hairpipe[vdb]', which installs blosc; or a file saved with zip"
+        raise cursor.fail("values are compressed by Blosc", right, Unread) from None
     is_half, is_masked, is_packed = kind.endswith("_HalfFloat"), bool(flags & ACTIVE_MASK), bool(flags & (BLOSC | ZIP))
     coding = _Coding(number, is_half, is_masked, is_packed, blosc)
     read_metadata(cursor)
@@ -339,14 +343,6 @@ def _read_data(cursor: Cursor, size: int, coding: _Coding) -> bytes:
     if len(data) != size:
         raise cursor.fail(f"{len(data)} bytes of values where {size} should be")
     return data
-
-
-def _import_blosc(cursor: Cursor) -> Any:
-    try:
-        return importlib.import_module("blosc")
-    except ImportError:
-        right = "pip install 'hairpipe[vdb]', which installs blosc; or a file saved with zip"
-        raise cursor.fail("values are compressed by Blosc", right, Unread) from None
 
 
 def _unpacked(cursor: Cursor, data: bytes, size: int, blosc: Any) -> bytes:

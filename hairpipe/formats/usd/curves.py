@@ -50,15 +50,6 @@ NONE = np.iinfo(np.int64).min
 """Id of a curve without an id."""
 
 
-def strand_ids(curves: UsdGeom.Curves, count: int) -> np.ndarray:
-    """Return the ids of `count` curves, (count,) int64; NONE for a curve without a valid one."""
-    values = _matching(curves, IDS, 1, (count,), f"{count} curves")
-    if values is None:
-        return np.full(count, NONE)
-    whole = (values == np.rint(values)) & (np.abs(values) <= LARGEST)
-    return np.where(whole, values, NONE).astype(np.int64)
-
-
 def widths(curves: UsdGeom.Curves, counts: np.ndarray) -> list[np.ndarray]:
     """Return the widths along each curve in units of the curves, (n,) float64; NaN if unknown.
 
@@ -436,7 +427,10 @@ def _read_part(curves: UsdGeom.Curves) -> _Part:
     kept = np.delete(np.arange(len(strands)), list(faults))
     marks = (root_uv(curves, counts), groups(curves, len(counts)), guides(curves, len(counts)))
     uv, group, is_guide = (None if mark is None else mark[kept] for mark in marks)
-    ids = strand_ids(curves, len(counts))[kept]
+    ids = _matching(curves, IDS, 1, (len(counts),), f"{len(counts)} curves")
+    ids = np.full(len(counts), np.nan) if ids is None else ids
+    is_id = (ids == np.rint(ids)) & (np.abs(ids) <= LARGEST)
+    ids = np.where(is_id, ids, NONE).astype(np.int64)[kept]
     painted = {name: values[kept] for name, values in maps(curves, len(counts)).items()}
     beyond_ends = np.array(spare, np.int64)
     return _Part(lines, beyond_ends, ids, rest is not None, tint is not None, uv, group, is_guide, painted)

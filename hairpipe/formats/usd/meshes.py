@@ -186,7 +186,10 @@ def read_influences(rig: Rig, skinning: UsdSkel.SkinningQuery, n: int) -> tuple[
         raise BadInput("jointIndices and jointWeights do not fit the points", where=where, right=f"{n} tuples")
     joints = np.array(influences[0], np.int64).reshape(n, -1)
     weights = np.array(influences[1], np.float64).reshape(n, -1)
-    order = _joint_order(rig, skinning, where)
+    named = skinning.GetJointOrder() or rig.joints
+    if unknown := [name for name in named if name not in rig.joints]:
+        raise BadInput(f"skel:joints names {unknown[0]}", where=where, right="joints of the skeleton")
+    order = np.array([rig.joints.index(name) for name in named])
     if joints.min() < 0 or joints.max() >= len(order):
         raise BadInput("jointIndices has an index without a joint", where=where, right=f"0 to {len(order) - 1}")
     if not np.isfinite(weights).all() or weights.min() < 0:
@@ -195,14 +198,6 @@ def read_influences(rig: Rig, skinning: UsdSkel.SkinningQuery, n: int) -> tuple[
     weights[bare, 0] = 1.0
     joints = (rig.first + np.where(bare[:, None], 0, order[joints])).astype(np.int32)
     return joints, weights / weights.sum(axis=1, keepdims=True)
-
-
-def _joint_order(rig: Rig, skinning: UsdSkel.SkinningQuery, where: str) -> np.ndarray:
-    named = skinning.GetJointOrder() or rig.joints
-    unknown = [name for name in named if name not in rig.joints]
-    if unknown:
-        raise BadInput(f"skel:joints names {unknown[0]}", where=where, right="joints of the skeleton")
-    return np.array([rig.joints.index(name) for name in named])
 
 
 def join_rigs(rigs: Sequence[Rig]) -> Skeleton:

@@ -71,17 +71,14 @@ def specs_in(layer: Sdf.Layer) -> Iterator[Sdf.Spec]:
 def clip_names(spec: Sdf.PrimSpec) -> Iterator[str]:
     """Name the files of the value clips of a prim."""
     for clips in (spec.GetInfo("clips") or {}).values():
-        if isinstance(clips, dict):
-            yield from _in_clips(clips)
-
-
-def _in_clips(clips: dict[str, Any]) -> Iterator[str]:
-    named = [*clips.get("assetPaths", ()), clips.get("manifestAssetPath")]
-    yield from (asset.path for asset in named if isinstance(asset, Sdf.AssetPath))
-    template = clips.get("templateAssetPath")
-    span = [clips.get("templateStartTime"), clips.get("templateEndTime"), clips.get("templateStride", 1.0)]
-    if isinstance(template, str) and all(isinstance(n, float) and math.isfinite(n) for n in span) and span[2] > 0:
-        yield from expand(template, *span)
+        if not isinstance(clips, dict):
+            continue
+        named = [*clips.get("assetPaths", ()), clips.get("manifestAssetPath")]
+        yield from (asset.path for asset in named if isinstance(asset, Sdf.AssetPath))
+        template = clips.get("templateAssetPath")
+        span = [clips.get("templateStartTime"), clips.get("templateEndTime"), clips.get("templateStride", 1.0)]
+        if isinstance(template, str) and all(isinstance(n, float) and math.isfinite(n) for n in span) and span[2] > 0:
+            yield from expand(template, *span)
 
 
 def expand(template: str, start: float, end: float, stride: float) -> Iterator[str]:

@@ -142,10 +142,15 @@ def _overall(track: Track) -> Iterator[str]:
     """Report faults of the whole shot: x1 - x-1 = dt/3 (v-1 + 4 v0 + v1) to the fifth derivative (Simpson's rule)."""
     right, late, early = NONE, NONE, NONE
     authored_before = seen_before = None
-    for trio in _trios(track):
-        before, now, after = map(_velocities, trio)
-        authored = _seconds(*trio[:2]) / 3 * (before + 4 * now + after)
-        seen = trio[2].points.astype(np.float64) - trio[0].points
+    for (first, middle), (same, last) in pairwise(_pairs(track, "velocities")):
+        dt = _seconds(first, middle)
+        before, now, after = speeds = [_velocities(shape) for shape in (first, middle, last)]
+        arrays = [*speeds, *(shape.points for shape in (first, middle, last))]
+        is_even = middle is same and np.isclose(dt, _seconds(middle, last))
+        if not is_even or not all(np.isfinite(array).all() for array in arrays):
+            continue
+        authored = dt / 3 * (before + 4 * now + after)
+        seen = last.points.astype(np.float64) - first.points
         right = right.add(authored, seen)
         if authored_before is not None and seen_before is not None and len(authored_before) == len(authored):
             late = late.add(authored, seen_before)
@@ -164,15 +169,6 @@ def _overall(track: Track) -> Iterator[str]:
         yield "do not belong to these points"
     elif abs(right.scale - 1) > max(EXACT, scatter):
         yield f"are {np.sqrt(right.authored / max(right.seen, 1e-300)):.3g} times the motion of the points"
-
-
-def _trios(track: Track) -> Iterator[tuple[Snapshot, Snapshot, Snapshot]]:
-    """Yield triples of consecutive samples at equal intervals that can be compared."""
-    for (before, now), (same, after) in pairwise(_pairs(track, "velocities")):
-        arrays = [array for shape in (before, now, after) for array in (shape.points, _velocities(shape))]
-        is_even = now is same and np.isclose(_seconds(before, now), _seconds(now, after))
-        if is_even and all(np.isfinite(array).all() for array in arrays):
-            yield before, now, after
 
 
 class Step(NamedTuple):

@@ -433,33 +433,26 @@ def _nearest_on(scene: Scene, hair: Track, mesh: Track) -> Roots | None:
 
 def _nearest(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return for points (p, 3) the nearest of triangles (t, 3, 3), (p,) int64, and its corners' weights, (p, 3)."""
-    weights = _project(points[:, None], *np.moveaxis(triangles, 1, 0))
-    candidates = [np.where((weights >= 0).all(axis=-1, keepdims=True), weights, np.nan)]
-    candidates += [_on_edge(points[:, None], triangles, i, (i + 1) % 3) for i in range(3)]
-    stacked = np.stack(candidates)
-    places = np.einsum("kptc,tcx->kptx", stacked, triangles)
-    distances = np.nan_to_num(((places - points[:, None]) ** 2).sum(axis=-1), nan=np.inf)
-    best = distances.min(axis=0).argmin(axis=1)
-    kind = distances[:, np.arange(len(points)), best].argmin(axis=0)
-    return best, stacked[kind, np.arange(len(points)), best]
-
-
-def _project(points: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """Return the weights of the corners at the foot of the perpendicular; NaN for triangles without area."""
+    points = points[:, None]
+    a, b, c = np.moveaxis(triangles, 1, 0)
     e, f, d = b - a, c - a, points - a
     ee, ef, ff, de, df = ((one * other).sum(-1) for one, other in ((e, e), (e, f), (f, f), (d, e), (d, f)))
     area = ee * ff - ef * ef
     with np.errstate(divide="ignore", invalid="ignore"):
         v, w = (ff * de - ef * df) / area, (ee * df - ef * de) / area
-    return np.stack([1 - v - w, v, w], axis=-1)
-
-
-def _on_edge(points: np.ndarray, triangles: np.ndarray, i: int, j: int) -> np.ndarray:
-    """Return the weights of the corners at the nearest point of the edge from corner i to j."""
-    start = triangles[:, i]
-    along = triangles[:, j] - start
-    share = np.clip(((points - start) * along).sum(-1) / np.maximum((along * along).sum(-1), TINY), 0, 1)
-    weights = np.zeros((*share.shape, 3))
-    weights[..., i] = 1 - share
-    weights[..., j] = share
-    return weights
+    foot = np.stack([1 - v - w, v, w], axis=-1)  # of the perpendicular; NaN for triangles without area
+    candidates = [np.where((foot >= 0).all(axis=-1, keepdims=True), foot, np.nan)]
+    for i, j in ((0, 1), (1, 2), (2, 0)):
+        start = triangles[:, i]
+        along = triangles[:, j] - start
+        share = np.clip(((points - start) * along).sum(-1) / np.maximum((along * along).sum(-1), TINY), 0, 1)
+        weights = np.zeros((*share.shape, 3))
+        weights[..., i] = 1 - share
+        weights[..., j] = share
+        candidates.append(weights)
+    stacked = np.stack(candidates)
+    places = np.einsum("kptc,tcx->kptx", stacked, triangles)
+    distances = np.nan_to_num(((places - points) ** 2).sum(axis=-1), nan=np.inf)
+    best = distances.min(axis=0).argmin(axis=1)
+    kind = distances[:, np.arange(len(points)), best].argmin(axis=0)
+    return best, stacked[kind, np.arange(len(points)), best]
