@@ -703,16 +703,11 @@ ALIKE = 1e-5
 """Largest difference of motions of a joint from the bound mesh to rest, relative or [m]: positions are float32."""
 
 
-class Joints(NamedTuple):
-    """Nodes that move the meshes of a file, a parent before its children, (J,), and their transforms [m], (J, 4, 4)."""
+def find_joints(pieces: SkinnedPieces) -> tuple[list[int], np.ndarray, Skeleton]:
+    """Find the nodes that move the meshes, a parent before its children, and their transforms [m], (J, 4, 4).
 
-    nodes: list[int]
-    world: np.ndarray
-    skeleton: Skeleton
-
-
-def find_joints(pieces: SkinnedPieces) -> Joints:
-    """Find the nodes of skins, and of meshes without one; BadInput where one has no inverse at rest."""
+    These are the nodes of skins, and of meshes without one. Raises BadInput where one has no inverse at rest.
+    """
     animation = pieces.animation
     used = {int(node) for piece in pieces.pieces for node in np.unique(piece.joints)}
     nodes = [node for node in animation.order if node in used]
@@ -730,7 +725,7 @@ def find_joints(pieces: SkinnedPieces) -> Joints:
     if volumes.min() < 1e-30:
         where = f"{pieces.path}, joint {names[int(np.argmin(volumes))]}"
         raise BadInput("the transform at rest cannot be inverted", where=where, right="a scale that is not 0")
-    return Joints(nodes, world, jointed(names, np.array(parents, np.int32), rigid(world)))
+    return nodes, world, jointed(names, np.array(parents, np.int32), rigid(world))
 
 
 def read_body(path: Path, group: str | None = None) -> Body:
@@ -741,23 +736,21 @@ def read_body(path: Path, group: str | None = None) -> Body:
     Raises BadInput where the file cannot be used; the message names the mesh or the accessor.
     """
     pieces = SkinnedPieces(path, group, None, 24.0, moves=False)
-    joints = find_joints(pieces) if pieces.skins else None
+    nodes, _, skeleton = find_joints(pieces) if pieces.skins else ([], np.zeros((0, 4, 4)), NOBODY)
     places = np.zeros(len(pieces.animation.nodes), np.int32)
-    if joints:
-        places[joints.nodes] = np.arange(len(joints.nodes))
+    places[nodes] = np.arange(len(nodes))
     binds = bind_pieces(pieces)
     names = name_weights(pieces)
     parts = list[Part]()
     for points, piece, (matrix, _) in zip(pieces.at(None), pieces.pieces, binds, strict=True):
         mesh = Mesh(points, piece.triangles, uv=piece.uv)
-        k = piece.joints.shape[1] if joints else 0
+        k = piece.joints.shape[1] if nodes else 0
         base = piece.points @ matrix[:3, :3].T + matrix[:3, 3]
         rows = [np.flatnonzero((target != 0.0).any(axis=1)) for target in piece.targets]
         targets = zip(names[piece.node], piece.targets, rows, strict=True)
         keys = [Key(name, 1.0, row, target[row] @ matrix[:3, :3].T) for name, target, row in targets]
         parts.append(Part(mesh, piece.maps, places[piece.joints[:, :k]], piece.weights[:, :k], base, keys))
-    skeleton = joints.skeleton if joints else NOBODY
-    turns = join_turns(joints, [turns for _, turns in binds], f"{path}") if joints else np.zeros((0, 4, 4))
+    turns = join_turns(nodes, skeleton.names, [turns for _, turns in binds], path)
     return join_parts(parts, skeleton, turns, weights_of(pieces, names, None))
 
 
@@ -791,14 +784,14 @@ def bind_pieces(pieces: SkinnedPieces) -> list[tuple[np.ndarray, dict[int, np.nd
     return [found[n] for n in range(len(moved))]
 
 
-def join_turns(joints: Joints, binds: list[dict[int, np.ndarray]], where: str) -> np.ndarray:
+def join_turns(nodes: list[int], names: Sequence[str], binds: list[dict[int, np.ndarray]], path: Path) -> np.ndarray:
     """Return the motion of each joint from the bound mesh to rest, (J, 4, 4); warns where meshes disagree about one."""
-    turns = np.tile(np.eye(4), (len(joints.nodes), 1, 1))
-    for place, node in enumerate(joints.nodes):
+    turns = np.tile(np.eye(4), (len(nodes), 1, 1))
+    for place, node in enumerate(nodes):
         found = [bind[node] for bind in binds if node in bind]
         turns[place] = found[0]
         if any(np.abs(other - found[0]).max() > ALIKE for other in found):
-            message = f"{where}: skins bind the joint {joints.skeleton.names[place]} in several ways"
+            message = f"{path}: skins bind the joint {names[place]} in several ways"
             warnings.warn(f"{message}: poses follow the first (load_mesh_cache reads all points)", stacklevel=2)
     return turns
 
@@ -830,10 +823,10 @@ def weights_of(pieces: SkinnedPieces, named: dict[int, list[str]], time: float |
 def read_joints(path: Path, group: str | None, clip: str | None, fps: float) -> JointMotion:
     """Read the joints and weights of a clip, with a sample at each frame of the shot."""
     pieces = SkinnedPieces(path, group, clip, fps)
-    joints = find_joints(pieces)
-    unbind = np.linalg.inv(joints.world) @ joints.skeleton.rest
-    moved = [pieces.animation.transforms(float(code / fps))[joints.nodes] @ unbind for code in pieces.codes]
+    nodes, world, skeleton = find_joints(pieces)
+    unbind = np.linalg.inv(world) @ skeleton.rest
+    moved = [pieces.animation.transforms(float(code / fps))[nodes] @ unbind for code in pieces.codes]
     named = name_weights(pieces)
     weights = np.array([[*weights_of(pieces, named, float(code / fps)).values()] for code in pieces.codes])
     shapes = tuple(weights_of(pieces, named, None))
-    return JointMotion(joints.skeleton, np.array(moved), pieces.codes, fps, float(pieces.codes[0]), shapes, weights)
+    return JointMotion(skeleton, np.array(moved), pieces.codes, fps, float(pieces.codes[0]), shapes, weights)

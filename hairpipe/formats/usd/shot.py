@@ -15,8 +15,9 @@ primvar `rest`. Blender imports curves of purpose guide only on request.
 import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from pxr import Gf, Kind, Sdf, Tf, Usd, UsdGeom, UsdShade, UsdUtils, UsdVol, Vt
@@ -386,20 +387,15 @@ def primvar(prim: UsdGeom.Gprim, name: str, kind: Sdf.ValueTypeName, interpolati
     UsdGeom.PrimvarsAPI(prim).CreatePrimvar(name, kind, interpolation).Set(value)
 
 
-def vectors(array: np.ndarray) -> Vt.Vec3fArray:
-    return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(array, np.float32))
+def _array(kind: Any, number: type, values: np.ndarray) -> Any:
+    return kind.FromNumpy(np.ascontiguousarray(values, number))
 
 
-def pairs(array: np.ndarray) -> Vt.Vec2fArray:
-    return Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(array, np.float32))
-
-
-def floats(array: np.ndarray) -> Vt.FloatArray:
-    return Vt.FloatArray.FromNumpy(np.ascontiguousarray(array, np.float32))
-
-
-def integers(array: np.ndarray) -> Vt.IntArray:
-    return Vt.IntArray.FromNumpy(np.ascontiguousarray(array, np.int32))
+vectors = partial(_array, Vt.Vec3fArray, np.float32)
+pairs = partial(_array, Vt.Vec2fArray, np.float32)
+floats = partial(_array, Vt.FloatArray, np.float32)
+integers = partial(_array, Vt.IntArray, np.int32)
+"""Arrays of USD from those of numpy, (n, 3), (n, 2) and (n,), in single precision."""
 
 
 def extent(points: np.ndarray, padding: float) -> Vt.Vec3fArray:
