@@ -86,7 +86,7 @@ class AlembicMeshes:
         self.codes = self.seconds * fps
         self.own = [piece.has_velocities for piece in self.pieces]
 
-    def _piece(self, item: Any) -> "Piece | None":
+    def _piece(self, item: Any) -> "MeshPiece | None":
         geometry = self.library.AbcGeom
         header = item.getHeader()
         kind = next((kind for kind in (geometry.IPolyMesh, geometry.ISubD) if kind.matches(header)), None)

@@ -178,9 +178,11 @@ class Samples(Protocol):
 
     def shape(self, sample: int) -> Polygons:
         """Read the triangles at a sample, and all points there; BadInput where they are invalid."""
+        ...
 
     def sample(self, sample: int) -> list[Points]:
         """Read the points of the meshes at a sample; BadInput where they are invalid, or polygons have changed."""
+        ...
 
 
 def sampled(groups: Iterable[Sequence[float]]) -> set[float]:

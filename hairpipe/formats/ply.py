@@ -149,8 +149,9 @@ class Rows:
         begin, self.at = self.at, int(spans[-1, -1, 1])
         columns: Columns = {}
         for p, span in zip(element.properties, spans.swapaxes(0, 1), strict=True):
-            values = self.decode(self._between(*span.T, begin), p.kind)
-            columns[p.name] = Lists((span[:, 1] - span[:, 0]) // self.size(p.kind), values) if p.length else values
+            begins, ends = span.T
+            values = self.decode(self._between(begins, ends, begin), p.kind)
+            columns[p.name] = Lists((ends - begins) // self.size(p.kind), values) if p.length else values
         return columns
 
     def _between(self, begins: np.ndarray, ends: np.ndarray, first: int) -> np.ndarray:

@@ -103,9 +103,10 @@ def inspect(path: Path) -> list[Header]:
             cursor.number("I")
             facts = read_metadata(cursor)
             low, high, voxel = (facts.get(fact) for fact in ("file_bbox_min", "file_bbox_max", "voxel"))
-            is_known = low and high and voxel and all(a <= b for a, b in zip(low, high, strict=True))
-            box = (tuple(i * voxel for i in low), tuple(i * voxel for i in high)) if is_known else None
-            found.append(Header(name, str(facts.get("class", "")).replace("unknown", ""), box))
+            corners = None
+            if low and high and voxel and all(a <= b for a, b in zip(low, high, strict=True)):
+                corners = tuple(i * voxel for i in low), tuple(i * voxel for i in high)
+            found.append(Header(name, str(facts.get("class", "")).replace("unknown", ""), corners))
     return found
 
 

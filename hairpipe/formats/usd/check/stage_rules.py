@@ -496,8 +496,8 @@ def clip_rates(prim: Usd.Prim) -> Iterator[Fault]:
     root = prim.GetStage().GetRootLayer().pseudoRoot
     for *_, clips in _clip_sets(prim):
         unlike: dict[str, list[str]] = {}
-        for file, clip in clips:
-            for field in METRICS if clip else ():
+        for file, clip in ((file, clip) for file, clip in clips if clip):
+            for field in METRICS:
                 own = clip.pseudoRoot.GetInfo(field) if clip.pseudoRoot.HasInfo(field) else None
                 if own is not None and root.HasInfo(field) and own != root.GetInfo(field):
                     unlike.setdefault(f"{field} {own}, the stage {root.GetInfo(field)}", []).append(file)
