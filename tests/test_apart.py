@@ -17,7 +17,7 @@ from hairpipe import apart, child
 from hairpipe.apart import work_apart
 from hairpipe.errors import BadInput
 from hairpipe.formats.registry import read_body, read_strands
-from hairpipe.formats.usd.stage import check_file
+from hairpipe.formats.usd.stage import open_stage
 
 from .sources import HOME
 from .works_apart import crash_the_second_time, end_by_signal, pid_of, recall_text, sleep_apart, spend_time
@@ -38,7 +38,7 @@ def test_warnings_come_through() -> None:
 
 def test_bad_input_comes_through_with_its_parts(tmp_path: Path) -> None:
     with pytest.raises(BadInput) as caught:
-        work_apart(check_file, tmp_path / "none.usd")
+        work_apart(open_stage, tmp_path / "none.usd")
     fault = caught.value
     assert str(fault).startswith(f"{tmp_path / 'none.usd'}: the file cannot be read: No such file or directory (")
     assert fault.what.startswith("the file cannot be read") and fault.where == tmp_path / "none.usd"

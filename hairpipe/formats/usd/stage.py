@@ -209,7 +209,10 @@ def create_stage(path: Path, fps: float) -> Usd.Stage:
 
 def open_stage(path: Path) -> Usd.Stage:
     """Open the file as a stage; BadInput if it, or one of its layers, is not a readable file of USD."""
-    check_file(path)
+    right = "a file that ends in " + ", ".join(USD.suffixes)
+    if path.suffix.lower() not in USD.suffixes:
+        raise BadInput("not named like a USD file", where=path, right=right)
+    checked_size(path, right)
     with usd_faults(path):
         layers, sizes = find_layers(path)
         extend_time(sum(sizes.values()))
@@ -296,14 +299,6 @@ def spaces_of(prim: Usd.Prim) -> Iterator[UsdGeom.Xformable]:
     while prim.IsA(UsdGeom.Xformable):
         yield UsdGeom.Xformable(prim)
         prim = prim.GetParent()
-
-
-def check_file(path: Path) -> None:
-    """Raise BadInput unless the path is a readable file with a suffix of USD."""
-    right = "a file that ends in " + ", ".join(USD.suffixes)
-    if path.suffix.lower() not in USD.suffixes:
-        raise BadInput("not named like a USD file", where=path, right=right)
-    checked_size(path, right)
 
 
 @contextmanager
