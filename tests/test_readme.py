@@ -62,8 +62,8 @@ def anchors_of(page):
 def typed_figures(text):
     """List what a page has typed in place of a reference to a record; pure.
 
-    These are heads of measured tables, and rows outside of the directive `results` in which a cell begins with a number.
-    Settings are code spans; the row of a bound names the test that holds it.
+    These are heads of measured tables, and rows outside of the directive `results` in which a cell begins with a
+    number. Settings are code spans; the row of a bound names the test that holds it.
     """
     text = DIRECTIVE.sub("", COMMENT.sub("", FENCE.sub("", text)))
     rows = [line for line in text.splitlines() if line.startswith("|")]
