@@ -66,11 +66,16 @@ def cast_shadow(
 def cells_of(light: Light, centre: np.ndarray, radius: float, cells: int) -> tuple[float, np.ndarray]:
     """Return the edge of a cell of the cube around a scene [m], and the motion of world points into it, (3, 4)."""
     cell = 2.0 * radius / cells
+    axes = np.stack([*axes_across(light), -light.towards]) / cell  # two across the light, one away from the lamp
+    return cell, np.column_stack([axes, cells / 2 - axes @ centre])
+
+
+def axes_across(light: Light) -> tuple[np.ndarray, np.ndarray]:
+    """Return two unit vectors across the light of a lamp, (3,)."""
     towards = light.towards
     aside = np.cross(towards, [0.0, 1.0, 0.0] if abs(towards[1]) < 0.9 else [1.0, 0.0, 0.0])
     aside /= np.linalg.norm(aside)
-    axes = np.stack([aside, np.cross(aside, -towards), -towards]) / cell  # two across the light, one away from the lamp
-    return cell, np.column_stack([axes, cells / 2 - axes @ centre])
+    return aside, np.cross(aside, -towards)
 
 
 def apply(to_cells: np.ndarray, points: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 
 from hairpipe.render.lights import Light, Shade
-from hairpipe.render.shadows import CELLS, add, look_up_all
+from hairpipe.render.shadows import CELLS, FAINT, add, axes_across, look_up_all
 from hairpipe.render.surface import Surface
 
 CLAY = np.array([0.25, 0.21, 0.19])
@@ -25,15 +25,33 @@ DENSITY = 0.2
 """Attenuation of light by the hair before the body, per hair."""
 GRAZING = 0.3  # cosine to the lamp below which cells are too coarse for self-shadowing: light fades to zero
 LIFT = 1.5  # distance from the surface at which the shadow is sampled [cells]
+PENUMBRA = 0.01
+"""Radius of the disc over which the shadow of a bright lamp is averaged, for a soft edge without steps of cells [m]."""
+SAMPLES = 8
+"""Places on that disc."""
 
 
 def shade_skin(surface: Surface, colours: np.ndarray, eye: np.ndarray, shadows: Sequence[Shade]) -> np.ndarray:
     """Return the light from visible points of the body to the eye, for their linear colours, (n, 3) float64."""
     shed = AMBIENT * colours
     for shadow in shadows:
-        between = shadow.between(surface.points + LIFT * shadow.cell * surface.normals)
+        between = soft_depth(shadow, surface.points + LIFT * shadow.cell * surface.normals)
         add_light(shed, surface.points, surface.normals, colours, eye, shadow.light, between)
     return shed
+
+
+def soft_depth(shadow: Shade, points: np.ndarray) -> np.ndarray:
+    """Return optical depths whose light is the mean over a disc across the light, (n,) float64; points (n, 3) [m]."""
+    light = shadow.light
+    if light.colour.max() < FAINT:
+        return shadow.between(points)
+    aside, across = axes_across(light)
+    through = np.zeros(len(points))
+    for n in range(SAMPLES):  # a spiral of even density
+        radius, angle = PENUMBRA * math.sqrt((n + 0.5) / SAMPLES), n * math.pi * (3.0 - math.sqrt(5.0))
+        at = points + radius * (math.cos(angle) * aside + math.sin(angle) * across)
+        through += np.exp(-DENSITY * shadow.between(at))
+    return -np.log(through / SAMPLES) / DENSITY
 
 
 @njit(cache=True, nogil=True)

@@ -5,7 +5,7 @@ import pytest
 
 from hairpipe.render.lights import Light
 from hairpipe.render.shadows import CELLS, Shadow
-from hairpipe.render.skin import AMBIENT, shade_skin
+from hairpipe.render.skin import AMBIENT, DENSITY, PENUMBRA, SAMPLES, shade_skin, soft_depth
 from hairpipe.render.surface import Surface
 
 EYE = np.array([0.0, 0.0, 5.0])
@@ -50,3 +50,29 @@ def test_hair_before_the_lamp_takes_its_light() -> None:
 def test_twice_the_light_is_twice_as_bright() -> None:
     facing = around(np.array([30.0, 80.0]))
     assert shade(facing, 1.0, 2.0) - AMBIENT == pytest.approx(2 * (shade(facing, 1.0, 1.0) - AMBIENT))
+
+
+class HalfPlane:
+    """The shadow of an opaque half plane: y < 0 is dark."""
+
+    cell = PENUMBRA
+
+    def __init__(self, brightness):
+        self.light = Light(np.array([1.0, 0.0, 0.0]), np.full(3, brightness))
+
+    def between(self, points):
+        return np.where(points[:, 1] < 0.0, 1e3, 0.0)
+
+
+def test_the_edge_of_a_shadow_is_as_wide_as_the_disc():
+    y = np.linspace(-2.0, 2.0, 41) * PENUMBRA
+    points = np.stack([np.zeros(41), y, np.zeros(41)], axis=1)
+    through = np.exp(-DENSITY * soft_depth(HalfPlane(2.0), points))
+    assert (np.diff(through) >= 0.0).all() and len(np.unique(through)) > 6
+    np.testing.assert_allclose(through[[0, 9, -10, -1]], [0.0, 0.0, 1.0, 1.0], atol=1e-12)
+    x = y / PENUMBRA
+    inside = np.abs(x) < 1.0
+    area = 0.5 + (x * np.sqrt(1.0 - x * x, where=inside) + np.arcsin(x, where=inside)) / np.pi
+    assert np.abs(through - area)[inside].max() < 1.5 / SAMPLES
+    sharp = soft_depth(HalfPlane(0.5), points)
+    assert np.array_equal(sharp, HalfPlane(0.5).between(points))

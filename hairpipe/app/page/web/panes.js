@@ -59,7 +59,7 @@ function sizePanes() {
   main.style.setProperty("--stage", `${panes.stage}fr`);
   main.style.setProperty("--graph", `${1 - panes.stage}fr`);
   main.style.setProperty("--side", `${panes.side}px`);
-  main.style.setProperty("--time", panes.time ? `${panes.time}px` : `fit-content(${app.wedge ? 45 : 33}vh)`);
+  main.style.setProperty("--time", panes.time ? `${panes.time}px` : `fit-content(${app.wedge ? 45 : 35}vh)`);
   main.classList.toggle("no-graph", panes.stage === 1);
   main.classList.toggle("no-side", panes.side === 0);
   for (const button of document.querySelectorAll("#presets button")) button.classList.toggle("on", button.textContent === panes.preset);
