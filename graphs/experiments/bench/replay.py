@@ -11,7 +11,6 @@ from hairpipe.engine.plan.planner import read_result
 from hairpipe.engine.plan.tasks import Source, Task, inputs_of
 from hairpipe.engine.run.scheduler import run
 from hairpipe.engine.store.store import Store
-from hairpipe.engine.store.values import CODEC
 from hairpipe.engine.worker.worker import keep_freed
 from hairpipe.errors import BadInput
 
@@ -28,7 +27,6 @@ class Replay:
     graph: Graph
     store: Store
     name: str
-    codec: str = CODEC
     frame: int = field(init=False)
     state: Any = field(default=None, init=False)
     _preparations: Preparations = field(default_factory=Preparations, init=False)
@@ -75,7 +73,7 @@ class Replay:
         """Load a value from the store, or the value of the node at the previous frame."""
         if source.task.node == self.name:
             return self.state
-        return read_result(self.graph, self.store, source.task, source.output, codec=self.codec)
+        return read_result(self.graph, self.store, source.task, source.output)
 
 
 def itself(source: Source) -> Source:

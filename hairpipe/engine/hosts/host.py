@@ -367,11 +367,8 @@ class LocalEngine:
     def __init__(self, host: Host, most: Slots | None = None) -> None:
         self.host, self.most = host, most or Slots(1, host.threads)
         self.machines = {host.machine}
+        self.warnings = host.warnings
         self._at_once: list[Reply] = []
-
-    @property
-    def warnings(self) -> list[str]:
-        return self.host.warnings
 
     def slots(self) -> Slots:
         wide = sum(member.wide for member in self.host.busy)

@@ -137,14 +137,12 @@ class Preparations:
             with recorded_warnings() as warnings:
                 result = preparation.function(**arguments)
             made = Prepared({PREPARED: result}, tuple(warnings), nbytes_of(result))
-            self._make_room(made.nbytes)
+            left = self._memory - made.nbytes
+            while len(self._kept) >= LEAST_KEPT and sum(kept.nbytes for kept in self._kept.values()) > left:
+                self._kept.popitem(last=False)
             self._kept[key] = made
         self._kept.move_to_end(key)
         return self._kept[key]
-
-    def _make_room(self, nbytes: int) -> None:
-        while len(self._kept) >= LEAST_KEPT and nbytes + sum(p.nbytes for p in self._kept.values()) > self._memory:
-            self._kept.popitem(last=False)
 
 
 def nbytes_of(value: Any) -> int:

@@ -52,19 +52,16 @@ def inputs_of(graph: Graph, task: Task, frames: tuple[int, ...]) -> Inputs:
     inputs: Inputs = {}
     for plug, edge in node.edges.items():
         source = graph.nodes[edge.node]
-        seen = frames_seen(node.type.socket(plug).view, task.frame, frames, graph.begin)
+        view = node.type.socket(plug).view
+        seen: Iterable[int | None] = (task.frame,)
+        if view in ("frames", "reached"):
+            seen = frames
+        elif view == "pair" and task.frame is not None:
+            seen = (max(task.frame - 1, graph.begin), task.frame)
         inputs[plug] = [Source(at(source, frame), edge.output) for frame in seen]
     if node.type.state is not None and task.frame is not None and task.frame > graph.begin:
         inputs["previous"] = [Source(Task(task.node, task.frame - 1), node.type.state)]
     return inputs
-
-
-def frames_seen(view: str, frame: int | None, frames: tuple[int, ...], first: int) -> Iterable[int | None]:
-    if view in ("frames", "reached"):
-        return frames
-    if view == "pair" and frame is not None:
-        return (max(frame - 1, first), frame)
-    return (frame,)
 
 
 def at(node: Node, frame: int | None) -> Task:
