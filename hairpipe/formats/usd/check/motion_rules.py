@@ -171,40 +171,23 @@ def _overall(track: Track) -> Iterator[str]:
         yield f"are {np.sqrt(right.authored / max(right.seen, 1e-300)):.3g} times the motion of the points"
 
 
-class Step(NamedTuple):
-    """Displacement between two samples, and its difference to that by velocities [scene units]."""
-
-    code: float
-    after: float
-    authored: float
-    seen: float
-    misfit: float
-    noise: float
-
-
 def _step_by_step(track: Track) -> Iterator[Fault]:
-    """Find single samples with wrong velocities."""
-    steps = list(_steps(track))
-    usual = np.median([max(step.authored, step.seen) for step in steps]) if steps else 0.0
-    for step in steps:
-        larger = max(step.authored, step.seen)
-        if step.misfit > max(MISFIT * larger, step.noise) and larger > SLIGHT * usual:
-            text = f"are {step.authored / step.seen:.2g} times the motion of the points" if step.seen else STILL
-            yield track.fault("velocities", f"{text} to {step.after:g}: {WHY}", step.code)
-
-
-def _steps(track: Track) -> Iterator[Step]:
-    """Compare neighbours: (v0 + v1) / 2 = (x1 - x0) / (t1 - t0), up to the third derivative of x."""
+    """Find single samples with wrong velocities: (v0 + v1) / 2 = (x1 - x0) / (t1 - t0), up to the third derivative."""
+    steps = list[tuple[float, float, float, float, float, float]]()
     for before, now in _pairs(track, "velocities"):
         arrays = [before.points, now.points, _velocities(before), _velocities(now)]
         sound = np.logical_and.reduce([np.isfinite(array).all(axis=1) for array in arrays])
         start, end = (shape.points[sound].astype(np.float64) for shape in (before, now))
-        authored = _lead(before, now)[sound]
-        seen = end - start
-        most = max(np.abs(start).max(initial=0), np.abs(end).max(initial=0))
-        a, b, misfit = (float(np.linalg.norm(array)) for array in (authored, seen, authored - seen))
-        times = before.time.GetValue(), now.time.GetValue()
-        yield Step(*times, a, b, misfit, ROUNDING * np.sqrt(start.size) * most)
+        lead, way = _lead(before, now)[sound], end - start
+        noise = ROUNDING * np.sqrt(start.size) * max(np.abs(start).max(initial=0), np.abs(end).max(initial=0))
+        authored, seen, misfit = (float(np.linalg.norm(array)) for array in (lead, way, lead - way))
+        steps.append((before.time.GetValue(), now.time.GetValue(), authored, seen, misfit, noise))
+    usual = np.median([max(authored, seen) for _, _, authored, seen, _, _ in steps]) if steps else 0.0
+    for code, after, authored, seen, misfit, noise in steps:
+        larger = max(authored, seen)
+        if misfit > max(MISFIT * larger, noise) and larger > SLIGHT * usual:
+            text = f"are {authored / seen:.2g} times the motion of the points" if seen else STILL
+            yield track.fault("velocities", f"{text} to {after:g}: {WHY}", code)
 
 
 def velocities_missing(scene: Scene, track: Track) -> Iterator[Fault]:
