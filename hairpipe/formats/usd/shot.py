@@ -13,7 +13,7 @@ primvar `rest`. Blender imports curves of purpose guide only on request.
 """
 
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -172,9 +172,7 @@ def write_still(path: Path, value: Mesh | Strands | Groom, frame: int, fps: floa
     elif isinstance(value, Strands):
         write_shot(path, Shot({frame: value}, None, None, fps))
     else:
-        stage = create_stage(path, fps)
-        stage.SetStartTimeCode(frame)
-        stage.SetEndTimeCode(frame)
+        stage = create_stage(path, fps, [frame])
         stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/shot").GetPrim())
         body = UsdGeom.Mesh.Define(stage, "/shot/body")
         author_body(body, value)
@@ -210,10 +208,7 @@ def _load(shot: Shot, frame: int) -> Frame:
 
 def _begin_shot(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
     """Create a stage with all constant values, from the first frame."""
-    stage = _begin_stage(path, shot, first)
-    frames = list(shot.hair)
-    stage.SetStartTimeCode(frames[0])
-    stage.SetEndTimeCode(frames[-1])
+    stage = _begin_stage(path, shot, first, list(shot.hair))
     noted = {"cuts": Vt.IntArray(shot.cuts)} if shot.cuts else {}
     noted |= {} if first.body is None else {"body": str(_body(stage).GetPath())}
     stage.GetRootLayer().customLayerData = {"hairpipe": {"version": __version__, **noted}}
@@ -226,9 +221,9 @@ def _begin_shot(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
     return stage
 
 
-def _begin_stage(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
+def _begin_stage(path: Path, shot: Shot, first: Frame, frames: Sequence[int] = ()) -> Usd.Stage:
     """Create a stage that declares changing attributes without values, as a manifest of clips."""
-    stage = create_stage(path, shot.fps)
+    stage = create_stage(path, shot.fps, frames)
     stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, f"/{shot.name}").GetPrim())
     _declare(stage, stage.GetDefaultPrim().GetPath(), first)
     return stage
@@ -487,7 +482,8 @@ TARGETS: dict[str, Target] = {
 def write_groom(path: Path, shot: GroomShot, name: Name) -> None:
     """Write hair and guides for a program; raises what `GroomShot.at` raises."""
     target = TARGETS[name]
-    stage = create_stage(path, shot.fps)
+    frames = [] if shot.hair is None else list(shot.hair)
+    stage = create_stage(path, shot.fps, frames)
     UsdGeom.SetStageUpAxis(stage, target.up)
     UsdGeom.SetStageMetersPerUnit(stage, target.metres)
     root = UsdGeom.Xform.Define(stage, "/groom").GetPrim()
@@ -502,10 +498,6 @@ def write_groom(path: Path, shot: GroomShot, name: Name) -> None:
         if piece == "guides":
             prim.CreatePurposeAttr(TOKENS.guide)
         pieces.append((prim, shot.rows(strands)))
-    frames = [] if shot.hair is None else list(shot.hair)
-    if frames:
-        stage.SetStartTimeCode(frames[0])
-        stage.SetEndTimeCode(frames[-1])
     for frame in frames:
         hair = shot.at(frame)
         widths = shot.widths(hair)

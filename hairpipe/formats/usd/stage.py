@@ -197,13 +197,16 @@ def _needed_by(stage: Usd.Stage, prim: str | None) -> set[Sdf.Path] | None:
     return found
 
 
-def create_stage(path: Path, fps: float) -> Usd.Stage:
+def create_stage(path: Path, fps: float, frames: Sequence[int] = ()) -> Usd.Stage:
     """Create a stage in metres with Y up, with frames as time codes, at `fps` frames per second [1/s]."""
     stage = Usd.Stage.CreateNew(str(path))
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
     stage.SetTimeCodesPerSecond(fps)
     stage.SetFramesPerSecond(fps)
+    if frames:
+        stage.SetStartTimeCode(frames[0])
+        stage.SetEndTimeCode(frames[-1])
     return stage
 
 
