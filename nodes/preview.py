@@ -62,9 +62,9 @@ def preview(
     from hairpipe.groom.resampling import spline_knots
     from hairpipe.render.camera import Shot, radius_of
     from hairpipe.render.dual_scattering import shade_dual
-    from hairpipe.render.film import linear
+    from hairpipe.render.film import develop, linear
     from hairpipe.render.kajiya_kay import facing_of, shade_hair
-    from hairpipe.render.portrait import draw_portrait
+    from hairpipe.render.portrait import expose_portrait
 
     radius = None if framed is None else radius_of(framed.points, framed.offsets)
     shot = Shot(width, height, view, fov, eye, target, supersampling, turn * time.frame, radius)
@@ -73,6 +73,6 @@ def preview(
         hair = replace(hair, points=points, velocities=velocities)
     facing = facing_of(normals, len(hair.points), lambert)
     shade = shade_dual if shading == "dual" else partial(shade_hair, facing=facing)
-    picture = draw_portrait(hair, body, shot, linear(colour), thickness, shade, shutter * time.dt, shadow)
-    write_png(workspace / "picture.png", picture)
+    film = expose_portrait(hair, body, shot, linear(colour), thickness, shade, shutter * time.dt, shadow)
+    write_png(workspace / "picture.png", develop(film, shot.grain))
     return File(workspace / "picture.png")

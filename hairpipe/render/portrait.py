@@ -33,7 +33,7 @@ Shading = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, 
 NOBODY = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
 
 
-def draw_portrait(
+def expose_portrait(
     hair: Strands,
     body: Mesh | None,
     shot: Shot,
@@ -43,28 +43,15 @@ def draw_portrait(
     shutter: float = 0.0,
     shadow: str = "cube",
 ) -> np.ndarray:
-    """Draw hair of a linear colour, (3,), and the body under it, (height, width, 3) uint8, sRGB.
+    """Return the light of hair and the body under it on the film, linear, (grain*height, grain*width, 3) float32.
 
+    colour     of the hair, linear, (3,)
     thickness  drawn width over the width that looks full, see `drawn_width`
     shutter    exposure time [s]: motion is blurred, in the light of its middle
     shadow     name of the shadow map, one of SHADOWS
 
     Raises BadInput where there is no strand, or a position is not finite.
     """
-    return develop(expose_portrait(hair, body, shot, colour, thickness, shade, shutter, shadow), shot.grain)
-
-
-def expose_portrait(
-    hair: Strands,
-    body: Mesh | None,
-    shot: Shot,
-    colour: np.ndarray,
-    thickness: float,
-    shade: Shading,
-    shutter: float = 0.0,
-    shadow: str = "cube",
-) -> np.ndarray:
-    """Return the light on the film, linear, (grain*height, grain*width, 3) float32; arguments as of `draw_portrait`."""
     body = NOBODY if body is None else body
     check(hair, body)
     points = np.asarray(hair.points, float)

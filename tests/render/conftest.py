@@ -1,9 +1,18 @@
 """Things to take pictures of, whose outlines are known."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
+from hairpipe.render.camera import Shot
+from hairpipe.render.film import develop
+from hairpipe.render.portrait import expose_portrait
 from hairpipe.values import Mesh, Strands
+
+
+def draw_portrait(hair: Strands, body: Mesh | None, shot: Shot, *style: Any, **more: Any) -> np.ndarray:
+    return develop(expose_portrait(hair, body, shot, *style, **more), shot.grain)
 
 
 def make_sphere(centre: np.ndarray, radius: float, rings: int = 40) -> Mesh:

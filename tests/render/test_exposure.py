@@ -8,8 +8,9 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.render.camera import Camera, Shot
 from hairpipe.render.film import MOST, instants
-from hairpipe.render.portrait import draw_portrait
 from hairpipe.values import Mesh, Strands
+
+from .conftest import draw_portrait
 
 CAMERA = Camera.look_at(np.array([0.0, 1.6, 1.0]), np.array([0.0, 1.6, 0.0]), 40.0, 160, 160)
 BROWN = np.array([0.12, 0.06, 0.03])

@@ -10,8 +10,9 @@ from hairpipe.errors import BadInput
 from hairpipe.render import shadows
 from hairpipe.render.camera import Shot, radius_of
 from hairpipe.render.dual_scattering import shade_dual
-from hairpipe.render.portrait import draw_portrait
 from hairpipe.values import Mesh, Strands
+
+from .conftest import draw_portrait
 
 BROWN = np.array([0.12, 0.06, 0.03])
 

@@ -14,10 +14,9 @@ from hairpipe.render import cycles as scene
 from hairpipe.render.camera import Shot
 from hairpipe.render.cycles import Exposure, Fibre, trace_hair
 from hairpipe.render.film import backdrop, develop
-from hairpipe.render.portrait import draw_portrait
 from hairpipe.values import Mesh, Strands
 
-from ..conftest import make_strands
+from ..conftest import draw_portrait, make_strands
 
 needs_blender = pytest.mark.skipif(find_spec("bpy") is None, reason="Blender is not installed: no bpy for this Python")
 RED = Fibre(1.0, np.array([0.6, 0.05, 0.02]))

@@ -18,8 +18,9 @@ from hairpipe.groom.resampling import Cut
 from hairpipe.groom.settings import PaintedMetres, Style
 from hairpipe.render.camera import Shot, frame_hair, place_camera
 from hairpipe.render.deep_shadow import DeepShadow
+from hairpipe.render.film import develop
 from hairpipe.render.lights import studio
-from hairpipe.render.portrait import cast_shadows, draw_portrait, drawn_width
+from hairpipe.render.portrait import cast_shadows, drawn_width, expose_portrait
 from hairpipe.strands.material import Material
 from hairpipe.values import Mesh, Strands
 
@@ -69,7 +70,11 @@ def measure_picture(echo: Echo, sizes: tuple[tuple[int, int], ...] = HAIR, times
 
 def _costs(hair: Strands, body: Mesh, times: int) -> Case:
     """Find the least processor seconds of all takes, with those of the parts, and with deep shadows, taken in turn."""
-    cube, deep = (partial(draw_portrait, hair, body, SHOT, BROWN, 1.0, shadow=name) for name in ("cube", "deep"))
+
+    def take(shadow: str) -> np.ndarray:
+        return develop(expose_portrait(hair, body, SHOT, BROWN, 1.0, shadow=shadow), SHOT.grain)
+
+    cube, deep = partial(take, "cube"), partial(take, "deep")
     cube()
     deep()
     takes, deep_takes = [], []
