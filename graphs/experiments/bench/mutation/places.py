@@ -130,7 +130,7 @@ def mutants_of(source: str) -> Iterator[Mutant]:
     tree = get_ast(source)
     names = [name for name in operator_names() if not name.endswith(NAMES_OF_VARIABLES)]
     for name in (*names, *OWN):
-        operator = make_operator(name)
+        operator: Any = make_operator(name)
         occurrence = 0
         for node in ast_nodes(tree):
             for span in operator.mutation_positions(node):
