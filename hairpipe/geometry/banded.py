@@ -71,9 +71,9 @@ def add_coupling(A, p, offset, block):
 
 @inlined
 def fix_row(A, b, p):
-    """Make the unknown of particle p zero, in place: nothing of its row reaches later rows."""
+    """Make the unknowns of particle p zero, in place: nothing of its row reaches later rows."""
     clear_row(A, p)
-    for c in range(3):
+    for c in range(b.shape[1]):
         store(b, (p, c), 0.0)
 
 

@@ -12,7 +12,7 @@ it: 164 multiply-adds a row, and 34 multiplications. Nothing is pivoted. Where a
 positive definite: its magnitude is used, so that later values are finite, and the least pivots are returned.
 """
 
-from hairpipe.geometry.banded import add, clear_row
+from hairpipe.geometry.banded import add
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.simd import load, load_as, maximum, minimum, select, store
 
@@ -33,14 +33,6 @@ def add_point(A, p, six):
     add(A, p, _Y, six[3])
     add(A, p, _Y + 1, six[4])
     add(A, p, _Z, six[5])
-
-
-@inlined
-def fix_row(A, b, p):
-    """Make the unknowns of row p zero, in place: nothing of it reaches later rows."""
-    clear_row(A, p)
-    for c in range(UNKNOWNS):
-        store(b, (p, c), 0.0)
 
 
 @inlined

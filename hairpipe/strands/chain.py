@@ -90,7 +90,7 @@ def _check_straight(tangents: np.ndarray) -> None:
 
 
 @inlined
-def _springs(p: int, count: int) -> int:
+def _springs(model, p, count):
     return min(1, count - 1 - p)
 
 

@@ -1,23 +1,22 @@
 """The interface of strand models to the solver, and their registration.
 
-A model is a NamedTuple of arrays (`StrandModel`) and a few kernels (`ModelKind`). Kernels of the solver call
-`add_forces`, `spring_constant`, `springs_from`, `predict`, `hold_tip`, `follow_solve`, `least_pivot`, `largest_turn`
-and `shape_of` below; numba looks up the functions registered for the type of the model, and inlines them. A kernel
-loaded from the cache needs no registration.
-
-Settings of the construction of a strand's network, with proven defaults.
+A model is a NamedTuple of arrays (`StrandModel`) and a few kernels (`ModelKind`). Kernels of the solver call those that
+are declared at the end of this file; numba looks up those of the type of the model, and inlines them. A kernel loaded
+from the cache needs no registration.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import wraps
+from functools import cached_property, update_wrapper
+from operator import attrgetter
 from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
-from numba.core.extending import overload
+from numba import types
+from numba.core.dispatcher import Dispatcher
 
-from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.compile import Inlined, inlined
 from hairpipe.laws.settings import Construction
 from hairpipe.strands.layout import Layout, Shape
 from hairpipe.strands.material import Fibres
@@ -71,33 +70,6 @@ class StiffnessPart(IntEnum):
     exact = 2
 
 
-@inlined
-def _predict_nothing(model, T, span, stays):
-    """Leave what the model remembers as it is."""
-
-
-@inlined
-def _hold_nothing(model, block, x, T, held):
-    """Leave what the model remembers as it is."""
-
-
-@inlined
-def _follow_nothing(model, block, at, dx, b, h):
-    """Remember nothing of a solve but tensions."""
-
-
-@inlined
-def _least_zero(model, block, hh):
-    """Accept every positive pivot."""
-    return 0.0 * hh
-
-
-@inlined
-def _turn_nothing(model, block, b, h):
-    """Turn no frame, where there are none."""
-    return 0.0 * h
-
-
 Build = Callable[[Layout, Groom, Fibres, Construction, float], tuple[Any, np.ndarray]]
 FindEquilibrium = Callable[[Any, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
@@ -118,24 +90,30 @@ class ModelKind:
     single_limit  number of explicit steps per step up to which single precision is chosen, see `shot/simulate.py`;
                   0, for a model without measurements: never
 
-    The other fields are kernels that numba inlines, see the functions of those names below.
+    The other fields are kernels, see the declarations of those names below; None: the body of the declaration.
     """
 
     name: str
     model: type
     shape: Shape
     build: Build
-    add_forces: Any
-    springs_from: Any
-    spring_constant: Any
-    predict: Any = _predict_nothing
-    hold_tip: Any = _hold_nothing
-    follow_solve: Any = _follow_nothing
-    least_pivot: Any = _least_zero
-    largest_turn: Any = _turn_nothing
+    add_forces: Inlined
+    springs_from: Inlined
+    spring_constant: Inlined
+    predict: Dispatcher | None = None
+    hold_tip: Dispatcher | None = None
+    follow_solve: Dispatcher | None = None
+    least_pivot: Dispatcher | None = None
+    largest_turn: Dispatcher | None = None
     warn: Callable[[Groom, Fibres], None] = lambda groom, fibres: None
     equilibrium: FindEquilibrium | None = None
     single_limit: float = 0.0
+
+    @cached_property
+    def shape_of(self) -> Inlined:
+        """The shape, as constants of the machine code."""
+        shape = self.shape
+        return inlined(lambda model: shape)
 
 
 _KINDS: dict[type, ModelKind] = {}
@@ -172,21 +150,49 @@ class Terms(NamedTuple):
     part: int
 
 
-def by_model(declaration: Callable) -> Callable:
-    """Decorate the declaration of a kernel: numba compiles that of the model's kind in its place, see `for_models`.
+class ByModel:
+    """A kernel that numba selects where it compiles a call, by the type of the model, which is the first argument.
+
+    declaration  its name and arguments; its body is the kernel of the models for which none is chosen
+    chosen       gives the kernel of a kind of model, None: the body
 
     A call from Python raises TypeError.
     """
 
-    @wraps(declaration)
-    def declared(*_: Any) -> None:
-        raise TypeError(f"{declaration.__name__} is a kernel that numba selects by the model: call it in compiled code")
+    def __init__(self, declaration: Callable, chosen: Callable[[ModelKind], Dispatcher | None]) -> None:
+        self.body = inlined(declaration)
+        self.chosen = chosen
+        update_wrapper(self, declaration)
 
-    return declared
+    def kernel_of(self, model: type) -> Dispatcher:
+        """Return the kernel of a type of model; KeyError where it is not registered."""
+        return self.chosen(_KINDS[model]) or self.body
+
+    def __call__(self, *_: Any) -> Any:
+        raise TypeError(f"{self.__name__} is a kernel that numba selects by the model: call it in compiled code")
+
+    # What numba's type of a compiled function asks for.
+
+    is_compiling = False
+
+    @property
+    def _numba_type_(self) -> types.Type:
+        return types.Dispatcher(self)
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        return self.kernel_of(args[0].instance_class).get_call_template(args, kws)
+
+    def get_overload(self, args: Any) -> Any:
+        return self.kernel_of(args[0].instance_class).get_overload(args)
+
+
+def by_model(declaration: Callable) -> ByModel:
+    """Decorate the declaration of a kernel that is a field of `ModelKind`."""
+    return ByModel(declaration, attrgetter(declaration.__name__))
 
 
 @by_model
-def add_forces(model: Any, system: Any, at: Any, p: Any, block: Any, terms: Any) -> None:
+def add_forces(model, system, at, p, block, terms):
     """Add the forces that begin at particle p of a block: h f to the right-hand side, hh K + h D to the matrix.
 
     system  matrix and right-hand side, A and b
@@ -197,17 +203,17 @@ def add_forces(model: Any, system: Any, at: Any, p: Any, block: Any, terms: Any)
 
 
 @by_model
-def predict(model: Any, T: Any, span: Any, stays: Any) -> Any:
+def predict(model, T, span, stays):
     """Advance the stored values of a block through a stage [s], except in fixed lanes, in place."""
 
 
 @by_model
-def hold_tip(model: Any, block: Any, x: Any, T: Any, held: Any) -> Any:
+def hold_tip(model, block, x, T, held):
     """Update the stored values of a block, T, for held tips; arguments as in `Stage`; in place."""
 
 
 @by_model
-def follow_solve(model: Any, block: Any, at: Any, dx: Any, b: Any, h: Any) -> Any:
+def follow_solve(model, block, at, dx, b, h):
     """Update the stored values of a block, T of the iterate `at`, after a solve that moves it by dx, in place.
 
     b   change of velocity, and of other unknowns, (rows, unknowns, W); h  its factor [s]
@@ -215,96 +221,30 @@ def follow_solve(model: Any, block: Any, at: Any, dx: Any, b: Any, h: Any) -> An
 
 
 @by_model
-def least_pivot(model: Any, block: Any, hh: Any) -> Any:
+def least_pivot(model, block, hh):
     """Pivot of an angle up to which the matrix of a strand counts as indefinite, in lanes; hh  h^2 [s^2]."""
+    return 0.0 * hh
 
 
 @by_model
-def largest_turn(model: Any, block: Any, b: Any, h: Any) -> Any:
+def largest_turn(model, block, b, h):
     """Largest turn of a material frame by a solution b of a block, in lanes; 1 is the most that a solve may make.
 
     Arguments as of `follow_solve`.
     """
+    return 0.0 * h
 
 
 @by_model
-def shape_of(model: Any) -> Any:
+def shape_of(model):
     """Shape of the model, as constants of the machine code."""
 
 
 @by_model
-def springs_from(model: Any, p: Any, count: Any) -> Any:
+def springs_from(model, p, count):
     """Number of springs from particle p to those after it, of a strand of so many particles."""
 
 
 @by_model
-def spring_constant(model: Any, block: Any, p: Any, offset: Any) -> Any:
+def spring_constant(model, block, p, offset):
     """Force per unit strain [N] of the spring from particle p to p + offset, in lanes."""
-
-
-def for_models(stub: Callable) -> Callable:
-    """Decorate a function that gives, for a kind of model, what numba compiles where a stub is called with a model."""
-
-    def decorate(implementation: Callable[[ModelKind], Callable]) -> Callable:
-        def choose(model: Any, *_: Any) -> Callable | None:
-            kind = _KINDS.get(getattr(model, "instance_class", type(None)))
-            return None if kind is None else implementation(kind)
-
-        overload(stub, strict=False)(choose)
-        return implementation
-
-    return decorate
-
-
-@for_models(add_forces)
-def _add_forces(kind: ModelKind) -> Callable:
-    kernel = kind.add_forces
-    return lambda model, system, at, p, block, terms: kernel(model, system, at, p, block, terms)
-
-
-@for_models(predict)
-def _predict(kind: ModelKind) -> Callable:
-    kernel = kind.predict
-    return lambda model, T, span, stays: kernel(model, T, span, stays)
-
-
-@for_models(hold_tip)
-def _hold_tip(kind: ModelKind) -> Callable:
-    kernel = kind.hold_tip
-    return lambda model, block, x, T, held: kernel(model, block, x, T, held)
-
-
-@for_models(follow_solve)
-def _follow_solve(kind: ModelKind) -> Callable:
-    kernel = kind.follow_solve
-    return lambda model, block, at, dx, b, h: kernel(model, block, at, dx, b, h)
-
-
-@for_models(least_pivot)
-def _least_pivot(kind: ModelKind) -> Callable:
-    kernel = kind.least_pivot
-    return lambda model, block, hh: kernel(model, block, hh)
-
-
-@for_models(largest_turn)
-def _largest_turn(kind: ModelKind) -> Callable:
-    kernel = kind.largest_turn
-    return lambda model, block, b, h: kernel(model, block, b, h)
-
-
-@for_models(shape_of)
-def _shape_of(kind: ModelKind) -> Callable:
-    shape = kind.shape
-    return lambda model: shape
-
-
-@for_models(springs_from)
-def _springs_from(kind: ModelKind) -> Callable:
-    kernel = kind.springs_from
-    return lambda model, p, count: kernel(p, count)
-
-
-@for_models(spring_constant)
-def _spring_constant(kind: ModelKind) -> Callable:
-    kernel = kind.spring_constant
-    return lambda model, block, p, offset: kernel(model, block, p, offset)

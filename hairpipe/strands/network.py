@@ -178,7 +178,7 @@ def _constant(model, block, p, offset):
 
 
 @inlined
-def _springs(p: int, count: int) -> int:
+def _springs(model, p, count):
     return min(3, count - 1 - p)
 
 

@@ -466,7 +466,7 @@ def shape_at_rest(axis: np.ndarray, normals: np.ndarray, fibre: Fibre) -> tuple[
 
 
 @inlined
-def _springs(p: int, count: int) -> int:
+def _springs(model, p, count):
     return 1 if 0 < p < count - 2 else 0
 
 

@@ -44,7 +44,7 @@ def build_beads(layout, groom, fibres, construction, curvature):
 
 
 @inlined
-def springs(p, count):
+def springs(model, p, count):
     return min(1, count - 1 - p)
 
 

@@ -9,14 +9,11 @@ from types import CellType, FunctionType, ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import typeof
 from numba.core.dispatcher import Dispatcher
-from numba.core.errors import NumbaError
-from numba.core.registry import cpu_target
 
 from hairpipe.geometry import simd
+from hairpipe.strands.interface import ByModel
 
-_types: Any = cpu_target.typing_context
 _COUNTED = {np.add, np.subtract, np.multiply, np.divide, np.sqrt}
 
 
@@ -113,9 +110,7 @@ def _is_ours(thing: Any) -> bool:
     """Whether something is a kernel, an operation on lanes, or a name that numba gives a kernel by type."""
     if isinstance(thing, ModuleType):
         return thing.__name__.startswith("hairpipe.")
-    return callable(thing) and (
-        isinstance(thing, Dispatcher) or thing in vars(simd).values() or bool(_overloads(thing))
-    )
+    return callable(thing) and (isinstance(thing, (Dispatcher, ByModel)) or thing in vars(simd).values())
 
 
 class _Module:
@@ -129,24 +124,6 @@ class _Module:
         return _in_python(value, self._known) if _is_ours(value) else value
 
 
-def _overloads(thing: Callable) -> list[Any]:
-    """List what `numba.extending.overload` has given a function of ours."""
-    if not getattr(thing, "__module__", "").startswith("hairpipe.") or isinstance(thing, type):
-        return []
-    try:
-        return list(_types.resolve_value_type(thing).templates)
-    except (NumbaError, AttributeError):
-        return []
-
-
-def _choose(thing: Callable, known: dict[Any, Callable]) -> Callable:
-    """Call the overload that numba would choose by the type of the first argument."""
-
-    def call(*args: Any) -> Any:
-        for template in _overloads(thing):
-            found = template._overload_func(typeof(args[0]), *[None] * (len(args) - 1))
-            if found is not None:
-                return _with_globals(found, known)(*args)
-        raise TypeError(f"no overload of {thing.__name__} for {type(args[0]).__name__}")
-
-    return call
+def _choose(thing: ByModel, known: dict[Any, Callable]) -> Callable:
+    """Call the kernel that numba would choose by the type of the first argument."""
+    return lambda *args: _in_python(thing.kernel_of(type(args[0])), known)(*args)
