@@ -18,7 +18,7 @@ from hairpipe.geometry.segment_distance import (
     shortest_ways,
 )
 from hairpipe.geometry.segment_tree import LANES, MOST_OPEN, SINGLE, Tree, box_of, find_leaves, overlapping
-from hairpipe.geometry.segments import Known, is_known, key_of
+from hairpipe.geometry.segments import Known, is_known
 from hairpipe.geometry.simd import bits, lowest, sqrt
 from hairpipe.geometry.sorting import sorted_by_bits
 
@@ -153,16 +153,7 @@ def _collect(found, counts, starts, pairs):
 
 def in_order(pairs: np.ndarray, points: int) -> np.ndarray:
     """Sort pairs of segments below `points`, (n, 2) int32, lexicographically; pure."""
-    keys = key_of(pairs)
-    for first_bit in (0, 32):
+    keys = np.ascontiguousarray(pairs).view(np.int64)[:, 0]
+    for first_bit in (32, 0):  # Processors for which numba compiles are little-endian: the second is in the high bits.
         keys = sorted_by_bits(keys, first_bit, first_bit + int(points).bit_length())
-    order = np.empty_like(pairs)
-    _split(keys, order)
-    return order
-
-
-@njit(cache=True, parallel=True)
-def _split(keys, pairs):
-    for k in prange(len(keys)):
-        pairs[k, 0] = keys[k] >> 32
-        pairs[k, 1] = keys[k] & 0xFFFFFFFF
+    return keys.view(np.int32).reshape(-1, 2)

@@ -167,6 +167,13 @@ def multiply_add(typingctx, a, b, c):
     return signature(*[lanes] * 4), lambda c, builder, s, args: builder.call(_llvm(builder, "fma", lanes, 3), args)
 
 
+@intrinsic
+def by_precision(typingctx, like, double, single):
+    """One of two numbers, by the precision of lanes."""
+    place = 1 if _expect_common(like).dtype == types.float64 else 2
+    return signature(types.float64, like, types.float64, types.float64), lambda c, builder, s, args: args[place]
+
+
 def _extreme(comparison: str) -> Callable:
     def emit(context, builder, sig, args):
         return builder.select(builder.fcmp_ordered(comparison, *args), *args)

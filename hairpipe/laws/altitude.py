@@ -29,42 +29,25 @@ size of the displacement.
 """
 # pyright: reportCallIssue=false
 
-from collections.abc import Callable
-from typing import Any
-
-from numba import njit, types
-from numba.core.extending import overload
+from numba import njit
 
 from hairpipe.geometry.compile import inlined
-from hairpipe.geometry.simd import any_lane, difference, load, maximum, minimum, select, sqrt
+from hairpipe.geometry.simd import any_lane, by_precision, difference, load, maximum, minimum, select, sqrt
 from hairpipe.geometry.sym3 import outer
 from hairpipe.geometry.vec3 import cross, dot, plus, scaled
 
 
-def nothing(x: Any) -> Any:
+@inlined
+def nothing(x):
     """Return a tiny positive number of the lanes' precision [1]."""
-
-
-def _limits(x: Any) -> Any:
-    """Thickness over extent that collinear particles are given, and |N|^2 over extent^4 below which they are."""
-
-
-@overload(nothing, strict=False)
-def _nothing(x: Any) -> Callable:
-    value = 1e-200 if x.dtype == types.float64 else 1e-36
-    return lambda x: value
-
-
-@overload(_limits, strict=False)
-def _limits_of(x: Any) -> Callable:
-    values = (2e-8, 1e-16) if x.dtype == types.float64 else (1e-4, 1e-9)
-    return lambda x: values
+    return by_precision(x, 1e-200, 1e-36)
 
 
 @inlined
 def _limit(u, v, w):
+    """Value of |N|^2 below which particles are collinear."""
     extent = dot(u, u) + dot(v, v) + dot(w, w)
-    return _limits(extent)[1] * extent * extent
+    return by_precision(extent, 1e-16, 1e-9) * extent * extent
 
 
 @inlined
@@ -80,7 +63,7 @@ def off_the_line(u, v, w, size, where):
     aside = cross(along, _least_axis(along))
     limit = maximum(_limit(u, v, w), nothing(size))
     # The last factor is 0 at the limit: the displacement fades in, and the force does not jump there.
-    reach = _limits(size)[0] * sqrt(dot(along, along)) * (1.0 - size / limit)
+    reach = by_precision(size, 2e-8, 1e-4) * sqrt(dot(along, along)) * (1.0 - size / limit)
     b = plus(u, scaled(reach, _unit(aside)))
     c = plus(v, scaled(reach, _unit(cross(along, aside))))
     return _where(where, b, u), _where(where, c, v)

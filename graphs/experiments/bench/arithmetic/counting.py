@@ -72,6 +72,7 @@ def count_work(kernel: Dispatcher, *args: Any) -> Work:
         simd.load: load,
         simd.load_as: lambda array, index, like: load(array, index),
         simd.store: store,
+        simd.by_precision: lambda like, double, single: double if like.dtype == np.float64 else single,
         simd.sqrt: np.sqrt,
         simd.maximum: np.maximum,
         simd.minimum: np.minimum,
@@ -92,6 +93,7 @@ def _in_python(thing: Any, known: dict[Any, Callable]) -> Any:
             return _Module(thing, known)
         if not isinstance(thing, Dispatcher):
             return _choose(thing, known)
+        known[thing] = lambda *args: known[thing](*args)  # It may have the name of a function of a module it calls.
         known[thing] = _with_globals(thing.py_func, known)
     return known[thing]
 
