@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from hairpipe.engine import Cuts, Pair, Time, flat_group, node
 from hairpipe.particles.settings import Interaction, ParticleSettings, Printed, RestTension
 from hairpipe.values import BodyParts, Cloud, LevelSet, Mesh, Particles
-from hairpipe.values.particles import ParticleState
+from hairpipe.values.hair import ParticleState
 
 if TYPE_CHECKING:
     from hairpipe.particles.simulate import Prepared

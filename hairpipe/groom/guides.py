@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.key_weights import keys_among, weigh_keys
+from hairpipe.groom.interpolating import keys_among, weigh_keys
 from hairpipe.groom.sampling import joined_strands
 from hairpipe.groom.strand_arrays import offsets_of, take
 from hairpipe.values import Groom, Strands

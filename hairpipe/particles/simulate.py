@@ -30,7 +30,7 @@ from hairpipe.shot.build import bodies_of
 from hairpipe.shot.shot import Frame, rigid_over_cut, warn_of_connections
 from hairpipe.solve.boundary import Driver, motion_of_roots, velocities_around_roots
 from hairpipe.values import Cloud, Groom, Particles
-from hairpipe.values.particles import ParticleState
+from hairpipe.values.hair import ParticleState
 
 MOST_NAMED = 10
 DENSE = 0.99

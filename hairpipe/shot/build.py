@@ -19,16 +19,14 @@ from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.levelset.sample import Interpolation
 from hairpipe.shot.breeze import Breeze, StillAir
 from hairpipe.shot.settings import Scene
-from hairpipe.solve.backward_euler import BackwardEuler
-from hairpipe.solve.bdf2 import Bdf2
 from hairpipe.solve.boundary import WORLD
 from hairpipe.solve.integrator import Integrator
+from hairpipe.solve.integrators import BackwardEuler, Bdf2, TrBdf2
 from hairpipe.solve.interactions import Interaction
 from hairpipe.solve.nine_steps import FullStep, Trapezoid
 from hairpipe.solve.stage import Rule
 from hairpipe.solve.stretch import StrainFilter
 from hairpipe.solve.surroundings import Surroundings
-from hairpipe.solve.tr_bdf2 import TrBdf2
 from hairpipe.strands.hair_model import HairModel
 from hairpipe.strands.interface import StrandModel, kind_of, may_be_lost
 from hairpipe.values import LevelSet

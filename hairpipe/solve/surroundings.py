@@ -2,22 +2,273 @@
 
 Interactions are accessed only by the protocol, see `interactions.py`. They are called in the given order, except in
 `end`, the corrections at the end of a step, which runs in reverse: the first interaction corrects last.
+
+A stage without interactions is one kernel. Otherwise all strands are solved together from their prediction
+(`guess_stages`), judged, and solved again where an interaction requests it: where contact changed. Couplings make one
+system of all strands, solved by conjugate gradients preconditioned by the strands' own factors; strands that are
+solved again use the resulting positions of the others.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numba import njit, prange
+from numpy.typing import DTypeLike
 
-from hairpipe.geometry.simd import copied
+from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.simd import both, copied, fill, load, select, store
+from hairpipe.solve.band import forward, row_size, substitute
 from hairpipe.solve.conjugate_gradients import StrandCoupling
-from hairpipe.solve.interactions import Interaction, Start, StepEnd
-from hairpipe.solve.stage import Iterate, Rule, Stage, State, Step
-from hairpipe.solve.stage_driver import StageDriver
+from hairpipe.solve.implicit_stage import (
+    ROWS,
+    ROWS_WITH_NEXT,
+    ExternalTerms,
+    add_impulses,
+    clear,
+    factor_stages,
+    find_overturned,
+    guess_stages,
+    lay_out,
+    run_stages,
+    set_contact_dv,
+    update_stages,
+)
+from hairpipe.solve.interactions import Interaction, Prediction, Start, StepEnd
+from hairpipe.solve.stage import Iterate, Rule, Stage, State, Step, System
 from hairpipe.solve.stretch import mark_length_jumps
-from hairpipe.strands.interface import StrandModel
+from hairpipe.strands.interface import StrandModel, shape_of
 from hairpipe.strands.layout import Axis, Layout, axis_of
 from hairpipe.values.hair import HairState
+
+
+@njit(cache=True, parallel=True)
+def respond(model, axis: Axis, system, held, active, impulses, change) -> None:
+    """Solve every strand's own system for impulses on its axis, in place.
+
+    system    A: factors of `factor_stages`, in single precision since reading them dominates the time
+              b: the change of all particles is added to it [m/s], (rows, unknowns, W); skipped if it has no rows
+    held      see `Step`
+    active    1 for strands to solve, (blocks, W); the others do not move
+    impulses  [N s], (P, 3)
+    change    out: change of the velocity of points [m/s], (P, 3)
+    """
+    for block in prange(len(axis.first) - 1):
+        _respond_block(model, axis, np.int64(block), system, held, active, impulses, change)
+
+
+@njit(cache=True, error_model="numpy")
+def _respond_block(model, axis, block, system, held, active, impulses, change):
+    rows = slice(axis.first[block], axis.first[block + 1])
+    As = system.A[rows]
+    b = system.b
+    x = np.empty((As.shape[0], shape_of(model).unknowns, As.shape[2]), active.dtype)
+    count = x.shape[0]
+    clamped = shape_of(model).clamped
+    fill(x, 0.0)
+    if active[block].any():
+        _take(axis, block, impulses, x)
+        for p in range(clamped):  # The root is held: impulses on it are taken by the body.
+            for c in range(3):
+                store(x, (p, c), 0.0)
+        for p in range(clamped, count):
+            # Cleared just before the row is eliminated, so that an impulse on a held particle reaches no later row.
+            free = load(active, (block,)) > 0.0
+            if len(held) > 0 and p >= count - clamped:
+                free = both(free, load(held, (block,)) < 0.5)
+            for c in range(3):
+                store(x, (p, c), select(free, load(x, (p, c)), 0.0))
+            forward(model, As, x, p, count)
+        substitute(model, As, x, count)
+        if b.shape[0] > 0:
+            bs = b[rows]
+            for p in range(count):
+                for c in range(shape_of(model).unknowns):
+                    store(bs, (p, c), load(bs, (p, c)) + load(x, (p, c)))
+    _give(axis, block, x, change)
+
+
+@inlined
+def _take(axis, block, points, x):
+    """Copy what points of a block have to its particles."""
+    for lane in range(axis.strands.shape[1]):
+        first = axis.offsets[axis.strands[block, lane]]
+        row = axis.root
+        for k in range(first, axis.offsets[axis.strands[block, lane] + 1]):
+            for c in range(3):
+                x[row, c, lane] = points[k, c]
+            row += axis.stride
+
+
+@inlined
+def _give(axis, block, x, points):
+    """Copy what particles of a block have to its points."""
+    for lane in range(axis.strands.shape[1]):
+        if not axis.idle[block, lane]:  # An idle lane repeats a strand: its points are written once only.
+            first = axis.offsets[axis.strands[block, lane]]
+            row = axis.root
+            for k in range(first, axis.offsets[axis.strands[block, lane] + 1]):
+                for c in range(3):
+                    points[k, c] = x[row, c, lane]
+                row += axis.stride
+
+
+_PASSES = 4  # over the strands that must be solved again
+
+
+@dataclass(eq=False)
+class StageDriver:
+    """Solves stages of a frame.
+
+    model         model of the strands
+    axis          location of the points among the particles
+    masses        masses of points, inf if held [kg], (P,); may change between steps
+    interactions  interactions that act in solves, in order
+    coupling      coupling of strands by those that couple them
+    origin        origin of strand positions [m], (3,)
+    seconds       time of the shot at the previous frame [s]
+    """
+
+    model: StrandModel
+    axis: Axis
+    masses: np.ndarray
+    interactions: Sequence[Interaction]
+    coupling: StrandCoupling
+    origin: np.ndarray
+    seconds: float
+    _memory: dict[str, np.ndarray] = field(default_factory=dict, init=False)
+
+    def solve(self, at: Iterate, stage: Stage, rule: Rule, active: np.ndarray | None = None) -> np.ndarray | float:
+        """Advance strands through a stage, in place.
+
+        at      in: its v is the guess; out: the end of the stage
+        active  1 for strands to solve individually, (blocks, W); None: all, together
+
+        Returns the change of velocity by other strands, excluded from the acceleration [m/s], (rows, 3, W), or 0.
+        """
+        together = active is None
+        if not self.interactions and together:
+            run_stages(self.model, at, stage, rule)
+            return 0.0
+        guess_stages(self.model, at, stage, rule)
+        everyone = np.ones(self.axis.strands.shape, at.x.dtype)
+        again = active = everyone if active is None else active
+        here = self._predict(at, stage, active)
+        contact_dv = self._room("contact_dv", here.points)
+        if not together:  # Else all points are set.
+            contact_dv[:] = 0.0
+        for interaction in self.interactions:
+            interaction.predict(here)
+        for left in reversed(range(rule.iterations + _PASSES)):
+            newton = left >= _PASSES  # After that, passes for strands whose contact changed, each by itself.
+            self.axis.gather(again, here.active)
+            outer = self._act(here, stage, again, at.x, renew=newton)
+            b = self._solve_once(at, stage, rule, outer, again, coupled=newton and together)
+            if self.coupling:
+                change, received = self._room("change", here.points), self._room("received", here.points)
+                self.axis.gather(b, change, active=again)
+                self.coupling.follow(change, here.active, received)
+                set_contact_dv(here.active, received, self.masses, contact_dv)
+            update_stages(self.model, at, b, again, stage.h, rule)
+            self.axis.gather(at.x, here.points, active=again, origin=self.origin)
+            self.axis.gather(at.v, here.velocities, active=again)
+            here = here._replace(lagged_velocity=here.velocities)  # Newer than where the stage began.
+            wrong = self._judge(here, at.x.dtype) * active
+            again = active if left > _PASSES else wrong
+            if not again.any():
+                break
+        return self._spread(contact_dv, at.x)
+
+    def _predict(self, at: Iterate, stage: Stage, active: np.ndarray) -> Prediction:
+        """Return where strands are predicted to end a stage; active is 1 for strands that are solved, (blocks, W)."""
+        points = self.axis.gather(at.x, origin=self.origin)
+        velocities = self.axis.gather(at.v)
+        lagged = velocities if stage.began is at.v else self.axis.gather(stage.began)
+        weights = self.axis.gather(stage.h)
+        active_points = self.axis.gather(active, np.empty(len(self.masses), np.bool_))
+        times = stage.span, stage.time, self.seconds + stage.time
+        return Prediction(points, velocities, lagged, self.masses, weights, active_points, *times)
+
+    def _act(self, here: Prediction, stage: Stage, active: np.ndarray, like: np.ndarray, *, renew: bool) -> np.ndarray:
+        """Return external terms of active strands, (blocks, W); see `implicit_stage.py`.
+
+        renew  linearise forces between strands again; else those of previous solves are used
+        """
+        push = self._room("push", here.points)
+        damping = self._room("damping", here.points, 6)
+        clear(here.active, push, damping)
+        for interaction in self.interactions:
+            interaction.linearise(here, push, damping)
+        received = push[:0]
+        own = (np.empty((0, 6), np.float32), np.empty((0, 6), np.float32))
+        if self.coupling:
+            received = self._room("received", here.points)
+            if renew:
+                self.coupling.linearise(here)
+            self.coupling.impulses(here.active, received)
+            own = self.coupling.own
+        rows = ROWS_WITH_NEXT if self.coupling else ROWS
+        outer = self._room("outer", like[:: self.axis.stride], rows)
+        lay_out(self.axis, active, ExternalTerms(push, damping, received, *own), here.velocities, stage.h, outer)
+        return outer
+
+    def _solve_once(
+        self, at: Iterate, stage: Stage, rule: Rule, outer: np.ndarray, active: np.ndarray, *, coupled: bool
+    ) -> np.ndarray:
+        """Return the change of velocity of active strands, (blocks, W) [m/s], (rows, 3, W).
+
+        coupled  whether all form one system; otherwise the other strands are fixed
+        """
+        coupled = coupled and bool(self.coupling)
+        factors = outer[:0].astype(np.float32)  # No rows: factors are not kept where nothing couples strands.
+        if coupled:
+            factors = self._room("factors", at.x, row_size(self.model.shape), np.float32)
+        b = self._room("b", at.x, self.model.shape.unknowns)
+        firm = active.copy()
+        factor_stages(self.model, System(factors, b), at, outer, firm, stage, rule)
+        if not coupled:
+            return b
+
+        def ask(impulses: np.ndarray, change: np.ndarray) -> None:
+            respond(self.model, self.axis, System(factors, b[:0]), stage.held, active, impulses, change)
+
+        alone = self._room("alone", self.masses)
+        unused = np.empty_like(alone, np.float32)
+        again = False
+        while True:
+            self.axis.gather(b, alone)
+            exchanged = self.coupling.exchange(ask, alone, self.masses)
+            respond(self.model, self.axis, System(factors, b), stage.held, active, exchanged, unused)
+            again = not again and find_overturned(self.model, b, firm, stage.h) > 0
+            if not again:
+                break
+            # Its neighbours have followed a strand that turned too far: all are solved once more.
+            factor_stages(self.model, System(factors, b), at, outer, firm, stage, rule)
+        add_impulses(exchanged, self._room("received", alone))
+        return b
+
+    def _judge(self, here: Prediction, dtype: DTypeLike) -> np.ndarray:
+        """Mark the strands that an interaction wants to be solved again, (blocks, W)."""
+        again = np.zeros(len(here.points), np.bool_)
+        lanes = np.zeros(self.axis.strands.shape, dtype)
+        for interaction in self.interactions:
+            interaction.judge(here, again)
+        self.axis.scatter(again, lanes)
+        return lanes
+
+    def _spread(self, contact_dv: np.ndarray, x: np.ndarray) -> np.ndarray | float:
+        """Spread what other strands did to points over particles."""
+        if not self.coupling:
+            return 0.0
+        lanes = np.zeros_like(x)
+        self.axis.scatter(contact_dv, lanes)
+        return lanes
+
+    def _room(self, name: str, like: np.ndarray, numbers: int = 3, dtype: DTypeLike = None) -> np.ndarray:
+        """Return a buffer of numbers per particle or point, the same for every solve; zeros at first."""
+        if name not in self._memory:
+            self._memory[name] = np.zeros((like.shape[0], numbers, *like.shape[2:]), dtype or like.dtype)
+        return self._memory[name]
 
 
 @dataclass(eq=False)

@@ -27,9 +27,7 @@ world: a rotated groom is the same groom (`first_normals`). Curls rotate and sti
 - Curls are perturbed too, instead of using their own turns as triangles (Fig. 7a): those degenerate as curls stretch.
 - Perturbed particles have 5 % of the mass instead of a third: off-axis mass slows torsion by orders of magnitude.
 
-Tetrahedra of four particles in numpy: volumes, and the directions of their seven altitudes; Sec. 3.1.
-
-The kernel of the springs has the same formulas, for lanes (`laws/altitude.py`).
+Tetrahedra of four particles have the formulas of Sec. 3.1, as the kernel of the springs does (`laws/altitude.py`).
 """
 
 import numpy as np
@@ -168,3 +166,38 @@ def rest_heights(particles: np.ndarray) -> np.ndarray:
     size = np.linalg.norm(altitude_vectors(areas), axis=3)
     np.divide(volume[:, :, None], size, out=heights[:, :-3], where=size > 0)
     return heights
+
+
+def unbent(axis: np.ndarray, normals: np.ndarray, curvature: float) -> np.ndarray:
+    """Return strands with a share of the curvature, and the same first segments and lengths [m], (s, n+1, 3); pure.
+
+    Each segment turns from the one before it by that share of its angle, in the same direction in a frame that is
+    transported along the strand without twist: a helix keeps its torsion.
+
+    axis       points of strands [m], (s, n+1, 3)
+    normals    unit normals of the first segments, (s, 3)
+    curvature  share of the turn at every point: 1 returns the axis itself, 0 straight strands
+    """
+    if curvature == 1.0:
+        return axis
+    edges = np.diff(axis, axis=1)
+    lengths = np.linalg.norm(edges, axis=2, keepdims=True)
+    tangents = edges / lengths
+    found = np.empty_like(tangents)
+    found[:, 0] = now = tangents[:, 0]
+    director = turned = normals
+    for i in range(1, tangents.shape[1]):
+        before = tangents[:, i - 1]
+        after = tangents[:, i]
+        cosine = np.sum(before * after, axis=1, keepdims=True)
+        across = after - cosine * before
+        sine = np.linalg.norm(across, axis=1, keepdims=True)
+        across /= np.maximum(sine, np.finfo(float).tiny)
+        angle = curvature * np.arctan2(sine, cosine)
+        aside = np.sum(across * director, axis=1, keepdims=True) * turned
+        aside += np.sum(across * np.cross(before, director), axis=1, keepdims=True) * np.cross(now, turned)
+        following = np.cos(angle) * now + np.sin(angle) * aside
+        following /= np.linalg.norm(following, axis=1, keepdims=True)
+        director, turned = transport(director, before, after), transport(turned, now, following)
+        found[:, i] = now = following
+    return np.concatenate([axis[:, :1], axis[:, :1] + np.cumsum(lengths * found, axis=1)], axis=1)

@@ -26,9 +26,9 @@ from hairpipe.strands import lattice
 from hairpipe.strands.assembly import add_spring, add_tetrahedron
 from hairpipe.strands.calibration import Fit, edge_constants, fit_curls, softenings, spring_constants, works
 from hairpipe.strands.interface import ModelKind, StrandModel, register_model, shape_of, spring_constant, springs_from
+from hairpipe.strands.lattice import unbent
 from hairpipe.strands.layout import Layout, Shape
 from hairpipe.strands.material import Fibre, Fibres
-from hairpipe.strands.rest_shape import unbent
 from hairpipe.values import Groom
 from hairpipe.values.groom import strand_lengths
 

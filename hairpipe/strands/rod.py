@@ -92,9 +92,9 @@ from hairpipe.laws.settings import Construction
 from hairpipe.laws.stretch import critical_damping
 from hairpipe.strands import lattice
 from hairpipe.strands.interface import ModelKind, StiffnessPart, StrandModel, register_model
+from hairpipe.strands.lattice import unbent
 from hairpipe.strands.layout import Layout, Shape
 from hairpipe.strands.material import Fibre, Fibres
-from hairpipe.strands.rest_shape import unbent
 from hairpipe.values import Groom
 
 

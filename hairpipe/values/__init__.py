@@ -13,7 +13,7 @@ from hairpipe.values.body import (
     Skeleton,
 )
 from hairpipe.values.groom import Ends, Groom, Normals, Pins, PointValues, Strands
-from hairpipe.values.particles import Cloud, Particles
+from hairpipe.values.hair import Cloud, Particles
 from hairpipe.values.table import Table
 
 __all__ = [

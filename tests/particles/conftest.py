@@ -14,7 +14,7 @@ from hairpipe.particles.settings import Fibre, ParticleSettings
 from hairpipe.particles.simulate import ParticleSimulation, advance_frame, prepare, start
 from hairpipe.shot.shot import Frame
 from hairpipe.values import Groom, Mesh
-from hairpipe.values.particles import ParticleState
+from hairpipe.values.hair import ParticleState
 
 RULE = LinkRule(12, 0.5, 58.0, 24.0)
 FRAME = 1 / 24

@@ -13,7 +13,7 @@ from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Interaction, ParticleContact, RestTension
 from hairpipe.particles.simulate import ParticleSimulation, cloud_of, laws_of, start
 from hairpipe.shot.shot import Frame, next_state
-from hairpipe.values.particles import ParticleState
+from hairpipe.values.hair import ParticleState
 
 FRAME = 1 / 24
 

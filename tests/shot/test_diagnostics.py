@@ -9,15 +9,15 @@ from hairpipe.laws.settings import Collisions, StrainLimit
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.sample import Interpolation
-from hairpipe.shot.diagnostics import (
+from hairpipe.shot.shot import Frame
+from hairpipe.shot.simulate import (
+    StrandSimulation,
     warn_of_deep_roots,
     warn_of_growth,
     warn_of_stretch,
     warn_of_sweep,
     warn_of_weight,
 )
-from hairpipe.shot.shot import Frame
-from hairpipe.shot.simulate import StrandSimulation
 from hairpipe.strands.material import Material
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from hairpipe.graphs.experiments.bench.strands import RULE, STEP, hang
-from hairpipe.solve.backward_euler import BackwardEuler
 from hairpipe.solve.implicit_stage import guess_stages
 from hairpipe.solve.integrator import everywhere
+from hairpipe.solve.integrators import BackwardEuler
 from hairpipe.solve.stage import Iterate, Stage, State, Step
 
 H, SPAN = 0.3 * STEP, 0.6 * STEP

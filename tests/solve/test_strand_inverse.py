@@ -9,7 +9,7 @@ from hairpipe.shot.settings import Scene
 from hairpipe.solve.band import row_size
 from hairpipe.solve.implicit_stage import ROWS, ExternalTerms, factor_stages, lay_out
 from hairpipe.solve.stage import Iterate, Stage, System
-from hairpipe.solve.stage_driver import respond
+from hairpipe.solve.surroundings import respond
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.layout import axis_of
 from hairpipe.strands.material import Material

@@ -12,8 +12,8 @@ from hairpipe.laws.settings import Air, Drag, SagFree
 from hairpipe.shot.settings import HairSettings, Scene
 from hairpipe.shot.simulate import advance_frame, start, strands_of
 from hairpipe.strands.hair_model import build_models
+from hairpipe.strands.lattice import unbent
 from hairpipe.strands.material import Material
-from hairpipe.strands.rest_shape import unbent
 
 SEGMENTS, LENGTH = 16, 0.08
 ARC = np.deg2rad(120.0)

@@ -32,7 +32,7 @@ from hairpipe.particles.step import advance
 from hairpipe.shot.build import bodies_of
 from hairpipe.shot.shot import Frame, next_state
 from hairpipe.values import Body, Particles
-from hairpipe.values.particles import ParticleState
+from hairpipe.values.hair import ParticleState
 
 T = TypeVar("T")
 PARTS = ("search", "pairs", "directions", "stiffness", "solve", "body")

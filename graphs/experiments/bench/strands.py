@@ -14,9 +14,9 @@ from hairpipe.laws.stretch import SpringForm
 from hairpipe.solve.boundary import Clamp, ClampPath
 from hairpipe.solve.implicit_stage import run_stage, run_stages
 from hairpipe.solve.integrator import everywhere
+from hairpipe.solve.integrators import TrBdf2
 from hairpipe.solve.stage import Iterate, Rule, Stage, State, Step
 from hairpipe.solve.surroundings import Surroundings
-from hairpipe.solve.tr_bdf2 import TrBdf2
 from hairpipe.strands.interface import StrandModel
 from hairpipe.strands.layout import lay_out
 from hairpipe.strands.material import Material, fibres_of

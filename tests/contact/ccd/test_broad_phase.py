@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.contact.collision import neighbourhood, swept_pairs, swept_pairs_of
-from hairpipe.contact.crossings import crossings
+from hairpipe.contact.collision import crossings, neighbourhood, swept_pairs, swept_pairs_of
 from hairpipe.geometry.segments import key_of
 
 MOTIONS = {"a little": 0.0, "a turn": 0.02, "one strand is thrown": 0.0, "all ways": 0.0, "rest": 0.02, "together": 0.0}

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.contact import collision as module
-from hairpipe.contact.collision import Candidates, touched_by
-from hairpipe.contact.crossings import crossings
+from hairpipe.contact.collision import Candidates, crossings, touched_by
 from hairpipe.geometry.segments import key_of
 
 ROUNDS = 8

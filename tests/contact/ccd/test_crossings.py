@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from hairpipe.contact.crossings import crossings
+from hairpipe.contact.collision import crossings
 
 LENGTH, SPEED, STEP = 3e-3, 10.0, 1 / 30
 

@@ -20,8 +20,8 @@ from hairpipe.geometry.proximity import closest_pairs, near_pairs
 from hairpipe.geometry.segments import key_of
 from hairpipe.laws.settings import Stiction
 from hairpipe.solve.couplings import Couplings, coupling_rows, find_incidence, matrices
+from hairpipe.solve.integrators import G
 from hairpipe.solve.interactions import Prediction
-from hairpipe.solve.tr_bdf2 import G
 
 STICTION = Stiction()
 STIFFNESS = STICTION.force.value / (STICTION.release - STICTION.reach)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.levelset.parts_field import part_poses_at, path_between
+from hairpipe.levelset.collider_parts import part_poses_at, path_between
 
 FRAME = 1 / 24
 

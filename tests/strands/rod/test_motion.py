@@ -12,11 +12,10 @@ from hairpipe.errors import BadInput
 from hairpipe.geometry.frames import TWIST
 from hairpipe.groom.curl import Helix, wound
 from hairpipe.laws.settings import Air, Collisions, Drag, Scheme, StepControl, Stiction
-from hairpipe.shot.diagnostics import warn_of_lost
 from hairpipe.shot.settings import Scene
 from hairpipe.shot.shot import Frame, move_over_cut
-from hairpipe.shot.simulate import advance_frame, next_state, start
-from hairpipe.solve import stage_driver
+from hairpipe.shot.simulate import advance_frame, next_state, start, warn_of_lost
+from hairpipe.solve import surroundings as stage_driver
 from hairpipe.solve.implicit_stage import factor_stages, find_overturned
 from hairpipe.statics.sag_free import find_stable_by_pivots
 from hairpipe.strands.hair_model import Precision, build_hair

@@ -14,7 +14,7 @@ from hairpipe.particles.links import measure_links, stiffen
 from hairpipe.particles.model import Model
 from hairpipe.particles.simulate import Prepared
 from hairpipe.particles.step import Springs
-from hairpipe.values.particles import ParticleState
+from hairpipe.values.hair import ParticleState
 
 PIECES = 32
 """Of a step, in each of which tensions are taken to go straight: more change less than a thousandth of the work."""
