@@ -13,13 +13,15 @@ We differ from the paper, where an impulse stops the approach of the whole step,
 hair approaches up to the thickness. And every attempt iterates over the crossings of all previous attempts several
 times, so that one solution does not undo another.
 
-Broad phase: all pairs that may come within reach in the step are listed once. The list is complete as long as no end of a point moves by more than
-half the reach. The pairs of points that move farther are listed again, or those of all hair if that is cheaper.
+Broad phase: all pairs that may come within reach in the step are listed once. The list is complete as long as no end of
+a point moves by more than half the reach. The pairs of points that move farther are listed again, or those of all hair
+if that is cheaper.
 
 Crossings, Sec. 5.3: the first time at which two segments that move linearly are coplanar and meet, a root of a cubic.
 
 With A, C the segments and P the vector from the start of the first to that of the second, all linear in the time t of
-0..1, f(t) = (A x C) . P = 0, Bridson et al. 2002 Sec. 6. As a product of linear functions it has the Bernstein coefficients
+0..1, f(t) = (A x C) . P = 0, Bridson et al. 2002 Sec. 6. As a product of linear functions it has the Bernstein
+coefficients
 
     b0 = N0.P0,  b1 = (N01.P0 + N0.P1) / 3,  b2 = (N01.P1 + N1.P0) / 3,  b3 = N1.P1,   N01 = A0 x C1 + A1 x C0
 

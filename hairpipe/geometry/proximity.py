@@ -1,7 +1,8 @@
 """Pairs of segments within a distance of each other, or that may come near in a step, and those that are closest.
 
-Broad phase: chunks of one tree search the other in parallel, each into a buffer of its own. A chunk with a full buffer continues in
-the next round, with a larger one, so that hair may be of any density. The pairs of all chunks are concatenated.
+Broad phase: chunks of one tree search the other in parallel, each into a buffer of its own. A chunk with a full buffer
+continues in the next round, with a larger one, so that hair may be of any density. The pairs of all chunks are
+concatenated.
 """
 
 import numpy as np

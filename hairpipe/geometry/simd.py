@@ -254,12 +254,11 @@ def _lanes_of(array: types.Type) -> LanesType:
     raise _refusal("an array of float32 or float64 in C order", array)
 
 
-def _row_pointer(context, builder, array_type, array, index_type, index, vector=None):
-    """Return where a row of an array begins, as a pointer to a vector: by default to the lanes of the array."""
-    view = context.make_array(array_type)(context, builder, array)
-    axes = zip(cgutils.unpack_tuple(builder, index), index_type, strict=True)
+def _row_pointer(context, builder, sig, args, vector):
+    """Return where a row of an array begins, the first two arguments, as a pointer to a vector."""
+    view = context.make_array(sig.args[0])(context, builder, args[0])
+    axes = zip(cgutils.unpack_tuple(builder, args[1]), sig.args[1], strict=True)
     position = [context.cast(builder, i, t, types.intp) for i, t in axes]
-    vector = vector or LanesType(array_type.dtype).vector
     row = position[0]
     # The last axis is known to be a vector long: said in constants, neighbouring rows cost no arithmetic.
     for i, length in zip(position[1:], cgutils.unpack_tuple(builder, view.shape)[1:-1], strict=True):
@@ -267,45 +266,27 @@ def _row_pointer(context, builder, array_type, array, index_type, index, vector=
     return builder.gep(builder.bitcast(view.data, vector.as_pointer()), [row], inbounds=True, source_etype=vector)
 
 
-@intrinsic
-def load(typingctx, array, index):
-    """The lanes at array[index], index a tuple of all axes but the last; the array is in C order."""
-    lanes = _lanes_of(array)
-
-    def emit(context, builder, sig, args):
-        pointer = _row_pointer(context, builder, sig.args[0], args[0], sig.args[1], args[1])
-        return builder.load(pointer, align=lanes.dtype.bitwidth // 8, typ=lanes.vector)
-
-    return signature(lanes, array, index), emit
-
-
-@intrinsic
-def load_as(typingctx, array, index, like):
-    """The row at array[index], which is as long as the lanes like and may be of another precision, as such lanes."""
-    kept = _lanes_of(array)
-    lanes = _expect_common(like)
+def _reads(kept: LanesType, lanes: LanesType) -> Callable:
+    """Read a row that is kept in one precision as lanes of that or another."""
     vector = ir.VectorType(kept.vector.element, lanes.width)
 
     def emit(context, builder, sig, args):
-        pointer = _row_pointer(context, builder, sig.args[0], args[0], sig.args[1], args[1], vector)
+        pointer = _row_pointer(context, builder, sig, args, vector)
         return _convert(builder, builder.load(pointer, align=kept.dtype.bitwidth // 8, typ=vector), kept, lanes)
 
-    return signature(lanes, array, index, lanes), emit
+    return emit
 
 
-@intrinsic
-def store_as(typingctx, array, index, value):
-    """Write lanes to array[index], a row as long as they are, in its precision."""
-    kept = _lanes_of(array)
-    lanes = _expect_common(value)
+def _writes(lanes: LanesType, kept: LanesType) -> Callable:
+    """Write lanes, the last argument, to a row that is kept in their precision or another."""
     vector = ir.VectorType(kept.vector.element, lanes.width)
 
     def emit(context, builder, sig, args):
-        pointer = _row_pointer(context, builder, sig.args[0], args[0], sig.args[1], args[1], vector)
+        pointer = _row_pointer(context, builder, sig, args, vector)
         builder.store(_convert(builder, args[2], lanes, kept), pointer, align=kept.dtype.bitwidth // 8)
         return context.get_dummy_value()
 
-    return signature(types.none, array, index, lanes), emit
+    return emit
 
 
 def _convert(builder, value, before, after):
@@ -318,16 +299,31 @@ def _convert(builder, value, before, after):
 
 
 @intrinsic
+def load(typingctx, array, index):
+    """The lanes at array[index], index a tuple of all axes but the last; the array is in C order."""
+    lanes = _lanes_of(array)
+    return signature(lanes, array, index), _reads(lanes, lanes)
+
+
+@intrinsic
+def load_as(typingctx, array, index, like):
+    """The row at array[index], which is as long as the lanes like and may be of another precision, as such lanes."""
+    lanes = _expect_common(like)
+    return signature(lanes, array, index, lanes), _reads(_lanes_of(array), lanes)
+
+
+@intrinsic
 def store(typingctx, array, index, value):
     """Write lanes, or a number to all of them, to array[index], index a tuple of all axes but the last."""
     lanes = _expect_common(_lanes_of(array), value)
+    return signature(types.none, array, index, lanes), _writes(lanes, lanes)
 
-    def emit(context, builder, sig, args):
-        pointer = _row_pointer(context, builder, sig.args[0], args[0], sig.args[1], args[1])
-        builder.store(args[2], pointer, align=lanes.dtype.bitwidth // 8)
-        return context.get_dummy_value()
 
-    return signature(types.none, array, index, lanes), emit
+@intrinsic
+def store_as(typingctx, array, index, value):
+    """Write lanes to array[index], a row as long as they are, in its precision."""
+    lanes = _expect_common(value)
+    return signature(types.none, array, index, lanes), _writes(lanes, _lanes_of(array))
 
 
 @intrinsic(prefer_literal=True)

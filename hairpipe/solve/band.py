@@ -15,12 +15,12 @@ from hairpipe.strands.interface import ByModel, shape_of
 from hairpipe.strands.layout import Shape
 
 
-def or_with_angle(kernel: Dispatcher) -> Callable[[Callable], ByModel]:
+def inlined_by_unknowns(four: Dispatcher) -> Callable[[Callable], ByModel]:
     """Decorate the kernel for three unknowns a row; another one is compiled for four.
 
     A branch on `shape_of` selects as well, but both sides are compiled: it is for short kernels.
     """
-    return lambda declaration: ByModel(declaration, lambda kind: kernel if kind.shape.unknowns == 4 else None)
+    return lambda declaration: ByModel(declaration, lambda kind: four if kind.shape.unknowns == 4 else None)
 
 
 @inlined
@@ -91,7 +91,7 @@ def _eliminate(model, A, b, p, count, lowest):
     return banded_angle.eliminate(A, b, p, count, lowest)
 
 
-@or_with_angle(_eliminate)
+@inlined_by_unknowns(four=_eliminate)
 def eliminate(model, A, b, p, count, lowest):
     """Eliminate row p, in place; return the lowest pivots of this and before, where they may be negative."""
     banded.eliminate(A, b, p, count, shape_of(model).reach)
@@ -108,7 +108,7 @@ def _fix_root(model, A, b, p, count, lowest):
     return banded_angle.eliminate(A, b, p, count, lowest)
 
 
-@or_with_angle(_fix_root)
+@inlined_by_unknowns(four=_fix_root)
 def fix_root(model, A, b, p, count, lowest):
     """Hold row p at the root, in place; return the lowest pivots of this and before."""
     fix_row(A, b, p)
@@ -120,7 +120,7 @@ def _forward(model, A, b, p, count):
     banded_angle.forward(A, b, p, count)
 
 
-@or_with_angle(_forward)
+@inlined_by_unknowns(four=_forward)
 def forward(model, A, b, p, count):
     """Eliminate row p from another right-hand side, as `eliminate`, in place."""
     banded.forward(A, b, p, count, shape_of(model).reach)
@@ -133,7 +133,7 @@ def _substitute(model, A, b, count):
         store(b, (count - 1, c), load(b, (count - 2, c)))
 
 
-@or_with_angle(_substitute)
+@inlined_by_unknowns(four=_substitute)
 def substitute(model, A, b, count):
     """Replace b by the solution, in place; rows that have no equation move as the one before them."""
     banded.substitute(A, b, count, shape_of(model).reach)

@@ -169,7 +169,9 @@ class ByModel:
         return self.chosen(_KINDS[model]) or self.body
 
     def __call__(self, *_: Any) -> Any:
-        raise TypeError(f"{self.__name__} is a kernel that numba selects by the model: call it in compiled code")
+        raise TypeError(
+            f"{self.body.py_func.__name__} is a kernel that numba selects by the model: call it in compiled code"
+        )
 
     # What numba's type of a compiled function asks for.
 
@@ -186,12 +188,12 @@ class ByModel:
         return self.kernel_of(args[0].instance_class).get_overload(args)
 
 
-def by_model(declaration: Callable) -> ByModel:
+def inlined_by_model(declaration: Callable) -> ByModel:
     """Decorate the declaration of a kernel that is a field of `ModelKind`."""
     return ByModel(declaration, attrgetter(declaration.__name__))
 
 
-@by_model
+@inlined_by_model
 def add_forces(model, system, at, p, block, terms):
     """Add the forces that begin at particle p of a block: h f to the right-hand side, hh K + h D to the matrix.
 
@@ -202,17 +204,17 @@ def add_forces(model, system, at, p, block, terms):
     """
 
 
-@by_model
+@inlined_by_model
 def predict(model, T, span, stays):
     """Advance the stored values of a block through a stage [s], except in fixed lanes, in place."""
 
 
-@by_model
+@inlined_by_model
 def hold_tip(model, block, x, T, held):
     """Update the stored values of a block, T, for held tips; arguments as in `Stage`; in place."""
 
 
-@by_model
+@inlined_by_model
 def follow_solve(model, block, at, dx, b, h):
     """Update the stored values of a block, T of the iterate `at`, after a solve that moves it by dx, in place.
 
@@ -220,13 +222,13 @@ def follow_solve(model, block, at, dx, b, h):
     """
 
 
-@by_model
+@inlined_by_model
 def least_pivot(model, block, hh):
     """Pivot of an angle up to which the matrix of a strand counts as indefinite, in lanes; hh  h^2 [s^2]."""
     return 0.0 * hh
 
 
-@by_model
+@inlined_by_model
 def largest_turn(model, block, b, h):
     """Largest turn of a material frame by a solution b of a block, in lanes; 1 is the most that a solve may make.
 
@@ -235,16 +237,16 @@ def largest_turn(model, block, b, h):
     return 0.0 * h
 
 
-@by_model
+@inlined_by_model
 def shape_of(model):
     """Shape of the model, as constants of the machine code."""
 
 
-@by_model
+@inlined_by_model
 def springs_from(model, p, count):
     """Number of springs from particle p to those after it, of a strand of so many particles."""
 
 
-@by_model
+@inlined_by_model
 def spring_constant(model, block, p, offset):
     """Force per unit strain [N] of the spring from particle p to p + offset, in lanes."""
