@@ -33,13 +33,13 @@ from numba import njit, prange
 from hairpipe.errors import BadInput
 from hairpipe.geometry.banded import add
 from hairpipe.geometry.compile import inlined
-from hairpipe.geometry.simd import fill, load, maximum, minimum, select, sqrt, store
+from hairpipe.geometry.simd import fill, load, maximum, select, sqrt, store
 from hairpipe.geometry.vec3 import cross, dot, minus, scaled
 from hairpipe.groom.binding import name_strands
 from hairpipe.laws.settings import SagFree
-from hairpipe.solve.band import eliminate, fix_root, row_size, start_row
+from hairpipe.solve.band import row_size, start_row
 from hairpipe.solve.stage import Iterate, System
-from hairpipe.statics.settle import settle
+from hairpipe.statics.settle import settle, solve
 from hairpipe.strands.interface import (
     StiffnessPart,
     StrandModel,
@@ -164,15 +164,8 @@ def find_stable_by_pivots(model, x, T, stable) -> None:
 def _find_stable_by_pivots(model, block, x, T, stable):
     rows = slice(model.first[block], model.first[block + 1])
     A, b = assemble(model, block, x[rows], T[rows].copy(), _EXACT)
-    count = b.shape[0]
-    one = 0.0 * load(stable, (block,)) + 1.0
-    lowest = one, one
-    for p in range(count):
-        if p < shape_of(model).clamped:
-            lowest = fix_root(model, A, b, p, count, lowest)
-        else:
-            lowest = eliminate(model, A, b, p, count, lowest)
-    store(stable, (block,), select(minimum(lowest[0], lowest[1]) > 0.0, one, 0.0))
+    nothing = 0.0 * load(stable, (block,))
+    store(stable, (block,), select(solve(model, block, A, b, nothing) > 0.0, nothing + 1.0, 0.0))
 
 
 SPRINGS = 3
@@ -301,8 +294,12 @@ def _solve_tensions(x, b, T, q):
 
 
 @njit(cache=True, error_model="numpy")
-def _balance_block(model, block, x, gravity, T, lengths, strains):
+def _balance_block(model, block, positions, gravity, tensions, inverse_lengths, strains):
     first = model.first[block]
+    rows = slice(first, model.first[block + 1])
+    x = positions[rows]
+    T = tensions[rows]
+    lengths = inverse_lengths[rows]
     count = x.shape[0]
     b = np.empty_like(x)
     for p in range(count):
@@ -325,10 +322,4 @@ def _balance_all(model, x, gravity, T, lengths, strains):
     """Fill tensions, inverse rest lengths and strains of all strands, in place."""
     for block in prange(len(model.first) - 1):
         # Numba counts blocks without sign, and would compile all below for that once more.
-        _balance_some(model, np.int64(block), x, gravity, T, lengths, strains)
-
-
-@njit(cache=True)
-def _balance_some(model, block, x, gravity, T, lengths, strains):
-    rows = slice(model.first[block], model.first[block + 1])
-    _balance_block(model, block, x[rows], gravity, T[rows], lengths[rows], strains)
+        _balance_block(model, np.int64(block), x, gravity, T, lengths, strains)

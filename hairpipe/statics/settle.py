@@ -84,13 +84,7 @@ def settle_all(model, x, T, gravity, active, left):
     """Bring active strands, (blocks, W), to rest, in place; arguments as in `Settled`."""
     for block in prange(len(model.first) - 1):
         # Numba counts blocks without sign, and would compile all below for that once more.
-        _settle_some(model, np.int64(block), x, T, gravity, active, left)
-
-
-@njit(cache=True)
-def _settle_some(model, block, x, T, gravity, active, left):
-    rows = slice(model.first[block], model.first[block + 1])
-    _settle(model, block, x[rows], T[rows], gravity, active, left)
+        _settle(model, np.int64(block), x, T, gravity, active, left)
 
 
 @inlined
@@ -110,8 +104,11 @@ def _assemble(model, block, A, b, at, gravity, part):
 
 
 @inlined
-def _solve(model, block, A, b, rate):
-    """Replace b by the displacement of a block; return the lowest pivot, where it may be negative."""
+def solve(model, block, A, b, rate):
+    """Replace b by the displacement of a block; return the lowest pivot, where it may be negative.
+
+    rate  1 / h^2 [1/s^2], in lanes
+    """
     count = b.shape[0]
     one = 0.0 * load(b, (0, 0)) + 1.0
     lowest = one, one
@@ -138,7 +135,10 @@ def _largest(b, first):
 
 
 @njit(cache=True, error_model="numpy")
-def _settle(model, block, x, T, gravity, active, left):
+def _settle(model, block, positions, tensions, gravity, active, left):
+    rows = slice(model.first[block], model.first[block + 1])
+    x = positions[rows]
+    T = tensions[rows]
     count = x.shape[0]
     clamped = shape_of(model).clamped
     stride = shape_of(model).stride
@@ -162,10 +162,10 @@ def _settle(model, block, x, T, gravity, active, left):
         if step > 0:
             rate = rate * minimum(maximum(force / before, 0.5), 2.0)  # h grows as forces fall.
         before = force
-        lowest = _solve(model, block, A, b, rate)
+        lowest = solve(model, block, A, b, rate)
         if any_lane(lowest <= 0.0):
             _assemble(model, block, A, b, at, gravity, _PROJECTED)
-            _solve(model, block, A, b, rate)
+            solve(model, block, A, b, rate)
         way = _largest(b, clamped)
         part = select(moving > STILL, select(way > furthest, furthest / way, 1.0), 0.0)
         for p in range(clamped - 1, count):  # From the root's own row on: a rod has a free angle there.
