@@ -14,15 +14,15 @@ _ROOMS = {"levelset": "body", "volume": "grid"}
 """Rooms whose files belong to one part."""
 _FILES = {
     "search": (
-        *("geometry/pair_search", "geometry/proximity", "geometry/segment_distance", "geometry/segment_tree"),
+        *("geometry/proximity", "geometry/segment_distance", "geometry/segment_tree"),
         *("geometry/segments", "geometry/sorting"),
     ),
     "stiction": ("contact/stiction",),
     "coupling": (
         *("contact/contact_points", "contact/hair", "contact/repulsion"),
-        *("solve/conjugate_gradients", "solve/couplings", "solve/stage_driver"),
+        *("solve/conjugate_gradients", "solve/couplings", "solve/surroundings"),
     ),
-    "collision": ("contact/collision", "contact/crossings"),
+    "collision": ("contact/collision",),
     "body": ("contact/body", "contact/body_implicit", "contact/body_projection"),
 }
 _DEEPEST = 8

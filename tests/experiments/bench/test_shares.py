@@ -23,7 +23,7 @@ def test_every_file_of_contact_is_in_one_part():
 
 def test_files_outside_have_theirs():
     assert part_of(CONTACT.parent / "solve" / "implicit_stage.py") == "strands"
-    assert part_of(CONTACT.parent / "solve" / "stage_driver.py") == "coupling"
+    assert part_of(CONTACT.parent / "solve" / "surroundings.py") == "coupling"
     assert part_of(Path(pairs.__file__)) == "search"
     assert part_of(CONTACT.parent / "levelset" / "collider.py") == "body"
 

@@ -15,7 +15,7 @@ from hairpipe.laws.settings import Air, Collisions, Drag, Scheme, StepControl, S
 from hairpipe.shot.settings import Scene
 from hairpipe.shot.shot import Frame, move_over_cut
 from hairpipe.shot.simulate import advance_frame, next_state, start, warn_of_lost
-from hairpipe.solve import surroundings as stage_driver
+from hairpipe.solve import surroundings
 from hairpipe.solve.implicit_stage import factor_stages, find_overturned
 from hairpipe.statics.sag_free import find_stable_by_pivots
 from hairpipe.strands.hair_model import Precision, build_hair
@@ -223,12 +223,12 @@ def test_neighbours_of_a_rod_that_turned_too_far_are_solved_again(rods, straight
         firm.append(given[4].max() == 2.0)
         return factor_stages(*given)
 
-    monkeypatch.setattr(stage_driver, "factor_stages", factor)
+    monkeypatch.setattr(surroundings, "factor_stages", factor)
     run(hair, start(hair, triangle(), scene), triangle(), scene, 1)
     assert firm and not any(firm)
     once = len(firm)
     firm.clear()
-    monkeypatch.setattr(stage_driver, "find_overturned", find)
+    monkeypatch.setattr(surroundings, "find_overturned", find)
     run(hair, start(hair, triangle(), scene), triangle(), scene, 1)
     assert firm == [False, True] * once
 
