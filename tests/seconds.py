@@ -4,47 +4,29 @@
 NUMBA_CACHE_DIR to an empty folder.
 """
 
-import time
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Generator
+from typing import Any
 
 import pytest
-from numba.core import event
+
+from hairpipe.engine.worker.compilation import seconds_compiled
 
 MOST_FILES = 40
 COMPILED = "seconds of compilation"
 
-
-class Compilation(event.Listener):
-    """Sums the seconds in which numba compiles; functions that are compiled within another count once."""
-
-    def __init__(self) -> None:
-        self.seconds = self._begun = 0.0
-        self._depth = 0
-
-    def on_start(self, event: event.Event) -> None:
-        if self._depth == 0:
-            self._begun = time.perf_counter()
-        self._depth += 1
-
-    def on_end(self, event: event.Event) -> None:
-        self._depth -= 1
-        if self._depth == 0:
-            self.seconds += time.perf_counter() - self._begun
-
-
-compilation = Compilation()
-event.register("numba:compile", compilation)
 seconds: dict[str, float] = defaultdict(float)
 compiled: dict[str, float] = defaultdict(float)
+before = 0.0
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo) -> Iterator[pytest.TestReport]:
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo) -> Generator[None, Any, Any]:
     """Note in the report, which goes to the process that started this one, what has compiled since the last one."""
+    global before
     report = yield
-    report.user_properties = [(COMPILED, compilation.seconds)]
-    compilation.seconds = 0.0
+    report.user_properties = [(COMPILED, seconds_compiled() - before)]
+    before = seconds_compiled()
     return report
 
 

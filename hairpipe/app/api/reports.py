@@ -157,16 +157,21 @@ class Run:
 
     @property
     def summary(self) -> str:
-        """A table of wall-clock and processor time by node; the totals; paths of published files."""
+        """A table of time by node, and how much of it compiled kernels; the totals; paths of published files."""
         outcome = self.outcome
-        rows = [("node", "computed", "cached", "seconds", "processor")]
+        spent = {"seconds": outcome.seconds, "processor": outcome.processor, "compiling": outcome.compiled}
+        if not any(outcome.compiled.values()):
+            del spent["compiling"]
+        rows = [("node", "computed", "cached", *spent)]
         for name, node in self.progress.items():
-            seconds, worked = (f"{t[name]:.2f}" if name in t else "" for t in (outcome.seconds, outcome.processor))
-            rows.append((name, str(node.evaluated or ""), str(node.cached or ""), seconds, worked))
+            times = (f"{seconds[name]:.2f}" if seconds.get(name) else "" for seconds in spent.values())
+            rows.append((name, str(node.evaluated or ""), str(node.cached or ""), *times))
         total = (
             f"{plural(outcome.evaluated, 'result')} computed, {outcome.cached:,} cached, in {duration(self.seconds)}"
         )
-        return f"{table(rows, '<>>>>')}\n{total}{stop_lines(self.stopped)}\n\n{self._places()}".rstrip()
+        return (
+            f"{table(rows, '<>>>>>'[: len(rows[0])])}\n{total}{stop_lines(self.stopped)}\n\n{self._places()}".rstrip()
+        )
 
     def warning_lines(self, fewest: int = 1) -> list[str]:
         """List the warnings that occurred at least `fewest` times, with the frames."""

@@ -273,6 +273,7 @@ def document(done: Run) -> dict[str, Any]:
                 "cached": node.cached,
                 "seconds": outcome.seconds.get(name, 0.0),
                 "processor": outcome.processor.get(name, 0.0),
+                "compiling": outcome.compiled.get(name, 0.0),
             }
             for name, node in done.progress.items()
         },

@@ -116,6 +116,7 @@ class Outcome:
                asked for and not reached, leased number of those that another process was evaluating at the end
     seconds    of evaluation by node of the graph file, those of cached results not counted [s]
     processor  processor seconds of all its threads and children, by node [s]
+    compiled   seconds of evaluation in which kernels were compiled, by node [s]
     """
 
     evaluated: int
@@ -127,6 +128,7 @@ class Outcome:
     processor: dict[str, float]
     interrupted: bool
     leased: int = 0
+    compiled: dict[str, float] = field(default_factory=dict)
 
     @property
     def exit_code(self) -> int:

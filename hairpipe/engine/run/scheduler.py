@@ -106,6 +106,7 @@ class Scheduler:
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
         self.processor: defaultdict[str, float] = defaultdict(float)
+        self.compiled: defaultdict[str, float] = defaultdict(float)
         self.published: list[str] = []
         self.reported: set[tuple[str, str]] = set()
         self.limits: Mapping[str, int] = {}
@@ -300,6 +301,7 @@ class Scheduler:
             self.counts["evaluated"] += 1
             self.seconds[origin(task.node)] += record.seconds
             self.processor[origin(task.node)] += record.processor or 0.0
+            self.compiled[origin(task.node)] += record.compiled or 0.0
         elif before is None:
             self.counts["cached"] += 1
         self.report(Event(how, task, record.seconds))
@@ -378,6 +380,7 @@ class Scheduler:
             published=tuple(self.published),
             seconds=dict(self.seconds),
             processor=dict(self.processor),
+            compiled=dict(self.compiled),
             interrupted=interrupted,
         )
 

@@ -53,6 +53,7 @@ class Record:
     created    when, in seconds since 1970 [s]
     processor  seconds of all its threads and children, which a busy machine changes less [s]; None in older records
     prepare_warnings  of the function that prepared the node: the same at every frame
+    compiled  of these seconds, how many numba compiled kernels [s]; None in older records
     processor_class  of the processor that evaluated it; None in older records
     threading_layer  of numba in that process; None where nothing was computed in parallel, and in older records
     """
@@ -70,6 +71,7 @@ class Record:
     prepare_warnings: tuple[str, ...] = ()
     processor_class: str | None = None
     threading_layer: str | None = None
+    compiled: float | None = None
 
     def __repr__(self) -> str:
         """Write node, frame, type, seconds and size."""

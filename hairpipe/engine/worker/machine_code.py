@@ -44,6 +44,7 @@ from hairpipe.engine.store.digest import digest, digest_bytes
 from hairpipe.engine.store.fingerprint import is_there, seal
 from hairpipe.engine.store.ownership import fault_of, make_own, own_folder
 from hairpipe.engine.store.store import Store
+from hairpipe.engine.worker.compilation import count_compilation
 from hairpipe.engine.worker.threading_layer import choose_layer
 from hairpipe.errors import BadInput
 
@@ -180,7 +181,7 @@ def table() -> dict[str, Entry]:
 def guard_kernels() -> None:
     """Let numba load only sealed kernels of current code in this process, whether it has been imported or not.
 
-    It generates machine code only where it is needed.
+    It generates machine code only where it is needed, and its seconds of compilation are counted.
     """
     table()
     if CACHING in sys.modules:
@@ -277,6 +278,7 @@ def guard(caching: Any) -> None:
 
     cache_file.load, cache_file.save, cache_file._open_for_write = load, save, open_to_seal
     defer_code()
+    count_compilation()
 
 
 def name_of(cache_file: Any, key: tuple[Any, ...]) -> str | None:

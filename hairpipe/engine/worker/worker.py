@@ -29,6 +29,7 @@ from hairpipe.engine.store.atomic import workspace
 from hairpipe.engine.store.fingerprint import removed
 from hairpipe.engine.store.store import Output, Record, Store
 from hairpipe.engine.store.values import Values, is_full
+from hairpipe.engine.worker.compilation import seconds_compiled
 from hairpipe.engine.worker.machine_code import file_of, guard_kernels
 from hairpipe.engine.worker.threading_layer import layer_in_use
 from hairpipe.errors import BadInput
@@ -97,7 +98,7 @@ class Worker:
             special[Workspace] = folder
             arguments = build_arguments(node_type, inputs, job["settings"], special, self.values.get)
             begun = time.perf_counter()
-            worked = processor_time()
+            worked, compiled = processor_time(), seconds_compiled()
             with recorded_warnings() as warnings:
                 try:
                     prepared = self.preparations.prepare(node_type, inputs, job["settings"], self.values.get)
@@ -106,7 +107,7 @@ class Worker:
                     self._check_code(node_type)
             self.values.check()
             seconds = time.perf_counter() - begun
-            processor = processor_time() - worked
+            processor, compiled = processor_time() - worked, seconds_compiled() - compiled
             del arguments
             for path, stamp in job["files"].items():
                 if stamp_of(path) != tuple(stamp):  # its key would be wrong
@@ -126,6 +127,7 @@ class Worker:
             processor=processor,
             processor_class=self.processor_class,
             threading_layer=layer_in_use(),
+            compiled=compiled,
         )
         if self.is_orphan():
             raise SystemExit(1)
