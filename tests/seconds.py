@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from hairpipe.engine.worker.compilation import seconds_compiled
+from hairpipe.engine.worker.machine_code import seconds_compiled
 
 MOST_FILES = 40
 COMPILED = "seconds of compilation"

@@ -44,7 +44,6 @@ from hairpipe.engine.store.digest import digest, digest_bytes
 from hairpipe.engine.store.fingerprint import is_there, seal
 from hairpipe.engine.store.ownership import fault_of, make_own, own_folder
 from hairpipe.engine.store.store import Store
-from hairpipe.engine.worker.compilation import count_compilation
 from hairpipe.engine.worker.threading_layer import choose_layer
 from hairpipe.errors import BadInput
 
@@ -278,7 +277,18 @@ def guard(caching: Any) -> None:
 
     cache_file.load, cache_file.save, cache_file._open_for_write = load, save, open_to_seal
     defer_code()
-    count_compilation()
+    from numba.core.event import TimingListener, register
+
+    _timing.append(TimingListener())
+    register("numba:compile", _timing[0])
+
+
+_timing: list[Any] = []
+
+
+def seconds_compiled() -> float:
+    """Return the seconds in which numba has compiled in this process, without kernels that are read from a file."""
+    return sum(each.duration for each in _timing if each.done)
 
 
 def name_of(cache_file: Any, key: tuple[Any, ...]) -> str | None:

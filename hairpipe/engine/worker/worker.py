@@ -29,8 +29,7 @@ from hairpipe.engine.store.atomic import workspace
 from hairpipe.engine.store.fingerprint import removed
 from hairpipe.engine.store.store import Output, Record, Store
 from hairpipe.engine.store.values import Values, is_full
-from hairpipe.engine.worker.compilation import seconds_compiled
-from hairpipe.engine.worker.machine_code import file_of, guard_kernels
+from hairpipe.engine.worker.machine_code import file_of, guard_kernels, seconds_compiled
 from hairpipe.engine.worker.threading_layer import layer_in_use
 from hairpipe.errors import BadInput
 from hairpipe.plain_file import stamp_of
