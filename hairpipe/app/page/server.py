@@ -165,6 +165,8 @@ def refuse(request: Request, fault: Exception) -> Response:
 def refuse_unknown(request: Request, fault: Exception) -> Response:
     """Answer a request for a missing thing, or with a body that describes nothing."""
     posted = request.method == "POST"
+    if not posted and not isinstance(fault, KeyError | ValueError):
+        raise fault  # no address can cause it: it is a fault of ours
     return JSONResponse({"fault": "no such deed" if posted else "no such thing"}, 400 if posted else 404)
 
 
