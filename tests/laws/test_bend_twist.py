@@ -1,6 +1,7 @@
 """Laws of the measures of a vertex and of their derivatives, against differences of the definitions in numpy."""
 
 import numpy as np
+import pytest
 from numba import njit
 
 from hairpipe.geometry.simd import WIDTH, load, store
@@ -124,8 +125,9 @@ def test_the_tangent_is_the_second_derivative_of_the_energy():
     np.testing.assert_allclose(derivatives()[1], found.astype(float), rtol=1e-6, atol=1e-6)
 
 
-def test_the_semidefinite_part_has_the_positive_eigenvalues_alone():
-    _, H, projected = derivatives(natural=np.array([3.0, -2.0, 1.0]))
+@pytest.mark.parametrize("natural", [(3.0, -2.0, 1.0), (-3.0, 2.0, 1.0), (-4.0, -3.0, -2.0), (2.0, 5.0, -1.0)])
+def test_the_semidefinite_part_has_the_positive_eigenvalues_alone(natural):
+    _, H, projected = derivatives(np.array(natural))
     values, vectors = np.linalg.eigh(H)
     assert values[0] < -1.0 and values[-1] > 1.0
     np.testing.assert_allclose(projected, (vectors * np.maximum(values, 0.0)) @ vectors.T, atol=1e-9)
