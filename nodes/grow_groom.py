@@ -3,9 +3,10 @@
 from typing import Annotated
 
 from hairpipe.engine import node
-from hairpipe.groom.settings import SHORTEST, Comb, Curl, Paint, PaintedDegrees, PaintedMetres, Style
+from hairpipe.groom.settings import SHORTEST, Comb, Curl, Style
 from hairpipe.units import Ge, Gt, Interval, Metres
 from hairpipe.values import Body, Groom
+from hairpipe.values.painting import Paint, PaintedDegrees, PaintedMetres
 
 
 @node(frames="once")
@@ -45,8 +46,8 @@ def grow_groom(
     """
     from hairpipe.formats.pictures import read_image
     from hairpipe.groom.growing import grow
-    from hairpipe.groom.painting import Canvas
     from hairpipe.groom.resampling import Cut
+    from hairpipe.values.painting import Canvas
 
     style = Style(length, lift, bend, volume, comb, curl)
     cut = Cut(segments, segment_length, shortest)

@@ -3,7 +3,7 @@
 from typing import Annotated
 
 from hairpipe.engine import node
-from hairpipe.groom.curl import Helix
+from hairpipe.geometry.curl import Helix
 from hairpipe.groom.settings import Tuft
 from hairpipe.units import Gt, Interval, Metres
 from hairpipe.values import Groom

@@ -30,6 +30,6 @@ def settle_hair(
     gravity       gravitational acceleration along -Y
     """
     from hairpipe.formats.pictures import read_image
-    from hairpipe.statics.settle import settle_groom
+    from hairpipe.solve.settle import settle_groom
 
     return settle_groom(groom, material, construction, gravity, model, read_image)

@@ -53,7 +53,7 @@ sys.dont_write_bytecode = False
 gc.set_threshold(100_000, 20, 100)
 
 COMPILED_FIRST = (
-    *("laws", "strands", "solve", "statics", "contact", "shot", "experiments", "measure", "nodes", "app/tune"),
+    *("laws", "strands", "solve", "contact", "shot", "experiments", "measure", "nodes", "app/tune"),
     *("test_graphs.py", "levelset", "geometry"),
 )
 """Rooms whose tests wait for kernels, most of them for the same: one process begins with these, the other elsewhere."""

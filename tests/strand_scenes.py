@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.groom.binding import root_frames
+from hairpipe.geometry.rotations import root_frames
 from hairpipe.laws.settings import Air, Drag, Scheme, StepControl, StrainLimit
 from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import advance_frame, start, strands_of

@@ -29,7 +29,7 @@ ORDER = (
     *("errors", "units"),  # what everything may need
     *("plain_file", "child", "apart", "processor", "openvdb_library"),
     *("values", "geometry", "body", "levelset", "groom"),
-    *("laws", "strands", "solve", "statics", "volume", "contact", "shot", "particles", "measure"),
+    *("laws", "strands", "solve", "volume", "contact", "shot", "particles", "measure"),
 )
 """Rooms from the bottom up: the files of one import from it and from those before it."""
 WITHIN = {
@@ -53,8 +53,8 @@ CHECKOUT = {"experiments"}
 """Experiments, which only a checkout has: commands that need them say so."""
 ROOMS = {
     **{room: set(ORDER[:place]) for place, room in enumerate(ORDER)},
-    "render": {*BASE, "geometry", "volume", "groom"},
-    "formats": {*BASE, "geometry", "levelset.grid_layout"},
+    "render": {*BASE, "geometry"},
+    "formats": BASE,
     "engine": {"errors", "units", "child", "plain_file", "processor"},
     "__init__": {"app.api", "errors"},
     "nodes": {*ORDER, "render", "formats", "engine"},

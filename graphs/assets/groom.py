@@ -5,10 +5,10 @@ from pathlib import Path
 from hairpipe.body.bust import build_bust
 from hairpipe.formats.pictures import read_image
 from hairpipe.groom.growing import grow
-from hairpipe.groom.painting import Canvas
 from hairpipe.groom.resampling import Cut
-from hairpipe.groom.settings import PaintedDegrees, PaintedMetres, Style
+from hairpipe.groom.settings import Style
 from hairpipe.values import Groom
+from hairpipe.values.painting import Canvas, PaintedDegrees, PaintedMetres
 
 STRANDS, POINTS = 300, 12
 HEAD = """#usda 1.0

@@ -8,13 +8,13 @@ import numpy as np
 from hairpipe.body.bust import EARS, build_bust
 from hairpipe.body.scalp import smooth_step
 from hairpipe.formats.pictures import read_image
-from hairpipe.geometry.triangles import site_points, unit_normals
 from hairpipe.groom.binding import nearest_sites
 from hairpipe.groom.growing import grow
-from hairpipe.groom.painting import Canvas
 from hairpipe.groom.resampling import Cut
-from hairpipe.groom.settings import Comb, Painted, PaintedDegrees, PaintedMetres, Style
+from hairpipe.groom.settings import Comb, Style
 from hairpipe.values import Body, Groom
+from hairpipe.values.painting import Canvas, Painted, PaintedDegrees, PaintedMetres
+from hairpipe.values.triangles import site_points, unit_normals
 
 TIE = np.array([0.0, 0.375, -0.118])
 """Place of the hair tie [m]: `pin_hair` of graphs/styles.toml has it, too."""

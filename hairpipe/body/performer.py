@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.body.rotations import about_axis, multiply, slerp, to_matrix
+from hairpipe.geometry.rotations import about_axis, multiply, slerp, to_matrix
 from hairpipe.values.body import Clip
 
 AXES = {"X": 0, "Y": 1, "Z": 2}

@@ -23,8 +23,8 @@ import numpy as np
 from hairpipe.body.performer import local_turns
 from hairpipe.body.retarget import LOOKS, Retarget, build_retarget
 from hairpipe.body.roles import Role, find_roles
-from hairpipe.body.rotations import exponential, invert, logarithm
 from hairpipe.errors import BadInput
+from hairpipe.geometry.rotations import exponential, invert, logarithm
 from hairpipe.values import Body, Pose, Skeleton
 from hairpipe.values.body import Clip
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from hairpipe.body.rotations import Z_UP
 from hairpipe.body.scalp import Scalp, between_ears, paint_scalp
 from hairpipe.errors import BadInput
+from hairpipe.geometry.rotations import Z_UP
 from hairpipe.values import Body, DualQuaternions, Mesh, Skeleton
 
 LARGEST_HEAD = 0.35  # from the chin up, with hair that is modelled [m]

@@ -14,8 +14,8 @@ import numpy as np
 
 from hairpipe.body.performer import Placement, local_positions, place_at_zero, place_joints
 from hairpipe.body.roles import Role, find_roles, match_roles
-from hairpipe.body.rotations import Z_UP, invert, shortest_turn
 from hairpipe.errors import BadInput
+from hairpipe.geometry.rotations import Z_UP, invert, shortest_turn
 from hairpipe.values import Skeleton
 from hairpipe.values.body import Clip
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hairpipe.body.rotations import frame_along
 from hairpipe.errors import BadInput
+from hairpipe.geometry.rotations import frame_along
 from hairpipe.values import Mesh
 
 Vector = tuple[float, float, float]

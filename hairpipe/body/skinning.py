@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 from scipy.spatial.transform import Rotation
 
-from hairpipe.body.rotations import invert, multiply
 from hairpipe.errors import BadInput
+from hairpipe.geometry.rotations import invert, multiply
 from hairpipe.values import BlendShapes, Body, Mesh, Pose
 
 

@@ -55,17 +55,17 @@ from hairpipe.contact.body_implicit import (
 )
 from hairpipe.contact.body_projection import Motion, drape, farthest, project
 from hairpipe.contact.contact_points import USUAL, Scale, scale_of
+from hairpipe.geometry.collider import Collider, FirstHit, SdfSample, Walk
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.sorting import places_of
 from hairpipe.geometry.vec3 import length, minus, row
-from hairpipe.groom.strand_arrays import thicknesses
 from hairpipe.laws.fold_preservation import Turns, add_heights, turns_of
 from hairpipe.laws.settings import BodyContact
-from hairpipe.levelset.collider import Collider, FirstHit, SdfSample, Walk
 from hairpipe.solve.interactions import Interaction, Prediction, Start, StepEnd
 from hairpipe.strands.hair_model import HairModel
 from hairpipe.strands.interface import StrandModel
 from hairpipe.values.hair import HairState, Touching
+from hairpipe.values.strand_arrays import thicknesses
 
 STRAIN = 5e-3
 """Largest stretch of a strand by the push on all its points."""

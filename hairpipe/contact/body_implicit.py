@@ -44,9 +44,9 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.contact.contact_points import USUAL, Scale
+from hairpipe.geometry.collider import SdfSample
 from hairpipe.geometry.compile import inlined
 from hairpipe.laws.coulomb import coulomb
-from hairpipe.levelset.collider import SdfSample
 from hairpipe.solve.interactions import Prediction
 from hairpipe.values.hair import Touching
 

@@ -30,8 +30,8 @@ from numba import njit, prange
 
 from hairpipe.contact.body_implicit import DEEP, PUSH_OUT
 from hairpipe.contact.contact_points import USUAL, Scale
+from hairpipe.geometry.collider import SdfSample
 from hairpipe.laws.coulomb import slide
-from hairpipe.levelset.collider import SdfSample
 
 _CHUNK = 512
 

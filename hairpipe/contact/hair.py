@@ -20,12 +20,12 @@ from hairpipe.contact.stiction import Connections, connect, no_connections, rele
 from hairpipe.contact.stiction import linearise as linearise_connections
 from hairpipe.geometry.proximity import approaches, closest_pairs, near_pairs, pairs_about
 from hairpipe.geometry.segments import Pairs, empty_pairs, key_of, renumbered, within
-from hairpipe.groom.settings import Varied
 from hairpipe.laws.settings import Collisions, Stiction, Thickness
 from hairpipe.solve.couplings import Couplings, Joined, join, part_of
 from hairpipe.solve.interactions import Interaction, Prediction, Start, StepEnd
 from hairpipe.strands.hair_model import HairModel
 from hairpipe.values.hair import HairState, Shear
+from hairpipe.values.painting import Varied
 
 V = TypeVar("V", bound=Varied)
 _PART = 1 << 15

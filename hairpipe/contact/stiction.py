@@ -65,21 +65,6 @@ def connect(connections: Connections, candidates: Pairs) -> Connections:
     return out
 
 
-def ages_of(before: np.ndarray, places: np.ndarray, ages: np.ndarray, now: np.ndarray, here: np.ndarray) -> np.ndarray:
-    """Return the ages of connections in frames, (m,) int32; pure.
-
-    before, places, ages  previous frame: segments, sorted by `key_of`, (n, 2) int32, positions on them, (n, 2), and
-                          ages in frames, (n,) int32
-    now, here             segments and positions at this frame, (m, 2): a changed position is a new connection
-    """
-    if not len(before):
-        return np.zeros(len(now), np.int32)
-    keys = key_of(before)
-    found = np.minimum(np.searchsorted(keys, key_of(now)), len(keys) - 1)
-    same = (keys[found] == key_of(now)) & (places[found] == here).all(axis=1)
-    return np.where(same, ages[found] + 1, 0).astype(np.int32)
-
-
 def linearise(
     connections: Connections,
     at: Prediction,

@@ -26,10 +26,10 @@ import numpy as np
 
 from hairpipe.apart import work_apart
 from hairpipe.errors import BadInput
-from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.openvdb_library import ask, find_openvdb
 from hairpipe.plain_file import checked_size
 from hairpipe.values import Density, LevelSet
+from hairpipe.values.body import BRICK
 
 MAGIC = 0x56444220
 OLDEST = 222

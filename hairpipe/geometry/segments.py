@@ -180,3 +180,18 @@ def _within(segments, distances, reach, known, widths):
         far = reach * mean_width(widths, segments, k)
         keep[k] = distances[k] <= far and not is_known(known, segments[k, 0], segments[k, 1])
     return keep
+
+
+def ages_of(before: np.ndarray, places: np.ndarray, ages: np.ndarray, now: np.ndarray, here: np.ndarray) -> np.ndarray:
+    """Return the ages of connections in frames, (m,) int32; pure.
+
+    before, places, ages  previous frame: segments, sorted by `key_of`, (n, 2) int32, positions on them, (n, 2), and
+                          ages in frames, (n,) int32
+    now, here             segments and positions at this frame, (m, 2): a changed position is a new connection
+    """
+    if not len(before):
+        return np.zeros(len(now), np.int32)
+    keys = key_of(before)
+    found = np.minimum(np.searchsorted(keys, key_of(now)), len(keys) - 1)
+    same = (keys[found] == key_of(now)) & (places[found] == here).all(axis=1)
+    return np.where(same, ages[found] + 1, 0).astype(np.int32)

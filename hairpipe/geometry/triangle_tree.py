@@ -9,8 +9,8 @@ from numba import njit, prange
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.compile import inlined
-from hairpipe.geometry.triangles import Sites
 from hairpipe.geometry.vec3 import Vector, dot, minus, row, scaled
+from hairpipe.values.triangles import Sites
 
 LEAF = 4  # triangles at the most in a box at the bottom
 # Width of a triangle over its length. A thinner one lies on its neighbours' edges; dividing by its area makes noise.

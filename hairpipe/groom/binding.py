@@ -9,13 +9,13 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
 
 from hairpipe.errors import BadInput
+from hairpipe.geometry.rotations import root_frames
 from hairpipe.geometry.triangle_tree import Tree, project, tree_over
-from hairpipe.geometry.triangles import Sites, in_lowest_triangle
-from hairpipe.geometry.vec3 import blend, cross, minus, row, unit
 from hairpipe.values import Groom, Mesh, Strands
+from hairpipe.values.strand_arrays import FREE, name_strands
+from hairpipe.values.triangles import Sites, in_lowest_triangle
 
 MOST = 0.9  # share of the roots that lie on the body where a cause is found
 SAMPLED = 256  # roots that are tried
@@ -84,10 +84,8 @@ def common_offset(mesh: Mesh, tree: Tree, roots: np.ndarray, reach: float) -> np
     return min(found, key=lambda pair: pair[0])[1] if found else None
 
 
-MOST_NAMED = 5
 SOME = 0.1  # share of roots far off a body that have one cause
 TIPS = ("tip_triangles", "tip_barycentrics", "tip_frames")  # fields of a groom some of whose tips are held
-FREE = -1  # triangle of a tip that nothing holds
 
 
 def bind_roots(mesh: Mesh, roots: np.ndarray, tips: np.ndarray, reach: float, ids: np.ndarray) -> Sites:
@@ -127,38 +125,6 @@ def nearest_sites(mesh: Mesh, points: np.ndarray) -> tuple[Sites, np.ndarray]:
     """Return the sites of a mesh closest to points [m], (k, 3), and their distances [m], (k,)."""
     sites, distances = project(tree_over(mesh.points[mesh.triangles]), points)
     return in_lowest_triangle(mesh, sites), distances
-
-
-def name_strands(ids: np.ndarray) -> str:
-    """Return the first of some ids of strands and how many more there are, for a message."""
-    named = ", ".join(map(str, ids[:MOST_NAMED]))
-    return f"strands {named}" + (f" and {len(ids) - MOST_NAMED} more" if len(ids) > MOST_NAMED else "")
-
-
-@njit(cache=True, parallel=True)
-def root_frames(
-    points: np.ndarray, triangles: np.ndarray, root_triangles: np.ndarray, root_barycentrics: np.ndarray
-) -> np.ndarray:
-    """Return the frames of roots on a mesh, (S, 3, 4) float64: columns tangent, bitangent, outward normal, origin [m].
-
-    The tangent runs along the first edge of the triangle. At rest and in a pose it is the same function, so that the
-    motion of a hair with the body is the product of one frame with the inverse of the other, which at rest is the
-    identity.
-    """
-    frames = np.empty((len(root_triangles), 3, 4))
-    for s in prange(len(root_triangles)):
-        t = root_triangles[s]
-        w = row(root_barycentrics, s)
-        a, b, c = row(points, triangles[t, 0]), row(points, triangles[t, 1]), row(points, triangles[t, 2])
-        ab = minus(b, a)
-        tangent = unit(ab, (1.0, 0.0, 0.0))
-        normal = unit(cross(ab, minus(c, a)), (0.0, 0.0, 1.0))
-        bitangent = cross(normal, tangent)
-        origin = blend(w, a, b, c)
-        for k in range(3):
-            frames[s, k, 0], frames[s, k, 1] = tangent[k], bitangent[k]
-            frames[s, k, 2], frames[s, k, 3] = normal[k], origin[k]
-    return frames
 
 
 def rigid_strands(groom: Groom, motions: np.ndarray, rates: np.ndarray, diameter: float) -> Strands:

@@ -10,21 +10,21 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.body.solid import Solid, distance_and_normal, solid_of
 from hairpipe.errors import BadInput
+from hairpipe.geometry.rotations import root_frames
+from hairpipe.geometry.solid import Solid, distance_and_normal, solid_of
 from hairpipe.geometry.triangle_tree import Tree
-from hairpipe.geometry.triangles import Sites, area_vectors, normalized, site_uv
 from hairpipe.geometry.vec3 import Vector, cross, dot, flattened, length, minus, mix, plus, row, scaled, unit
-from hairpipe.groom.binding import root_frames
 from hairpipe.groom.importing import warn_of_fewer
-from hairpipe.groom.painting import Canvas, maps_at, vertex_coat
 from hairpipe.groom.resampling import Cut, fitting, put, stride_on
 from hairpipe.groom.seeding import Density, seed_roots
-from hairpipe.groom.settings import Paint, Style
-from hairpipe.groom.strand_arrays import offsets_of
+from hairpipe.groom.settings import Style
 from hairpipe.levelset.closed_surface import capped, edge_uses, holes
 from hairpipe.values import Groom, Mesh
+from hairpipe.values.painting import Canvas, Paint, maps_at, vertex_coat
 from hairpipe.values.random_streams import stream
+from hairpipe.values.strand_arrays import offsets_of
+from hairpipe.values.triangles import Sites, area_vectors, normalized, site_uv
 
 LEAST_BODY = 1e-3  # volume over area^(3/2) of a body: a ball has 0.094, a sheet closed by its own back 0
 

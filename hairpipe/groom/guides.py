@@ -10,8 +10,8 @@ import numpy as np
 from hairpipe.errors import BadInput
 from hairpipe.groom.interpolating import keys_among, weigh_keys
 from hairpipe.groom.sampling import joined_strands
-from hairpipe.groom.strand_arrays import offsets_of, take
 from hairpipe.values import Groom, Strands
+from hairpipe.values.strand_arrays import offsets_of, take
 
 
 class Guided(NamedTuple):

@@ -13,18 +13,19 @@ from typing import Literal
 import numpy as np
 
 from hairpipe.errors import BadInput
+from hairpipe.geometry.collider import probe_union
+from hairpipe.geometry.rotations import root_frames
 from hairpipe.geometry.triangle_tree import project, tree_over
-from hairpipe.geometry.triangles import Sites, site_uv
-from hairpipe.groom.binding import bind_roots, bind_tips, name_strands, nearest_sites, root_frames
-from hairpipe.groom.painting import maps_at
+from hairpipe.groom.binding import bind_roots, bind_tips, nearest_sites
 from hairpipe.groom.resampling import ROUNDING, Cut, equal_segments
-from hairpipe.groom.strand_arrays import offsets_of, points_of_strands, rows_of, take, take_strands
 from hairpipe.levelset.bake import bake
-from hairpipe.levelset.collider import probe_union
 from hairpipe.levelset.collider_field import ColliderField, build_collider_field
 from hairpipe.levelset.sample import Interpolation
 from hairpipe.values import Body, Groom, Mesh
 from hairpipe.values.groom import Curves, strand_lengths, unequal
+from hairpipe.values.painting import maps_at
+from hairpipe.values.strand_arrays import name_strands, offsets_of, points_of_strands, rows_of, take, take_strands
+from hairpipe.values.triangles import Sites, site_uv
 
 
 def placed(mesh: Mesh, curves: Curves) -> Curves:

@@ -33,16 +33,16 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.errors import BadInput
+from hairpipe.geometry.collider import Collider, SdfSample, probe_union
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.vec3 import Vector, cross, dot, flattened, length, minus, mix, plus, row, scaled, unit
 from hairpipe.groom.keys import KeyTurns, turned, turns_since
 from hairpipe.groom.resampling import put
-from hairpipe.groom.strand_arrays import points_of_strands, take_strands, thicknesses
-from hairpipe.levelset.collider import Collider, SdfSample, probe_union
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.levelset.sample import Interpolation
 from hairpipe.values import BodyParts, Groom, LevelSet, Normals, Strands
+from hairpipe.values.strand_arrays import points_of_strands, take_strands, thicknesses
 
 FOLLOWED = 3
 

@@ -9,13 +9,11 @@ import numpy as np
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.sorting import morton_order
-from hairpipe.groom.binding import FREE, TIPS, name_strands
-from hairpipe.groom.strand_arrays import offsets_of, shares_of, take
+from hairpipe.groom.binding import TIPS
 from hairpipe.values import Ends, Groom
 from hairpipe.values.groom import labels_of, numbered
-from hairpipe.values.random_streams import stream
-
-GOLDEN = 0.6180339887498949  # every further sample has its seeds where gaps are widest
+from hairpipe.values.random_streams import GOLDEN, stream
+from hairpipe.values.strand_arrays import FREE, name_strands, offsets_of, shares_of, take
 
 
 def sample_patches(groom: Groom, strands: int, patches: int, number: int) -> Groom:
@@ -57,19 +55,6 @@ def thinned(groom: Groom, every: int) -> Groom:
     Strands are ordered along a Morton curve through their roots, so the result is about as even as the groom.
     """
     return take(groom, np.arange(every // 2, len(groom.ids), every))
-
-
-def members_of(groom: Groom, names: tuple[str, ...], where: str) -> np.ndarray:
-    """Return which strands are in any of these groups, (S,) bool; pure.
-
-    Raises BadInput at the place `where` for a name that no group of the groom has.
-    """
-    known = np.array([], str) if groom.groups is None else labels_of(groom.groups, groom.group_names)
-    for name in names:
-        if name not in known:
-            has = ", ".join(f"'{label}'" for label in np.unique(known)) or "none"
-            raise BadInput(f"the groom has no group '{name}'", where=where, right=f"its groups: {has}")
-    return np.isin(known, names)
 
 
 def perturbed(groom: Groom, member: int, tip: float) -> Groom:

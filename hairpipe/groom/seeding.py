@@ -21,9 +21,9 @@ from numba import njit, prange
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.sorting import morton_order
-from hairpipe.geometry.triangles import Sites, area_vectors, site_points, twin_corners, unit_normals
 from hairpipe.geometry.vec3 import Vector, dot, flattened, length, minus, plus, row, scaled, unit
 from hairpipe.values import Mesh
+from hairpipe.values.triangles import Sites, area_vectors, site_points, twin_corners, unit_normals
 
 MOST_CROSSINGS = 256  # a walk that circles a vertex for ever ends where it is
 STANDSTILL = 1e-12  # barycentric move that is rounding error, not motion

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from hairpipe.body.rotations import frame_along
 from hairpipe.errors import BadInput
-from hairpipe.groom.curl import Helix, wound
+from hairpipe.geometry.curl import Helix, wound
+from hairpipe.geometry.rotations import frame_along
 from hairpipe.groom.resampling import divide
 from hairpipe.groom.settings import Tuft
-from hairpipe.groom.strand_arrays import offsets_of
 from hairpipe.values import Groom
 from hairpipe.values.random_streams import stream
+from hairpipe.values.strand_arrays import offsets_of
 
 SEGMENTS = 50  # of a strand of which nothing is said
 NOWHERE = (1.0, 0.0, 0.0)  # barycentric coordinates of roots without a body

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.settings import Varied
 from hairpipe.units import (
     Degrees,
     Fraction,
@@ -22,6 +21,7 @@ from hairpipe.units import (
     Seconds,
     SecondsSquaredPerMetreSquared,
 )
+from hairpipe.values.painting import Varied
 
 RATES = Interval(ge=0.0, le=1000.0)
 

@@ -19,12 +19,13 @@ from numba import njit, prange
 from hairpipe.errors import BadInput
 from hairpipe.geometry.triangle_tree import Tree, closest, tree_over
 from hairpipe.levelset.closed_surface import Surface, checked, closed_surface
-from hairpipe.levelset.grid_layout import BRICK, Lattice, lattice_around, refuse_if_huge
+from hairpipe.levelset.grid_layout import Lattice, lattice_around, refuse_if_huge
 from hairpipe.levelset.outer_shell import OUTSIDE, marked_samples, outer_surface
 from hairpipe.levelset.sample import Field, field_of
 from hairpipe.levelset.sample import distance as distance_to
 from hairpipe.openvdb_library import ask
 from hairpipe.values import LevelSet, Mesh
+from hairpipe.values.body import BRICK
 
 SIDE = BRICK + 1
 # A stored sample takes 16 bytes: 1.6 GB.

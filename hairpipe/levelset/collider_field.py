@@ -8,10 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.geometry.collider import FirstHit, SdfSample, Walk
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.vec3 import Vector, length, minus, row, scaled
-from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
-from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.levelset.sample import (
     FAR_OUTSIDE,
     ONE_SIDED,
@@ -44,6 +43,7 @@ from hairpipe.levelset.sphere_tracing import (
     traced,
 )
 from hairpipe.values import LevelSet
+from hairpipe.values.body import BRICK
 
 CHUNK = 512  # points that a thread takes at a time
 

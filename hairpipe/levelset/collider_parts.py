@@ -25,12 +25,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.body.rotations import exponential, inverse_jacobian, jacobian, logarithm
 from hairpipe.errors import BadInput
+from hairpipe.geometry.collider import FirstHit, SdfSample, Walk
 from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.rotations import exponential, inverse_jacobian, jacobian, logarithm
 from hairpipe.geometry.vec3 import Vector, length, minus, mix, row
-from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
-from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.levelset.sphere_tracing import (
     MARGIN,
     STILL,
@@ -45,6 +44,7 @@ from hairpipe.levelset.sphere_tracing import (
     traced,
 )
 from hairpipe.values import BodyParts, LevelSet
+from hairpipe.values.body import BRICK
 
 
 class PosePath(NamedTuple):

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hairpipe.errors import BadInput
+from hairpipe.values.body import BRICK
 
-BRICK = 8
 # While a body is baked, each takes a byte: 1 GB.
 MOST_SAMPLES = 1_000_000_000
 

@@ -13,10 +13,10 @@ from numba import njit
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from hairpipe.geometry.triangles import area_vectors, normalized
 from hairpipe.levelset.closed_surface import Surface, capped, edge_uses, holes
 from hairpipe.levelset.grid_layout import Lattice, lattice_around
 from hairpipe.values import Body, Mesh
+from hairpipe.values.triangles import area_vectors, normalized
 
 # Bits of a sample: the step to the next sample along x, y, z meets the surface; the sample is outside.
 BLOCKED = (1, 2, 4)

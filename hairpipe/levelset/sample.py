@@ -16,8 +16,8 @@ import numpy as np
 
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.vec3 import Vector
-from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.values import LevelSet
+from hairpipe.values.body import BRICK
 
 FAR_OUTSIDE, FAR_INSIDE = LevelSet.FAR_OUTSIDE, LevelSet.FAR_INSIDE
 

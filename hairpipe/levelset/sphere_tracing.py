@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hairpipe.geometry.collider import Walk
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.vec3 import Vector, length, minus, plus, row, scaled
-from hairpipe.levelset.collider import Walk
 
 MARGIN = 1.25
 """Factor by which the distance may change faster between the ends of a ray than it is known to there."""

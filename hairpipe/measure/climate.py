@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.strand_arrays import at_shares, shares_of
 from hairpipe.measure.contact import at_levels, nearest, touching
 from hairpipe.measure.deviation import deviation, patches_of
 from hairpipe.measure.ensemble import (
@@ -28,6 +27,7 @@ from hairpipe.measure.ensemble import (
 )
 from hairpipe.values import Strands, Table
 from hairpipe.values.groom import segment_lengths, strand_lengths
+from hairpipe.values.strand_arrays import at_shares, shares_of
 from hairpipe.values.table import table_of_columns
 from hairpipe.volume.density import lengths_at_points
 

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.strand_arrays import at_shares
 from hairpipe.values import Strands, Table
 from hairpipe.values.groom import strand_lengths
+from hairpipe.values.strand_arrays import at_shares
 from hairpipe.values.table import table_of_rows
 
 

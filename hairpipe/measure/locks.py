@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hairpipe.contact.stiction import ages_of
 from hairpipe.errors import BadInput
+from hairpipe.geometry.segments import ages_of
 from hairpipe.measure.ensemble import uncertainty
 from hairpipe.values import Groom, Strands, Table
 from hairpipe.values.hair import Audit, HairState, no_locks

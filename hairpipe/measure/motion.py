@@ -5,16 +5,15 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.sampling import GOLDEN, members_of
-from hairpipe.groom.strand_arrays import points_of_strands
-from hairpipe.levelset.collider import Collider
+from hairpipe.geometry.collider import Collider
 from hairpipe.measure.contact import depths, free_points, without_roots
-from hairpipe.solve.boundary import check_driver
 from hairpipe.strands.layout import Layout, lay_out
 from hairpipe.strands.registry import strand_models
 from hairpipe.values import Ends, Groom, Mesh, PointValues, Strands, Table
-from hairpipe.values.groom import segment_lengths, strand_lengths
+from hairpipe.values.groom import check_driver, segment_lengths, strand_lengths
 from hairpipe.values.hair import HairState
+from hairpipe.values.random_streams import GOLDEN
+from hairpipe.values.strand_arrays import members_of, points_of_strands
 from hairpipe.values.table import table_of_columns, table_of_rows
 
 COLUMNS = (

@@ -17,10 +17,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from hairpipe.geometry.collider import Collider, SdfSample
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.vec3 import dot, flattened, length, minus, plus, row, scaled
 from hairpipe.laws.coulomb import coulomb, slide
-from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.particles.model import Moving
 from hairpipe.particles.solve import hold, product, take_off
 

@@ -19,10 +19,10 @@ import numpy as np
 from numba import njit
 
 from hairpipe.geometry.compile import inlined
-from hairpipe.groom.binding import name_strands
-from hairpipe.solve.boundary import Driver, motion_of_roots
+from hairpipe.solve.boundary import motion_of_roots
 from hairpipe.values import Particles
-from hairpipe.values.groom import strand_lengths
+from hairpipe.values.groom import Driver, strand_lengths
+from hairpipe.values.strand_arrays import name_strands
 
 
 @inlined

@@ -17,12 +17,12 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from hairpipe.errors import BadInput
+from hairpipe.geometry.curl import axes_of
 from hairpipe.geometry.sorting import morton_order
-from hairpipe.groom.curl import axes_of
-from hairpipe.groom.strand_arrays import take
 from hairpipe.values import Groom
 from hairpipe.values.groom import segment_lengths
 from hairpipe.values.random_streams import stream
+from hairpipe.values.strand_arrays import take
 
 Sampling = Literal["strands", "even"]
 DEPTH = 2.5

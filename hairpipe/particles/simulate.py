@@ -14,9 +14,9 @@ import numpy as np
 from numba import njit
 
 from hairpipe.errors import BadInput
+from hairpipe.geometry.collider import Collider, SdfSample
 from hairpipe.geometry.vec3 import dot, row
 from hairpipe.laws.settings import BodyContact
-from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.particles.contact import Planes, look, planes_of, push_out, stale
 from hairpipe.particles.interaction import Law, exchange, find_pairs
 from hairpipe.particles.links import measure_links, redirect, stiffen
@@ -28,8 +28,9 @@ from hairpipe.particles.step import Forces, Springs, advance
 from hairpipe.shot.breeze import LooseFibres, add_wind, warn_of_storm
 from hairpipe.shot.build import bodies_of
 from hairpipe.shot.shot import Frame, rigid_over_cut, warn_of_connections
-from hairpipe.solve.boundary import Driver, motion_of_roots, velocities_around_roots
+from hairpipe.solve.boundary import motion_of_roots, velocities_around_roots
 from hairpipe.values import Cloud, Groom, Particles
+from hairpipe.values.groom import Driver
 from hairpipe.values.hair import ParticleState
 
 MOST_NAMED = 10

@@ -18,7 +18,6 @@ import numpy as np
 from numba import njit
 
 from hairpipe.errors import BadInput
-from hairpipe.geometry.triangles import vertex_normals
 from hairpipe.render import kajiya_kay, skin
 from hairpipe.render.camera import NEAR, Camera, Framing, Shot, frame_hair, place_camera
 from hairpipe.render.film import backdrop, develop
@@ -29,6 +28,7 @@ from hairpipe.render.skin import hair_share
 from hairpipe.render.surface import Sight, at_pixels, first_centre, look_at_body, seen_vertices, turn_to
 from hairpipe.values import Cloud, Mesh, Particles
 from hairpipe.values.random_streams import stream
+from hairpipe.values.triangles import vertex_normals
 
 SLIM = 0.5  # width of a billboard over its length
 LEAST = 0.15  # sine between hair and ray below which length and opacity are constant

@@ -15,10 +15,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.groom.strand_arrays import rows_of
 from hairpipe.render.lights import Light
 from hairpipe.render.shadows import BIAS, FINE, SOLID, apply, cells_of, front
 from hairpipe.values import Mesh
+from hairpipe.values.strand_arrays import rows_of
 
 
 @njit(cache=True, nogil=True)

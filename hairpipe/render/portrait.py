@@ -6,7 +6,6 @@ import numpy as np
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.triangle_tree import project, tree_over
-from hairpipe.groom.painting import vertex_coat
 from hairpipe.render.camera import Camera, Framing, Shot, frame_hair, place_camera
 from hairpipe.render.deep_shadow import cast_deep_shadow
 from hairpipe.render.film import backdrop, develop, instants, outlines, soften
@@ -17,6 +16,7 @@ from hairpipe.render.shadows import cast_shadow
 from hairpipe.render.skin import CLAY, hair_share, shade_skin
 from hairpipe.render.surface import Surface, see_body
 from hairpipe.values import Body, Mesh, Strands
+from hairpipe.values.painting import vertex_coat
 
 FULLNESS = 14.0
 """Strands times drawn width, over the radius of the picture: that of 50,000 hairs of 80 um in a picture of 0.6 m."""

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from hairpipe.geometry.trilinear import sample, splat, voxel_at
 from hairpipe.render.lights import Light
 from hairpipe.render.surface import rasterise
 from hairpipe.values import Mesh
-from hairpipe.volume.transfer import sample, splat, voxel_at
 
 CELLS, FEW = 160, 128
 """Along an edge of the cube, of a lamp as bright as FAINT, and of others: there, so few cells change a picture no more

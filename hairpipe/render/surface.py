@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from hairpipe.geometry.triangles import vertex_normals
 from hairpipe.render.camera import NEAR, Camera
 from hairpipe.values import Mesh
+from hairpipe.values.triangles import vertex_normals
 
 UNSEEN = -1
 Place = tuple[float, float]  # column and row on the film [pixels]

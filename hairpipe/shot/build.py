@@ -11,9 +11,9 @@ from hairpipe.contact.body import body_contacts_of
 from hairpipe.contact.contact_points import USUAL, Scale, scale_of
 from hairpipe.contact.hair import factored, hair_contacts_of
 from hairpipe.errors import BadInput
+from hairpipe.geometry.collider import Collider
 from hairpipe.laws.settings import BodyContact, Collisions, Stiction
 from hairpipe.laws.stretch import SpringForm
-from hairpipe.levelset.collider import Collider
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.levelset.sample import Interpolation

@@ -14,17 +14,18 @@ from numba import njit, prange
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.compile import inlined
-from hairpipe.geometry.triangles import Sites
-from hairpipe.groom.binding import name_strands, nearest_sites, root_frames
-from hairpipe.groom.sampling import members_of
+from hairpipe.geometry.rotations import root_frames
+from hairpipe.groom.binding import nearest_sites
 from hairpipe.laws.goal import goal, goal_slope, spring_of
 from hairpipe.laws.settings import Goal
-from hairpipe.solve.boundary import Driver, motion_of_roots
+from hairpipe.solve.boundary import motion_of_roots
 from hairpipe.solve.interactions import Interaction, Prediction, Start
 from hairpipe.strands.hair_model import HairModel
 from hairpipe.values import Groom, Mesh, Pins
-from hairpipe.values.groom import fractions_along
+from hairpipe.values.groom import Driver, fractions_along
 from hairpipe.values.hair import HairState
+from hairpipe.values.strand_arrays import members_of, name_strands
+from hairpipe.values.triangles import Sites
 
 _EQUAL = 1e-6
 """Relative difference of times that rounding may make."""

@@ -34,7 +34,6 @@ from hairpipe.geometry.vec3 import cross, dot, length, minus, plus, row, scaled
 from hairpipe.groom.interpolating import go_on, moved, pushed_out
 from hairpipe.groom.keys import turned, turned_back
 from hairpipe.groom.resampling import put
-from hairpipe.groom.strand_arrays import points_of_strands
 from hairpipe.shot.lock_guides import GuideMotion
 from hairpipe.shot.shot import Frame
 from hairpipe.solve.boundary import motion_of_roots
@@ -42,6 +41,7 @@ from hairpipe.strands.hair_model import HairModel
 from hairpipe.strands.material import Material
 from hairpipe.values import Strands
 from hairpipe.values.hair import FOLLOWED, LockState, Places, no_places
+from hairpipe.values.strand_arrays import points_of_strands
 
 _LISTED = 24
 """Nearest places among which they are chosen: several are on one guide."""

@@ -13,14 +13,15 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.groom.keys import turns_since
-from hairpipe.groom.strand_arrays import points_of_strands, take
 from hairpipe.laws.settings import Locks
-from hairpipe.solve.boundary import Driver, motion_of_roots
+from hairpipe.solve.boundary import motion_of_roots
 from hairpipe.strands.hair_model import HairModel
 from hairpipe.strands.interface import StrandModel, kind_of
 from hairpipe.strands.layout import Layout, lay_out
 from hairpipe.values import Ends, Strands
+from hairpipe.values.groom import Driver
 from hairpipe.values.hair import HairState
+from hairpipe.values.strand_arrays import points_of_strands, take
 
 
 class GuideMotion(NamedTuple):

@@ -22,9 +22,9 @@ from dataclasses import replace
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.contact.stiction import Connections, ages_of
+from hairpipe.contact.stiction import Connections
 from hairpipe.errors import BadInput
-from hairpipe.geometry.segments import key_of
+from hairpipe.geometry.segments import ages_of, key_of
 from hairpipe.geometry.simd import copied
 from hairpipe.geometry.vec3 import cross, minus, mix, plus, row
 from hairpipe.groom.keys import turned, turns_since
@@ -34,10 +34,11 @@ from hairpipe.shot.lock_followers import Followed, distances, follow, nearest_gu
 from hairpipe.shot.lock_guides import GuideMotion, guides_of, joined, take_guides
 from hairpipe.shot.settings import Scene
 from hairpipe.shot.shot import Frame
-from hairpipe.solve.boundary import Driver, clamp_at, held_tips, motion_of_roots
+from hairpipe.solve.boundary import clamp_at, held_tips, motion_of_roots
 from hairpipe.strands.hair_model import HairModel
 from hairpipe.strands.layout import axis_of
 from hairpipe.values import Strands
+from hairpipe.values.groom import Driver
 from hairpipe.values.hair import (
     AUDITED,
     FOLLOWER,

@@ -31,11 +31,9 @@ import numpy as np
 
 from hairpipe.contact.body_projection import STRETCH
 from hairpipe.errors import BadInput
+from hairpipe.geometry.collider import Collider, SdfSample
 from hairpipe.geometry.segments import LostPoints
-from hairpipe.geometry.triangles import area_vectors
-from hairpipe.groom.binding import name_strands
 from hairpipe.laws.settings import BodyContact
-from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.shot import shot
 from hairpipe.shot.breeze import warn_of_storm
 from hairpipe.shot.build import bodies_of, check_scheme, gravity_of, integrator_of, surroundings_of, with_interactions
@@ -43,21 +41,23 @@ from hairpipe.shot.goals import goals_of
 from hairpipe.shot.locks import advance_locked, check_locks
 from hairpipe.shot.settings import Scene
 from hairpipe.shot.shot import Frame, move_over_cut
-from hairpipe.solve.boundary import ClampPath, Driver, about, clamp_at, follow, origin_of, place
+from hairpipe.solve.boundary import ClampPath, about, clamp_at, follow, origin_of, place
 from hairpipe.solve.integrator import rows_of
 from hairpipe.solve.lost import are_finite
+from hairpipe.solve.sag_free import find_initial_state
 from hairpipe.solve.stage import State, Step
 from hairpipe.solve.step_size import TooManySteps, crossing_limit, limits_of, next_step
-from hairpipe.statics.sag_free import find_initial_state
 from hairpipe.strands.hair_model import HairModel, HairModels
 from hairpipe.strands.interface import may_be_lost
 from hairpipe.strands.layout import relaid
 from hairpipe.values import Groom, Mesh, Strands
-from hairpipe.values.groom import segment_lengths
+from hairpipe.values.groom import Driver, segment_lengths
 from hairpipe.values.hair import HairState
+from hairpipe.values.strand_arrays import name_strands
+from hairpipe.values.triangles import area_vectors
 from hairpipe.volume.density import lengths_at_points
-from hairpipe.volume.strand_samples import reach_of
 from hairpipe.volume.targeting import volume_target
+from hairpipe.volume.transfer import reach_of
 
 SHALLOW = 2e-3
 """A root that lies so little below the skin is an ordinary one [m], whatever its segments are."""

@@ -10,14 +10,14 @@ from typing import TypeVar
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.binding import FREE, name_strands, root_frames
+from hairpipe.geometry.rotations import root_frames
 from hairpipe.strands.layout import Layout
 from hairpipe.values import Ends, Groom, Mesh
+from hairpipe.values.groom import Driver, check_driver
+from hairpipe.values.strand_arrays import FREE, name_strands
 
 B = TypeVar("B")
 E = TypeVar("E")
-Driver = Mesh | Ends | None
-"""The driver of the roots: a body or scripted ends; None: the roots are fixed."""
 WORLD = np.zeros(3)
 """The origin of the world [m]."""
 _INSTANT = 1e-5  # [s]; velocities of root frames are differences over this time, the body moving in a straight line
@@ -90,17 +90,6 @@ def driver_of(body: B | None, ends: E | None) -> B | E | None:
     if body is not None and ends is not None:
         raise BadInput("both a body and driven ends move the roots", right="in.body or in.ends")
     return ends if body is None else body
-
-
-def check_driver(driver: Driver, groom: Groom) -> None:
-    """Raise BadInput where the driver belongs to another groom."""
-    bound = max(ends.max(initial=-1) for ends in (groom.root_triangles, groom.tip_triangles) if ends is not None)
-    if isinstance(driver, Mesh) and bound >= len(driver.triangles):
-        what = f"hair grows from triangle {bound} of a body that has {len(driver.triangles)}"
-        raise BadInput(what, where="in.body", right="the body that the groom was grown on")
-    if isinstance(driver, Ends) and len(driver.roots) != len(groom.ids):
-        what = f"ends of {len(driver.roots)} strands, the groom has {len(groom.ids)}"
-        raise BadInput(what, where="in.ends", right="ends driven of the same groom")
 
 
 def _from_rest(frames: np.ndarray, rest: np.ndarray) -> np.ndarray:

@@ -8,9 +8,6 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.binding import name_strands
-from hairpipe.groom.painting import values_of
-from hairpipe.groom.settings import ReadImage, Varied
 from hairpipe.laws.settings import Construction
 from hairpipe.strands.interface import ModelKind, StrandModel
 from hairpipe.strands.layout import Layout, axis_of, following_masses, lay_out
@@ -19,6 +16,8 @@ from hairpipe.strands.network import highest_frequency
 from hairpipe.strands.registry import ModelName, strand_models
 from hairpipe.values import Groom
 from hairpipe.values.groom import segment_lengths
+from hairpipe.values.painting import ReadImage, Varied, values_of
+from hairpipe.values.strand_arrays import name_strands
 
 T = TypeVar("T")
 Precision = Literal["double", "single"]

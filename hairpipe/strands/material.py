@@ -10,9 +10,9 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from hairpipe.groom.settings import ReadImage, Varied, VariedWidth
 from hairpipe.units import Interval, KilogramsPerCubicMetre, Metres, Pascals
 from hairpipe.values import Groom
+from hairpipe.values.painting import ReadImage, Varied, VariedWidth, values_of
 
 DIAMETERS, MODULI, DENSITIES = Interval(ge=1e-5, le=2e-3), Interval(ge=1e6, le=1e12), Interval(ge=10.0, le=1e4)
 Poisson = Annotated[float, Interval(ge=0.0, le=0.5)]
@@ -147,8 +147,6 @@ class Fibres(NamedTuple):
 
 def fibres_of(groom: Groom, material: Material | VariedMaterial, read_image: ReadImage | None = None) -> Fibres:
     """Return the fibres of a groom; BadInput as `values_of`."""
-    from hairpipe.groom.painting import values_of  # whose kernels a node that reads settings does not compile
-
     fibre = RoundFibre()
     for field in fields(material):
         of = values_of(getattr(material, field.name), groom, f"material.{field.name}", read_image)

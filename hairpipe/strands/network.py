@@ -16,9 +16,8 @@ from numba import njit
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.curl import curls_of
 from hairpipe.geometry.simd import load, store
-from hairpipe.groom.binding import name_strands
-from hairpipe.groom.curl import curls_of
 from hairpipe.laws.altitude import linearise_altitude
 from hairpipe.laws.settings import Construction
 from hairpipe.laws.stretch import critical_damping, linearise_spring
@@ -31,6 +30,7 @@ from hairpipe.strands.layout import Layout, Shape
 from hairpipe.strands.material import Fibre, Fibres
 from hairpipe.values import Groom
 from hairpipe.values.groom import strand_lengths
+from hairpipe.values.strand_arrays import name_strands
 
 SHAPE = Shape(reach=3, clamped=lattice.CLAMPED, stride=2)
 

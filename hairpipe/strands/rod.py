@@ -59,6 +59,7 @@ from hairpipe.geometry import sym3
 from hairpipe.geometry.banded import add
 from hairpipe.geometry.banded_angle import add_point
 from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.curl import curls_of, turn_of
 from hairpipe.geometry.frames import (
     BEFORE,
     BENDING,
@@ -75,8 +76,6 @@ from hairpipe.geometry.frames import (
 )
 from hairpipe.geometry.simd import any_lane, difference, either, load, maximum, select, store
 from hairpipe.geometry.vec3 import cross, dot, minus, plus, scaled
-from hairpipe.groom.binding import name_strands
-from hairpipe.groom.curl import curls_of, turn_of
 from hairpipe.laws.bend_twist import (
     Gradient,
     Tangent,
@@ -96,6 +95,7 @@ from hairpipe.strands.lattice import unbent
 from hairpipe.strands.layout import Layout, Shape
 from hairpipe.strands.material import Fibre, Fibres
 from hairpipe.values import Groom
+from hairpipe.values.strand_arrays import name_strands
 
 
 @inlined

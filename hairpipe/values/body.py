@@ -6,6 +6,9 @@ import numpy as np
 
 from hairpipe.values.value import value
 
+BRICK = 8
+"""Voxels along a side of a brick of a level set."""
+
 
 @value
 class Mesh:

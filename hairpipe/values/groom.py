@@ -4,6 +4,8 @@ from dataclasses import field
 
 import numpy as np
 
+from hairpipe.errors import BadInput
+from hairpipe.values.body import Mesh
 from hairpipe.values.value import value
 
 
@@ -257,3 +259,18 @@ def tapers(offsets: np.ndarray) -> np.ndarray:
     counts = np.diff(offsets)
     left = np.repeat(offsets[1:] - 1, counts) - np.arange(offsets[-1])
     return np.sqrt(np.minimum(left / np.repeat(TAPER * (counts - 1), counts), 1.0))
+
+
+Driver = Mesh | Ends | None
+"""The driver of the roots: a body or scripted ends; None: the roots are fixed."""
+
+
+def check_driver(driver: Driver, groom: Groom) -> None:
+    """Raise BadInput where the driver belongs to another groom."""
+    bound = max(ends.max(initial=-1) for ends in (groom.root_triangles, groom.tip_triangles) if ends is not None)
+    if isinstance(driver, Mesh) and bound >= len(driver.triangles):
+        what = f"hair grows from triangle {bound} of a body that has {len(driver.triangles)}"
+        raise BadInput(what, where="in.body", right="the body that the groom was grown on")
+    if isinstance(driver, Ends) and len(driver.roots) != len(groom.ids):
+        what = f"ends of {len(driver.roots)} strands, the groom has {len(groom.ids)}"
+        raise BadInput(what, where="in.ends", right="ends driven of the same groom")

@@ -4,6 +4,9 @@ import hashlib
 
 import numpy as np
 
+GOLDEN = 0.6180339887498949
+"""Its multiples modulo 1 lie evenly: each further one falls into a widest gap."""
+
 
 def stream(seed: int, purpose: str) -> np.random.Generator:
     """Return the generator of one purpose: adding a purpose never changes the numbers of another."""

@@ -10,8 +10,7 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from hairpipe.errors import BadInput
 from hairpipe.geometry.isosurface import extract_surface
 from hairpipe.values import Density, Mesh, Strands
-from hairpipe.volume.strand_samples import MOST_NODES, reach_of, sample_strands
-from hairpipe.volume.transfer import deposit, mean_velocities
+from hairpipe.volume.transfer import MOST_NODES, deposit, mean_velocities, reach_of, sample_strands
 
 _ON_LATTICE = 1e-4  # of a cell: files keep positions in single precision
 

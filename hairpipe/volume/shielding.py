@@ -18,11 +18,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.body.rotations import frame_along
 from hairpipe.geometry.compile import inlined
+from hairpipe.geometry.rotations import frame_along
+from hairpipe.geometry.trilinear import sample, splat, voxel_at
 from hairpipe.laws.drag import Law, normal_drag
 from hairpipe.laws.settings import Wind
-from hairpipe.volume.transfer import sample, splat, voxel_at
 
 MOST_NODES = 1 << 22
 """Largest number of nodes of the grid, 32 MB: its cells are doubled until it is at most this large."""

@@ -34,7 +34,7 @@ from hairpipe.geometry.compile import inlined
 from hairpipe.laws.settings import Target
 from hairpipe.solve.interactions import Interaction, StepEnd
 from hairpipe.values import Density
-from hairpipe.volume.strand_samples import StrandSamples, cells_of, sample_strands, share_of
+from hairpipe.volume.transfer import StrandSamples, cells_of, sample_strands, share_of
 
 _CHUNK = 128  # strands that are collected together
 

@@ -5,15 +5,18 @@ With the weights w_gs of sample s at node g and a_si of point i in it, whose mas
     B_gi = m_i sum_s w_gs a_si / A_i
     M_g = sum_i B_gi,   V_g = sum_i B_gi v_i / M_g,   V(i) = sum_g B_gi V_g / m_i
 
-Momentum on the grid equals momentum on the strands: sum_i m_i V(i) = sum_g M_g V_g, exactly.
+Momentum on the grid equals momentum on the strands: sum_i m_i V(i) = sum_g M_g V_g, exactly. The weights w_gs
+are trilinear.
 
-The weights are trilinear: a point at fractions (f, g, h) of a voxel gives to its eight nodes, or reads them with,
+Points of strands lie farther apart than the nodes of a grid: splatting them alone leaves holes. A segment of length L
+is cut into n = floor(L / h) + 1 pieces; a sample lies in the middle of each, at a share t = (q + 1/2) / n of the way
+from its first point, to which it belongs by 1 - t, and by t to the second. The samples of point i sum up to
 
-    (1 - f or f) (1 - g or g) (1 - h or h)
+    A_i = sum_s a_si = (n_before + n_after) / 2
 
-so that splat is the transpose of sample: sum_n splat(amount)_n grid_n = amount sample(grid). Level sets have a reader
-of their own (`levelset/sample.py`): bricks have no neighbour by index, and distance and gradient share differences of
-nodes in single precision.
+Samples are sorted by slabs of planes of nodes, those of a slab in the order of strands. A slab is added to by one
+thread, even slabs before odd ones, since the last plane of a slab is the first one of the next: sums do not depend on
+the number of threads. Sorting samples by cells, too, costs what it saves.
 """
 
 from typing import NamedTuple
@@ -21,70 +24,163 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.errors import BadInput
 from hairpipe.geometry.compile import inlined
-from hairpipe.volume.strand_samples import StrandSamples, cells_of, share_of
+from hairpipe.geometry.trilinear import voxel_at, weight_of
+from hairpipe.values.groom import strand_lengths
+
+MOST_NODES = 1 << 24
+"""Maximum number of nodes of a grid: 0.5 GB."""
+SLAB = 4
+"""Planes of nodes in a slab, two at least."""
+_CHUNK = 128  # strands that are sorted, or collected, together
+_BEYOND = 1.5  # lengths of a strand: largest distance of its points from its root
 
 
-class Voxel(NamedTuple):
-    """The voxel that holds a point.
+class StrandSamples(NamedTuple):
+    """Samples of strands and the grid around them.
 
-    i, j, k  index of its first node
-    f, g, h  where the point is in it, 0 to 1
+    points    [m], (P, 3); offsets  of strands, (S+1,) int32
+    low       of the first node, in cells, (3,); cell  [m]
+    counts    of nodes, (3,) int64
+    pieces    of the segment after each point, (P,) int32; 0 for the last ones, and for omitted strands
+    segments  first point of the segment of every sample, slab by slab, (n,) int32; places  its piece, (n,) int32
+    slabs     samples of slab s are slabs[s]:slabs[s+1], int64
+    sums      A_i of every point, (P,); 0 for omitted strands
     """
 
-    i: int
-    j: int
-    k: int
-    f: float
-    g: float
-    h: float
+    points: np.ndarray
+    offsets: np.ndarray
+    low: np.ndarray
+    cell: float
+    counts: np.ndarray
+    pieces: np.ndarray
+    segments: np.ndarray
+    places: np.ndarray
+    slabs: np.ndarray
+    sums: np.ndarray
 
 
-@inlined
-def voxel_at(grid: np.ndarray, u: float, v: float, w: float) -> Voxel:
-    """Return the voxel of a grid (nx, ny, nz), two nodes or more along each axis, that holds a point.
+def reach_of(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return the largest valid distance of the points of a strand from its root [m], (S,); 0 if it is not finite."""
+    lengths = strand_lengths(points, offsets)
+    return np.where(np.isfinite(lengths), _BEYOND * lengths, 0.0)
 
-    u, v, w  of the point, in voxels from the first node; a point beyond the grid is moved to its border
+
+def sample_strands(points: np.ndarray, offsets: np.ndarray, reach: np.ndarray, cell: float) -> StrandSamples | None:
+    """Sample strands; None where none is valid.
+
+    points   [m], (P, 3) float64; offsets  of strands, (S+1,) int32
+    reach    largest distance of the points of a strand from its root [m], (S,): a strand with a farther point, or one
+             that is not finite, is omitted, so that it does not enlarge the grid
+    cell     spacing of nodes [m]
+
+    Raises BadInput where the grid would have more than MOST_NODES.
     """
-    i, f = _clamped(u, grid.shape[0])
-    j, g = _clamped(v, grid.shape[1])
-    k, h = _clamped(w, grid.shape[2])
-    return Voxel(i, j, k, f, g, h)
+    chunks = -(-(len(offsets) - 1) // _CHUNK)
+    pieces = np.zeros(len(points), np.int32)
+    bounds = np.empty((chunks, 2, 3))
+    _cut(points, offsets, reach, cell, pieces, bounds)
+    least = bounds[:, 0].min(axis=0)
+    greatest = bounds[:, 1].max(axis=0)
+    if not (least <= greatest).all():
+        return None
+    low = np.floor(least / cell)
+    counts = np.floor(greatest / cell) - low + 2.0  # as floats: numbers may be too large for integers
+    if np.prod(counts) > MOST_NODES:
+        fits = cell * (np.prod(counts) / MOST_NODES) ** (1 / 3)
+        sizes = " x ".join(f"{size:.2g}" for size in greatest - least)
+        message = f"a grid of {cell:g} m around hair of {sizes} m has {np.prod(counts):.2g} nodes"
+        raise BadInput(message, where="volume.cell", right=f"at least {1.1 * fits:.2g} m")
+    planes = int(counts[0])
+    found = np.zeros((chunks, -(-(planes - 1) // SLAB)), np.int64)
+    across = float(low[0]), 1.0 / cell, planes
+    _count(points, offsets, pieces, across, found)
+    ends = np.cumsum(found.T.ravel()).reshape(found.T.shape).T
+    total = int(ends[-1, -1])
+    starts = np.ascontiguousarray(ends - found)
+    segments, places = np.empty(total, np.int32), np.empty(total, np.int32)
+    _sort(points, offsets, pieces, across, starts, segments, places)
+    slabs = np.append(ends[0] - found[0], total)
+    before = np.roll(pieces, 1)  # the last of a strand has none
+    numbers = counts.astype(np.int64)
+    return StrandSamples(points, offsets, low, cell, numbers, pieces, segments, places, slabs, 0.5 * (before + pieces))
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _cut(points, offsets, reach, cell, pieces, bounds):
+    """Count the pieces of segments, and bound valid strands, chunk by chunk, (chunks, 2, 3) [m]."""
+    for chunk in prange(len(bounds)):
+        bounds[chunk, 0], bounds[chunk, 1] = np.inf, -np.inf
+        for strand in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(offsets) - 1)):
+            begin = offsets[strand]
+            end = offsets[strand + 1]
+            sound = True
+            for k in range(begin, end):
+                sound = (
+                    sound and _squared(points, begin, k) <= reach[strand] * reach[strand]
+                )  # nothing is less than NaN
+            for k in range(begin, end if sound else begin):
+                for c in range(3):
+                    bounds[chunk, 0, c] = min(bounds[chunk, 0, c], points[k, c])
+                    bounds[chunk, 1, c] = max(bounds[chunk, 1, c], points[k, c])
+                if k + 1 < end:
+                    pieces[k] = int(np.sqrt(_squared(points, k, k + 1)) / cell) + 1
 
 
 @inlined
-def _clamped(u: float, count: int) -> tuple[int, float]:
-    u = min(u, count - 1.0) if u > 0.0 else 0.0  # NaN becomes 0, too: no index is beyond the grid
-    i = min(int(u), count - 2)
-    return i, u - i
-
-
-_CHUNK = 128  # strands that are collected together
+def _squared(points, k, m):
+    x, y, z = points[m, 0] - points[k, 0], points[m, 1] - points[k, 1], points[m, 2] - points[k, 2]
+    return x * x + y * y + z * z
 
 
 @inlined
-def splat(grid: np.ndarray, at: Voxel, amount: float) -> None:
-    """Add an amount to the nodes of a voxel, each its share, in place."""
-    for a in range(2):
-        for b in range(2):
-            for c in range(2):
-                grid[at.i + a, at.j + b, at.k + c] += _weight(at, a, b, c) * amount
+def share_of(place: int, pieces: int) -> float:
+    """Return the share t of the way along a segment at which a sample lies."""
+    return (place + 0.5) / pieces
 
 
 @inlined
-def sample(grid: np.ndarray, at: Voxel) -> float:
-    """Return the value of a grid at a point of a voxel."""
-    value = 0.0
-    for a in range(2):
-        for b in range(2):
-            for c in range(2):
-                value += _weight(at, a, b, c) * grid[at.i + a, at.j + b, at.k + c]
-    return value
+def cells_of(samples, k, t, inverse):
+    """Return the coordinates of a sample at share t of the segment from point k, in cells from the first node.
+
+    inverse  1 over a cell [1/m]
+    """
+    points, low = samples.points, samples.low
+    return (
+        (points[k, 0] + t * (points[k + 1, 0] - points[k, 0])) * inverse - low[0],
+        (points[k, 1] + t * (points[k + 1, 1] - points[k, 1])) * inverse - low[1],
+        (points[k, 2] + t * (points[k + 1, 2] - points[k, 2])) * inverse - low[2],
+    )
 
 
 @inlined
-def _weight(at: Voxel, a: int, b: int, c: int) -> float:
-    return (at.f if a else 1.0 - at.f) * (at.g if b else 1.0 - at.g) * (at.h if c else 1.0 - at.h)
+def _slab_of(points, k, t, across):
+    low, inverse, planes = across
+    u = (points[k, 0] + t * (points[k + 1, 0] - points[k, 0])) * inverse - low
+    return min(int(max(u, 0.0)), planes - 2) // SLAB  # Rounding may put a sample just outside of the grid.
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _count(points, offsets, pieces, across, found):
+    """Count the samples of every chunk of strands in every slab, (chunks, slabs), in place."""
+    for chunk in prange(len(found)):
+        for k in range(offsets[chunk * _CHUNK], offsets[min((chunk + 1) * _CHUNK, len(offsets) - 1)]):
+            for place in range(pieces[k]):
+                found[chunk, _slab_of(points, k, share_of(place, pieces[k]), across)] += 1
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _sort(points, offsets, pieces, across, starts, segments, places):
+    """List samples slab by slab, in place; starts (chunks, slabs) moves along."""
+    for chunk in prange(len(starts)):
+        for k in range(offsets[chunk * _CHUNK], offsets[min((chunk + 1) * _CHUNK, len(offsets) - 1)]):
+            for place in range(pieces[k]):
+                slab = _slab_of(points, k, share_of(place, pieces[k]), across)
+                at = starts[chunk, slab]  # Each chunk has places of its own in a slab: samples stay in strand order.
+                segments[at] = k
+                places[at] = place
+                starts[chunk, slab] = at + 1
 
 
 def deposit(samples: StrandSamples, masses: np.ndarray, velocities: np.ndarray) -> np.ndarray:
@@ -117,7 +213,7 @@ def _deposit(samples, amounts, parity, grid):
             for a in range(2):
                 for b in range(2):
                     for c in range(2):
-                        weight = _weight(voxel, a, b, c)
+                        weight = weight_of(voxel, a, b, c)
                         for d in range(4):
                             grid[voxel.i + a, voxel.j + b, voxel.k + c, d] += weight * row[d]
 
@@ -160,7 +256,7 @@ def _sample_vector(grid, at):
     for a in range(2):
         for b in range(2):
             for c in range(2):
-                weight = _weight(at, a, b, c)
+                weight = weight_of(at, a, b, c)
                 i, j, k = at.i + a, at.j + b, at.k + c
                 x += weight * grid[i, j, k, 0]
                 y += weight * grid[i, j, k, 1]

@@ -31,8 +31,7 @@ from hairpipe.laws.pressure import densest, spread
 from hairpipe.laws.settings import Volume
 from hairpipe.solve.interactions import Interaction, StepEnd
 from hairpipe.strands.hair_model import HairModel
-from hairpipe.volume.strand_samples import StrandSamples, reach_of, sample_strands
-from hairpipe.volume.transfer import collect, deposit, mean_velocities
+from hairpipe.volume.transfer import StrandSamples, collect, deposit, mean_velocities, reach_of, sample_strands
 
 
 @njit(cache=True, parallel=True, error_model="numpy")

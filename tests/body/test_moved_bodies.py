@@ -12,8 +12,8 @@ from hairpipe.engine.run.events import Options
 from hairpipe.engine.run.scheduler import run
 from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
+from hairpipe.geometry.collider import SdfSample
 from hairpipe.levelset.bake import bake
-from hairpipe.levelset.collider import SdfSample
 from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.values import Mesh
 

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from hairpipe.body.preparation import drop_unused, prepare, transform
-from hairpipe.body.rotations import Z_UP
 from hairpipe.body.scalp import Scalp
 from hairpipe.body.skinning import skin
 from hairpipe.errors import BadInput
+from hairpipe.geometry.rotations import Z_UP
 from hairpipe.values import Body, Mesh, Skeleton
 from tests.body.test_skinning import rich_body, rich_pose
 

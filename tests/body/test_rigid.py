@@ -1,7 +1,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hairpipe.body.rotations import Z_UP, invert
+from hairpipe.geometry.rotations import Z_UP, invert
 
 
 def test_inverse_undoes_a_rigid_transform():

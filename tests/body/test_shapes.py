@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from hairpipe.body.shapes import build_box, build_cylinder, join
-from hairpipe.body.solid import distance_and_normal, solid_of
 from hairpipe.errors import BadInput
-from hairpipe.geometry.triangles import area_vectors, twin_corners
+from hairpipe.geometry.solid import distance_and_normal, solid_of
 from hairpipe.values import Mesh
+from hairpipe.values.triangles import area_vectors, twin_corners
 
 CENTRE, ALONG = np.array([0.1, -0.2, 0.3]), np.array([1.0, 2.0, -0.5])
 SHAPES = {

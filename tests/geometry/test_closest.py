@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from hairpipe.geometry.triangle_tree import THINNEST, closest, closest_on_triangle, project, tree_over
-from hairpipe.geometry.triangles import site_points
 from hairpipe.values import Mesh
+from hairpipe.values.triangles import site_points
 
 coordinates = st.tuples(*[st.floats(-2, 2)] * 3)
 

@@ -7,9 +7,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hairpipe.errors import BadInput
-from hairpipe.geometry.triangles import Sites, site_points, unit_normals
-from hairpipe.groom.binding import bind_roots, name_strands, rigid_strands, root_frames
+from hairpipe.geometry.rotations import root_frames
+from hairpipe.groom.binding import bind_roots, rigid_strands
 from hairpipe.values import Groom
+from hairpipe.values.strand_arrays import name_strands
+from hairpipe.values.triangles import Sites, site_points, unit_normals
 
 
 @pytest.fixture

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.geometry.triangles import Sites, site_points
 from hairpipe.groom.importing import adopt, choose_strands
 from hairpipe.groom.resampling import Cut
 from hairpipe.groom.sampling import joined_strands
 from hairpipe.groom.settings import SHORTEST
-from hairpipe.groom.strand_arrays import take
 from hairpipe.values.groom import Curves, strand_lengths
+from hairpipe.values.strand_arrays import take
+from hairpipe.values.triangles import Sites, site_points
 
 
 @pytest.fixture

@@ -7,9 +7,9 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.groom.sampling import perturbed
-from hairpipe.groom.strand_arrays import take
 from hairpipe.groom.strands import lay_strands
 from hairpipe.values.groom import segment_lengths
+from hairpipe.values.strand_arrays import take
 
 TIP = 1e-3
 GROOM = lay_strands(400, 0.25, 4, (0.0, -1.0, 0.0), (0.001, 0.0, 0.0), None, 0.05)

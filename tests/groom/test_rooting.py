@@ -5,9 +5,9 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.groom.importing import freed, rooted
-from hairpipe.groom.strand_arrays import offsets_of, take
 from hairpipe.values import Mesh
 from hairpipe.values.groom import Curves
+from hairpipe.values.strand_arrays import offsets_of, take
 
 RADIUS = 0.1
 

@@ -5,11 +5,11 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.groom.growing import grow
-from hairpipe.groom.painting import Canvas
 from hairpipe.groom.resampling import Cut
 from hairpipe.groom.sampling import choose_patches, sample_patches
 from hairpipe.groom.settings import Style
 from hairpipe.values import Groom
+from hairpipe.values.painting import Canvas
 
 
 @pytest.fixture(scope="module")

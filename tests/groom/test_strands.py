@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.curl import Helix
+from hairpipe.geometry.curl import Helix
 from hairpipe.groom.strands import lay_strands
 
 LENGTH = 0.3

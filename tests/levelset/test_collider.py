@@ -6,11 +6,11 @@ import numba
 import numpy as np
 import pytest
 
+from hairpipe.geometry.collider import Collider, FirstHit, SdfSample, Walk
 from hairpipe.graphs.experiments.studies.interpolation.bodies import FRAME, outline_at, poses_at, surfaces_of
 from hairpipe.graphs.experiments.studies.interpolation.cases import CASES, Case, Way, moved
 from hairpipe.graphs.experiments.studies.interpolation.solids import ellipsoid
 from hairpipe.levelset.bake import bake
-from hairpipe.levelset.collider import Collider, FirstHit, SdfSample, Walk
 from hairpipe.levelset.collider_field import build_collider_field, sweep_field
 from hairpipe.levelset.collider_parts import build_collider_parts, sweep_parts
 from hairpipe.levelset.sample import Interpolation

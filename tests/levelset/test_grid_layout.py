@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hairpipe.errors import BadInput
-from hairpipe.levelset.grid_layout import BRICK, lattice_around
+from hairpipe.levelset.grid_layout import lattice_around
+from hairpipe.values.body import BRICK
 
 numbers = st.floats(-3.0, 3.0)
 

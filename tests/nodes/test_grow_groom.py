@@ -9,15 +9,16 @@ import pytest
 from PIL import Image
 
 from hairpipe.body.scalp import Scalp
-from hairpipe.body.solid import distance_and_normal, solid_of
 from hairpipe.engine.node.settings import build_settings, check_settings
 from hairpipe.errors import BadInput
+from hairpipe.geometry.solid import distance_and_normal, solid_of
 from hairpipe.groom.growing import closed
-from hairpipe.groom.settings import Curl, Paint, PaintedMetres
+from hairpipe.groom.settings import Curl
 from hairpipe.nodes.grow_groom import grow_groom
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.make_bust import make_bust
 from hairpipe.values import Body, Mesh
+from hairpipe.values.painting import Paint, PaintedMetres
 
 NODE = grow_groom.__node__
 

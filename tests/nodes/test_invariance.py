@@ -8,7 +8,7 @@ import pytest
 from hairpipe.body.scripted_motion import Track
 from hairpipe.body.shapes import build_box
 from hairpipe.engine import Pair, Time
-from hairpipe.groom.binding import root_frames
+from hairpipe.geometry.rotations import root_frames
 from hairpipe.groom.interpolating import weigh_keys
 from hairpipe.groom.sampling import thinned
 from hairpipe.laws.settings import Collisions, Construction, Locks, SagFree, Stiction, StrainLimit, Volume

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from hairpipe.groom.binding import root_frames
-from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
+from hairpipe.geometry.collider import FirstHit, SdfSample, Walk
+from hairpipe.geometry.rotations import root_frames
 from hairpipe.particles.links import LinkRule, link
 from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Fibre, ParticleSettings

@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial import KDTree
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.curl import Helix, wound
-from hairpipe.groom.strand_arrays import take
+from hairpipe.geometry.curl import Helix, wound
 from hairpipe.particles.sampling import darts, sample
+from hairpipe.values.strand_arrays import take
 
 
 @pytest.mark.parametrize("sampling", ["strands", "even"])

@@ -5,13 +5,13 @@ import pytest
 
 from hairpipe.engine import Time
 from hairpipe.errors import BadInput
-from hairpipe.groom.strand_arrays import take
 from hairpipe.laws.settings import Wind
 from hairpipe.nodes.carry_strands import carry_strands
 from hairpipe.nodes.sample_particles import sample_particles
 from hairpipe.nodes.simulate_particles import prepare_particles, simulate_particles
 from hairpipe.particles.settings import Interaction
 from hairpipe.particles.skinning import find_influences
+from hairpipe.values.strand_arrays import take
 
 DEFAULTS = {"sag": 0.1, "damping": 0.2, "gravity": 9.81, "interaction": Interaction(), "sag_free": None, "printed": ()}
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from hairpipe.engine import Time
 from hairpipe.errors import BadInput
-from hairpipe.groom.binding import root_frames
+from hairpipe.geometry.rotations import root_frames
 from hairpipe.groom.settings import Tuft
 from hairpipe.groom.strands import gather_tuft, lay_strands
 from hairpipe.levelset.bake import bake

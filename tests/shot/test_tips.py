@@ -8,7 +8,7 @@ from hairpipe.groom.binding import bind_tips
 from hairpipe.laws.settings import Construction, StepControl
 from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import advance_frame, start, strands_of
-from hairpipe.statics.settle import settle_groom
+from hairpipe.solve.settle import settle_groom
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material
 from hairpipe.values import Mesh

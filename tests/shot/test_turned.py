@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.groom.curl import Helix, wound
+from hairpipe.geometry.curl import Helix, wound
 from hairpipe.laws.settings import StepControl, StrainLimit, Wind
 from hairpipe.shot import build, simulate
 from hairpipe.shot.settings import Scene

@@ -17,7 +17,6 @@ from hairpipe.engine.run.player import Played, Player
 from hairpipe.errors import BadInput
 from hairpipe.formats.registry import read_strands
 from hairpipe.groom.interpolating import clumped, interpolated, weigh_keys
-from hairpipe.groom.strand_arrays import take
 from hairpipe.groom.strands import unbound
 from hairpipe.nodes.export_groom import export_groom
 from hairpipe.nodes.export_usd import export_usd
@@ -30,6 +29,7 @@ from hairpipe.shot.simulate import start, strands_of
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Diameter, VariedMaterial
 from hairpipe.values import Groom, Strands
+from hairpipe.values.strand_arrays import take
 
 TAPER = Diameter(80e-6, profile=((0.0, 1.0), (1.0, 0.25)), map="thick")
 POINTS = 9

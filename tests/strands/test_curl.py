@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.groom.curl import Helix, wound
+from hairpipe.geometry.curl import Helix, wound
 from hairpipe.laws.settings import Construction
 from hairpipe.strands import calibration as curl
 from hairpipe.strands import lattice

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.curl import Helix, wound
+from hairpipe.geometry.curl import Helix, wound
 from hairpipe.groom.strands import unbound
 from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import choose_precision

@@ -9,20 +9,20 @@ from scipy.integrate import solve_bvp, trapezoid
 from scipy.linalg import eigh
 
 from hairpipe.errors import BadInput
+from hairpipe.geometry.curl import Helix, wound
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.graphs.experiments.studies.accuracy.specimen import specimen_of, stiffness, straight_specimen
 from hairpipe.graphs.experiments.studies.accuracy.statics import motions
 from hairpipe.graphs.experiments.studies.accuracy.vibration import frequencies
-from hairpipe.groom.curl import Helix, wound
-from hairpipe.groom.painting import values_of
-from hairpipe.groom.strand_arrays import take
 from hairpipe.groom.strands import unbound
 from hairpipe.laws.settings import SagFree
 from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import advance_frame, start
-from hairpipe.statics.settle import settle
+from hairpipe.solve.settle import settle
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Diameter, Material, Modulus, VariedMaterial, fibres_of
+from hairpipe.values.painting import values_of
+from hairpipe.values.strand_arrays import take
 
 LENGTH, THICK = 0.1, 80e-6
 TAPER = ((0.0, 1.0), (0.5, 0.9), (1.0, 0.3))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.curl import Helix, wound
+from hairpipe.geometry.curl import Helix, wound
 from hairpipe.groom.strands import unbound
 from hairpipe.laws.settings import Air, Drag, SagFree
 from hairpipe.shot.settings import HairSettings, Scene

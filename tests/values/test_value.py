@@ -12,8 +12,9 @@ from hairpipe.values import BodyParts, Groom, Mesh, Particles
 from hairpipe.values.table import table_of_columns
 from hairpipe.values.value import units_of, value
 
-NAMES = [module.name for module in pkgutil.iter_modules(hairpipe.values.__path__) if module.name != "simplification"]
-"""Modules of the types that edges transport; simplifications are settings, compared by their contents."""
+SETTINGS = {"painting", "simplification"}
+"""Modules whose types are settings, compared by their contents; edges transport those of the others."""
+NAMES = [module.name for module in pkgutil.iter_modules(hairpipe.values.__path__) if module.name not in SETTINGS]
 MODULES = [importlib.import_module(f"hairpipe.values.{name}") for name in NAMES]
 TYPES = [
     item

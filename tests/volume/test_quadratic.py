@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.volume.strand_samples import reach_of, sample_strands
 from hairpipe.volume.targeting import add_slopes, weigh
+from hairpipe.volume.transfer import reach_of, sample_strands
 
 CELL = 0.01
 

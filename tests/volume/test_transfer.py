@@ -5,8 +5,7 @@ import pytest
 from numba import get_num_threads, set_num_threads
 
 from hairpipe.errors import BadInput
-from hairpipe.volume.strand_samples import sample_strands
-from hairpipe.volume.transfer import collect, deposit, mean_velocities
+from hairpipe.volume.transfer import collect, deposit, mean_velocities, sample_strands
 from hairpipe.volume.volume_filter import smooth
 
 CELL = 0.006

@@ -9,9 +9,8 @@ import numpy as np
 from hairpipe.body.bust import build_bust
 from hairpipe.body.skinning import skin
 from hairpipe.groom.growing import grow
-from hairpipe.groom.painting import Canvas
 from hairpipe.groom.resampling import Cut
-from hairpipe.groom.settings import PaintedMetres, Style
+from hairpipe.groom.settings import Style
 from hairpipe.laws.settings import Collisions, Locks, StepControl, Stiction, Volume
 from hairpipe.levelset.bake_parts import bake_parts
 from hairpipe.shot.settings import Scene
@@ -21,6 +20,7 @@ from hairpipe.strands.hair_model import HairModel, build_hair
 from hairpipe.strands.material import Material
 from hairpipe.values import Body, BodyParts, Mesh, Pose
 from hairpipe.values.hair import HairState
+from hairpipe.values.painting import Canvas, PaintedMetres
 
 Between = Literal["pairs", "locks", "volume", "nothing"]
 """What hair does to hair: stick and collide pair by pair, the same in locks, act on a grid, or pass through."""

@@ -8,9 +8,9 @@ from hairpipe.body.bust import build_bust
 from hairpipe.body.shapes import build_box, build_cylinder
 from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, make_report
 from hairpipe.levelset.bake import bake, bake_by_openvdb
-from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.openvdb_library import find_openvdb
 from hairpipe.values import LevelSet, Mesh
+from hairpipe.values.body import BRICK
 
 ENGINES = {"hairpipe": bake, "openvdb": bake_by_openvdb}
 HALF_WIDTH = 4.0

@@ -16,9 +16,8 @@ from hairpipe.geometry.vec3 import length, minus, row, scaled
 from hairpipe.graphs.experiments.bench.head import FPS, HALF_WIDTH, LENGTH, VOXEL, mesh_at, no_image
 from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, in_seconds, make_report
 from hairpipe.groom.growing import grow
-from hairpipe.groom.painting import Canvas
 from hairpipe.groom.resampling import Cut
-from hairpipe.groom.settings import PaintedMetres, Style
+from hairpipe.groom.settings import Style
 from hairpipe.laws.settings import BodyContact
 from hairpipe.levelset.bake import bake
 from hairpipe.particles.contact import look
@@ -33,6 +32,7 @@ from hairpipe.shot.build import bodies_of
 from hairpipe.shot.shot import Frame, next_state
 from hairpipe.values import Body, Particles
 from hairpipe.values.hair import ParticleState
+from hairpipe.values.painting import Canvas, PaintedMetres
 
 T = TypeVar("T")
 PARTS = ("search", "pairs", "directions", "stiffness", "solve", "body")

@@ -10,12 +10,11 @@ from hairpipe.graphs.experiments.bench.repeat import repeat
 from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, make_report
 from hairpipe.groom.interpolating import interpolated, weigh_keys
 from hairpipe.groom.sampling import thinned
-from hairpipe.groom.strand_arrays import offsets_of
 from hairpipe.laws.pressure import SWEEPS, densest, filled_cells, spread
 from hairpipe.laws.settings import Pressure, Volume
 from hairpipe.values import Groom, Strands
-from hairpipe.volume.strand_samples import reach_of, sample_strands
-from hairpipe.volume.transfer import deposit
+from hairpipe.values.strand_arrays import offsets_of
+from hairpipe.volume.transfer import deposit, reach_of, sample_strands
 from hairpipe.volume.volume_filter import VolumeFilter
 
 THREADS = (1, 2)

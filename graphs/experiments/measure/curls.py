@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.curl import centres_of, turn_of
+from hairpipe.geometry.curl import centres_of, turn_of
 from hairpipe.values import Strands, Table
 from hairpipe.values.table import table_of_columns
 

@@ -3,8 +3,8 @@
 from typing import Annotated
 
 from hairpipe.engine import node
+from hairpipe.geometry.curl import Helix
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Segments
-from hairpipe.groom.curl import Helix
 from hairpipe.units import Ge, Gt, MetresPerSecondSquared
 from hairpipe.values import Table
 

@@ -27,10 +27,10 @@ from hairpipe.errors import BadInput
 from hairpipe.formats.groom_shot import DIAMETER, GroomShot
 from hairpipe.formats.usd.curves import GUIDED, KNOWN
 from hairpipe.formats.usd.stage import create_stage
-from hairpipe.geometry.triangles import vertex_normals
 from hairpipe.values import Groom, Mesh, Strands
 from hairpipe.values.groom import DIAMETERS, drawn_widths, labels_of
 from hairpipe.values.hair import HairState
+from hairpipe.values.triangles import vertex_normals
 
 TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens
 ALWAYS = Usd.TimeCode.Default()

@@ -4,7 +4,7 @@ import pytest
 from hairpipe.body.anatomy import BUST
 from hairpipe.body.blended_shapes import evaluate
 from hairpipe.body.bust import EARS, build_bust
-from hairpipe.geometry.triangles import vertex_normals
+from hairpipe.values.triangles import vertex_normals
 
 
 @pytest.fixture(scope="module")

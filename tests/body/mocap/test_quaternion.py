@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
-from hairpipe.body.rotations import about_axis, multiply, shortest_turn, slerp, to_matrix
+from hairpipe.geometry.rotations import about_axis, multiply, shortest_turn, slerp, to_matrix
 
 CHANCE = np.random.default_rng(3)
 shares = st.floats(0.0, 1.0)

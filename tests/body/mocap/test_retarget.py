@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 from hairpipe.body.performer import place_joints
 from hairpipe.body.preparation import transform
 from hairpipe.body.retarget import ADULT_LEG, build_retarget
-from hairpipe.body.rotations import invert
 from hairpipe.errors import BadInput
+from hairpipe.geometry.rotations import invert
 from hairpipe.values import Body, Mesh, Skeleton
 from hairpipe.values.body import Clip
 

@@ -6,10 +6,10 @@ from scipy.spatial.transform import Rotation
 
 from hairpipe.contact.body import PUSH_OUT, STRAIN, pushes, rise, within_reach
 from hairpipe.contact.body_implicit import DEEP, FREE, INSIDE, NEW, TOUCHES, ContactState
-from hairpipe.groom.binding import root_frames
+from hairpipe.geometry.collider import SdfSample
+from hairpipe.geometry.rotations import root_frames
 from hairpipe.laws.settings import Air, Drag, Scheme, StepControl, StrainLimit
 from hairpipe.levelset.bake import bake
-from hairpipe.levelset.collider import SdfSample
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.sample import Interpolation
 from hairpipe.shot.settings import Scene

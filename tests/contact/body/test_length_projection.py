@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.contact.body_projection import STRETCH, drape, keep_lengths
-from hairpipe.levelset.collider import SdfSample
+from hairpipe.geometry.collider import SdfSample
 
 KEPT, SEGMENT, COUNT = 1e-3, 0.012, 26
 NEVER = np.full(COUNT, np.inf)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.contact.body import share_gap
-from hairpipe.levelset.collider import SdfSample
+from hairpipe.geometry.collider import SdfSample
 
 THICK = 1e-3
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.contact.body import ProbeCache
-from hairpipe.levelset.collider import SdfSample
+from hairpipe.geometry.collider import SdfSample
 
 REACH, FAR = 0.3, 0.1
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hairpipe.contact.body_projection import Motion, farthest, project
-from hairpipe.levelset.collider import SdfSample
+from hairpipe.geometry.collider import SdfSample
 
 
 def test_points_that_began_inside_are_unchanged_and_near_ones_rise_slowly():

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from hairpipe.body.shapes import build_cylinder
+from hairpipe.geometry.collider import Collider
 from hairpipe.laws.settings import BodyContact
 from hairpipe.levelset.bake import bake_sheets
-from hairpipe.levelset.collider import Collider
 from hairpipe.nodes.bake_levelset import bake_levelset
 from hairpipe.shot.build import MOST_VOXELS, bodies_of
 from hairpipe.strands.material import Material

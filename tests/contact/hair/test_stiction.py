@@ -7,7 +7,6 @@ import pytest
 
 from hairpipe.contact.stiction import (
     Connections,
-    ages_of,
     connect,
     linearise,
     no_connections,
@@ -17,7 +16,7 @@ from hairpipe.contact.stiction import (
     stiffest,
 )
 from hairpipe.geometry.proximity import closest_pairs, near_pairs
-from hairpipe.geometry.segments import key_of
+from hairpipe.geometry.segments import ages_of, key_of
 from hairpipe.laws.settings import Stiction
 from hairpipe.solve.couplings import Couplings, coupling_rows, find_incidence, matrices
 from hairpipe.solve.integrators import G

@@ -5,9 +5,9 @@ import pytest
 
 from hairpipe.engine import Frames, Time
 from hairpipe.errors import BadInput
+from hairpipe.geometry.curl import Helix, turn_of
 from hairpipe.graphs.experiments.measure.curls import radius
 from hairpipe.graphs.experiments.nodes.measure_curls import measure_curls
-from hairpipe.groom.curl import Helix, turn_of
 from hairpipe.groom.strands import lay_strands
 from hairpipe.values import Strands
 

@@ -12,9 +12,9 @@ import pytest
 from hairpipe.engine import Frames, Time, Workspace
 from hairpipe.errors import BadInput
 from hairpipe.formats.blender import job_of, make_scene, script_of
-from hairpipe.groom.strand_arrays import take
 from hairpipe.nodes.export_groom import export_groom
 from hairpipe.values import Groom, Strands
+from hairpipe.values.strand_arrays import take
 
 STRANDS, POINTS = 12, 5
 LOOK = """

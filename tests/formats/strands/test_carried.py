@@ -10,12 +10,12 @@ import pytest
 
 from hairpipe.engine import Frames, Time, Workspace
 from hairpipe.formats.registry import read_strands
-from hairpipe.groom.strand_arrays import take
 from hairpipe.nodes.export_alembic import export_alembic
 from hairpipe.nodes.export_groom import export_groom
 from hairpipe.nodes.export_usd import export_usd
 from hairpipe.values import Groom, Strands
 from hairpipe.values.groom import Curves
+from hairpipe.values.strand_arrays import take
 from tests.formats.complete_groom import complete_groom
 
 PAGE = Path(__file__).parents[3] / "docs" / "reference" / "groom_files.md"

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hairpipe.body.solid import distance_and_normal, solid_of
-from hairpipe.geometry.triangles import twin_corners
+from hairpipe.geometry.solid import distance_and_normal, solid_of
 from hairpipe.groom.growing import closed
 from hairpipe.values import Mesh
+from hairpipe.values.triangles import twin_corners
 
 
 def without(mesh: Mesh, gone: np.ndarray) -> Mesh:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from hairpipe.geometry.triangle_tree import project, tree_over
-from hairpipe.geometry.triangles import Sites, site_points
 from hairpipe.groom.seeding import survey, walk_all
 from hairpipe.values import Mesh
+from hairpipe.values.triangles import Sites, site_points
 
 
 def walked(mesh, start, move, passable=None):

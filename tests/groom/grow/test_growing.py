@@ -8,12 +8,12 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.triangle_tree import project, tree_over
-from hairpipe.geometry.triangles import Sites, site_points
 from hairpipe.groom.growing import GAP, RISE, grow
-from hairpipe.groom.painting import Canvas
 from hairpipe.groom.resampling import Cut
-from hairpipe.groom.settings import Comb, Curl, Paint, Painted, PaintedDegrees, PaintedMetres, Style
+from hairpipe.groom.settings import Comb, Curl, Style
 from hairpipe.values import Body
+from hairpipe.values.painting import Canvas, Paint, Painted, PaintedDegrees, PaintedMetres
+from hairpipe.values.triangles import Sites, site_points
 
 SEGMENTS = 20
 SHORT = Style(length=PaintedMetres(0.08))

@@ -7,10 +7,10 @@ import pytest
 
 from hairpipe.body.bust import EARS, HAIRLINE, build_bust
 from hairpipe.body.scalp import Scalp, height_above, paint_scalp
-from hairpipe.geometry.triangles import blend_corners, site_points, unit_normals
 from hairpipe.groom.seeding import power_of_two, rounded, rounded_density, rounded_mesh, seed_roots
 from hairpipe.nodes.load_body import load_body
 from hairpipe.values import Mesh
+from hairpipe.values.triangles import blend_corners, site_points, unit_normals
 
 ERROR = 1e-12  # of points [m], a thousand times and more of what processors and versions of numpy differ by
 

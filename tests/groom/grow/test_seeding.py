@@ -6,9 +6,9 @@ from scipy.spatial import cKDTree
 
 from hairpipe.body.bust import build_bust
 from hairpipe.errors import BadInput
-from hairpipe.geometry.triangles import Sites, area_vectors, blend_corners, site_points
 from hairpipe.groom.seeding import seed_roots
 from hairpipe.values import Mesh
+from hairpipe.values.triangles import Sites, area_vectors, blend_corners, site_points
 
 
 def painted(mesh, values):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.body.solid import solid_of
+from hairpipe.geometry.solid import solid_of
 from hairpipe.groom.growing import RISE, keep_out, lay, lift_off
 
 STEP = 0.002

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hairpipe.groom.strand_arrays import take
 from hairpipe.nodes.interpolate_hair import Clumps
 from hairpipe.values.groom import segment_lengths
+from hairpipe.values.strand_arrays import take
 
 
 def test_tips_of_parallel_hair_come_as_near_as_they_can(row, at, shown):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from hairpipe.groom.interpolating import keys_among, weigh_keys
-from hairpipe.groom.strand_arrays import take
 from hairpipe.groom.strands import lay_strands
+from hairpipe.values.strand_arrays import take
 
 
 def scattered(count, seed):

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.groom.strand_arrays import take
+from hairpipe.geometry.collider import probe_union
 from hairpipe.groom.strands import lay_strands
 from hairpipe.levelset.bake import bake
-from hairpipe.levelset.collider import probe_union
 from hairpipe.values import Mesh
 from hairpipe.values.groom import segment_lengths
+from hairpipe.values.strand_arrays import take
 
 RADIUS, VOXEL = 0.05, 0.005
 CENTRE = np.array([0.02, -0.07, 0.0])

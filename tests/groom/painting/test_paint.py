@@ -10,10 +10,9 @@ from hairpipe.engine.file.load import load_graph
 from hairpipe.engine.plan.key import Resolver
 from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
-from hairpipe.geometry.triangles import Sites, site_points
-from hairpipe.groom.painting import Canvas, sample_image, sample_picture
-from hairpipe.groom.settings import Paint, Painted, list_tiles
 from hairpipe.values import Mesh
+from hairpipe.values.painting import Canvas, Paint, Painted, list_tiles, sample_image, sample_picture
+from hairpipe.values.triangles import Sites, site_points
 
 
 @pytest.fixture

@@ -9,9 +9,9 @@ import pytest
 import hairpipe
 from hairpipe.errors import BadInput
 from hairpipe.formats.pictures import read_image
-from hairpipe.groom.painting import values_of
 from hairpipe.groom.strands import unbound
 from hairpipe.laws.settings import Drag, Force, Thickness
+from hairpipe.values.painting import values_of
 
 GRAPH = """schema = 1
 frames = [1, 2]

@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 from hairpipe.body.bust import build_bust
 from hairpipe.body.skinning import skin
 from hairpipe.errors import BadInput
+from hairpipe.geometry.collider import SdfSample
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.bake_parts import bake_once, bake_parts, cut_skin, group_bones
-from hairpipe.levelset.collider import SdfSample
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.levelset.sample import Interpolation

@@ -5,8 +5,8 @@ import pytest
 
 from hairpipe.body.shapes import build_cylinder
 from hairpipe.errors import BadInput
+from hairpipe.geometry.collider import SdfSample
 from hairpipe.levelset.bake import bake, bake_sheets, split_pieces
-from hairpipe.levelset.collider import SdfSample
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.sample import Interpolation, distance, field_of, gradient
 from hairpipe.values import LevelSet, Mesh

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
+from hairpipe.geometry.collider import FirstHit, SdfSample, Walk
 from hairpipe.graphs.experiments.studies.interpolation.bodies import FRAME, outline_at, parts_of, poses_at, surfaces_of
 from hairpipe.graphs.experiments.studies.interpolation.cases import CASES, Case
 from hairpipe.graphs.experiments.studies.interpolation.solids import ellipsoid
 from hairpipe.graphs.experiments.studies.interpolation.surface_errors import misses
 from hairpipe.levelset.bake import bake
-from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
 from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.values import Mesh
 from hairpipe.values.body import gathered

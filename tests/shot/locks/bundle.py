@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hairpipe.groom.binding import root_frames
+from hairpipe.geometry.rotations import root_frames
 from hairpipe.laws.settings import Collisions, Locks, Stiction
 from hairpipe.shot.settings import Scene
 from hairpipe.shot.shot import Frame

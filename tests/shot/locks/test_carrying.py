@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from hairpipe.groom.keys import turns_since
-from hairpipe.groom.strand_arrays import points_of_strands
 from hairpipe.shot.lock_followers import find_places, interpolated, nearest_guides, renewed
 from hairpipe.shot.lock_guides import GuideMotion
 from hairpipe.values import Strands
 from hairpipe.values.hair import FOLLOWED, no_places
+from hairpipe.values.strand_arrays import points_of_strands
 
 STRANDS, SEGMENTS = 12, 9
 OFFSETS = np.arange(0, STRANDS * (SEGMENTS + 1) + 1, SEGMENTS + 1, dtype=np.int32)

@@ -9,15 +9,15 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hairpipe.errors import BadInput
+from hairpipe.geometry.curl import Helix, wound
 from hairpipe.geometry.frames import TWIST
-from hairpipe.groom.curl import Helix, wound
 from hairpipe.laws.settings import Air, Collisions, Drag, Scheme, StepControl, Stiction
 from hairpipe.shot.settings import Scene
 from hairpipe.shot.shot import Frame, move_over_cut
 from hairpipe.shot.simulate import advance_frame, next_state, start, warn_of_lost
 from hairpipe.solve import surroundings
 from hairpipe.solve.implicit_stage import factor_stages, find_overturned
-from hairpipe.statics.sag_free import find_stable_by_pivots
+from hairpipe.solve.sag_free import find_stable_by_pivots
 from hairpipe.strands.hair_model import Precision, build_hair
 from hairpipe.strands.material import Material
 from hairpipe.values import Ends, Mesh

@@ -6,7 +6,7 @@ from numba import njit
 
 from hairpipe.geometry.frames import DIRECTOR, TENSION, TWIST
 from hairpipe.geometry.simd import store
-from hairpipe.statics.sag_free import assemble
+from hairpipe.solve.sag_free import assemble
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.interface import StiffnessPart, least_pivot
 from hairpipe.strands.material import Diameter, Material, VariedMaterial

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hairpipe.geometry.curl import Helix, wound
 from hairpipe.graphs.experiments.studies.accuracy.helix import rod_of, spring_of_rod, turns
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.graphs.experiments.studies.theory.clamps import hang_rod
 from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
-from hairpipe.groom.curl import Helix, wound
-from hairpipe.statics.sag_free import assemble
-from hairpipe.statics.settle import settle
+from hairpipe.solve.sag_free import assemble
+from hairpipe.solve.settle import settle
 from hairpipe.strands.interface import StiffnessPart
 from hairpipe.strands.material import Material
 

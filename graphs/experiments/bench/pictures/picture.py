@@ -13,9 +13,8 @@ from hairpipe.graphs.experiments.bench.pictures.luminance import measure_luminan
 from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, in_seconds, make_report
 from hairpipe.graphs.experiments.bench.shares import shares_of
 from hairpipe.groom.growing import grow
-from hairpipe.groom.painting import Canvas
 from hairpipe.groom.resampling import Cut
-from hairpipe.groom.settings import PaintedMetres, Style
+from hairpipe.groom.settings import Style
 from hairpipe.render.camera import Shot, frame_hair, place_camera
 from hairpipe.render.deep_shadow import DeepShadow
 from hairpipe.render.film import develop
@@ -23,6 +22,7 @@ from hairpipe.render.lights import studio
 from hairpipe.render.portrait import cast_shadows, drawn_width, expose_portrait
 from hairpipe.strands.material import Material
 from hairpipe.values import Mesh, Strands
+from hairpipe.values.painting import Canvas, PaintedMetres
 
 SHOT = Shot(720, 720, grain=1)
 BROWN = np.array([0.11, 0.05, 0.025])

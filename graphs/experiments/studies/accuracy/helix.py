@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from hairpipe.geometry.curl import Helix, wound
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.graphs.experiments.studies.accuracy.specimen import Specimen, specimen_of, stiffness
 from hairpipe.graphs.experiments.studies.accuracy.statics import balance, motions
 from hairpipe.graphs.experiments.studies.theory.clamps import Clamp, hang_rod
 from hairpipe.graphs.experiments.studies.theory.kirchhoff import Rod
-from hairpipe.groom.curl import Helix, wound
 from hairpipe.values import Table
 from hairpipe.values.table import table_of_rows
 

@@ -14,8 +14,8 @@ from numba import njit
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.groom.strands import unbound
+from hairpipe.solve.sag_free import assemble, tangent
 from hairpipe.solve.stage import Iterate
-from hairpipe.statics.sag_free import assemble, tangent
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.interface import StiffnessPart, StrandModel, follow_solve, hold_tip, may_be_lost
 from hairpipe.strands.layout import Shape

@@ -14,11 +14,11 @@ from hairpipe.shot.locks import advance_locked, with_particles
 from hairpipe.shot.settings import Scene
 from hairpipe.shot.shot import Frame
 from hairpipe.shot.simulate import advance_frame, start
-from hairpipe.solve.boundary import Driver
 from hairpipe.solve.stage import State
 from hairpipe.strands.hair_model import HairModel
 from hairpipe.strands.network import Network
 from hairpipe.values import Table
+from hairpipe.values.groom import Driver
 from hairpipe.values.hair import HairState
 from hairpipe.values.table import table_of_rows
 

@@ -3,9 +3,9 @@
 
 import numpy as np
 
+from hairpipe.geometry.collider import Collider
 from hairpipe.graphs.experiments.studies.interpolation.cases import Case
 from hairpipe.levelset.bake import bake
-from hairpipe.levelset.collider import Collider
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.levelset.sample import Interpolation

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.body.rotations import exponential
+from hairpipe.geometry.rotations import exponential
 from hairpipe.graphs.experiments.studies.interpolation.solids import Solid, capsule, ellipsoid
 
 Path = Callable[[float], np.ndarray]

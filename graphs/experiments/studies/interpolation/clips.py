@@ -9,15 +9,15 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.geometry.triangles import Sites, area_vectors, site_points
+from hairpipe.geometry.collider import Collider
 from hairpipe.graphs.experiments.studies.interpolation.surface_errors import misses
 from hairpipe.levelset.bake import bake
-from hairpipe.levelset.collider import Collider
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.levelset.sample import Interpolation
 from hairpipe.values import BodyParts, LevelSet, Mesh, Table
 from hairpipe.values.table import table_of_rows
+from hairpipe.values.triangles import Sites, area_vectors, site_points
 
 COLUMNS = ("interpolation", "time [keys]", "error mean [mm]", "error 99 % [mm]", "error max [mm]", "lost [%]")
 POINTS = 8000

@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.errors import BadInput
+from hairpipe.geometry.collider import Collider, SdfSample
 from hairpipe.graphs.experiments.studies.interpolation.bodies import FRAME, outline_at, parts_of, surfaces_of
 from hairpipe.graphs.experiments.studies.interpolation.cases import CASES
 from hairpipe.levelset.bake import bake
-from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.levelset.collider_parts import build_collider_parts
 
 ACROSS = 241

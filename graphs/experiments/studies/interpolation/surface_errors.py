@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hairpipe.geometry.collider import Collider, SdfSample
 from hairpipe.graphs.experiments.studies.interpolation.bodies import FRAME, outline_at, skin_at, surfaces_of
 from hairpipe.graphs.experiments.studies.interpolation.cases import CASES
 from hairpipe.levelset.bake import bake
-from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.sample import Interpolation
 from hairpipe.values import Table

@@ -4,9 +4,9 @@ import numpy as np
 
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.theory.elastica import Elastica, bend_elastica
-from hairpipe.groom.strand_arrays import shares_of
 from hairpipe.strands.material import Material
 from hairpipe.values import Groom, Strands
+from hairpipe.values.strand_arrays import shares_of
 
 _STRAIGHT, _UPRIGHT = 1e-6, 0.999
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from hairpipe.engine import node
-from hairpipe.groom.settings import Paint, PaintedMetres
 from hairpipe.values import Body, Strands
+from hairpipe.values.painting import Paint, PaintedMetres
 
 LENGTH = PaintedMetres(0.02)
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
+from hairpipe.geometry.curl import Helix, wound
 from hairpipe.graphs.experiments.studies.accuracy.cantilever import cantilever_table
 from hairpipe.graphs.experiments.studies.accuracy.helix import (
     helix_table,
@@ -18,7 +19,6 @@ from hairpipe.graphs.experiments.studies.accuracy.torsion import torsion_table
 from hairpipe.graphs.experiments.studies.accuracy.vibration import vibration_table
 from hairpipe.graphs.experiments.studies.accuracy.writhe import writhe_tables
 from hairpipe.graphs.experiments.studies.theory.clamps import hang_rod
-from hairpipe.groom.curl import Helix, wound
 
 GUESSED, ROD = Sample(constants="guessed"), Sample(model="rod")
 

@@ -9,10 +9,10 @@ from hairpipe.body.bust import build_bust
 from hairpipe.body.posing import Playback, pose_at
 from hairpipe.body.skinning import skin
 from hairpipe.formats.bvh import recall_bvh
+from hairpipe.geometry.collider import SdfSample
 from hairpipe.graphs.experiments.studies.interpolation.clips import Clip, clip_table
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.bake_parts import bake_parts
-from hairpipe.levelset.collider import SdfSample
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.levelset.sample import Interpolation

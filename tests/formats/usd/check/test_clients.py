@@ -10,9 +10,9 @@ from hairpipe.engine import Frames, Time, Workspace
 from hairpipe.errors import BadInput
 from hairpipe.formats.usd.check.lint import lint
 from hairpipe.formats.usd.curves import read_curves
-from hairpipe.groom.strand_arrays import take
 from hairpipe.nodes.export_groom import export_groom
 from hairpipe.values import Groom, Strands
+from hairpipe.values.strand_arrays import take
 from tests.formats.complete_groom import complete_groom
 
 TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens

@@ -1,4 +1,4 @@
-"""Rigid transforms, rotations as vectors and as unit quaternions. All functions are pure.
+"""Rigid transforms, frames, rotations as vectors and as unit quaternions. All functions are pure.
 
 A rotation vector is axis times angle [rad]; a path of poses is made of them. J(r) maps the rate of such a vector to the
 angular velocity in the turned frame: the right Jacobian, exp(r)^T d exp(r) = [J dr] (Chirikjian 2011, 10.86).
@@ -6,7 +6,9 @@ Quaternions are arrays (..., 4), real part first; the rotation q and -q are the 
 """
 
 import numpy as np
-from numba import njit
+from numba import njit, prange
+
+from hairpipe.geometry.vec3 import blend, cross, minus, row, unit
 
 Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 """Takes Z up, face towards -Y, to Y up, face towards +Z."""
@@ -154,3 +156,29 @@ def shortest_turn(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     middle = middle / np.linalg.norm(middle)
     mirror = np.eye(3) - 2.0 * np.outer(middle, middle)
     return mirror @ (np.eye(3) - 2.0 * np.outer(start, start))
+
+
+@njit(cache=True, parallel=True)
+def root_frames(
+    points: np.ndarray, triangles: np.ndarray, root_triangles: np.ndarray, root_barycentrics: np.ndarray
+) -> np.ndarray:
+    """Return the frames of roots on a mesh, (S, 3, 4) float64: columns tangent, bitangent, outward normal, origin [m].
+
+    The tangent runs along the first edge of the triangle. At rest and in a pose it is the same function, so that the
+    motion of a hair with the body is the product of one frame with the inverse of the other, which at rest is the
+    identity.
+    """
+    frames = np.empty((len(root_triangles), 3, 4))
+    for s in prange(len(root_triangles)):
+        t = root_triangles[s]
+        w = row(root_barycentrics, s)
+        a, b, c = row(points, triangles[t, 0]), row(points, triangles[t, 1]), row(points, triangles[t, 2])
+        ab = minus(b, a)
+        tangent = unit(ab, (1.0, 0.0, 0.0))
+        normal = unit(cross(ab, minus(c, a)), (0.0, 0.0, 1.0))
+        bitangent = cross(normal, tangent)
+        origin = blend(w, a, b, c)
+        for k in range(3):
+            frames[s, k, 0], frames[s, k, 1] = tangent[k], bitangent[k]
+            frames[s, k, 2], frames[s, k, 3] = normal[k], origin[k]
+    return frames

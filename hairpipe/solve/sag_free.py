@@ -35,11 +35,10 @@ from hairpipe.geometry.banded import add
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.simd import fill, load, maximum, select, sqrt, store
 from hairpipe.geometry.vec3 import cross, dot, minus, scaled
-from hairpipe.groom.binding import name_strands
 from hairpipe.laws.settings import SagFree
 from hairpipe.solve.band import row_size, start_row
+from hairpipe.solve.settle import settle, solve
 from hairpipe.solve.stage import Iterate, System
-from hairpipe.statics.settle import settle, solve
 from hairpipe.strands.interface import (
     StiffnessPart,
     StrandModel,
@@ -52,6 +51,7 @@ from hairpipe.strands.interface import (
     springs_from,
 )
 from hairpipe.strands.layout import Layout
+from hairpipe.values.strand_arrays import name_strands
 
 _EXACT = int(StiffnessPart.exact)
 _WEIGHTS = np.array([3 / 4, -3 / 20, 1 / 60])

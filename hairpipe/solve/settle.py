@@ -22,8 +22,6 @@ from numba import njit, prange
 from hairpipe.errors import BadInput
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.simd import any_lane, load, maximum, minimum, select, store
-from hairpipe.groom.binding import name_strands
-from hairpipe.groom.settings import ReadImage
 from hairpipe.laws.settings import Construction
 from hairpipe.solve.band import add_inertia, eliminate, fix_root, row_size, start_row, substitute
 from hairpipe.solve.stage import Iterate
@@ -34,6 +32,8 @@ from hairpipe.strands.layout import Layout
 from hairpipe.strands.material import VariedMaterial
 from hairpipe.strands.registry import ModelName
 from hairpipe.values import Groom
+from hairpipe.values.painting import ReadImage
+from hairpipe.values.strand_arrays import name_strands
 
 STILL = 1e-7
 """Residual force on a particle along an axis, over the mass of its strand, at rest [m/s^2]: 1e-8 of its weight."""

@@ -5,8 +5,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from hairpipe.errors import BadInput
 from hairpipe.values import Groom, Strands
-from hairpipe.values.groom import Curves
+from hairpipe.values.groom import Curves, labels_of
 
 Hair = TypeVar("Hair", Groom, Curves, Strands)
 PER_POINT = ("points", "velocities", "rest", "widths", "colours")
@@ -14,6 +15,8 @@ PER_STRAND = (
     *("ids", "held", "spare", "groups", "guides", "root_triangles", "root_barycentrics", "root_frames", "root_uv"),
     *("tip_triangles", "tip_barycentrics", "tip_frames"),
 )
+MOST_NAMED = 5
+FREE = -1  # triangle of a tip that nothing holds
 RISE = 5  # points over which the thickness grows from the root on
 
 
@@ -80,3 +83,22 @@ def thicknesses(offsets: np.ndarray, thickness: float) -> np.ndarray:
     """Return what every point keeps from the body [m], (P,): rising from 0 at the root to all of it at the fifth."""
     along = np.arange(offsets[-1]) - np.repeat(offsets[:-1], np.diff(offsets))
     return thickness * np.minimum(along, RISE) / RISE
+
+
+def name_strands(ids: np.ndarray) -> str:
+    """Return the first of some ids of strands and how many more there are, for a message."""
+    named = ", ".join(map(str, ids[:MOST_NAMED]))
+    return f"strands {named}" + (f" and {len(ids) - MOST_NAMED} more" if len(ids) > MOST_NAMED else "")
+
+
+def members_of(groom: Groom, names: tuple[str, ...], where: str) -> np.ndarray:
+    """Return which strands are in any of these groups, (S,) bool; pure.
+
+    Raises BadInput at the place `where` for a name that no group of the groom has.
+    """
+    known = np.array([], str) if groom.groups is None else labels_of(groom.groups, groom.group_names)
+    for name in names:
+        if name not in known:
+            has = ", ".join(f"'{label}'" for label in np.unique(known)) or "none"
+            raise BadInput(f"the groom has no group '{name}'", where=where, right=f"its groups: {has}")
+    return np.isin(known, names)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.body.solid import EDGES, FACE, VERTICES, distance_and_normal, feature_at, feature_normals, solid_of
+from hairpipe.geometry.solid import EDGES, FACE, VERTICES, distance_and_normal, feature_at, feature_normals, solid_of
 from hairpipe.values import Mesh
 
 HALF = np.array([0.5, 0.3, 0.2])

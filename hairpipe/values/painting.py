@@ -1,29 +1,140 @@
-"""Settings that are painted on a body, or vary from strand to strand and along strands, and those of grown hair.
+"""Settings that are painted on a body, or vary from strand to strand and along strands, and their values there.
 
 Tiles of an image are those of the UDIM convention: `name.<UDIM>.png` stands for `name.1001.png` and so on; the tile at
 texture coordinates (u, v) has the number 1001 + floor(u) + 10 floor(v), floor(u) < 10.
 """
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Annotated, Any, get_type_hints
 from warnings import warn
 
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.geometry.triangles import Sites, blend_corners, site_uv
-from hairpipe.groom.binding import name_strands
-from hairpipe.groom.sampling import members_of
-from hairpipe.groom.settings import FIRST, MARK, Paint, Painted, ReadImage, Varied, VariedWidth, list_tiles
+from hairpipe.units import Degrees, Fraction, Ge, Gt, Interval, Metres, Reads
 from hairpipe.values import Body, Groom
 from hairpipe.values.groom import fractions_along, labels_of
 from hairpipe.values.random_streams import chances, stream
+from hairpipe.values.strand_arrays import members_of, name_strands
+from hairpipe.values.triangles import Sites, blend_corners, site_uv
 
+MARK = "<UDIM>"
+FIRST = 1001
 COLUMNS = 10
 EDGE = 1e-5  # width of the left and lower edge of a tile that counts as the neighbour where there is no such tile
+
+
+def list_tiles(path: Path) -> dict[str, Path]:
+    """Return the files of an image by the numbers of the tiles; one alone has none. BadInput where there are none."""
+    before, mark, after = path.name.partition(MARK)
+    if not mark:
+        return {"": path}
+    form = re.compile(rf"{re.escape(before)}([1-9]\d{{3}}){re.escape(after)}")
+    try:
+        names = sorted(file.name for file in path.parent.iterdir())
+    except OSError:
+        names = []
+    found = {match[1]: path.with_name(name) for name in names if (match := form.fullmatch(name))}
+    if not found:
+        raise BadInput("there are no tiles", where=path, right=path.name.replace(MARK, str(FIRST)))
+    return found
+
+
+Image = Annotated[Path, Reads(list_tiles, MARK)]
+"""A picture, or its tiles."""
+
+
+@dataclass(frozen=True)
+class Paint:
+    """Values 0..1 painted on the body, as a vertex map or as an image over its texture coordinates.
+
+    map    name of a vertex map of the body
+    image  path of an image file, or of tiles, name.<UDIM>.png: black is 0, white is 1
+    """
+
+    map: str | None = None
+    image: Image | None = None
+
+
+@dataclass(frozen=True)
+class Painted:
+    """A number per strand, given as a plain number or as a table.
+
+    value      value at a paint of 1, or everywhere without paint
+    low        value at a paint of 0
+    variation  relative variation: each strand has a random factor in [1 - variation, 1 + variation]
+    map        name of a vertex map of the body that scales the value
+    image      path of an image file, or of tiles, name.<UDIM>.png, that scales the value: black is 0, white is 1
+    """
+
+    value: float
+    low: float = 0.0
+    variation: Fraction = 0.0
+    map: str | None = None
+    image: Image | None = None
+
+
+@dataclass(frozen=True)
+class PaintedMetres(Painted):
+    __doc__ = Painted.__doc__
+    value: Annotated[Metres, Gt(0.0)]
+    low: Annotated[Metres, Ge(0.0)] = 0.0
+
+
+@dataclass(frozen=True)
+class PaintedDegrees(Painted):
+    __doc__ = Painted.__doc__
+    value: Annotated[Degrees, Interval(ge=0.0, le=90.0)]
+    low: Annotated[Degrees, Interval(ge=0.0, le=90.0)] = 0.0
+
+
+Factor = Annotated[float, Ge(0.0)]
+Profile = tuple[tuple[Fraction, Factor], ...]
+"""Fractions of the length of a strand from the root, ascending, each with its factor; linear between them."""
+
+
+@dataclass(frozen=True)
+class Varied(Painted):
+    """A number that varies from strand to strand and along strands, given as a plain number or as a table.
+
+    value      value at a map of 1, or everywhere without map
+    low        value at a map of 0
+    variation  relative variation: each strand has a random factor in [1 - variation, 1 + variation]
+    map        name of a map of the groom that scales the value: a vertex map of its scalp, a primvar of its file, or a
+               group, which is 1 on its strands and 0 on others
+    image      path of an image file, or of tiles, name.<UDIM>.png, over the texture coordinates of roots, that scales
+               the value: black is 0, white is 1
+    profile    factors along a strand: fractions of the length from the root, ascending, each with its factor, linear
+               between them, and equal beyond the first and last; by default 1
+    groups     factors of groups of the groom, each ["name", factor]; 1 for others
+    """
+
+    profile: Profile = ()
+    groups: tuple[tuple[str, Factor], ...] = ()
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether the setting is its value everywhere."""
+        return self == type(self)(self.value)
+
+
+@dataclass(frozen=True)
+class VariedWidth(Varied):
+    """A width of strands; the widths that the groom carries can take the place of its value.
+
+    widths  factor on the widths of the groom, which then take the place of `value`; by default they are not used
+    """
+
+    widths: Factor | None = None
+
+
+ReadImage = Callable[[Path], np.ndarray]
+"""Returns the image in a file, (height, width) float64 in 0..1, the top row first."""
+Coat = Callable[[Sites], np.ndarray]  # paint as a function: sites (k,) to values 0..1, (k,)
 
 
 def tiles_at(uv: np.ndarray, known: set[int], where: str) -> tuple[np.ndarray, np.ndarray]:
@@ -57,9 +168,6 @@ def tiles_at(uv: np.ndarray, known: set[int], where: str) -> tuple[np.ndarray, n
 
 def _numbers(cells: np.ndarray) -> np.ndarray:
     return (FIRST + cells[:, 0] + COLUMNS * cells[:, 1]).astype(int)
-
-
-Coat = Callable[[Sites], np.ndarray]  # paint as a function: sites (k,) to values 0..1, (k,)
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,12 @@ import numba
 import numpy as np
 import pytest
 
+from hairpipe.geometry.curl import Helix, wound
 from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
-from hairpipe.groom.curl import Helix, wound
 from hairpipe.laws.settings import Construction, SagFree
 from hairpipe.shot.simulate import advance_frame, start
-from hairpipe.statics.sag_free import assemble
-from hairpipe.statics.settle import STILL, settle, settle_groom
+from hairpipe.solve.sag_free import assemble
+from hairpipe.solve.settle import STILL, settle, settle_groom
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material
 

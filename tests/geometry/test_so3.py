@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.body.rotations import exponential, inverse_jacobian, jacobian, logarithm
+from hairpipe.geometry.rotations import exponential, inverse_jacobian, jacobian, logarithm
 
 AXES = np.random.default_rng(0).normal(size=(20, 3))
 VECTORS = [

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.curl import Helix, wound
+from hairpipe.geometry.curl import Helix, wound
 from hairpipe.laws.settings import SagFree
 from hairpipe.shot.simulate import advance_frame, start
-from hairpipe.statics.sag_free import STEP, assemble, find_equilibrium, find_initial_state, find_stable, tangent
+from hairpipe.solve.sag_free import STEP, assemble, find_equilibrium, find_initial_state, find_stable, tangent
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from hairpipe.volume.transfer import sample, splat, voxel_at
+from hairpipe.geometry.trilinear import sample, splat, voxel_at
 
 POINTS = np.random.default_rng(0).uniform(0.0, [4.0, 3.0, 5.0], (50, 3))
 SHAPE = 5, 4, 6

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from hairpipe.geometry.triangles import (
+from hairpipe.values import Mesh
+from hairpipe.values.triangles import (
     Sites,
     area_vectors,
     in_lowest_triangle,
@@ -11,7 +12,6 @@ from hairpipe.geometry.triangles import (
     twin_corners,
     vertex_normals,
 )
-from hairpipe.values import Mesh
 
 
 def test_the_corner_across_an_edge_faces_it_from_the_other_side(sphere):

@@ -10,9 +10,9 @@ import numpy as np
 from numba import njit
 
 from hairpipe.geometry.triangle_tree import Tree, closest, tree_over
-from hairpipe.geometry.triangles import normalized, sum_at_vertices, twin_corners, unit_normals
 from hairpipe.geometry.vec3 import Vector, blend, dot, minus, row, scaled
 from hairpipe.values import Mesh
+from hairpipe.values.triangles import normalized, sum_at_vertices, twin_corners, unit_normals
 
 TOUCH = 1e-9  # closer than that the direction away from the surface is its normal [m]
 FACE, EDGES, VERTICES = 0, 1, 4  # features: the face, edges 1..3 opposite to corners 0..2, vertices 4..6

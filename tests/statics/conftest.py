@@ -1,3 +1,0 @@
-"""Strands on a plate."""
-
-from ..strand_scenes import scene, straight, triangle  # noqa: F401
