@@ -42,18 +42,12 @@ Names = tuple[str, ...]
 
 
 class Statement(NamedTuple):
-    """Lines of a graph file that belong together.
+    """Lines of a graph file that belong together."""
 
-    kind    "header", "value", "comment" or "blank"
-    text    with the end of the last line
-    path    names from the root to a table or value; of a comment or blank line those of the table around it
-    header  path of the table in which it is
-    """
-
-    kind: str
-    text: str
-    path: Names
-    header: Names
+    kind: str  # "header", "value", "comment" or "blank"
+    text: str  # with the end of the last line
+    path: Names  # names from the root to a table or value; of a comment or blank line those of the table around it
+    header: Names  # path of the table in which it is
 
     @property
     def key(self) -> Names:

@@ -33,15 +33,11 @@ STATUSES: dict[str, Status] = {"cached": "cached", "finished": "computed", "fail
 
 @dataclass(frozen=True, repr=False)
 class Plan:
-    """Planned evaluation of every node and frame, each after those it needs.
-
-    records  of cached results: inputs, time and duration of computation
-    stopped  stopped variants of a wedge, with reasons
-    """
+    """Planned evaluation of every node and frame, each after those it needs."""
 
     entries: tuple[Entry, ...]
-    records: Mapping[Task, Record]
-    stopped: dict[str, str]
+    records: Mapping[Task, Record]  # of cached results: inputs, time and duration of computation
+    stopped: dict[str, str]  # stopped variants of a wedge, with reasons
 
     def __iter__(self) -> Iterator[Entry]:
         return iter(self.entries)
@@ -115,28 +111,17 @@ class ResultReader(Protocol):
 
 @dataclass(frozen=True, repr=False)
 class Run:
-    """A run that has ended.
+    """A run that has ended."""
 
-    shot      shot with the settings of the run
-    graph     part of the graph that was run
-    frames    requested frames
-    outcome   counts, failures, published files, seconds by node
-    progress  number of results by node: total, evaluated, cached
-    warnings  tasks by node and message, in order of time
-    statuses  status of every task that was reached
-    seconds   duration of the run [s]
-    stopped   stopped variants of a wedge, with reasons
-    """
-
-    shot: ResultReader
-    graph: Graph
-    frames: tuple[int, ...]
-    outcome: Outcome
-    progress: dict[str, NodeProgress]
-    warnings: dict[tuple[str, str], list[Task]]
-    statuses: dict[Task, Status]
-    seconds: float
-    stopped: dict[str, str]
+    shot: ResultReader  # shot with the settings of the run
+    graph: Graph  # part of the graph that was run
+    frames: tuple[int, ...]  # requested frames
+    outcome: Outcome  # counts, failures, published files, seconds by node
+    progress: dict[str, NodeProgress]  # number of results by node: total, evaluated, cached
+    warnings: dict[tuple[str, str], list[Task]]  # tasks by node and message, in order of time
+    statuses: dict[Task, Status]  # status of every task that was reached
+    seconds: float  # duration of the run [s]
+    stopped: dict[str, str]  # stopped variants of a wedge, with reasons
 
     @property
     def ok(self) -> bool:

@@ -175,15 +175,11 @@ class Socket:
 
 @dataclass(frozen=True)
 class Preparation:
-    """A function that is called once for many frames; its result is an argument of the node.
-
-    sockets   that are its arguments, with the same value at all frames
-    settings  that are its arguments
-    """
+    """A function that is called once for many frames; its result is an argument of the node."""
 
     function: Callable[..., Any]
-    sockets: tuple[str, ...]
-    settings: tuple[str, ...]
+    sockets: tuple[str, ...]  # that are its arguments, with the same value at all frames
+    settings: tuple[str, ...]  # that are its arguments
 
 
 @dataclass(frozen=True, eq=False, repr=False)

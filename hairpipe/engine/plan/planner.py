@@ -34,19 +34,13 @@ class Entry:
 
 @dataclass(frozen=True)
 class Explanation:
-    """The plan of one task in detail.
-
-    parts    parts of the key; None while an input is unknown
-    reasons  reason of the entry, and all differences to the latest result of this node and frame
-    record   the result, if it is in the store
-    thinned  removed outputs: states from which a scan continues
-    """
+    """The plan of one task in detail."""
 
     entry: Entry
-    parts: Parts | None
-    reasons: tuple[str, ...]
-    record: Record | None
-    thinned: frozenset[str] = frozenset()
+    parts: Parts | None  # parts of the key; None while an input is unknown
+    reasons: tuple[str, ...]  # reason of the entry, and all differences to the latest result of this node and frame
+    record: Record | None  # the result, if it is in the store
+    thinned: frozenset[str] = frozenset()  # removed outputs: states from which a scan continues
 
 
 def check_task(graph: Graph, task: Task) -> None:

@@ -151,14 +151,10 @@ def state_objects(record: Record) -> list[str]:
 
 
 class Divergence(NamedTuple):
-    """A scan that diverged.
+    """A scan that diverged."""
 
-    lost       tasks of the scan, from the failed one on
-    consumers  tasks of other nodes that continue with the frames before
-    """
-
-    lost: frozenset[Task]
-    consumers: frozenset[Task]
+    lost: frozenset[Task]  # tasks of the scan, from the failed one on
+    consumers: frozenset[Task]  # tasks of other nodes that continue with the frames before
 
 
 def divergence_note(key: str) -> str:

@@ -21,15 +21,11 @@ from hairpipe.errors import BadInput
 
 
 class Played(NamedTuple):
-    """A frame that was played.
-
-    values   outputs of the shown node, by name
-    seconds  time of each node, without reading its inputs [s]
-    """
+    """A frame that was played."""
 
     frame: int
-    values: dict[str, Any]
-    seconds: dict[str, float]
+    values: dict[str, Any]  # outputs of the shown node, by name
+    seconds: dict[str, float]  # time of each node, without reading its inputs [s]
 
 
 class Player:

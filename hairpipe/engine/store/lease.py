@@ -50,19 +50,13 @@ LONGEST = 1 << 12
 
 
 class Lease(NamedTuple):
-    """A lease file as found.
-
-    name      of its holder; empty where none can be read
-    host      of its holder, for people
-    stamp     changes when the lease is renewed
-    patience  time without a renewal after which it has expired [s]; 0 where it is damaged
-    """
+    """A lease file as found."""
 
     path: Path
-    name: str
-    host: str
-    stamp: int
-    patience: float
+    name: str  # of its holder; empty where none can be read
+    host: str  # of its holder, for people
+    stamp: int  # changes when the lease is renewed
+    patience: float  # time without a renewal after which it has expired [s]; 0 where it is damaged
 
     @property
     def successor(self) -> Path:

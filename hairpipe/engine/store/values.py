@@ -37,14 +37,10 @@ MOST_BYTES = 64 << 20
 
 @dataclass(frozen=True)
 class Listing:
-    """Objects of a file and of what must lie next to it.
+    """Objects of a file and of what must lie next to it."""
 
-    path        object of the file itself
-    companions  objects by relative name; ValueError for one that `check_name` refuses
-    """
-
-    path: str
-    companions: dict[str, str]
+    path: str  # object of the file itself
+    companions: dict[str, str]  # objects by relative name; ValueError for one that `check_name` refuses
 
     def __post_init__(self) -> None:
         for label in self.companions:

@@ -143,15 +143,11 @@ VERSIONED = {"builtins", "llvmlite", "numba", "numpy", *sys.stdlib_module_names}
 
 
 class Entry(NamedTuple):
-    """Entry of a module in the table.
-
-    code  digest of the module and of all its imports
-    key   digest of the code and the compiler options of its kernels
-    """
+    """Entry of a module in the table."""
 
     module: str
-    code: str
-    key: str
+    code: str  # digest of the module and of all its imports
+    key: str  # digest of the code and the compiler options of its kernels
 
     @property
     def folder(self) -> str:
