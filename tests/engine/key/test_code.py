@@ -208,3 +208,11 @@ def test_a_file_that_may_not_be_read_is_named(shop, monkeypatch):
     monkeypatch.setattr(code, "stamp_of", refuse)
     with pytest.raises(BadInput, match=f"{shop / 'breakfast.py'}: cannot be read: Permission denied"):
         code_of("breakfast")
+
+
+def test_modules_without_a_digest_and_without_a_file_are_named(shop):
+    reader = CodeReader(lambda name, make: make())
+    with pytest.raises(ValueError, match="json is not first-party"):
+        reader.own_digest("json")
+    with pytest.raises(ValueError, match="absent_module has no file"):
+        reader.file_of("absent_module")

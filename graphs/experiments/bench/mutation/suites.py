@@ -5,8 +5,11 @@ Others of the whole suite may find what they miss: a score is a lower bound.
 
 PACKAGE, TESTS = "hairpipe", "tests"
 ENGINE: dict[str, tuple[str, ...]] = {
-    "code.py": ("key", "worker/test_machine_code.py", "worker/test_kernel_cache.py"),
-    "plan/key.py": ("plan/test_planner.py", "file/test_load.py", "plan/test_divergence.py", "run/test_scheduler.py"),
+    "code.py": ("key", "plan/test_planner.py", "worker/test_machine_code.py", "worker/test_kernel_cache.py"),
+    "plan/key.py": (
+        *("plan/test_key.py", "plan/test_planner.py", "test_spent.py", "file/test_load.py", "plan/test_checkpoints.py"),
+        *("plan/test_divergence.py", "run/test_scheduler.py"),
+    ),
     "store/atomic.py": ("store/test_atomic.py", "store/test_ownership.py", "test_leases.py", "test_users.py"),
     "store/digest.py": ("store/test_digest.py", "store/test_record.py", "store/test_kept_stores.py", "key"),
     "store/fingerprint.py": (
