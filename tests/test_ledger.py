@@ -31,7 +31,7 @@ def test_a_file_that_a_test_imports_cites(room, words):
 def test_the_nine_steps_are_cited_where_they_are_taken():
     cited = " ".join(" ".join(ledger.citations_in(path)) for path in (HOME / "hairpipe").rglob("*.py"))
     assert all(f"{step}" in cited.replace("Steps", "step") for step in ("step 5", "Step 6", "step 3"))
-    assert "nine steps of Sec. 4" in ledger.docstring_of(HOME / "hairpipe/solve/nine_steps.py")
+    assert "nine steps of Sec. 4" in ledger.docstring_of(HOME / "hairpipe/solve/integrators.py")
 
 
 def test_every_law_has_a_test_and_a_first_line_of_its_own():

@@ -8,7 +8,7 @@ import numpy as np
 from hairpipe.body.bust import EARS, build_bust
 from hairpipe.body.scalp import smooth_step
 from hairpipe.formats.pictures import read_image
-from hairpipe.groom.binding import nearest_sites
+from hairpipe.geometry.triangle_tree import nearest_sites
 from hairpipe.groom.growing import grow
 from hairpipe.groom.resampling import Cut
 from hairpipe.groom.settings import Comb, Style

@@ -10,7 +10,8 @@ from numba import njit, prange
 from hairpipe.errors import BadInput
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.vec3 import Vector, dot, minus, row, scaled
-from hairpipe.values.triangles import Sites
+from hairpipe.values import Mesh
+from hairpipe.values.triangles import Sites, in_lowest_triangle
 
 LEAF = 4  # triangles at the most in a box at the bottom
 # Width of a triangle over its length. A thinner one lies on its neighbours' edges; dividing by its area makes noise.
@@ -198,3 +199,9 @@ def _find_sites(tree, points, triangles, barycentrics, distances):
         distances[i] = np.sqrt(squared)
         for k in range(3):
             barycentrics[i, k] = weights[k]
+
+
+def nearest_sites(mesh: Mesh, points: np.ndarray) -> tuple[Sites, np.ndarray]:
+    """Return the sites of a mesh closest to points [m], (k, 3), and their distances [m], (k,)."""
+    sites, distances = project(tree_over(mesh.points[mesh.triangles]), points)
+    return in_lowest_triangle(mesh, sites), distances

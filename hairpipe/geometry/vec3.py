@@ -5,6 +5,7 @@ compiles it for either kind of number.
 """
 
 import numpy as np
+from numba import njit
 
 from hairpipe.geometry.compile import inlined
 
@@ -88,3 +89,9 @@ def any_across(a: Vector) -> Vector:
     if y <= z:
         return (a[2], 0.0, -a[0])
     return (-a[1], a[0], 0.0)
+
+
+@njit(cache=True)
+def put(array: np.ndarray, i: int, a: Vector) -> None:
+    """Write a vector into row i of an array (n, 3), in place."""
+    array[i, 0], array[i, 1], array[i, 2] = a

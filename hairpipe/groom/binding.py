@@ -12,10 +12,10 @@ import numpy as np
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.rotations import root_frames
-from hairpipe.geometry.triangle_tree import Tree, project, tree_over
+from hairpipe.geometry.triangle_tree import Tree, nearest_sites, project, tree_over
 from hairpipe.values import Groom, Mesh, Strands
 from hairpipe.values.strand_arrays import FREE, name_strands
-from hairpipe.values.triangles import Sites, in_lowest_triangle
+from hairpipe.values.triangles import Sites
 
 MOST = 0.9  # share of the roots that lie on the body where a cause is found
 SAMPLED = 256  # roots that are tried
@@ -119,12 +119,6 @@ def bind_tips(mesh: Mesh, groom: Groom, held: np.ndarray, reach: float) -> Groom
     frames = root_frames(mesh.points, mesh.triangles, *sites)
     triangles = np.where(held, sites.triangles, FREE).astype(np.int32)
     return replace(groom, tip_triangles=triangles, tip_barycentrics=sites.barycentrics, tip_frames=frames)
-
-
-def nearest_sites(mesh: Mesh, points: np.ndarray) -> tuple[Sites, np.ndarray]:
-    """Return the sites of a mesh closest to points [m], (k, 3), and their distances [m], (k,)."""
-    sites, distances = project(tree_over(mesh.points[mesh.triangles]), points)
-    return in_lowest_triangle(mesh, sites), distances
 
 
 def rigid_strands(groom: Groom, motions: np.ndarray, rates: np.ndarray, diameter: float) -> Strands:

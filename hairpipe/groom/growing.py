@@ -14,9 +14,9 @@ from hairpipe.errors import BadInput
 from hairpipe.geometry.rotations import root_frames
 from hairpipe.geometry.solid import Solid, distance_and_normal, solid_of
 from hairpipe.geometry.triangle_tree import Tree
-from hairpipe.geometry.vec3 import Vector, cross, dot, flattened, length, minus, mix, plus, row, scaled, unit
+from hairpipe.geometry.vec3 import Vector, cross, dot, flattened, length, minus, mix, plus, put, row, scaled, unit
 from hairpipe.groom.importing import warn_of_fewer
-from hairpipe.groom.resampling import Cut, fitting, put, stride_on
+from hairpipe.groom.resampling import Cut, fitting, stride_on
 from hairpipe.groom.seeding import Density, seed_roots
 from hairpipe.groom.settings import Style
 from hairpipe.levelset.closed_surface import capped, edge_uses, holes

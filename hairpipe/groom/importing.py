@@ -15,8 +15,8 @@ import numpy as np
 from hairpipe.errors import BadInput
 from hairpipe.geometry.collider import probe_union
 from hairpipe.geometry.rotations import root_frames
-from hairpipe.geometry.triangle_tree import project, tree_over
-from hairpipe.groom.binding import bind_roots, bind_tips, nearest_sites
+from hairpipe.geometry.triangle_tree import nearest_sites, project, tree_over
+from hairpipe.groom.binding import bind_roots, bind_tips
 from hairpipe.groom.resampling import ROUNDING, Cut, equal_segments
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider_field import ColliderField, build_collider_field

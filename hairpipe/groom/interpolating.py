@@ -35,9 +35,8 @@ from numba import njit, prange
 from hairpipe.errors import BadInput
 from hairpipe.geometry.collider import Collider, SdfSample, probe_union
 from hairpipe.geometry.compile import inlined
-from hairpipe.geometry.vec3 import Vector, cross, dot, flattened, length, minus, mix, plus, row, scaled, unit
+from hairpipe.geometry.vec3 import Vector, cross, dot, flattened, length, minus, mix, plus, put, row, scaled, unit
 from hairpipe.groom.keys import KeyTurns, turned, turns_since
-from hairpipe.groom.resampling import put
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.levelset.sample import Interpolation

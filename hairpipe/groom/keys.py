@@ -24,11 +24,11 @@ from hairpipe.geometry.vec3 import (
     length,
     minus,
     plus,
+    put,
     row,
     scaled,
     unit,
 )
-from hairpipe.groom.resampling import put
 from hairpipe.values import Strands
 
 _OPPOSED = 1e-8  # of 1 + u.t, below which u and t are opposed and no rotation is the smallest

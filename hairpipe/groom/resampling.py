@@ -9,18 +9,12 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.errors import BadInput
-from hairpipe.geometry.vec3 import Vector, dot, length, minus, mix, plus, row, scaled, unit
+from hairpipe.geometry.vec3 import Vector, dot, length, minus, mix, plus, put, row, scaled, unit
 from hairpipe.groom.settings import SHORTEST
 
 HALVINGS = 60  # of the interval that holds the chord: down to rounding
 PIECES = 8  # of a smooth span, as a polyline
 SLACK = 1e-9  # by which the arc may come out short of the chords of a straight strand
-
-
-@njit(cache=True)
-def put(array: np.ndarray, i: int, a: Vector) -> None:
-    """Write a vector into row i of an array (n, 3), in place."""
-    array[i, 0], array[i, 1], array[i, 2] = a
 
 
 @njit(cache=True)

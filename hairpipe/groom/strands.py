@@ -11,10 +11,9 @@ from hairpipe.groom.resampling import divide
 from hairpipe.groom.settings import Tuft
 from hairpipe.values import Groom
 from hairpipe.values.random_streams import stream
-from hairpipe.values.strand_arrays import offsets_of
+from hairpipe.values.strand_arrays import NOWHERE, offsets_of
 
 SEGMENTS = 50  # of a strand of which nothing is said
-NOWHERE = (1.0, 0.0, 0.0)  # barycentric coordinates of roots without a body
 FINE = 64  # pieces of the parabola to a segment
 
 
@@ -59,11 +58,6 @@ def unbound(strands: np.ndarray, root_frames: np.ndarray) -> Groom:
         root_frames=root_frames,
         root_uv=np.zeros((count, 2), np.float32),
     )
-
-
-def is_bound(groom: Groom) -> bool:
-    """Whether strands grow on a body; pure. Those of `unbound` do not."""
-    return bool((groom.root_barycentrics != NOWHERE).any() or groom.root_triangles.any())
 
 
 def arched(arch: float, length: float, segments: int) -> np.ndarray:

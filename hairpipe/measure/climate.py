@@ -26,10 +26,9 @@ from hairpipe.measure.ensemble import (
     squared_bias,
 )
 from hairpipe.values import Strands, Table
-from hairpipe.values.groom import segment_lengths, strand_lengths
+from hairpipe.values.groom import lengths_at_points, segment_lengths, strand_lengths
 from hairpipe.values.strand_arrays import at_shares, shares_of
 from hairpipe.values.table import table_of_columns
-from hairpipe.volume.density import lengths_at_points
 
 SHARES = np.linspace(0.2, 1.0, 5)  # shares of the length at which strands are sampled
 CELL, PIXEL = 0.02, 0.002  # side of the cubes in which hair is counted, and of the pixels of silhouettes [m]

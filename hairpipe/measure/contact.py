@@ -13,10 +13,10 @@ from hairpipe.levelset.collider_parts import build_collider_parts
 from hairpipe.levelset.sample import Interpolation
 from hairpipe.measure.deviation import deviation
 from hairpipe.values import BodyParts, LevelSet, Strands, Table
-from hairpipe.values.groom import segment_lengths
+from hairpipe.values.groom import reach_of, segment_lengths
 from hairpipe.values.strand_arrays import at_shares
 from hairpipe.values.table import table_of_rows
-from hairpipe.volume.transfer import reach_of, sample_strands
+from hairpipe.volume.transfer import sample_strands
 
 ROOM = 1e-3  # distance from the body of a free position: the default thickness of hair [m]
 _STEPS = 12

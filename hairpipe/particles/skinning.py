@@ -28,10 +28,9 @@ from numba import njit, prange
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.compile import inlined
-from hairpipe.geometry.vec3 import blend, cross, dot, length, minus, plus, row, scaled
+from hairpipe.geometry.vec3 import blend, cross, dot, length, minus, plus, put, row, scaled
 from hairpipe.groom.interpolating import go_on, moved
 from hairpipe.groom.keys import columns_of, followed, spin_of
-from hairpipe.groom.resampling import put
 from hairpipe.solve.boundary import motion_of_roots
 from hairpipe.values import Cloud, Groom, Mesh, Particles, Strands
 from hairpipe.values.triangles import normalized

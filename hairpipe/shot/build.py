@@ -21,9 +21,8 @@ from hairpipe.shot.breeze import Breeze, StillAir
 from hairpipe.shot.settings import Scene
 from hairpipe.solve.boundary import WORLD
 from hairpipe.solve.integrator import Integrator
-from hairpipe.solve.integrators import BackwardEuler, Bdf2, TrBdf2
+from hairpipe.solve.integrators import BackwardEuler, Bdf2, FullStep, Trapezoid, TrBdf2
 from hairpipe.solve.interactions import Interaction
-from hairpipe.solve.nine_steps import FullStep, Trapezoid
 from hairpipe.solve.stage import Rule
 from hairpipe.solve.stretch import StrainFilter
 from hairpipe.solve.surroundings import Surroundings

@@ -15,7 +15,7 @@ from numba import njit, prange
 from hairpipe.errors import BadInput
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.rotations import root_frames
-from hairpipe.groom.binding import nearest_sites
+from hairpipe.geometry.triangle_tree import nearest_sites
 from hairpipe.laws.goal import goal, goal_slope, spring_of
 from hairpipe.laws.settings import Goal
 from hairpipe.solve.boundary import motion_of_roots

@@ -30,10 +30,9 @@ from numba import get_num_threads, njit, prange
 from scipy.spatial import KDTree
 
 from hairpipe.geometry.compile import inlined
-from hairpipe.geometry.vec3 import cross, dot, length, minus, plus, row, scaled
+from hairpipe.geometry.vec3 import cross, dot, length, minus, plus, put, row, scaled
 from hairpipe.groom.interpolating import go_on, moved, pushed_out
 from hairpipe.groom.keys import turned, turned_back
-from hairpipe.groom.resampling import put
 from hairpipe.shot.lock_guides import GuideMotion
 from hairpipe.shot.shot import Frame
 from hairpipe.solve.boundary import motion_of_roots

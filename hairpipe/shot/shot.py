@@ -15,12 +15,12 @@ from warnings import warn
 
 import numpy as np
 
-from hairpipe.groom.strands import is_bound
 from hairpipe.solve.boundary import apply_rigid, follow, motion_of_roots
 from hairpipe.strands.hair_model import HairModel
 from hairpipe.values import BodyParts, Density, Ends, Groom, LevelSet, Mesh, Pins
 from hairpipe.values.groom import Driver
 from hairpipe.values.hair import HairState
+from hairpipe.values.strand_arrays import is_bound
 
 
 def driver_before(driver: Driver, groom: Groom, dt: float) -> Driver:

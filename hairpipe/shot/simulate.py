@@ -51,13 +51,11 @@ from hairpipe.strands.hair_model import HairModel, HairModels
 from hairpipe.strands.interface import may_be_lost
 from hairpipe.strands.layout import relaid
 from hairpipe.values import Groom, Mesh, Strands
-from hairpipe.values.groom import Driver, segment_lengths
+from hairpipe.values.groom import Driver, lengths_at_points, reach_of, segment_lengths
 from hairpipe.values.hair import HairState
 from hairpipe.values.strand_arrays import name_strands
 from hairpipe.values.triangles import area_vectors
-from hairpipe.volume.density import lengths_at_points
 from hairpipe.volume.targeting import volume_target
-from hairpipe.volume.transfer import reach_of
 
 SHALLOW = 2e-3
 """A root that lies so little below the skin is an ordinary one [m], whatever its segments are."""

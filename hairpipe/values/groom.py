@@ -8,6 +8,8 @@ from hairpipe.errors import BadInput
 from hairpipe.values.body import Mesh
 from hairpipe.values.value import value
 
+_BEYOND = 1.5  # lengths of a strand: largest distance of its points from its root
+
 
 @value
 class Groom:
@@ -274,3 +276,17 @@ def check_driver(driver: Driver, groom: Groom) -> None:
     if isinstance(driver, Ends) and len(driver.roots) != len(groom.ids):
         what = f"ends of {len(driver.roots)} strands, the groom has {len(groom.ids)}"
         raise BadInput(what, where="in.ends", right="ends driven of the same groom")
+
+
+def lengths_at_points(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return half of the segments next to each point [m], (P,); 0 for strands that are not finite."""
+    lengths = np.append(np.linalg.norm(np.diff(points, axis=0), axis=1), 0.0)
+    lengths[offsets[1:] - 1] = 0.0
+    shares = 0.5 * (lengths + np.roll(lengths, 1))
+    return np.where(np.isfinite(shares), shares, 0.0)
+
+
+def reach_of(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return the largest valid distance of the points of a strand from its root [m], (S,); 0 if it is not finite."""
+    lengths = strand_lengths(points, offsets)
+    return np.where(np.isfinite(lengths), _BEYOND * lengths, 0.0)

@@ -16,6 +16,7 @@ PER_STRAND = (
     *("tip_triangles", "tip_barycentrics", "tip_frames"),
 )
 MOST_NAMED = 5
+NOWHERE = (1.0, 0.0, 0.0)  # barycentric coordinates of roots without a body
 FREE = -1  # triangle of a tip that nothing holds
 RISE = 5  # points over which the thickness grows from the root on
 
@@ -102,3 +103,8 @@ def members_of(groom: Groom, names: tuple[str, ...], where: str) -> np.ndarray:
             has = ", ".join(f"'{label}'" for label in np.unique(known)) or "none"
             raise BadInput(f"the groom has no group '{name}'", where=where, right=f"its groups: {has}")
     return np.isin(known, names)
+
+
+def is_bound(groom: Groom) -> bool:
+    """Whether strands grow on a body; pure. Those of `groom/strands.py` do not."""
+    return bool((groom.root_barycentrics != NOWHERE).any() or groom.root_triangles.any())

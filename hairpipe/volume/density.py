@@ -10,7 +10,8 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from hairpipe.errors import BadInput
 from hairpipe.geometry.isosurface import extract_surface
 from hairpipe.values import Density, Mesh, Strands
-from hairpipe.volume.transfer import MOST_NODES, deposit, mean_velocities, reach_of, sample_strands
+from hairpipe.values.groom import lengths_at_points, reach_of
+from hairpipe.volume.transfer import MOST_NODES, deposit, mean_velocities, sample_strands
 
 _ON_LATTICE = 1e-4  # of a cell: files keep positions in single precision
 
@@ -63,14 +64,6 @@ def density_of_voxels(indices: np.ndarray, values: np.ndarray, cell: float, firs
         flat += np.bincount(index, weights[own] * values[there][own], minlength=len(flat))
     length = flat.reshape(shape).astype(np.float32)
     return Density(low.astype(np.int32), cell, length, np.zeros((*shape, 3), np.float32))
-
-
-def lengths_at_points(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Return half of the segments next to each point [m], (P,); 0 for strands that are not finite."""
-    lengths = np.append(np.linalg.norm(np.diff(points, axis=0), axis=1), 0.0)
-    lengths[offsets[1:] - 1] = 0.0
-    shares = 0.5 * (lengths + np.roll(lengths, 1))
-    return np.where(np.isfinite(shares), shares, 0.0)
 
 
 REACH = 4

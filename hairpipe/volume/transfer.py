@@ -27,14 +27,12 @@ from numba import njit, prange
 from hairpipe.errors import BadInput
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.trilinear import voxel_at, weight_of
-from hairpipe.values.groom import strand_lengths
 
 MOST_NODES = 1 << 24
 """Maximum number of nodes of a grid: 0.5 GB."""
 SLAB = 4
 """Planes of nodes in a slab, two at least."""
 _CHUNK = 128  # strands that are sorted, or collected, together
-_BEYOND = 1.5  # lengths of a strand: largest distance of its points from its root
 
 
 class StrandSamples(NamedTuple):
@@ -59,12 +57,6 @@ class StrandSamples(NamedTuple):
     places: np.ndarray
     slabs: np.ndarray
     sums: np.ndarray
-
-
-def reach_of(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Return the largest valid distance of the points of a strand from its root [m], (S,); 0 if it is not finite."""
-    lengths = strand_lengths(points, offsets)
-    return np.where(np.isfinite(lengths), _BEYOND * lengths, 0.0)
 
 
 def sample_strands(points: np.ndarray, offsets: np.ndarray, reach: np.ndarray, cell: float) -> StrandSamples | None:

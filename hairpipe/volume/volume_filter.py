@@ -31,7 +31,8 @@ from hairpipe.laws.pressure import densest, spread
 from hairpipe.laws.settings import Volume
 from hairpipe.solve.interactions import Interaction, StepEnd
 from hairpipe.strands.hair_model import HairModel
-from hairpipe.volume.transfer import StrandSamples, collect, deposit, mean_velocities, reach_of, sample_strands
+from hairpipe.values.groom import reach_of
+from hairpipe.volume.transfer import StrandSamples, collect, deposit, mean_velocities, sample_strands
 
 
 @njit(cache=True, parallel=True, error_model="numpy")

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from hairpipe.solve.nine_steps import FullStep, Trapezoid
+from hairpipe.solve.integrators import FullStep, Trapezoid
 
 X, V, HALF = np.random.default_rng(1).normal(size=(3, 4, 3, 8))
 MOTION, STEP = SimpleNamespace(x=X, v=V), SimpleNamespace(time=2.0, dt=0.5)

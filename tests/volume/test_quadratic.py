@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from hairpipe.values.groom import reach_of
 from hairpipe.volume.targeting import add_slopes, weigh
-from hairpipe.volume.transfer import reach_of, sample_strands
+from hairpipe.volume.transfer import sample_strands
 
 CELL = 0.01
 

@@ -9,9 +9,9 @@ from numba import get_num_threads, set_num_threads
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.measure.target import energy
 from hairpipe.values import Density, Strands
-from hairpipe.volume.density import density_of, lengths_at_points
+from hairpipe.values.groom import lengths_at_points, reach_of
+from hairpipe.volume.density import density_of
 from hairpipe.volume.targeting import Hair, attraction, between, target_grids
-from hairpipe.volume.transfer import reach_of
 
 RATE = 30.0
 

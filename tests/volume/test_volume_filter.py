@@ -10,7 +10,7 @@ from hairpipe.errors import BadInput
 from hairpipe.laws.settings import Pressure, SagFree, Scheme, Volume
 from hairpipe.shot.simulate import advance_frame, start
 from hairpipe.strands.layout import axis_of, following_masses
-from hairpipe.volume.transfer import reach_of
+from hairpipe.values.groom import reach_of
 from hairpipe.volume.volume_filter import VolumeFilter, rest_density
 
 LENGTH = 0.2

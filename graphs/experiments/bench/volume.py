@@ -13,8 +13,9 @@ from hairpipe.groom.sampling import thinned
 from hairpipe.laws.pressure import SWEEPS, densest, filled_cells, spread
 from hairpipe.laws.settings import Pressure, Volume
 from hairpipe.values import Groom, Strands
+from hairpipe.values.groom import reach_of
 from hairpipe.values.strand_arrays import offsets_of
-from hairpipe.volume.transfer import deposit, reach_of, sample_strands
+from hairpipe.volume.transfer import deposit, sample_strands
 from hairpipe.volume.volume_filter import VolumeFilter
 
 THREADS = (1, 2)

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from hairpipe.values import Density, Strands, Table
+from hairpipe.values.groom import lengths_at_points, reach_of
 from hairpipe.values.table import table_of_rows
-from hairpipe.volume.density import lengths_at_points
 from hairpipe.volume.targeting import Hair, TargetGrid, densities_in, target_grids
-from hairpipe.volume.transfer import reach_of, sample_strands
+from hairpipe.volume.transfer import sample_strands
 
 COLUMNS = ("frame", "of the first [1]", "of no hair [1]")
 _RATE = 1.0  # cancels

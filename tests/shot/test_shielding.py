@@ -6,9 +6,8 @@ from scipy.integrate import solve_ivp
 
 from hairpipe.laws.drag import law_of
 from hairpipe.laws.settings import Coefficients, Shielding, Wind
-from hairpipe.shot.breeze import Breeze
+from hairpipe.shot.breeze import MOST_NODES, Breeze, fraction, shield_of
 from hairpipe.solve.interactions import Start
-from hairpipe.volume.shielding import MOST_NODES, fraction, shield_of
 
 DIAMETER, RHO, MU = 8e-5, 1.2, 1.8e-5
 DEPTH = 0.2
