@@ -230,6 +230,7 @@ def test_a_record_of_another_shape_is_none(listed):
             allowed = {"frame": (None, 3), "state": (None,), "seconds": (3, -1.5), "created": (3, -1.5)}
             allowed |= {
                 "processor": (None, 3, -1.5),
+                "compiled": (None, 3, -1.5),
                 "node": ("text",),
                 "outputs": ({},),
                 "warnings": ([],),
