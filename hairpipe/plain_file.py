@@ -3,6 +3,7 @@
 import errno
 import os
 import stat
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Literal
 
@@ -96,3 +97,8 @@ def stamp_of(file: str) -> Stamp:
 
 def describe_fault(fault: OSError | ValueError) -> str:
     return getattr(fault, "strerror", None) or str(fault)
+
+
+def with_folders(files: Iterable[Path]) -> list[Path]:
+    """Return files and their folders, which change where another file appears that a stage refers to; pure."""
+    return list(dict.fromkeys(place for file in files for place in (file, file.parent)))

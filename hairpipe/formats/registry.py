@@ -14,7 +14,7 @@ from hairpipe.formats import gltf
 from hairpipe.formats.animated_meshes import Instant, Polygons, is_sequence, numbered
 from hairpipe.formats.makehuman import read_skeleton, read_weights
 from hairpipe.formats.rigging import JointMotion, body_of
-from hairpipe.plain_file import Absent, stamp_of
+from hairpipe.plain_file import Absent, stamp_of, with_folders
 from hairpipe.values import Body, Mesh
 from hairpipe.values.groom import Curves
 
@@ -237,7 +237,6 @@ def _list_layers(path: Path) -> dict[str, Path]:
     known = _known.get(path)
     if known is None or any(stamp_of(file) != stamp for file, stamp in known[0].items()):
         from hairpipe.formats.usd.stage import list_files as composed
-        from hairpipe.formats.usd.stage import with_folders
 
         found = work_apart(composed, path)
         stamps = {str(place): stamp_of(str(place)) for place in with_folders(found)}

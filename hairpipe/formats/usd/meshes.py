@@ -30,9 +30,8 @@ from hairpipe.formats.usd.stage import (
     time_of,
     transform_codes,
     usd_faults,
-    with_folders,
 )
-from hairpipe.plain_file import Absent
+from hairpipe.plain_file import Absent, with_folders
 from hairpipe.values import Body, DualQuaternions, Mesh, Skeleton
 
 REST = Usd.TimeCode.EarliestTime()

@@ -7,7 +7,7 @@ The files are checked before: opening a pipe or a device may never return.
 import math
 import re
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -27,11 +27,6 @@ TEMPLATE = 100_000  # maximum number of files of a template
 def list_files(path: Path) -> list[Path]:
     """Return the files that a stage is composed of, that of the path first, and those that do not exist."""
     return [Path(file) for file in find_layers(path)[1]]
-
-
-def with_folders(files: Iterable[Path]) -> list[Path]:
-    """Return files and their folders, which change where another file appears that a stage refers to; pure."""
-    return list(dict.fromkeys(place for file in files for place in (file, file.parent)))
 
 
 def find_layers(path: Path) -> tuple[list[Sdf.Layer], dict[str, int]]:
