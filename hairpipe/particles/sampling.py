@@ -2,7 +2,7 @@
 
 "strands": roots at a spacing, and points on their hair at the same spacing. As with the paper's distance (3), the
 sampling is even on the scalp and along the hair, independent of the shape of hair in space.
-|"even":    points of all hair at a spacing in space; they cover it evenly, on otherwise unrelated hairs.
+"even":    points of all hair at a spacing in space; they cover it evenly, on otherwise unrelated hairs.
 
 In both cases additional particles lie below the skin, down to 2.5 spacings, and move with the root. The spacing
 follows from the requested number of particles.

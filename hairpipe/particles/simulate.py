@@ -18,13 +18,12 @@ from hairpipe.geometry.collider import Collider, SdfSample
 from hairpipe.geometry.vec3 import dot, row
 from hairpipe.laws.settings import BodyContact
 from hairpipe.particles.contact import Planes, look, planes_of, push_out, stale
-from hairpipe.particles.interaction import Law, exchange, find_pairs
+from hairpipe.particles.interaction import Law, PrintedLaw, exchange, find_pairs, push_pairs
 from hairpipe.particles.links import measure_links, redirect, stiffen
 from hairpipe.particles.model import Model, Moving, build_model, inverse_masses, keep_within_reach, reaches_of
-from hairpipe.particles.printed import PrintedLaw, advance_explicitly, push_pairs
 from hairpipe.particles.settings import Interaction, ParticleContact, ParticleSettings, Printed
 from hairpipe.particles.solve import build_system, set_blocks, solve
-from hairpipe.particles.step import Forces, Springs, advance
+from hairpipe.particles.step import Forces, Springs, advance, advance_explicitly
 from hairpipe.shot.breeze import LooseFibres, add_wind, warn_of_storm
 from hairpipe.shot.build import bodies_of
 from hairpipe.shot.shot import Frame, rigid_over_cut, warn_of_connections
@@ -32,8 +31,8 @@ from hairpipe.solve.boundary import motion_of_roots, velocities_around_roots
 from hairpipe.values import Cloud, Groom, Particles
 from hairpipe.values.groom import Driver
 from hairpipe.values.hair import ParticleState
+from hairpipe.values.strand_arrays import name_strands
 
-MOST_NAMED = 10
 DENSE = 0.99
 """Quantile of the density at rest up to which pressure leaves hair alone."""
 LIMIT_OF_SOLVE = 1e18
@@ -61,7 +60,7 @@ class Prepared:
     springs: Springs
     reaches: np.ndarray
     law: Law | None
-    printed: PrintedLaw | None = None
+    printed: PrintedLaw | None
 
 
 def prepare(particles: Particles, settings: ParticleSettings) -> Prepared:
@@ -73,10 +72,10 @@ def prepare(particles: Particles, settings: ParticleSettings) -> Prepared:
         rest = rest_lengths(model, particles.points, axial, settings.gravity, settings.sag_free.strain)
     if "links" in settings.printed:
         model = model._replace(links=model.links._replace(keeps=np.full(len(rest), np.inf)))
-    constants = model, Springs(axial, rest, settings.damping), reaches_of(particles, settings.sag)
-    if settings.interaction is None:
-        return Prepared(*constants, None)
-    return Prepared(*constants, *laws_of(settings.interaction, settings.printed, model, particles.points))
+    law = printed = None
+    if settings.interaction is not None:
+        law, printed = laws_of(settings.interaction, settings.printed, model, particles.points)
+    return Prepared(model, Springs(axial, rest, settings.damping), reaches_of(particles, settings.sag), law, printed)
 
 
 def rest_lengths(model: Model, points: np.ndarray, axial: np.ndarray, gravity: float, strain: float) -> np.ndarray:
@@ -195,21 +194,20 @@ def advance_frame(
     With a printed formula, particles are not moved back to their roots, so that its failure is visible.
     """
     particles, prepared, settings = simulation.particles, simulation.prepared, simulation.settings
-    model = prepared.model
-    springs = prepared.springs
-    deep = prepared.model.deep
+    model, springs = prepared.model, prepared.springs
+    deep = model.deep
     acting = find_acting(simulation, state, frame, bodies)
     moving = Moving(state.points.copy(), state.velocities.copy(), state.tensions.copy())
     directions = state.directions.copy()
     stiffness = np.empty(len(model.links.ends))
     dt = frame.frame_dt / settings.steps
     given = model, springs, acting.forces, acting.planes, acting.roots, dt, moving
+
+    def begin() -> None:
+        redirect(model.links, model.reach, springs.axial, deep, moving.points, stiffness, directions)
+        _act(prepared, moving.points, directions, dt, moving.velocities)
+
     if "steps" in settings.printed:
-
-        def begin(moving: Moving, dt: float) -> None:
-            redirect(model.links, model.reach, springs.axial, deep, moving.points, stiffness, directions)
-            _act(prepared, moving.points, directions, dt, moving.velocities)
-
         advance_explicitly(*given, begin)
     else:
         advance(*given)
@@ -228,9 +226,8 @@ def advance_frame(
 def _check_finite(particles: Particles, points: np.ndarray, velocities: np.ndarray) -> None:
     lost = ~(np.isfinite(points).all(1) & np.isfinite(velocities).all(1))
     if lost.any():
-        ids = np.unique(particles.hair.ids[particles.strands[lost]])
-        named = ", ".join(map(str, ids[:MOST_NAMED]))
-        raise ArithmeticError(f"{np.count_nonzero(lost)} particles are not finite, among them on strands {named}")
+        named = name_strands(np.unique(particles.hair.ids[particles.strands[lost]]))
+        raise ArithmeticError(f"{np.count_nonzero(lost)} particles are not finite, among them on {named}")
 
 
 def _act(prepared: Prepared, points: np.ndarray, directions: np.ndarray, dt: float, velocities: np.ndarray) -> None:
@@ -268,9 +265,8 @@ def find_acting(
 ) -> Acting:
     """Find what acts on particles from the previous frame to this one; pure."""
     particles, prepared, settings = simulation.particles, simulation.prepared, simulation.settings
-    model = prepared.model
-    frame_dt = frame.frame_dt
-    deep = prepared.model.deep
+    model, frame_dt = prepared.model, frame.frame_dt
+    deep = model.deep
     rest, now = (particles.points[:deep], particles.directions[:deep]), (state.points[:deep], state.velocities[:deep])
     motions = motion_of_roots(frame.drivers[1], particles.hair)
     roots = _follow_roots(motions, particles.strands[:deep], rest, now, frame_dt, settings.steps)

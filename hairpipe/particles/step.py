@@ -1,4 +1,4 @@
-"""The steps of a frame: links, air and bodies in one linearly implicit step each.
+"""The steps of a frame: links, air and bodies in one linearly implicit step each, or in explicit ones as printed.
 
 With v' the velocities at the end of a step, and T the tension of the previous step,
 
@@ -9,9 +9,16 @@ over the links of a particle, u' being the velocity of the other end relative to
 reduced mass m; x' = x + dt v'. Particles below the skin move with their roots.
 
 We differ from the paper, whose steps are explicit and in the frame of the head: this is stable with one step per
-frame, and needs no inertial forces.
+frame, and needs no inertial forces. Explicit steps, as Bando, Chen, Nishita 2003 take them, are symplectic Euler,
+
+    v' = v + dt / m (M g + p - C v + sum f_e),   f_e = d (K (r - l) + c d . u),   x' = x + dt v'
+
+where pairs, stiffness and directions (15) are updated in every step. Links are stable only for dt < 2 / omega of the
+fastest oscillation: the number of steps per frame is proportional to the square root of the modulus, and to the number
+of particles along a hair.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -71,11 +78,7 @@ def advance(
     still = STILL * STILL * (count - deep) * model.masses[deep]
     for step in range(len(roots) - 1):
         left = (len(roots) - 1 - step) * dt
-        for k in range(deep):
-            for c in range(3):
-                moving.velocities[k, c] = (roots[step + 1, k, c] - roots[step, k, c]) / dt
-        measure_links(links, moving.points, ways)
-        stiffen(links, model.reach, springs.axial, ways, stiffness)
+        _set_out(model, springs, roots, step, dt, moving, ways, stiffness)
         system, residual = _assemble(model, springs, forces, moving, dt, ways, stiffness)
         change = np.zeros(4 * count, np.float32)
         constrain(system, planes, moving, left, dt, residual, change)
@@ -87,12 +90,28 @@ def advance(
             i, j = links.ends[e, 0], links.ends[e, 1]
             along = dot(row(ways, e), minus(row(moving.velocities, j), row(moving.velocities, i)))
             moving.tensions[e] = stiffness[e] * (ways[e, 3] - springs.rest[e] + dt * along)
-        touch(planes, deep, left, dt, moving)
-        for k in range(count):
-            for c in range(3):
-                x = moving.points[k, c] + dt * moving.velocities[k, c]
-                moving.points[k, c] = x if k >= deep else roots[step + 1, k, c]
+        _move(deep, planes, roots, step, left, dt, moving)
     return made
+
+
+@njit(cache=True, error_model="numpy")
+def _set_out(model, springs, roots, step, dt, moving, ways, stiffness):
+    """Set the velocities of particles below the skin, and measure links, at the start of a step, in place."""
+    for k in range(model.deep):
+        for c in range(3):
+            moving.velocities[k, c] = (roots[step + 1, k, c] - roots[step, k, c]) / dt
+    measure_links(model.links, moving.points, ways)
+    stiffen(model.links, model.reach, springs.axial, ways, stiffness)
+
+
+@njit(cache=True, error_model="numpy")
+def _move(deep, planes, roots, step, left, dt, moving):
+    """Move particles by their velocities, after contact with bodies, in place."""
+    touch(planes, deep, left, dt, moving)
+    for k in range(len(moving.points)):
+        for c in range(3):
+            x = moving.points[k, c] + dt * moving.velocities[k, c]
+            moving.points[k, c] = x if k >= deep else roots[step + 1, k, c]
 
 
 @njit(cache=True, error_model="numpy")
@@ -146,3 +165,50 @@ def _assemble(model, springs, forces, moving, dt, ways, stiffness):
         residual[4 * k + 1] = pull[k, 1] + dt * push[k, 1] - (b * v[k, 0] + d * v[k, 1] + e * v[k, 2])
         residual[4 * k + 2] = pull[k, 2] + dt * push[k, 2] - (c * v[k, 0] + e * v[k, 1] + f * v[k, 2])
     return system, residual
+
+
+def advance_explicitly(
+    model: Model,
+    springs: Springs,
+    forces: Forces,
+    planes: Planes,
+    roots: np.ndarray,
+    dt: float,
+    moving: Moving,
+    begin: Callable[[], None],
+) -> None:
+    """Compute explicit steps, in place, while particles are finite; arguments are those of `advance`.
+
+    begin  called before every step: directions turn, and pairs change velocities
+    """
+    for step in range(len(roots) - 1):
+        if not np.isfinite(moving.points).all():
+            return
+        begin()
+        _step_explicitly(model, springs, forces, planes, roots, step, dt, moving)
+
+
+@njit(cache=True, error_model="numpy")
+def _step_explicitly(model, springs, forces, planes, roots, step, dt, moving):
+    links, v, C = model.links, moving.velocities, forces.drag
+    ways = np.empty((len(links.ends), 4))
+    stiffness = np.empty(len(links.ends))
+    inverses = inverse_masses(model)
+    _set_out(model, springs, roots, step, dt, moving, ways, stiffness)
+    total = forces.push.copy()
+    for k in range(len(v)):
+        total[k, 0] -= C[k, 0] * v[k, 0] + C[k, 1] * v[k, 1] + C[k, 2] * v[k, 2]
+        total[k, 1] -= C[k, 1] * v[k, 0] + C[k, 3] * v[k, 1] + C[k, 4] * v[k, 2]
+        total[k, 2] -= C[k, 2] * v[k, 0] + C[k, 4] * v[k, 1] + C[k, 5] * v[k, 2]
+    for e in range(len(links.ends)):
+        i, j = links.ends[e, 0], links.ends[e, 1]
+        damper = 2.0 * springs.damping * np.sqrt(stiffness[e] / (inverses[i] + inverses[j]))
+        moving.tensions[e] = stiffness[e] * (ways[e, 3] - springs.rest[e])
+        force = moving.tensions[e] + damper * dot(row(ways, e), minus(row(v, j), row(v, i)))
+        for c in range(3):
+            total[i, c] += force * ways[e, c]
+            total[j, c] -= force * ways[e, c]
+    for k in range(model.deep, len(v)):
+        for c in range(3):
+            v[k, c] += dt * inverses[k] * total[k, c]
+    _move(model.deep, planes, roots, step, (len(roots) - 1 - step) * dt, dt, moving)

@@ -228,7 +228,10 @@ class Breeze(Interaction):
         self.offsets = offsets
         self.widths = widths
         self.law = law_of(wind, diameter)
-        self.varied = None if diameters is None else segment_means(diameters / np.float64(diameter))
+        self.varied = None
+        if diameters is not None:  # At segments: the mean of a point and the next one, unused for the last of a strand.
+            sizes = diameters / np.float64(diameter)
+            self.varied = 0.5 * (sizes + np.roll(sizes, -1))
         self.modes = modes_of(wind.gusts) if wind.gusts else None
         self._shield: Shield | None = None
 
@@ -264,11 +267,6 @@ class Breeze(Interaction):
         if shield is not None:
             weaken(shield, points, air)
         return air
-
-
-def segment_means(values: np.ndarray) -> np.ndarray:
-    """Return the means of values of points and the next ones, (P,); those of the last points of strands are unused."""
-    return 0.5 * (values + np.roll(values, -1))
 
 
 class StillAir(Interaction):

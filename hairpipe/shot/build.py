@@ -12,7 +12,7 @@ from hairpipe.contact.contact_points import USUAL, Scale, scale_of
 from hairpipe.contact.hair import factored, hair_contacts_of
 from hairpipe.errors import BadInput
 from hairpipe.geometry.collider import Collider
-from hairpipe.laws.settings import BodyContact, Collisions, Stiction
+from hairpipe.laws.settings import BodyContact, Collisions, Stiction, Volume
 from hairpipe.laws.stretch import SpringForm
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.collider_parts import build_collider_parts
@@ -30,8 +30,9 @@ from hairpipe.strands.hair_model import HairModel
 from hairpipe.strands.interface import StrandModel, kind_of, may_be_lost
 from hairpipe.values import LevelSet
 from hairpipe.values.body import BodyParts
+from hairpipe.values.groom import reach_of
 from hairpipe.values.hair import HairState
-from hairpipe.volume.volume_filter import volume_filter_of
+from hairpipe.volume.volume_filter import VolumeFilter, rest_density
 
 _SCHEMES = {"tr_bdf2": TrBdf2, "bdf2": Bdf2, "backward_euler": BackwardEuler}
 _NINE_STEPS = {"trapezoid": Trapezoid, "full_step": FullStep}
@@ -100,6 +101,19 @@ def hair_scale(hair: HairModel, scene: Scene) -> Scale:
     if scene.stiction is not None:
         return scale_of(scene.stiction.reach, Stiction().reach, scene.gravity)
     return USUAL
+
+
+def volume_filter_of(hair: HairModel, volume: Volume) -> VolumeFilter:
+    """Make what hair does to hair through a grid."""
+    points = hair.groom.points
+    offsets = hair.layout.offsets
+    rest = 0.0
+    reach = hair.once("reach", lambda: reach_of(points, offsets))
+    if volume.pressure is not None:
+        dense = volume.pressure.density
+        cell = volume.cell
+        rest = dense or hair.once(("density", cell), lambda: rest_density(points, offsets, hair.masses, cell))
+    return VolumeFilter(volume, offsets, hair.masses, reach, rest)
 
 
 def check_scheme(model: StrandModel, scene: Scene) -> None:

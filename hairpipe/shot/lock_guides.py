@@ -23,6 +23,9 @@ from hairpipe.values.groom import Driver
 from hairpipe.values.hair import HairState
 from hairpipe.values.strand_arrays import points_of_strands, take
 
+_BY_LANE = ("positions", "velocities", "accelerations", "tensions", "fresh")
+"""Arrays of a state with a lane for every strand."""
+
 
 class GuideMotion(NamedTuple):
     """Strands at a frame; rows are points of the groom, of followers 0.
@@ -68,13 +71,11 @@ class Guides:
     def state_of(self, state: HairState) -> HairState:
         """Return the state of these strands; pure."""
         layouts = self.whole.layout, self.hair.layout
-        names = ("positions", "velocities", "accelerations", "tensions")
-        rows = {name: _taken(getattr(state, name), *layouts, self.strands) for name in names}
+        rows = {name: _taken(getattr(state, name), *layouts, self.strands) for name in _BY_LANE}
         lengths = state.inverse_lengths
         return replace(
             state,
             **rows,
-            fresh=_taken_of_blocks(state.fresh, *layouts, self.strands),
             inverse_lengths=None if lengths is None else _taken(lengths, *layouts, self.strands),
             stuck=self.numbers[state.stuck].astype(np.int32),
             touching=None if state.touching is None else state.touching.renumbered(self.numbers),
@@ -84,9 +85,7 @@ class Guides:
     def put(self, state: HairState, moved: HairState) -> HairState:
         """Return the state of all, with that of these strands as it has become; pure."""
         layouts = self.whole.layout, self.hair.layout
-        names = ("positions", "velocities", "accelerations", "tensions")
-        rows = {name: _put(getattr(state, name), getattr(moved, name), *layouts, self.strands) for name in names}
-        fresh = _put_of_blocks(state.fresh, moved.fresh, *layouts, self.strands)
+        rows = {name: _put(getattr(state, name), getattr(moved, name), *layouts, self.strands) for name in _BY_LANE}
         stuck = self.points[moved.stuck].astype(np.int32)
         impulses = None
         if moved.impulses is not None:
@@ -94,7 +93,7 @@ class Guides:
             impulses[self.strands] = moved.impulses
         touching = None if moved.touching is None else moved.touching.renumbered(self.points)
         shear = None if moved.shear is None else moved.shear.renumbered(self.points)
-        kept = {"fresh": fresh, "stuck": stuck, "touching": touching, "shear": shear, "impulses": impulses}
+        kept = {"stuck": stuck, "touching": touching, "shear": shear, "impulses": impulses}
         return replace(moved, **rows, **kept, inverse_lengths=state.inverse_lengths)
 
     def motion_of(self, moved: HairState, driver: Driver) -> GuideMotion:
@@ -138,8 +137,7 @@ def _model_of(whole: HairModel, part: Layout, strands: np.ndarray) -> StrandMode
     for name in names:
         values = getattr(whole.model, name)
         if name != "first":
-            of_rows = len(values) == layout.first[-1]
-            changes[name] = (_taken if of_rows else _taken_of_blocks)(values, layout, part, strands)
+            changes[name] = _taken(values, layout, part, strands)
     return whole.model._replace(**changes)
 
 
@@ -151,35 +149,26 @@ def _where(layout: Layout) -> tuple[np.ndarray, np.ndarray]:
     return blocks, lanes
 
 
+def _firsts(values: np.ndarray, whole: Layout, part: Layout) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first rows of blocks of two layouts, in arrays of particles or of strands like values of the first."""
+    if len(values) == whole.first[-1]:
+        return whole.first, part.first
+    return np.arange(whole.blocks + 1), np.arange(part.blocks + 1)
+
+
 def _taken(values: np.ndarray, whole: Layout, part: Layout, strands: np.ndarray) -> np.ndarray:
-    """Return what the particles of some strands have, (rows, ..., W); pure."""
-    out = np.empty((part.first[-1], *values.shape[1:]), values.dtype)
-    _take(_flat(values), whole.first, *_where(whole), _flat(out), part.first, strands[part.strands])
-    return out
-
-
-def _taken_of_blocks(values: np.ndarray, whole: Layout, part: Layout, strands: np.ndarray) -> np.ndarray:
-    """Return what some strands have, (blocks, ..., W); pure."""
-    out = np.empty((part.blocks, *values.shape[1:]), values.dtype)
-    firsts = np.arange(whole.blocks + 1), np.arange(part.blocks + 1)
-    _take(_flat(values), firsts[0], *_where(whole), _flat(out), firsts[1], strands[part.strands])
+    """Return what some strands have of values of particles or strands, (rows or blocks, ..., W); pure."""
+    of_whole, of_part = _firsts(values, whole, part)
+    out = np.empty((of_part[-1], *values.shape[1:]), values.dtype)
+    _take(_flat(values), of_whole, *_where(whole), _flat(out), of_part, strands[part.strands])
     return out
 
 
 def _put(values: np.ndarray, changed: np.ndarray, whole: Layout, part: Layout, strands: np.ndarray) -> np.ndarray:
-    """Return what all particles have, with what those of some strands have now; pure."""
+    """Return values of all particles or strands, with what some strands have now; pure."""
+    of_whole, of_part = _firsts(values, whole, part)
     out = values.copy()
-    _give(_flat(changed), part.first, strands[part.strands], part.idle, _flat(out), whole.first, *_where(whole))
-    return out
-
-
-def _put_of_blocks(
-    values: np.ndarray, changed: np.ndarray, whole: Layout, part: Layout, strands: np.ndarray
-) -> np.ndarray:
-    """Return what all strands have, with what some of them have now; pure."""
-    out = values.copy()
-    firsts = (np.arange(part.blocks + 1), np.arange(whole.blocks + 1))
-    _give(_flat(changed), firsts[0], strands[part.strands], part.idle, _flat(out), firsts[1], *_where(whole))
+    _give(_flat(changed), of_part, strands[part.strands], part.idle, _flat(out), of_whole, *_where(whole))
     return out
 
 

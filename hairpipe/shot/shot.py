@@ -36,28 +36,15 @@ def driver_before(driver: Driver, groom: Groom, dt: float) -> Driver:
     return driver
 
 
-def surfaces_at_cut(pairs: Sequence[tuple[LevelSet, LevelSet]], dt: float) -> list[tuple[LevelSet, LevelSet]]:
-    """Return pairs of level sets whose first is the second, dt [s] earlier on a steady way, without a turn; pure."""
-    return [(_surface_before(after, dt), after) for _, after in pairs]
-
-
 def _surface_before(surface: LevelSet, dt: float) -> LevelSet:
+    """Return a level set dt [s] earlier on a steady way, without a turn; pure."""
     samples = surface.velocity.reshape(-1, 3)
     way = dt * samples.mean(axis=0, dtype=np.float64) if len(samples) else 0.0
     return replace(surface, origin=surface.origin - way)
 
 
-def parts_at_cut(pairs: Sequence[tuple[BodyParts, BodyParts]], dt: float) -> list[tuple[BodyParts, BodyParts]]:
-    """Return pairs of bodies in parts whose first is the second, dt [s] earlier on a steady way; pure."""
-    return [(_parts_before(after, dt), after) for _, after in pairs]
-
-
-def pins_at_cut(pairs: Sequence[tuple[Pins, Pins]], dt: float) -> list[tuple[Pins, Pins]]:
-    """Return pairs of pins whose first are the second, dt [s] earlier in uniform motion; pure."""
-    return [(replace(after, positions=after.positions - dt * after.velocities), after) for _, after in pairs]
-
-
 def _parts_before(body: BodyParts, dt: float) -> BodyParts:
+    """Return a body in parts dt [s] earlier on a steady way; pure."""
     poses, rates = steady(body.poses, body.rates, np.zeros((len(body.poses), 3)), dt)
     return replace(body, poses=poses, rates=rates)
 
@@ -208,9 +195,10 @@ def warn_of_connections(groom: Groom, frame: Frame, *, contact: bool) -> None:
 
 def after_cut(frame: Frame, before: Driver) -> Frame:
     """Return a frame whose bodies come from where the roots come from, after the cut; pure."""
-    surfaces = surfaces_at_cut(frame.surfaces, frame.frame_dt)
-    parts = parts_at_cut(frame.parts, frame.frame_dt)
+    dt = frame.frame_dt
+    surfaces = [(_surface_before(after, dt), after) for _, after in frame.surfaces]
+    parts = [(_parts_before(after, dt), after) for _, after in frame.parts]
+    pins = [(replace(after, positions=after.positions - dt * after.velocities), after) for _, after in frame.pins]
     target = None if frame.target is None else (frame.target[1], frame.target[1])
     drivers = before, frame.drivers[1]
-    pins = pins_at_cut(frame.pins, frame.frame_dt)
     return replace(frame, drivers=drivers, surfaces=surfaces, parts=parts, target=target, pins=pins, cut=False)

@@ -1,8 +1,9 @@
 """Step sizes between two frames: each limit is an object, the shortest step is used."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from math import ceil, inf
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 import numpy as np
 from numba import njit, prange
@@ -36,7 +37,7 @@ class TooManySteps(ArithmeticError):
         self.setting, self.steps, self.lane = setting, steps, lane
 
 
-class Limit(Protocol):
+class Limit(ABC):
     """A bound on the step from the motion of hair and roots.
 
     setting  name of its setting in `StepControl`
@@ -44,25 +45,21 @@ class Limit(Protocol):
 
     setting: ClassVar[str]
 
-    def worst(self, state: State, path: ClampPath, time: float) -> Lane:
-        """Find the strand that asks for the shortest step."""
-        ...
-
+    @abstractmethod
     def longest(self, state: State, path: ClampPath, time: float) -> float:
         """Find the longest step from a time since the last frame [s]."""
-        ...
+
+    def worst(self, state: State, path: ClampPath, time: float) -> Lane:
+        """Find the strand that asks for the shortest step; None: all ask for the same."""
+        return None
 
 
 @dataclass(frozen=True)
-class Fixed:
+class Fixed(Limit):
     """Steps of one length [s], or an equal share of a frame that is shorter."""
 
     setting: ClassVar[str] = "longest"
     step: float
-
-    def worst(self, state: State, path: ClampPath, time: float) -> Lane:
-        """All ask for the same."""
-        return None
 
     def longest(self, state: State, path: ClampPath, time: float) -> float:
         """Return that length."""
@@ -70,7 +67,7 @@ class Fixed:
 
 
 @dataclass(frozen=True, eq=False)
-class Courant:
+class Courant(Limit):
     """The stability limit of an explicit step, times a factor: dt = cfl / sqrt(max_p sum_s 4 k_s / (m_p l0_s)).
 
     The sum runs over the springs at a particle, and over its connections by stiction. [code] of the authors: 4 for
@@ -96,7 +93,7 @@ class Courant:
 
 
 @dataclass(frozen=True, eq=False)
-class StrainRate:
+class StrainRate(Limit):
     """An edge changes its length by at most a fraction of it: dt = fraction / max |(v_q - v_p) . d| / l0, Sec. 4."""
 
     setting: ClassVar[str] = "strain_rate"
@@ -117,7 +114,7 @@ class StrainRate:
 
 
 @dataclass(frozen=True, eq=False)
-class Travel:
+class Travel(Limit):
     """Maximum displacement of a particle, and of a body that it may collide with [m].
 
     Larger displacements miss no contact; but a body that moves farther than its own thickness in one step stretches
@@ -141,7 +138,7 @@ class Travel:
 
 
 @dataclass(frozen=True)
-class Root:
+class Root(Limit):
     """A held particle moves at most this far [m]: 1 cm in the authors' code."""
 
     setting: ClassVar[str] = "root"
@@ -172,7 +169,7 @@ class Root:
 
 
 @dataclass(eq=False)
-class CrossingLimit:
+class CrossingLimit(Limit):
     """A bound on the step that keeps the number of crossings to resolve small.
 
     Crossings that the solve of a step misses, since it is linear and its contact is soft, are corrected afterwards by
@@ -189,10 +186,6 @@ class CrossingLimit:
     part: float
     most: float
     step: float
-
-    def worst(self, state: State, path: ClampPath, time: float) -> Lane:
-        """It is their number that counts."""
-        return None
 
     def longest(self, state: State, path: ClampPath, time: float) -> float:
         """Return the step that is allowed now."""

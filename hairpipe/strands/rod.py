@@ -297,14 +297,11 @@ def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.sum(a * b, axis=-1, keepdims=True)
 
 
-def _unit(a: np.ndarray) -> np.ndarray:
-    return a / np.linalg.norm(a, axis=-1, keepdims=True)
-
-
 def _directors(x: np.ndarray, tangents: np.ndarray) -> np.ndarray:
     """Directors of all edges from the buried one on, without twist, (s, n+1, 3)."""
     shown = x[:, 0] - x[:, GHOST]
-    found = [_unit(shown - _dot(shown, tangents[:, 0]) * tangents[:, 0])]
+    across = shown - _dot(shown, tangents[:, 0]) * tangents[:, 0]
+    found = [across / np.linalg.norm(across, axis=-1, keepdims=True)]
     for i in range(1, tangents.shape[1]):
         found.append(lattice.transport(found[-1], tangents[:, i - 1], tangents[:, i]))
     return np.stack(found, axis=1)

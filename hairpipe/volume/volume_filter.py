@@ -30,7 +30,6 @@ from hairpipe.errors import BadInput
 from hairpipe.laws.pressure import densest, spread
 from hairpipe.laws.settings import Volume
 from hairpipe.solve.interactions import Interaction, StepEnd
-from hairpipe.strands.hair_model import HairModel
 from hairpipe.values.groom import reach_of
 from hairpipe.volume.transfer import StrandSamples, collect, deposit, mean_velocities, sample_strands
 
@@ -140,16 +139,3 @@ def rest_density(points: np.ndarray, offsets: np.ndarray, masses: np.ndarray, ce
         right = f"at most {cell * (max(samples.counts) - 1) / ACROSS / 2:.2g} m"
         raise BadInput(f"cells of {cell:g} m are as large as the hair", where="volume.cell", right=right)
     return densest(deposit(samples, masses, np.zeros_like(points)), cell)
-
-
-def volume_filter_of(hair: HairModel, volume: Volume) -> VolumeFilter:
-    """Make what hair does to hair through a grid."""
-    points = hair.groom.points
-    offsets = hair.layout.offsets
-    rest = 0.0
-    reach = hair.once("reach", lambda: reach_of(points, offsets))
-    if volume.pressure is not None:
-        dense = volume.pressure.density
-        cell = volume.cell
-        rest = dense or hair.once(("density", cell), lambda: rest_density(points, offsets, hair.masses, cell))
-    return VolumeFilter(volume, offsets, hair.masses, reach, rest)

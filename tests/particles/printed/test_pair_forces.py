@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.particles.interaction import find_pairs
+from hairpipe.particles.interaction import PrintedLaw, find_pairs, push_pairs
 from hairpipe.particles.model import kernel
-from hairpipe.particles.printed import PrintedLaw, push_pairs
 from hairpipe.particles.settings import Interaction
 
 H, MASS, DT = 0.02, 1.5e-5, 1 / 24
