@@ -35,43 +35,28 @@ Settings = Mapping[str, Any]
 
 def simplifications(settings: Settings, sockets: Collection[str], dt: float) -> Iterator[Simplification]:
     """List what can be left out of a simulation of strands, axis by axis."""
-    yield from of_model(settings)
-    yield from of_precision(settings)
-    yield from of_groups(settings)
-    yield from of_pairs(settings)
+    # The node reports what another model does not support, such as curls of a chain.
+    for level, (model, text) in enumerate(MODELS[settings["model"]].items(), 1):
+        yield Simplification("model", level, text, (("model", model),))
+    if settings["precision"] == "double":
+        yield Simplification("precision", 1, "single precision where it is safe", (("precision", "automatic"),))
+    for group, text in GROUPS:
+        if settings[group] is not None:
+            yield Simplification(group, 1, text, drops=(group,))
+    pairs = tuple(group for group, _ in PAIRS if settings[group] is not None)
+    if pairs and settings["volume"] is None:
+        yield Simplification("pairs", 1, "hair as a volume, not pairs", (("volume.cell", CELL),), pairs)
     yield from of_locks(settings, sockets)
-    yield from of_particles(settings, sockets)
+    if settings["gravity"] and not PRESCRIBED & set(sockets):  # Particles are led by a body alone, and weigh something.
+        instead = f"{__name__}:{deformed_by_particles.__name__}"
+        for level, count in enumerate(PARTICLES, 1):
+            text = f"{count:,} particles, not strands"
+            yield Simplification("particles", level, text, instead=instead, count=count, compatible=("voxels",))
 
 
 def couples(settings: Settings) -> bool:
     """Return whether hair acts on hair."""
     return any(settings[group] is not None for group, _ in GROUPS)
-
-
-def of_model(settings: Settings) -> Iterator[Simplification]:
-    """Use another model of strands; the node reports unsupported properties, such as curls of a chain."""
-    for level, (model, text) in enumerate(MODELS[settings["model"]].items(), 1):
-        yield Simplification("model", level, text, (("model", model),))
-
-
-def of_precision(settings: Settings) -> Iterator[Simplification]:
-    """Use single precision where that is safe."""
-    if settings["precision"] == "double":
-        yield Simplification("precision", 1, "single precision where it is safe", (("precision", "automatic"),))
-
-
-def of_groups(settings: Settings) -> Iterator[Simplification]:
-    """Leave physics out that is an optional group of settings."""
-    for group, text in GROUPS:
-        if settings[group] is not None:
-            yield Simplification(group, 1, text, drops=(group,))
-
-
-def of_pairs(settings: Settings) -> Iterator[Simplification]:
-    """Simulate hair as a volume in place of pairs of hairs."""
-    pairs = tuple(group for group, _ in PAIRS if settings[group] is not None)
-    if pairs and settings["volume"] is None:
-        yield Simplification("pairs", 1, "hair as a volume, not pairs", (("volume.cell", CELL),), pairs)
 
 
 def of_locks(settings: Settings, sockets: Collection[str]) -> Iterator[Simplification]:
@@ -83,14 +68,6 @@ def of_locks(settings: Settings, sockets: Collection[str]) -> Iterator[Simplific
         for level, most in enumerate(LOCKS, 1):
             puts = (("locks.most", most),)
             yield Simplification("locks", level, f"locks of up to {most} hairs", puts, compatible=COMPATIBLE_WITH_LOCKS)
-
-
-def of_particles(settings: Settings, sockets: Collection[str]) -> Iterator[Simplification]:
-    """Simulate particles in place of strands, where these are led by a body alone and weigh something."""
-    instead = f"{__name__}:{deformed_by_particles.__name__}"
-    for level, count in enumerate(() if PRESCRIBED & set(sockets) or not settings["gravity"] else PARTICLES, 1):
-        text = f"{count:,} particles, not strands"
-        yield Simplification("particles", level, text, instead=instead, count=count, compatible=("voxels",))
 
 
 def deformed_by_particles(name: str, table: dict[str, Any], whole: str, part: Simplification) -> dict[str, Any]:
