@@ -54,7 +54,7 @@ class Audit:
 
 @value
 class LockState:
-    """Guides, which are simulated, and their followers (`sim/locks`).
+    """Guides, which are simulated, and their followers (`shot/locks.py`).
 
     roles         role of each strand: GUIDE, FOLLOWER, AUDITED, RELEASED or TRIED, (strands,) uint8
     guides        guide of each strand: itself, the one it follows or is compared with, or if it has left its lock,
