@@ -9,7 +9,16 @@ import pytest
 
 from hairpipe.engine.store import atomic, holder
 from hairpipe.engine.store import holder as renewal
-from hairpipe.engine.store.atomic import is_left_over, making, open_made, replacing, sweep, workspace, write_text
+from hairpipe.engine.store.atomic import (
+    discard,
+    is_left_over,
+    making,
+    open_made,
+    replacing,
+    sweep,
+    workspace,
+    write_text,
+)
 from tests.engine.conftest import wait_for
 
 
@@ -166,3 +175,14 @@ def test_in_a_folder_of_a_group_its_members_may_write(tmp_path, mode):
                 assert path.stat().st_mode & 0o7777 == (0o660 if mode == 0o2775 else 0o600)
     finally:
         os.umask(before)
+
+
+def test_a_folder_is_discarded_with_what_is_in_it_and_of_a_link_the_link_alone(tmp_path):
+    kept, gone = tmp_path / "kept", tmp_path / "gone"
+    for folder in (kept, gone):
+        folder.mkdir()
+        (folder / "a").touch()
+    (tmp_path / "link").symlink_to(kept)
+    for name in ("gone", "link", "absent"):
+        discard(tmp_path / name)
+    assert names_in(tmp_path) == ["kept"] and names_in(kept) == ["a"]

@@ -11,7 +11,15 @@ import pytest
 
 from hairpipe.engine.store import holder as renewal
 from hairpipe.engine.store import lease
-from hairpipe.engine.store.lease import EMPTY, EXPIRY, Leases, read_lease
+from hairpipe.engine.store.lease import (
+    EMPTY,
+    EXPIRY,
+    Leases,
+    forget_failure,
+    note_failure,
+    read_lease,
+    recall_failure,
+)
 from hairpipe.engine.store.store import Store
 from tests.sources import HOME
 
@@ -25,6 +33,16 @@ leases = Leases(Store(Path(sys.argv[1])))
 print(leases.acquire(sys.argv[2]), flush=True)
 sys.stdin.read()
 leases.close()
+"""
+LEFT = """
+import os, sys
+from pathlib import Path
+from hairpipe.engine.store.lease import Leases
+from hairpipe.engine.store.store import Store
+leases = Leases(Store(Path(sys.argv[1])))
+leases.acquire(sys.argv[2])
+os.rename(leases._folder / sys.argv[2], leases._folder / sys.argv[3])
+os._exit(0)
 """
 
 
@@ -423,3 +441,21 @@ def contend(store, seed, patch):
     late = Leases(store, lambda: EXPIRY)
     assert ONE in after._held or late.acquire(ONE), files_of(store)
     return taken
+
+
+def test_a_failure_is_noted_until_it_is_forgotten(store):
+    note_failure(store, ONE, "too long")
+    assert recall_failure(store, ONE).message == "too long" and recall_failure(store, OTHER) is None
+    forget_failure(store, ONE)
+    assert recall_failure(store, ONE) is None
+
+
+def test_what_a_holder_that_took_over_has_left_goes_with_its_lease(store):
+    """It ended between two removals: its own file is there, the lease that it followed is not."""
+    alone = f"{ONE[: lease.KEY]}.{'0' * 8}"
+    holder = subprocess.run([sys.executable, "-c", LEFT, str(store.root), ONE, alone], capture_output=True, text=True)
+    assert holder.returncode == 0, holder.stderr
+    folder = Leases(store)._folder
+    assert (folder / alone).exists()
+    Leases(store).sweep()
+    assert not (folder / alone).exists()

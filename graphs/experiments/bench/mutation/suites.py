@@ -10,14 +10,18 @@ ENGINE: dict[str, tuple[str, ...]] = {
         *("plan/test_key.py", "plan/test_planner.py", "test_spent.py", "file/test_load.py", "plan/test_checkpoints.py"),
         *("plan/test_divergence.py", "run/test_scheduler.py"),
     ),
-    "store/atomic.py": ("store/test_atomic.py", "store/test_ownership.py", "test_leases.py", "test_users.py"),
+    "store/atomic.py": (
+        *("store/test_atomic.py", "store/test_ownership.py", "store/test_values.py", "plan/test_maintenance.py"),
+        *("test_leases.py", "test_users.py", "test_damage.py"),
+    ),
     "store/digest.py": ("store/test_digest.py", "store/test_record.py", "store/test_kept_stores.py", "key"),
     "store/fingerprint.py": (
         *("store/test_fingerprint.py", "store/test_seal.py", "key", "test_damage.py", "run/test_scheduler.py"),
     ),
-    "store/holder.py": ("store/test_holder.py", "store/test_atomic.py", "store/test_lease.py"),
+    "store/holder.py": ("store/test_holder.py", "store/test_atomic.py", "store/test_lease.py", "test_leases.py"),
     "store/lease.py": (
         *("store/test_lease.py", "test_leases.py", "test_notes.py", "test_read_only.py", "plan/test_divergence.py"),
+        "test_faults.py",
     ),
     "store/ownership.py": ("store/test_ownership.py", "test_users.py"),
     "store/store.py": (
@@ -28,9 +32,12 @@ ENGINE: dict[str, tuple[str, ...]] = {
             "store/test_kept_stores.py",
             "store/test_values.py",
         ),
-        *("test_notes.py", "test_users.py", "test_read_only.py", "test_damage.py"),
+        *("test_notes.py", "test_users.py", "test_read_only.py", "test_damage.py", "plan/test_maintenance.py"),
     ),
-    "store/values.py": ("store/test_values.py", "store/test_kept_stores.py", "test_damage.py"),
+    "store/values.py": (
+        *("store/test_values.py", "store/test_kept_stores.py", "test_spent.py", "test_damage.py", "test_users.py"),
+        *("test_faults.py", "run/test_scheduler.py"),
+    ),
     "run/events.py": ("run/test_events.py", "../app/cli/test_lines.py", "run/test_scheduler.py"),
     "run/player.py": ("run/test_player.py",),
     "run/publish.py": ("run/test_publish.py", "file/test_bounds.py"),
