@@ -4,6 +4,7 @@ import errno
 import os
 import stat
 from collections.abc import Iterable
+from operator import attrgetter
 from pathlib import Path
 from typing import Literal
 
@@ -86,13 +87,16 @@ def content(path: Path, right: str, most: int | None = None) -> bytes:
         raise BadInput(f"the file cannot be read: {describe_fault(fault)}", where=path, right=right) from None
 
 
+_stamped = attrgetter("st_dev", "st_ino", "st_size", "st_mtime_ns", "st_ctime_ns")
+
+
 def stamp_of(file: str) -> Stamp:
     """Return device, inode, size, modification and status change [ns] of a file or folder; nothing of a missing one."""
     try:
         found = Path(file).stat()
     except (OSError, ValueError):
         return ()
-    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+    return _stamped(found)
 
 
 def describe_fault(fault: OSError | ValueError) -> str:

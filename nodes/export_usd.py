@@ -45,7 +45,7 @@ def export_usd(
     from hairpipe.errors import BadInput
     from hairpipe.formats.usd.shot import Shot, VolumeFile, write_clips, write_shot
     from hairpipe.formats.vdb import box
-    from hairpipe.groom.interpolating import keys_among
+    from hairpipe.groom.key_weights import keys_among
 
     vdb = {} if volume is None else {frame: volume[frame].path for frame in volume.numbers}
     files = None if volume is None else {frame: VolumeFile(path, box(path)) for frame, path in vdb.items()}

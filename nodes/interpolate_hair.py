@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from hairpipe.engine import Time, node
-from hairpipe.groom.interpolating import KeyWeights, weigh_keys
+from hairpipe.groom.key_weights import KeyWeights, weigh_keys
 from hairpipe.units import Degrees, Fraction, Interval, Metres
 from hairpipe.values import BodyParts, Ends, Groom, LevelSet, Mesh, Strands
 

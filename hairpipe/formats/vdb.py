@@ -237,7 +237,9 @@ def _read_grid(cursor: Cursor, name: str, kind: str) -> Voxels:
     except ImportError:
         right = "pip install 'hairpipe[vdb]', which installs blosc; or a file saved with zip"
         raise cursor.fail("values are compressed by Blosc", right, Unread) from None
-    is_half, is_masked, is_packed = kind.endswith("_HalfFloat"), bool(flags & ACTIVE_MASK), bool(flags & (BLOSC | ZIP))
+    is_half = kind.endswith("_HalfFloat")
+    is_masked = bool(flags & ACTIVE_MASK)
+    is_packed = bool(flags & (BLOSC | ZIP))
     coding = _Coding(number, is_half, is_masked, is_packed, blosc)
     read_metadata(cursor)
     voxel, translation = _read_map(cursor)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.groom.interpolating import keys_among, weigh_keys
+from hairpipe.groom.key_weights import keys_among, weigh_keys
 from hairpipe.groom.sampling import joined_strands
 from hairpipe.values import Groom, Strands
 from hairpipe.values.strand_arrays import offsets_of, take

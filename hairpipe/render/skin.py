@@ -48,7 +48,8 @@ def soft_depth(shadow: Shade, points: np.ndarray) -> np.ndarray:
     aside, across = axes_across(light)
     through = np.zeros(len(points))
     for n in range(SAMPLES):  # a spiral of even density
-        radius, angle = PENUMBRA * math.sqrt((n + 0.5) / SAMPLES), n * math.pi * (3.0 - math.sqrt(5.0))
+        radius = PENUMBRA * math.sqrt((n + 0.5) / SAMPLES)
+        angle = n * math.pi * (3.0 - math.sqrt(5.0))
         at = points + radius * (math.cos(angle) * aside + math.sin(angle) * across)
         through += np.exp(-DENSITY * shadow.between(at))
     return -np.log(through / SAMPLES) / DENSITY

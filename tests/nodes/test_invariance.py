@@ -9,7 +9,7 @@ from hairpipe.body.scripted_motion import Track
 from hairpipe.body.shapes import build_box
 from hairpipe.engine import Pair, Time
 from hairpipe.geometry.rotations import root_frames
-from hairpipe.groom.interpolating import weigh_keys
+from hairpipe.groom.key_weights import weigh_keys
 from hairpipe.groom.sampling import thinned
 from hairpipe.laws.settings import Collisions, Construction, Locks, SagFree, Stiction, StrainLimit, Volume
 from hairpipe.levelset.bake import bake

@@ -16,7 +16,8 @@ from hairpipe.engine import Frames, Time, Workspace
 from hairpipe.engine.run.player import Played, Player
 from hairpipe.errors import BadInput
 from hairpipe.formats.registry import read_strands
-from hairpipe.groom.interpolating import clumped, interpolated, weigh_keys
+from hairpipe.groom.interpolating import clumped, interpolated
+from hairpipe.groom.key_weights import weigh_keys
 from hairpipe.groom.strands import unbound
 from hairpipe.nodes.export_groom import export_groom
 from hairpipe.nodes.export_usd import export_usd

@@ -8,7 +8,8 @@ import numpy as np
 from hairpipe.geometry.sorting import morton_order
 from hairpipe.graphs.experiments.bench.repeat import repeat
 from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, make_report
-from hairpipe.groom.interpolating import interpolated, weigh_keys
+from hairpipe.groom.interpolating import interpolated
+from hairpipe.groom.key_weights import weigh_keys
 from hairpipe.groom.sampling import thinned
 from hairpipe.laws.pressure import SWEEPS, densest, filled_cells, spread
 from hairpipe.laws.settings import Pressure, Volume

@@ -97,7 +97,8 @@ class Worker:
             special[Workspace] = folder
             arguments = build_arguments(node_type, inputs, job["settings"], special, self.values.get)
             begun = time.perf_counter()
-            worked, compiled = processor_time(), seconds_compiled()
+            worked = processor_time()
+            compiled = seconds_compiled()
             with recorded_warnings() as warnings:
                 try:
                     prepared = self.preparations.prepare(node_type, inputs, job["settings"], self.values.get)
@@ -106,7 +107,8 @@ class Worker:
                     self._check_code(node_type)
             self.values.check()
             seconds = time.perf_counter() - begun
-            processor, compiled = processor_time() - worked, seconds_compiled() - compiled
+            processor = processor_time() - worked
+            compiled = seconds_compiled() - compiled
             del arguments
             for path, stamp in job["files"].items():
                 if stamp_of(path) != tuple(stamp):  # its key would be wrong

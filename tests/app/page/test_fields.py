@@ -65,7 +65,7 @@ def test_a_slider_makes_one_edit_when_it_is_released(live):
     slider = row(live, "groom", "strands").find_element("css selector", "[type=range]")
     live.drag(slider, by=(20, 0))
     live.until(lambda: "strands" in live.tables["groom"])
-    assert live.session._history._at == 1 and live.tables["groom"]["strands"] > 2500
+    assert live.session._history.at == 1 and live.tables["groom"]["strands"] > 2500
     live.press("z", live.Keys.CONTROL)
     live.until(lambda: live.text == TEXT)
 
@@ -97,7 +97,7 @@ def test_a_point_of_a_profile_is_dragged(live):
     row(live, "hair", "material.diameter").find_element("css selector", ".opener").click()
     live.drag(live.find('.profile [data-point="1"]'), by=(-30, -12))
     live.until(lambda: live.text != TEXT)
-    assert live.session._history._at == 1
+    assert live.session._history.at == 1
     (start, end) = live.tables["hair"]["material"]["diameter"]["profile"]
     assert start == [0, 1] and end[0] < 1 and end[1] > 0.5
 

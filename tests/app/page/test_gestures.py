@@ -64,14 +64,14 @@ def test_nodes_are_moved_muted_copied_renamed_and_deleted_and_all_of_it_undone(l
     live.until(lambda: "late" not in live.tables)
     after = live.text
     for _ in range(5):
-        depth = live.session._history._at
+        depth = live.session._history.at
         live.press("z", live.Keys.CONTROL)
-        live.until(lambda depth=depth: live.session._history._at == depth - 1)
+        live.until(lambda depth=depth: live.session._history.at == depth - 1)
     assert live.text == SHOT
     for _ in range(5):
-        depth = live.session._history._at
+        depth = live.session._history.at
         live.press("z", live.Keys.CONTROL, live.Keys.SHIFT)
-        live.until(lambda depth=depth: live.session._history._at == depth + 1)
+        live.until(lambda depth=depth: live.session._history.at == depth + 1)
     assert live.text == after
 
 

@@ -155,7 +155,7 @@ def test_many_random_edits_of_a_shipped_graph_parse_and_most_are_made(name):
     assert len(layout) <= 1, layout
     assert len(refused) < 0.3 * number_of_edits, refused
     for _ in range(number_of_edits - len(refused)):
-        history.move(-1)
+        history.at -= 1
     assert history.text == GRAPHS[name]
 
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hairpipe.engine import Time
-from hairpipe.groom.interpolating import weigh_keys
+from hairpipe.groom.key_weights import weigh_keys
 from hairpipe.groom.sampling import thinned
 from hairpipe.groom.settings import Tuft
 from hairpipe.groom.strands import gather_tuft, lay_strands

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.groom.interpolating import keys_among, weigh_keys
+from hairpipe.groom.key_weights import keys_among, weigh_keys
 from hairpipe.groom.strands import lay_strands
 from hairpipe.values.strand_arrays import take
 

@@ -25,7 +25,7 @@ the host with all its children.
 """
 NAMED = "from hairpipe.engine.store import holder\nholder.machine = lambda: '{:0>12}'\n"
 """Prelude of a machine with a name of its own: it cannot look up the processes of others."""
-CHILDREN = "from hairpipe.engine.hosts import member\nmember.BOOT = {!r} + member.BOOT"
+CHILDREN = "from hairpipe.engine.hosts import host\nhost.BOOT = {!r} + host.BOOT"
 """Gives the workers of a machine the same prelude."""
 SIZE = "96m"
 """Of the file system of a store [bytes]."""

@@ -178,7 +178,8 @@ def _step_by_step(track: Track) -> Iterator[Fault]:
         arrays = [before.points, now.points, _velocities(before), _velocities(now)]
         sound = np.logical_and.reduce([np.isfinite(array).all(axis=1) for array in arrays])
         start, end = (shape.points[sound].astype(np.float64) for shape in (before, now))
-        lead, way = _lead(before, now)[sound], end - start
+        lead = _lead(before, now)[sound]
+        way = end - start
         noise = ROUNDING * np.sqrt(start.size) * max(np.abs(start).max(initial=0), np.abs(end).max(initial=0))
         authored, seen, misfit = (float(np.linalg.norm(array)) for array in (lead, way, lead - way))
         steps.append((before.time.GetValue(), now.time.GetValue(), authored, seen, misfit, noise))
