@@ -450,7 +450,7 @@ def test_a_failure_is_noted_until_it_is_forgotten(store):
     assert recall_failure(store, ONE) is None
 
 
-def test_what_a_holder_that_took_over_has_left_goes_with_its_lease(store):
+def test_files_of_a_holder_that_ended_go_with_its_lease(store):
     """It ended between two removals: its own file is there, the lease that it followed is not."""
     alone = f"{ONE[: lease.KEY]}.{'0' * 8}"
     holder = subprocess.run([sys.executable, "-c", LEFT, str(store.root), ONE, alone], capture_output=True, text=True)
