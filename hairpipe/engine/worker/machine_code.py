@@ -50,8 +50,8 @@ from hairpipe.errors import BadInput
 KNOWN = (0, 68)
 """Version of numba whose internal classes are patched here; another one compiles as it does by itself.
 
-`hairpipe bench first-use graphs/demo.toml` needs 146 processor seconds with the patch and 218 without it (numba 0.68.1,
-two busy cores). A similar change of numba was closed without a merge: https://github.com/numba/numba/pull/9566
+`hairpipe bench first-use graphs/demo.toml` shows what the patch saves: with another version here, nothing is patched.
+A similar change of numba was closed without a merge: https://github.com/numba/numba/pull/9566
 """
 
 
