@@ -1,9 +1,10 @@
-"""A plugin of pytest that says where the time of the tests goes: seconds by file, and how many of them compile kernels.
+"""A plugin of pytest that says where the time of the tests goes: seconds by file, waited, computed and compiling kernels.
 
-`make test PYTEST='-p tests.seconds'`. What child processes compile counts as waiting. For a cold run, set
-NUMBA_CACHE_DIR to an empty folder.
+`make test PYTEST='-p tests.seconds'`. Child processes that have ended are computing; what they compile is not told
+apart. For a cold run, set NUMBA_CACHE_DIR to an empty folder.
 """
 
+import os
 from collections import defaultdict
 from collections.abc import Generator
 from typing import Any
@@ -12,36 +13,40 @@ import pytest
 
 from hairpipe.engine.worker.machine_code import seconds_compiled
 
-MOST_FILES = 40
-COMPILED = "seconds of compilation"
+MOST_FILES = 60
+SPENT = "seconds computing and compiling"
 
-seconds: dict[str, float] = defaultdict(float)
-compiled: dict[str, float] = defaultdict(float)
-before = 0.0
+spent: dict[str, list[float]] = defaultdict(lambda: [0.0, 0.0, 0.0])
+before = [0.0, 0.0]
+
+
+def read_clocks() -> list[float]:
+    return [sum(os.times()[:4]), seconds_compiled()]
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo) -> Generator[None, Any, Any]:
-    """Note in the report, which goes to the process that started this one, what has compiled since the last one."""
+    """Note in the report, which goes to the process that started this one, what was spent since the last one."""
     global before
     report = yield
-    report.user_properties = [(COMPILED, seconds_compiled() - before)]
-    before = seconds_compiled()
+    now = read_clocks()
+    report.user_properties = [(SPENT, [end - begin for begin, end in zip(before, now, strict=True)])]
+    before = now
     return report
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
     file = report.nodeid.partition("::")[0]
-    seconds[file] += report.duration
-    compiled[file] += dict(report.user_properties).get(COMPILED, 0.0)
+    new = [report.duration, *dict(report.user_properties).get(SPENT, [0.0, 0.0])]
+    spent[file] = [a + b for a, b in zip(spent[file], new, strict=True)]
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
     """Write the files that take longest, and all of them together."""
     if hasattr(config, "workerinput"):
         return
-    write = terminalreporter.write_line
-    total, kernels = sum(seconds.values()), sum(compiled.values())
-    write(f"{total:.0f} s of tests in all processes, {kernels:.0f} s of it compile kernels")
-    for file in sorted(seconds, key=seconds.__getitem__, reverse=True)[:MOST_FILES]:
-        write(f"{seconds[file]:7.1f} s {compiled[file]:7.1f} s  {file}")
+    rows = sorted(spent.items(), key=lambda row: -max(row[1]))[:MOST_FILES]
+    total = [sum(column) for column in zip(*spent.values(), strict=True)]
+    terminalreporter.write_line("   wall computing compiling [s]")
+    for file, row in [("all", total), *rows]:
+        terminalreporter.write_line(" ".join(f"{value:8.1f}" for value in row) + f"  {file}")
