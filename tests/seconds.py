@@ -1,4 +1,4 @@
-"""A plugin of pytest that says where the time of the tests goes: seconds by file, waited, computed and compiling kernels.
+"""A plugin of pytest that says where the time of tests goes: seconds by file, waited, computed and compiling kernels.
 
 `make test PYTEST='-p tests.seconds'`. Child processes that have ended are computing; what they compile is not told
 apart. For a cold run, set NUMBA_CACHE_DIR to an empty folder.
