@@ -16,8 +16,9 @@ from hairpipe.engine.code import CodeReader
 from hairpipe.engine.file.load import load_graph
 from hairpipe.engine.hosts.host import Host, Job, LocalEngine, Member
 from hairpipe.engine.hosts.offer import Offer
-from hairpipe.engine.plan.planner import plan
-from hairpipe.engine.run.events import Options
+from hairpipe.engine.plan.planner import plan, read_result
+from hairpipe.engine.plan.tasks import Task
+from hairpipe.engine.run.events import Event, Options
 from hairpipe.engine.run.scheduler import run
 from hairpipe.engine.store.store import Store
 from hairpipe.engine.worker import machine_code
@@ -90,6 +91,14 @@ class Shot:
         """Write the graph file."""
         self.path.write_text(text.replace("{first}", str(first)).replace("{last}", str(last)))
 
+    def add(self, text: str) -> None:
+        """Add nodes to the graph file."""
+        self.path.write_text(self.path.read_text() + text)
+
+    def change(self, old: str, new: str) -> None:
+        """Change the graph file."""
+        self.edit(f"../{self.path.name}", old, new)
+
     def edit(self, file: str, old: str, new: str) -> None:
         """Change a file of nodes."""
         path = self.nodes / file
@@ -116,11 +125,22 @@ class Shot:
         force=False,
         **settings,
     ):
-        """Run the graph; returns the outcome."""
+        """Run the graph; returns the outcome. `warned` has tasks and messages of its warnings."""
         graph = self.load(**settings)
         graph = graph.upto(to) if to else graph
         options = Options(jobs=jobs, keep_going=keep_going, publish_root=root, force=force, spare=self.spare)
-        return run(graph, store or self.store, frames, options, report)
+        self.warned = []
+
+        def listen(event: Event) -> None:
+            self.warned += [(str(event.task), event.message)] if event.kind == "warning" else []
+            report(event)
+
+        return run(graph, store or self.store, frames, options, listen)
+
+    def value(self, name: str, output: str = ""):
+        """Read a result, such as `sum@3`."""
+        node, _, frame = name.partition("@")
+        return read_result(self.load(), self.store, Task(node, int(frame) if frame else None), output).value
 
     def plan(self, frames=None, **settings):
         """Plan the graph; returns entries by name of the task."""

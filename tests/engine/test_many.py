@@ -4,8 +4,6 @@ from collections import Counter
 
 import pytest
 
-from hairpipe.engine.plan.planner import read_result
-from hairpipe.engine.plan.tasks import Task
 from hairpipe.errors import BadInput
 
 HEAD = "schema = 1\nframes = [1, 3]\nfps = 24\n"
@@ -13,15 +11,11 @@ SEEDS = HEAD + "".join(f'[s{n}]\ntype = "make_seed"\nvalue = {n}\n' for n in ran
 GATHER = SEEDS + '[all]\ntype = "gather"\nin.numbers = {}\n'
 
 
-def value(shot) -> float:
-    return read_result(shot.load(), shot.store, Task("all", None)).value
-
-
 def test_values_come_in_the_order_of_the_list(shot):
     for listed, expected in (('["s1", "s3", "s2"]', 132), ('["s3", "s3"]', 33), ('["s2"]', 2), ('"s2"', 2)):
         shot.write(GATHER.format(listed))
         shot.run()
-        assert value(shot) == expected
+        assert shot.value("all") == expected
     assert shot.tally() == Counter(make_seed=11, gather=3), "one edge is the same in a list or alone"
 
 
@@ -29,15 +23,15 @@ def test_more_than_ten_keep_their_order(shot):
     names = [f"s{n}" for n in [*range(2, 10), 1, 1, 2]]
     shot.write(GATHER.format(str(names).replace("'", '"')))
     shot.run()
-    assert value(shot) == 23456789112
+    assert shot.value("all") == 23456789112
 
 
 def test_frames_of_several_nodes(shot):
     moves = "".join(f'[m{n}]\ntype = "move_seed"\nin.seed = "s{n}"\n' for n in (1, 2))
     shot.write(GATHER.format('["s1"]\nin.shots = ["m1", "m2"]') + moves)
     shot.run()
-    moved = sum(read_result(shot.load(), shot.store, Task(f"m{n}", frame)).value for n in (1, 2) for frame in (1, 2, 3))
-    assert value(shot) == 1 + moved
+    moved = sum(shot.value(f"m{n}@{frame}") for n in (1, 2) for frame in (1, 2, 3))
+    assert shot.value("all") == 1 + moved
     assert shot.tally()["gather"] == 1
 
 

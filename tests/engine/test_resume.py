@@ -65,9 +65,7 @@ def test_killed_at_any_moment(shot, undisturbed):
 
 
 def test_worker_dies_with_its_coordinator(shot):
-    shot.path.write_text(
-        shot.path.read_text() + '[slow]\ntype = "go_wrong"\nin.number = "move"\nhow = "slow"\nat = 1\n'
-    )
+    shot.add('[slow]\ntype = "go_wrong"\nin.number = "move"\nhow = "slow"\nat = 1\n')
     process = shot.start(jobs=2)
     wait_for(lambda: shot.has_called("go_wrong 1"))
     process.kill()
@@ -77,7 +75,7 @@ def test_worker_dies_with_its_coordinator(shot):
 
 def test_two_processes_share_the_work(shot):
     """Each evaluation is made once, by one or the other."""
-    shot.path.write_text(shot.path.read_text().replace("[1, 10]", "[1, 40]"))
+    shot.change("[1, 10]", "[1, 40]")
     outcomes = [shot.outcome(process) for process in [shot.start(jobs=1), shot.start(jobs=1)]]
     assert [outcome["failures"] for outcome in outcomes] == [[], []]
     counts = shot.tally()

@@ -50,5 +50,5 @@ def test_files_of_a_format_that_is_not_read_are_refused_when_the_graph_is(shot):
     fault = f"[head]: file = 'body.fbx' is not a file that load_body reads ({formats})"
     assert str(caught.value) == f"{shot.path}:6: {fault}"
     (shot.folder / "body.OBJ").touch()
-    shot.path.write_text(shot.path.read_text().replace("body.fbx", "body.OBJ"))
+    shot.change("body.fbx", "body.OBJ")
     assert load_graph(shot.path).nodes["head"]

@@ -2,8 +2,6 @@
 
 import pytest
 
-from hairpipe.engine.plan.planner import read_result
-from hairpipe.engine.plan.tasks import Task
 from hairpipe.errors import BadInput
 
 from .conftest import CHAIN
@@ -26,7 +24,7 @@ def bill(shot, nodes):
     """Run a bill of these nodes, and give what it came to."""
     write(shot, nodes)
     assert not shot.run(to=["bill"]).failures
-    return read_result(shot.load(), shot.store, Task("bill", None)).value
+    return shot.value("bill")
 
 
 def taken(shot, node):

@@ -109,7 +109,7 @@ def test_a_state_is_written_while_its_scan_waits_for_an_input(shot):
 
 def test_a_run_that_stops_after_a_failure_writes_the_state_that_it_has(shot):
     """Another branch fails while the scan is at frame 7, whose state nothing else would have written."""
-    shot.path.write_text(shot.path.read_text() + '[wrong]\ntype = "go_wrong"\nin.number = "move"\nat = 1\n')
+    shot.add('[wrong]\ntype = "go_wrong"\nin.number = "move"\nat = 1\n')
     wait = """while not Path(os.environ["TOY_TALLY"] + ".once").exists():
             clock.sleep(0.02)
         if how == "raise":"""

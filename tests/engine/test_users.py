@@ -134,7 +134,7 @@ def test_files_of_killed_processes_of_other_users_are_swept(store):
 
 def test_a_user_who_may_only_read_gets_what_is_there_and_one_line(shot, place, monkeypatch):
     public = Shot(place / "shot")
-    public.path.write_text(public.path.read_text().replace('publish = "out/list.txt"\n', ""))
+    public.change('publish = "out/list.txt"\n', "")
     monkeypatch.setenv("HAIRPIPE_TRUST", str(public.nodes))
     public.run()
     for path in [public.store.root, *public.store.root.rglob("*")]:

@@ -7,6 +7,7 @@ import pytest
 
 from hairpipe.engine.file.graph import project_of
 from hairpipe.engine.run import publish
+from hairpipe.engine.run.scheduler import run
 from hairpipe.engine.store import atomic
 from hairpipe.errors import BadInput
 
@@ -21,7 +22,7 @@ def outside(tmp_path_factory) -> Path:
 
 
 def publish_to(shot, path) -> None:
-    shot.path.write_text(shot.path.read_text().replace('"out/list.txt"', f'"{path}"'))
+    shot.change('"out/list.txt"', f'"{path}"')
 
 
 def refused(shot, **how) -> str:
@@ -61,7 +62,6 @@ def test_a_folder_that_the_user_names_is_within(shot, outside):
     publish_to(shot, outside / "deep" / "list.txt")
     assert not shot.run(root=outside).failures
     assert (outside / "deep" / "list.txt").is_file()
-    publish_to(shot, "out/list.txt")
 
 
 @pytest.mark.parametrize("swapped", ["out", "out/parts"])
@@ -71,23 +71,16 @@ def test_a_link_that_comes_later_is_not_followed(shot, outside, swapped):
     link = shot.folder / swapped
     link.parent.mkdir(exist_ok=True)
     link.symlink_to(outside)
-    (failure,) = publish_all(shot, graph).failures
+    (failure,) = run(graph, shot.store).failures
     assert failure.kind == "publish" and "the path contains a link" in failure.message
     assert not list(outside.iterdir())
-
-
-def publish_all(shot, graph):
-    from hairpipe.engine.run.events import Options
-    from hairpipe.engine.run.scheduler import run
-
-    return run(graph, shot.store, options=Options(jobs=1))
 
 
 def test_a_folder_that_becomes_a_link_while_it_is_entered_is_not_followed(shot, outside, monkeypatch):
     monkeypatch.setattr(publish, "check_way", lambda place: None)  # it was none when it was looked at
     graph = shot.load()
     (shot.folder / "out").symlink_to(outside)
-    (failure,) = publish_all(shot, graph).failures
+    (failure,) = run(graph, shot.store).failures
     assert failure.kind == "publish" and not list(outside.iterdir())
 
 
@@ -164,10 +157,9 @@ def test_a_file_of_the_user_is_kept_without_force(shot):
     path.write_text(MINE)
     events = []
     (failure,) = shot.run(report=events.append).failures
-    reported = next(event for event in events if event.kind != "begun")
-    assert reported.kind == "warning" and str(reported.task) == "list" and "is kept unless" in reported.message, (
-        "before it is computed"
-    )
+    assert [event.kind for event in events[:2]] == ["begun", "warning"], "before it is computed"
+    ((name, message),) = shot.warned
+    assert name == "list" and "is kept unless" in message
     assert "a file exists that is not from hairpipe, or was changed since" in failure.message
     assert "--force" in failure.message and path.read_text() == MINE
     outcome = shot.run(force=True)

@@ -82,14 +82,6 @@ def test_it_is_the_node_that_is_written_out(shot, name):
     assert found[0] == found[1]
 
 
-def test_it_has_the_keys_of_the_node_that_is_written_out(shot):
-    short, written = SAME["edge"]
-    shot.write(MOVE + short + "\n")
-    assert shot.run().exit_code == 0
-    shot.write(MOVE + written + "\n")
-    assert {entry.status for entry in shot.plan().values()} == {"cached"}
-
-
 def test_only_the_changes_of_a_variant_are_computed(shot):
     shot.write(SUM)
     shot.run()

@@ -222,13 +222,6 @@ def test_whole_numbers_become_floats_before_they_are_keyed(shot):
     assert [type(v) for v in value] == [float, float]
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(st.one_of(st.binary(max_size=200), st.text(max_size=200).map(str.encode)))
-def test_any_bytes_are_refused_in_one_way(shot, data):
-    with pytest.raises(BadInput):
-        load_graph(write(shot, data))
-
-
 @settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     st.integers(0, len(FULL)),

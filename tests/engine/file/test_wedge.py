@@ -107,10 +107,7 @@ AXIS = "axes.seed.value = [1, 2]\n"
         (AXIS + 'axes."seed.value.x" = [1]', "two of 'seed.value'"),
         (AXIS + "joint = true\naxes.move.step = [1]", r"different lengths \(seed.value: 2, move.step: 1\)"),
         (AXIS + "joint = 1", "joint = 1"),
-        (
-            AXIS + "axes.move.step = { from = 0, to = 1, count = 501 }",
-            "1,002 variants are too many",
-        ),
+        (AXIS + "axes.move.step = { from = 0, to = 1, count = 501 }", "1,002 variants are too many"),
         (AXIS + "sow = []", r"unknown key 'sow' \(did you mean 'show'\?\)"),
         (AXIS + 'show = ["mov"]', r"show: no node 'mov' \(did you mean 'move'\?\)"),
         (AXIS + 'measures = "weight"', "measures = 'weight'"),

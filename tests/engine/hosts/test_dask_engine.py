@@ -39,7 +39,7 @@ TWO = '[moved]\nlike = "move"\nstep = 2.0\n[other]\nlike = "sum"\nin.number = "m
 
 def test_a_cluster_gives_what_one_machine_gives(shot, cluster):
     """Equal objects and counts; both machines evaluate; the folder is trusted by the user of the coordinator alone."""
-    shot.path.write_text(shot.path.read_text() + TWO)
+    shot.add(TWO)
     whole = Store(shot.folder / "whole")
     shot.run(store=whole)
     expected, text = shot.tally(), (shot.folder / "out" / "list.txt").read_bytes()

@@ -274,9 +274,7 @@ def two(monkeypatch):
 
 
 def test_two_scans_run_side_by_side_and_give_what_one_machine_gives(shot, two):
-    shot.path.write_text(
-        shot.path.read_text() + '[moved]\nlike = "move"\nstep = 2.0\n[other]\nlike = "sum"\nin.number = "moved"\n'
-    )
+    shot.add('[moved]\nlike = "move"\nstep = 2.0\n[other]\nlike = "sum"\nin.number = "moved"\n')
     undisturbed = Store(shot.folder / "undisturbed")
     shot.run(store=undisturbed)
     counts = shot.tally()
@@ -295,7 +293,7 @@ def test_two_scans_run_side_by_side_and_give_what_one_machine_gives(shot, two):
 
 def test_a_killed_worker_is_replaced_once_on_another_machine(shot, two):
     """Killed at its first attempt: the other machine evaluates it. Killed at each: a failure."""
-    shot.path.write_text(shot.path.read_text() + '[wrong]\ntype = "go_wrong"\nin.number = "move"\nhow = "kill"\n')
+    shot.add('[wrong]\ntype = "go_wrong"\nin.number = "move"\nhow = "kill"\n')
     two()
     outcome = shot.run(keep_going=True)
     assert [(failure.kind, failure.task.frame) for failure in outcome.failures] == [("crash", 3)]

@@ -38,8 +38,8 @@ def test_workers_stay_between_runs_and_give_what_new_ones_give(shot, spare):
 
 
 def test_scans_at_a_time_share_the_threads(shot, spare):
-    shot.path.write_text(shot.path.read_text() + '[other]\nlike = "sum"\nin.number = "moved"\n')
-    shot.path.write_text(shot.path.read_text() + '[moved]\nlike = "move"\nstep = 2.0\n')
+    shot.add('[other]\nlike = "sum"\nin.number = "moved"\n')
+    shot.add('[moved]\nlike = "move"\nstep = 2.0\n')
     whole = Store(shot.folder / "whole")
     shot.run(store=whole)
     counts, running, most = shot.tally(), set(), 0

@@ -40,7 +40,7 @@ def give(shot, name, **parts):
 
 def value(shot):
     assert shot.run().exit_code == 0
-    return read_result(shot.load(), shot.store, Task("one", None)).value
+    return shot.value("one")
 
 
 def test_a_helper_that_python_finds_elsewhere_is_neither_run_nor_keyed(shot, studio):

@@ -102,7 +102,7 @@ def test_cleaning_under_a_run_costs_time_and_nothing_else(shot):
 @pytest.mark.parametrize("parts", ["true", "false"])
 def test_a_file_that_goes_while_a_node_reads_it_is_computed_again(shot, parts):
     (shot.nodes / "read_list.py").write_text(READER.replace("{flag}", str(shot.folder / "flag")))
-    shot.path.write_text(shot.path.read_text() + '[read]\ntype = "read_list"\nin.file = "list"\n')
+    shot.add('[read]\ntype = "read_list"\nin.file = "list"\n')
     outcome = shot.run(list__parts=parts)
     counts = shot.tally()
     assert outcome.failures == () and (counts["write_list"], counts["read_list"], counts["add_up"]) == (2, 2, 10)

@@ -32,7 +32,7 @@ def test_plan_of_a_new_graph_writes_nothing(shot):
 
 def test_plan_names_the_first_difference(shot):
     (shot.folder / "clip").write_bytes(b"abc")
-    shot.path.write_text(shot.path.read_text().replace("value = 3", 'file = "clip"\nbent = {}'))
+    shot.change("value = 3", 'file = "clip"\nbent = {}')
     shot.run()
     before = snapshot(shot.folder)
     assert {entry.status for entry in shot.plan().values()} == {"cached"}
@@ -90,7 +90,7 @@ def test_plan_is_what_the_run_does(shot):
 
 def test_new_frames_are_called_new(shot):
     shot.run()
-    shot.path.write_text(shot.path.read_text().replace("[1, 10]", "[1, 11]"))
+    shot.change("[1, 10]", "[1, 11]")
     assert shown(shot.plan(), "move@10", "move@11", "list") == [
         ("cached", ""),
         ("run", "new frame"),

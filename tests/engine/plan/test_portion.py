@@ -71,7 +71,7 @@ def test_a_file_of_all_frames_is_never_one_of_a_part(branched):
 
 
 def test_a_frame_that_needs_all_frames_is_reported_as_not_reached(branched):
-    branched.path.write_text(branched.path.read_text() + ABOVE)
+    branched.add(ABOVE)
     outcome = run_only(branched, (1, 2))
     assert (outcome.exit_code, outcome.blocked, outcome.failures) == (1, 2, ())
     assert [run_only(branched, only).exit_code for only in ((3, 4), (5, 6), (1, 2), (3, 4))] == [1, 0, 0, 0]
@@ -84,7 +84,7 @@ def test_frames_outside_of_the_run_are_refused(branched):
 
 
 def test_collectors_are_what_sees_frames(branched):
-    branched.path.write_text(branched.path.read_text() + ABOVE)
+    branched.add(ABOVE)
     assert sorted(collectors(branched.load())) == ["list", "total"]
 
 
@@ -110,7 +110,7 @@ def test_a_run_waits_so_long_for_others_and_ends_with_75(branched):
 
 def test_every_frame_alone_in_every_order_evaluates_each_once(shot):
     """All six orders of three frames of a shot with a scan."""
-    shot.path.write_text(shot.path.read_text().replace("[1, 10]", "[1, 3]"))
+    shot.change("[1, 10]", "[1, 3]")
     for number, order in enumerate(itertools.permutations((1, 2, 3))):
         shot.store = Store(shot.folder / f"cache-{number}")
         assert [run_only(shot, (frame,)).exit_code for frame in order] == [0, 0, 0]

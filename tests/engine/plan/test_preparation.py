@@ -65,13 +65,9 @@ def test_prepare_is_called_once_for_all_frames_and_again_for_a_changed_setting(p
 
 
 def test_its_warnings_are_reported_once_also_where_a_run_continues(prepared):
-    def warned(**given):
-        events = []
-        prepared.run(report=events.append, **given)
-        return [(str(event.task), event.message) for event in events if event.kind == "warning"]
-
-    once = [("scale@1", "the factor is large")]
-    assert [warned(frames=range(1, 6)), warned(), warned()] == [once] * 3
+    for frames in (range(1, 6), None, None):
+        prepared.run(frames)
+        assert prepared.warned == [("scale@1", "the factor is large")]
     assert prepared.tally()["make_factor"] == 2, "a worker a run"
 
 
@@ -82,11 +78,9 @@ def test_its_failure_is_one_of_the_node(prepared):
 
 
 def test_values_per_frame_prepare_nothing(prepared):
-    text = prepared.path.read_text()
-    prepared.path.write_text(text.replace('in.seed = "seed"\nin.number', 'in.seed = "move"\nin.number'))
-    with pytest.raises(
-        BadInput, match=r"13: \[scale\] scale: in.seed: 'move' gives a value per frame, 'scale' is prep"
-    ):
+    prepared.change('in.seed = "seed"\nin.number', 'in.seed = "move"\nin.number')
+    place = r"13: \[scale\] scale: in.seed: "
+    with pytest.raises(BadInput, match=f"{place}'move' gives a value per frame, 'scale' is prep"):
         prepared.load()
 
 
@@ -113,7 +107,7 @@ def test_a_node_stays_a_plain_function():
 def test_scans_that_advance_in_turn_are_prepared_once_each(prepared):
     powers = {"second": 3, "third": 4, "fourth": 5}
     scans = [f'[{name}]\nlike = "scale"\npower = {power}\n' for name, power in powers.items()]
-    prepared.path.write_text("\n".join([prepared.path.read_text(), *scans]))
+    prepared.add("\n".join(["", *scans]))
     assert prepared.run(jobs=1).exit_code == 0
     assert prepared.tally() == Counter(make_seed=1, move_seed=10, make_factor=4, scale=40)
 

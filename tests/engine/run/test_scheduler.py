@@ -8,6 +8,8 @@ import pytest
 from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
 
+from ..conftest import CHAIN
+
 pytestmark = pytest.mark.usefixtures("kept")
 
 ALL = Counter(make_seed=1, move_seed=10, add_up=10, write_list=1)
@@ -77,7 +79,7 @@ def test_values_per_frame_make_way_for_the_scan(shot):
 def test_longer_range_reuses_old_frames(shot):
     shot.run()
     shot.tally()
-    shot.path.write_text(shot.path.read_text().replace("[1, 10]", "[1, 12]"))
+    shot.change("[1, 10]", "[1, 12]")
     shot.run()
     assert shot.tally() == Counter(move_seed=2, add_up=2, write_list=1)
 
@@ -121,25 +123,6 @@ def test_input_file_counts_by_its_bytes(shot):
     assert shot.tally() == ALL
 
 
-def test_comment_and_docstring_change_nothing(shot):
-    shot.run()
-    shot.tally()
-    shot.edit("add_up.py", '"""Add numbers up over time."""', '"""Add."""  # quickly')
-    shot.run()
-    assert shot.tally() == Counter()
-
-
-def test_code_of_a_node_and_of_its_helpers_counts(shot):
-    shot.run()
-    shot.tally()
-    shot.edit("add_up.py", "0.9", "0.8")
-    shot.run()
-    assert shot.tally() == Counter(add_up=10, write_list=1)
-    shot.edit("tally.py", "FACTOR = 1.0", "FACTOR = 1.5")
-    shot.run()
-    assert shot.tally() == ALL
-
-
 def test_number_of_processes_does_not_show(shot):
     results = {}
     for jobs in (1, 4):
@@ -157,28 +140,17 @@ def test_selected_frames_of_a_scan_bring_those_before(shot):
 
 
 def test_pair_is_the_current_value_twice_at_the_first_frame(shot):
-    text = shot.path.read_text().split("[sum]")[0]
-    shot.path.write_text(text + '[soft]\ntype = "soften"\nin.number = "move"\n')
+    shot.write(CHAIN.partition("[sum]")[0] + '[soft]\ntype = "soften"\nin.number = "move"\n')
     shot.run(frames=[1, 2])
     assert shot.tally() == Counter(make_seed=1, move_seed=2, soften=2)
-    values = [value_of(shot, f"soft@{frame}") for frame in (1, 2)]
+    values = [shot.value(f"soft@{frame}") for frame in (1, 2)]
     assert values == [4.0, 4.5]
-
-
-def value_of(shot, name):
-    from hairpipe.engine.plan.planner import read_result
-    from hairpipe.engine.plan.tasks import Task
-
-    node, _, frame = name.partition("@")
-    return read_result(shot.load(), shot.store, Task(node, int(frame) if frame else None)).value
 
 
 def test_warnings_are_given_again_on_hits(shot):
     for _ in range(2):
-        events = []
-        shot.run(sum__warn=3, report=events.append)
-        reported = [(str(event.task), event.message) for event in events if event.kind == "warning"]
-        assert reported == [("sum@3", "a strand is too short")]
+        shot.run(sum__warn=3)
+        assert shot.warned == [("sum@3", "a strand is too short")]
 
 
 def test_the_path_of_a_graph_need_not_be_text(shot, monkeypatch):
@@ -195,11 +167,11 @@ def test_scans_begin_before_the_first_frame_and_nothing_else_sees_it(shot):
     shot.run()
     whole = (shot.folder / "out" / "list.txt").read_text().splitlines()
     shot.tally()
-    shot.path.write_text(shot.path.read_text().replace("frames = [1, 10]", "frames = [4, 10]\npreroll = 3"))
+    shot.change("frames = [1, 10]", "frames = [4, 10]\npreroll = 3")
     shot.run()
     assert shot.tally() == Counter(write_list=1)
     assert (shot.folder / "out" / "list.txt").read_text().splitlines() == whole[3:]
-    shot.path.write_text(shot.path.read_text().replace("preroll = 3", "preroll = 0"))
+    shot.change("preroll = 3", "preroll = 0")
     shot.run()
     assert (shot.folder / "out" / "list.txt").read_text().splitlines()[0] == f"4 {3.0 + 4.0!r}"
 
@@ -263,12 +235,12 @@ def write_on(number: Numeral, previous: File | None, workspace: Workspace, time:
 '''
 
 
+WRITE = '[write]\ntype = "write_on"\nin.number = "move"\npublish = "out/page.##.txt"\n'
+
+
 def test_a_thinned_file_of_a_scan_is_published_again(shot):
     (shot.nodes / "write_on.py").write_text(PAGES)
-    shot.path.write_text(
-        shot.path.read_text().partition("[sum]")[0]
-        + '[write]\ntype = "write_on"\nin.number = "move"\npublish = "out/page.##.txt"\n'
-    )
+    shot.write(CHAIN.partition("[sum]")[0] + WRITE)
     assert shot.run().published == tuple(str(shot.folder / "out" / f"page.{frame:02}.txt") for frame in range(1, 11))
     shot.tally()
     third = shot.folder / "out" / "page.03.txt"
@@ -285,7 +257,7 @@ def test_a_cut_runs_what_depends_on_it_from_there_on(shot):
     shot.edit("add_up.py", "(0.9 * previous.total if previous else 0.0)", "(0.0 if cuts or not previous else 0.9)")
     shot.run()
     shot.tally()
-    shot.path.write_text(shot.path.read_text().replace("fps = 24", "fps = 24\ncuts = [9, 70]"))
+    shot.change("fps = 24", "fps = 24\ncuts = [9, 70]")
     plan = shot.plan()
     found = [plan[name] for name in ("move@9", "sum@8", "sum@9", "sum@10")]
     assert [entry.status for entry in found] == ["cached", "cached", "run", "depends"]

@@ -11,15 +11,7 @@ import pytest
 
 from hairpipe.engine.store import holder as renewal
 from hairpipe.engine.store import lease
-from hairpipe.engine.store.lease import (
-    EMPTY,
-    EXPIRY,
-    Leases,
-    forget_failure,
-    note_failure,
-    read_lease,
-    recall_failure,
-)
+from hairpipe.engine.store.lease import EMPTY, EXPIRY, Leases, forget_failure, note_failure, read_lease, recall_failure
 from hairpipe.engine.store.store import Store
 from tests.sources import HOME
 

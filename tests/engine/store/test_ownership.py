@@ -84,14 +84,10 @@ def test_without_a_home_kernels_are_of_one_run_and_it_reports_it(shot, monkeypat
     else:
         (shot.folder / "home").write_text("a file")
         monkeypatch.setenv("HOME", str(shot.folder / "home"))
-    reported = []
-    kept = Host.close
-    monkeypatch.setattr(Host, "close", lambda host: (reported.append(host.kernels), kept(host)))
-    outcome = shot.run(
-        to=["move"], report=lambda event: reported.append(event.message) if event.kind == "warning" else None
-    )
-    assert outcome.exit_code == 0
-    message, kernels = reported
+    kernels, close = {}, Host.close
+    monkeypatch.setattr(Host, "close", lambda host: (kernels.update(host.kernels), close(host)))
+    assert shot.run(to=["move"]).exit_code == 0
+    ((_, message),) = shot.warned
     assert message.startswith("kernels are compiled for this run alone: ")
     assert not Path(kernels[TABLE]).parent.exists() and not (Path.cwd() / "~").exists()
 

@@ -7,10 +7,7 @@ from hairpipe.engine import Frames, node
 
 
 @node(frames="once")
-def gather(
-    numbers: tuple[Numeral, ...],
-    shots: tuple[Frames[Numeral], ...] | None = None,
-) -> Numeral:
+def gather(numbers: tuple[Numeral, ...], shots: tuple[Frames[Numeral], ...] | None = None) -> Numeral:
     """Write numbers behind each other, then the sum over all frames of the others."""
     tally("gather")
     later = sum(number.value for shot in shots or () for number in shot.values())
