@@ -139,6 +139,36 @@ def opened(chromium) -> Callable:
 
 
 @pytest.fixture
+def shown(chromium, opened: Callable) -> Callable:
+    """Show a page, for tests that only look: one that the browser shows already stays as it is."""
+    return lambda address: chromium if chromium.current_url == address else opened(address)
+
+
+@pytest.fixture(scope="module")
+def watched(folder: Path) -> Iterator[tuple[Session, str]]:
+    """A session of the shot that computes nothing unasked, and the address of its page."""
+    (folder / "shot.toml").write_text(SHOT)
+    session = Session(hairpipe.load(folder / "shot.toml", cache=folder / "cache"))
+    session.cook = lambda node, frame: None
+    with served(session) as address:
+        yield session, address
+
+
+@pytest.fixture
+def looked(shown: Callable, watched: tuple[Session, str]) -> Page:
+    """One live page of the shot for all tests of a module that change nothing but what is shown."""
+    session, address = watched
+    return Page(shown(address), session)
+
+
+@pytest.fixture
+def undone(looked: Page) -> Iterator[Page]:
+    """The same page for tests that edit the graph, and neither save it nor change what is not in it."""
+    yield looked
+    looked.undo_all()
+
+
+@pytest.fixture
 def live(opened: Callable, shot: hairpipe.Shot) -> Iterator[Page]:
     """The live page of the shot."""
     session = Session(shot)

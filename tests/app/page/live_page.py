@@ -107,6 +107,14 @@ class Page:
             drawn = self.session.drawn
         self.driver.execute_async_script(script, drawn)
 
+    def undo_all(self):
+        """Undo all edits, choose nothing, and show the graph as it is shown at first, for another test."""
+        while self.session._history.at:
+            self.session.undo()
+        self.settle()
+        first = "openTables.clear(); app.chosen = new Set(); app.fresh = true; app.set({ node: '' }); drawGraph()"
+        do(self.driver, first)
+
     def press(self, keys, *modifiers):
         actions = self.actions()
         for modifier in modifiers:

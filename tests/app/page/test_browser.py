@@ -52,8 +52,8 @@ def test_one_file_holds_all_of_it(opened, shot, tmp_path):
     assert [a for a in requests(driver) if not a.startswith("data:")] == [(tmp_path / "report.html").as_uri()]
 
 
-def test_every_node_shows_its_result_when_clicked(opened, report):
-    driver = opened(report)
+def test_every_node_shows_its_result_when_clicked(shown, report):
+    driver = shown(report)
     shown = {
         "ball": ".slices canvas",
         "plate": "#view",
@@ -68,8 +68,8 @@ def test_every_node_shows_its_result_when_clicked(opened, report):
         assert driver.find_element("css selector", selector).is_displayed(), node
 
 
-def test_strands_are_where_python_has_them_and_are_picked(opened, report, shot):
-    driver = opened(report)
+def test_strands_are_where_python_has_them_and_are_picked(shown, report, shot):
+    driver = shown(report)
     do(driver, "selectNode('hair'); app.set({ frame: 2 })")
     places = np.array(driver.execute_script("return Array.from(viewer.items.at(-1).places)")).reshape(-1, 3)
     hair = shot.get("hair@2")
@@ -83,8 +83,8 @@ def test_strands_are_where_python_has_them_and_are_picked(opened, report, shot):
     assert do(driver, script, places[12 * front + 11].tolist()) == front
 
 
-def test_the_picture_moves_with_the_timeline_and_takes_colours(opened, report):
-    driver = opened(report)
+def test_the_picture_moves_with_the_timeline_and_takes_colours(shown, report):
+    driver = shown(report)
     do(driver, "selectNode('hair'); app.set({ frame: 1 })")
     first = pixels(driver)
     lit = (first.max(axis=2) - first.min(axis=2) > 25).mean()
@@ -101,8 +101,8 @@ def test_the_picture_moves_with_the_timeline_and_takes_colours(opened, report):
     assert driver.find_element("id", "legend").text.split() == ["0.00", "200", "mm"]
 
 
-def test_two_pictures_lie_below_a_slider(opened, report):
-    driver = opened(report)
+def test_two_pictures_lie_below_a_slider(shown, report):
+    driver = shown(report)
     do(driver, "selectNode('picture'); app.set({ frame: 1 })")
     driver.find_element("css selector", ".pin").click()
     do(driver, "app.set({ frame: 5 })")
@@ -113,8 +113,8 @@ def test_two_pictures_lie_below_a_slider(opened, report):
     assert driver.find_element("css selector", ".which").text == "kept picture@1 | picture@5"
 
 
-def test_tables_of_frames_become_curves_and_sort(opened, report):
-    driver = opened(report)
+def test_tables_of_frames_become_curves_and_sort(shown, report):
+    driver = shown(report)
     do(driver, "selectNode('reach')")
     rows = "return [...document.querySelectorAll('.table > table tbody tr')].map((row) => row.cells[0].textContent)"
     assert driver.execute_script(rows) == ["1", "2", "3", "4", "5"]
@@ -125,9 +125,9 @@ def test_tables_of_frames_become_curves_and_sort(opened, report):
     assert driver.find_element("css selector", ".uplot canvas").is_displayed()
 
 
-def test_no_wire_crosses_a_node_in_any_shipped_graph(opened, report, find_data, monkeypatch):
+def test_no_wire_crosses_a_node_in_any_shipped_graph(shown, report, find_data, monkeypatch):
     there = find_data(monkeypatch)
-    driver = opened(report)
+    driver = shown(report)
     script = """
         const [graph, state] = arguments;
         resolveTypes(graph);
@@ -320,13 +320,14 @@ hairpipe.plain("catalogue").then(({ types }) =>
         ("sdf", "bake_levelset", "levelset", ""),
     ],
 )
-def test_live_nodes_are_found_by_settings_and_words_of_other_programs(live, text, name, category, setting):
-    found = {one[0]: one[1:] for one in live.driver.execute_async_script(SEARCH, text)}
+def test_live_nodes_are_found_by_settings_and_words_of_other_programs(looked, text, name, category, setting):
+    found = {one[0]: one[1:] for one in looked.driver.execute_async_script(SEARCH, text)}
     assert name in found and found[name][0] == category and found[name][1].startswith(setting)
     assert "flipbook" not in found
 
 
-def test_live_the_middle_button_turns_the_view_and_a_double_click_shows_all(live):
+def test_live_the_middle_button_turns_the_view_and_a_double_click_shows_all(looked):
+    live = looked
     do(live.driver, "selectNode('hair'); app.set({ frame: 1 })")
     state = "const { yaw, target, distance } = viewer.camera; return [yaw, target, distance]"
     yaw, target, distance = live.driver.execute_script(state)

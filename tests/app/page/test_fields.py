@@ -37,17 +37,27 @@ in.rest = "head"
 )
 
 
-@pytest.fixture
-def live(opened, tmp_path):
+@pytest.fixture(scope="module")
+def draft(tmp_path_factory):
+    """A session of the graph, and the address of its page: one for all tests, each of which undoes its edits."""
     from PIL import Image
 
-    (tmp_path / "paint").mkdir()
-    Image.new("L", (4, 4), 128).save(tmp_path / "paint" / "density.png")
-    (tmp_path / "walk.bvh").write_text("HIERARCHY")
-    (tmp_path / "walk.txt").write_text("no motion")
-    session = Session(load_draft(str(tmp_path / "fields.toml"), TEXT, cache=tmp_path / "cache"))
+    folder = tmp_path_factory.mktemp("fields")
+    (folder / "paint").mkdir()
+    Image.new("L", (4, 4), 128).save(folder / "paint" / "density.png")
+    (folder / "walk.bvh").write_text("HIERARCHY")
+    (folder / "walk.txt").write_text("no motion")
+    session = Session(load_draft(str(folder / "fields.toml"), TEXT, cache=folder / "cache"))
     with served(session) as address:
-        yield Page(opened(address), session)
+        yield session, address
+
+
+@pytest.fixture
+def live(shown, draft):
+    session, address = draft
+    page = Page(shown(address), session)
+    yield page
+    page.undo_all()
 
 
 def row(live, node, setting):

@@ -40,62 +40,64 @@ def test_an_empty_project_becomes_a_simulation_without_typing_toml(opened, folde
     (folder / "fringe.toml").unlink()
 
 
-def test_wires_are_cut_connected_and_refused(live):
-    live.drag(live.find(SOCKET.format("picture", "in")), by=(-40, 70))
-    live.until(lambda: "in" not in live.tables["picture"])
-    live.drag(live.find(SOCKET.format("plate", "out")), live.find(SOCKET.format("picture", "in")))
-    assert live.driver.execute_script("return document.body.dataset.refused") == "picture.hair takes Strands, not Mesh"
-    live.drag(live.find(SOCKET.format("lag", "out")), live.find(SOCKET.format("picture", "in")))
-    live.until(lambda: live.tables["picture"].get("in") == {"hair": "lag"})
+def test_wires_are_cut_connected_and_refused(undone):
+    undone.drag(undone.find(SOCKET.format("picture", "in")), by=(-40, 70))
+    undone.until(lambda: "in" not in undone.tables["picture"])
+    undone.drag(undone.find(SOCKET.format("plate", "out")), undone.find(SOCKET.format("picture", "in")))
+    assert (
+        undone.driver.execute_script("return document.body.dataset.refused") == "picture.hair takes Strands, not Mesh"
+    )
+    undone.drag(undone.find(SOCKET.format("lag", "out")), undone.find(SOCKET.format("picture", "in")))
+    undone.until(lambda: undone.tables["picture"].get("in") == {"hair": "lag"})
 
 
-def test_nodes_are_moved_muted_copied_renamed_and_deleted_and_all_of_it_undone(live):
-    live.drag(live.node("ball"), by=(30, 40))
-    live.until(lambda: "ball" in live.tables.get("layout", {}))
-    live.node("lag").click()
-    live.press("m")
-    live.until(lambda: live.tables["lag"].get("mute") is True)
-    live.press("d", live.Keys.SHIFT)
-    live.until(lambda: "lag_2" in live.tables)
-    live.press(live.Keys.F2)
-    live.choose("late")
-    live.until(lambda: "late" in live.tables)
-    live.press("x")
-    live.until(lambda: "late" not in live.tables)
-    after = live.text
+def test_nodes_are_moved_muted_copied_renamed_and_deleted_and_all_of_it_undone(undone):
+    undone.drag(undone.node("ball"), by=(30, 40))
+    undone.until(lambda: "ball" in undone.tables.get("layout", {}))
+    undone.node("lag").click()
+    undone.press("m")
+    undone.until(lambda: undone.tables["lag"].get("mute") is True)
+    undone.press("d", undone.Keys.SHIFT)
+    undone.until(lambda: "lag_2" in undone.tables)
+    undone.press(undone.Keys.F2)
+    undone.choose("late")
+    undone.until(lambda: "late" in undone.tables)
+    undone.press("x")
+    undone.until(lambda: "late" not in undone.tables)
+    after = undone.text
     for _ in range(5):
-        depth = live.session._history.at
-        live.press("z", live.Keys.CONTROL)
-        live.until(lambda depth=depth: live.session._history.at == depth - 1)
-    assert live.text == SHOT
+        depth = undone.session._history.at
+        undone.press("z", undone.Keys.CONTROL)
+        undone.until(lambda depth=depth: undone.session._history.at == depth - 1)
+    assert undone.text == SHOT
     for _ in range(5):
-        depth = live.session._history.at
-        live.press("z", live.Keys.CONTROL, live.Keys.SHIFT)
-        live.until(lambda depth=depth: live.session._history.at == depth + 1)
-    assert live.text == after
+        depth = undone.session._history.at
+        undone.press("z", undone.Keys.CONTROL, undone.Keys.SHIFT)
+        undone.until(lambda depth=depth: undone.session._history.at == depth + 1)
+    assert undone.text == after
 
 
-def test_a_box_chooses_nodes_that_are_deleted_together(live):
-    graph = live.find("#graph")
+def test_a_box_chooses_nodes_that_are_deleted_together(undone):
+    graph = undone.find("#graph")
     corner = -graph.rect["width"] / 2 + 3, -graph.rect["height"] / 2 + 3
-    actions = live.actions().key_down(live.Keys.SHIFT).move_to_element_with_offset(graph, *map(int, corner))
+    actions = undone.actions().key_down(undone.Keys.SHIFT).move_to_element_with_offset(graph, *map(int, corner))
     actions.click_and_hold().move_to_element(graph).move_to_element_with_offset(graph, *(int(-c) for c in corner))
-    actions.release().key_up(live.Keys.SHIFT).perform()
-    assert len(live.driver.execute_script("return [...app.chosen]")) == 7
-    live.press(live.Keys.DELETE)
-    live.until(lambda: not {"hair", "ball"} & live.tables.keys())
-    assert "adds a node" in live.find("#panel").text
+    actions.release().key_up(undone.Keys.SHIFT).perform()
+    assert len(undone.driver.execute_script("return [...app.chosen]")) == 7
+    undone.press(undone.Keys.DELETE)
+    undone.until(lambda: not {"hair", "ball"} & undone.tables.keys())
+    assert "adds a node" in undone.find("#panel").text
 
 
-def test_groups_are_switched_and_values_unset(live):
-    do(live.driver, "selectNode('hair')")
-    live.find('[data-group="wave"] input[type=checkbox]').click()
-    live.until(lambda: live.tables["hair"]["wave"] is False)
-    live.find("details.absent summary").click()
-    live.find('details.absent [data-group="wave"] input').click()
-    live.until(lambda: "wave" not in live.tables["hair"])
-    live.find('[data-setting="strands"] .unset').click()
-    live.until(lambda: "strands" not in live.tables["hair"])
+def test_groups_are_switched_and_values_unset(undone):
+    do(undone.driver, "selectNode('hair')")
+    undone.find('[data-group="wave"] input[type=checkbox]').click()
+    undone.until(lambda: undone.tables["hair"]["wave"] is False)
+    undone.find("details.absent summary").click()
+    undone.find('details.absent [data-group="wave"] input').click()
+    undone.until(lambda: "wave" not in undone.tables["hair"])
+    undone.find('[data-setting="strands"] .unset').click()
+    undone.until(lambda: "strands" not in undone.tables["hair"])
 
 
 def choose_action(live, target, name):
@@ -105,66 +107,139 @@ def choose_action(live, target, name):
     assert not live.driver.find_elements("css selector", "#popup.menu")
 
 
-def test_a_right_click_opens_the_actions_of_a_node_and_of_the_graph(live):
-    choose_action(live, live.node("picture"), "mute or unmute")
-    live.until(lambda: live.tables["picture"].get("mute"))
-    assert live.driver.execute_script("return [app.node, ...app.chosen]") == ["picture", "picture"]
-    choose_action(live, live.node("lag"), "rename")
-    live.choose("later")
-    live.until(lambda: "later" in live.tables)
-    live.session.edit("hair.strands", "240")
-    live.settle()
-    choose_action(live, live.node("hair"), "run to this node")
-    live.until(lambda: live.driver.execute_script("return app.cell('hair').state") in ("computed", "cached"), 40)
-    choose_action(live, live.node("later"), "delete")
-    live.until(lambda: "later" not in live.tables)
-    do(live.driver, "showAll()")
-    graph = live.find("#graph")
+def test_a_right_click_opens_the_actions_of_a_node_and_of_the_graph(undone):
+    choose_action(undone, undone.node("picture"), "mute or unmute")
+    undone.until(lambda: undone.tables["picture"].get("mute"))
+    assert undone.driver.execute_script("return [app.node, ...app.chosen]") == ["picture", "picture"]
+    choose_action(undone, undone.node("lag"), "rename")
+    undone.choose("later")
+    undone.until(lambda: "later" in undone.tables)
+    undone.session.edit("hair.strands", "240")
+    undone.settle()
+    choose_action(undone, undone.node("hair"), "run to this node")
+    undone.until(lambda: undone.driver.execute_script("return app.cell('hair').state") in ("computed", "cached"), 40)
+    choose_action(undone, undone.node("later"), "delete")
+    undone.until(lambda: "later" not in undone.tables)
+    do(undone.driver, "showAll()")
+    graph = undone.find("#graph")
     corner = [3 - int(graph.rect[side] / 2) for side in ("width", "height")]
-    live.actions().move_to_element_with_offset(graph, *corner).context_click().perform()
-    live.until(lambda: live.driver.find_elements("css selector", "#popup.menu"))
-    live.actions().send_keys(live.Keys.ENTER).perform()  # the first action
-    live.choose("make_ball")
-    live.until(lambda: "ball_2" in live.tables)
-    assert live.driver.execute_script("return document.body.dataset.errors") == "0"
+    undone.actions().move_to_element_with_offset(graph, *corner).context_click().perform()
+    undone.until(lambda: undone.driver.find_elements("css selector", "#popup.menu"))
+    undone.actions().send_keys(undone.Keys.ENTER).perform()  # the first action
+    undone.choose("make_ball")
+    undone.until(lambda: "ball_2" in undone.tables)
+    assert undone.driver.execute_script("return document.body.dataset.errors") == "0"
 
 
-def test_keys_move_and_fold_nodes_and_close_the_settings(live):
-    live.node("hair").click()
-    place = live.driver.execute_script("return boxOfNode('hair')")
-    live.press("g")
-    live.actions().move_to_element(live.node("hair")).move_by_offset(40, 25).perform()
-    assert live.driver.execute_script("return boxOfNode('hair').x === arguments[0] && held.moved", place["x"])
-    live.press(live.Keys.ESCAPE)
-    assert live.driver.execute_script("return [boxOfNode('hair').x, held]") == [place["x"], None]
-    live.press("g")
-    live.actions().move_to_element(live.node("hair")).move_by_offset(-30, 10).click().perform()
-    live.until(lambda: "hair" in live.tables.get("layout", {}))
-    assert live.tables["layout"]["hair"][0] < place["x"]
-    text = live.text
-    high = live.node("hair").rect["height"]
-    live.press("h")
-    assert live.node("hair").rect["height"] < 0.6 * high and live.text == text
-    live.press("h")
-    assert live.node("hair").rect["height"] == high
-    live.actions().move_to_element(live.find("#graph")).perform()
-    live.press(live.Keys.TAB)
-    assert not live.find("#panel").is_displayed()
-    live.press(live.Keys.TAB)
-    assert live.find("#panel").is_displayed()
-    live.press("?", live.Keys.SHIFT)
-    listed = [one.text for one in live.driver.find_elements("css selector", "#keys dt")]
+def test_keys_move_and_fold_nodes_and_close_the_settings(undone):
+    undone.node("hair").click()
+    place = undone.driver.execute_script("return boxOfNode('hair')")
+    undone.press("g")
+    undone.actions().move_to_element(undone.node("hair")).move_by_offset(40, 25).perform()
+    assert undone.driver.execute_script("return boxOfNode('hair').x === arguments[0] && held.moved", place["x"])
+    undone.press(undone.Keys.ESCAPE)
+    assert undone.driver.execute_script("return [boxOfNode('hair').x, held]") == [place["x"], None]
+    undone.press("g")
+    undone.actions().move_to_element(undone.node("hair")).move_by_offset(-30, 10).click().perform()
+    undone.until(lambda: "hair" in undone.tables.get("layout", {}))
+    assert undone.tables["layout"]["hair"][0] < place["x"]
+    text = undone.text
+    high = undone.node("hair").rect["height"]
+    undone.press("h")
+    assert undone.node("hair").rect["height"] < 0.6 * high and undone.text == text
+    undone.press("h")
+    assert undone.node("hair").rect["height"] == high
+    undone.actions().move_to_element(undone.find("#graph")).perform()
+    undone.press(undone.Keys.TAB)
+    assert not undone.find("#panel").is_displayed()
+    undone.press(undone.Keys.TAB)
+    assert undone.find("#panel").is_displayed()
+    undone.press("?", undone.Keys.SHIFT)
+    listed = [one.text for one in undone.driver.find_elements("css selector", "#keys dt")]
     assert {"G", "H", "B", "Tab", "Home", "Shift-D", "Ctrl-S"} <= set(listed)
-    live.find("#keys").click()
+    undone.find("#keys").click()
 
 
-def test_every_category_of_nodes_has_an_icon(live):
+def test_every_category_of_nodes_has_an_icon(looked):
     script = """const done = arguments[0];
     hairpipe.plain("catalogue").then(({ types }) => done(types.map((type) => [type.name, categoryOf(type)])));"""
-    icons = live.driver.execute_script("return Object.keys(ICONS)")
-    without = {category for _, category in live.driver.execute_async_script(script) if category not in icons}
+    icons = looked.driver.execute_script("return Object.keys(ICONS)")
+    without = {category for _, category in looked.driver.execute_async_script(script) if category not in icons}
     assert without <= {"normals", "pins", "pointvalues"}
-    assert len(live.driver.find_elements("css selector", "#graph .node .icon")) == 7
+    assert len(looked.driver.find_elements("css selector", "#graph .node .icon")) == 7
+
+
+@pytest.mark.parametrize("size", [(1440, 900), (1280, 720)])
+def test_hair_is_at_the_top_left_above_the_fold(looked, size):
+    driver = looked.driver
+    driver.execute_cdp_cmd(
+        "Emulation.setDeviceMetricsOverride",
+        {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False},
+    )
+    try:
+        do(driver, "selectNode('hair')")
+        stage, graph = looked.find("#stage").rect, looked.find("#graph").rect
+        assert stage["x"] == 0 and stage["y"] < 90 and stage["height"] > 0.33 * size[1]
+        assert graph["y"] + graph["height"] < size[1] and looked.find("#strip").rect["y"] < size[1] - 40
+    finally:
+        driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_nodes_are_copied_and_pasted_as_toml(undone):
+    undone.node("hair").click()
+    undone.actions().key_down(undone.Keys.SHIFT).click(undone.node("lag")).key_up(undone.Keys.SHIFT).perform()
+    undone.press("c", undone.Keys.CONTROL)
+    undone.actions().move_to_element(undone.find("#graph")).perform()
+    undone.press("v", undone.Keys.CONTROL)
+    undone.until(lambda: {"hair_2", "lag_2"} <= undone.tables.keys())
+    assert undone.tables["lag_2"]["in"] == {"hair": "hair_2"} and "in" not in undone.tables["hair_2"]
+    assert undone.text.count("# What is shown.\n[hair") == 2 and {"hair_2", "lag_2"} <= undone.tables["layout"].keys()
+    paste = """const data = new DataTransfer();
+        data.setData("text/plain", arguments[0]);
+        document.dispatchEvent(new ClipboardEvent("paste", { clipboardData: data }));"""
+    text = undone.text
+    do(undone.driver, paste, "A sentence, from a letter.")
+    undone.until(lambda: "TOML" in undone.driver.execute_script("return document.body.dataset.refused"))
+    assert undone.text == text
+
+
+def test_frames_and_notes_are_made_moved_and_removed(undone):
+    undone.node("hair").click()
+    undone.press("f")
+    undone.until(lambda: undone.driver.find_elements("css selector", "#popup input"))
+    undone.actions().send_keys("All of it" + undone.Keys.ENTER).perform()
+    undone.until(lambda: undone.tables.get("layout", {}).get("frame") == {"title": "All of it", "nodes": ["hair"]})
+    undone.drag(undone.find(".frame .title"), by=(12, 30))
+    undone.until(lambda: "hair" in undone.tables["layout"])
+    graph = undone.find("#graph")
+    undone.actions().move_to_element_with_offset(graph, int(-graph.rect["width"] / 2) + 12, 0).perform()
+    undone.press("n")
+    undone.until(lambda: undone.driver.find_elements("css selector", "#popup input"))
+    undone.actions().send_keys("swings slowly" + undone.Keys.ENTER).perform()
+    undone.until(lambda: undone.tables["layout"].get("note", {}).get("text") == "swings slowly")
+    place = undone.tables["layout"]["note"]["at"]
+    undone.drag(undone.find(".note .back"), by=(20, 20))
+    undone.until(lambda: undone.tables["layout"]["note"]["at"] != place)
+    undone.press("x")
+    undone.until(lambda: "note" not in undone.tables["layout"])
+    assert undone.tables["hair"]["strands"] == 300
+
+
+def test_all_nodes_are_chosen_laid_out_and_shown(undone):
+    undone.actions().move_to_element(undone.find("#graph")).click().perform()
+    chosen = "return app.chosen.size"
+    do(undone.driver, "app.chosen = new Set(); paintGraph()")
+    undone.press("a")
+    assert undone.driver.execute_script(chosen) == 7
+    undone.press("a")
+    assert undone.driver.execute_script(chosen) == 0
+    shown = "return document.getElementById('graph').getAttribute('viewBox')"
+    box = undone.driver.execute_script(shown)
+    scroll = """arguments[0].dispatchEvent(new WheelEvent("wheel", { deltaY: 400, clientX: 300, clientY: 500 }))"""
+    do(undone.driver, scroll, undone.find("#graph"))
+    assert undone.driver.execute_script(shown) != box
+    undone.press(undone.Keys.HOME)
+    assert undone.driver.execute_script(shown) == box
 
 
 def test_old_hair_stays_until_there_is_new_hair_and_is_compared(live, folder):
@@ -197,22 +272,6 @@ def test_bars_change_the_panes_which_are_remembered(live):
     live.driver.execute_script("choosePreset('edit')")
 
 
-@pytest.mark.parametrize("size", [(1440, 900), (1280, 720)])
-def test_hair_is_at_the_top_left_above_the_fold(live, size):
-    driver = live.driver
-    driver.execute_cdp_cmd(
-        "Emulation.setDeviceMetricsOverride",
-        {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False},
-    )
-    try:
-        do(driver, "selectNode('hair')")
-        stage, graph = live.find("#stage").rect, live.find("#graph").rect
-        assert stage["x"] == 0 and stage["y"] < 90 and stage["height"] > 0.33 * size[1]
-        assert graph["y"] + graph["height"] < size[1] and live.find("#strip").rect["y"] < size[1] - 40
-    finally:
-        driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
-
-
 def test_a_conflict_is_shown_and_ended(live, folder):
     live.session.edit("picture.red", "0.75")
     (folder / "shot.toml").write_text(SHOT.replace("strands = 300", "strands = 250"))
@@ -220,46 +279,6 @@ def test_a_conflict_is_shown_and_ended(live, folder):
     live.find('[data-keep="both"]').click()
     live.until(lambda: not live.driver.find_elements("css selector", "#conflict"))
     assert live.tables["hair"]["strands"] == 250 and live.tables["picture"]["red"] == 0.75
-
-
-def test_nodes_are_copied_and_pasted_as_toml(live):
-    live.node("hair").click()
-    live.actions().key_down(live.Keys.SHIFT).click(live.node("lag")).key_up(live.Keys.SHIFT).perform()
-    live.press("c", live.Keys.CONTROL)
-    live.actions().move_to_element(live.find("#graph")).perform()
-    live.press("v", live.Keys.CONTROL)
-    live.until(lambda: {"hair_2", "lag_2"} <= live.tables.keys())
-    assert live.tables["lag_2"]["in"] == {"hair": "hair_2"} and "in" not in live.tables["hair_2"]
-    assert live.text.count("# What is shown.\n[hair") == 2 and {"hair_2", "lag_2"} <= live.tables["layout"].keys()
-    paste = """const data = new DataTransfer();
-        data.setData("text/plain", arguments[0]);
-        document.dispatchEvent(new ClipboardEvent("paste", { clipboardData: data }));"""
-    text = live.text
-    do(live.driver, paste, "A sentence, from a letter.")
-    live.until(lambda: "TOML" in live.driver.execute_script("return document.body.dataset.refused"))
-    assert live.text == text
-
-
-def test_frames_and_notes_are_made_moved_and_removed(live):
-    live.node("hair").click()
-    live.press("f")
-    live.until(lambda: live.driver.find_elements("css selector", "#popup input"))
-    live.actions().send_keys("All of it" + live.Keys.ENTER).perform()
-    live.until(lambda: live.tables.get("layout", {}).get("frame") == {"title": "All of it", "nodes": ["hair"]})
-    live.drag(live.find(".frame .title"), by=(12, 30))
-    live.until(lambda: "hair" in live.tables["layout"])
-    graph = live.find("#graph")
-    live.actions().move_to_element_with_offset(graph, int(-graph.rect["width"] / 2) + 12, 0).perform()
-    live.press("n")
-    live.until(lambda: live.driver.find_elements("css selector", "#popup input"))
-    live.actions().send_keys("swings slowly" + live.Keys.ENTER).perform()
-    live.until(lambda: live.tables["layout"].get("note", {}).get("text") == "swings slowly")
-    place = live.tables["layout"]["note"]["at"]
-    live.drag(live.find(".note .back"), by=(20, 20))
-    live.until(lambda: live.tables["layout"]["note"]["at"] != place)
-    live.press("x")
-    live.until(lambda: "note" not in live.tables["layout"])
-    assert live.tables["hair"]["strands"] == 300
 
 
 def test_edits_are_listed_and_saved_as_a_new_file(live, folder):
@@ -279,20 +298,3 @@ def test_edits_are_listed_and_saved_as_a_new_file(live, folder):
     assert "strands = 250 # three hundred" in (folder / "copy.toml").read_text()
     live.until(lambda: not live.driver.find_elements("css selector", "#controls .edits"))
     (folder / "copy.toml").unlink()
-
-
-def test_all_nodes_are_chosen_laid_out_and_shown(live):
-    live.actions().move_to_element(live.find("#graph")).click().perform()
-    chosen = "return app.chosen.size"
-    do(live.driver, "app.chosen = new Set(); paintGraph()")
-    live.press("a")
-    assert live.driver.execute_script(chosen) == 7
-    live.press("a")
-    assert live.driver.execute_script(chosen) == 0
-    shown = "return document.getElementById('graph').getAttribute('viewBox')"
-    box = live.driver.execute_script(shown)
-    scroll = """arguments[0].dispatchEvent(new WheelEvent("wheel", { deltaY: 400, clientX: 300, clientY: 500 }))"""
-    do(live.driver, scroll, live.find("#graph"))
-    assert live.driver.execute_script(shown) != box
-    live.press(live.Keys.HOME)
-    assert live.driver.execute_script(shown) == box

@@ -38,9 +38,17 @@ return { rows: stripNodes().length, scroll: time.scrollHeight, client: time.clie
 
 
 @pytest.fixture
-def sized(live):
+def live(looked, opened, watched):
+    """The page, with the graph of the shot in it."""
+    if looked.driver.execute_script("return app.graph.name") != "shot":
+        opened(watched[1])
+    return looked
+
+
+@pytest.fixture
+def sized(looked):
     """Give the window a size, and a theme."""
-    send = live.driver.execute_cdp_cmd
+    send = looked.driver.execute_cdp_cmd
 
     def resize(width, height, theme="dark"):
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
@@ -51,7 +59,7 @@ def sized(live):
     yield resize
     send("Emulation.clearDeviceMetricsOverride", {})
     send("Emulation.setEmulatedMedia", {"features": []})
-    live.driver.execute_script("choosePreset('edit')")
+    looked.driver.execute_script("choosePreset('edit')")
 
 
 def show_graph(driver, name):
@@ -82,37 +90,37 @@ def test_nothing_is_cut_at_any_size(live, sized):
             driver.save_screenshot(str(Path(SHOTS) / f"{size[0]}_{theme}_{preset}.png"))
 
 
-def test_all_rows_of_the_demo_are_seen_in_every_preset(live, sized):
-    nodes = show_graph(live.driver, "demo")
+def test_all_rows_of_the_demo_are_seen_in_every_preset(looked, sized):
+    nodes = show_graph(looked.driver, "demo")
     for size, preset in itertools.product(SIZES, PRESETS):
         sized(*size)
-        do(live.driver, "choosePreset(arguments[0]); selectNode('hair')", preset)
-        strip = live.driver.execute_script(STRIP)
+        do(looked.driver, "choosePreset(arguments[0]); selectNode('hair')", preset)
+        strip = looked.driver.execute_script(STRIP)
         assert strip["rows"] == (1 if preset == "look" else len(nodes))
         assert strip["scroll"] <= strip["client"] and strip["below"] <= 0, (size, preset, strip)
 
 
-def test_the_row_of_the_selected_node_is_scrolled_to(live, sized):
+def test_the_row_of_the_selected_node_is_scrolled_to(looked, sized):
     sized(1280, 720)
-    nodes = show_graph(live.driver, "experiments/stability_models")
+    nodes = show_graph(looked.driver, "experiments/stability_models")
     place = """const at = (selector) => document.querySelector(selector).getBoundingClientRect();
         const row = stripNodes().findIndex((one) => one.name === app.node);
         const top = at("#strip canvas").top + STRIP.top + STRIP.row * row;
         return [top - at("#timeline").bottom, at("#time").bottom - top - STRIP.row];"""
-    strip = live.driver.execute_script(STRIP)
+    strip = looked.driver.execute_script(STRIP)
     assert strip["scroll"] > strip["client"] + 40, "more rows than are seen at once"
     for name in (nodes[-1], nodes[0], nodes[len(nodes) // 2]):
-        do(live.driver, "selectNode(arguments[0])", name)
-        assert min(live.driver.execute_script(place)) >= 0, name
+        do(looked.driver, "selectNode(arguments[0])", name)
+        assert min(looked.driver.execute_script(place)) >= 0, name
 
 
-def test_a_graph_is_first_shown_at_a_scale_at_which_it_is_read(live, sized):
+def test_a_graph_is_first_shown_at_a_scale_at_which_it_is_read(looked, sized):
     sized(1024, 768)
-    show_graph(live.driver, "demo")
+    show_graph(looked.driver, "demo")
     scale = "return document.getElementById('graph').getScreenCTM().a"
-    assert live.driver.execute_script(scale) > 0.599
-    do(live.driver, "showAll()")
-    assert live.driver.execute_script(scale) < 0.599
+    assert looked.driver.execute_script(scale) > 0.599
+    do(looked.driver, "showAll()")
+    assert looked.driver.execute_script(scale) < 0.599
 
 
 def contrast(one, other):
@@ -127,22 +135,22 @@ def contrast(one, other):
     return (high + 0.05) / (low + 0.05)
 
 
-def test_names_of_nodes_are_read_on_the_colour_of_every_state(live):
-    states = live.driver.execute_script("return Object.values(STATES).map((colour) => [colour, inkOn(colour)])")
+def test_names_of_nodes_are_read_on_the_colour_of_every_state(looked):
+    states = looked.driver.execute_script("return Object.values(STATES).map((colour) => [colour, inkOn(colour)])")
     assert len(states) > 8 and min(contrast(*pair) for pair in states) >= 4.5
 
 
-def test_wires_and_sockets_are_seen_on_the_boxes_of_nodes(live, sized):
+def test_wires_and_sockets_are_seen_on_the_boxes_of_nodes(looked, sized):
     """WCAG 2.2 asks for a contrast of 3 of what is no text (success criterion 1.4.11)."""
-    types = live.driver.execute_script("return [...Object.values(COLOURS), typeColour('another')]")
+    types = looked.driver.execute_script("return [...Object.values(COLOURS), typeColour('another')]")
     boxes = set()
     for theme in ("dark", "light"):
         sized(1280, 720, theme)
-        boxes.add(live.driver.execute_script("return themed('--box')"))
+        boxes.add(looked.driver.execute_script("return themed('--box')"))
     assert len(boxes) == 2 and min(contrast(colour, box) for colour in types for box in boxes) >= 3.0
 
 
-def test_no_texts_of_a_node_overlap_in_any_shipped_graph(live):
+def test_no_texts_of_a_node_overlap_in_any_shipped_graph(looked):
     overlaps = """const meet = (a, b) => a.x < b.x + b.width && b.x < a.x + a.width
             && a.y + 4 < b.y + b.height && b.y + 4 < a.y + a.height; // boxes of lines overlap, letters do not
         return [...document.querySelectorAll("#graph .node")].flatMap((node) => {
@@ -154,8 +162,8 @@ def test_no_texts_of_a_node_overlap_in_any_shipped_graph(live):
                     .map((other) => `${text.textContent} meets ${other.textContent}`)]);
         });"""
     for name in ("demo", "experiments/interpolation", "experiments/stick"):
-        show_graph(live.driver, name)
-        assert live.driver.execute_script(overlaps) == [], name
+        show_graph(looked.driver, name)
+        assert looked.driver.execute_script(overlaps) == [], name
 
 
 def test_cells_of_a_row_lie_next_to_each_other(live):

@@ -27,8 +27,8 @@ def wedge_report(folder):
     return (folder / "wedge_report" / "index.html").as_uri()
 
 
-def test_a_variant_is_selected_everywhere_at_once(opened, wedge_report):
-    driver = opened(wedge_report)
+def test_a_variant_is_selected_everywhere_at_once(shown, wedge_report):
+    driver = shown(wedge_report)
     driver.execute_script("selectNode('picture')")
     assert len(driver.find_elements("css selector", ".sheet img")) == 4
     circles = driver.find_elements("css selector", ".pareto circle")
@@ -50,9 +50,9 @@ def test_a_variant_is_selected_everywhere_at_once(opened, wedge_report):
     assert driver.execute_script("return document.body.dataset.errors") == "0"
 
 
-def test_page_of_a_wedge_shows_its_run(opened, wedge_report):
+def test_page_of_a_wedge_shows_its_run(shown, wedge_report):
     """It opens on a variant, with a verdict on the wedge; that on the graph file is another one."""
-    driver = opened(wedge_report)
+    driver = shown(wedge_report)
     word = "return [app.variant, document.querySelector('#verdict strong').innerText]"
     assert driver.execute_script(word) == [0, "8 to compute"], "the run was of two nodes"
     assert "frames 1-2 of 1-5" in driver.find_element("css selector", "#verdict").text
@@ -61,8 +61,8 @@ def test_page_of_a_wedge_shows_its_run(opened, wedge_report):
     assert "--wedge" not in driver.find_element("css selector", "#verdict code").text
 
 
-def test_the_panel_shows_the_values_of_the_variant(opened, wedge_report):
-    driver = opened(wedge_report)
+def test_the_panel_shows_the_values_of_the_variant(shown, wedge_report):
+    driver = shown(wedge_report)
     shown = lambda: driver.find_element("css selector", '#panel [data-setting="red"] span').text  # noqa: E731
     driver.execute_script("selectNode('picture'); selectVariant(0)")
     assert shown() == "0.2"
@@ -72,8 +72,8 @@ def test_the_panel_shows_the_values_of_the_variant(opened, wedge_report):
     assert shown() == "0.5", "that of the graph file"
 
 
-def test_equal_strands_of_variants_are_shared(opened, wedge_report):
-    driver = opened(wedge_report)
+def test_equal_strands_of_variants_are_shared(shown, wedge_report):
+    driver = shown(wedge_report)
     script = "return app.wedge.states.map((nodes) => cellOf(nodes, 'hair', 1).outputs[''])"
     few, few_again, many, many_again = sorted(driver.execute_script(script))
     assert few == few_again != many == many_again
