@@ -7,17 +7,19 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from hairpipe.engine.code import CodeReader
 from hairpipe.engine.file.load import load_graph
-from hairpipe.engine.hosts.host import Host, Job, LocalEngine, Member
+from hairpipe.engine.hosts.host import Host, Job, LocalEngine, Member, Slots
 from hairpipe.engine.hosts.offer import Offer
 from hairpipe.engine.plan.planner import plan, read_result
 from hairpipe.engine.plan.tasks import Task
+from hairpipe.engine.run import scheduler
 from hairpipe.engine.run.events import Event, Options
 from hairpipe.engine.run.scheduler import run
 from hairpipe.engine.store.store import Store
@@ -68,6 +70,69 @@ def local_engine(shot, spare=None, sources=None) -> LocalEngine:
     reader.stamps |= sources or {}
     offer = Offer(str(shot.store.root), str(shot.nodes), ())
     return LocalEngine(Host(offer, "here", 1, reader, {"none": "code"}, spare))
+
+
+class Machines:
+    """An engine of two machines on this one, `a` and `b`.
+
+    refuse   machines whose jobs have another digest of the code
+    in_turn  whether jobs of scans go to one machine after the other, as if the one before had no free slot
+    """
+
+    def __init__(self, resolver, refuse=(), in_turn=False) -> None:
+        self.engines = {}
+        for name in "ab":
+            offer = Offer(str(resolver.store.root), str(resolver.graph.folder), ())
+            reader = CodeReader(resolver.store.remember, resolver.graph.folder)
+            self.engines[name] = LocalEngine(Host(offer, name, 1, reader))
+        self.machines, self.warnings, self.refuse, self.in_turn = set("ab"), [], refuse, in_turn
+        self.order, self.given, self.replied = "ab", Counter(), Counter()
+
+    def slots(self) -> Slots:
+        free = [engine.slots() for name, engine in self.engines.items() if name in self.machines]
+        return Slots(*map(min if self.in_turn else sum, zip(*free, strict=True)))
+
+    def submit(self, job: Job) -> None:
+        if self.in_turn:
+            self.order = self.order[::-1] if job.wide else self.order
+            machine = self.order[0]
+        else:
+            able = [name for name in sorted(self.machines) if self.engines[name].slots()[not job.wide]]
+            machine = next((name for name in able if name not in job.avoid), able[0])
+        self.given[machine] += 1
+        wrong = {"code": "0" * 40} if machine in self.refuse else {}
+        self.engines[machine].submit(replace(job, parts=job.parts | wrong))
+
+    def replies(self, timeout: float | None) -> Iterator:
+        engines = self.engines.values()
+        while not (found := [reply for engine in engines for reply in engine.replies(0.02)]) and timeout is None:
+            pass
+        self.replied.update((reply["machine"], "leased" in reply) for reply in found)
+        yield from found
+
+    def leave_out(self, machine: str) -> None:
+        self.machines.discard(machine)
+
+    def cancel(self, keys) -> None:
+        for engine in self.engines.values():
+            engine.cancel(keys)
+
+    def close(self) -> None:
+        for engine in self.engines.values():
+            engine.close()
+
+
+@pytest.fixture
+def machines(monkeypatch) -> Callable[..., list[Machines]]:
+    """Let runs use two machines, of these settings; gives the engines of all runs."""
+
+    def use(**settings) -> list[Machines]:
+        made = []
+        engine = lambda resolver, options: made.append(Machines(resolver, **settings)) or made[-1]  # noqa: E731
+        monkeypatch.setattr(scheduler, "make_engine", engine)
+        return made
+
+    return use
 
 
 NO_PARTS = {"code": "code", "settings": {}, "inputs": {}}

@@ -2,15 +2,10 @@
 
 import os
 import signal
-from collections import Counter
 
 import pytest
 
-from hairpipe.engine.code import CodeReader
-from hairpipe.engine.hosts.host import Host, LocalEngine
-from hairpipe.engine.hosts.offer import Offer
 from hairpipe.engine.plan.tasks import Task
-from hairpipe.engine.run import scheduler
 from hairpipe.engine.store.store import Store
 
 from .conftest import wait_for
@@ -121,66 +116,22 @@ def test_a_run_that_stops_after_a_failure_writes_the_state_that_it_has(shot):
     assert shot.tally()["add_up"] == 3
 
 
-class Machines(LocalEngine):
-    """Hosts of which the next one in turn gets each job of a scan, as if the one before had no free slot."""
-
-    def __init__(self, resolver, options):
-        offer = Offer(str(resolver.store.root), str(resolver.graph.folder), ())
-        readers = [CodeReader(resolver.store.remember, resolver.graph.folder) for _ in "ab"]
-        self.engines = [LocalEngine(Host(offer, name, 1, reader)) for name, reader in zip("ab", readers, strict=True)]
-        self.machines = {"a", "b"}
-        self.replied = Counter()
-        super().__init__(self.engines[0].host)
-
-    def submit(self, job):
-        self.engines = self.engines[::-1] if job.wide else self.engines
-        self.engines[0].submit(job)
-
-    def slots(self):
-        return type(found := self.engines[0].slots())(*map(min, zip(found, self.engines[1].slots(), strict=True)))
-
-    def replies(self, timeout):
-        while not (found := [reply for engine in self.engines for reply in engine.replies(0.02)]) and timeout is None:
-            pass
-        for reply in found:
-            self.replied[reply["machine"], "leased" in reply] += 1
-        yield from found
-
-    def cancel(self, keys):
-        for engine in self.engines:
-            engine.cancel(keys)
-
-    def close(self):
-        for engine in self.engines:
-            engine.close()
-
-
-@pytest.fixture
-def machines(monkeypatch):
-    """Run on two hosts; gives the engines of all runs."""
-    made = []
-    monkeypatch.setattr(
-        scheduler, "make_engine", lambda resolver, options: made.append(Machines(resolver, options)) or made[-1]
-    )
-    return made
-
-
 def test_a_host_without_the_state_waits_and_takes_over_where_it_is_written(shot, machines):
-    whole = undisturbed(shot)
+    whole, made = undisturbed(shot), machines(in_turn=True)
     assert shot.run().exit_code == 0
     assert shot.tally()["add_up"] == 10 and shot.results() == whole
-    replied = machines[-1].replied
+    replied = made[-1].replied
     assert replied["a", True] and replied["b", True], "both were asked while the other had the state"
     assert replied["a", False] > 1 and replied["b", False] > 1, "the scan has moved"
 
 
 def test_a_scan_whose_host_died_goes_on_elsewhere(shot, machines):
     """Its worker is killed between two frames; the other host has no state and begins at the last written one."""
-    whole = undisturbed(shot)
+    whole, made = undisturbed(shot), machines(in_turn=True)
 
     def kill(event):
         if event.kind == "finished" and event.task == Task("sum", 6):
-            for engine in machines[-1].engines:
+            for engine in made[-1].engines.values():
                 for member in [member for member in engine.host.members if member.held]:
                     os.kill(member.process.pid, signal.SIGKILL)
                     member.process.wait()

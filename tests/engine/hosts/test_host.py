@@ -4,7 +4,6 @@ import errno
 import json
 import os
 import shutil
-from collections import Counter
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -210,76 +209,13 @@ def test_a_result_is_found_though_it_was_missing_a_moment_ago(shot, sent, rememb
     assert shot.tally() == {"make_seed": 1}
 
 
-class TwoMachines:
-    """An engine of two machines on this one."""
-
-    def __init__(self, resolver, options, refuse=()):
-        self.engines = {}
-        for machine in ("one", "two"):
-            offer = Offer(str(resolver.store.root), str(resolver.graph.folder), ())
-            reader = CodeReader(resolver.store.remember, resolver.graph.folder)
-            self.engines[machine] = LocalEngine(Host(offer, machine, 1, reader))
-        self.machines = set(self.engines)
-        self.warnings = []
-        self.given = Counter()
-        self.refuse = refuse
-
-    def free(self):
-        return {name: engine.slots() for name, engine in self.engines.items() if name in self.machines}
-
-    def slots(self):
-        free = self.free().values()
-        return type(next(iter(free)))(sum(slots.wide for slots in free), sum(slots.narrow for slots in free))
-
-    def submit(self, job):
-        able = [name for name, slots in self.free().items() if (slots.wide if job.wide else slots.narrow)]
-        machine = next((name for name in able if name not in job.avoid), able[0])
-        self.given[machine] += 1
-        if machine in self.refuse:
-            job = replace(job, parts=job.parts | {"code": "0" * 40})
-        self.engines[machine].submit(job)
-
-    def replies(self, timeout):
-        while not (found := [reply for engine in self.engines.values() for reply in engine.replies(0.02)]):
-            if timeout is not None:
-                break
-        yield from found
-
-    def leave_out(self, machine):
-        self.machines.discard(machine)
-
-    def cancel(self, keys):
-        for engine in self.engines.values():
-            engine.cancel(keys)
-
-    def close(self):
-        for engine in self.engines.values():
-            engine.close()
-
-
-@pytest.fixture
-def two(monkeypatch):
-    """Run on two machines; gives the engines of all runs."""
-    made = []
-
-    def use(refuse=()):
-        def make(resolver, options):
-            made.append(TwoMachines(resolver, options, refuse))
-            return made[-1]
-
-        monkeypatch.setattr("hairpipe.engine.run.scheduler.make_engine", make)
-        return made
-
-    return use
-
-
-def test_two_scans_run_side_by_side_and_give_what_one_machine_gives(shot, two):
+def test_two_scans_run_side_by_side_and_give_what_one_machine_gives(shot, machines):
     shot.add('[moved]\nlike = "move"\nstep = 2.0\n[other]\nlike = "sum"\nin.number = "moved"\n')
     undisturbed = Store(shot.folder / "undisturbed")
     shot.run(store=undisturbed)
     counts = shot.tally()
     shot.run(to=["move", "moved"])  # so that both scans are ready at once
-    made = two()
+    made = machines()
     widest = 0
 
     def watch(event):
@@ -291,38 +227,31 @@ def test_two_scans_run_side_by_side_and_give_what_one_machine_gives(shot, two):
     assert shot.tally() == counts and shot.results() == shot.results(store=undisturbed)
 
 
-def test_a_killed_worker_is_replaced_once_on_another_machine(shot, two):
+def test_a_killed_worker_is_replaced_once_on_another_machine(shot, machines):
     """Killed at its first attempt: the other machine evaluates it. Killed at each: a failure."""
     shot.add('[wrong]\ntype = "go_wrong"\nin.number = "move"\nhow = "kill"\n')
-    two()
+    machines()
     outcome = shot.run(keep_going=True)
     assert [(failure.kind, failure.task.frame) for failure in outcome.failures] == [("crash", 3)]
     assert shot.tally()["go_wrong"] == 11
     first = """if how == "kill" and open(os.environ["TOY_TALLY"]).read().count("go_wrong 3") == 1:"""
     shot.edit("go_wrong.py", 'if how == "kill":', first)
-    reported = []
-    assert (
-        shot.run(report=lambda event: reported.append(event.message) if event.kind == "warning" else None).exit_code
-        == 0
-    )
+    assert shot.run().exit_code == 0
     assert shot.tally()["go_wrong"] == 11
-    (message,) = reported
+    ((_, message),) = shot.warned
     assert message.startswith("the worker process was ended by SIGKILL") and message.endswith("other machines go on")
 
 
-def test_a_machine_with_other_code_is_omitted_with_one_warning(shot, two):
-    (made, reported) = two(refuse=["one"]), []
-    assert (
-        shot.run(report=lambda event: reported.append(event.message) if event.kind == "warning" else None).exit_code
-        == 0
-    )
-    (message,) = reported
-    assert message.startswith("one has other code of 'make_seed'") and message.endswith("other machines go on")
-    assert made[-1].machines == {"two"} and shot.tally()["add_up"] == 10
+def test_a_machine_with_other_code_is_omitted_with_one_warning(shot, machines):
+    made = machines(refuse=["a"])
+    assert shot.run().exit_code == 0
+    ((_, message),) = shot.warned
+    assert message.startswith("a has other code of 'make_seed'") and message.endswith("other machines go on")
+    assert made[-1].machines == {"b"} and shot.tally()["add_up"] == 10
 
 
-def test_a_run_fails_where_no_machine_has_its_code(shot, two):
-    two(refuse=["one", "two"])
+def test_a_run_fails_where_no_machine_has_its_code(shot, machines):
+    machines(refuse=["a", "b"])
     (failure,) = shot.run().failures
     assert failure.kind == "mismatch" and "has other code of 'make_seed'" in failure.message
     assert not shot.tally()
