@@ -267,6 +267,23 @@ def shot(tmp_path, monkeypatch) -> Shot:
             del sys.modules[name]
 
 
+@pytest.fixture(scope="session")
+def known() -> dict:
+    """What a run of the shot gives that nobody disturbs, once there was one."""
+    return {}
+
+
+@pytest.fixture
+def undisturbed(shot, known) -> dict:
+    """Results, published text and counts of evaluations of the shot, by a run that nobody disturbs."""
+    if not known:
+        store, published = Store(shot.folder / "undisturbed"), shot.folder / "out" / "list.txt"
+        assert shot.run(store=store).exit_code == 0
+        known |= {"results": shot.results(store), "text": published.read_text(), "tally": shot.tally()}
+        published.unlink()
+    return known
+
+
 @pytest.fixture
 def kept(shot) -> None:
     """Let the runs of the shot keep their workers for each other: each start takes half a second."""

@@ -8,35 +8,15 @@ from pathlib import Path
 import pytest
 
 from hairpipe.engine.store.atomic import is_left_over
-from hairpipe.engine.store.store import Store
 
 from .conftest import PATIENCE, wait_for
-
-
-@pytest.fixture(scope="module")
-def known():
-    """Results and published bytes of a run, once there was one: they are those of every test."""
-    return {}
-
-
-@pytest.fixture
-def undisturbed(shot, known):
-    """Results and published bytes of a run that nobody disturbed."""
-    if not known:
-        store = Store(shot.folder / "undisturbed")
-        assert shot.run(store=store).exit_code == 0
-        shot.tally()
-        published = shot.folder / "out" / "list.txt"
-        known |= {"results": shot.results(store), "text": published.read_bytes()}
-        published.unlink()
-    return known["results"], known["text"]
 
 
 def resumed(shot):
     """Finish a run; its results, and what it published."""
     assert shot.run().exit_code == 0
     assert list((shot.store.root / "tmp").iterdir()) == [], "nothing of the killed run is left"
-    return shot.results(), (shot.folder / "out" / "list.txt").read_bytes()
+    return {"results": shot.results(), "text": (shot.folder / "out" / "list.txt").read_text()}
 
 
 @pytest.mark.parametrize("rename", [1, 2, 7, 18])
@@ -47,7 +27,7 @@ def test_killed_between_write_and_rename(shot, undisturbed, rename):
     assert process.returncode == -signal.SIGKILL
     wait_for_workers(shot)
     assert any((shot.store.root / "tmp").iterdir()), "the kill did hit the gap"
-    assert resumed(shot) == undisturbed
+    assert resumed(shot).items() <= undisturbed.items()
 
 
 def test_killed_at_any_moment(shot, undisturbed):
@@ -61,7 +41,7 @@ def test_killed_at_any_moment(shot, undisturbed):
         process.communicate()
         wait_for_workers(shot)
         (shot.folder / "tally").unlink(missing_ok=True)
-    assert resumed(shot) == undisturbed
+    assert resumed(shot).items() <= undisturbed.items()
 
 
 def test_worker_dies_with_its_coordinator(shot):
