@@ -1,7 +1,5 @@
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from hairpipe.errors import BadInput
 from hairpipe.formats.obj import read_polygons
@@ -114,36 +112,6 @@ def test_files_without_faces_are_refused(tmp_path, text):
 def test_faces_without_a_triangle_are_refused_with_file_and_line(tmp_path):
     with pytest.raises(BadInput, match=r"\.obj, line 3: there is no triangle"):
         read_text_as_obj(tmp_path, "v 0 0 0\nv 1 0 0\nf 1 2 1\n")
-
-
-words = st.sampled_from(
-    ["v", "vt", "f", "g", "o", "1", "-1", "7", "0", "1e400", "nan", "2/2", "3//1", "1/1/1", "/", "\\", "#", "\n"]
-)
-quiet = settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-
-
-@quiet
-@given(st.lists(st.tuples(st.integers(0, 75), st.integers(0, 3), st.lists(words, max_size=3)), max_size=3))
-def test_mangled_files_give_a_mesh_or_one_message(tmp_path, edits):
-    parts = SQUARE.replace("\n", " \n ").split(" ")
-    for place, removed, added in edits:
-        parts[place : place + removed] = added
-    try:
-        mesh = read_text_as_obj(tmp_path, " ".join(parts))
-    except BadInput as fault:
-        assert "\n" not in str(fault)
-    else:
-        assert np.isfinite(mesh.points).all()
-        assert mesh.triangles.min(initial=0) >= 0 and mesh.triangles.max(initial=0) < len(mesh.points)
-
-
-@quiet
-@given(st.binary(max_size=200))
-def test_any_bytes_give_one_message(tmp_path, content):
-    path = tmp_path / "mesh.obj"
-    path.write_bytes(content)
-    with pytest.raises(BadInput):
-        read_polygons(path)
 
 
 # As counted by an independent reader: vertices and triangles.

@@ -43,20 +43,3 @@ def record_bytes(strands):
         return struct.pack("<i", len(rows)) + b"".join(struct.pack("<i", len(row)) + row.tobytes() for row in rows)
 
     return write
-
-
-@pytest.fixture
-def damaged(tmp_path):
-    """Files cut short, or with a few bytes of their begin changed: counts that are huge, negative, not numbers."""
-
-    def write(data: bytes, name: str):
-        generator = np.random.default_rng(11)
-        for trial in range(150):
-            broken = bytearray(data[: generator.integers(1, len(data) + 1)] if trial % 2 else data)
-            for _ in range(int(generator.integers(0 if trial % 2 else 1, 4))):
-                broken[generator.integers(min(len(broken), 160))] = generator.integers(256)
-            path = tmp_path / name
-            path.write_bytes(broken)
-            yield path
-
-    return write

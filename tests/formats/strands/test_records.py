@@ -52,15 +52,3 @@ def test_bad_file_is_reported_with_place_and_fault(tmp_path, record_bytes, byte,
     path.write_bytes(data[:byte] + struct.pack("<i", value) + data[byte + 4 :])
     with pytest.raises(BadInput, match=message):
         read_records(path)
-
-
-@pytest.mark.filterwarnings("ignore::UserWarning")
-@pytest.mark.parametrize(("name", "width"), [("x.data", 3), ("x.bin", 7)])
-def test_damage_anywhere_gives_strands_or_a_message(tmp_path, record_bytes, damaged, name, width):
-    for path in damaged(record_bytes(width), name):
-        try:
-            found = read_records(path)
-        except BadInput as fault:
-            assert "\n" not in str(fault) and name in str(fault)
-        else:
-            assert found.offsets[-1] == len(found.points)
