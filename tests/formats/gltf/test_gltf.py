@@ -3,14 +3,11 @@
 import base64
 import json
 import os
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from hairpipe.body.skinning import skin
@@ -20,8 +17,6 @@ from hairpipe.formats.gltf import Document, list_files
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_mesh_cache import load_mesh_cache
 from hairpipe.nodes.load_motion import load_motion
-
-from ..blender_tube import RIG, TUBE
 
 TRIANGLE = np.array([[0.0, 0, 0], [1, 0, 0], [0, 2, 0]], np.float32)
 
@@ -168,68 +163,6 @@ def test_buffers_are_files_of_a_key(tmp_path):
     file = write(tmp_path / "a.gltf", broken(lambda c: c["buffers"][0].update(uri="b%20c.bin")))
     (tmp_path / "b c.bin").write_bytes(b"0")
     assert list_files(file) == {"a.gltf": file, "b c.bin": tmp_path / "b c.bin"}
-
-
-BLENDER = f"""
-import sys, bpy, numpy as np, mathutils
-bpy.ops.wm.read_factory_settings(use_empty=True)
-{TUBE}
-tube.shape_key_add(name="rest")
-key = tube.shape_key_add(name="wide")
-for point in key.data:
-    point.co.x *= 1.5
-{RIG}
-scene = bpy.context.scene
-scene.frame_start, scene.frame_end, scene.render.fps = 0, 12, 24
-MORPHS = sys.argv[3] == "morphs"
-for frame in (0, 12):
-    bend(frame, 0.09, 0.05)
-    key.value = frame / 12 if MORPHS else 0.0
-    key.keyframe_insert("value", frame=frame)
-np.save(sys.argv[2], np.array(shown_at(range(13)))[..., [0, 2, 1]] * (1, 1, -1))
-scene.frame_set(0)
-bpy.ops.export_scene.gltf(filepath=sys.argv[1], export_animation_mode="SCENE", export_force_sampling=True)
-"""
-
-
-@pytest.fixture(scope="module", params=["morphs", "bones"])
-def tube(blender, request, tmp_path_factory) -> tuple[Path, np.ndarray, str]:
-    """A bent tube: its file, the points that Blender shows at 13 frames, and whether it has morph targets."""
-    folder = tmp_path_factory.mktemp("tube")
-    file, truth = folder / "tube.glb", folder / "tube.npy"
-    command = [sys.executable, "-c", BLENDER, file, truth, request.param]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr[-2000:]
-    return file, np.load(truth), request.param
-
-
-@pytest.mark.slow
-def test_skins_and_morph_targets_are_those_of_blender(tube):
-    file, truth, _ = tube
-    rest = load_body(file=file)
-    assert len(rest.mesh.points) == truth.shape[1]  # welded: the file has more
-    places = cKDTree(truth[0]).query(points_at(file, 0))[1]
-    for frame in range(13):
-        mesh = load_mesh_cache(Time(frame, 24.0), (), rest=rest, file=file, at=0, clip="*")
-        np.testing.assert_allclose(mesh.points, truth[frame][places], atol=2e-5)
-    speed = (truth[7] - truth[5])[places] * 12
-    np.testing.assert_allclose(
-        load_mesh_cache(Time(6, 24.0), (), file=file, at=0, clip="*").velocities, speed, atol=1e-3
-    )
-
-
-@pytest.mark.slow
-def test_poses_of_the_joints_move_the_skin_as_the_file_does(tube):
-    file, _, kind = tube
-    rest = load_body(file=file)
-    assert set(rest.skeleton.names) == {"upper", "lower"}
-    for frame in (0, 5, 12):
-        pose = load_motion(rest, Time(frame, 24.0), (), file=file, at=0, clip="*")
-        mesh = load_mesh_cache(Time(frame, 24.0), (), rest=rest, file=file, at=0, clip="*")
-        posed = skin(rest, pose)
-        np.testing.assert_allclose(posed.points, mesh.points, atol=1e-9)
-        closely = 5e-3 if kind == "morphs" else 1e-9  # a product of two slopes is not the slope of points
-        np.testing.assert_allclose(posed.velocities, mesh.velocities, atol=closely)
 
 
 def morphing(rest: list[float]) -> dict:

@@ -1,6 +1,5 @@
 """Alembic files that PyAlembic and Blender wrote, against analytic motion and against the points that Blender shows."""
 
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -152,42 +151,3 @@ def test_a_missing_library_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "alembic3d", None)
     with pytest.raises(BadInput, match=r"hairpipe\[alembic\]"):
         read(file, None, at(1001))
-
-
-BLENDER = """
-import sys, bpy, numpy as np
-bpy.ops.wm.read_factory_settings(use_empty=True)
-bpy.ops.mesh.primitive_uv_sphere_add(segments=8, ring_count=5)
-ball = bpy.context.object
-ball.shape_key_add(name="rest")
-key = ball.shape_key_add(name="long")
-for point in key.data:
-    point.co.z *= 1.7
-scene = bpy.context.scene
-scene.frame_start, scene.frame_end, scene.render.fps = 1, 6, 24
-for frame in (1, 6):
-    key.value = (frame - 1) / 5
-    key.keyframe_insert("value", frame=frame)
-    ball.location.x = 0.3 * frame
-    ball.rotation_euler.y = 0.4 * frame
-    ball.keyframe_insert("location", frame=frame)
-    ball.keyframe_insert("rotation_euler", frame=frame)
-shown = []
-for frame in range(1, 7):
-    scene.frame_set(frame)
-    seen = ball.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    shown.append([seen.matrix_world @ vertex.co for vertex in seen.data.vertices])
-np.save(sys.argv[2], np.array(shown)[..., [0, 2, 1]] * (1, 1, -1))
-bpy.ops.wm.alembic_export(filepath=sys.argv[1], start=1, end=6)
-"""
-
-
-@pytest.mark.slow
-def test_a_file_of_blender_has_the_points_that_blender_shows(blender, tmp_path):
-    file, truth = tmp_path / "ball.abc", tmp_path / "ball.npy"
-    subprocess.run([sys.executable, "-c", BLENDER, file, truth], check=True, capture_output=True)
-    for frame, shown in enumerate(np.load(truth), start=1):
-        mesh, _ = read(file, None, Instant(frame, 0.0))
-        np.testing.assert_allclose(mesh.points, shown, atol=2e-6)
-    outward = np.cross(*(mesh.points[mesh.triangles[:, k]] - mesh.points[mesh.triangles[:, 0]] for k in (1, 2)))
-    assert (np.einsum("ij,ij->i", outward, mesh.points[mesh.triangles[:, 0]] - mesh.points.mean(axis=0)) > 0).all()
