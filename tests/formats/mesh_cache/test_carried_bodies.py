@@ -27,28 +27,30 @@ SQUARE = np.array([[0.0, 0, 0], [0.2, 0, 0], [0.2, 0.2, 0], [0, 0.2, 0]])
 SPEED = np.array([0.24, 0.0, 0.0])
 SHARE = 0.25
 """Part of the motion that is a blend shape, where a format has these and joints."""
-FRAMES = range(1001, 1005)
+STEP = SPEED / 24.0
+COUNT = 5
+"""Number of samples, the first of which is at rest."""
 
 
-def square(frame: int) -> np.ndarray:
-    return SQUARE + SPEED * (frame - 1001) / 24.0
+def square(sample: int) -> np.ndarray:
+    return SQUARE + STEP * sample
 
 
-def obj(folder: Path) -> tuple[Path, Path]:
-    for frame in FRAMES:
-        points = [f"v {x:.9g} {y:.9g} {z:.9g}\nvt {5 * x:g} {5 * y:g}" for x, y, z in square(frame)]
-        (folder / f"a.{frame}.obj").write_text("\n".join([*points, "f 1/1 2/2 3/3 4/4\n"]))
-    return folder / "a.1001.obj", folder / "a.####.obj"
+def obj(folder: Path, begin: int = 1001, rate: float = 24.0) -> tuple[Path, Path]:
+    for k in range(COUNT):
+        points = [f"v {x:.9g} {y:.9g} {z:.9g}\nvt {5 * x:g} {5 * y:g}" for x, y, z in square(k)]
+        (folder / f"a.{begin + k:04d}.obj").write_text("\n".join([*points, "f 1/1 2/2 3/3 4/4\n"]))
+    return folder / f"a.{begin:04d}.obj", folder / "a.####.obj"
 
 
-def ply(folder: Path) -> tuple[Path, Path]:
+def ply(folder: Path, begin: int = 1001, rate: float = 24.0) -> tuple[Path, Path]:
     names = ("x", "y", "z", "scalp")
     head = "ply\nformat ascii 1.0\nelement vertex 4\n" + "".join(f"property float {name}\n" for name in names)
     head += "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
-    for frame in FRAMES:
-        rows = [f"{x:.9g} {y:.9g} {z:.9g} 1" for x, y, z in square(frame)]
-        (folder / f"a.{frame}.ply").write_text(head + "\n".join([*rows, "4 0 1 2 3\n"]))
-    return folder / "a.1001.ply", folder / "a.####.ply"
+    for k in range(COUNT):
+        rows = [f"{x:.9g} {y:.9g} {z:.9g} 1" for x, y, z in square(k)]
+        (folder / f"a.{begin + k:04d}.ply").write_text(head + "\n".join([*rows, "4 0 1 2 3\n"]))
+    return folder / f"a.{begin:04d}.ply", folder / "a.####.ply"
 
 
 def array(kind: Any, values: Any) -> Any:
@@ -57,17 +59,20 @@ def array(kind: Any, values: Any) -> Any:
     return made
 
 
-def alembic(folder: Path) -> tuple[Path, Path]:
+def alembic(folder: Path, begin: int = 1001, rate: float = 24.0) -> tuple[Path, Path]:
+    """A mesh under a constant transform, which has a sample at 0."""
     archive = Abc.OArchive(str(folder / "a.abc"))
-    times = archive.getTop(), archive.addTimeSampling(core.TimeSampling(1 / 24, 1001 / 24))
-    mesh = AbcGeom.OPolyMesh(times[0], "square", times[1])
+    times = archive.addTimeSampling(core.TimeSampling(1.0 / rate, begin / rate))
+    space = AbcGeom.OXform(archive.getTop(), "a", 0)
+    space.getSchema().set(AbcGeom.XformSample())
+    mesh = AbcGeom.OPolyMesh(space, "square", times)
     faces = AbcGeom.GeometryScope.kFacevaryingScope
     corners, sizes = array(imath.IntArray, [0, 3, 2, 1]), array(imath.IntArray, [4])
     coordinates = array(imath.V2fArray, (5 * SQUARE[[0, 3, 2, 1], :2]).astype(np.float32))
     points = AbcGeom.GeometryScope.kVertexScope
     scalp = AbcGeom.OFloatGeomParam(mesh.getSchema().getArbGeomParams(), "scalp", False, points, 1)
-    for frame in FRAMES:
-        sample = AbcGeom.OPolyMeshSchemaSample(array(imath.V3fArray, square(frame)), corners, sizes)
+    for k in range(COUNT):
+        sample = AbcGeom.OPolyMeshSchemaSample(array(imath.V3fArray, square(k)), corners, sizes)
         sample.setVelocities(array(imath.V3fArray, np.tile(1.1 * SPEED, (4, 1))))
         sample.setUVs(AbcGeom.OV2fGeomParamSample(coordinates, faces))
         mesh.getSchema().set(sample)
@@ -75,11 +80,12 @@ def alembic(folder: Path) -> tuple[Path, Path]:
     return folder / "a.abc", folder / "a.abc"
 
 
-def stage_of(path: Path) -> tuple[Usd.Stage, UsdGeom.Mesh]:
+def stage_of(path: Path, rate: float) -> tuple[Usd.Stage, UsdGeom.Mesh]:
     stage = Usd.Stage.CreateNew(str(path))
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
-    stage.SetTimeCodesPerSecond(24.0)
+    stage.SetTimeCodesPerSecond(rate)
     root = UsdSkel.Root.Define(stage, "/a")
+    root.AddTranslateOp().Set(Gf.Vec3d(0, 0, 0), 0.0)  # a constant with a sample
     mesh = UsdGeom.Mesh.Define(stage, root.GetPath().AppendChild("mesh"))
     mesh.CreateFaceVertexCountsAttr([4])
     mesh.CreateFaceVertexIndicesAttr([0, 1, 2, 3])
@@ -94,17 +100,17 @@ def vectors(points: np.ndarray) -> Vt.Vec3fArray:
     return Vt.Vec3fArray.FromNumpy(points.astype(np.float32))
 
 
-def usd(folder: Path) -> tuple[Path, Path]:
-    stage, mesh = stage_of(folder / "a.usda")
-    for frame in FRAMES:
-        mesh.CreatePointsAttr().Set(vectors(square(frame)), frame)
-        mesh.CreateVelocitiesAttr().Set(vectors(np.tile(1.1 * SPEED, (4, 1))), frame)
+def usd(folder: Path, begin: int = 1001, rate: float = 24.0) -> tuple[Path, Path]:
+    stage, mesh = stage_of(folder / "a.usda", rate)
+    for k in range(COUNT):
+        mesh.CreatePointsAttr().Set(vectors(square(k)), begin + k)
+        mesh.CreateVelocitiesAttr().Set(vectors(np.tile(1.1 * SPEED, (4, 1))), begin + k)
     stage.Save()
     return folder / "a.usda", folder / "a.usda"
 
 
 def usd_skel(folder: Path) -> tuple[Path, Path]:
-    stage, mesh = stage_of(folder / "a.usda")
+    stage, mesh = stage_of(folder / "a.usda", 24.0)
     mesh.CreatePointsAttr(vectors(SQUARE))
     skeleton = UsdSkel.Skeleton.Define(stage, "/a/skeleton")
     skeleton.CreateJointsAttr(["bone", "bone/tip"])
@@ -117,11 +123,10 @@ def usd_skel(folder: Path) -> tuple[Path, Path]:
     animation.CreateRotationsAttr([Gf.Quatf(1)] * 2)
     animation.CreateScalesAttr([Gf.Vec3h(1)] * 2)
     animation.CreateBlendShapesAttr(["slide"])
-    for frame in FRAMES:
-        seconds = (frame - 1001) / 24.0
-        moved = np.array([(1.0 - SHARE) * SPEED * seconds, np.zeros(3)])
-        animation.CreateTranslationsAttr().Set(vectors(moved), frame)
-        animation.CreateBlendShapeWeightsAttr().Set([seconds], frame)
+    for k in range(COUNT):
+        moved = np.array([(1.0 - SHARE) * STEP * k, np.zeros(3)])
+        animation.CreateTranslationsAttr().Set(vectors(moved), 1001 + k)
+        animation.CreateBlendShapeWeightsAttr().Set([k / 24.0], 1001 + k)
     UsdSkel.BindingAPI.Apply(skeleton.GetPrim()).CreateAnimationSourceRel().SetTargets([animation.GetPath()])
     binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
     binding.CreateSkeletonRel().SetTargets([skeleton.GetPath()])
@@ -134,7 +139,7 @@ def usd_skel(folder: Path) -> tuple[Path, Path]:
     return folder / "a.usda", folder / "a.usda"
 
 
-def gltf(folder: Path) -> tuple[Path, Path]:
+def gltf(folder: Path, begin: int = 1001, rate: float = 24.0) -> tuple[Path, Path]:
     writer = Writer()
     given = {
         "POSITION": writer.add(SQUARE.astype(np.float32), "VEC3"),
@@ -145,12 +150,11 @@ def gltf(folder: Path) -> tuple[Path, Path]:
         "_SCALP": writer.add(np.ones(4, np.float32), "SCALAR"),
     }
     corners = writer.add(np.array([0, 1, 2, 0, 2, 3], np.uint16), "SCALAR")
-    times = np.array([0.0, 0.125], np.float32)
-    sampler = {
-        "input": writer.add(times, "SCALAR"),
-        "output": writer.add(((1.0 - SHARE) * SPEED * times[:, None]).astype(np.float32), "VEC3"),
-    }
-    weights = {"input": sampler["input"], "output": writer.add(times, "SCALAR")}
+    samples = np.arange(COUNT, dtype=np.float32)
+    times = writer.add((begin + samples) / np.float32(rate), "SCALAR")
+    moved = ((1.0 - SHARE) * STEP * samples[:, None]).astype(np.float32)
+    sampler = {"input": times, "output": writer.add(moved, "VEC3")}
+    weights = {"input": times, "output": writer.add(samples / np.float32(24.0), "SCALAR")}
     target = {"POSITION": writer.add(np.tile(SHARE * SPEED, (4, 1)).astype(np.float32), "VEC3")}
     channels = [
         {"sampler": 0, "target": {"node": 1, "path": "translation"}},
@@ -194,10 +198,10 @@ def row_of(name: str, still: Path, moving: Path) -> str:
     named = any("attributes that are not used: scalp" in str(warning.message) for warning in caught)
     assert (name == "glTF") == any("not used: _FLOW" in str(warning.message) for warning in caught)
     assert bool(rest.maps) + named == (name != "OBJ, a sequence"), "a map is neither read nor named"
-    np.testing.assert_allclose(mesh.points, square(1003), atol=1e-6)
+    np.testing.assert_allclose(mesh.points, square(2), atol=1e-6)
     pose = load_motion(rest, Time(1003, 24.0), (), file=moving) if has_pose else None
     if pose is not None:
-        np.testing.assert_allclose(skin(rest, pose).points, square(1003), atol=1e-6)
+        np.testing.assert_allclose(skin(rest, pose).points, square(2), atol=1e-6)
     found = (
         rest.mesh.uv is not None,
         bool(rest.maps),
