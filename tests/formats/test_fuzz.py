@@ -154,7 +154,7 @@ def abc_of(folder: Path) -> bytes:
 
 def curves_of(folder: Path) -> bytes:
     """Strands with the attributes of Unreal's specification."""
-    from tests.formats.strands.test_alembic_curves import groom, write
+    from tests.formats.strands.test_alembic import groom, write
 
     write(folder / "seed.abc", groom)
     return (folder / "seed.abc").read_bytes()

@@ -5,11 +5,12 @@ from importlib import import_module
 from inspect import signature
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.formats.animated_meshes import Instant
-from hairpipe.formats.registry import FORMATS, read_moving, recall_joints, suffixes_of
+from hairpipe.formats.registry import FORMATS, read_body, read_moving, recall_joints, suffixes_of
 
 CONTENTS = ("body", "meshes", "motion", "strands")
 FUNCTIONS = sorted({name for form in FORMATS for content in CONTENTS if (name := getattr(form, content))})
@@ -34,3 +35,37 @@ def test_a_file_that_cannot_hold_what_is_asked_for_is_refused_with_those_that_ca
         recall_joints(Path("a.obj"), None, None, 24.0)
     with pytest.raises(BadInput, match="a BVH file has one clip"):
         recall_joints(Path("a.bvh"), None, "walk", 24.0)
+
+
+TRIANGLE = "g a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+
+
+def test_an_obj_file_alone_has_no_joints(tmp_path):
+    path = tmp_path / "a.OBJ"
+    path.write_text(TRIANGLE)
+    body = read_body(path)
+    assert body.skeleton.names == () and body.weights.shape == (3, 0)
+
+
+def test_half_a_rig_is_refused(tmp_path):
+    with pytest.raises(BadInput, match="both or neither"):
+        read_body(tmp_path / "a.obj", skeleton=tmp_path / "a.mhskel")
+
+
+@pytest.mark.parametrize("name", ["a.fbx", "a", "a.obj.gz"])
+def test_other_formats_are_named(tmp_path, name):
+    with pytest.raises(BadInput, match=r"\.usd, .*\.ply or \.obj"):
+        read_body(tmp_path / name)
+
+
+def test_a_usd_file_is_read_and_brings_its_own_rig(tmp_path):
+    path = tmp_path / "a.usda"
+    path.write_text(
+        '#usda 1.0\n(\n    metersPerUnit = 0.01\n    upAxis = "Y"\n)\n'
+        'def Mesh "m"\n{\n    int[] faceVertexCounts = [3]\n    int[] faceVertexIndices = [0, 1, 2]\n'
+        "    point3f[] points = [(0, 0, 0), (100, 0, 0), (0, 100, 0)]\n}\n"
+    )
+    body = read_body(path)
+    np.testing.assert_allclose(np.ptp(body.mesh.points, axis=0), [1.0, 1.0, 0.0], atol=1e-6)
+    with pytest.raises(BadInput, match="contain their skeleton"):
+        read_body(path, skeleton=path, weights=path)

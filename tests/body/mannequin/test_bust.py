@@ -1,9 +1,12 @@
+"""The bust: one closed surface of human proportions, with weights, maps and texture coordinates."""
+
 import numpy as np
 import pytest
 
 from hairpipe.body.anatomy import BUST
 from hairpipe.body.blended_shapes import evaluate
-from hairpipe.body.bust import EARS, build_bust
+from hairpipe.body.bust import EARS, build_bust, relax
+from hairpipe.geometry.isosurface import extract_surface
 from hairpipe.values.triangles import vertex_normals
 
 
@@ -142,3 +145,25 @@ def test_ears_are_where_the_hairline_is_drawn_from(bust):
     ears = bust.mesh.points[np.abs(bust.mesh.points[:, 0]) > 0.081]
     ears = ears[ears[:, 1] > 0.25]
     assert np.linalg.norm(ears.mean(axis=0)[1:] - np.array(EARS)[1:]) < 0.02
+
+
+AXES = (np.linspace(-1.2, 1.2, 25),) * 3
+
+
+def rough_ball() -> tuple[np.ndarray, np.ndarray]:
+    x, y, z = np.meshgrid(*AXES, indexing="ij")
+    return extract_surface(np.sqrt(x * x + y * y + z * z) - 0.9, AXES)
+
+
+def onto_ball(points: np.ndarray) -> np.ndarray:
+    return 0.9 * points / np.linalg.norm(points, axis=1, keepdims=True)
+
+
+def test_relaxing_keeps_the_surface_and_evens_the_triangles(measure_mesh):
+    points, triangles = rough_ball()
+    before = onto_ball(points)
+    after = relax(before, triangles, onto_ball, rounds=8)
+    np.testing.assert_allclose(np.linalg.norm(after, axis=1), 0.9, rtol=1e-12)
+    worst = [np.percentile(measure_mesh(p, triangles)["shape"], 1.0) for p in (before, after)]
+    assert worst[1] > worst[0]
+    assert measure_mesh(after, triangles)["volume"] > 0.99 * measure_mesh(before, triangles)["volume"]

@@ -15,7 +15,7 @@ from hairpipe.errors import BadInput
 from hairpipe.formats.usd.check.lint import lint
 from hairpipe.formats.usd.curves import STEPS, read_curves
 from hairpipe.formats.usd.meshes import read_body
-from hairpipe.formats.usd.shot import Shot, write_clips, write_shot
+from hairpipe.formats.usd.shot import Shot, write_clips, write_shot, write_still
 from hairpipe.formats.vdb import inspect
 from hairpipe.groom.resampling import spline_knots
 from hairpipe.values import Groom, Mesh, Strands
@@ -365,3 +365,23 @@ def test_memory_does_not_grow_with_the_shot(tmp_path: Path, layout: str) -> None
     """Of 1.9 MB a frame, 80 more frames would be 150 MB; USD itself keeps 0.15 MB a layer, whatever its size."""
     few, many = (int(run(layout, count, tmp_path / str(count), "memory")) for count in (30, 110))
     assert many - few < 50_000
+
+
+@pytest.fixture(params=["hair", "body", "groom"])
+def value(request, shot):
+    return shot.groom if request.param == "groom" else getattr(shot, request.param)[1003]
+
+
+def test_our_strict_check_finds_nothing(value, tmp_path):
+    write_still(tmp_path / "still.usda", value, 1003, 24.0)
+    assert lint(tmp_path / "still.usda", lambda path: []) == []
+
+
+def test_the_points_stand_at_the_one_frame(value, tmp_path):
+    write_still(tmp_path / "still.usdc", value, 1003, 24.0)
+    stage = Usd.Stage.Open(str(tmp_path / "still.usdc"))
+    assert (stage.GetStartTimeCode(), stage.GetEndTimeCode(), stage.GetTimeCodesPerSecond()) == (1003, 1003, 24)
+    (prim,) = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.PointBased)]
+    attribute = UsdGeom.PointBased(prim).GetPointsAttr()
+    assert attribute.GetTimeSamples() == [1003]
+    np.testing.assert_array_equal(attribute.Get(1003), np.float32(value.points))

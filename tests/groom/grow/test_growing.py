@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
+from hairpipe.geometry.solid import distance_and_normal, solid_of
 from hairpipe.geometry.triangle_tree import project, tree_over
-from hairpipe.groom.growing import GAP, RISE, grow
+from hairpipe.groom.growing import GAP, RISE, closed, grow, keep_out, lay, lift_off, wind
 from hairpipe.groom.resampling import Cut
 from hairpipe.groom.settings import Comb, Curl, Style
-from hairpipe.values import Body
+from hairpipe.values import Body, Mesh
 from hairpipe.values.painting import Canvas, Paint, Painted, PaintedDegrees, PaintedMetres
-from hairpipe.values.triangles import Sites, site_points
+from hairpipe.values.triangles import Sites, site_points, twin_corners
 
 SEGMENTS = 20
 SHORT = Style(length=PaintedMetres(0.08))
@@ -189,3 +190,165 @@ def test_it_depends_on_the_seed_and_not_on_the_threads(ball, threads):
     fields = [{**vars(groom), **groom.maps, "maps": None} for groom in (one, two)]
     assert all(np.array_equal(a, b) for a, b in zip(*(of.values() for of in fields), strict=True))
     assert not np.array_equal(one.points, grown(ball, CURLY, seed=1)[0].points)
+
+
+STEP = 0.002
+
+
+@pytest.fixture(scope="module")
+def solid(sphere):
+    return solid_of(sphere(0.1, level=5))
+
+
+def laid(solid, root, ahead, comb=(0.0, 0.0, 0.0), layer=0.005, bend=0.03, count=200):
+    axis = np.empty((count, 3))
+    axis[0] = root
+    lay(solid, axis, tuple(ahead), comb, layer, bend, STEP)
+    return axis
+
+
+def test_hair_from_the_top_slides_down_over_the_head_in_its_layer(solid):
+    for layer in (0.002, 0.015):
+        axis = laid(solid, (0.0, 0.1, 0.0), np.array([0.8, 0.6, 0.0]), comb=(0.7, 0.0, 0.0), layer=layer, bend=STEP)
+        height = np.linalg.norm(axis, axis=1) - 0.1
+        way = np.arange(200) * STEP
+        beside = (axis[:, 1] > 0) & (way > 0.05)
+        assert beside.any() and (height[1:] > 0).all()
+        assert np.allclose(height[beside], layer * (1 - np.exp(-way[beside] / RISE)), atol=0.0005)
+
+
+def test_hair_free_of_the_body_hangs(solid):
+    axis = laid(solid, (0.1, 0.0, 0.0), (1.0, 0.0, 0.0))
+    tangent = np.diff(axis, axis=0) / STEP
+    assert np.allclose(tangent[-1], (0, -1, 0), atol=1e-3)
+    assert np.allclose(np.linalg.norm(tangent, axis=1), 1)
+
+
+def test_it_turns_over_the_bending_length(solid):
+    """Free hair that starts level turns by dt/ds = (down - t) / bend across t: a shape that scales with bend."""
+    level = [laid(solid, (0.1, 0.0, 0.0), (1.0, 0.0, 0.0), bend=bend)[-1, 0] - 0.1 for bend in (0.01, 0.02, 0.04)]
+    assert np.allclose(np.diff(np.log(level)), np.log(2), atol=0.15)
+
+
+def test_the_comb_pulls_only_what_lies_on_the_body(solid):
+    top = laid(solid, (0.0, 0.1, 0.0), (0.0, 0.6, -0.8), comb=(0.0, 0.0, -2.0), count=40)
+    assert np.allclose(top[:, 0], 0, atol=0.005) and top[-1, 2] < -0.05
+    free = laid(solid, (0.1, 0.0, 0.0), (1.0, 0.0, 0.0), comb=(0.0, 0.0, -1.0))
+    assert np.allclose(np.diff(free, axis=0)[-1] / STEP, (0, -1, 0), atol=1e-3)
+
+
+def test_curves_are_lifted_out_of_the_body_and_no_farther(solid):
+    t = np.linspace(0, 1, 101)[:, None]
+    curve = (1 - t) * (0.1, 0.0, 0.0) + t * (-0.3, 0.02, 0.0)
+    lifted = curve.copy()
+    lift_off(solid, lifted, 0.003)
+    height = np.linalg.norm(lifted, axis=1) - 0.1
+    assert np.array_equal(lifted[0], curve[0])
+    way = np.linalg.norm(curve - curve[0], axis=1)
+    assert (height > 0.003 * np.minimum(way / RISE, 1) - 2e-4).all()
+    clear = np.linalg.norm(curve, axis=1) > 0.1035
+    assert clear.any() and np.array_equal(lifted[clear], curve[clear])
+
+
+@pytest.mark.parametrize("start", [(0.1, 0.0, 0.0), (0.0, 0.3, 0.0)], ids=["from the skin", "from above"])
+def test_a_curl_that_runs_through_the_body_is_kept_out_and_keeps_its_lengths(solid, start):
+    way = np.linspace(0.0, 0.5, 126)[:, None]
+    turn = way / 0.03 * 2.0 * np.pi
+    aside = np.cross(start, (0.0, 0.0, 10.0)) * 0.006 / np.linalg.norm(start) / 10.0
+    curl = np.array(start) * (1.0 - way / np.linalg.norm(start))
+    curl = curl + aside * (np.cos(turn) - 1.0) + np.array((0.0, 0.0, 0.006)) * np.sin(turn)
+    kept = curl.copy()
+    keep_out(solid, kept, 0.001)
+    height = np.linalg.norm(kept, axis=1) - 0.1
+    middles = np.linalg.norm(0.5 * (kept[1:] + kept[:-1]), axis=1) - 0.1
+    assert np.array_equal(kept[0], curl[0]) and np.linalg.norm(curl, axis=1).min() < 0.01
+    assert height[1:].min() > 0.0 and height[20:].min() > 0.0004 and middles.min() > -1e-4
+    lengths, before = (np.linalg.norm(np.diff(points, axis=0), axis=1) for points in (kept, curl))
+    assert np.allclose(lengths, before, rtol=1e-12)
+
+
+def test_points_outside_of_the_body_are_unchanged(solid):
+    curve = np.array((0.1, 0.0, 0.0)) + np.linspace(0.0, 0.2, 41)[:, None] * (0.8, -0.6, 0.0)
+    kept = curve.copy()
+    keep_out(solid, kept, 0.001)
+    assert np.array_equal(kept, curve)
+
+
+PIECE, RADIUS, PITCH, ONSET = 0.0005, 0.006, 0.02, 0.03
+
+
+def wound(axis, phase=0.3):
+    curve = axis.copy()
+    wind(curve, PIECE, RADIUS, PITCH, ONSET, phase)
+    return curve
+
+
+def straight(direction, count=400):
+    return np.arange(count)[:, None] * PIECE * np.asarray(direction) / np.linalg.norm(direction)
+
+
+def test_on_a_straight_axis_it_is_a_helix_in_closed_form():
+    for direction in ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.3, -0.5, 0.8)):
+        axis = straight(direction)
+        off = wound(axis) - axis
+        s = np.arange(400) * PIECE
+        settled = s > ONSET
+        assert np.allclose(off @ direction, 0, atol=1e-15)
+        assert np.allclose(np.linalg.norm(off[settled], axis=1), RADIUS)
+        turn = np.arccos(np.clip(np.sum(off[settled][1:] * off[settled][:-1], axis=1) / RADIUS**2, -1, 1))
+        assert np.allclose(turn, 2 * np.pi * PIECE / PITCH, atol=1e-6)
+
+
+def test_it_turns_one_way_by_one_turn_a_pitch():
+    axis = straight((0.0, -1.0, 0.0))
+    off = wound(axis) - axis
+    angle = np.unwrap(np.arctan2(off[1:, 2], off[1:, 0]))
+    assert np.isclose(abs(angle[-1] - angle[0]), 2 * np.pi * 398 * PIECE / PITCH)
+
+
+def test_it_grows_out_of_the_root():
+    axis = straight((0.0, -1.0, 0.0))
+    radius = np.linalg.norm(wound(axis) - axis, axis=1)
+    assert radius[0] == 0 and (np.diff(radius) > -1e-15).all()
+    assert np.isclose(radius[30], RADIUS / 2), "half way up the smooth step"
+
+
+def test_the_phase_turns_it_about_the_axis():
+    axis = straight((0.0, -1.0, 0.0))
+    off, turned = wound(axis, 0.0) - axis, wound(axis, 1.1) - axis
+    cosine = np.sum(off * turned, axis=1)[100:] / RADIUS**2
+    assert np.allclose(cosine, np.cos(1.1))
+
+
+def test_around_a_bent_axis_it_stays_at_its_radius_without_twist():
+    angle = np.arange(300) * PIECE / 0.05
+    axis = 0.05 * np.stack([np.cos(angle), np.sin(angle), np.zeros(300)], axis=1)
+    off = (wound(axis) - axis)[80:-1]
+    outward, upward = axis[80:-1] / 0.05, np.array([0.0, 0.0, 1.0])
+    assert np.allclose(np.linalg.norm(off, axis=1), RADIUS)
+    around = np.unwrap(np.arctan2(off @ upward, np.sum(off * outward, axis=1)))
+    assert np.allclose(np.abs(np.diff(around)), 2 * np.pi * PIECE / PITCH, atol=1e-3)
+
+
+def without(mesh: Mesh, gone: np.ndarray) -> Mesh:
+    """The mesh without the triangles that have a vertex among those."""
+    return Mesh(mesh.points, mesh.triangles[~gone[mesh.triangles].any(axis=1)])
+
+
+@pytest.mark.parametrize("flip", [False, True])
+def test_points_are_inside_or_outside_of_a_ball_with_holes_as_of_a_whole_one(sphere, flip):
+    whole = sphere(0.1, level=3)
+    order = np.random.default_rng(0).permutation(len(whole.points)) if flip else np.arange(len(whole.points))
+    whole = Mesh(whole.points[order], np.argsort(order).astype(np.int32)[whole.triangles])
+    holes = (whole.points[:, 1] < -0.07) | (whole.points[:, 2] > 0.095)
+    mesh = closed(without(whole, holes))
+    assert (twin_corners(mesh.triangles) >= 0).all()
+    solid = solid_of(mesh)
+    around = [(0.0, -0.2, 0.0), (0.05, -0.3, 0.0), (0.0, -0.08, 0.09), (0.09, -0.09, 0.0), (0.0, 0.0, 0.12)]
+    assert all(distance_and_normal(solid, point, 0)[0] > 0.0 for point in around)
+    assert all(distance_and_normal(solid, point, 0)[0] < 0.0 for point in [(0.0, 0.0, 0.0), (0.0, -0.06, 0.0)])
+
+
+def test_a_whole_body_and_a_sheet_stay_as_they_are(sphere, sheet):
+    for mesh in (sphere(0.1, level=2), sheet(4, 4)):
+        assert closed(mesh) is mesh

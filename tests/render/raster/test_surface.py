@@ -1,10 +1,10 @@
-"""A sphere as a camera sees it: outline, distance and normals are known."""
+"""What a camera sees of a body: triangles and a sphere, whose outline, distance and normals are known."""
 
 import numpy as np
 import pytest
 
 from hairpipe.render.camera import Camera
-from hairpipe.render.surface import look_at_body, see_body, seen_vertices
+from hairpipe.render.surface import UNSEEN, first_centre, look_at_body, rasterise, see_body, seen_vertices
 from hairpipe.values import Mesh
 
 CENTRE, RADIUS, DISTANCE = np.array([0.0, 1.6, 0.0]), 0.09, 0.5
@@ -62,3 +62,35 @@ def test_vertices_that_are_seen_lie_before_the_horizon(head: Mesh, camera: Camer
     seen = np.isin(np.arange(len(head.points)), seen_vertices(look_at_body(head, camera), head.triangles))
     wide = np.abs(outward[:, 1]) < 0.7  # at the poles, and near the horizon, triangles are smaller than pixels
     assert seen[wide & (height > 0.2)].all() and not seen[height < -0.05].any()
+
+
+def test_a_pixel_sees_a_triangle_when_its_centre_lies_in_it() -> None:
+    rng = np.random.default_rng(5)
+    for film in rng.uniform(-5, 25, size=(40, 3, 2)):
+        seen, _ = rasterise(film, np.array([[0, 1, 2]], np.int32), np.ones(3), 20, 20)
+        rows, columns = np.mgrid[0.5:20, 0.5:20]
+        centres = np.stack([columns, rows], axis=2)
+        sides = [np.cross(film[k - 2] - film[k], centres - film[k]) for k in range(3)]
+        inside = (np.min(sides, axis=0) >= 0) | (np.max(sides, axis=0) <= 0)
+        assert np.array_equal(seen != UNSEEN, inside)
+
+
+@pytest.mark.parametrize("order", [[0, 1], [1, 0]])
+def test_the_closer_triangle_is_seen_in_any_order(order: list[int]) -> None:
+    film = np.array([[-9.0, -9], [40, -9], [-9, 40]] * 2)
+    closeness = np.array([1.0, 1, 1, 2, 2, 2])
+    triangles = np.array([[0, 1, 2], [3, 4, 5]], np.int32)[order]
+    seen, close = rasterise(film, triangles, closeness, 8, 8)
+    assert (triangles[seen] == [3, 4, 5]).all()
+    assert close == pytest.approx(2.0)
+
+
+def test_triangles_behind_the_eye_are_omitted() -> None:
+    film = np.array([[-9.0, -9], [40, -9], [-9, 40]])
+    seen, _ = rasterise(film, np.array([[0, 1, 2]], np.int32), np.array([1.0, 0.0, 1.0]), 8, 8)
+    assert (seen == UNSEEN).all()
+
+
+@pytest.mark.parametrize("x", [-1e300, -0.1, 0.0, 0.5, 0.51, 3.5, 7.49, 7.51, 1e300])
+def test_first_centre_is_the_first_that_is_not_before(x: float) -> None:
+    assert first_centre(x, 8) == sum(centre < x for centre in np.arange(8) + 0.5)

@@ -1,5 +1,7 @@
-"""Animated meshes of stages that pxr wrote, against analytic motion and OpenUSD's own baking of skeletons."""
+"""Meshes of stages, at rest and in motion, against analytic motion and OpenUSD's own baking of skeletons."""
 
+import warnings
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +10,229 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, UsdUtils, Vt
 
 from hairpipe.errors import BadInput
 from hairpipe.formats.animated_meshes import Instant
-from hairpipe.formats.usd.meshes import MovingMeshes, read_moving
+from hairpipe.formats.usd.meshes import MovingMeshes, read_body, read_moving
+from hairpipe.values import Mesh
+
+CUBE = np.array([[x, y, z] for x in (0.0, 2) for y in (0.0, 2) for z in (0.0, 2)])
+QUADS = [0, 1, 3, 2, 4, 6, 7, 5, 0, 4, 5, 1, 2, 3, 7, 6, 0, 2, 6, 4, 1, 5, 7, 3]
+TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens
+
+
+def cube(stage: Usd.Stage, path: str = "/body", corners: list[int] = QUADS) -> UsdGeom.Mesh:
+    """A cube of 2 units, its faces counter-clockwise seen from outside."""
+    mesh = UsdGeom.Mesh.Define(stage, path)
+    mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(CUBE.astype(np.float32)))
+    mesh.CreateFaceVertexCountsAttr([4] * 6)
+    mesh.CreateFaceVertexIndicesAttr(corners)
+    return mesh
+
+
+def volume(mesh: Mesh) -> float:
+    a, b, c = np.moveaxis(mesh.points[mesh.triangles], 1, 0)
+    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
+
+
+@pytest.mark.parametrize(("up", "scale"), [("Y", 1.0), ("Y", 0.01), ("Z", 1.0), ("Z", 0.01)])
+def test_stands_in_metres_with_y_up(new_stage, saved, up: str, scale: float) -> None:
+    stage = new_stage(up, scale)
+    UsdGeom.Xform.Define(stage, "/scene").AddTranslateOp().Set(Gf.Vec3d(10, 20, 30))
+    cube(stage, "/scene/body")
+    body = read_body(saved(stage), None)
+    x, y, z = ((CUBE + np.array([10, 20, 30])) * scale).T
+    expected = np.stack([x, y, z] if up == "Y" else [x, z, -y], axis=1)
+    np.testing.assert_allclose(body.mesh.points, expected, rtol=0, atol=1e-6)
+    assert volume(body.mesh) == pytest.approx(8 * scale**3)
+    assert body.skeleton.names == () and body.weights.shape == body.joints.shape == (8, 0)
+
+
+def test_takes_the_transform_of_the_earliest_time(new_stage, saved) -> None:
+    stage = new_stage()
+    op = UsdGeom.Xform.Define(stage, "/scene").AddTranslateOp()
+    for time in (1001, 1002):
+        op.Set(Gf.Vec3d(time, 0, 0), time)
+    cube(stage, "/scene/body")
+    assert read_body(saved(stage), None).mesh.points[:, 0].min() == pytest.approx(1001)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("left", [False, True])
+def test_triangles_face_out_for_any_handedness(new_stage, saved, mirrored: bool, left: bool) -> None:
+    stage = new_stage()
+    mesh = cube(stage, corners=QUADS[::-1] if left else QUADS)
+    mesh.CreateOrientationAttr(TOKENS.leftHanded if left else TOKENS.rightHanded)
+    if mirrored:
+        mesh.AddScaleOp().Set(Gf.Vec3f(-1, 1, 1))
+    assert volume(read_body(saved(stage), None).mesh) == pytest.approx(8)
+
+
+def test_leaves_holes_out_with_their_texture_coordinates(new_stage, saved) -> None:
+    stage = new_stage()
+    mesh = cube(stage)
+    mesh.CreateHoleIndicesAttr([1])
+    values = Vt.Vec2fArray([Gf.Vec2f(n, 2 * n) for n in range(24)])
+    UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", TYPES.TexCoord2fArray, TOKENS.faceVarying).Set(values)
+    read_in = read_body(saved(stage), None).mesh
+    assert len(read_in.triangles) == 10 and read_in.uv.shape == (10, 3, 2)
+    corner = {(v, f) for f in range(6) for v in QUADS[4 * f : 4 * f + 4] if f != 1}
+    for triangle, uv in zip(read_in.triangles, read_in.uv, strict=True):
+        at = uv[:, 0].astype(int)
+        assert [QUADS[n] for n in at] == list(triangle) and (uv[:, 1] == 2 * at).all()
+        assert {(v, n // 4) for v, n in zip(triangle, at, strict=True)} <= corner
+
+
+@pytest.mark.parametrize("interpolation", [TOKENS.vertex, TOKENS.varying, TOKENS.faceVarying])
+def test_lays_texture_coordinates_on_the_corners(new_stage, saved, interpolation: str) -> None:
+    stage = new_stage()
+    primvar = UsdGeom.PrimvarsAPI(cube(stage)).CreatePrimvar("st", TYPES.TexCoord2fArray, interpolation)
+    per_vertex = interpolation != TOKENS.faceVarying
+    primvar.Set(Vt.Vec2fArray([Gf.Vec2f(n, -n) for n in range(8)]))
+    if not per_vertex:
+        primvar.SetIndices(Vt.IntArray(QUADS))
+    mesh = read_body(saved(stage), None).mesh
+    np.testing.assert_array_equal(mesh.uv[..., 0], mesh.triangles)
+    np.testing.assert_array_equal(mesh.uv[..., 1], -mesh.triangles)
+
+
+@pytest.mark.parametrize(("scheme", "named"), [("catmullClark", True), ("none", False), (None, False)])
+def test_a_cage_is_named_where_its_scheme_is_authored(new_stage, saved, scheme: str | None, named: bool) -> None:
+    stage = new_stage()
+    mesh = cube(stage)
+    if scheme:
+        mesh.CreateSubdivisionSchemeAttr(scheme)
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        read_body(saved(stage), None)
+    assert ["/body is a subdivision surface" in str(w.message) for w in warned] == [True] * named
+
+
+def test_texture_coordinates_of_another_number_are_named_and_left_out(new_stage, saved) -> None:
+    stage = new_stage()
+    primvar = UsdGeom.PrimvarsAPI(cube(stage)).CreatePrimvar("st", TYPES.TexCoord2fArray, TOKENS.faceVarying)
+    primvar.Set(Vt.Vec2fArray(17))
+    message = r"given\.usda /body\.primvars:st has 17 elements, not 24 for faceVarying.*without texture coordinates"
+    with pytest.warns(UserWarning, match=message):
+        mesh = read_body(saved(stage), None).mesh
+    assert mesh.uv is None and volume(mesh) == pytest.approx(8)
+
+
+def test_a_unit_that_is_a_single_float_is_read(new_stage, saved, tmp_path: Path) -> None:
+    """Other writers of crate files store 0.5 as a float (type 8), OpenUSD as a double (type 9)."""
+    stage = new_stage(scale=0.5, name="given.usdc")
+    cube(stage)
+    data = saved(stage).read_bytes()
+    double, single = (np.float32(0.5).tobytes() + bytes([0, 0, kind, 0x40]) for kind in (9, 8))
+    assert data.count(double) == 1
+    (tmp_path / "single.usdc").write_bytes(data.replace(double, single))
+    assert volume(read_body(tmp_path / "single.usdc", None).mesh) == pytest.approx(8 * 0.5**3)
+
+
+def test_float_primvars_on_vertices_are_maps(new_stage, saved) -> None:
+    stage = new_stage()
+    primvars = UsdGeom.PrimvarsAPI(cube(stage))
+    primvars.CreatePrimvar("scalp", TYPES.FloatArray, TOKENS.vertex).Set([0, 0.25, 0.5, 1, 0, 0, 0, 1])
+    primvars.CreatePrimvar("density", TYPES.DoubleArray, TOKENS.varying).Set([0.5] * 7 + [1.5])
+    primvars.CreatePrimvar("colour", TYPES.Color3fArray, TOKENS.vertex).Set([Gf.Vec3f(0)] * 8)
+    with pytest.warns(UserWarning, match=r"map density spans 0.5 to 1.5"):
+        maps = read_body(saved(stage)).maps
+    assert sorted(maps) == ["density", "scalp"] and maps["density"][7] == 1
+    np.testing.assert_allclose(maps["scalp"], [0, 0.25, 0.5, 1, 0, 0, 0, 1])
+
+
+def test_merges_all_that_is_shown_and_takes_one_prim_on_request(new_stage, saved) -> None:
+    stage = new_stage()
+    second = cube(stage, "/char/second")
+    second.AddTranslateOp().Set(Gf.Vec3d(5, 0, 0))
+    UsdGeom.PrimvarsAPI(second).CreatePrimvar("scalp", TYPES.FloatArray, TOKENS.vertex).Set([1.0] * 8)
+    cube(stage, "/char/first").CreatePurposeAttr(TOKENS.render)
+    cube(stage, "/char/hidden").MakeInvisible()
+    cube(stage, "/char/proxy").CreatePurposeAttr(TOKENS.proxy)
+    cube(stage, "/char/guide").CreatePurposeAttr(TOKENS.guide)
+    path = saved(stage)
+    both, one = read_body(path, None), read_body(path, "/char/first")
+    assert len(both.mesh.points) == 16 and volume(both.mesh) == pytest.approx(16)
+    assert both.maps["scalp"].sum() == 8 and len(both.weights) == 16
+    assert len(one.mesh.points) == 8 and one.mesh.points.max() == 2 and not one.maps
+
+
+def test_reads_instances(new_stage, saved) -> None:
+    stage = new_stage()
+    cube(stage, "/asset/body")
+    for n in range(2):
+        instance = UsdGeom.Xform.Define(stage, f"/world/n{n}")
+        instance.GetPrim().GetReferences().AddInternalReference("/asset")
+        instance.GetPrim().SetInstanceable(True)
+        instance.AddTranslateOp().Set(Gf.Vec3d(10 * n, 0, 0))
+    assert read_body(saved(stage), "/world").mesh.points[:, 0].max() == 12
+
+
+def changed(change: Callable[[UsdGeom.Mesh], object]) -> Callable[[Usd.Stage], object]:
+    return lambda stage: change(cube(stage))
+
+
+def wrong_type(mesh: UsdGeom.Mesh, name: str) -> None:
+    spec = mesh.GetPrim().GetStage().GetRootLayer().GetPrimAtPath(mesh.GetPath())
+    Sdf.AttributeSpec(spec, name, TYPES.StringArray).default = Vt.StringArray(["a"])
+
+
+BROKEN = {
+    "no mesh": (lambda stage: UsdGeom.Xform.Define(stage, "/body"), "no visible Mesh"),
+    "guides": (changed(lambda m: m.CreatePurposeAttr(TOKENS.guide)), "no visible Mesh (a prim of the type Mesh and"),
+    "no points": (changed(lambda m: m.CreatePointsAttr([])), "no points"),
+    "NaN": (
+        changed(lambda m: m.CreatePointsAttr([Gf.Vec3f(0)] * 7 + [Gf.Vec3f(0, np.nan, 0)])),
+        "element 7 is not finite",
+    ),
+    "index": (changed(lambda m: m.CreateFaceVertexIndicesAttr([*QUADS[:-1], 8])), "names point 8"),
+    "negative index": (changed(lambda m: m.CreateFaceVertexIndicesAttr([-1, *QUADS[1:]])), "names point -1"),
+    "short indices": (changed(lambda m: m.CreateFaceVertexIndicesAttr(QUADS[:-1])), "has 23 elements"),
+    "two corners": (changed(lambda m: m.CreateFaceVertexCountsAttr([2, 4, 4, 4, 5, 5])), "face 0 has 2 corners"),
+    "negative count": (changed(lambda m: m.CreateFaceVertexCountsAttr([-4, 8, 4, 4, 8, 4])), "face 0 has -4 corners"),
+    "hole": (changed(lambda m: m.CreateHoleIndicesAttr([6])), "holeIndices has an index without a face"),
+    "all holes": (changed(lambda m: m.CreateHoleIndicesAttr(range(6))), "all faces are holes"),
+    "scale": (changed(lambda m: UsdGeom.SetStageMetersPerUnit(m.GetPrim().GetStage(), 0)), "metersPerUnit is 0"),
+    "transform": (changed(lambda m: m.AddTranslateOp().Set(Gf.Vec3d(np.inf))), "transform is not finite"),
+    "map": (
+        changed(lambda m: UsdGeom.PrimvarsAPI(m).CreatePrimvar("scalp", TYPES.FloatArray, TOKENS.vertex).Set([1.0])),
+        "has 1 elements (8 for vertex interpolation)",
+    ),
+    "type": (
+        changed(lambda m: wrong_type(m, "holeIndices")),
+        "holds a StringArray (an array of numbers)",
+    ),
+}
+
+
+@pytest.mark.parametrize(("plant", "message"), BROKEN.values(), ids=BROKEN)
+def test_invalid_prims_are_refused_with_their_path(new_stage, saved, plant: Callable, message: str) -> None:
+    stage = new_stage()
+    plant(stage)
+    with pytest.raises(BadInput) as caught:
+        read_body(saved(stage), None)
+    assert message in str(caught.value) and "given.usda" in str(caught.value)
+
+
+def test_names_what_there_is_when_a_prim_is_not_there(new_stage, saved) -> None:
+    stage = new_stage()
+    cube(stage)
+    path = saved(stage)
+    for wrong in ("/bodi", "body", "", "//", "/body.points"):
+        with pytest.raises(BadInput, match=r"no prim .*\(a path under /body\)"):
+            read_body(path, wrong)
+
+
+def test_reads_every_kind_of_usd_file(new_stage, tmp_path: Path) -> None:
+    from pxr import UsdUtils
+
+    stage = new_stage()
+    cube(stage)
+    for name in ("a.usdc", "a.usd", "a.usda", "A.USDA"):
+        stage.Export(str(tmp_path / name))
+    text = (tmp_path / "a.usda").read_bytes()
+    (tmp_path / "crlf.usda").write_bytes(text.replace(b"\n", b"\r\n"))
+    assert UsdUtils.CreateNewUsdzPackage(str(tmp_path / "a.usdc"), str(tmp_path / "a.usdz"))
+    for name in ("a.usdc", "a.usd", "a.usda", "A.USDA", "crlf.usda", "a.usdz"):
+        assert volume(read_body(tmp_path / name, None).mesh) == pytest.approx(8), name
+
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
 OMEGA = 1.5

@@ -1,5 +1,7 @@
-"""Cycles sees what the preview sees, blurs what moves, and gives the same bytes again."""
+"""Cycles sees what the preview sees, blurs what moves, and gives the same bytes again; it ends as its parent does."""
 
+import subprocess
+import time
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -8,11 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hairpipe.child import command
+from hairpipe.engine.code import CodeReader
 from hairpipe.errors import BadInput
 from hairpipe.formats.pictures import write_png
+from hairpipe.render import cycles as process
 from hairpipe.render import cycles as scene
 from hairpipe.render.camera import Shot
-from hairpipe.render.cycles import Exposure, Fibre, trace_hair
+from hairpipe.render.cycles import Exposure, Fibre, run_blender, trace_hair
 from hairpipe.render.film import backdrop, develop
 from hairpipe.values import Mesh, Strands
 
@@ -104,3 +109,79 @@ def test_a_lock_that_absorbs_nothing_is_not_seen_in_a_furnace(monkeypatch, tmp_p
     shot, white = Shot(40, 40, eye=(0.0, -0.1, 0.3), target=(0.0, -0.1, 0.0)), Fibre(1.0, np.ones(3))
     seen = trace_hair(lock, None, shot, white, replace(STILL, samples=8, denoise=False), tmp_path)
     assert seen[:, 15:25].mean() == pytest.approx(1.0, abs=0.01)
+
+
+SLEEPS = "import os, time\nopen(os.environ['BORN'], 'w').write(str(os.getpid()))\ntime.sleep(60)\n"
+
+
+@pytest.fixture
+def blender(tmp_path, monkeypatch):
+    """Install a module in place of Blender's."""
+
+    def install(code: str) -> Path:
+        (tmp_path / "bpy.py").write_text(code)
+        monkeypatch.syspath_prepend(str(tmp_path))
+        return tmp_path
+
+    return install
+
+
+@pytest.mark.parametrize(
+    ("code", "reported"),
+    [
+        ("import sys\nsys.exit('first line\\nlast line')", "bpy: Blender failed: last line"),
+        (
+            "raise ImportError('libXrender.so.1: not found')",
+            "bpy: Blender failed: ImportError: libXrender.so.1: not found",
+        ),
+        ("import sys\nsys.exit(3)", "bpy: Blender failed: no message"),
+        ("import os\nos.abort()", "bpy: Blender was ended by SIGABRT"),
+        (
+            "import os\nos.kill(os.getpid(), 9)",
+            "bpy: Blender was ended by SIGKILL (fewer strands, a smaller picture, or more memory)",
+        ),
+    ],
+)
+def test_a_fault_of_blender_is_one_line(blender, code, reported):
+    with pytest.raises(BadInput) as fault:
+        run_blender({}, {}, blender(code))
+    assert str(fault.value) == reported
+
+
+def test_blender_ends_with_the_process_that_waits_for_it(blender, monkeypatch):
+    folder = blender(SLEEPS)
+    born = folder / "born"
+    monkeypatch.setenv("BORN", str(born))
+    code = "from hairpipe.render.cycles import run_blender; from pathlib import Path; "
+    parent = subprocess.Popen(command(code + f"run_blender({{}}, {{}}, Path({str(folder)!r}))"))
+    wait_for(lambda: born.is_file() and born.read_text())
+    parent.kill()
+    parent.wait()
+    wait_for(lambda: not is_running(int(born.read_text())))
+
+
+def wait_for(holds) -> None:
+    deadline = time.monotonic() + 30.0
+    while not holds():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def is_running(pid: int) -> bool:
+    """Whether a process is there, and not one that has ended and waits to be asked how."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def test_without_blender_one_line_says_what_to_install(monkeypatch, tmp_path):
+    monkeypatch.setattr(process, "find_spec", lambda name: None)
+    with pytest.raises(BadInput, match=r"^bpy: Blender is not installed \(pip install 'hairpipe\[cycles\]'"):
+        run_blender({}, {}, tmp_path)
+
+
+def test_the_program_and_the_version_of_blender_count_in_keys():
+    parts = CodeReader(lambda name, make: make()).code_of("hairpipe.nodes.render_cycles").parts
+    assert "hairpipe.render.cycles_program" in parts
+    assert (parts["bpy (version)"] != "none") == (find_spec("bpy") is not None)
