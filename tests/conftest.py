@@ -25,8 +25,6 @@ from hairpipe.values import Mesh
 
 from . import forked_workers as forked
 
-# Where tests use more threads than there are cores left, one that waits must not hold a core.
-os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 # A shell that starts this in the background has it ignore Ctrl-C, and what the tests start would inherit that.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 # Where the caller keeps results is no place for those of tests.

@@ -78,6 +78,23 @@ def contact(segments: tuple[int, ...], between: tuple["Between", ...], moving: i
 
 
 @bench.command()
+@click.option("--hairs", type=click.IntRange(min=1), multiple=True, help="Number of hairs; repeatable.")
+@click.option("--busy", "others", type=click.IntRange(min=0), multiple=True, help="Busy processes; repeatable.")
+@options.as_json
+@record
+def busy(hairs: tuple[int, ...], others: tuple[int, ...], as_json: bool) -> None:
+    """Measure hair next to busy programs: time that passes, and of processors, in a frame.
+
+    60, 1,000 and 10,000 hairs of `bench contact`, in pairs, alone and next to 1, 2 and 4 processes that compute without
+    end. Medians of five frames, after two.
+    """
+    share_kernels()
+    from hairpipe.graphs.experiments.bench.busy import BUSY, HAIRS, measure_busy
+
+    print_report(measure_busy(echo, hairs or HAIRS, others or BUSY), as_json)
+
+
+@bench.command()
 @click.option(
     "--threads", type=click.IntRange(min=1), multiple=True, default=(1, 2), help="Number of threads; repeatable."
 )

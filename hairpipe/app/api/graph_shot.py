@@ -4,7 +4,6 @@ Stop variants of a wedge: each frame of a measure is compared with the wedge's c
 """
 
 import json
-import os
 import statistics
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -31,6 +30,7 @@ from hairpipe.engine.run.player import Player, playing_environment
 from hairpipe.engine.run.scheduler import run as run_graph
 from hairpipe.engine.run.survey import Survey
 from hairpipe.engine.store.store import Record, Store
+from hairpipe.engine.worker.threading_layer import usable_cores
 from hairpipe.errors import BadInput
 from hairpipe.values import Table
 
@@ -265,7 +265,7 @@ class GraphShot:
         stopping = shot.stopping()
         numbers = graph.select(read_frames(frames))
         options = Options(
-            jobs or os.cpu_count() or 1,
+            jobs or usable_cores(),
             keep_going,
             publish_root=publish_root,
             force=force,

@@ -1,6 +1,5 @@
 """Arguments and options of several commands."""
 
-import os
 from collections.abc import Callable, Mapping
 from functools import partial, wraps
 from importlib.util import find_spec
@@ -11,6 +10,7 @@ import click
 
 import hairpipe
 from hairpipe.app.cli.completion import complete_graph, complete_node, complete_setting, complete_target, complete_wedge
+from hairpipe.engine.worker.threading_layer import usable_cores
 from hairpipe.errors import BadInput
 
 if TYPE_CHECKING:
@@ -190,7 +190,7 @@ _jobs = partial(
     "--jobs",
     type=click.IntRange(1, 1024),
     metavar="N",
-    default=os.cpu_count,
+    default=usable_cores,
     show_default="all cores",
 )
 jobs = _jobs(help="Number of processes, and of threads per simulation; results do not depend on it.")

@@ -26,7 +26,7 @@ from hairpipe.engine.store.fingerprint import fingerprint
 from hairpipe.engine.store.lease import Leases, forget_failure, note_failure
 from hairpipe.engine.store.store import Store
 from hairpipe.engine.worker.machine_code import claim_kernels, kernels_environment, kernels_parent
-from hairpipe.engine.worker.threading_layer import choose_layer
+from hairpipe.engine.worker.threading_layer import THREADS, choose_layer
 from hairpipe.errors import BadInput
 from hairpipe.plain_file import Stamp, stamp_of
 from hairpipe.processor import class_settings, processor_class
@@ -131,9 +131,8 @@ def environment(threads: int, kernels: dict[str, str]) -> dict[str, str]:
     kernels  see `kernels_environment`
     """
     single = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1")
-    single |= {"NUMBA_NUM_THREADS": str(threads)}
     own = {name: value for name, value in child.environment().items() if name not in OF_THE_SHELL}
-    return own | class_settings() | choose_layer().settings | single | kernels
+    return own | class_settings() | choose_layer().settings | single | {THREADS: str(threads)} | kernels
 
 
 Reply = dict[str, Any]
@@ -329,8 +328,6 @@ class Host:
             self._passing = tempfile.TemporaryDirectory(prefix="hairpipe-")
             self.warnings.append(f"kernels are compiled for this run alone: {error} (NUMBA_CACHE_DIR=FOLDER)")
             parent = Path(self._passing.name)
-        if warning := choose_layer().warning:
-            self.warnings.append(warning)
         return kernels_environment(parent, self.reader, self.modules)
 
     def _engage(self, wide: bool) -> Member:

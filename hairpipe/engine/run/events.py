@@ -1,6 +1,5 @@
 """The options of a run and what it reports: events, the progress counted from them, the outcome."""
 
-import os
 import statistics
 from collections import deque
 from collections.abc import Callable, Mapping
@@ -12,6 +11,7 @@ from hairpipe.engine.file.graph import Graph, origin
 from hairpipe.engine.hosts.host import Member
 from hairpipe.engine.plan.tasks import Task
 from hairpipe.engine.store.store import Record
+from hairpipe.engine.worker.threading_layer import usable_cores
 
 RECENT = 15
 """Number of latest evaluations whose median is the rate: the first ones include compilation."""
@@ -49,7 +49,7 @@ class Options:
     spare         idle workers that stay between runs of which each is given this list; None: they end with the run
     """
 
-    jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
+    jobs: int = field(default_factory=usable_cores)
     keep_going: bool = False
     publish_root: Path | None = None
     force: bool = False

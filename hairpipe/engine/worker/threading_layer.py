@@ -1,49 +1,63 @@
-"""The threading layer of numba, chosen for processes that compute, before they start.
+"""The threading layer of numba, chosen for processes that compute, before they start, and the number of its threads.
 
-By itself numba takes TBB wherever it finds one, and each parallel call of older ones costs more than the one before:
-with 2021.8 the cost grows, with 2021.12 and later it does not. OpenMP is fast in every version, so it comes first.
+By itself numba takes TBB wherever it finds one; each parallel call of version 2021.8 costs more than the one before.
+So OpenMP comes first, then numba's own. Threads of OpenMP wait in a loop, for milliseconds: next to busy programs one
+with work would wait for the core of one without. They sleep almost at once, as numba's own do: `hairpipe bench busy`.
 """
 
 import ctypes
 import os
 import sys
-from functools import cache
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
+from hairpipe.errors import BadInput
+
 NAME, ORDER = "NUMBA_THREADING_LAYER", "NUMBA_THREADING_LAYER_PRIORITY"
 """Variables that name one layer, and the order in which numba tries them."""
-POOLS = {"omp": "omppool", "tbb": "tbbpool", "workqueue": "workqueue"}
+POOLS = {"omp": "omppool", "workqueue": "workqueue", "tbb": "tbbpool"}
 """Numba's libraries of the layers, best first."""
-OLDEST_TBB, STEADY_TBB = 12060, 12120
-"""Versions of TBB's interface below which numba does not use it, and below which its calls become slower."""
-TBB = {"linux": "libtbb.so.12", "darwin": "libtbb.12.dylib"}
+SPIN = {"GOMP_SPINCOUNT": "100", "KMP_BLOCKTIME": "0"}
+"""Turns that a thread of GNU's OpenMP waits before it sleeps, and milliseconds that one of LLVM's or Intel's does."""
+WAITING = {"OMP_WAIT_POLICY", *SPIN}
+"""Variables that say how threads wait; where one is set, none is added."""
+THREADS, QUOTA = "NUMBA_NUM_THREADS", Path("/sys/fs/cgroup/cpu.max")
+"""Variable that limits threads; processor time that a container may use, and in which time [us]."""
 
 
 class Layer(NamedTuple):
-    """A threading layer, the environment that chooses it, and a warning for the user, empty where there is none."""
+    """A threading layer, and the environment that chooses it."""
 
     name: str
     settings: dict[str, str]
-    warning: str = ""
 
 
 def choose_layer() -> Layer:
-    """Choose the threading layer of processes that this one starts: OpenMP, a recent TBB, else numba's own.
-
-    What the environment of the user names is obeyed, with a warning of an older TBB.
-    """
+    """Choose the threading layer of processes that this one starts: what the environment names, else the best one."""
     named = os.environ.get(NAME, "default").lower()
     order = os.environ.get(ORDER, "").split()
+    settings = {} if WAITING & os.environ.keys() else SPIN
     if named == "default" and not order:
-        usable = [name for name in POOLS if is_loadable(name) and (name != "tbb" or tbb_version() >= STEADY_TBB)]
-        order = [*usable, *(name for name in POOLS if name not in usable)]
-        return Layer(order[0], {ORDER: " ".join(order)})
-    name = named if named != "default" else next(filter(is_loadable, order), "none")
-    is_slow = name == "tbb" and is_loadable(name) and tbb_version() < STEADY_TBB
-    warning = f"calls of the threading layer tbb become slower: {NAME}=omp, or TBB of 2021.12 or later"
-    return Layer(name, {}, warning if is_slow else "")
+        order = sorted(POOLS, key=lambda name: not is_loadable(name))
+        settings = settings | {ORDER: " ".join(order)}
+    return Layer(named if named != "default" else next(filter(is_loadable, order), "none"), settings)
+
+
+def usable_cores() -> int:
+    """Number of cores for threads: what THREADS says, else those that this process is given; BadInput for no number."""
+    named = os.environ.get(THREADS)
+    if named is not None:
+        if not (named.isascii() and named.isdigit() and int(named) > 0):
+            raise BadInput(f"'{named}' is no number of threads", where=THREADS, right="a whole number from 1")
+        return int(named)
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    try:
+        allowed, period = map(int, QUOTA.read_text(encoding="ascii").split())
+        return max(1, min(cores, round(allowed / period)))
+    except (OSError, ValueError):  # no container, or no limit
+        return cores
 
 
 def layer_in_use() -> str | None:
@@ -52,22 +66,11 @@ def layer_in_use() -> str | None:
     return None if parallel is None else vars(parallel)["_threading_layer"]
 
 
-@cache
 def is_loadable(name: str) -> bool:
     """Whether this process could load a layer: its library and those that it is linked to."""
     numba = find_spec("numba")
-    if numba is None or numba.origin is None:
-        return False
-    path = next((Path(numba.origin).parent / "np" / "ufunc").glob(f"{POOLS.get(name, name)}.*"), None)
-    try:
-        if path is None or (name == "tbb" and tbb_version() < OLDEST_TBB):
-            return False
-        ctypes.CDLL(str(path))
-    except OSError:
-        return False
-    return True
-
-
-def tbb_version() -> int:
-    """Version of the interface of the TBB that the loader finds; OSError where it finds none."""
-    return ctypes.CDLL(TBB.get(sys.platform, TBB["linux"])).TBB_runtime_interface_version()
+    places = (numba and numba.submodule_search_locations) or []
+    path = next((path for place in places for path in Path(place, "np/ufunc").glob(f"{POOLS.get(name, name)}.*")), None)
+    with suppress(OSError):
+        return path is not None and bool(ctypes.CDLL(str(path)))
+    return False

@@ -2,7 +2,6 @@
 
 import importlib.metadata
 import json
-import os
 import platform
 import sys
 from collections.abc import Callable
@@ -122,14 +121,14 @@ DISTRIBUTIONS = {
 @options.as_json
 def version(as_json: bool) -> None:
     """Print versions, cores, class of processor and threading layer."""
-    from hairpipe.engine.worker.threading_layer import choose_layer
+    from hairpipe.engine.worker.threading_layer import choose_layer, usable_cores
     from hairpipe.openvdb_library import version_of_openvdb
     from hairpipe.processor import processor_class
 
     found: dict[str, str | int | None] = {"hairpipe": __version__, "python": platform.python_version()}
     found |= {name: version_of(distribution) for name, distribution in DISTRIBUTIONS.items()}
     found |= {"openvdb": version_of_openvdb()}
-    found |= {"threads": os.cpu_count(), "class": processor_class(), "threading layer": choose_layer().name}
+    found |= {"threads": usable_cores(), "class": processor_class(), "threading layer": choose_layer().name}
     if as_json:
         click.echo(json.dumps(found, indent=2))
     else:
