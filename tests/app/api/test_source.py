@@ -6,7 +6,7 @@ import pytest
 
 import hairpipe
 from hairpipe.app.api import source
-from hairpipe.app.api.source import find_graph, read_source, shipped_graphs
+from hairpipe.app.api.source import find_graph, read_source
 from hairpipe.errors import BadInput
 
 
@@ -17,23 +17,12 @@ def toy(shot, monkeypatch) -> Path:
     return shot
 
 
-def test_the_demo_is_shipped():
-    assert shipped_graphs()["demo"].is_file()
-
-
-def test_a_file_comes_before_a_name(toy):
-    assert find_graph("set/toy") == toy
-    Path("set").mkdir()
-    Path("set/toy").write_text("schema = 1")
-    assert find_graph("set/toy") == Path("set/toy")
-
-
-def test_a_folder_does_not_hide_a_name(toy):
+def test_a_file_comes_before_a_name_and_a_folder_does_not_hide_one(toy):
     Path("set/toy").mkdir(parents=True)
     assert find_graph("set/toy") == toy
-
-
-def test_an_unknown_name_is_refused_with_the_nearest(toy):
+    Path("set/toy").rmdir()
+    Path("set/toy").write_text("schema = 1")
+    assert find_graph("set/toy") == Path("set/toy")
     with pytest.raises(BadInput, match=r"no graph 'set/tyo' \(.*did you mean 'set/toy'"):
         find_graph("set/tyo")
 

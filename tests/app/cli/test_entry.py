@@ -41,14 +41,10 @@ def test_starting_up_imports_nothing_heavy():
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"
 
 
-def test_an_unknown_command_is_refused_with_the_nearest(hairpipe):
-    result = hairpipe("paln x.toml")
-    assert result.exit_code == 2 and "no command 'paln' (did you mean 'plan'?)" in result.stderr
-
-
-def test_an_unknown_option_is_refused(hairpipe):
-    result = hairpipe("--jsno")
-    assert result.exit_code == 2 and "--jsno" in result.stderr
+def test_unknown_commands_and_options_are_refused(hairpipe):
+    for words, message in (("paln x.toml", "no command 'paln' (did you mean 'plan'?)"), ("--jsno", "--jsno")):
+        result = hairpipe(words)
+        assert result.exit_code == 2 and message in result.stderr
 
 
 def test_version(hairpipe):
@@ -109,15 +105,17 @@ def test_closed_error_stream_is_not_an_error(shot):
     assert verified.returncode == 0, "an error was written into a result"
 
 
-def complete(words: str, cwd=None) -> list[str]:
-    environment = os.environ | {
-        "_HAIRPIPE_COMPLETE": "bash_complete",
-        "COMP_WORDS": f"hairpipe {words}",
-        "COMP_CWORD": str(len(f"{words}.".split())),
-    }
+def bash(*words: str, cwd=None) -> list[str]:
+    """What bash is offered for the last of the words."""
+    variables = {"_HAIRPIPE_COMPLETE": "bash_complete", "COMP_WORDS": "\n".join(["hairpipe", *words])}
+    environment = os.environ | variables | {"COMP_CWORD": str(len(words))}
     process = subprocess.run(START, env=environment, capture_output=True, text=True, cwd=cwd)
     assert process.stderr == ""
     return [line.partition(",")[2] for line in process.stdout.splitlines() if line.startswith("plain")]
+
+
+def complete(words: str, cwd=None) -> list[str]:
+    return bash(*words.split(), cwd=cwd)
 
 
 def test_the_shell_completes_commands_types_and_nodes(shot):
@@ -126,21 +124,8 @@ def test_the_shell_completes_commands_types_and_nodes(shot):
     assert complete("run shot.toml --to dr", shot.parent) == ["drawing"]
     assert complete("get shot.toml se", shot.parent) == ["seed"]
     assert complete("run none.toml --to dr", shot.parent) == []
-    assert (
-        "complete"
-        in subprocess.run(
-            START, env=os.environ | {"_HAIRPIPE_COMPLETE": "bash_source"}, capture_output=True, text=True
-        ).stdout
-    )
-
-
-def bash(*words: str, cwd=None) -> list[str]:
-    """What bash is offered for the last of the words."""
-    variables = {"_HAIRPIPE_COMPLETE": "bash_complete", "COMP_WORDS": "\n".join(["hairpipe", *words])}
-    environment = os.environ | variables | {"COMP_CWORD": str(len(words))}
-    process = subprocess.run(START, env=environment, capture_output=True, text=True, cwd=cwd)
-    assert process.stderr == ""
-    return [line.partition(",")[2] for line in process.stdout.splitlines() if line.startswith("plain")]
+    source = os.environ | {"_HAIRPIPE_COMPLETE": "bash_source"}
+    assert "complete" in subprocess.run(START, env=source, capture_output=True, text=True).stdout
 
 
 @pytest.mark.slow

@@ -32,15 +32,10 @@ def test_a_node_begins_once_and_is_done_once(progress, capsys):
     assert capsys.readouterr().err.splitlines() == expected
 
 
-def test_progress_lines_are_written_at_intervals(progress, capsys, monkeypatch):
+@pytest.mark.parametrize("between", [(), (("started", "move", 3),)], ids=["between two frames", "in a frame"])
+def test_progress_lines_are_written_at_intervals(progress, capsys, monkeypatch, between):
     monkeypatch.setattr(lines, "INTERVAL", -1.0)
-    feed(progress, Lines(progress), *MOVING[:-1], ("started", "move", 3), ("finished", "move", 2))
-    assert capsys.readouterr().err.splitlines()[-1] == "move: 2/3, 0.50 s each, 0.50 s left"
-
-
-def test_it_does_so_between_two_frames_too(progress, capsys, monkeypatch):
-    monkeypatch.setattr(lines, "INTERVAL", -1.0)
-    feed(progress, Lines(progress), *MOVING)
+    feed(progress, Lines(progress), *MOVING[:-1], *between, MOVING[-1])
     assert capsys.readouterr().err.splitlines()[-1] == "move: 2/3, 0.50 s each, 0.50 s left"
 
 

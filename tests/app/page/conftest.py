@@ -4,12 +4,15 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 import hairpipe
+from hairpipe.app.api.draft import EMPTY, load_draft
 from hairpipe.app.page.session import Session
 from hairpipe.engine.file.load import load_graph
 from hairpipe.engine.node.import_paths import leave
@@ -99,6 +102,29 @@ def shot(folder: Path) -> hairpipe.Shot:
     """The shot, all of it in the cache."""
     (folder / "shot.toml").write_text(SHOT)
     return hairpipe.load(folder / "shot.toml", cache=folder / "cache")
+
+
+@pytest.fixture
+def session(shot: hairpipe.Shot) -> Iterator[Session]:
+    """A session of the shot, without a page."""
+    with closing(Session(shot)) as made:
+        yield made
+
+
+@pytest.fixture
+def empty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Session]:
+    """A session of a new file in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    with closing(Session(load_draft("new.toml", EMPTY, cache=tmp_path / "cache"))) as made:
+        yield made
+
+
+def until(true: Callable[[], object], most: float = 60.0) -> None:
+    """Wait until a condition holds."""
+    end = time.monotonic() + most
+    while not true():
+        assert time.monotonic() < end, "nothing happened"
+        time.sleep(0.02)
 
 
 @pytest.fixture(scope="session")

@@ -4,6 +4,7 @@ import random
 import threading
 import tomllib
 from contextlib import closing, suppress
+from functools import partial
 
 import pytest
 
@@ -15,15 +16,7 @@ from hairpipe.app.page.session import Session
 from hairpipe.engine.edit import sources_of
 from hairpipe.errors import BadInput
 
-from .conftest import SHOT
-from .test_session import until
-
-
-@pytest.fixture
-def session(shot):
-    session = Session(shot)
-    yield session
-    session.close()
+from .conftest import SHOT, until
 
 
 def graph(session):
@@ -34,30 +27,24 @@ def node(session, name):
     return next(one for one in graph(session)["nodes"] if one["name"] == name)
 
 
-def test_a_graph_is_built_from_nothing_and_saved(tmp_path, monkeypatch, folder):
-    monkeypatch.chdir(tmp_path)
+def test_a_graph_is_built_from_nothing_and_saved(tmp_path, folder, empty):
     (tmp_path / "nodes").symlink_to(folder / "nodes")
-    session = Session(load_draft("new.toml", EMPTY, cache=tmp_path / "cache"))
-    try:
-        assert graph(session)["nodes"] == [] and graph(session)["edits"] == ["a new file"]
-        session.change("add", {"type": "make_plate", "at": [10, 20.4]})
-        session.change("add", {"type": "swing"})
-        assert "'plate' is not connected" in node(session, "swing")["fault"]
-        assert [one["name"] for one in graph(session)["nodes"]] == ["plate", "swing"]
-        with pytest.raises(BadInput, match="takes Mesh"):
-            session.change("connect", {"node": "swing", "socket": "plate", "source": "swing"})
-        session.change("connect", {"node": "swing", "socket": "plate", "source": "plate"})
-        session.change("switch", {"target": "swing.wave", "on": False})
-        assert node(session, "swing")["settings"]["wave"] is None
-        assert node(session, "swing")["fault"] is None
-        session.save()
-        assert (tmp_path / "new.toml").read_text() == (
-            EMPTY + '\n[plate]\ntype = "make_plate"\n\n[swing]\ntype = "swing"\nin.plate = "plate"\n'
-            "wave = false\n\n[layout]\nplate = [10, 20]\n"
-        )
-        assert hairpipe.load(tmp_path / "new.toml", cache=tmp_path / "cache").nodes.keys() == {"plate", "swing"}
-    finally:
-        session.close()
+    assert graph(empty)["nodes"] == [] and graph(empty)["edits"] == ["a new file"]
+    empty.change("add", {"type": "make_plate", "at": [10, 20.4]})
+    empty.change("add", {"type": "swing"})
+    assert "'plate' is not connected" in node(empty, "swing")["fault"]
+    assert [one["name"] for one in graph(empty)["nodes"]] == ["plate", "swing"]
+    with pytest.raises(BadInput, match="takes Mesh"):
+        empty.change("connect", {"node": "swing", "socket": "plate", "source": "swing"})
+    empty.change("connect", {"node": "swing", "socket": "plate", "source": "plate"})
+    empty.change("switch", {"target": "swing.wave", "on": False})
+    assert node(empty, "swing")["settings"]["wave"] is None and node(empty, "swing")["fault"] is None
+    empty.save()
+    assert (tmp_path / "new.toml").read_text() == (
+        EMPTY + '\n[plate]\ntype = "make_plate"\n\n[swing]\ntype = "swing"\nin.plate = "plate"\n'
+        "wave = false\n\n[layout]\nplate = [10, 20]\n"
+    )
+    assert hairpipe.load(tmp_path / "new.toml", cache=tmp_path / "cache").nodes.keys() == {"plate", "swing"}
 
 
 def test_every_edit_is_undone_and_redone(session):
@@ -84,18 +71,13 @@ def test_every_edit_is_undone_and_redone(session):
         assert session._history.text == text
 
 
-def test_a_new_graph_is_reverted_to_its_beginning_and_saved(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    session = Session(load_draft("new.toml", EMPTY, cache=tmp_path / "cache"))
-    try:
-        session.change("add", {"type": "make_bust"})
-        session.revert()
-        assert session._history.text == EMPTY and not (tmp_path / "new.toml").exists()
-        session.undo()
-        session.save()
-        assert '[bust]\ntype = "make_bust"' in (tmp_path / "new.toml").read_text()
-    finally:
-        session.close()
+def test_a_new_graph_is_reverted_to_its_beginning_and_saved(tmp_path, empty):
+    empty.change("add", {"type": "make_bust"})
+    empty.revert()
+    assert empty._history.text == EMPTY and not (tmp_path / "new.toml").exists()
+    empty.undo()
+    empty.save()
+    assert '[bust]\ntype = "make_bust"' in (tmp_path / "new.toml").read_text()
 
 
 @pytest.mark.parametrize(
@@ -109,23 +91,15 @@ def test_a_faulty_table_after_an_incomplete_node_is_refused(tables, tmp_path):
 @pytest.mark.parametrize("target", ["hair", "wedge", "schema", "wedge.colour", "hair.in", "layout.hair", "nothing.red"])
 def test_only_values_of_nodes_are_unset(shot, folder, target):
     text = SHOT + "\n[wedge.colour]\naxes.picture.red = [0.1, 0.2]\n\n[layout]\nhair = [1, 2]\n"
-    session = Session(load_draft(str(folder / "unset.toml"), text, cache=folder / "cache"))
-    try:
+    with closing(Session(load_draft(str(folder / "unset.toml"), text, cache=folder / "cache"))) as session:
         with pytest.raises(BadInput):
             session.change("unset", {"target": target})
         assert session._history.text == text
-    finally:
-        session.close()
 
 
 def test_a_request_renews_the_page_once(session, folder):
-    requests = [
-        lambda: session.edit("picture.red", "0.75"),
-        lambda: session.undo(),
-        lambda: session.undo(1),
-        lambda: session.revert(),
-    ]
-    for request in requests:
+    edit, redo = partial(session.edit, "picture.red", "0.75"), partial(session.undo, 1)
+    for request in (edit, session.undo, redo, session.revert):
         with session._lock:  # nothing polls meanwhile
             revision = session.revision
             request()
@@ -290,9 +264,8 @@ def random_deed(draw, draft):
 
 @pytest.mark.parametrize("name", ["wedges/tuft"])
 def test_random_edits_are_undone_to_the_same_bytes(name, tmp_path):
-    session = Session(load_draft(name, cache=tmp_path))
-    try:
-        draw, made = random.Random(name), 0
+    draw, made = random.Random(name), 0
+    with closing(Session(load_draft(name, cache=tmp_path))) as session:
         for _ in range(40):
             verb, given = random_deed(draw, session.draft)
             before = session._history.text
@@ -306,5 +279,3 @@ def test_random_edits_are_undone_to_the_same_bytes(name, tmp_path):
             session.undo()
         assert session._history.text.encode() == shipped_graphs()[name].read_bytes()
         assert {*EDITS} >= {verb for verb, _ in [random_deed(draw, session.draft) for _ in range(50)]}
-    finally:
-        session.close()

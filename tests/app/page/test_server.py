@@ -16,6 +16,8 @@ from hairpipe.app.page.server import Server
 from hairpipe.app.page.session import Session
 from hairpipe.errors import BadInput
 
+from .conftest import until
+
 
 @pytest.fixture
 def served(shot):
@@ -41,56 +43,34 @@ def ask(server, path, method="GET", body=None, **headers):
 
 def test_it_serves_the_page_its_files_and_documents(served):
     status, page, headers = ask(served, "")
-    assert (
-        status == 200 and 'data-live="true"' in page and "frame-ancestors 'none'" in headers["content-security-policy"]
-    )
-    assert ask(served, "page/core.js")[0] == 200 and ask(served, "page/style.css")[2]["content-type"].startswith(
-        "text/css"
-    )
+    assert status == 200 and 'data-live="true"' in page
+    assert "frame-ancestors 'none'" in headers["content-security-policy"]
+    assert ask(served, "page/core.js")[0] == 200
+    assert ask(served, "page/style.css")[2]["content-type"].startswith("text/css")
     status, text, _ = ask(served, "data/graph.js")
     assert status == 200 and text.startswith('hairpipe.load("graph",{"name":"shot"')
 
 
-@pytest.mark.parametrize(
-    "path",
-    [
-        "/",
-        "/guess/",
-        "/data/graph.js",
-        "page/../server.py",
-        "page/..%2fserver.py",
-        "page/%2e%2e/assets.py",
-        "other",
-        "page/",
-    ],
-)
-def test_nothing_else_is_there(served, path):
-    assert ask(served, path)[0] >= 300
+def test_nothing_else_is_there(served):
+    below = ["page/../server.py", "page/..%2fserver.py", "page/%2e%2e/assets.py", "other", "page/"]
+    for path in ["/", "/guess/", "/data/graph.js", *below]:
+        assert ask(served, path)[0] >= 300, path
 
 
-@pytest.mark.parametrize(
-    "name", ["0000.h5.mesh", "../../shot.toml", "%2e%2e/%2e%2e/shot.toml", "index", "graph.x", "<b>"]
-)
-def test_an_unknown_document_is_a_message(served, name):
-    status, text, _ = ask(served, f"data/{name}.js")
-    assert status in (200, 404) and "schema = 1" not in text and "<" not in text
-    assert status == 404 or text.startswith("hairpipe.fail(")
+def test_an_unknown_document_is_a_message(served):
+    for name in ("0000.h5.mesh", "../../shot.toml", "%2e%2e/%2e%2e/shot.toml", "index", "graph.x", "<b>"):
+        status, text, _ = ask(served, f"data/{name}.js")
+        assert status in (200, 404) and "schema = 1" not in text and "<" not in text, name
+        assert status == 404 or text.startswith("hairpipe.fail("), name
 
 
-@pytest.mark.parametrize(
-    "headers",
-    [
-        {"Host": "evil.example"},
-        {"Origin": "http://evil.example"},
-        {"Origin": "null"},
-        {"Sec-Fetch-Site": "cross-site"},
-        {"Sec-Fetch-Site": "same-site"},
-    ],
-)
-def test_other_pages_are_refused(served, headers):
-    for method, path in (("GET", ""), ("GET", "data/graph.js"), ("POST", "revert")):
-        status, text, _ = ask(served, path, method, "{}", **headers)
-        assert status in (400, 403) and "hairpipe.load" not in text
+def test_other_pages_are_refused(served):
+    sites, origins = ("cross-site", "same-site"), ("http://evil.example", "null")
+    strange = [{"Host": "evil.example"}, *({"Origin": one} for one in origins), *({"Sec-Fetch-Site": s} for s in sites)]
+    for headers in strange:
+        for method, path in (("GET", ""), ("GET", "data/graph.js"), ("POST", "revert")):
+            status, text, _ = ask(served, path, method, "{}", **headers)
+            assert status in (400, 403) and "hairpipe.load" not in text, headers
 
 
 def test_deeds_need_the_page_and_sense(served):
@@ -141,13 +121,6 @@ def test_the_address_is_a_secret(shot):
     assert len(addresses) == 3 and all(len(urlsplit(a).path) > 30 for a in addresses)
 
 
-def until(true, most=60.0):
-    end = time.monotonic() + most
-    while not true():
-        assert time.monotonic() < end
-        time.sleep(0.02)
-
-
 def test_a_player_ends_with_its_page(served):
     """Whether the page reads what it is sent, or has stopped to."""
     place = urlsplit(served.address)
@@ -193,16 +166,13 @@ def test_many_waiting_pages_delay_no_request(served):
         assert not thread.is_alive()
 
 
-@pytest.mark.parametrize("seen", ["9" * 5000, "-1", "", "x", "1e3"])
-def test_a_number_that_no_page_sends_is_refused(served, seen):
-    status, text, _ = ask(served, f"wait?seen={seen}")
-    assert status == 400 and text == "seen: not the number of a revision"
-
-
-@pytest.mark.parametrize("body", ["[" * 100_000, '{"a":' * 100_000, "9" * 5000, '{"to": ["' + "x" * (2 << 20) + '"]}'])
-def test_a_body_that_no_page_sends_is_refused(served, body):
-    status, text, _ = ask(served, "run", "POST", body, Origin=served.origin)
-    assert status == 400 and text == '{"fault":"no such deed"}'
+def test_numbers_and_bodies_that_no_page_sends_are_refused(served):
+    for seen in ("9" * 5000, "-1", "", "x", "1e3"):
+        status, text, _ = ask(served, f"wait?seen={seen}")
+        assert status == 400 and text == "seen: not the number of a revision"
+    for body in ("[" * 100_000, '{"a":' * 100_000, "9" * 5000, '{"to": ["' + "x" * (2 << 20) + '"]}'):
+        status, text, _ = ask(served, "run", "POST", body, Origin=served.origin)
+        assert status == 400 and text == '{"fault":"no such deed"}'
 
 
 def test_only_a_person_opens_the_page_from_elsewhere(served):

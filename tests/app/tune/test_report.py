@@ -47,6 +47,11 @@ TUNED = Tuned(
 )
 
 
+def said(tuned: Tuned) -> str:
+    """What is said of an outcome: header and conclusion."""
+    return "\n".join(report.header(tuned) + report.conclusion(tuned))
+
+
 def test_every_row_says_why():
     verdicts = {row[0]: row[-1] for row in report.rows(TUNED)}
     assert verdicts["no stiction"] == verdicts["10 segments, not 20"] == "left out"
@@ -57,30 +62,29 @@ def test_every_row_says_why():
 
 
 def test_the_conclusion_gives_the_error_and_what_it_saves():
-    text = "\n".join(report.conclusion(TUNED))
+    text = said(TUNED)
     assert "error 1 mm (at most 1.2)" in text and "3.2 times as fast" in text and TUNED.kept
 
 
 def test_unmet_tolerance_is_reported():
     nothing = replace(TUNED, tolerance=Tolerance(1e-5, "m"), choice=Choice(None, FULL, ()))
-    text = "\n".join(report.header(nothing) + report.conclusion(nothing))
-    assert not nothing.kept
-    assert (
-        "not converged within 0.01 mm" in text
-        and "nothing keeps 0.01 mm: not even the unchanged graph, with an error of 0.1 mm" in text
-    )
+    text = said(nothing)
+    assert not nothing.kept and "not converged within 0.01 mm" in text
+    assert "nothing keeps 0.01 mm: not even the unchanged graph, with an error of 0.1 mm" in text
 
 
 def test_budget_reports_its_smallest_error():
-    bought = Choice(frozenset([DRY]), found(7.0, 0.9), ())
-    text = "\n".join(report.conclusion(replace(TUNED, budget=1.0, affordable=bought)))
-    assert "1 s a frame buy an error of 7 mm (at most 8.4), for 0.9 s, with these left out: no stiction" in text
+    tried = Trial(Guess(frozenset([DRY]), 7e-3, 1.0), found(7.0, 0.9))
+    bought = replace(TUNED, budget=1.0, affordable=Choice(frozenset([DRY]), tried.measured, (tried,)))
+    text = "1 s a frame buy an error of 7 mm (at most 8.4), for 0.9 s, with these left out: no stiction"
+    assert text in said(bought)
+    trials = [trial["left_out"] for trial in report.document(bought, None)["combinations"]]
+    assert trials == [["10 segments, not 20", "no stiction"], ["no stiction"]]
 
 
 def test_a_time_that_was_not_enough_is_reported():
-    text = "\n".join(report.conclusion(replace(TUNED, stopped=600.0)))
-    assert "stopped after 10:00 min of processor time" in text
-    assert "stopped" not in "\n".join(report.conclusion(TUNED)) and report.document(TUNED, None)["stopped"] is None
+    assert "stopped after 10:00 min of processor time" in said(replace(TUNED, stopped=600.0))
+    assert "stopped" not in said(TUNED) and report.document(TUNED, None)["stopped"] is None
 
 
 @pytest.mark.parametrize(("error", "kept"), [(1.9, True), (2.1, False)])
@@ -94,10 +98,10 @@ def test_a_check_can_break_the_promise(error, kept):
 def test_check_reports_what_it_shares_with_the_sample():
     """Of few strands and frames there are no others; and a reference that fails takes nothing of the rest away."""
     check = Check(Sample(96, 4, 0, 1001, 1020, 1031), failed("it blew up"), FULL, found(1.0, 2.4))
-    text = "\n".join(report.conclusion(replace(TUNED, check=check)))
+    text = said(replace(TUNED, check=check))
     assert "as in the sample: all strands and 5 of the frames" in text and "twice as long ones: it blew up" in text
     other = replace(check, sample=Sample(96, 4, 1, 1040, 1052, 1063))
-    assert "as in the sample" not in "\n".join(report.conclusion(replace(TUNED, check=other)))
+    assert "as in the sample" not in said(replace(TUNED, check=other))
 
 
 def test_a_combination_that_fails_the_check_is_named():
@@ -130,22 +134,20 @@ def test_guarantee_of_chaotic_hair_has_its_duration():
     climate = Climate(1e-3, 1.4e-3, 1.1, 1.2, 0.04, {"contacts": 1.2})
     choice = replace(TUNED.choice, measured=replace(BOTH.measured, climate=climate))
     chaotic = replace(TUNED, reference=CHAOS, choice=choice)
-    text = "\n".join(report.header(chaotic) + report.conclusion(chaotic))
+    text = said(chaotic)
     assert "chaotic: 13 mm apart after frame 1012, floor 1.5 mm" in text
     assert (
         "keeps 2 mm with 90 % confidence up to frame 1012 (0.46 s); chaos: from then on two references are 13" in text
     )
     assert "the error of its mean is at most 1.4 mm" in text
     assert "differs significantly from the reference in contacts (1.2 times chance); --looks" in text
-    assert json.loads(json.dumps(report.document(chaotic, None)))["chosen"]["climate"]["significant"] == {
-        "contacts": 1.2
-    }
+    document = json.loads(json.dumps(report.document(chaotic, None)))
+    assert document["chosen"]["climate"]["significant"] == {"contacts": 1.2}
     alike = replace(choice, measured=replace(BOTH.measured, climate=replace(climate, p=0.3)))
-    text = "\n".join(report.conclusion(replace(chaotic, choice=alike)))
+    text = said(replace(chaotic, choice=alike))
     assert "does not differ significantly from the reference in position, density" in text and "--looks" not in text
     calm = replace(TUNED, reference=replace(CHAOS, chaotic=False, apart=1e-4, floor=0.0))
-    assert "not chaotic: they are at most 0.1 mm apart" in "\n".join(report.header(calm))
-    assert "confidence" not in "\n".join(report.conclusion(calm))
+    assert "not chaotic: they are at most 0.1 mm apart" in said(calm) and "confidence" not in said(calm)
 
 
 def test_below_the_floor_the_guaranteed_time_is_reported():
@@ -155,21 +157,11 @@ def test_below_the_floor_the_guaranteed_time_is_reported():
         choice=Choice(None, replace(found(6.0, 8.0), refused="the floor of chaos is above the tolerance"), ()),
         singles={DRY: replace(found(0.5, 4.0), screened=True)},
     )
-    text = "\n".join(report.header(below) + report.conclusion(below))
+    text = said(below)
     assert "chaos floor 5.8 mm (3 + 4 members): a tolerance of 2 mm can be promised up to frame 1012 only" in text
     assert "up to frame 1012 its tips are 0.1 mm off" in text
     assert not below.kept and "the floor of chaos is above the tolerance" in text
     assert report.rows(below)[-1][-1] == "kept: keeps it only as far as hair can be predicted"
-
-
-def test_trials_of_the_budget_are_in_the_document():
-    tried = Trial(Guess(frozenset([DRY]), 7e-3, 1.0), found(7.0, 0.9))
-    bought = Choice(frozenset([DRY]), tried.measured, (tried,))
-    document = report.document(replace(TUNED, budget=1.0, affordable=bought), None)
-    assert [trial["left_out"] for trial in document["combinations"]] == [
-        ["10 segments, not 20", "no stiction"],
-        ["no stiction"],
-    ]
 
 
 def test_the_document_is_json():

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
+from click.testing import CliRunner, Result
 
 from hairpipe.app.api.shot import Shot, load
 from hairpipe.app.cli.commands.tune import runner
@@ -60,12 +60,24 @@ def request(path: Path, **settings) -> Request:
     )
 
 
+def call(scene: Path, *arguments: str) -> Result:
+    """Call the command."""
+    command = ["tune", str(scene), "--node", "hair", "--json", "--cache", str(scene.parent / "cache"), *arguments]
+    return CliRunner().invoke(commands, command, prog_name="hairpipe")
+
+
 def tune(scene: Path, *arguments: str, expected: int = 0) -> tuple[dict, str]:
     """Call the command, and give its document and what it said besides."""
-    command = ["tune", str(scene), "--node", "hair", "--json", "--cache", str(scene.parent / "cache"), *arguments]
-    result = CliRunner().invoke(commands, command, prog_name="hairpipe")
+    result = call(scene, *arguments)
     assert result.exit_code == expected, result.output
     return json.loads(result.stdout), result.stderr
+
+
+def written(scene: Path, name: str, text: str) -> Path:
+    """Write another graph next to the scene."""
+    path = scene.parent / f"{name}.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
 
 
 def test_tuning_measures_chooses_verifies_and_caches(scene):
@@ -88,10 +100,9 @@ def test_tuning_measures_chooses_verifies_and_caches(scene):
 
 def test_a_promise_holds_for_easier_motions(scene):
     """Roots of the scene are at rest: those of a copy that a hand moves are outside of what is promised."""
-    moved = scene.parent / "moved.toml"
     hand = "roots = { times = [0.0, 0.25], move = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]] }\n"
     driven = SCENE.replace('in.groom = "groom"', 'in = { groom = "groom", ends = "hand" }')
-    moved.write_text(f'{driven}[hand]\ntype = "drive_ends"\nin.groom = "groom"\nat = 1\n{hand}')
+    moved = written(scene, "moved", f'{driven}[hand]\ntype = "drive_ends"\nin.groom = "groom"\nat = 1\n{hand}')
     found, _ = tune(scene, "--tolerance", "20mm", "--check", "--also", str(moved), "--also", str(scene))
     assert found["holds_for"] == {"speed": 0.0, "acceleration": 0.0}
     assert {name: also["within"] for name, also in found["also"].items()} == {str(moved): False, str(scene): True}
@@ -99,48 +110,35 @@ def test_a_promise_holds_for_easier_motions(scene):
     assert found["check"]["chosen"]["error"] <= 0.02 and found["kept"]
 
 
-@pytest.mark.parametrize(("name", "message"), [("groom", "does not simulate hair"), ("wool", "no node 'hair'")])
-def test_another_graph_without_the_simulation_is_bad_input(scene, name, message):
-    """At once, not after the measurements: [hair] of that graph is a groom, or has another name."""
-    other = scene.parent / f"{name}.toml"
-    renamed = SCENE.replace("[hair", f"[{name}") if name == "wool" else SCENE.partition("[hair]")[0]
-    other.write_text(renamed.replace("[groom]", "[hair]") if name == "groom" else renamed)
-    command = ["tune", str(scene), "--node", "hair", "--tolerance", "20mm", "--also", str(other)]
-    result = CliRunner().invoke(commands, command, prog_name="hairpipe")
-    assert result.exit_code == 2 and message in result.stderr and "measuring" not in result.stderr
-
-
-def test_empty_tolerance_is_bad_input(scene):
-    command = ["tune", str(scene), "--node", "hair", "--tolerance", "2"]
-    result = CliRunner().invoke(commands, command, prog_name="hairpipe")
-    assert result.exit_code == 2 and "'2' has no unit" in result.stderr
+def test_bad_input_is_reported_before_the_measurements(scene):
+    """[hair] of another graph is a groom, or has another name; a tolerance has no unit; nothing moves."""
+    groom = written(scene, "groom", SCENE.partition("[hair]")[0].replace("[groom]", "[hair]"))
+    wool = written(scene, "wool", SCENE.replace("[hair", "[wool"))
+    still = written(scene, "still", SCENE.replace("frames = [1, 8]", "frames = [1, 1]"))
+    for path, arguments, message in (
+        (scene, ["--tolerance", "20mm", "--also", str(groom)], "does not simulate hair"),
+        (scene, ["--tolerance", "20mm", "--also", str(wool)], "no node 'hair'"),
+        (scene, ["--tolerance", "2"], "'2' has no unit"),
+        (still, ["--tolerance", "2mm"], "a motion needs two frames or more"),
+    ):
+        result = call(path, *arguments)
+        assert result.exit_code == 2 and message in result.stderr and "measuring" not in result.stderr
 
 
 def test_a_node_that_is_like_another_is_tuned_as_it_is_written_out(scene):
     """The same hair, so that everything is known already; a path that is not English, and a setting that is changed."""
     tune(scene, "--tolerance", "20mm")
-    other = scene.parent / "é.toml"
     bare = SCENE.replace("[hair]", "[first]").replace("[hair.stiction]", "[first.stiction]")
-    other.write_text(bare + '[hair]\nlike = "first"\n', encoding="utf-8")
-    found, reported = tune(
-        other, "--tolerance", "20mm", "--set", "hair.model=chain", "-o", str(scene.parent / "é_tuned.toml")
-    )
+    other, tuned = written(scene, "é", bare + '[hair]\nlike = "first"\n'), scene.parent / "é_tuned.toml"
+    found, reported = tune(other, "--tolerance", "20mm", "--set", "hair.model=chain", "-o", str(tuned))
     assert reported.count("measuring") == 0 and found["kept"]
-    assert "--set hair.model=chain" in (scene.parent / "é_tuned.toml").read_text(encoding="utf-8")
-
-
-def test_one_frame_is_refused(scene):
-    (scene.parent / "still.toml").write_text(SCENE.replace("frames = [1, 8]", "frames = [1, 1]"))
-    command = ["tune", str(scene.parent / "still.toml"), "--node", "hair", "--tolerance", "2mm"]
-    result = CliRunner().invoke(commands, command, prog_name="hairpipe")
-    assert result.exit_code == 2 and "a motion needs two frames or more" in result.stderr
+    assert "--set hair.model=chain" in tuned.read_text(encoding="utf-8")
 
 
 def test_failed_models_are_listed(scene):
     """A chain is straight: the node that simulates refuses to be one for curls."""
     curls = SCENE.replace("spacing", "curl = { radius = 0.01, pitch = 0.02 }\nspacing").replace('"chain"', '"network"')
-    path = scene.parent / "curls.toml"
-    path.write_text(curls.replace("segments = 5", "segments = 12"))
+    path = written(scene, "curls", curls.replace("segments = 5", "segments = 12"))
     chain = next(part for part in simplifications(opened(path).graph, "hair") if "chain" in part.text)
     sample = choose_sample(range(1, 9), 24.0, None, 8, 8, 4)
     study = Study(request(path), sample, 8)
@@ -150,9 +148,8 @@ def test_failed_models_are_listed(scene):
 
 def test_particles_are_measured_as_any_simplification(scene):
     """A curtain that swings out of the slant; of 96 of its hairs 12 are carried."""
-    path = scene.parent / "curtain.toml"
     curtain = SCENE.replace("strands = 8", "strands = 96\ndirection = [0.1, -1.0, 0.0]").replace("0.02]", "0.002]")
-    path.write_text(curtain.replace("segments = 5", "segments = 10"))
+    path = written(scene, "curtain", curtain.replace("segments = 5", "segments = 10"))
     part = next(p for p in simplifications(opened(path).graph, "hair") if p.count == 500)
     sample = choose_sample(range(1, 9), 24.0, None, 96, 12, 4)
     found = Study(request(path), sample, 96).measure([part])
@@ -161,13 +158,12 @@ def test_particles_are_measured_as_any_simplification(scene):
 
 def test_hair_that_is_chaotic_is_judged_by_members_and_the_same_when_asked_again(scene, capsys):
     """A tuft that is shaken: without collisions a single run stays near, which promises nothing."""
-    path = scene.parent / "shaken.toml"
     shaken = SCENE.replace("frames = [1, 8]", "frames = [1, 7]").replace("0.02]", "0.002]\ntuft = { rows = 2 }")
     shaken = shaken.replace("strands = 8", "strands = 4\ndirection = [0.0, -1.0, 0.0]")
     shaken = shaken.replace('in.groom = "groom"', 'in = { groom = "groom", ends = "hand" }')
     hand = '[hair.collisions]\n[hand]\ntype = "drive_ends"\nin.groom = "groom"\nat = 1\n'
     moves = "times = [0.0, 0.05, 0.1, 0.2], move = [[0, 0, 0], [0.04, 0, 0], [-0.04, 0, 0.02], [0, 0, 0]]"
-    path.write_text(f"{shaken}{hand}roots = {{ {moves} }}\n")
+    path = written(scene, "shaken", f"{shaken}{hand}roots = {{ {moves} }}\n")
     asked, found = request(path, tolerance=Tolerance(2e-3, "m"), run=runner(ALONE, quiet=False)), []
     dry = next(part for part in simplifications(opened(path).graph, "hair") if part.axis == "collisions")
     assert look_at(asked).tip == pytest.approx(4e-4)
@@ -184,11 +180,12 @@ def test_hair_that_is_chaotic_is_judged_by_members_and_the_same_when_asked_again
 
 
 def test_hair_that_touches_none_needs_no_members(scene):
-    path = scene.parent / "single.toml"
-    path.write_text(SCENE.replace("[hair.stiction]", ""))
+    path = written(scene, "single", SCENE.replace("[hair.stiction]", ""))
     assert look_at(request(path)).tip is None and look_at(request(scene)).tip == pytest.approx(4e-3)
     percent = Tolerance(2.0, "%")
     assert look_at(request(scene, tolerance=percent)).tip == pytest.approx(0.2 * 0.02 * 0.1, rel=1e-6)
+    patches = [sample_of(request(graph, strands=6), Scene(8, None, None)).patches for graph in (path, scene)]
+    assert patches == [6, 4], "it is sampled strand by strand"
 
 
 def test_a_cut_is_not_motion(scene):
@@ -196,22 +193,10 @@ def test_a_cut_is_not_motion(scene):
     led = SCENE.replace('in.groom = "groom"', 'in = { groom = "groom", ends = "hand" }')
     led += '[hand]\ntype = "drive_ends"\nin.groom = "groom"\nat = 1\n'
     led += "roots = { times = [0.0, 0.125, 0.1666], move = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [5.0, 0.0, 0.0]] }\n"
-    path = scene.parent / "cut.toml"
-    motions = []
-    for text in (led.replace("fps = 24", "fps = 24\ncuts = [5]"), led):
-        path.write_text(text)
-        motions.append(look_at(request(path)).motion)
+    texts = (led.replace("fps = 24", "fps = 24\ncuts = [5]"), led)
+    motions = [look_at(request(written(scene, "cut", text))).motion for text in texts]
     assert motions[1][3] > 1e3 and motions[1][4] > 1e3
     assert not motions[0].any()
-
-
-def test_hair_that_touches_none_is_sampled_strand_by_strand(scene):
-    path = scene.parent / "alone.toml"
-    path.write_text(SCENE.replace("[hair.stiction]", ""))
-    patches = []
-    for graph in (path, scene):
-        patches.append(sample_of(request(graph, strands=6), Scene(8, None, None)).patches)
-    assert patches == [6, 4]
 
 
 def test_a_result_for_the_shot_takes_its_time_once(scene):

@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from collections import Counter
 from copy import deepcopy
 from pathlib import Path
 
@@ -51,29 +52,22 @@ def parts_by_axis(path: Path) -> dict[str, list]:
     return {axis: [p for p in parts if p.axis == axis] for axis in {p.axis: None for p in parts}}
 
 
+def loaded(path: Path, tables: dict):
+    """Write tables of nodes as a graph file, and load it."""
+    path.write_text("schema = 1\nframes = [1, 30]\nfps = 24\n" + write_toml(changed_tables({}, tables), ""))
+    return load_graph(path)
+
+
 def test_each_axis_leaves_out_more_and_more_and_every_variant_is_a_graph(scene):
     axes = parts_by_axis(scene)
-    assert list(axes) == [
-        "model",
-        "segments",
-        "steps",
-        "voxels",
-        "collisions",
-        "stiction",
-        "pairs",
-        "locks",
-        "keys",
-        "particles",
-    ]
+    listed = "model segments steps voxels collisions stiction pairs locks keys particles"
+    assert list(axes) == listed.split()
     for parts in axes.values():
         assert [part.level for part in parts] == list(range(1, len(parts) + 1))
         for part in parts:
-            tables = simplified(tomllib.loads(SCENE), "hair", [part])
-            scene.write_text(write_toml({k: v for k, v in tables.items() if isinstance(v, dict)}, ""))
-            scene.write_text("schema = 1\nframes = [1, 30]\nfps = 24\n" + scene.read_text())
-            changed = load_graph(scene).nodes
             scene.write_text(SCENE)
             before = load_graph(scene).nodes
+            changed = loaded(scene, simplified(tomllib.loads(SCENE), "hair", [part])).nodes
             assert len(changed) > len(before) or {n for n in before if changed[n].settings != before[n].settings}
 
 
@@ -120,20 +114,10 @@ def test_variants_share_what_they_have_in_common(scene):
     tables = tomllib.loads(SCENE)
     before = deepcopy(tables)
     parts = parts_by_axis(scene)
-    variants = {
-        "full": tables,
-        "coarse": simplified(tables, "hair", [parts["voxels"][0]]),
-        "dry": simplified(tables, "hair", [parts["stiction"][0]]),
-    }
-    merged, names = merged_variants(variants, ["hair"])
-    kinds = [table["type"] for table in merged.values() if isinstance(table, dict)]
-    assert {kind: kinds.count(kind) for kind in kinds} == {
-        "make_bust": 1,
-        "pose_body": 1,
-        "grow_groom": 1,
-        "bake_levelset": 2,
-        "simulate_hair": 3,
-    }
+    coarse, dry = (simplified(tables, "hair", [parts[axis][0]]) for axis in ("voxels", "stiction"))
+    merged, names = merged_variants({"full": tables, "coarse": coarse, "dry": dry}, ["hair"])
+    kinds = Counter(table["type"] for table in merged.values() if isinstance(table, dict))
+    assert kinds == {"make_bust": 1, "pose_body": 1, "grow_groom": 1, "bake_levelset": 2, "simulate_hair": 3}
     assert len({name for (name,) in names.values()}) == 3 and tables == before
 
 
@@ -158,16 +142,10 @@ def test_key_hairs_are_simulated_and_who_took_hair_takes_all_of_it(scene):
         part = parts_by_axis(scene)["keys"][0]
         after = simplified(tomllib.loads(scene.read_text()), "hair", [part])
         assert after["picture"]["in"]["hair"] == "hair-shown"
-        assert after["hair-shown"]["in"] == {
-            "hair": "hair",
-            "keys": "hair-keys",
-            "groom": "groom",
-            "body": "body",
-            "surface": ["surface"],
-        }
+        edges = {"hair": "hair", "keys": "hair-keys", "groom": "groom", "body": "body", "surface": ["surface"]}
+        assert after["hair-shown"]["in"] == edges
         assert after["hair"]["in"]["groom"] == "hair-keys" and after["hair-keys"]["every"] == part.keys == 4
-        scene.write_text("schema = 1\nframes = [1, 30]\nfps = 24\n" + write_toml(changed_tables({}, after), ""))
-        load_graph(scene)
+        loaded(scene, after)
 
 
 def test_particles_take_the_place_of_strands_and_carry_them_under_the_same_name(scene):
@@ -185,8 +163,7 @@ def test_particles_take_the_place_of_strands_and_carry_them_under_the_same_name(
     assert cloud["in"] == {"particles": "hair-particles", "body": "body", "surface": ["surface"]}
     assert (cloud["contact"], cloud["fibre"]) == ({"friction": 0.1}, {"diameter": 5e-5})
     assert cloud["wind"] == {"velocity": [1.0, 0.0, 0.0]} and cloud["interaction"] == {} and "sag_free" not in cloud
-    scene.write_text("schema = 1\nframes = [1, 3]\nfps = 24\n" + write_toml(changed_tables({}, after), ""))
-    load_graph(scene)
+    loaded(scene, after)
 
 
 def test_strands_with_prescribed_ends_or_without_weight_are_not_replaced(scene):

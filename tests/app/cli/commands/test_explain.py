@@ -14,9 +14,6 @@ def test_a_result_that_is_there(computed, hairpipe):
 def test_every_difference_is_named(computed, hairpipe):
     text = hairpipe("explain shot.toml move@2 --set move.turn=4 --set move.step=2").stdout
     assert text.startswith("move@2: will run\n  setting step 1.0 -> 2.0\n  setting turn 1000 -> 4\n")
-
-
-def test_a_result_that_depends_on_another(computed, hairpipe):
     assert hairpipe("explain shot.toml move@2 --set seed.value=4").stdout == "move@2: depends on seed\n"
 
 
@@ -28,12 +25,15 @@ def test_a_document(computed, hairpipe):
 
 
 def test_a_frame_too_many_or_too_few_is_refused(shot, hairpipe):
-    assert "'sum' has a value per frame (sum@1)" in hairpipe("explain shot.toml sum").stderr
-    assert "'seed' has one value for the shot (seed)" in hairpipe("explain shot.toml seed@1").stderr
-    assert "'sum' has no output 'stat' (did you mean 'state'?)" in hairpipe("explain shot.toml sum.stat@2").stderr
-    assert "frame 99 is outside the graph (frames 1-6)" in hairpipe("explain shot.toml sum@99").stderr
-    result = hairpipe("explain shot.toml sum@x")
-    assert result.exit_code == 2 and "'sum@x' is not the name of a result" in result.stderr
+    for name, message in (
+        ("sum", "'sum' has a value per frame (sum@1)"),
+        ("seed@1", "'seed' has one value for the shot (seed)"),
+        ("sum.stat@2", "'sum' has no output 'stat' (did you mean 'state'?)"),
+        ("sum@99", "frame 99 is outside the graph (frames 1-6)"),
+        ("sum@x", "'sum@x' is not the name of a result"),
+    ):
+        result = hairpipe(f"explain shot.toml {name}")
+        assert result.exit_code == 2 and message in result.stderr
 
 
 def test_unkept_states_have_the_message_of_get(computed, hairpipe):

@@ -54,11 +54,7 @@ def test_findings_are_printed_if_the_file_cannot_be_written(tuned, hairpipe, mon
 
 @pytest.mark.parametrize(
     ("output", "message"),
-    [
-        ("none/tuned.toml", "none: no such folder"),
-        ("nodes", "nodes: is not a file"),
-        ("/dev/null", "/dev/null: it is a device"),
-    ],
+    [("none/tuned.toml", "none: no such folder"), ("nodes", "is not a file"), ("/dev/null", ": it is a device")],
 )
 def test_unwritable_output_is_refused_before_measuring(output, message, shot, hairpipe):
     result = hairpipe(f"{TUNE} -o {output}")

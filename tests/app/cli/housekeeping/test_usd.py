@@ -4,10 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 from pxr import Usd, UsdGeom
-
-from hairpipe.app.cli.entry import commands
 
 
 @pytest.fixture
@@ -27,30 +24,27 @@ def spoil(file: Path) -> None:
     file.write_text(text.replace("metersPerUnit = 1", "metersPerUnit = -1"))
 
 
-def test_good_stage_has_no_output(file: Path) -> None:
-    result = CliRunner().invoke(commands, ["usd", "check", str(file)])
+def test_each_finding_is_one_line_and_a_good_stage_has_none(file, hairpipe) -> None:
+    result = hairpipe(f"usd check {file}")
     assert (result.exit_code, result.output) == (0, "")
-
-
-def test_each_finding_is_one_line(file: Path) -> None:
     spoil(file)
-    result = CliRunner().invoke(commands, ["usd", "check", str(file)])
+    result = hairpipe(f"usd check {file}")
     assert result.exit_code == 1
     assert result.stdout == "error: metres-per-unit: /: metersPerUnit is -1; it has to be positive\n"
 
 
-def test_output_is_one_json_document(file: Path) -> None:
+def test_output_is_one_json_document(file, hairpipe) -> None:
     for bad in (False, True):
         if bad:
             spoil(file)
-        result = CliRunner().invoke(commands, ["usd", "check", "--json", str(file)])
+        result = hairpipe(f"usd check --json {file}")
         document = json.loads(result.stdout)
         assert result.exit_code == bad and document["file"] == str(file)
         assert [finding["rule"] for finding in document["findings"]] == ["metres-per-unit"] * bad
 
 
-def test_an_unreadable_file_is_code_2_and_a_message(file: Path) -> None:
+def test_an_unreadable_file_is_code_2_and_a_message(file, hairpipe) -> None:
     file.write_text("#usda 1.0\n{")
-    result = CliRunner().invoke(commands, ["usd", "check", str(file)])
+    result = hairpipe(f"usd check {file}")
     assert result.exit_code == 2 and not result.stdout
     assert result.stderr.startswith(f"hairpipe: {file}: not a readable USD file: line 2, column 1")
