@@ -8,12 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hairpipe.engine import Time
 from hairpipe.errors import BadInput
 from hairpipe.formats.alembic import read
 from hairpipe.formats.animated_meshes import Instant
-from hairpipe.nodes.load_body import load_body
-from hairpipe.nodes.load_mesh_cache import load_mesh_cache
 
 alembic3d = pytest.importorskip("alembic3d")
 Abc = pytest.importorskip("alembic3d.Abc")
@@ -81,14 +78,6 @@ def test_samples_give_points_and_velocities(tmp_path, frame):
     assert np.cross(b - a, c - a)[2] > 0.0  # counter-clockwise, though the file is clockwise
 
 
-def test_velocities_of_the_file_are_used(tmp_path):
-    def author(top: Any, times: int) -> None:
-        add_mesh(top, times, "bent", bent, lambda k: 1.2 * AWAY * 2 * k / 24)
-
-    file = write(tmp_path / "a.abc", author)
-    np.testing.assert_allclose(read(file, None, at(1004))[0].velocities, 1.2 * 2 * AWAY * 3 / 24, atol=1e-6)
-
-
 def test_moving_parents_move_the_points(tmp_path):
     file = write(
         tmp_path / "a.abc", lambda top, times: add_mesh(add_turn(top, times, "turn"), times, "square", lambda k: SQUARE)
@@ -130,20 +119,6 @@ def test_other_shapes_are_named(tmp_path):
 
     with pytest.warns(UserWarning, match="/dust, which is not a mesh, is not read"):
         read(write(tmp_path / "a.abc", author), None, at(1001))
-
-
-def test_a_file_that_is_damaged_is_refused(tmp_path):
-    (tmp_path / "a.abc").write_bytes(b"Ogawa" + bytes(range(200)))
-    with pytest.raises(BadInput, match=r"a.abc: not a readable Alembic file"):
-        read(tmp_path / "a.abc", None, at(1001))
-
-
-def test_an_alembic_body_moves_by_its_file(tmp_path):
-    file = write(tmp_path / "a.abc", lambda top, times: add_mesh(top, times, "bent", bent))
-    rest = load_body(file=file, unit=0.5)
-    np.testing.assert_allclose(rest.mesh.points, 0.5 * SQUARE, atol=1e-7)
-    mesh = load_mesh_cache(Time(1003, 24.0), (), rest, file=file, unit=0.5)
-    np.testing.assert_allclose(mesh.points, 0.5 * bent(2), atol=1e-6)
 
 
 def test_a_missing_library_is_named(tmp_path, monkeypatch):

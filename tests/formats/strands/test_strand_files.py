@@ -138,7 +138,7 @@ EMPTY = struct.pack("<i", 7) + struct.pack("<i", 0) + record_bytes()[4:] + struc
         ("data", EMPTY, "2 strands have no points and are left out"),
     ],
 )
-def test_what_is_not_read_is_named(read, suffix, data, message):
+def test_arrays_that_are_not_read_are_named(read, suffix, data, message):
     with pytest.warns(UserWarning, match=message):
         assert np.diff(read(suffix, data).offsets).tolist() == list(COUNTS)
 

@@ -1,4 +1,4 @@
-"""Meshes of stages, at rest and in motion, against analytic motion and OpenUSD's own baking of skeletons."""
+"""Meshes of stages, at rest and in motion, against analytic motion."""
 
 import warnings
 from collections.abc import Callable
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, UsdUtils, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdUtils, Vt
 
 from hairpipe.errors import BadInput
 from hairpipe.formats.animated_meshes import Instant
@@ -389,95 +389,6 @@ def test_a_point_instancer_is_refused_by_name(bending):
     with pytest.raises(BadInput, match=r"/scatter: is a PointInstancer"):
         read_moving(bending, None, at(1001))
     assert len(read_moving(bending, "/bent", at(1001))[0].points) == 4
-
-
-def rotation(axis: tuple[float, float, float], degrees: float) -> Gf.Quatf:
-    return Gf.Quatf(Gf.Rotation(Gf.Vec3d(*axis), degrees).GetQuat())
-
-
-@pytest.fixture
-def arm(tmp_path: Path) -> Path:
-    """A bent and twisted arm on two joints, with two blend shapes, under a moving parent."""
-    stage = start(tmp_path / "arm.usda")
-    root = UsdSkel.Root.Define(stage, "/arm")
-    move = root.AddTranslateOp()
-    skeleton = UsdSkel.Skeleton.Define(stage, "/arm/skeleton")
-    skeleton.CreateJointsAttr(["upper", "upper/lower"])
-    elbow = Gf.Matrix4d().SetTranslate(Gf.Vec3d(0, 1, 0))
-    skeleton.CreateBindTransformsAttr([Gf.Matrix4d(1), elbow])
-    skeleton.CreateRestTransformsAttr([Gf.Matrix4d(1), elbow])
-    animation = UsdSkel.Animation.Define(stage, "/arm/animation")
-    animation.CreateJointsAttr(["upper", "upper/lower"])
-    animation.CreateBlendShapesAttr(["bulge", "thin"])
-    UsdSkel.BindingAPI.Apply(skeleton.GetPrim()).CreateAnimationSourceRel().SetTargets([animation.GetPath()])
-    heights = np.linspace(0, 2, 9)
-    points = np.array([[x, y, z] for y in heights for x, z in ((-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1))])
-    around = [(0, 1), (1, 2), (2, 3), (3, 0)]
-    faces = [[4 * k + a, 4 * k + b, 4 * k + 4 + b, 4 * k + 4 + a] for k in range(8) for a, b in around]
-    skin = UsdGeom.Mesh.Define(stage, "/arm/skin")
-    skin.CreatePointsAttr(vectors(points))
-    skin.CreateFaceVertexCountsAttr([4] * len(faces))
-    skin.CreateFaceVertexIndicesAttr(np.array(faces).ravel().tolist())
-    binding = UsdSkel.BindingAPI.Apply(skin.GetPrim())
-    binding.CreateSkeletonRel().SetTargets([skeleton.GetPath()])
-    share = np.clip(points[:, 1] - 0.5, 0, 1).astype(np.float32)
-    binding.CreateJointIndicesPrimvar(False, 2).Set([0, 1] * len(points))
-    binding.CreateJointWeightsPrimvar(False, 2).Set(np.stack([1 - share, share], axis=1).ravel().tolist())
-    shapes = []
-    for name, offsets, indices in (
-        ("bulge", 0.3 * points * (1, 0, 1), None),
-        ("thin", -0.5 * points[8:12], range(8, 12)),
-    ):
-        shape = UsdSkel.BlendShape.Define(stage, f"/arm/skin/{name}")
-        shape.CreateOffsetsAttr(vectors(offsets))
-        if indices:
-            shape.CreatePointIndicesAttr(list(indices))
-        shapes.append(shape)
-    between = shapes[0].CreateInbetween("half")
-    between.SetWeight(0.5)
-    between.SetOffsets(vectors(0.4 * points * (1, 0, 1)))
-    binding.CreateBlendShapesAttr(["bulge", "thin"])
-    binding.CreateBlendShapeTargetsRel().SetTargets([shape.GetPath() for shape in shapes])
-    for frame in FRAMES:
-        angle = 17.0 * (frame - 1001)
-        move.Set(Gf.Vec3d(0.1 * angle, 0, 0), frame)
-        animation.GetTranslationsAttr().Set([Gf.Vec3f(0), Gf.Vec3f(0, 1, 0)], frame)
-        animation.GetRotationsAttr().Set([rotation((0, 1, 0), angle), rotation((1, 0, 1), 1.3 * angle)], frame)
-        animation.GetScalesAttr().Set([Gf.Vec3h(1), Gf.Vec3h(1, 1.25, 1)], frame)
-        animation.GetBlendShapeWeightsAttr().Set([0.18 * (frame - 1001), 1.0 - 0.1 * (frame - 1001)], frame)
-    stage.Save()
-    return tmp_path / "arm.usda"
-
-
-def baked(path: Path) -> Usd.Stage:
-    """OpenUSD's own baking: the points of the mesh at all frames."""
-    stage = Usd.Stage.Open(str(path))
-    assert UsdSkel.BakeSkinning(UsdSkel.Root.Get(stage, "/arm"), Gf.Interval(FRAMES[0], FRAMES[-1]))
-    return stage
-
-
-@pytest.mark.parametrize("method", ["classicLinear", "dualQuaternion"])
-def test_skeletons_and_blend_shapes_are_those_of_openusd(arm, method):
-    stage = Usd.Stage.Open(str(arm))
-    UsdSkel.BindingAPI(stage.GetPrimAtPath("/arm/skin")).CreateSkinningMethodAttr().Set(method)
-    stage.Save()
-    found = [read_moving(arm, None, at(frame))[0].points for frame in FRAMES]
-    truth = baked(arm)
-    for frame, points in zip(FRAMES, found, strict=True):
-        mesh = UsdGeom.Mesh.Get(truth, "/arm/skin")
-        matrix = np.array(UsdGeom.Xformable(mesh).ComputeLocalToWorldTransform(frame))
-        world = np.array(mesh.GetPointsAttr().Get(frame)) @ matrix[:3, :3] + matrix[3, :3]
-        np.testing.assert_allclose(points, world, atol=1e-6)
-    assert np.abs(np.diff(found, axis=0)).max() > 0.3
-
-
-def test_a_face_of_blend_shapes_alone_moves(arm):
-    stage = Usd.Stage.Open(str(arm))
-    for name in ("jointIndices", "jointWeights"):
-        stage.GetPrimAtPath("/arm/skin").RemoveProperty(f"primvars:skel:{name}")
-    stage.Save()
-    moved = [read_moving(arm, None, at(frame))[0].points for frame in (1001, 1004)]
-    assert np.ptp(moved[1][:4, 0]) > 1.1 * np.ptp(moved[0][:4, 0])
 
 
 def test_no_more_than_four_samples_are_read_and_one_is_in_memory(bending):

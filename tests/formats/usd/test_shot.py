@@ -18,7 +18,7 @@ from hairpipe.formats.usd.meshes import read_body
 from hairpipe.formats.usd.shot import Shot, write_clips, write_shot, write_still
 from hairpipe.formats.vdb import inspect
 from hairpipe.groom.resampling import spline_knots
-from hairpipe.values import Groom, Mesh, Strands
+from hairpipe.values import Mesh
 from hairpipe.values.hair import FOLLOWER, GUIDE, HairState, LockState, no_locks
 
 TOKENS = UsdGeom.Tokens
@@ -114,26 +114,6 @@ def test_the_colour_of_hair_outlives_its_material(write, shot: Shot) -> None:
         assert prim.GetDisplayColorPrimvar().GetInterpolation() == TOKENS.constant
 
 
-def test_velocities_are_per_second(write, shot: Shot) -> None:
-    opened = Opened(write(shot))
-    hair, body = opened.hair, opened.body
-    for prim in (hair, body):
-        before, here, after = (np.array(prim.GetPointsAttr().Get(frame)) for frame in (1002, 1003, 1004))
-        difference = (after - before) * prim.GetPrim().GetStage().GetTimeCodesPerSecond() / 2
-        assert np.abs(here).max() > 0.05
-        np.testing.assert_allclose(prim.GetVelocitiesAttr().Get(1003), difference, atol=2e-4)
-
-
-def test_boxes_hold_the_shape_at_every_frame(write, shot: Shot) -> None:
-    opened = Opened(write(shot))
-    hair, body = opened.hair, opened.body
-    for frame in shot.hair:
-        for prim, padding in ((hair, 4e-5), (body, 0.0)):
-            points = np.array(prim.GetPointsAttr().Get(frame))
-            box = np.array(prim.GetExtentAttr().Get(frame))
-            np.testing.assert_allclose(box, [points.min(axis=0) - padding, points.max(axis=0) + padding], atol=1e-8)
-
-
 def test_normals_are_perpendicular_to_a_flat_patch(write, shot: Shot) -> None:
     square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 0, -1], [0, 0, -1], [9, 9, 9]])
     flat = Mesh(square, np.array([[0, 1, 2], [0, 2, 3]], np.int32))
@@ -218,6 +198,11 @@ def test_widths_of_a_file_go_out_again_and_extents_have_room_for_them(write, sho
     np.testing.assert_allclose([lower, upper], [points.min(axis=0) - 2.5e-3, points.max(axis=0) + 2.5e-3], atol=1e-7)
 
 
+@pytest.mark.parametrize("hairs", [120, 600])  # 600 are drawn 8 mm wide
+def test_our_check_is_silent_on_strands_that_represent_many_hairs(write, shot: Shot, hairs: int) -> None:
+    assert [str(finding) for finding in lint(write(dataclasses.replace(shot, hairs=hairs)))] == []
+
+
 @pytest.mark.parametrize("tapered", [False, True])
 def test_strands_that_represent_many_hairs_are_drawn_wide(write, shot, tapered) -> None:
     """The widths are hairs / strands times the diameters up to .65 of a strand, and fall to 0 at its tip."""
@@ -233,12 +218,6 @@ def test_strands_that_represent_many_hairs_are_drawn_wide(write, shot, tapered) 
     lower, upper = np.array(opened.hair.GetExtentAttr().Get(1002))
     points = shot.hair[1002].points
     np.testing.assert_allclose([lower, upper], [points.min(axis=0) - 8e-4, points.max(axis=0) + 8e-4], atol=1e-7)
-    assert [str(finding) for finding in lint(path)] == []
-
-
-def test_few_strands_of_many_hairs_have_the_size_of_hair(write, shot: Shot) -> None:
-    """They are drawn 8 mm wide."""
-    assert [str(finding) for finding in lint(write(dataclasses.replace(shot, hairs=600)))] == []
 
 
 def test_strands_are_not_thinner_than_hair(write, shot: Shot) -> None:
@@ -272,59 +251,42 @@ def test_clips_lie_where_the_file_names_them(tmp_path: Path, shot: Shot) -> None
     np.testing.assert_array_equal(points.Get(1003), shot.hair[1003].points)
 
 
-def spoilt(shot: Shot, frame: int, value: Strands | Mesh) -> Shot:
-    """The shot with another value at one frame."""
-    field = "hair" if isinstance(value, Strands) else "body"
-    given = getattr(shot, field)
-    return dataclasses.replace(shot, **{field: {f: value if f == frame else given[f] for f in given}})
+def at_frame(field: str, frame: int, name: str, change: Callable[[np.ndarray], np.ndarray]) -> Callable[[Shot], Shot]:
+    """Plant another array in the hair or the body of one frame."""
+
+    def plant(shot: Shot) -> Shot:
+        given = getattr(shot, field)
+        value = dataclasses.replace(given[frame], **{name: change(getattr(given[frame], name))})
+        return dataclasses.replace(shot, **{field: {f: value if f == frame else given[f] for f in given}})
+
+    return plant
 
 
-def with_nan(array: np.ndarray, *rows: int) -> np.ndarray:
-    array = array.copy()
-    array[list(rows), 1] = np.nan
-    return array
+def nan_in(*rows: int) -> Callable[[np.ndarray], np.ndarray]:
+    return lambda array: np.where(np.isin(np.arange(len(array)), rows)[:, None], np.nan, array)
 
 
-def regroup(groom: Groom) -> Groom:
-    return dataclasses.replace(groom, offsets=groom.offsets[:-1])
+def with_groom(shot: Shot) -> Shot:
+    return dataclasses.replace(shot, groom=dataclasses.replace(shot.groom, offsets=shot.groom.offsets[:-1]))
 
 
-BROKEN: dict[str, tuple[Callable[[Shot], Shot], str]] = {
-    "points": (
-        lambda s: spoilt(s, 1003, dataclasses.replace(s.hair[1003], points=with_nan(s.hair[1003].points, 7, 8, 29))),
-        "hair at frame 1003: points of strands 1, 5 are not finite",
-    ),
-    "velocities": (
-        lambda s: spoilt(s, 1002, dataclasses.replace(s.hair[1002], velocities=with_nan(s.hair[1002].points, 0))),
-        "hair at frame 1002: velocities of strand 0 are not finite",
-    ),
-    "all": (
-        lambda s: spoilt(s, 1002, dataclasses.replace(s.hair[1002], points=s.hair[1002].points * np.inf)),
-        "points of strands 0, 1, 2, 3, 4 and 1 more are not finite",
-    ),
-    "body": (
-        lambda s: spoilt(s, 1004, dataclasses.replace(s.body[1004], points=with_nan(s.body[1004].points, 2))),
-        "body at frame 1004: points of vertices 2 are not finite",
-    ),
-    "strands": (
-        lambda s: spoilt(s, 1005, dataclasses.replace(s.hair[1005], offsets=s.hair[1005].offsets[::-1])),
-        "hair at frame 1005: the strands are not those of the first frame",
-    ),
-    "triangles": (
-        lambda s: spoilt(s, 1005, dataclasses.replace(s.body[1005], triangles=s.body[1005].triangles[::-1])),
-        "body at frame 1005: the triangles are not those of the first frame",
-    ),
-    "groom": (lambda s: dataclasses.replace(s, groom=regroup(s.groom)), "groom: the groom does not have the strands"),
-    "no frames": (lambda s: dataclasses.replace(s, hair={}), "hair: there are no frames to export"),
-    "name": (lambda s: dataclasses.replace(s, name="1 b"), "name: '1 b' cannot name a prim"),
-}
+BROKEN: list[tuple[str, Callable[[Shot], Shot]]] = [
+    ("hair at frame 1003: points of strands 1, 5 are not", at_frame("hair", 1003, "points", nan_in(7, 8, 29))),
+    ("hair at frame 1002: velocities of strand 0 are not", at_frame("hair", 1002, "velocities", nan_in(0))),
+    ("points of strands 0, 1, 2, 3, 4 and 1 more are not", at_frame("hair", 1002, "points", nan_in(*range(30)))),
+    ("body at frame 1004: points of vertices 2 are not finite", at_frame("body", 1004, "points", nan_in(2))),
+    ("hair at frame 1005: the strands are not those of", at_frame("hair", 1005, "offsets", lambda o: o[::-1])),
+    ("body at frame 1005: the triangles are not those of", at_frame("body", 1005, "triangles", lambda t: t[::-1])),
+    ("groom: the groom does not have the strands", with_groom),
+    ("hair: there are no frames to export", lambda s: dataclasses.replace(s, hair={})),
+    ("name: '1 b' cannot name a prim", lambda s: dataclasses.replace(s, name="1 b")),
+]
 
 
-@pytest.mark.parametrize(("spoil", "message"), BROKEN.values(), ids=BROKEN)
-def test_invalid_samples_are_refused(write, shot: Shot, spoil: Callable[[Shot], Shot], message: str) -> None:
-    with pytest.raises(BadInput) as caught:
-        write(spoil(shot))
-    assert message in str(caught.value)
+@pytest.mark.parametrize(("message", "plant"), BROKEN, ids=[message for message, _ in BROKEN])
+def test_invalid_samples_are_refused(write, shot: Shot, message: str, plant: Callable[[Shot], Shot]) -> None:
+    with pytest.raises(BadInput, match=message):
+        write(plant(shot))
 
 
 SCRIPT = """

@@ -214,6 +214,9 @@ def test_a_face_whose_skeleton_has_no_joints_keeps_its_shapes(stage, saved) -> N
     pose = load_motion(body, Time(1003, 24.0), (), file=file)
     np.testing.assert_array_equal(pose.transforms, body.skeleton.rest)
     np.testing.assert_allclose(pose.weights, [0.5], atol=1e-6)
+    moved = load_mesh_cache(Time(1003, 24.0), (), rest=body, file=file).points
+    np.testing.assert_allclose(moved, skin(body, pose).points, atol=1e-6)
+    assert np.abs(moved - body.mesh.points).max() > 0.3
 
 
 def test_blend_shapes_without_a_skeleton_are_named(stage, saved) -> None:
@@ -378,16 +381,18 @@ def posed_by(rest: Body, file: Path) -> dict[int, Mesh]:
     return {frame: skin(rest, load_motion(rest, Time(frame, 24.0), (), file=file)) for frame in FRAMES}
 
 
-def assert_baked(file: Path, posed: dict[int, Mesh], *names: str, atol: float = 1e-6) -> None:
-    """Compare skin with the points of meshes as OpenUSD bakes them."""
+def assert_baked(file: Path, found: list[dict[int, Mesh]], *names: str, atol: float = 1e-6) -> None:
+    """Compare skin at all frames with the points of meshes as OpenUSD bakes them."""
     stage = Usd.Stage.Open(str(file))
     assert UsdSkel.BakeSkinning(UsdSkel.Root.Get(stage, "/char"), Gf.Interval(FRAMES[0], FRAMES[-1]))
-    for frame, skinned in posed.items():
+    for frame in FRAMES:
         baked = []
         for mesh in (UsdGeom.Mesh.Get(stage, f"/char/{name}") for name in names):
             world = mesh.ComputeLocalToWorldTransform(frame)
             baked += [world.Transform(Gf.Vec3d(p)) for p in mesh.GetPointsAttr().Get(frame)]
-        np.testing.assert_allclose(skinned.points, 0.05 * np.array(baked)[:, [0, 2, 1]] * (1, 1, -1), atol=atol)
+        for skinned in found:
+            shown = 0.05 * np.array(baked)[:, [0, 2, 1]] * (1, 1, -1)
+            np.testing.assert_allclose(skinned[frame].points, shown, atol=atol)
 
 
 def test_poses_move_the_skin_as_openusd_bakes_it(moving):
@@ -397,7 +402,7 @@ def test_poses_move_the_skin_as_openusd_bakes_it(moving):
     for frame in FRAMES:
         np.testing.assert_allclose(posed[frame].points, meshes[frame].points, atol=1e-8)
         np.testing.assert_allclose(posed[frame].velocities, meshes[frame].velocities, atol=1e-6)
-    assert_baked(moving, posed, "mesh", atol=1e-7)
+    assert_baked(moving, [posed, meshes], "mesh", atol=1e-7)
     assert np.abs(posed[1006].points - posed[1001].points).max() > 0.02
 
 
@@ -433,7 +438,8 @@ def test_poses_carry_blend_shapes_and_methods_as_openusd_bakes_them(moving, meth
     stage.Save()
     rest = load_body(file=moving)
     assert (rest.bound is not None) == bent and (rest.dual is not None) == (method == "dualQuaternion")
-    assert_baked(moving, posed_by(rest, moving), "mesh")
+    meshes = {frame: load_mesh_cache(Time(frame, 24.0), (), rest=rest, file=moving) for frame in FRAMES}
+    assert_baked(moving, [posed_by(rest, moving), meshes], "mesh")
 
 
 def add_brows(stage: Usd.Stage) -> None:
@@ -454,7 +460,7 @@ def test_meshes_with_a_shape_of_one_name_move_as_openusd_bakes_them(moving):
     stage.Save()
     rest = load_body(file=moving)
     assert rest.shapes.names == ("smile", "puff") and rest.shapes.meshes.tolist() == [0, 0, 0, 0, 1]
-    assert_baked(moving, posed_by(rest, moving), "mesh", "brows")
+    assert_baked(moving, [posed_by(rest, moving)], "mesh", "brows")
 
 
 def test_a_face_of_blend_shapes_alone_follows_the_weights_of_its_own_skeleton(moving):
