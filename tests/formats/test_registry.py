@@ -10,7 +10,7 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.formats.animated_meshes import Instant
-from hairpipe.formats.registry import FORMATS, read_body, read_moving, recall_joints, suffixes_of
+from hairpipe.formats.registry import FORMATS, read_body, read_moving, read_strands, recall_joints, suffixes_of
 
 CONTENTS = ("body", "meshes", "motion", "strands")
 FUNCTIONS = sorted({name for form in FORMATS for content in CONTENTS if (name := getattr(form, content))})
@@ -33,6 +33,8 @@ def test_a_file_that_cannot_hold_what_is_asked_for_is_refused_with_those_that_ca
         read_moving(Path("a.tfx"), None, None, Instant(0, 0))
     with pytest.raises(BadInput, match=r"a\.obj: motion is not read from \.obj files \(.*\.glb or \.bvh\)"):
         recall_joints(Path("a.obj"), None, None, 24.0)
+    with pytest.raises(BadInput, match=r"a\.xgen: hair is not read from \.xgen files \(\.usd, .*, \.obj or \.tfx\)"):
+        read_strands(Path("a.xgen"), 1.0, "y", None)
     with pytest.raises(BadInput, match="a BVH file has one clip"):
         recall_joints(Path("a.bvh"), None, "walk", 24.0)
 

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from hairpipe.body.scalp import Scalp
-from hairpipe.errors import BadInput
 from hairpipe.nodes.load_body import load_body
 
 
@@ -28,11 +27,6 @@ def test_a_usd_file_without_a_skeleton_becomes_a_body_of_one_joint(tmp_path):
     body = load_body(file=tmp_path / "a.usda", joint="skull")
     assert body.skeleton.names == ("skull",)
     np.testing.assert_allclose(body.skeleton.rest[0, :3, 3], [2 / 3, 4 / 3, 0], atol=1e-7)
-
-
-def test_missing_file_is_reported(tmp_path):
-    with pytest.raises(BadInput, match=r"none\.obj"):
-        load_body(file=tmp_path / "none.obj")
 
 
 def test_the_makehuman_body_has_a_rig_and_a_scalp(shared):

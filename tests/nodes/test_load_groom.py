@@ -64,23 +64,6 @@ def test_sintels_hair_grows_on_sintel(shared: Path) -> None:
     assert len(fewer.points) == 500 * 11 and np.array_equal(fewer.root_frames, groom.root_frames[fewer.ids])
 
 
-def test_wrong_unit_is_reported(shared: Path) -> None:
-    scalp = load_body(file=shared / "sintel" / "sintel.obj")
-    file = shared / "sintel" / "SintelHairOriginal-sintel_hair.16points.tfx"
-    with pytest.raises(
-        BadInput,
-        match=r"strands 0, 1, 2, 3, 4 and 11395 more; the body is in units of 1 cm, hair in metres",
-    ):
-        load_groom(scalp, file=file, unit=0.01)
-
-
-def test_files_of_another_kind_are_refused(floor: Body, tmp_path: Path) -> None:
-    file = tmp_path / "hair.xgen"
-    file.write_bytes(b"not hair")
-    with pytest.raises(BadInput, match=r"hair\.xgen: hair is not read from \.xgen files \(\.usd, .*, \.obj or \.tfx\)"):
-        load_groom(floor, file=file)
-
-
 def test_short_strands_are_simulated_once_they_are_loaded(floor: Body, tmp_path: Path) -> None:
     file = tmp_path / "hair.usda"
     points = "(10, 0, 10), (10, 10, 10), (10, 30, 10), (20, 0, 50), (20, 0.02, 50), (30, 0, 50), (30, 0.5, 50)"
@@ -97,12 +80,6 @@ def test_short_strands_are_simulated_once_they_are_loaded(floor: Body, tmp_path:
     state = advance_frame(hair, start(hair, floor.mesh, scene), still, (), 1 / 24, scene)
     moved = strands_of(hair, state).points
     assert np.isfinite(moved).all() and np.allclose(moved[groom.offsets[:-1]], groom.points[groom.offsets[:-1]])
-
-
-def test_segments_by_their_length(floor: Body, tmp_path: Path) -> None:
-    file = tmp_path / "hair.usda"
-    file.write_text(USD)
-    assert np.diff(load_groom(floor, file=file, segment_length=0.05).offsets).tolist() == [7, 3]
 
 
 def tfx_3(strands: list[list[tuple[float, float, float]]], held: int) -> bytes:

@@ -11,7 +11,6 @@ from hairpipe.body.preparation import prepare
 from hairpipe.engine import Time
 from hairpipe.errors import BadInput
 from hairpipe.formats.registry import read_body
-from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_mesh_cache import load_mesh_cache
 from hairpipe.values import Mesh
 
@@ -134,11 +133,6 @@ def test_one_file_of_a_sequence_is_read_with_a_word(tmp_path):
     np.testing.assert_array_equal(mesh.points, moved(1004))
 
 
-def test_a_missing_obj_file_is_named(tmp_path):
-    with pytest.raises(BadInput, match=r"box.obj"):
-        load(tmp_path / "box.obj")
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -154,33 +148,6 @@ def test_bad_sequences_are_refused(tmp_path, change, message):
     change(tmp_path)
     with pytest.raises(BadInput, match=message):
         load(file)
-
-
-PLY = """ply
-format ascii 1.0
-element vertex 8
-property float x
-property float y
-property float z
-element face 6
-property list uchar int vertex_indices
-end_header
-"""
-
-
-def test_a_sequence_of_ply_files_moves_a_body(tmp_path):
-    sides = "\n".join(" ".join(map(str, (4, *side))) for side in SIDES)
-    for frame in FRAMES:
-        rows = "\n".join(" ".join(map(repr, map(float, point))) for point in moved(frame))
-        (tmp_path / f"box.{frame}.ply").write_text(f"{PLY}{rows}\n{sides}\n")
-    rest = load_body(file=tmp_path / "box.1001.ply")
-    mesh = load(tmp_path / "box.####.ply", rest=rest)
-    np.testing.assert_allclose(mesh.points, moved(1004), atol=1e-7)
-    np.testing.assert_allclose(mesh.velocities[:, 2], -2.0 * 3 / 24, atol=1e-5)
-    text = (tmp_path / "box.1005.ply").read_text()
-    (tmp_path / "box.1005.ply").write_text(text.replace("4 0 1 3 2", "4 0 2 3 1"))
-    with pytest.raises(BadInput, match=r"box.1005.ply: the faces have changed \(those of box.1001.ply\)"):
-        load(tmp_path / "box.####.ply")
 
 
 def test_missing_files_are_named(tmp_path):

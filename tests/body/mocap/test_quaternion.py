@@ -44,19 +44,6 @@ def test_slerp_turns_evenly_along_the_shorter_way(a, b, share):
     assert turn_between(middle, b) == pytest.approx((1.0 - share) * whole, abs=1e-6)
 
 
-@given(rotations, rotations, shares)
-def test_slerp_does_not_mind_the_sign_of_a_quaternion(a, b, share):
-    a, b, share = unit(a), unit(b), np.array(share)
-    if abs(a @ b) > 1e-6:  # a half turn has two shortest ways
-        assert turn_between(slerp(a, b, share), slerp(-a, b, share)) < 1e-6
-
-
-@given(rotations, shares)
-def test_slerp_between_equal_rotations_stays(a, share):
-    a = unit(a)
-    np.testing.assert_allclose(to_matrix(slerp(a, -a, np.array(share))), to_matrix(a), atol=1e-12)
-
-
 @given(vectors, vectors)
 def test_shortest_turn_is_a_rotation_by_the_angle_between(start, end):
     turn = shortest_turn(start, end)
