@@ -73,6 +73,7 @@ def test_its_wedges_are_of_variants_that_can_be_loaded(path):
 
 
 FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
+    "bake_levelset": {"voxel": 0.01},
     "bake_parts": {"voxel": 0.02},
     "grow_groom": {"strands": 24},
     "load_groom": {"strands": 24},
@@ -86,6 +87,7 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "measure_writhe": {"segments": [5]},
     "measure_column": {"segments": [5]},
     "measure_ring": {"segments": [8]},
+    "measure_rub": {"speeds": [0.05], "shares": [0.5]},
     "measure_rates": {"rates": [24], "intervals": 1, "every": 1 / 24, "finer": 1},
     "measure_rest": {"seconds": 1 / 24},
     "measure_wrap": {"first": 0.0},
