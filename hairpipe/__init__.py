@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from hairpipe.app.api.shot import Shot, load
     from hairpipe.errors import BadInput
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __all__ = ["BadInput", "Cache", "Shot", "__version__", "load", "node_types"]
 
 _HOMES = {
