@@ -11,6 +11,8 @@ from hairpipe.engine.run.scheduler import run
 from hairpipe.engine.store import atomic
 from hairpipe.errors import BadInput
 
+from ..conftest import CHAIN
+
 pytestmark = pytest.mark.usefixtures("kept")
 
 MINE = "mine\n"
@@ -22,7 +24,7 @@ def outside(tmp_path_factory) -> Path:
 
 
 def publish_to(shot, path) -> None:
-    shot.change('"out/list.txt"', f'"{path}"')
+    shot.write(CHAIN.replace('"out/list.txt"', f'"{path}"'))
 
 
 def refused(shot, **how) -> str:
@@ -131,17 +133,14 @@ def test_an_environment_of_python_is_not_written_to(shot, tmp_path_factory, mark
     assert [path.name for path in environment.iterdir()] == [mark]
 
 
-@pytest.mark.parametrize("suffix", ["pth", "so", "sh", "py", "pyc", "toml", "json", "yaml", "mk", "html", "md", "d"])
-@pytest.mark.parametrize("stem", ["out/list.", "out/list.txt."])
-def test_a_file_is_published_under_suffixes_that_its_node_writes(shot, stem, suffix):
-    publish_to(shot, stem + suffix)
-    assert f"write_list does not write '.{suffix}' files (a name that ends in .txt)" in refused(shot)
-
-
-@pytest.mark.parametrize("name", ["Makefile", "out/package", ".pth", ".txt", "list.txt.", "list.txt "])
-def test_a_file_without_a_suffix_is_not_published(shot, name):
-    publish_to(shot, name)
-    assert "write_list does not write '" in refused(shot)
+def test_a_file_is_published_only_under_suffixes_that_its_node_writes(shot):
+    for suffix in ("pth", "so", "sh", "py", "pyc", "toml", "json", "yaml", "mk", "html", "md", "d"):
+        for stem in ("out/list.", "out/list.txt."):
+            publish_to(shot, stem + suffix)
+            assert f"write_list does not write '.{suffix}' files (a name that ends in .txt)" in refused(shot)
+    for name in ("Makefile", "out/package", ".pth", ".txt", "list.txt.", "list.txt "):
+        publish_to(shot, name)
+        assert "write_list does not write '" in refused(shot), name
 
 
 def test_companions_have_suffixes_of_data(shot):

@@ -94,118 +94,61 @@ def test_suffixes_that_no_name_ends_in_are_refused(suffixes):
         node(frames="once")(draw)
 
 
-def no_docstring() -> Mesh: ...
-def no_return(a: Mesh):
-    """D."""
+INVALID = [
+    ("each", "no_return(a: Mesh)"),
+    ("each", "no_annotation(a) -> Mesh"),
+    ("each", "stars(*a: Mesh) -> Mesh"),
+    ("each", "default(a: Mesh = Mesh()) -> Mesh"),
+    ("each", "optional_default(a: Mesh = None) -> Mesh"),
+    ("each", "union(a: Mesh | State) -> Mesh"),
+    ("each", "two(a: tuple[Mesh, State]) -> Mesh"),
+    ("each", "pair_of_none(a: Pair[Mesh | None]) -> Mesh"),
+    ("each", "reserved(*, publish: int = 1) -> Mesh"),
+    ("each", "previous(previous: Mesh | None) -> Mesh"),
+    ("each", "union_out() -> Mesh | None"),
+    ("once", "pair(a: Pair[Mesh]) -> Mesh"),
+    ("once", "pairs(a: tuple[Pair[Mesh], ...]) -> Mesh"),
+    ("scan", "scan() -> Mesh"),
+    ("scan", "scan_required(previous: Mesh) -> Mesh"),
+    ("scan", "scan_other(previous: State | None) -> Mesh"),
+    ("sometimes", "scan() -> Mesh"),
+]
 
 
-def no_annotation(a) -> Mesh:
-    """D."""
+def declared(signature, document='"""D."""'):
+    """A function of this signature, as if it stood in this file."""
+    made = {}
+    exec(compile(f"def {signature}:\n    {document}", __file__, "exec"), globals(), made)
+    return made.popitem()[1]
 
 
-def stars(*a: Mesh) -> Mesh:
-    """D."""
-
-
-def default(a: Mesh = Mesh()) -> Mesh:
-    """D."""
-
-
-def optional_default(a: Mesh = None) -> Mesh:
-    """D."""
-
-
-def union(a: Mesh | State) -> Mesh:
-    """D."""
-
-
-def two(a: tuple[Mesh, State]) -> Mesh:
-    """D."""
-
-
-def pairs(a: tuple[Pair[Mesh], ...]) -> Mesh:
-    """D."""
-
-
-def pair_of_none(a: Pair[Mesh | None]) -> Mesh:
-    """D."""
-
-
-def reserved(*, publish: int = 1) -> Mesh:
-    """D."""
-
-
-def previous(previous: Mesh | None) -> Mesh:
-    """D."""
-
-
-def union_out() -> Mesh | None:
-    """D."""
-
-
-def pair(a: Pair[Mesh]) -> Mesh:
-    """D."""
-
-
-def scan() -> Mesh:
-    """D."""
-
-
-def scan_required(previous: Mesh) -> Mesh:
-    """D."""
-
-
-def scan_other(previous: State | None) -> Mesh:
-    """D."""
-
-
-@pytest.mark.parametrize(
-    ("function", "frames"),
-    [
-        *[(f, "each") for f in (no_docstring, no_return, no_annotation, stars, default, optional_default, union)],
-        *[(f, "each") for f in (two, pair_of_none, reserved, previous, union_out)],
-        (pair, "once"),
-        (pairs, "once"),
-        *[(f, "scan") for f in (scan, scan_required, scan_other)],
-        (scan, "sometimes"),
-    ],
-)  # fmt: skip
-def test_invalid_declarations_are_refused_with_their_line(function, frames):
+@pytest.mark.parametrize(("frames", "signature"), INVALID)
+def test_invalid_declarations_are_refused_with_their_line(frames, signature):
+    function = declared(signature)
     with pytest.raises(BadInput, match=rf"test_declare\.py:\d+: @node {function.__name__}"):
         node(frames=frames)(function)
 
 
-def number(a: Mesh) -> float:
-    """D."""
-
-
-def number_in(a: float) -> Mesh:
-    """D."""
-
-
-def no_default(a: Mesh, *, size: float = None) -> Mesh:  # noqa: RUF013
-    """D."""
-
-
-def unknown(a: "Missing") -> Mesh:  # noqa: F821
-    """D."""
+def test_a_declaration_without_a_docstring_is_refused():
+    with pytest.raises(BadInput, match=r"@node bare.*docstring"):
+        node(frames="each")(declared("bare() -> Mesh", "pass"))
 
 
 @pytest.mark.parametrize(
-    ("function", "reported"),
+    ("signature", "reported"),
     [
-        (no_return, r"no type of what it returns \(-> a frozen dataclass"),
-        (no_annotation, "parameter 'a' without a type"),
-        (union, "socket 'a': Mesh | State "),
-        (number, "returns float .a frozen dataclass of arrays, such as a Table"),
-        (number_in, "socket 'a': float .*a setting follows after"),
-        (no_default, r"setting 'size' has the default None.* \(size: float | None = None\)"),
-        (unknown, "names 'Missing', which this module does not have"),
+        ("f(a: Mesh)", r"no type of what it returns \(-> a frozen dataclass"),
+        ("f(a) -> Mesh", "parameter 'a' without a type"),
+        ("f(a: Mesh | State) -> Mesh", "socket 'a': Mesh | State "),
+        ("f(a: Mesh) -> float", "returns float .a frozen dataclass of arrays, such as a Table"),
+        ("f(a: float) -> Mesh", "socket 'a': float .*a setting follows after"),
+        ("f(*, size: float = None) -> Mesh", r"setting 'size' has the default None.* \(size: float | None = None\)"),
+        ("f(a: 'Missing') -> Mesh", "names 'Missing', which this module does not have"),
     ],
-)  # fmt: skip
-def test_invalid_declarations_are_quoted(function, reported):
+)
+def test_invalid_declarations_are_quoted(signature, reported):
     with pytest.raises(BadInput, match=reported) as caught:
-        node(frames="each")(function)
+        node(frames="each")(declared(signature))
     assert not re.search(r"_empty|<class|NoneType|typing\.", str(caught.value))
 
 
@@ -242,13 +185,8 @@ def test_a_prepare_function_takes_inputs_and_settings_and_returns_prepared(prepa
 
 
 def test_a_prepared_value_is_taken_before_the_settings_at_each_frame():
-    def as_a_setting(a: Mesh, *, prepared: State) -> Mesh:
-        """Simulate."""
-
-    def without(a: Mesh) -> Mesh:
-        """Simulate."""
-
-    for function in (as_a_setting, without):
+    without = declared("without(a: Mesh) -> Mesh")
+    for function in (declared("as_a_setting(a: Mesh, *, prepared: State) -> Mesh"), without):
         with pytest.raises(BadInput, match=r"prepare=made .a parameter `prepared`"):
             node(frames="each", prepare=made)(function)
     with pytest.raises(BadInput, match="a `once` node is called once anyway"):
@@ -266,12 +204,7 @@ class Shared:
 
 
 def test_parameter_without_a_type_is_named():
-    def simulate(a: Mesh, prepared, *, settings: Shared) -> Mesh:
-        """Simulate."""
-
-    def bare(a, *, settings: Shared) -> Mesh:
-        """Simulate."""
-
+    simulate, bare = (declared(f"f({given}, *, settings: Shared) -> Mesh") for given in ("a: Mesh, prepared", "a"))
     with pytest.raises(BadInput, match=r"'prepared' without a type \(prepared: State, as made returns it\)"):
         node(frames="each", prepare=made)(flat_group("settings")(simulate))
     with pytest.raises(BadInput, match=r"parameter 'a' without a type"):

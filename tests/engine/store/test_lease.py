@@ -11,7 +11,7 @@ import pytest
 
 from hairpipe.engine.store import holder as renewal
 from hairpipe.engine.store import lease
-from hairpipe.engine.store.lease import EMPTY, EXPIRY, Leases, forget_failure, note_failure, read_lease, recall_failure
+from hairpipe.engine.store.lease import EMPTY, EXPIRY, Leases, read_lease
 from hairpipe.engine.store.store import Store
 from tests.sources import HOME
 
@@ -98,16 +98,13 @@ def test_leases_of_some_keys_are_found_by_one_look_at_the_folder(store):
 def test_leases_of_ended_processes_are_given_back_and_those_of_others_stay(store):
     held = Leases(store)
     assert held.acquire(ONE)
-    process = subprocess.Popen(
-        [sys.executable, "-c", HOLD, str(store.root), OTHER], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-    )
-    assert process.stdout.readline() == b"True\n"
+    process, taken = hold(store, OTHER)
     Leases(store).sweep()
-    assert {path.name for path in (store.root / "lease").iterdir()} == {ONE, OTHER}
+    assert taken and files_of(store) == [ONE, OTHER]
     process.kill()
     process.communicate()
     Leases(store).sweep()
-    assert [path.name for path in (store.root / "lease").iterdir()] == [ONE]
+    assert files_of(store) == [ONE]
 
 
 def test_no_lock_of_the_file_system_is_used():
@@ -184,35 +181,23 @@ def test_a_slow_holder_leaves_the_lease_to_the_one_that_took_over(store, clock):
     assert files_of(store) == []
 
 
-def put_folder(path):
-    (path / "within").mkdir(parents=True)
-
-
-def put_link(target):
-    return lambda path: path.symlink_to(target)
-
-
-def put_bytes(data):
-    return lambda path: path.write_bytes(data)
-
-
-def put_old(path):
+def put_future(path):
     path.write_text("no lease")
-    os.utime(path, (4e9, 4e9))  # a stamp of the future
+    os.utime(path, (4e9, 4e9))
 
 
 DAMAGE = {
-    "folder": put_folder,
+    "folder": lambda path: (path / "within").mkdir(parents=True),
     "pipe": os.mkfifo,
-    "link to nothing": put_link("nowhere"),
-    "link to itself": put_link(ONE),
-    "link to a lease": put_link(OTHER),
-    "bytes": put_bytes(b"\xff\x00garbage"),
-    "zeros": put_bytes(bytes(64)),
-    "a list": put_bytes(b"[1, 2]"),
-    "a name of a wrong type": put_bytes(b'{"holder": 7, "host": "a"}'),
-    "half a lease": put_bytes(b'{"holder": "0123456789ab-1-1-0123'),
-    "future": put_old,
+    "a stamp of the future": put_future,
+    "link to nothing": lambda path: path.symlink_to("nowhere"),
+    "link to itself": lambda path: path.symlink_to(ONE),
+    "link to a lease": lambda path: path.symlink_to(OTHER),
+    "bytes": lambda path: path.write_bytes(b"\xff\x00garbage"),
+    "zeros": lambda path: path.write_bytes(bytes(64)),
+    "a list": lambda path: path.write_bytes(b"[1, 2]"),
+    "a name of a wrong type": lambda path: path.write_bytes(b'{"holder": 7, "host": "a"}'),
+    "half a lease": lambda path: path.write_bytes(b'{"holder": "0123456789ab-1-1-0123'),
 }
 
 
@@ -436,10 +421,10 @@ def contend(store, seed, patch):
 
 
 def test_a_failure_is_noted_until_it_is_forgotten(store):
-    note_failure(store, ONE, "too long")
-    assert recall_failure(store, ONE).message == "too long" and recall_failure(store, OTHER) is None
-    forget_failure(store, ONE)
-    assert recall_failure(store, ONE) is None
+    lease.note_failure(store, ONE, "too long")
+    assert lease.recall_failure(store, ONE).message == "too long" and lease.recall_failure(store, OTHER) is None
+    lease.forget_failure(store, ONE)
+    assert lease.recall_failure(store, ONE) is None
 
 
 def test_files_of_a_holder_that_ended_go_with_its_lease(store):
