@@ -66,12 +66,8 @@ def test_a_node_is_removed_with_its_comment_and_its_edges():
 
 def test_a_name_is_changed_wherever_it_is_used():
     text = verbs.renamed(TEXT, "hair", "curls")
-    assert difference(TEXT, text)[1] == [
-        "[curls]",
-        "axes.curls.stiction.force = [1, 2]",
-        'like = "curls"',
-        'show = ["curls"]',
-    ]
+    lines = ["[curls]", "axes.curls.stiction.force = [1, 2]", 'like = "curls"', 'show = ["curls"]']
+    assert difference(TEXT, text)[1] == lines
     assert verbs.renamed(text, "curls", "hair") == TEXT
     for new in ("groom", "hair"):
         with pytest.raises(BadInput, match="exists"):
@@ -177,17 +173,13 @@ def test_nodes_are_pasted_with_their_comments_and_wires_between_them():
     assert sources["hair"].startswith("# What is simulated.\n[hair]")
     text, names = verbs.pasted(TEXT, block)
     assert names == {"hair": "hair_2", "groom": "groom_2"}
-    assert verbs.sources_of(text) == verbs.sources_of(TEXT) | {
-        "hair_2": sources["hair"]
-        .replace("[hair]", "[hair_2]")
-        .replace('groom = "groom", body = "head"', 'groom = "groom_2"'),
-        "groom_2": '[groom_2]\ntype = "grow_groom"\nlength = 0.27 # long\n',
-    }
-    other, names = verbs.pasted("schema = 1\nframes = [1, 5]\nfps = 24\n", block)
+    hair = sources["hair"].replace("[hair]", "[hair_2]").replace('groom = "groom", body = "head"', 'groom = "groom_2"')
+    groom = '[groom_2]\ntype = "grow_groom"\nlength = 0.27 # long\n'
+    assert verbs.sources_of(text) == verbs.sources_of(TEXT) | {"hair_2": hair, "groom_2": groom}
+    head = "schema = 1\nframes = [1, 5]\nfps = 24\n"
+    other, names = verbs.pasted(head, block)
     assert names == {"hair": "hair", "groom": "groom"}
-    assert other == "schema = 1\nframes = [1, 5]\nfps = 24\n\n" + block.replace(', body = "head"', "").replace(
-        'in.scalp = "head"\n', ""
-    )
+    assert other == f"{head}\n" + block.replace(', body = "head"', "").replace('in.scalp = "head"\n', "")
 
 
 def test_only_a_pasted_node_of_a_new_name_publishes_nothing():

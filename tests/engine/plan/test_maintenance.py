@@ -34,12 +34,8 @@ def test_usage_counts_every_object_once(shot):
     shot.run()
     used = usage(shot.store)
     on_disk = sum(path.stat().st_size for path in shot.store.root.glob("objects/??/*"))
-    assert {name: count for name, (count, _) in used.items()} == {
-        "make_seed": 1,
-        "move_seed": 10,
-        "add_up": 10,
-        "write_list": 1,
-    }
+    counts = {"make_seed": 1, "move_seed": 10, "add_up": 10, "write_list": 1}
+    assert {name: count for name, (count, _) in used.items()} == counts
     assert sum(size for _, size in used.values()) == on_disk
     assert len(list(items(shot.store))) == 22
 

@@ -36,15 +36,11 @@ def test_nothing_is_promised_before_the_first_evaluation():
     assert (node.done, node.cached, node.seconds_left, node.running) == (1, 1, None, {Task("a", 2)})
 
 
-def test_repeated_evaluations_count_once():
+def test_repeated_evaluations_count_once_and_failed_tasks_are_not_running():
     found = progress()
     for frame in [*range(1, 11), 3, 4]:
         found.update(Event("finished", Task("b", frame), seconds=1.0))
     assert found.nodes["b"].done == 10 and found.nodes["b"].seconds_left == 0.0
-
-
-def test_failed_tasks_are_not_running():
-    found = progress()
     found.update(Event("started", Task("a", 1)))
     found.update(Event("failed", Task("a", 1), message="no"))
     assert (found.nodes["a"].running, found.nodes["a"].done) == (set(), 0)

@@ -1,6 +1,8 @@
 """Runs: what is evaluated and what is not, counted by the nodes themselves."""
 
+import itertools
 import os
+import shutil
 from collections import Counter
 
 import pytest
@@ -15,24 +17,18 @@ pytestmark = pytest.mark.usefixtures("kept")
 ALL = Counter(make_seed=1, move_seed=10, add_up=10, write_list=1)
 
 
-def test_second_run_evaluates_nothing(shot):
-    first = shot.run()
+def test_second_run_evaluates_nothing_and_seconds_are_those_of_evaluations(shot):
+    events, sums = [], Counter()
+    first = shot.run(report=events.append)
     assert shot.tally() == ALL
     assert first.evaluated == 22 and first.exit_code == 0
-    second = shot.run()
-    assert shot.tally() == Counter()
-    assert (second.evaluated, second.cached) == (0, 22)
-
-
-def test_seconds_are_those_of_the_evaluations(shot):
-    events = []
-    outcome = shot.run(report=events.append)
-    sums = Counter()
     for event in events:
         if event.kind == "finished":
             sums[event.task.node] += event.seconds
-    assert outcome.seconds == pytest.approx(sums) and set(sums) == {"seed", "move", "sum", "list"}
-    assert shot.run().seconds == {}
+    assert first.seconds == pytest.approx(sums) and set(sums) == {"seed", "move", "sum", "list"}
+    second = shot.run()
+    assert shot.tally() == Counter() and second.seconds == {}
+    assert (second.evaluated, second.cached) == (0, 22)
 
 
 def test_equal_tasks_are_evaluated_once_whether_they_are_ready_before_or_after(shot):
@@ -45,16 +41,15 @@ def test_equal_tasks_are_evaluated_once_whether_they_are_ready_before_or_after(s
     assert shot.tally() == {"make_seed": 2}
 
 
-def test_a_store_that_fails_is_named(shot, monkeypatch):
+def test_a_store_that_fails_or_is_a_file_is_named(shot, monkeypatch):
     def fail(store):
         raise PermissionError(13, "Permission denied", "tmp")
 
-    monkeypatch.setattr(Store, "sweep", fail)
-    with pytest.raises(BadInput, match=f"{shot.store.root}: the store cannot be used: .*Permission denied"):
-        shot.run()
-
-
-def test_file_is_not_a_store(shot):
+    with monkeypatch.context() as patch:
+        patch.setattr(Store, "sweep", fail)
+        with pytest.raises(BadInput, match=f"{shot.store.root}: the store cannot be used: .*Permission denied"):
+            shot.run()
+    shutil.rmtree(shot.store.root, ignore_errors=True)
     shot.store.root.write_text("")
     with pytest.raises(BadInput, match="cache: 'seed' has to be computed, and the store cannot be written to"):
         shot.run()
@@ -62,10 +57,8 @@ def test_file_is_not_a_store(shot):
 
 def test_values_are_those_of_the_plain_functions(shot):
     shot.run()
-    total, lines = 0.0, []
-    for frame in range(1, 11):
-        total = 3.0 + frame + 0.9 * total
-        lines.append(f"{frame} {total!r}")
+    totals = itertools.accumulate(range(1, 11), lambda total, frame: 3.0 + frame + 0.9 * total, initial=0.0)
+    lines = [f"{frame} {total!r}" for frame, total in enumerate(totals)][1:]
     assert (shot.folder / "out" / "list.txt").read_text() == "\n".join(lines)
 
 
