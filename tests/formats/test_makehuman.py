@@ -8,10 +8,7 @@ from hairpipe.formats.makehuman import read_skeleton, read_weights
 
 POINTS = np.array([[0.0, 0, 0], [2.0, 0, 0], [0, 4.0, 0], [0, 0, 6.0]])
 RIG = {
-    "bones": {
-        "tip": {"head": "b", "tail": "c", "parent": "base"},
-        "base": {"head": "a", "tail": "b", "parent": None},
-    },
+    "bones": {"tip": {"head": "b", "tail": "c", "parent": "base"}, "base": {"head": "a", "tail": "b", "parent": None}},
     "joints": {"a": [0], "b": [0, 1], "c": [2, 3]},
 }
 WEIGHTS = {"weights": {"base": [[0, 1.0], [1, 0.25], [2, 0.1]], "tip": [[1, 0.5], [2, 0.1], [2, 0.2]]}}

@@ -208,8 +208,7 @@ def test_tips_are_held_where_the_file_or_the_setting_says(ball, strands):
     assert np.allclose(off, np.linalg.norm(tips, axis=1) - 0.1, atol=5e-4)
     assert bound("free").tip_triangles is None and (bound("held").tip_triangles >= 0).all()
     with pytest.warns(
-        UserWarning,
-        match=r"10 tips are bound to a place of the body more than reach = 0.01 m away: strands 0, 2,",
+        UserWarning, match=r"10 tips are bound to a place of the body more than reach = 0.01 m away: strands 0, 2,"
     ):
         bound("file", 0.01)
     few = take(groom, np.array([1, 2]))

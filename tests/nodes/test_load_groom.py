@@ -104,8 +104,7 @@ def test_faults_of_strands_name_the_file(floor: Body, tmp_path: Path) -> None:
     file = tmp_path / "far.tfx"
     file.write_bytes(tfx_3([[(0.2, 9.0, 0.2), (0.2, 9.1, 0.2)]], held=0))
     with pytest.raises(
-        BadInput,
-        match=r"far\.tfx: roots up to 9 m away .*: strands 0; all are displaced by one vector, \(0, 9, 0\) m",
+        BadInput, match=r"far\.tfx: roots up to 9 m away .*: strands 0; all are displaced by one vector, \(0, 9, 0\) m"
     ):
         load_groom(floor, file=file)
 

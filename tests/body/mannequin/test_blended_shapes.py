@@ -1,16 +1,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.body.blended_shapes import (
-    Cone,
-    Ellipsoid,
-    Stroke,
-    axis_rotation,
-    evaluate,
-    gradient,
-    project,
-    smooth_min,
-)
+from hairpipe.body.blended_shapes import Cone, Ellipsoid, Stroke, axis_rotation, evaluate, gradient, project, smooth_min
 
 CHANCE = np.random.default_rng(1)
 POINTS = CHANCE.uniform(-2.0, 2.0, (200, 3))

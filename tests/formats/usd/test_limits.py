@@ -205,8 +205,7 @@ def test_a_body_and_hair_that_are_referenced_are_read(tmp_path):
     write(tmp_path / "body.usda", MESH.format(name="body"), 'defaultPrim = "body"')
     write(tmp_path / "hair.usda", HAIR, 'defaultPrim = "hair"')
     shot = write(
-        tmp_path / "shot.usda",
-        'def "body" (references = @./body.usda@) {}\ndef "hair" (payload = @./hair.usda@) {}',
+        tmp_path / "shot.usda", 'def "body" (references = @./body.usda@) {}\ndef "hair" (payload = @./hair.usda@) {}'
     )
     composed, alone = (meshes.read_body(shot.parent / name, "/body") for name in ("shot.usda", "body.usda"))
     assert np.array_equal(composed.mesh.points, alone.mesh.points) and len(alone.mesh.points) == 4

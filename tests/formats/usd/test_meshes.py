@@ -195,10 +195,7 @@ BROKEN = {
         changed(lambda m: UsdGeom.PrimvarsAPI(m).CreatePrimvar("scalp", TYPES.FloatArray, TOKENS.vertex).Set([1.0])),
         "has 1 elements (8 for vertex interpolation)",
     ),
-    "type": (
-        changed(lambda m: wrong_type(m, "holeIndices")),
-        "holds a StringArray (an array of numbers)",
-    ),
+    "type": (changed(lambda m: wrong_type(m, "holeIndices")), "holds a StringArray (an array of numbers)"),
 }
 
 

@@ -133,12 +133,7 @@ DEFECTS = {
         "is vertex, which unreal ignores",
     ),
     "varying widths": ("unreal", lambda s: curves(s).SetWidthsInterpolation("varying"), "unreal-widths", "is varying"),
-    "no widths": (
-        "unreal",
-        lambda s: curves(s).GetPrim().RemoveProperty("widths"),
-        "unreal-widths",
-        "one centimetre",
-    ),
+    "no widths": ("unreal", lambda s: curves(s).GetPrim().RemoveProperty("widths"), "unreal-widths", "one centimetre"),
     "B-spline": ("unreal", lambda s: curves(s).GetBasisAttr().Set("bspline"), "unreal-basis", "is bspline"),
     "all guides": (
         "unreal",
