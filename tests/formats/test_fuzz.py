@@ -37,6 +37,7 @@ from hairpipe.formats.registry import read_body, read_moving, read_strands, reca
 from hairpipe.formats.usd.check.lint import lint
 from hairpipe.formats.vdb import density_grids, read_voxels
 from hairpipe.values import Density, Mesh
+from tests.formats.mocap.test_bvh import PLAIN
 from tests.formats.test_makehuman import NAMES, RIG, WEIGHTS
 
 SAMPLE = 40
@@ -56,22 +57,6 @@ element face 1
 property list uchar int vertex_indices
 end_header
 """
-BVH = """HIERARCHY
-ROOT hips
-{
-  OFFSET 0 1 0
-  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
-  End Site
-  {
-    OFFSET 0 1 0
-  }
-}
-MOTION
-Frames: 2
-Frame Time: 0.04
-0 1 0 0 0 0
-0 1 0 10 0 0
-"""
 USDA = """#usda 1.0
 (
   metersPerUnit = 1
@@ -86,40 +71,10 @@ def Mesh "m" {
 
 
 def gltf_of() -> bytes:
-    """A square with a morph target that moves, in one JSON."""
-    arrays = [
-        POINTS,
-        POINTS[::-1],
-        np.array([0, 1, 2, 0, 2, 3], "<u2"),
-        np.array([0, 1], "<f4"),
-        np.array([0, 1], "<f4"),
-    ]
-    kinds = [("VEC3", 5126), ("VEC3", 5126), ("SCALAR", 5123), ("SCALAR", 5126), ("SCALAR", 5126)]
-    starts = np.cumsum([0] + [array.nbytes for array in arrays]).tolist()
-    data = base64.b64encode(b"".join(array.tobytes() for array in arrays)).decode()
-    views = [
-        {"buffer": 0, "byteOffset": start, "byteLength": array.nbytes}
-        for array, start in zip(arrays, starts, strict=False)
-    ]
-    accessors = [
-        {"bufferView": n, "componentType": kind, "type": shape, "count": len(array)}
-        for n, ((shape, kind), array) in enumerate(zip(kinds, arrays, strict=True))
-    ]
-    primitive = {"attributes": {"POSITION": 0}, "indices": 2, "targets": [{"POSITION": 1}]}
-    target = {"node": 0, "path": "weights"}
-    return json.dumps(
-        {
-            "asset": {"version": "2.0"},
-            "scene": 0,
-            "scenes": [{"nodes": [0]}],
-            "nodes": [{"mesh": 0, "children": [1], "translation": [0, 0, 1]}, {"rotation": [0, 0, 0, 1]}],
-            "meshes": [{"primitives": [primitive]}],
-            "animations": [{"samplers": [{"input": 3, "output": 4}], "channels": [{"sampler": 0, "target": target}]}],
-            "buffers": [{"uri": f"data:;base64,{data}", "byteLength": starts[-1]}],
-            "bufferViews": views,
-            "accessors": accessors,
-        }
-    ).encode()
+    """A triangle whose node moves, in one JSON."""
+    from tests.formats.gltf.test_gltf import turning
+
+    return json.dumps(turning("LINEAR", np.array([0.0, 1.0]), POINTS[:2].astype(float), "translation")).encode()
 
 
 def skinned_of() -> bytes:
@@ -284,7 +239,7 @@ FORMATS: dict[str, tuple[Callable[[Path], bytes], Callable[[Path], object]]] = {
     "abc": (abc_of, moving),
     "usda": (lambda _: USDA.encode(), moving),
     "usdc": (usdc_of, moving),
-    "bvh": (lambda _: BVH.encode(), clip),
+    "bvh": (lambda _: PLAIN.encode(), clip),
     "tfx": (lambda _: TFX, hair),
     "hair": (lambda _: HAIR, hair),
     "data": (lambda _: DATA, hair),

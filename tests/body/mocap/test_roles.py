@@ -2,90 +2,59 @@ import pytest
 
 from hairpipe.body.roles import Role, find_roles, match_roles, plain_names, spread
 
-CONVENTIONS = {
-    "cmu": (
-        "Hips, LowerBack, Spine, Spine1, Neck, Neck1, Head, LHipJoint, LeftUpLeg, LeftLeg, LeftFoot, "
-        "LeftShoulder, LeftArm, LeftForeArm, LeftHand, LeftHandIndex1, LThumb"
-    ),
-    "daz": (
-        "hip, abdomen, chest, neck, head, leftEye, lButtock, lThigh, lShin, lFoot, lCollar, lShldr, lForeArm, "
-        "lHand, lThumb1, lIndex1"
-    ),
-    "mixamo": (
-        "mixamorig:Hips, mixamorig:Spine, mixamorig:Spine1, mixamorig:Neck, mixamorig:Head, "
-        "mixamorig:LeftUpLeg, mixamorig:LeftLeg, mixamorig:LeftFoot, mixamorig:LeftShoulder, "
-        "mixamorig:LeftArm, mixamorig:LeftForeArm, mixamorig:LeftHand"
-    ),
-    "biped": (
-        "Bip01 Pelvis, Bip01 Spine, Bip01 Neck, Bip01 Head, Bip01 L Thigh, Bip01 L Calf, Bip01 L Foot, Bip01 "
-        "L Clavicle, Bip01 L UpperArm, Bip01 L Forearm, Bip01 L Hand"
-    ),
-    "joints": ("Hips, Chest, Neck, Head, LeftHip, LeftKnee, LeftAnkle, LeftCollar, LeftShoulder, LeftElbow, LeftWrist"),
-    "unreal": (
-        "root, pelvis, spine_01, spine_02, neck_01, head, thigh_l, calf_l, foot_l, clavicle_l, upperarm_l, "
-        "lowerarm_l, hand_l"
-    ),
-    "makehuman": (
-        "root, spine05, spine04, neck01, neck02, head, pelvis.L, upperleg01.L, upperleg02.L, lowerleg01.L, "
-        "foot.L, clavicle.L, shoulder01.L, upperarm01.L, upperarm02.L, lowerarm01.L, wrist.L"
-    ),
-    "asf": (
-        "root, lowerback, upperback, thorax, lowerneck, upperneck, head, lclavicle, lhumerus, lradius, lwrist, lhand, "
-        "lfingers, lthumb, lhipjoint, lfemur, ltibia, lfoot, ltoes"
-    ),
-    "vrm": (
-        "Root, J_Bip_C_Hips, J_Bip_C_Spine, J_Bip_C_Chest, J_Bip_C_Neck, J_Bip_C_Head, J_Adj_L_FaceEye, J_Sec_Hair1, "
-        "J_Bip_L_Shoulder, J_Bip_L_UpperArm, J_Bip_L_LowerArm, J_Bip_L_Hand, J_Bip_L_Thumb1, J_Bip_L_UpperLeg, "
-        "J_Bip_L_LowerLeg, J_Bip_L_Foot, J_Bip_L_ToeBase"
-    ),
-    "xsens": (
-        "Pelvis, L5, L3, T12, T8, Neck, Head, LeftShoulder, LeftUpperArm, LeftForeArm, LeftHand, LeftUpperLeg, "
-        "LeftLowerLeg, LeftFoot, LeftToe"
-    ),
-    "smpl": (
-        "Pelvis, L_Hip, L_Knee, L_Ankle, L_Foot, Spine1, Neck, Head, L_Collar, L_Shoulder, L_Elbow, L_Wrist, L_Hand"
-    ),
-    "second_life": (
-        "mPelvis, mTorso, mChest, mNeck, mHead, mCollarLeft, mShoulderLeft, mElbowLeft, mWristLeft, mHipLeft, "
-        "mKneeLeft, mAnkleLeft, mFootLeft"
-    ),
-    "rigify": (
-        "DEF-hips, DEF-spine, DEF-neck, DEF-head, DEF-shoulder.L, DEF-upper_arm.L, DEF-upper_arm.L.001, DEF-forearm.L, "
-        "DEF-hand.L, DEF-thigh.L, DEF-shin.L, DEF-foot.L"
-    ),
-    "maya": (
-        "Root_M, Hip_L, Knee_L, Ankle_L, Spine1_M, Chest_M, Scapula_L, Shoulder_L, Elbow_L, Wrist_L, Neck_M, Head_M"
-    ),
-    "neuron": (
-        "Robot_Hips, Robot_Spine, Robot_Neck, Robot_Head, Robot_LeftShoulder, Robot_LeftArm, Robot_LeftForeArm, "
-        "Robot_LeftHand, Robot_LeftUpLeg, Robot_LeftLeg, Robot_LeftFoot"
-    ),
-    "lower": (
-        "hips, spine, neck, head, leftshoulder, leftarm, leftforearm, lefthand, leftupleg, leftleg, leftfoot, legbone"
-    ),
-}
-EXPECTED = {
-    "cmu": "Hips Head LeftShoulder LeftArm LeftForeArm LeftHand LeftUpLeg LeftLeg LeftFoot",
-    "daz": "hip head lCollar lShldr lForeArm lHand lThigh lShin lFoot",
-    "joints": "Hips Head LeftCollar LeftShoulder LeftElbow LeftWrist LeftHip LeftKnee LeftAnkle",
-    "unreal": "pelvis head clavicle_l upperarm_l lowerarm_l hand_l thigh_l calf_l foot_l",
-    "makehuman": "root head clavicle.L upperarm01.L lowerarm01.L wrist.L upperleg01.L lowerleg01.L foot.L",
-    "asf": "root head lclavicle lhumerus lradius lwrist lfemur ltibia lfoot",
-    "smpl": "Pelvis Head L_Collar L_Shoulder L_Elbow L_Wrist L_Hip L_Knee L_Ankle",
-    "second_life": "mPelvis mHead mCollarLeft mShoulderLeft mElbowLeft mWristLeft mHipLeft mKneeLeft mAnkleLeft",
-    "maya": "Root_M Head_M Scapula_L Shoulder_L Elbow_L Wrist_L Hip_L Knee_L Ankle_L",
-    "lower": "hips head leftshoulder leftarm leftforearm lefthand leftupleg leftleg leftfoot",
-}
+CONVENTIONS = """
+cmu: Hips, LowerBack, Spine, Spine1, Neck, Neck1, Head, LHipJoint, LeftUpLeg, LeftLeg, LeftFoot, LeftShoulder,
+    LeftArm, LeftForeArm, LeftHand, LeftHandIndex1, LThumb
+    = Hips Head LeftShoulder LeftArm LeftForeArm LeftHand LeftUpLeg LeftLeg LeftFoot
+daz: hip, abdomen, chest, neck, head, leftEye, lButtock, lThigh, lShin, lFoot, lCollar, lShldr, lForeArm, lHand,
+    lThumb1, lIndex1
+    = hip head lCollar lShldr lForeArm lHand lThigh lShin lFoot
+mixamo: mixamorig:Hips, mixamorig:Spine, mixamorig:Spine1, mixamorig:Neck, mixamorig:Head, mixamorig:LeftUpLeg,
+    mixamorig:LeftLeg, mixamorig:LeftFoot, mixamorig:LeftShoulder, mixamorig:LeftArm, mixamorig:LeftForeArm,
+    mixamorig:LeftHand
+biped: Bip01 Pelvis, Bip01 Spine, Bip01 Neck, Bip01 Head, Bip01 L Thigh, Bip01 L Calf, Bip01 L Foot, Bip01 L Clavicle,
+    Bip01 L UpperArm, Bip01 L Forearm, Bip01 L Hand
+joints: Hips, Chest, Neck, Head, LeftHip, LeftKnee, LeftAnkle, LeftCollar, LeftShoulder, LeftElbow, LeftWrist
+    = Hips Head LeftCollar LeftShoulder LeftElbow LeftWrist LeftHip LeftKnee LeftAnkle
+unreal: root, pelvis, spine_01, spine_02, neck_01, head, thigh_l, calf_l, foot_l, clavicle_l, upperarm_l, lowerarm_l,
+    hand_l
+    = pelvis head clavicle_l upperarm_l lowerarm_l hand_l thigh_l calf_l foot_l
+makehuman: root, spine05, spine04, neck01, neck02, head, pelvis.L, upperleg01.L, upperleg02.L, lowerleg01.L, foot.L,
+    clavicle.L, shoulder01.L, upperarm01.L, upperarm02.L, lowerarm01.L, wrist.L
+    = root head clavicle.L upperarm01.L lowerarm01.L wrist.L upperleg01.L lowerleg01.L foot.L
+asf: root, lowerback, upperback, thorax, lowerneck, upperneck, head, lclavicle, lhumerus, lradius, lwrist, lhand,
+    lfingers, lthumb, lhipjoint, lfemur, ltibia, lfoot, ltoes
+    = root head lclavicle lhumerus lradius lwrist lfemur ltibia lfoot
+vrm: Root, J_Bip_C_Hips, J_Bip_C_Spine, J_Bip_C_Chest, J_Bip_C_Neck, J_Bip_C_Head, J_Adj_L_FaceEye, J_Sec_Hair1,
+    J_Bip_L_Shoulder, J_Bip_L_UpperArm, J_Bip_L_LowerArm, J_Bip_L_Hand, J_Bip_L_Thumb1, J_Bip_L_UpperLeg,
+    J_Bip_L_LowerLeg, J_Bip_L_Foot, J_Bip_L_ToeBase
+xsens: Pelvis, L5, L3, T12, T8, Neck, Head, LeftShoulder, LeftUpperArm, LeftForeArm, LeftHand, LeftUpperLeg,
+    LeftLowerLeg, LeftFoot, LeftToe
+smpl: Pelvis, L_Hip, L_Knee, L_Ankle, L_Foot, Spine1, Neck, Head, L_Collar, L_Shoulder, L_Elbow, L_Wrist, L_Hand
+    = Pelvis Head L_Collar L_Shoulder L_Elbow L_Wrist L_Hip L_Knee L_Ankle
+second_life: mPelvis, mTorso, mChest, mNeck, mHead, mCollarLeft, mShoulderLeft, mElbowLeft, mWristLeft, mHipLeft,
+    mKneeLeft, mAnkleLeft, mFootLeft
+    = mPelvis mHead mCollarLeft mShoulderLeft mElbowLeft mWristLeft mHipLeft mKneeLeft mAnkleLeft
+rigify: DEF-hips, DEF-spine, DEF-neck, DEF-head, DEF-shoulder.L, DEF-upper_arm.L, DEF-upper_arm.L.001, DEF-forearm.L,
+    DEF-hand.L, DEF-thigh.L, DEF-shin.L, DEF-foot.L
+maya: Root_M, Hip_L, Knee_L, Ankle_L, Spine1_M, Chest_M, Scapula_L, Shoulder_L, Elbow_L, Wrist_L, Neck_M, Head_M
+    = Root_M Head_M Scapula_L Shoulder_L Elbow_L Wrist_L Hip_L Knee_L Ankle_L
+neuron: Robot_Hips, Robot_Spine, Robot_Neck, Robot_Head, Robot_LeftShoulder, Robot_LeftArm, Robot_LeftForeArm,
+    Robot_LeftHand, Robot_LeftUpLeg, Robot_LeftLeg, Robot_LeftFoot
+lower: hips, spine, neck, head, leftshoulder, leftarm, leftforearm, lefthand, leftupleg, leftleg, leftfoot, legbone
+    = hips head leftshoulder leftarm leftforearm lefthand leftupleg leftleg leftfoot
+"""
+"""Names of the joints of a convention, and after a sign of equality those of the parts below, where they are typed."""
 PARTS = ("hips", "head", "clavicle", "upperarm", "forearm", "hand", "thigh", "shin", "foot")
 
 
-@pytest.mark.parametrize("convention", CONVENTIONS)
+@pytest.mark.parametrize("convention", CONVENTIONS.strip().replace("\n    ", " ").split("\n"))
 def test_every_part_is_found_in_every_convention(convention):
-    names = tuple(CONVENTIONS[convention].split(", "))
+    joints, _, expected = convention.partition(": ")[2].partition(" = ")
+    names = tuple(joints.split(", "))
     roles = find_roles(names)
     found = [names[roles[Role(part, "" if part in ("hips", "head") else "left")][0]] for part in PARTS]
-    if convention in EXPECTED:
-        assert found == EXPECTED[convention].split()
+    assert not expected or found == expected.split()
     assert Role("spine") in roles and Role("neck") in roles
 
 

@@ -1,10 +1,12 @@
 """Planted defects for each row of what Unreal, Houdini and Blender read of hair; what export_groom writes has none."""
 
+import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from pxr import Gf, Sdf, Usd, UsdGeom, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom
 
 from hairpipe.engine import Frames, Time, Workspace
 from hairpipe.errors import BadInput
@@ -15,7 +17,8 @@ from hairpipe.values import Groom, Strands
 from hairpipe.values.strand_arrays import take
 from tests.formats.complete_groom import complete_groom
 
-TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens
+TYPES = Sdf.ValueTypeNames
+Plant = Callable[[Usd.Stage], object]
 STRANDS, POINTS = 30, 6
 CLIENTS = ("unreal", "houdini", "blender")
 
@@ -66,18 +69,36 @@ def test_guides_of_another_groom_bring_their_motion(tmp_path, groom):
         export_groom(groom, moving(groom), other, None, None, Time(1, 24.0), Workspace(tmp_path), target="unreal")
 
 
-def primvar(prim: UsdGeom.BasisCurves, name: str, kind, interpolation: str, value: object) -> None:
-    api = UsdGeom.PrimvarsAPI(prim)
-    api.RemovePrimvar(name)
-    api.CreatePrimvar(name, kind, interpolation).Set(value)
-
-
-def curves(stage: Usd.Stage) -> UsdGeom.BasisCurves:
+def hair_of(stage: Usd.Stage) -> UsdGeom.BasisCurves:
     return UsdGeom.BasisCurves(stage.GetPrimAtPath("/groom/hair"))
 
 
-def count(stage: Usd.Stage) -> int:
-    return len(curves(stage).GetCurveVertexCountsAttr().Get())
+def primvar(name: str, kind: Sdf.ValueTypeName, value: object, interpolation: str = "uniform", short: int = 0) -> Plant:
+    """Plant a primvar of one value for all curves or points, in place of the one of its name."""
+
+    def plant(stage: Usd.Stage) -> None:
+        api, count = UsdGeom.PrimvarsAPI(hair_of(stage)), len(hair_of(stage).GetCurveVertexCountsAttr().Get())
+        api.RemovePrimvar(name)
+        values = [value] * (count * (POINTS if interpolation == "vertex" else 1) - short)
+        api.CreatePrimvar(name, kind, interpolation).Set(values)
+
+    return plant
+
+
+def basis(stage: Usd.Stage) -> None:
+    hair_of(stage).GetBasisAttr().Set("bspline")
+
+
+def widths(interpolation: str) -> Plant:
+    return lambda stage: hair_of(stage).SetWidthsInterpolation(interpolation)
+
+
+def remove(name: str) -> Plant:
+    return lambda stage: hair_of(stage).GetPrim().RemoveProperty(name)
+
+
+def unschemed(stage: Usd.Stage) -> None:
+    hair_of(stage).GetPrim().ClearMetadata("apiSchemas")
 
 
 def bound(stage: Usd.Stage) -> None:
@@ -86,98 +107,40 @@ def bound(stage: Usd.Stage) -> None:
     prim.CreateRelationship("unreal:groomBinding:referenceMesh").SetTargets(["/nowhere"])
 
 
-UNIFORM, VERTEX = TOKENS.uniform, TOKENS.vertex
-ONE = Gf.Vec3f(1)
-DEFECTS = {
-    "no schema": ("unreal", lambda s: curves(s).GetPrim().ClearMetadata("apiSchemas"), "unreal-schema", "GroomAPI"),
-    "colour": (
-        "unreal",
-        lambda s: primvar(curves(s), "groom_color", TYPES.Color3fArray, UNIFORM, [ONE] * count(s)),
-        "unreal-primvar",
-        r"is color3f\[\], which unreal ignores",
-    ),
-    "guides as integers": (
-        "unreal",
-        lambda s: primvar(curves(s), "groom_closest_guides", TYPES.Int3Array, UNIFORM, [Gf.Vec3i(35)] * count(s)),
-        "unreal-primvar",
-        r"is int3\[\], which unreal ignores",
-    ),
-    "half": (
-        "unreal",
-        lambda s: primvar(curves(s), "groom_own", TYPES.HalfArray, UNIFORM, [0.5] * count(s)),
-        "unreal-primvar",
-        r"is half\[\], which unreal ignores",
-    ),
-    "bytes": (
-        "unreal",
-        lambda s: primvar(curves(s), "groom_group_id", TYPES.UCharArray, UNIFORM, Vt.UCharArray(count(s), 1)),
-        "unreal-primvar",
-        r"is uchar\[\], which unreal ignores",
-    ),
-    "no prefix": (
-        "unreal",
-        lambda s: primvar(curves(s), "group_id", TYPES.IntArray, UNIFORM, [1] * count(s)),
-        "unreal-primvar",
-        "does not begin with groom_",
-    ),
-    "other count": (
-        "unreal",
-        lambda s: primvar(curves(s), "groom_group_id", TYPES.IntArray, UNIFORM, [1] * (count(s) - 1)),
+ONE, UV = Gf.Vec3f(1), Gf.Vec2f(0)
+DEFECTS: list[tuple[str, str, Plant]] = [
+    ("unreal-schema", "GroomAPI", unschemed),
+    ("unreal-primvar", r"is color3f\[\], which unreal ignores", primvar("groom_color", TYPES.Color3fArray, ONE)),
+    ("unreal-primvar", r"int3\[\], which unreal", primvar("groom_closest_guides", TYPES.Int3Array, Gf.Vec3i(35))),
+    ("unreal-primvar", r"is half\[\], which unreal ignores", primvar("groom_own", TYPES.HalfArray, 0.5)),
+    ("unreal-primvar", r"is uchar\[\], which unreal ignores", primvar("groom_group_id", TYPES.UCharArray, 1)),
+    ("unreal-primvar", "does not begin with groom_", primvar("group_id", TYPES.IntArray, 1)),
+    (
         "unreal-primvar",
         "has 35 values, which unreal skips; uniform takes 36",
+        primvar("groom_group_id", TYPES.IntArray, 1, short=1),
     ),
-    "interpolation": (
-        "unreal",
-        lambda s: primvar(curves(s), "groom_root_uv", TYPES.Float2Array, VERTEX, [Gf.Vec2f(0)] * (6 * count(s))),
-        "unreal-primvar",
-        "is vertex, which unreal ignores",
-    ),
-    "varying widths": ("unreal", lambda s: curves(s).SetWidthsInterpolation("varying"), "unreal-widths", "is varying"),
-    "no widths": ("unreal", lambda s: curves(s).GetPrim().RemoveProperty("widths"), "unreal-widths", "one centimetre"),
-    "B-spline": ("unreal", lambda s: curves(s).GetBasisAttr().Set("bspline"), "unreal-basis", "is bspline"),
-    "all guides": (
-        "unreal",
-        lambda s: primvar(curves(s), "groom_guide", TYPES.IntArray, UNIFORM, [1] * count(s)),
-        "unreal-guides",
-        "marks all strands as guides",
-    ),
-    "lost guide": (
-        "unreal",
-        lambda s: primvar(curves(s), "groom_closest_guides", TYPES.Float3Array, UNIFORM, [Gf.Vec3f(7)] * count(s)),
-        "unreal-guides",
-        "names the guide 7",
-    ),
-    "binding": ("unreal", bound, "unreal-binding", "has no target"),
-    "no rest": (
-        "houdini",
-        lambda s: curves(s).GetPrim().RemoveProperty("primvars:rest"),
-        "houdini-primvar",
-        "primvars:rest: has no value",
-    ),
-    "rest as colour": (
-        "houdini",
-        lambda s: primvar(curves(s), "rest", TYPES.Color3fArray, VERTEX, [ONE] * (6 * count(s))),
-        "houdini-primvar",
-        "which houdini ignores",
-    ),
-    "control points": ("blender", lambda s: curves(s).GetBasisAttr().Set("bspline"), "blender-basis", "is bspline"),
-    "uniform widths": (
-        "blender",
-        lambda s: curves(s).SetWidthsInterpolation(UNIFORM),
-        "blender-widths",
-        "is uniform, which blender ignores",
-    ),
-}
+    ("unreal-primvar", "is vertex, which unreal", primvar("groom_root_uv", TYPES.Float2Array, UV, "vertex")),
+    ("unreal-widths", "is varying", widths("varying")),
+    ("unreal-widths", "one centimetre", remove("widths")),
+    ("unreal-basis", "is bspline", basis),
+    ("unreal-guides", "marks all strands as guides", primvar("groom_guide", TYPES.IntArray, 1)),
+    ("unreal-guides", "names the guide 7", primvar("groom_closest_guides", TYPES.Float3Array, Gf.Vec3f(7))),
+    ("unreal-binding", "has no target", bound),
+    ("houdini-primvar", "primvars:rest: has no value", remove("primvars:rest")),
+    ("houdini-primvar", "which houdini ignores", primvar("rest", TYPES.Color3fArray, ONE, "vertex")),
+    ("blender-basis", "is bspline", basis),
+    ("blender-widths", "is uniform, which blender ignores", widths("uniform")),
+]
+"""Rules, messages, and plants that break them for a program."""
 
 
-@pytest.mark.parametrize(("target", "plant", "rule", "message"), DEFECTS.values(), ids=DEFECTS)
-def test_a_planted_defect_is_found(tmp_path, groom, target, plant, rule, message):
-    path = written(tmp_path, groom, target)
-    stage = Usd.Stage.Open(str(path))
+@pytest.mark.parametrize(("rule", "message", "plant"), DEFECTS)
+def test_a_planted_defect_is_found(tmp_path, groom, rule, message, plant):
+    target = rule.partition("-")[0]
+    stage = Usd.Stage.Open(str(written(tmp_path, groom, target)))
     plant(stage)
     stage.Export(str(tmp_path / "bad.usda"))
     found = [str(finding) for finding in lint(tmp_path / "bad.usda", None, target)]
-    import re
-
     assert any(f" {rule}: " in line and re.search(message, line) for line in found), found
     assert not any(f" {rule}: " in str(finding) for finding in lint(tmp_path / "bad.usda"))
