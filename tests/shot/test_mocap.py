@@ -16,13 +16,7 @@ from hairpipe.shot.simulate import advance_frame, start
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material
 
-VIOLENT = {
-    "cmu_05_06": 3.0,
-    "cmu_49_08": 4.0,
-    "cmu_61_12_scaled": 6.7,
-    "fair1_dab": 4.7,
-    "rokoko_jesse_dance": 8.1,
-}
+VIOLENT = {"cmu_05_06": 3.0, "cmu_49_08": 4.0, "cmu_61_12_scaled": 6.7, "fair1_dab": 4.7, "rokoko_jesse_dance": 8.1}
 """Where in each clip the head turns fastest [s]."""
 
 

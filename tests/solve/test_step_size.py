@@ -159,12 +159,7 @@ def endless(scene, straight, steps, jump, speed):
 @pytest.mark.parametrize(
     ("steps", "jump", "speed", "reported"),
     [
-        (
-            StepControl(courant=1e-300),
-            0.0,
-            0.0,
-            "strand 1 needs more than 20,000 steps per frame by steps.courant",
-        ),
+        (StepControl(courant=1e-300), 0.0, 0.0, "strand 1 needs more than 20,000 steps per frame by steps.courant"),
         (StepControl(strain_rate=1e-12), 0.0, 1.0, "strand 1 .* by steps.strain_rate = 1e-12"),
         (StepControl(strain_rate=1e-300), 0.0, 1.0, "strand 1 .* by steps.strain_rate = 1e-300"),
         (StepControl(), 1000.0, 0.0, "strand 0 .* by steps.root = 0.01"),
