@@ -1,6 +1,7 @@
 """Lanes compute what as many separate numbers would, in single and in double precision."""
 
 import os
+import pickle
 import subprocess
 import sys
 
@@ -9,6 +10,7 @@ import pytest
 from numba import njit
 from numba.core.errors import TypingError
 
+from hairpipe.geometry.compile import Inlined, inlined
 from hairpipe.geometry.simd import (
     WIDTH,
     any_lane,
@@ -23,6 +25,17 @@ from hairpipe.geometry.simd import (
     sqrt,
     store,
     width,
+)
+from hairpipe.geometry.simd_vec4 import (
+    WHOLE,
+    dot,
+    dot_in_all,
+    item,
+    last_in_all,
+    load_four,
+    load_short_four,
+    store_four,
+    zeros,
 )
 
 KINDS = pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -177,3 +190,66 @@ def test_a_kernel_read_back_rounds_like_one_just_compiled(tmp_path):
     (compiled, hits), (read_back, hits_of_second) = (run.stdout.split() for run in runs)
     assert (hits, hits_of_second) == ("0", "1")
     assert compiled == read_back
+
+
+@njit
+def _project(parts, v, out):
+    d, v = load_short_four(parts, 1), load_four(v, 2)
+    result = zeros() + dot(d, v) * d - item(d, 3) * v
+    for place in range(3):
+        out[place] = item(result, place)
+
+
+def test_it_multiplies_vectors_and_numbers():
+    rng = np.random.default_rng(0)
+    parts, v, out = np.int16([7, -32767, 32767, 4711, 16384]), rng.normal(size=6).astype(np.float32), np.empty(3)
+    d, s = parts[1:4] / WHOLE, parts[4] / WHOLE
+    _project(parts, v, out)
+    np.testing.assert_allclose(out, d * (d @ v[2:5]) - s * v[2:5], rtol=1e-5)
+
+
+@njit
+def _spread(v, out):
+    four = load_four(v, 1)
+    store_four(out, 0, dot_in_all(four, load_four(v, 2)))
+    store_four(out, 5, last_in_all(four))
+
+
+def test_a_sum_and_the_last_number_are_in_all_four_and_are_written_where_they_belong():
+    v, out = np.arange(1, 7, dtype=np.float32), np.full(10, -1.0, np.float32)
+    _spread(v, out)
+    assert out.tolist() == [*[2.0 * 3 + 3 * 4 + 4 * 5 + 5 * 6] * 4, -1.0, *[5.0] * 4, -1.0]
+
+
+def test_it_loads_the_right_precision_only():
+    with pytest.raises(TypingError, match="float32"):
+        _project(np.zeros(5, np.int16), np.ones(6), np.empty(3))
+    with pytest.raises(TypingError, match="int16"):
+        _project(np.zeros(5, np.int32), np.ones(6, np.float32), np.empty(3))
+
+
+@inlined
+def twice(x):
+    return 2 * x
+
+
+@njit
+def doubled(x):
+    return twice(x) + twice(3)
+
+
+def test_a_literal_is_compiled_as_any_number_of_its_type():
+    assert doubled(4) == 14
+    assert len(twice.signatures) == 1
+
+
+def test_python_may_call_one():
+    assert twice(1.5) == 3.0
+
+
+def test_inlined_function_is_rebuilt_in_another_process():
+    """Cached kernels refer to the functions in them."""
+    states = pickle.loads(pickle.dumps(twice._reduce_states() | {"uuid": "another process", "py_func": None}))
+    again = Inlined._rebuild(**states | {"py_func": twice.py_func})
+    assert isinstance(again, Inlined) and again is not twice
+    assert again.targetoptions == twice.targetoptions

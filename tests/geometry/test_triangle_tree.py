@@ -1,10 +1,24 @@
-"""The tree holds every triangle with an area once, and its boxes hold what lies below them."""
+"""The tree holds every triangle with an area once, and finds the closest point exactly."""
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import minimize
 
 from hairpipe.errors import BadInput
-from hairpipe.geometry.triangle_tree import LEAF, halved, tree_over, wide_triangles
+from hairpipe.geometry.triangle_tree import (
+    LEAF,
+    THINNEST,
+    closest,
+    closest_on_triangle,
+    halved,
+    project,
+    tree_over,
+    wide_triangles,
+)
+from hairpipe.values import Mesh
+from hairpipe.values.triangles import site_points
 
 
 def soup(count: int) -> np.ndarray:
@@ -77,3 +91,114 @@ def test_a_body_without_area_is_refused(box):
     for flat in (corners, corners[:0], np.full((2, 3, 3), np.nan)):
         with pytest.raises(BadInput, match="no triangle has an area"):
             tree_over(flat)
+
+
+coordinates = st.tuples(*[st.floats(-2, 2)] * 3)
+
+
+def by_projection(corners: np.ndarray, point: np.ndarray) -> float:
+    """Distance to a triangle as the least of those to its face and its sides, each found on its own."""
+    a, b, c = corners
+    within = []
+    for p, q in ((a, b), (b, c), (c, a)):
+        t = np.clip((point - p) @ (q - p) / max((q - p) @ (q - p), 1e-300), 0, 1)
+        within.append(np.linalg.norm(point - p - t * (q - p)))
+    s, r = np.linalg.lstsq(np.stack([b - a, c - a], axis=1), point - a, rcond=None)[0]
+    if s >= 0 and r >= 0 and s + r <= 1:
+        within.append(np.linalg.norm(point - a - s * (b - a) - r * (c - a)))
+    return min(within)
+
+
+@settings(deadline=None)
+@given(st.tuples(coordinates, coordinates, coordinates), coordinates)
+def test_a_triangle(corners, point):
+    corners, point = np.array(corners), np.array(point)
+    normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+    if np.linalg.norm(normal) < 1e-4:
+        return
+    squared, weights = closest_on_triangle(corners[None], 0, tuple(point))
+    assert np.sqrt(squared) == pytest.approx(by_projection(corners, point), abs=1e-7)
+    assert min(weights) >= 0 and sum(weights) == pytest.approx(1, abs=1e-14)
+    assert np.linalg.norm(point - weights @ corners) == pytest.approx(np.sqrt(squared), abs=1e-12)
+
+
+def test_weights_are_never_negative_on_thin_triangles():
+    """Points on the sides of triangles down to the thinnest, where rounding decides between side and corner."""
+    rng = np.random.default_rng(0)
+    for _ in range(20000):
+        a, along, across = rng.normal(size=(3, 3))
+        corners = np.stack([a, a + along, a + rng.uniform(-0.2, 1.2) * along + 10 ** rng.uniform(-6, 0) * across])
+        k = rng.integers(3)
+        point = corners[k] + 10 ** rng.uniform(-17, -12) * rng.normal(size=3)
+        _, weights = closest_on_triangle(corners[None], 0, tuple(point))
+        assert min(weights) >= 0 and sum(weights) == pytest.approx(1, abs=1e-14)
+
+
+def test_a_triangle_against_an_optimiser():
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        corners, point = rng.normal(size=(3, 3)), 2 * rng.normal(size=3)
+        bounds = {"type": "ineq", "fun": lambda w: [w[0], w[1], 1 - w[0] - w[1]]}
+        sides = corners[1:] - corners[0]
+        found = minimize(lambda w: ((point - corners[0] - w @ sides) ** 2).sum(), [0.3, 0.3], constraints=bounds)  # noqa: B023
+        assert closest_on_triangle(corners[None], 0, tuple(point))[0] == pytest.approx(found.fun, abs=1e-5)
+
+
+def test_weights_are_exactly_zero_outside_of_a_side():
+    """Points beyond each side and each corner of random triangles, in their plane."""
+    rng = np.random.default_rng(4)
+    for corners in rng.normal(size=(200, 3, 3)):
+        for k, (a, b, c) in enumerate(corners[[(i, i - 2, i - 1)]][0] for i in range(3)):
+            out = (b + c) / 2 - a
+            out -= out @ (c - b) / ((c - b) @ (c - b)) * (c - b)
+            weights = closest_on_triangle(corners[None], 0, tuple(b + rng.uniform(0.1, 0.9) * (c - b) + out))[1]
+            assert [w == 0.0 for w in weights] == [i == k for i in range(3)]
+            away = (a - b) / np.linalg.norm(a - b) + (a - c) / np.linalg.norm(a - c)
+            assert closest_on_triangle(corners[None], 0, tuple(a + away))[1] == tuple(np.eye(3)[k])
+
+
+@pytest.mark.parametrize("count", [1, 3, 4, 5, 37, 500])
+def test_a_soup_against_every_triangle(count):
+    rng = np.random.default_rng(count)
+    tree = tree_over(rng.normal(size=(count, 1, 3)) + 0.2 * rng.normal(size=(count, 3, 3)))
+    for point in map(tuple, 2 * rng.normal(size=(200, 3))):
+        squared, place, weights = closest(tree, point, np.inf, int(rng.integers(count)))
+        assert squared == min(closest_on_triangle(tree.corners, other, point)[0] for other in range(count))
+        assert closest_on_triangle(tree.corners, place, point) == (squared, weights)
+
+
+def test_beyond_reach_the_guess_answers(sphere):
+    mesh = sphere(level=2)
+    tree = tree_over(mesh.points[mesh.triangles])
+    point = (3.0, 0.0, 0.0)
+    assert closest(tree, point, 2.1**2, 0)[0] == pytest.approx(4.0)
+    squared, place, weights = closest(tree, point, 1.9**2, 7)
+    assert place == 7
+    assert closest_on_triangle(tree.corners, 7, point) == (squared, weights)
+
+
+def test_projections_lie_on_the_mesh_at_their_distance(sphere):
+    mesh = sphere(level=4)
+    points = np.random.default_rng(1).normal(size=(2000, 3))
+    sites, distance = project(tree_over(mesh.points[mesh.triangles]), points)
+    assert np.allclose(np.linalg.norm(site_points(mesh, sites) - points, axis=1), distance, atol=1e-14)
+    assert (sites.barycentrics >= 0).all() and np.allclose(sites.barycentrics.sum(axis=1), 1, atol=1e-14)
+    assert np.abs(distance - np.abs(np.linalg.norm(points, axis=1) - 1)).max() < 0.01
+
+
+def test_projections_name_triangles_of_the_mesh_though_some_have_no_area():
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [2, 2, 2], [1, THINNEST / 4, 0.0]])
+    mesh = Mesh(points, np.array([[3, 3, 3], [0, 1, 1], [0, 1, 4], [0, 1, 2]], np.int32))
+    sites, distance = project(tree_over(points[mesh.triangles]), points[3:4] + 1)
+    assert sites.triangles[0] == 3 and distance[0] == pytest.approx(np.linalg.norm([2.5, 2.5, 3.0]))
+
+
+def test_projections_do_not_depend_on_threads(sphere, threads):
+    mesh = sphere(level=3)
+    points = np.random.default_rng(5).normal(size=(500, 3))
+    found = []
+    for count in (1, 2):
+        threads(count)
+        sites, distance = project(tree_over(mesh.points[mesh.triangles]), points)
+        found.append((*sites, distance))
+    assert all(np.array_equal(one, two) for one, two in zip(*found, strict=True))

@@ -1,12 +1,13 @@
-"""Laws of the altitude spring."""
+"""The altitude spring, and the choice among the seven altitudes."""
 
 import numpy as np
 import pytest
 from numba import njit
 from scipy.spatial.transform import Rotation
 
-from hairpipe.geometry.simd import load
-from hairpipe.laws.altitude import linearise_altitude
+from hairpipe.geometry.simd import load, store, width
+from hairpipe.geometry.vec3 import dot, plus
+from hairpipe.laws.altitude import altitude_along, area_vectors, linearise_altitude, shortest_altitude
 from hairpipe.strands.assembly import add_tetrahedron
 
 K = 2.0
@@ -120,3 +121,170 @@ def test_flat_tetrahedra_have_no_altitude_spring(system):
 def test_particles_in_one_place_get_no_force(system):
     s = _apply(system, np.ones((4, 3)))
     assert np.all(s.force == 0) and np.all(s.A == 0)
+
+
+RESTS = np.linspace(1.0, 1.6, 7)
+TOLERANCE = 1e-6
+
+
+@njit
+def _sides(x, i):
+    a = load(x, (i, 0, 0)), load(x, (i, 0, 1)), load(x, (i, 0, 2))
+    u = load(x, (i, 1, 0)) - a[0], load(x, (i, 1, 1)) - a[1], load(x, (i, 1, 2)) - a[2]
+    v = load(x, (i, 2, 0)) - a[0], load(x, (i, 2, 1)) - a[1], load(x, (i, 2, 2)) - a[2]
+    w = load(x, (i, 3, 0)) - a[0], load(x, (i, 3, 1)) - a[1], load(x, (i, 3, 2)) - a[2]
+    return u, v, w
+
+
+@njit
+def _write(out, i, weights, direction, height):
+    store(out, (i, 0), weights[0])
+    store(out, (i, 1), weights[1])
+    store(out, (i, 2), weights[2])
+    store(out, (i, 3), weights[3])
+    store(out, (i, 4), direction[0])
+    store(out, (i, 5), direction[1])
+    store(out, (i, 6), direction[2])
+    store(out, (i, 7), height)
+
+
+@njit
+def _chosen(x, rest, out):
+    one = 0.0 * load(x, (0, 0, 0)) + 1.0
+    rests = rest[0] * one, rest[1] * one, rest[2] * one, rest[3] * one, rest[4] * one, rest[5] * one, rest[6] * one
+    for i in range(len(x)):
+        u, v, w = _sides(x, i)
+        weights, direction, height, kept = shortest_altitude(u, v, w, rests)
+        _write(out, i, weights, direction, height)
+        store(out, (i, 8), kept)
+
+
+@njit
+def _along(x, candidate, out):
+    for i in range(len(x)):
+        u, v, w = _sides(x, i)
+        n0, n1, n2, n3 = area_vectors(u, v, w)
+        chosen = n0
+        if candidate == 1:
+            chosen = n1
+        elif candidate == 2:
+            chosen = n2
+        elif candidate == 3:
+            chosen = n3
+        elif candidate == 4:
+            chosen = plus(n1, n2)
+        elif candidate == 5:
+            chosen = plus(n1, n3)
+        elif candidate == 6:
+            chosen = plus(n2, n3)
+        size = dot(chosen, chosen)
+        weights, direction, height = altitude_along((n0, n1, n2, n3), chosen, size, u)
+        _write(out, i, weights, direction, height)
+        store(out, (i, 8), size)
+
+
+def in_lanes(points):
+    """Lay tetrahedra (n, 4, 3) in lanes, (blocks, 4, 3, W)."""
+    return np.ascontiguousarray(points.reshape(-1, width(points.dtype), 4, 3).transpose(0, 2, 3, 1))
+
+
+def evaluate(kernel, points, argument):
+    """Weights (n, 4), directions (n, 3), heights and what the kernel adds of tetrahedra (n, 4, 3)."""
+    x = in_lanes(points)
+    out = np.empty((len(x), 9, x.shape[3]), points.dtype)
+    kernel(x, argument, out)
+    rows = out.transpose(0, 2, 1).reshape(-1, 9).astype(float)
+    return rows[:, :4], rows[:, 4:7], rows[:, 7], rows[:, 8]
+
+
+def choose(points):
+    return evaluate(_chosen, points, RESTS.astype(points.dtype))
+
+
+def excess(weights):
+    """What the weights of two sides are beyond 0..1: 0 where none is negative, since those of each side sum to 1."""
+    return np.abs(weights).sum(axis=1) - 2
+
+
+def every_kind(count, rng, dtype="float64"):
+    """Tetrahedra of many shapes and sizes, some of them flat, thin, collapsed or without any extent."""
+    x = rng.normal(size=(count, 4, 3))
+    kinds = np.array_split(np.arange(count), 14)
+    least = np.log10(1e-6 if dtype == "float64" else 1e-2)
+    for kind, part in enumerate(kinds):
+        some = x[part]
+        aspects = 10 ** rng.uniform(least, 0, (len(part), 1, 1))
+        if kind == 1:
+            some *= np.concatenate([np.ones((len(part), 1, 2)), aspects], axis=2)  # flat
+        elif kind == 2:
+            some *= np.concatenate([np.ones((len(part), 1, 1)), aspects, aspects], axis=2)  # needles
+        elif kind == 3:
+            some[:, :, 2] = 0.0
+        elif kind == 4:
+            some[:, 3] = some[:, 0]  # a collapsed edge
+        elif kind == 5:
+            some[:, 2], some[:, 3] = some[:, 0], some[:, 1]
+        elif kind == 6:
+            some[:, 1] = some[:, 0] + aspects[:, :, 0] * rng.normal(size=(len(part), 3))
+        elif kind == 7:
+            some[:] = rng.integers(-1, 2, size=some.shape)  # ties, coplanar, collinear, coincident
+        elif kind == 8:
+            some[:] = np.where(rng.random(some.shape) < 0.5, 0.0, 1.0)
+        elif kind == 9:
+            some[:] = some[:, :1] + rng.normal(size=(len(part), 4, 1)) * rng.normal(size=(len(part), 1, 3))  # lines
+        elif kind == 10:
+            some[:] = some[:, :1]  # one place
+        elif kind == 11:
+            some[:, 2] = some[:, 0] + some[:, 3] - some[:, 1]  # parallelograms
+        elif kind == 12:
+            some[:] = np.eye(4, 3) + aspects * some  # nearly regular
+        x[part] = some * 10 ** rng.uniform(-4, 0, (len(part), 1, 1))
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    return (x @ turn).astype(dtype)
+
+
+@pytest.mark.parametrize(
+    ("dtype", "count", "tolerance"), [("float64", 1_000_000, TOLERANCE), ("float32", 80_000, 1e-2)]
+)
+@pytest.mark.kernels
+def test_no_weight_is_negative_in_a_million_tetrahedra(dtype, count, tolerance):
+    points = every_kind(count, np.random.default_rng(1), dtype)
+    weights, direction, height, rest = choose(points)
+    assert np.isfinite(weights).all() and np.isfinite(direction).all() and np.isfinite(height).all()
+    assert excess(weights).max() < tolerance
+    assert np.abs(weights.sum(axis=1)).max() < tolerance, "momentum"
+    length = np.linalg.norm(direction, axis=1)
+    assert np.all((np.abs(length - 1) < 1e-5) | (np.ptp(points, axis=1).max(axis=1) < 1e-12)), "a direction"
+    assert np.isin(rest.astype(np.float32), RESTS.astype(np.float32)).all()
+
+
+def test_another_candidate_would_do_harm():
+    """The control: with the second largest the same law is broken most of the time, with one face always by far."""
+    points = every_kind(80_000, np.random.default_rng(2))
+    all_of_them = [evaluate(_along, points, candidate) for candidate in range(7)]
+    beyond = np.array([excess(weights) for weights, *_ in all_of_them])
+    second = np.argsort([size for *_, size in all_of_them], axis=0)[-2]
+    assert np.mean(np.choose(second, beyond) > TOLERANCE) > 0.5
+    assert beyond[0].max() > 1e4
+
+
+def test_it_is_the_shortest_of_the_seven():
+    points = np.random.default_rng(3).normal(size=(8_000, 4, 3))
+    heights = np.array([evaluate(_along, points, candidate)[2] for candidate in range(7)])
+    np.testing.assert_allclose(np.abs(choose(points)[2]), np.abs(heights).min(axis=0), rtol=1e-12)
+
+
+def test_forces_stay_within_five_percent_on_the_way_to_a_line():
+    """A shape is made ever thinner, through where rounding takes over; where the choice changes hands it may jump."""
+    rng = np.random.default_rng(4)
+    steps = np.geomspace(1e-5, 1e-10, 8_000)
+    along, across = rng.normal(size=(50, 1, 4, 1)), rng.normal(size=(50, 1, 4, 2))
+    shapes = np.concatenate([np.broadcast_to(along, (50, 8_000, 4, 1)), steps[:, None, None] * across], axis=3)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    weights, direction, height, kept = choose((shapes @ turn).reshape(-1, 4, 3))
+    forces = (weights[:, :, None] * direction[:, None, :]).reshape(50, 8_000, 12)
+    change = np.linalg.norm(np.diff(forces, axis=1), axis=2) / np.linalg.norm(forces[:, 1:], axis=2)
+    switched = np.diff(kept.reshape(50, 8_000), axis=1) != 0
+    assert change[~switched].max() < 0.05
+    assert np.abs(height.reshape(50, 8_000)[:, -1]).max() < 1e-6
+    assert switched.sum(axis=1).max() < 8

@@ -1,9 +1,10 @@
-"""Hair that acts on hair keeps momentum and never adds energy of its own."""
+"""Pairs of particles, the smoothing kernel, and hair that acts on hair."""
 
 import numpy as np
 import pytest
 
 from hairpipe.particles.interaction import Law, exchange, find_pairs
+from hairpipe.particles.model import kernel, shape, slope
 
 H, DT = 0.02, 1 / 24
 
@@ -81,3 +82,35 @@ def test_friction_is_bounded_by_the_normal_force():
     crowd.velocities = np.array([[0.1, 0.0, 0.0], [-0.1, 1.0, 0.0]])
     change = np.diff(crowd.after(0.0, 50.0, 1e4, 0.3), axis=0)[0] - np.diff(crowd.velocities, axis=0)[0]
     assert change[0] > 0.05 and -change[1] == pytest.approx(0.3 * change[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("spread", [(1.0, 1.0, 1.0), (10.0, 0.01, 1.0), (1e3, 1e3, 1e3)])
+def test_all_pairs_are_found_once(spread):
+    points = np.random.default_rng(0).normal(size=(400, 3)) * spread
+    points[7:20] = points[7]
+    points[20:24] = 1e5 * spread[0] + 0.01 * points[20:24]
+    h = 0.15
+    masses = np.linspace(1.0, 2.0, 400)
+    found = find_pairs(masses, points, h)
+    pairs = found.ends
+    distances = np.linalg.norm(points[:, None] - points, axis=2)
+    expected = np.argwhere(np.triu(distances < 2.0 * h, 1))
+    assert sorted(map(tuple, np.sort(pairs, axis=1).tolist())) == sorted(map(tuple, expected.tolist()))
+    assert found.apart == pytest.approx(distances[tuple(pairs.T)])
+    assert found.density == pytest.approx(kernel(distances, h) @ masses)
+    for k in (0, 7, 399):
+        assert sorted(found.by[found.rows[k] : found.rows[k + 1]]) == sorted(np.flatnonzero((pairs == k).any(axis=1)))
+
+
+def test_its_integral_is_1_and_its_value_at_0_that_of_the_paper():
+    h, r = 0.03, np.linspace(0.0, 0.07, 20_001)
+    assert np.sum(4.0 * np.pi * r**2 * kernel(r, h)) * r[1] == pytest.approx(1.0, rel=1e-6)
+    assert kernel(np.zeros(1), h)[0] == pytest.approx(1.0 / (np.pi * h**3))
+    assert not kernel(np.array([2.0 * h, 5.0 * h]), h).any()
+
+
+def test_shape_and_slope_equal_the_kernel_and_its_derivative():
+    q, step = np.linspace(0.05, 2.5, 50), 1e-5
+    assert [shape.py_func(x) for x in q] == pytest.approx(4.0 * np.pi * kernel(q, 1.0), abs=1e-12)
+    differences = [(shape.py_func(x + step) - shape.py_func(x - step)) / (2.0 * step) for x in q]
+    assert [slope.py_func(x) for x in q] == pytest.approx(differences, abs=1e-5)

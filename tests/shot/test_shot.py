@@ -1,10 +1,12 @@
-"""Connections that are absent are named at the first frame of a shot."""
+"""Connections that are absent are named at the first frame; settings that contradict each other are refused."""
 
 import warnings
 from dataclasses import replace
 
 import pytest
 
+import hairpipe
+from hairpipe.errors import BadInput
 from hairpipe.groom.strands import lay_strands
 from hairpipe.laws.settings import BodyContact, Wind
 from hairpipe.levelset.bake import bake
@@ -59,3 +61,31 @@ def test_whole_scenes_and_hair_alone_are_not_warned_of(shot, block):
         begin(shot, frame_of(None))
         shot.hair = build_hair(lay_strands(2, 0.1, 10, (1.0, 0.0, 0.0), (0.0, 0.0, 0.01), None, 0.0), Material(), "rod")
         begin(shot, frame_of(None, block))  # on no body: its roots rest
+
+
+GRAPH = """schema = 1
+frames = [1, 2]
+fps = 24
+[tuft]
+type = "make_strands"
+[hair]
+type = "simulate_hair"
+in.groom = "tuft"
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        (
+            "stiction = { reach = 2e-3, release = 1e-3 }",
+            r"hair.*stiction: the release distance, 0.001 m, is not more than the reach, 0.002 m \(a larger release",
+        ),
+        ("curvature = 0.5\nsag_free = {}", r"\[hair\].*curvature = 0.5 contradicts sag_free, .*\(curvature = 1, or no"),
+        ("curvature = 1.5", r"curvature = 1.5 is not allowed"),
+    ],
+)
+def test_contradictions_are_refused(line, message):
+    with pytest.raises(BadInput, match=message):
+        hairpipe.load(GRAPH + line + "\n")
+    assert hairpipe.load(GRAPH + "curvature = 0.5\nstiction = { reach = 2e-3, release = 3e-3 }\n")

@@ -1,4 +1,6 @@
-"""Where a stage begins that something takes part in: at its guess, or where backward Euler leads."""
+"""Where a stage begins that something takes part in, and what the nine steps make of a velocity."""
+
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -6,7 +8,7 @@ import pytest
 from hairpipe.graphs.experiments.bench.strands import RULE, STEP, hang
 from hairpipe.solve.implicit_stage import guess_stages
 from hairpipe.solve.integrator import everywhere
-from hairpipe.solve.integrators import BackwardEuler
+from hairpipe.solve.integrators import BackwardEuler, FullStep, Trapezoid
 from hairpipe.solve.stage import Iterate, Stage, State, Step
 
 H, SPAN = 0.3 * STEP, 0.6 * STEP
@@ -64,3 +66,32 @@ def test_the_others_are_where_their_guess_leads(case):
 def test_all_are_in_the_stage(case):
     xh, x, v, _ = case.guess()
     np.testing.assert_allclose(x, xh + H * v, rtol=0, atol=1e-15)
+
+
+X, V, HALF = np.random.default_rng(1).normal(size=(3, 4, 3, 8))
+MOTION, HALFWAY = SimpleNamespace(x=X, v=V), SimpleNamespace(time=2.0, dt=0.5)
+
+
+def solved(kind):
+    """Find the next velocity with HALF for what a solve finds, and from where and when it was asked for."""
+    asked = []
+
+    class Stub(kind):
+        def solve(self, motion, step, around, x, h, part, time):
+            asked.append((x, h, time))
+            return HALF
+
+    return Stub(None).velocity(MOTION, HALFWAY, None, np.zeros_like(X)), asked
+
+
+def test_the_trapezoid_extrapolates_half_a_step_taken_from_the_middle():
+    velocity, [(x, h, time)] = solved(Trapezoid)
+    np.testing.assert_array_equal(velocity, 2 * HALF - V)
+    np.testing.assert_array_equal(x, X / 2)
+    assert (h, time) == (0.25, 2.25)
+
+
+def test_the_authors_code_takes_a_full_step_at_the_end():
+    velocity, [(x, h, time)] = solved(FullStep)
+    np.testing.assert_array_equal(velocity, HALF)
+    assert x is X and (h, time) == (0.5, 2.5)

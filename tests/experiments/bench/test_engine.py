@@ -1,15 +1,29 @@
 """Cost of the engine: what is counted and compared; no time is asserted."""
 
 import importlib.util
+import re
 import tomllib
 from contextlib import nullcontext
+from subprocess import CompletedProcess
 
 import pytest
 
+from hairpipe.engine.store.store import Output, Record
+from hairpipe.engine.worker.machine_code import FOLDER_DIGITS
 from hairpipe.errors import BadInput
-from hairpipe.graphs.experiments.bench.engine import dask_cluster, engine
+from hairpipe.graphs.experiments.bench.engine import dask_cluster, engine, first_use
 from hairpipe.graphs.experiments.bench.engine.engine import Sizes, difference, measure_engine
 from hairpipe.graphs.experiments.bench.engine.engine_shot import EACH, SCAN, ToyRun, ToyShot, toy_shot
+from hairpipe.graphs.experiments.bench.engine.first_frame import (
+    IMPORTS,
+    NUMBA,
+    PYTHON,
+    SECOND,
+    Clock,
+    measure_first_frame,
+)
+from hairpipe.graphs.experiments.bench.engine.first_use import kernels_in
+from hairpipe.graphs.experiments.bench.engine.traffic import measure_traffic, traffic_of
 
 SIZES = Sizes(tasks=(2, 5), scan_frames=(2, 4), warm=3, repeats=1)
 
@@ -91,3 +105,91 @@ def test_a_scheduler_that_does_not_start_is_named(monkeypatch, tmp_path):
     monkeypatch.setattr(dask_cluster, "PATIENCE", 0.0)
     with pytest.raises(BadInput, match="no Dask scheduler starts"):
         dask_cluster.address_in(tmp_path / "absent.json")
+
+
+def test_a_phase_is_counted_without_the_phases_within_it(monkeypatch):
+    now = iter([0.0, 1.0, 3.0, 7.0])
+    monkeypatch.setattr("time.process_time", lambda: next(now))
+    clock = Clock()
+    with clock.phase("outer"):
+        clock.counted("inner", lambda: None)()
+    assert clock.seconds == {"outer": 5.0, "inner": 2.0}
+
+
+@pytest.mark.slow
+def test_a_new_process_is_measured(shot):
+    cases = measure_first_frame(shot.path, {}, "sum").tables["phases"]
+    phases = {case["phase"]: case["processor [s]"] for case in cases}
+    assert phases[PYTHON] > 0 and phases[NUMBA] > 0
+    assert {IMPORTS, SECOND} <= phases.keys()
+
+
+def test_kernels_are_named_by_module_and_function(tmp_path):
+    folder = tmp_path / f"hairpipe.solve.conjugate_gradients-{'0' * FOLDER_DIGITS}"
+    folder.mkdir()
+    for name in (
+        "pcg._turn-110.py311.aa.nbc",
+        "pcg._turn-110.py311.bb.nbc",
+        "pcg.run.locals.f-7.py311.cc.nbc",
+        "x.tmp",
+    ):
+        (folder / name).write_text("")
+    turn, inner = "hairpipe.solve.conjugate_gradients._turn", "hairpipe.solve.conjugate_gradients.run.locals.f"
+    assert list(kernels_in(tmp_path)) == [turn, turn, inner]
+
+
+def test_processor_seconds_are_those_of_both_runs(tmp_path, monkeypatch):
+    """In temporary folders: the second run has the kernels of the first, and none of its results."""
+    path = tmp_path / "shot.toml"
+    path.write_text('schema = 1\nframes = [3, 9]\nfps = 24\n[hair]\ntype = "make_bust"\n')
+    begun, caches = [], []
+
+    def run(command, env, **_):
+        caches.append(command[-2].partition("--cache', '")[2].partition("'")[0])
+        begun.append(env["NUMBA_CACHE_DIR"])
+        assert "'--frames', '3-4'" in command[-2]
+        return CompletedProcess(command, 0)
+
+    monkeypatch.setattr(first_use.subprocess, "run", run)
+    seconds = iter([1.0, 11.0, 11.0, 13.0])
+    monkeypatch.setattr(first_use, "children_seconds", lambda: next(seconds))
+    report = first_use.measure_first_use(path, {})
+    [case] = report.tables["first use"]
+    assert (case["without kernels [processor s]"], case["with kernels [processor s]"]) == (10.0, 2.0)
+    assert [*report.tables] == ["first use"] and case["kernels"] == case["functions"] == 0
+    assert len(set(begun)) == 1 and len(set(caches)) == 2 and all(caches)
+
+
+def test_a_graph_that_does_not_compute_is_named(tmp_path):
+    path = tmp_path / "shot.toml"
+    path.write_text('schema = 1\nframes = [1, 2]\nfps = 24\n[hair]\ntype = "load_body"\nfile = "absent.obj"\n')
+    with pytest.raises(BadInput, match=re.escape(str(path))):
+        first_use.measure_first_use(path, {})
+
+
+def test_frames_write_their_results_and_the_state_at_the_checkpoint(shot):
+    """Four frames, of which the last is a checkpoint; sizes are those of the files of a run that keeps all states."""
+    shot.path.write_text(shot.path.read_text().replace("checkpoint = 4", "checkpoint = 1").replace("[1, 10]", "[1, 4]"))
+    shot.run()
+    size = shot.store.size
+    numbers, states = ([size(shot.results()[f"sum@{f}"][name]) for f in range(1, 5)] for name in ("number", "state"))
+    inputs = [size(shot.results()[f"move@{frame}"][""]) for frame in range(2, 5)]
+    shot.path.write_text(shot.path.read_text().replace("checkpoint = 1", "checkpoint = 4"))
+    lines = []
+    (case,) = measure_traffic(lines.append, {"toy": shot.path}, {}, "sum").tables["traffic"]
+    assert (lines, case["graph"], case["frames"]) == (["toy"], "toy", 4)
+    assert case["written with every state [MB]"] == pytest.approx(1e-6 * sum(numbers + states) / 4)
+    assert case["written [MB]"] == pytest.approx(1e-6 * (sum(numbers) + states[3]) / 4)
+    assert case["read [MB]"] == pytest.approx(1e-6 * sum(inputs) / 3)
+
+
+def test_a_link_carries_as_many_as_its_bytes_a_second_divided_by_theirs():
+    """A frame of 4 s on one of two cores writes 5 MB and reads 2.5 MB that are new: 2.5 MB/s, of 125 and 1,250."""
+    names = [f"{number:040x}.h5" for number in range(4)]
+    outputs = {"strands": Output(names[0], 5_000_000), "state": Output(names[3], 40_000_000)}
+    inputs = [{"body": [names[1], names[2]], "groom": names[3], "previous": names[0]}]
+    inputs.append({"body": [names[2], names[0]], "groom": names[3], "surface": None, "previous": names[1]})
+    records = [Record("", "hair", 1, {"inputs": found}, outputs, "state", 9.0, (), 0.0, 4.0) for found in inputs]
+    case = traffic_of(records, set(names[:3]), dict.fromkeys(names, 2_500_000), cores=2)
+    assert case["written [MB]"] == 5.0 and case["read [MB]"] == 2.5 and case["written with every state [MB]"] == 45.0
+    assert (case["simulations on 1 Gbit/s"], case["simulations on 10 Gbit/s"]) == (50.0, 500.0)

@@ -1,11 +1,22 @@
-"""What `hairpipe run --record` writes, and when it refuses."""
+"""What is recorded of graphs and benches, and which records are current."""
+
+import json
+import os
+import sys
+from dataclasses import replace
 
 import pytest
 
 import hairpipe as package
+from hairpipe.engine.worker.machine_code import TABLE
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.bench import paper
+from hairpipe.graphs.experiments.bench.machine import Machine
+from hairpipe.graphs.experiments.bench.report import Report
+from hairpipe.graphs.experiments.figures import recipe as state
+from hairpipe.graphs.experiments.figures.bench_recording import BenchRecording
 from hairpipe.graphs.experiments.figures.file import COST, read_results
-from hairpipe.graphs.experiments.figures.recipe import CURRENT, OLDER, state_of
+from hairpipe.graphs.experiments.figures.recipe import CURRENT, OLDER, UNKNOWN, recipe_now, state_of
 from hairpipe.processor import processor_class
 
 from .conftest import edit, git
@@ -103,3 +114,93 @@ def test_damaged_and_edited_files_are_named_in_one_line(recorded):
         with pytest.raises(BadInput, match=what) as raised:
             read_results(path)
         assert str(path) in str(raised.value) and "\n" not in str(raised.value)
+
+
+MACHINE = Machine("A Processor", 2, {"numba": "1.2"})
+CASES = [{"kernel": "solve", "median [ns]": 2.5, "floor": None}, {"kernel": "step", "ratio": 1.5}]
+
+
+def test_the_table_of_the_paper_is_recorded(repository, hairpipe, monkeypatch):
+    def measure(echo, scenes, store, overrides, moving, threads):
+        return Report(paper.__name__, MACHINE, {"parts": [{"scene": "long_curly", "search [s]": 2.5}]})
+
+    monkeypatch.setenv(TABLE, os.environ[TABLE])
+    monkeypatch.setattr(paper, "measure_paper", measure)
+    words = "bench paper long_curly --moving 7 --cache elsewhere --record graphs"
+    monkeypatch.setattr(sys, "argv", ["hairpipe", *words.split()])
+    assert hairpipe(words).exit_code == 0
+    results = read_results(repository / "graphs/results/paper.json")
+    assert results.command == "hairpipe bench paper long_curly --moving 7 --record graphs"
+    assert results.tables["parts"].rows == [["long_curly", 2.5]]
+    assert [name.rpartition("/")[2] for name in results.nodes] == ["long_curly.toml"]
+    assert state_of(repository / "graphs/results/paper.json").word == CURRENT
+
+
+def test_a_record_of_a_bench_has_the_name_that_is_given(repository, hairpipe, monkeypatch):
+    monkeypatch.setenv(TABLE, os.environ[TABLE])
+    monkeypatch.setattr(paper, "measure_paper", lambda *words: Report(paper.__name__, MACHINE, {"frames": CASES}))
+    monkeypatch.setattr(sys, "argv", ["hairpipe", "bench", "paper"])
+    assert hairpipe("bench paper long_curly --record graphs/short").exit_code == 0
+    assert read_results(repository / "graphs/results/short.json").tables["frames"].rows[1][0] == "step"
+
+
+def test_cases_become_rows_and_the_bandwidth_is_kept(repository):
+    recording = BenchRecording(repository / "graphs", "toy")
+    graph = repository / "graphs/circle.toml"
+    recording.write(Report(paper.__name__, MACHINE, {"cases": CASES}, 16.04), "hairpipe bench toy", [graph])
+    results = read_results(recording.path)
+    assert results.tables["cases"].columns == ["kernel", "median [ns]", "floor", "ratio"]
+    assert results.tables["cases"].rows == [["solve", 2.5, None, None], ["step", None, None, 1.5]]
+    assert results.machine.bandwidth == 16.0 and results.commit == git(repository, "rev-parse", "HEAD")
+    assert state_of(recording.path).word == CURRENT
+    edit(graph, "12", "24")
+    assert state_of(recording.path).changed == ("[circle.toml]",)
+
+
+RESULTS = "graphs/results/circle.json"
+
+
+def test_results_of_the_same_code_are_current(recorded, hairpipe):
+    edit(recorded / "graphs/nodes/rounding.py", "Round a number.", "Round a number to six digits.")
+    done = hairpipe("results graphs/README.md")
+    assert done.exit_code == 0 and "1 results file, 1 current" in done.stdout
+
+
+def test_changed_code_is_named_by_its_file(recorded, hairpipe):
+    edit(recorded / "graphs/nodes/rounding.py", "6", "5")
+    found = state_of(recorded / RESULTS)
+    assert found.word == OLDER and found.changed == ("graphs/nodes/rounding.py",)
+    done = hairpipe("results graphs/README.md")
+    assert done.exit_code == 1
+    assert "graphs/nodes/rounding.py" in done.stdout and "hairpipe run graphs/circle.toml --record" in done.stdout
+
+
+def test_changed_settings_are_named_by_their_node(recorded):
+    edit(recorded / "graphs/circle.toml", "[6, 12]", "[6, 24]")
+    assert state_of(recorded / RESULTS).changed == ("[circle]",)
+
+
+def test_code_that_is_no_longer_used_is_named(recorded):
+    edit(recorded / "graphs/nodes/measure_circle.py", "import rounding\n", "")
+    changed = state_of(recorded / RESULTS).changed
+    assert any("rounding" in name and "no longer used" in name for name in changed)
+
+
+def test_a_graph_that_cannot_be_loaded_is_not_compared(recorded):
+    (recorded / "graphs/circle.toml").unlink()
+    found = state_of(recorded / RESULTS)
+    assert found.word == UNKNOWN and "circle.toml" in found.changed[0]
+
+
+def test_code_is_not_compared_with_that_of_another_python(recorded, monkeypatch):
+    now = recipe_now(recorded / RESULTS, read_results(recorded / RESULTS))
+    monkeypatch.setattr(state, "recipe_now", lambda path, results: replace(now, modules={}, python="2.7"))
+    found = state_of(recorded / RESULTS)
+    assert found.word == UNKNOWN and found.changed[0].endswith("-> 2.7")
+
+
+def test_results_are_found_by_page_graph_file_and_folder(recorded, hairpipe):
+    for given in ("", "graphs", "graphs/README.md", "graphs/circle.toml", RESULTS):
+        listed = json.loads(hairpipe(f"results {given} --json").stdout)["results"]
+        assert [(entry["path"].removeprefix("./"), entry["state"]) for entry in listed] == [(RESULTS, CURRENT)]
+    assert "no results belong to it" in hairpipe("results graphs/nodes/rounding.py").stderr
