@@ -181,9 +181,7 @@ def thrown_strand(hair, body, shot, speed, strand, state=None):
     velocities[rows, :, lane][hair.model.shape.clamped :] = speed
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        after = next_state(
-            hair, replace(state, velocities=velocities), Frame((body, body), (), (), 0.0, FRAME), shot
-        )
+        after = next_state(hair, replace(state, velocities=velocities), Frame((body, body), (), (), 0.0, FRAME), shot)
     return after, [str(each.message) for each in caught]
 
 
