@@ -11,6 +11,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -227,3 +228,29 @@ def threads() -> Iterator[Callable[[int], None]]:
     before = numba.get_num_threads()
     yield numba.set_num_threads
     numba.set_num_threads(before)
+
+
+@pytest.fixture
+def same_on_threads(threads: Callable[[int], None]) -> Callable[[Callable], Any]:
+    """Compute something on one thread and on two, see that no bit of its arrays differs, and give it."""
+
+    def check(compute: Callable) -> Any:
+        threads(1)
+        one = compute()
+        threads(2)
+        for alone, together in zip(arrays_of(one), arrays_of(compute()), strict=True):
+            np.testing.assert_array_equal(alone, together)
+        return one
+
+    return check
+
+
+def arrays_of(value: Any) -> Iterator[np.ndarray]:
+    """Give the arrays and numbers in tuples, lists and objects."""
+    if isinstance(value, tuple | list):
+        for each in value:
+            yield from arrays_of(each)
+    elif hasattr(value, "__dict__") and not isinstance(value, np.ndarray):
+        yield from arrays_of([*vars(value).values()])
+    else:
+        yield np.asarray(value)

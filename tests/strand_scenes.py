@@ -42,6 +42,35 @@ def line(length, segments, direction):
     return TRIANGLE.mean(0) + np.linspace(0, length, segments + 1)[:, None] * direction
 
 
+class Solid:
+    """A body that is known in closed form; a Collider.
+
+    shape     function of points and time: distances and normals
+    velocity  of the surface, or a function of points and time
+    swept     whether points may be swept along it
+    """
+
+    def __init__(self, shape, velocity=(0.0, 0.0, 0.0), speed=0.0, band=np.inf, swept=True):
+        self.shape, self.velocity, self.speed, self.band, self.swept = shape, velocity, speed, band, swept
+
+    def probe(self, points, seconds, out, reach=None):
+        distance, normals = self.shape(points, seconds)
+        velocity = self.velocity(points, seconds) if callable(self.velocity) else self.velocity
+        near = distance < np.minimum(out.distance, self.band)
+        found = distance, normals, velocity
+        for values, given in zip(out, found, strict=True):
+            values[near] = np.broadcast_to(given, values.shape)[near]
+
+    def sweep(self, walk, start, end, out):
+        assert self.swept, "points are swept along a surface that they only probe"
+
+
+def around(ways, radius):
+    """Distances and normals of a ball, by the ways of points from its centre."""
+    far = np.linalg.norm(ways, axis=1)
+    return far - radius, ways / far[:, None]
+
+
 class Shot:
     """Hair on the plate, run frame by frame."""
 

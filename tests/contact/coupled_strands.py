@@ -20,21 +20,17 @@ def square(six):
     return np.asarray(six)[[0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(3, 3)
 
 
-def relatives(couplings, points):
-    """J of every coupling, (3, 3 points)."""
-    for (a, b), (s, t) in zip(couplings.segments, couplings.fractions, strict=True):
-        J = np.zeros((3, 3 * points))
-        for place, weight in ((a, 1 - s), (a + 1, s), (b, t - 1), (b + 1, -t)):
-            J[:, 3 * place : 3 * place + 3] += weight * np.eye(3)
-        yield J
-
-
 def whole_matrix(couplings, points):
     """The sum of J^T M J, (3 points, 3 points)."""
-    whole = np.zeros((3 * points, 3 * points))
-    for J, M in zip(relatives(couplings, points), matrices(couplings), strict=True):
-        whole += J.T @ M @ J
-    return whole
+    whole = np.zeros((points, 3, points, 3))
+    for (a, b), (s, t), M in zip(couplings.segments, couplings.fractions, matrices(couplings), strict=True):
+        weights = {a: 1 - s, a + 1: s}
+        for place, weight in ((b, t - 1), (b + 1, -t)):  # neighbours of one strand share a point
+            weights[place] = weights.get(place, 0.0) + weight
+        for one, first in weights.items():
+            for other, second in weights.items():
+                whole[one, :, other] += first * second * M
+    return whole.reshape(3 * points, 3 * points)
 
 
 def own_matrix(diagonal, following):

@@ -1,7 +1,5 @@
 """Coulomb's law in the solve: what a sliding body pulls, and what a post lets through (Euler, Eytelwein)."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 
@@ -10,64 +8,28 @@ from hairpipe.laws.settings import Air, BodyContact, Drag, Scheme, StepControl
 from hairpipe.shot.settings import Scene
 from hairpipe.strands.material import Material
 
-
-@dataclass
-class Floor:
-    """The half space below a height, its surface moving along x; a Collider."""
-
-    height: float
-    speed: float
-    band = np.inf
-
-    def probe(self, points, seconds, out, reach=None):
-        distance = points[:, 1] - self.height
-        near = distance < out.distance
-        out.distance[near] = distance[near]
-        out.normal[near] = [0.0, 1.0, 0.0]
-        out.velocity[near] = [self.speed, 0.0, 0.0]
-
-    def sweep(self, walk, start, end, out):
-        pass
+from ..strand_scenes import Solid, around
 
 
-@dataclass
-class Post:
-    """A cylinder along z whose surface turns; a Collider."""
-
-    centre: tuple[float, float]
-    radius: float
-    speed: float
-    band = np.inf
-
-    def probe(self, points, seconds, out, reach=None):
-        away = points[:, :2] - self.centre
-        far = np.linalg.norm(away, axis=1)
-        near = far - self.radius < out.distance
-        out.distance[near] = far[near] - self.radius
-        out.normal[near] = np.pad(away[near] / far[near, None], ((0, 0), (0, 1)))
-        out.velocity[near] = self.speed * np.stack([away[near, 1], -away[near, 0], 0 * far[near]], 1) / far[near, None]
-
-    def sweep(self, walk, start, end, out):
-        pass
+def floor(height, speed):
+    """The half space below a height, its surface moving along x."""
+    return Solid(lambda x, _: (x[:, 1] - height, [0.0, 1.0, 0.0]), (speed, 0.0, 0.0), speed)
 
 
-@dataclass
-class Slope:
-    """The half space below a plane through a point that falls towards +z; a Collider."""
+def post(centre, radius, speed):
+    """A cylinder along z whose surface turns."""
+    across = np.array([1.0, 1.0, 0.0])
 
-    point: np.ndarray
-    slope: float
-    speed: float = 0.0
-    band = np.inf
+    def shape(points, _):
+        return around(points * across - [*centre, 0.0], radius)
 
-    def probe(self, points, seconds, out, reach=None):
-        normal = np.array([0.0, 1.0, self.slope]) / np.hypot(1.0, self.slope)
-        distance = (points - self.point) @ normal
-        near = distance < out.distance
-        out.distance[near], out.normal[near], out.velocity[near] = distance[near], normal, 0.0
+    return Solid(shape, lambda x, t: speed * np.cross(shape(x, t)[1], [0.0, 0.0, 1.0]), speed)
 
-    def sweep(self, walk, start, end, out):
-        pass
+
+def slope_at(point, slope):
+    """The half space below a plane through a point that falls towards +z."""
+    normal = np.array([0.0, 1.0, slope]) / np.hypot(1.0, slope)
+    return Solid(lambda x, _: ((x - point) @ normal, normal))
 
 
 @pytest.mark.parametrize(("slope", "sticks"), [(0.25, True), (0.6, False)])
@@ -78,7 +40,7 @@ def test_hair_lies_on_a_slope_or_slides_however_often_there_is_a_frame(scene, st
         shot = scene([straight(0.1, 20, [1, 0, 0])], model="chain", fps=fps)
         shot.scene = Scene(9.81, Air(Drag(8.0)), BodyContact(0.5, 0.0), steps=StepControl(1 / 96))
         before = shot.axis
-        shot.run(1.0, [Slope(before[0] - [0.0, 1e-6, 0.0], slope)])
+        shot.run(1.0, [slope_at(before[0] - [0.0, 1e-6, 0.0], slope)])
         ways.append(np.linalg.norm(shot.axis[-1] - before[-1]))
     assert max(ways) < 5e-5 if sticks else min(ways) > 0.01
     assert ways[0] == pytest.approx(ways[1], rel=1e-6)
@@ -87,7 +49,7 @@ def test_hair_lies_on_a_slope_or_slides_however_often_there_is_a_frame(scene, st
 def test_without_friction_hair_that_lies_still_slides_from_the_first_step_on(scene, straight):
     shot = scene([straight(0.1, 20, [1, 0, 0])], model="chain", fps=96.0)
     shot.scene = Scene(9.81, Air(Drag(0.0)), BodyContact(0.0, 0.0), steps=StepControl(1 / 96))
-    shot.run(1 / 96, [Slope(shot.axis[0] - [0.0, 1e-6, 0.0], 0.6)])
+    shot.run(1 / 96, [slope_at(shot.axis[0] - [0.0, 1e-6, 0.0], 0.6)])
     down = np.array([0.0, -0.6, 1.0]) / np.hypot(1.0, 0.6)
     tip = shot.hair.layout.axis(shot.state.velocities)[-1]
     assert tip @ down == pytest.approx(9.81 * 0.6 / np.hypot(1.0, 0.6) / 96, rel=0.02)
@@ -142,7 +104,7 @@ class SoftHair:
             contact = BodyContact(friction)
             shot.scene = Scene(gravity, Air(Drag(0.0)), contact, steps=StepControl(seconds), strain=None)
             up = np.array([0.0, 1.0, slope]) / np.hypot(1.0, slope)
-            plane = Slope(self.root - (contact.thickness + 1e-6) * up, slope)
+            plane = slope_at(self.root - (contact.thickness + 1e-6) * up, slope)
             down = np.array([0.0, -slope, 1.0]) / np.hypot(1.0, slope)
             for _ in range(frames):
                 shot.run(shot.frame, [plane])
@@ -169,7 +131,7 @@ def test_hair_and_what_it_lies_on_go_along_together(scene, straight, triangle, s
     shot.body = triangle(velocities=np.tile(speed, (3, 1)))
     for frame in range(1, 7):
         body = triangle(triangle().points + frame / 24 * speed, np.tile(speed, (3, 1)))
-        shot.run(1 / 24, [Floor(before[0, 1] - 1e-6, 1.0)], body=lambda body=body: body)
+        shot.run(1 / 24, [floor(before[0, 1] - 1e-6, 1.0)], body=lambda body=body: body)
     np.testing.assert_allclose(shot.axis - 0.25 * speed, before, atol=1e-4)
 
 
@@ -187,7 +149,7 @@ def settled(shot, body, friction, seconds, thickness=1e-4):
 def test_a_floor_that_slides_under_hair_pulls_by_the_friction_of_its_weight(scene, straight, friction):
     strand = straight(0.1, 20, [1, 0, 0])
     shot = scene([strand], model="chain")
-    pull = settled(shot, Floor(-1e-6, 0.2), friction, 1.0, thickness=0.0)
+    pull = settled(shot, floor(-1e-6, 0.2), friction, 1.0, thickness=0.0)
     weight = 9.81 * shot.hair.model.mass[2:, 0].sum()
     # The root is held, and the drag of 40/s at most 2 % of the weight here.
     assert pull == pytest.approx(friction * weight, rel=0.05, abs=0.01 * weight)
@@ -208,11 +170,11 @@ def test_a_post_that_turns_lets_through_what_theory_says(scene, straight, fricti
         np.stack([np.interp(np.linspace(0, along[-1], count + 1), along, path[:, c]) for c in range(3)], axis=1) + root
     )
     shot.state.positions[1:, :, :] = bent[:, :, None]
-    post = Post((root[0] + level, root[1] - radius - 1e-4), radius, 0.1)
-    pull = settled(shot, post, friction, 2.0)
+    centre = root[0] + level, root[1] - radius - 1e-4
+    pull = settled(shot, post(centre, radius, 0.1), friction, 2.0)
     axis, mass = shot.axis, shot.hair.model.mass[1:, 0]
     free = axis[:, 0] > root[0] + level + radius - 1e-3
-    below = 9.81 * mass[free & (axis[:, 1] < post.centre[1])].sum()
+    below = 9.81 * mass[free & (axis[:, 1] < centre[1])].sum()
     # The weight of the hair on the post is pulled along, too: dT/da = mu T + rho g R (cos a + mu sin a ...)
     line = mass[5] / segment * 9.81
     a, tension = np.linspace(0, np.pi / 2, 2001), below

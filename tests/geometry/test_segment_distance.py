@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from numba import njit
-from scipy.optimize import lsq_linear
 
 from hairpipe.geometry.segment_distance import closest_of, closest_on_segments
 
@@ -21,21 +20,6 @@ def _all(points, out):
 
 def of(*points):
     return closest(*(tuple(map(float, p)) for p in points))
-
-
-def test_against_bounded_least_squares():
-    """Least |w + s u - t v| for s, t of 0..1, by an active-set method."""
-    rng = np.random.default_rng(0)
-    for k in range(300):
-        a, b, c, d = rng.normal(size=(4, 3)) * 10.0 ** rng.uniform(-3, 1, (4, 1))
-        if k % 3 == 0:  # nearly parallel
-            d = c + (b - a) * rng.normal() + 10.0 ** rng.uniform(-9, -2) * rng.normal(size=3)
-        s, t, squared = of(a, b, c, d)
-        best = lsq_linear(np.stack([b - a, c - d], axis=1), c - a, (0, 1), method="bvls", tol=1e-15)
-        scale = np.abs([a, b, c, d]).max()
-        assert np.sqrt(squared) == pytest.approx(np.sqrt(2 * best.cost), abs=1e-7 * scale)
-        gap = a + s * (b - a) - c - t * (d - c)
-        assert np.linalg.norm(gap) == pytest.approx(np.sqrt(squared), abs=1e-14 * scale)
 
 
 def test_no_other_places_are_closer(brute):

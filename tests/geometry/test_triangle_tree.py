@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.optimize import minimize
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.triangle_tree import (
@@ -134,16 +133,6 @@ def test_weights_are_never_negative_on_thin_triangles():
         assert min(weights) >= 0 and sum(weights) == pytest.approx(1, abs=1e-14)
 
 
-def test_a_triangle_against_an_optimiser():
-    rng = np.random.default_rng(3)
-    for _ in range(20):
-        corners, point = rng.normal(size=(3, 3)), 2 * rng.normal(size=3)
-        bounds = {"type": "ineq", "fun": lambda w: [w[0], w[1], 1 - w[0] - w[1]]}
-        sides = corners[1:] - corners[0]
-        found = minimize(lambda w: ((point - corners[0] - w @ sides) ** 2).sum(), [0.3, 0.3], constraints=bounds)  # noqa: B023
-        assert closest_on_triangle(corners[None], 0, tuple(point))[0] == pytest.approx(found.fun, abs=1e-5)
-
-
 def test_weights_are_exactly_zero_outside_of_a_side():
     """Points beyond each side and each corner of random triangles, in their plane."""
     rng = np.random.default_rng(4)
@@ -193,12 +182,6 @@ def test_projections_name_triangles_of_the_mesh_though_some_have_no_area():
     assert sites.triangles[0] == 3 and distance[0] == pytest.approx(np.linalg.norm([2.5, 2.5, 3.0]))
 
 
-def test_projections_do_not_depend_on_threads(sphere, threads):
-    mesh = sphere(level=3)
-    points = np.random.default_rng(5).normal(size=(500, 3))
-    found = []
-    for count in (1, 2):
-        threads(count)
-        sites, distance = project(tree_over(mesh.points[mesh.triangles]), points)
-        found.append((*sites, distance))
-    assert all(np.array_equal(one, two) for one, two in zip(*found, strict=True))
+def test_projections_do_not_depend_on_threads(sphere, same_on_threads):
+    mesh, points = sphere(level=3), np.random.default_rng(5).normal(size=(500, 3))
+    same_on_threads(lambda: project(tree_over(mesh.points[mesh.triangles]), points))

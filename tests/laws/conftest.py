@@ -43,18 +43,3 @@ class System:
 @pytest.fixture
 def system():
     return System
-
-
-def gradient(energy, points, step):
-    """Central differences of an energy of points, (n, 3)."""
-    slope = np.zeros_like(points)
-    for i in np.ndindex(points.shape):
-        moved = np.zeros_like(points)
-        moved[i] = step
-        slope[i] = (energy(points + moved) - energy(points - moved)) / (2 * step)
-    return slope
-
-
-@pytest.fixture
-def negative_gradient():
-    return lambda energy, points, step=1e-6: -gradient(energy, points, step)

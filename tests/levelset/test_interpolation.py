@@ -7,7 +7,6 @@ from scipy.spatial.transform import Rotation
 
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.sample import (
-    Field,
     Interpolation,
     departure_points,
     distance,
@@ -174,13 +173,3 @@ def test_missing_velocity_of_a_frame_is_that_of_the_other(sphere):
         return brentq(lambda x: distance_between(0, *body.fields, a, DT, x, 0.0, 0.0), 0.3 + 1.2 * a, 0.9 + 1.2 * a)
 
     assert front(0.9) == pytest.approx(0.6 + 1.2 * 0.9, abs=0.02)
-
-
-def test_interpolations_are_found_by_name():
-    assert [Interpolation[name] for name in ("two_sided", "linear", "one_sided")] == [0, 1, 2]
-
-
-def test_a_field_shares_the_arrays_of_its_level_set(still):
-    assert isinstance(still.fields[0], Field)
-    surface = still.baked(0.0, 4.0)
-    assert field_of(surface).distance is surface.distance

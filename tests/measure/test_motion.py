@@ -116,19 +116,6 @@ def test_mismatched_inputs_are_refused():
         measure_points(hair, None, None, ())
 
 
-def test_it_is_the_weight_below():
-    hair = build_hair(HANGING, Material(), "network")
-    state = start(hair, None, Scene(sag_free=SagFree()))
-    weight = Material().line_density * 9.81
-    found = tensions(hair.layout, state)
-    assert sorted(strand for strand, _, _ in found) == list(range(11))
-    for strand, points, pulls in found:
-        assert points[0] == pytest.approx([0.0, 0.0, 0.01 * strand], abs=1e-12)
-        middles = 0.01 * (np.arange(20) + 0.5)
-        np.testing.assert_allclose(pulls, weight * (0.2 - middles), atol=0.03 * weight * 0.2)
-        assert pulls[0] == pytest.approx(weight * 0.195, rel=0.02)
-
-
 def test_a_chain_pulls_with_its_edges():
     hair = build_hair(HANGING, Material(), "chain")
     state = start(hair, None, Scene())

@@ -1,12 +1,11 @@
 """A curtain of straight hair that hangs from a plate, which can be moved about, and bodies known exactly."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from hairpipe.geometry.collider import FirstHit, SdfSample, Walk
 from hairpipe.geometry.rotations import root_frames
 from hairpipe.particles.links import LinkRule, link
 from hairpipe.particles.sampling import sample
@@ -15,6 +14,8 @@ from hairpipe.particles.simulate import ParticleSimulation, advance_frame, prepa
 from hairpipe.shot.shot import Frame
 from hairpipe.values import Groom, Mesh
 from hairpipe.values.hair import ParticleState
+
+from ..strand_scenes import Solid, around
 
 RULE = LinkRule(12, 0.5, 58.0, 24.0)
 FRAME = 1 / 24
@@ -52,29 +53,10 @@ def make_curtain(count=1000):
     return groom_of([root + down for root in roots])
 
 
-@dataclass
-class Ball:
-    """A ball that moves straight; a Collider."""
-
-    centre: np.ndarray
-    velocity: np.ndarray
-    radius: float = 0.04
-    band: float = 0.02
-
-    @property
-    def speed(self) -> float:
-        return float(np.linalg.norm(self.velocity))
-
-    def probe(self, points: np.ndarray, seconds: float, out: SdfSample, reach: np.ndarray | None = None) -> None:
-        ways = points - (self.centre + seconds * self.velocity)
-        sizes = np.linalg.norm(ways, axis=1)
-        nearer = sizes - self.radius < np.minimum(out.distance, self.band)
-        out.distance[nearer] = (sizes - self.radius)[nearer]
-        out.normal[nearer] = (ways / sizes[:, None])[nearer]
-        out.velocity[nearer] = self.velocity
-
-    def sweep(self, walk: Walk, start: float, end: float, out: FirstHit) -> None:
-        raise AssertionError("particles probe surfaces, and do not sweep along them")
+def make_ball(centre, velocity, radius=0.04):
+    """A ball that moves straight, which particles probe, and do not sweep along."""
+    speed = float(np.linalg.norm(velocity))
+    return Solid(lambda x, t: around(x - centre - t * velocity, radius), velocity, speed, band=0.02, swept=False)
 
 
 class Shot:
@@ -156,7 +138,7 @@ def place_plate():
 
 @pytest.fixture(scope="session")
 def ball():
-    return Ball
+    return make_ball
 
 
 @pytest.fixture(scope="session")

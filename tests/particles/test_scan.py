@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from hairpipe.engine import Time
-from hairpipe.errors import BadInput
 from hairpipe.laws.settings import Wind
 from hairpipe.nodes.carry_strands import carry_strands
 from hairpipe.nodes.sample_particles import sample_particles
@@ -38,15 +37,6 @@ def test_hair_follows_the_body_and_the_wind(curtain, place_plate):
     assert np.linalg.norm(blown[-1].directions, axis=1) == pytest.approx(1.0)
 
 
-def test_at_a_cut_hair_goes_with_its_body(curtain, place_plate):
-    particles, there = sample_particles(curtain, particles=300, sampling="even"), place_plate((5.0, 0.0, 0.0))
-    clouds = frames_of(particles, [place_plate(), place_plate(), there, there], cuts=(3,))
-    stays = frames_of(particles, 4 * [place_plate()])
-    assert np.abs(stays[2].points - stays[1].points).max() > 1e-3
-    for leapt, stayed in zip(clouds[2:], stays[2:], strict=True):
-        assert leapt.points == pytest.approx(stayed.points + np.array([5.0, 0.0, 0.0]), abs=1e-5)
-
-
 def test_over_a_cut_the_strands_that_they_carry_go_with_the_body_too(curtain, place_plate):
     particles, there = sample_particles(curtain, particles=300), place_plate((5.0, 0.0, 0.0))
     groom = take(curtain, np.arange(0, 1000, 50))
@@ -61,8 +51,3 @@ def test_over_a_cut_the_strands_that_they_carry_go_with_the_body_too(curtain, pl
     for one, other in zip(leapt[2:], stayed[2:], strict=True):
         assert one.points == pytest.approx(other.points + np.array([5.0, 0.0, 0.0]), abs=1e-5)
         assert one.velocities == pytest.approx(other.velocities, abs=1e-3)
-
-
-def test_a_groom_that_cannot_carry_so_many_is_refused_in_one_line(curtain):
-    with pytest.raises(BadInput, match="particles: 100000 particles on a groom of 41000 points"):
-        sample_particles(curtain, particles=100_000)

@@ -26,25 +26,12 @@ from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import advance_frame, start
 from hairpipe.values.hair import HairState
 
+from ..strand_scenes import Solid, around
 
-class Ball:
-    """A ball that goes along x from a place on that axis; a Collider."""
 
-    band = np.inf
-
-    def __init__(self, speed, begins=0.05):
-        self.speed, self.begins = speed, begins
-
-    def probe(self, points, seconds, out, reach=None):
-        away = points - [self.begins + self.speed * seconds, -0.06, -0.0333]
-        far = np.linalg.norm(away, axis=1)
-        near = far - 0.04 < out.distance
-        out.distance[near] = far[near] - 0.04
-        out.normal[near] = away[near] / far[near, None]
-        out.velocity[near] = [self.speed, 0.0, 0.0]
-
-    def sweep(self, walk, start, end, out):
-        pass
+def ball_at(speed, begins=0.05):
+    """A ball that goes along x from a place on that axis."""
+    return Solid(lambda x, t: around(x - [begins + speed * t, -0.06, -0.0333], 0.04), (speed, 0.0, 0.0), speed)
 
 
 EVERYTHING = Scene(
@@ -62,7 +49,7 @@ EVERYTHING = Scene(
 def tuft(scene, straight):
     """Run a tuft for so many frames; give its states."""
 
-    def run(frames, how=EVERYTHING, bodies=(Ball(0.5),), state=None, strands=12):  # noqa: B008 (it has no state)
+    def run(frames, how=EVERYTHING, bodies=(ball_at(0.5),), state=None, strands=12):  # noqa: B008 (it has no state)
         roots = np.random.default_rng(7).normal(scale=2e-3, size=(strands, 3)) * [1, 0, 1]
         shot = scene([straight(0.1, 12, [1, 0.2 * k / strands, 0.1]) + root for k, root in enumerate(roots)])
         shot.scene = how
@@ -81,12 +68,8 @@ MOST_THREADS = numba.config.NUMBA_NUM_THREADS  # pyright: ignore[reportPrivateIm
 
 @pytest.mark.skipif(MOST_THREADS < 2, reason="needs two threads")
 @pytest.mark.parametrize(("frames", "strands"), [(3, 12), (1, 400)], ids=["few strands", "many chunks of points"])
-def test_threads_change_no_bit(tuft, threads, frames, strands):
-    found = []
-    for count in (1, 2):
-        threads(count)
-        found.append([digest(state) for state in tuft(frames, strands=strands)])
-    assert found[0] == found[1]
+def test_threads_change_no_bit(tuft, same_on_threads, frames, strands):
+    same_on_threads(lambda: tuft(frames, strands=strands))
 
 
 def test_a_run_that_is_resumed_gives_the_same_bytes(tuft, tmp_path):
@@ -110,7 +93,7 @@ def test_absent_interactions_have_no_effect(tuft):
     """A body out of reach, and stiction and collisions of hair too far apart to meet."""
     alone = tuft(2, Scene(air=Air(Drag(2.0)), strain=StrainLimit(), steps=StepControl(longest=1 / 120)), bodies=())
     far = replace(EVERYTHING, stiction=Stiction(reach=1e-6, release=2e-6), collisions=Collisions(Thickness(1.1e-6)))
-    met = tuft(2, replace(far, wind=None, contact=BodyContact(thickness=1e-6)), bodies=[Ball(0.0, 5.0)])
+    met = tuft(2, replace(far, wind=None, contact=BodyContact(thickness=1e-6)), bodies=[ball_at(0.0, 5.0)])
     for one, other in zip(met, alone, strict=True):
         np.testing.assert_allclose(one.positions, other.positions, atol=1e-9)
         np.testing.assert_allclose(one.velocities, other.velocities, atol=1e-7)
@@ -123,7 +106,7 @@ def test_prescribed_ends_are_at_their_places(scene, straight):
     shot = scene([straight(0.1, 12, [1, 0, 0.1 * k]) for k in range(4)])
     groom, offsets = shot.hair.groom, shot.hair.layout.offsets
     drawn = Track((0.0, 0.125), ((0.0, 0.0, 0.0), (0.006, 0.0, 0.0)))
-    still, ball = Track(), Ball(0.0)
+    still, ball = Track(), ball_at(0.0)
     shot.state = start(shot.hair, drive(groom, 0.0, still, None, drawn, None), EVERYTHING)
     for frame in range(4):
         before, after = (drive(groom, time / 24, still, None, drawn, None) for time in (frame, frame + 1))

@@ -10,7 +10,6 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hairpipe.graphs.experiments.studies.integrators.cost import order_of
 from hairpipe.graphs.experiments.studies.integrators.follow import RATE, follow
 from hairpipe.graphs.experiments.studies.integrators.trial import Trial
 from hairpipe.laws.settings import Scheme
@@ -56,12 +55,3 @@ def test_the_default_is_accurate_at_its_step():
     """On a coarse strand: the graph of this experiment has the fine one."""
     found = errors(SHAKE, Scheme())
     assert found[COUNTS == 10] < 0.3 and found[COUNTS == 5] < 1.2
-
-
-def test_order_is_fitted_to_errors_that_are_neither_lost_nor_rounding():
-    steps = np.array([1.0, 0.3, 0.1, 0.03, 0.01, 1e-4])
-    errors = 15.0 * steps**1.7
-    assert order_of(steps[1:-1], errors[1:-1]) == pytest.approx(1.7)
-    errors[0], errors[-1] = 90.0, 7e-3
-    assert order_of(steps, errors) == pytest.approx(1.7)
-    assert np.isnan(order_of(steps[:3], np.array([90.0, 5.0, 1.0])))

@@ -1,14 +1,16 @@
 """Impulses between coupled strands against one dense solve."""
 
+from functools import cache
 from typing import NamedTuple
 
-import numba
 import numpy as np
 import pytest
 
 from hairpipe.geometry.simd_vec4 import WHOLE
 from hairpipe.solve.conjugate_gradients import MOST, solve
 from hairpipe.solve.couplings import Couplings, coupling_rows, find_incidence, multiply_across
+
+from ..contact.coupled_strands import own_matrix, whole_matrix
 
 POINTS, STRANDS, LENGTH, MASS = 14, 10, 6e-3, 4e-8
 """Of a strand, strands; of a segment [m], of a point [kg]: real hair, 8 cm."""
@@ -67,41 +69,36 @@ def strand_matrix(x, h):
     return A
 
 
-@pytest.fixture
-def bundle(dense):
-    """Give a bundle with connections of a stiffness [N/m], about six to a segment, in a step h [s]."""
-    whole_matrix, own_matrix = dense
-
-    def make(stiffness, h):
-        rng = np.random.default_rng(3)
-        total = POINTS * STRANDS
-        directions = [0, -1, 0] + 0.2 * rng.normal(size=(STRANDS, 3))
-        roots = 1e-3 * rng.random((STRANDS, 3))
-        steps = LENGTH * directions / np.linalg.norm(directions, axis=1)[:, None]
-        x = roots[:, None] + np.arange(POINTS)[:, None] * steps[:, None]
-        strands = np.zeros((3 * total, 3 * total))
-        for s in range(STRANDS):
-            rows = slice(3 * POINTS * s, 3 * POINTS * (s + 1))
-            strands[rows, rows] = strand_matrix(x[s], h)
-        at, other, level = np.meshgrid(range(STRANDS), range(1, 7), range(POINTS - 1), indexing="ij")
-        at, level, other = at.ravel(), level.ravel(), (at.ravel() + other.ravel()) % STRANDS
-        keep = at < other
-        pairs = np.stack([at * POINTS + level, other * POINTS + level], axis=1)[keep].astype(np.int32)
-        n = rng.normal(size=(len(pairs), 3))
-        n /= np.linalg.norm(n, axis=1)[:, None]
-        strength = np.tile(np.float32([h * h * stiffness, 0.0]), (len(pairs), 1))
-        fractions, n = np.rint(rng.random((len(pairs), 2)) * WHOLE) / WHOLE, np.trunc(n * WHOLE) / WHOLE
-        acts = np.full(len(pairs), stiffness > 0.0)
-        exerted = np.concatenate([np.zeros((len(pairs), 3)), n, strength], axis=1)
-        couplings = Couplings(pairs, fractions, acts, exerted)
-        sides = coupling_rows(couplings, find_incidence(pairs, total))
-        own = own_matrix(sides.diagonal, sides.following)
-        forces = np.repeat(rng.normal(size=(STRANDS, 1, 3)), POINTS, axis=1).ravel() * MASS * 300.0 * h
-        held = np.zeros((STRANDS, POINTS, 3), bool)
-        held[:, :2] = True
-        return Bundle(strands, couplings, whole_matrix(couplings, total) - own, own, forces, held.ravel())
-
-    return make
+@cache
+def bundle(stiffness, h):
+    """Make a bundle with connections of a stiffness [N/m], about six to a segment, in a step h [s]."""
+    rng = np.random.default_rng(3)
+    total = POINTS * STRANDS
+    directions = [0, -1, 0] + 0.2 * rng.normal(size=(STRANDS, 3))
+    roots = 1e-3 * rng.random((STRANDS, 3))
+    steps = LENGTH * directions / np.linalg.norm(directions, axis=1)[:, None]
+    x = roots[:, None] + np.arange(POINTS)[:, None] * steps[:, None]
+    strands = np.zeros((3 * total, 3 * total))
+    for s in range(STRANDS):
+        rows = slice(3 * POINTS * s, 3 * POINTS * (s + 1))
+        strands[rows, rows] = strand_matrix(x[s], h)
+    at, other, level = np.meshgrid(range(STRANDS), range(1, 7), range(POINTS - 1), indexing="ij")
+    at, level, other = at.ravel(), level.ravel(), (at.ravel() + other.ravel()) % STRANDS
+    keep = at < other
+    pairs = np.stack([at * POINTS + level, other * POINTS + level], axis=1)[keep].astype(np.int32)
+    n = rng.normal(size=(len(pairs), 3))
+    n /= np.linalg.norm(n, axis=1)[:, None]
+    strength = np.tile(np.float32([h * h * stiffness, 0.0]), (len(pairs), 1))
+    fractions, n = np.rint(rng.random((len(pairs), 2)) * WHOLE) / WHOLE, np.trunc(n * WHOLE) / WHOLE
+    acts = np.full(len(pairs), stiffness > 0.0)
+    exerted = np.concatenate([np.zeros((len(pairs), 3)), n, strength], axis=1)
+    couplings = Couplings(pairs, fractions, acts, exerted)
+    sides = coupling_rows(couplings, find_incidence(pairs, total))
+    own = own_matrix(sides.diagonal, sides.following)
+    forces = np.repeat(rng.normal(size=(STRANDS, 1, 3)), POINTS, axis=1).ravel() * MASS * 300.0 * h
+    held = np.zeros((STRANDS, POINTS, 3), bool)
+    held[:, :2] = True
+    return Bundle(strands, couplings, whole_matrix(couplings, total) - own, own, forces, held.ravel())
 
 
 def error(x, exact):
@@ -113,7 +110,7 @@ STEPS = [6e-4, 1 / 240, 1 / 60]
 
 @pytest.mark.parametrize("stiffness", [1.5e-3, 1.0, 100.0])
 @pytest.mark.parametrize("h", STEPS)
-def test_the_default_tolerance_leaves_less_than_a_thousandth(bundle, stiffness, h):
+def test_the_default_tolerance_leaves_less_than_a_thousandth(stiffness, h):
     case = bundle(stiffness, h)
     x, exchange = case.solve()
     assert error(x, case.exact()) < 1e-3 and exchange.error <= 1e-3
@@ -133,7 +130,7 @@ def test_the_default_tolerance_leaves_less_than_a_thousandth(bundle, stiffness, 
         (100.0, 1 / 60, 50, 200),
     ],
 )
-def test_own_blocks_in_the_factors_save_iterations(bundle, stiffness, h, own, without):
+def test_own_blocks_in_the_factors_save_iterations(stiffness, h, own, without):
     """So many are enough for 1 % with them, and so many are not without: the trend of the survey's table."""
     case = bundle(stiffness, h)
     exact = case.exact()
@@ -141,21 +138,21 @@ def test_own_blocks_in_the_factors_save_iterations(bundle, stiffness, h, own, wi
     assert error(case.solve(0.0, without, own=False)[0], exact) > 1e-2
 
 
-def test_every_iteration_comes_nearer(bundle):
+def test_every_iteration_comes_nearer():
     case = bundle(1.0, 1 / 240)
     exact, P = case.exact(), case.strands + case.own + case.across
     energies = [(x - exact) @ P @ (x - exact) for x in (case.solve(0.0, most)[0] for most in range(25))]
     assert np.all(np.diff(energies) < 0)
 
 
-def test_uncoupled_systems_need_no_iteration(bundle):
+def test_uncoupled_systems_need_no_iteration():
     case = bundle(0.0, 1 / 240)
     x, exchange = case.solve()
     assert exchange.iterations == 0 and exchange.error == 0.0 and not exchange.impulses.any()
     assert error(x, case.exact()) < 1e-12
 
 
-def test_a_strand_that_is_lost_is_as_if_held_and_spares_the_others(bundle):
+def test_a_strand_that_is_lost_is_as_if_held_and_spares_the_others():
     case = bundle(1.0, 1 / 240)
     lost = np.zeros_like(case.held)
     lost[3 * POINTS * 5 : 3 * POINTS * 6] = True
@@ -176,18 +173,19 @@ def test_a_strand_that_is_lost_is_as_if_held_and_spares_the_others(bundle):
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -50.0])
-def test_a_matrix_that_is_none_ends_finite(bundle, bad):
+def test_a_matrix_that_is_none_ends_finite(bad):
     case = bundle(1.0, 1 / 240)
     with np.errstate(invalid="ignore"):
         _, exchange = case._replace(across=bad * case.across).solve()
     assert np.isfinite(exchange.impulses).all() and exchange.iterations <= MOST
 
 
-def test_threads_change_no_bit(offsets, random_couplings, threads):
+def test_threads_change_no_bit(offsets, random_couplings, same_on_threads):
     points = int(offsets[-1]) * 4
     couplings = random_couplings(np.array([0, points], np.int32), 9000)
     sides = coupling_rows(couplings, find_incidence(couplings.segments, points))
     heavy = 2.0 * sides.diagonal.sum(axis=1)[:, None] + 1.0
+    alone = np.random.default_rng(2).normal(size=(points, 3))
 
     def respond(r, z):
         z[:] = r / heavy
@@ -195,9 +193,5 @@ def test_threads_change_no_bit(offsets, random_couplings, threads):
     def multiply(v, start, out):
         multiply_across(sides, v, start, out)
 
-    found = []
-    for number in (1, numba.get_num_threads()):
-        threads(number)
-        found.append(solve(respond, multiply, np.random.default_rng(2).normal(size=(points, 3)), np.ones(points), 1e-5))
-    assert 5 < found[0].iterations < MOST
-    assert found[0].iterations == found[1].iterations and np.array_equal(found[0].impulses, found[1].impulses)
+    found = same_on_threads(lambda: solve(respond, multiply, alone.copy(), np.ones(points), 1e-5))
+    assert 5 < found.iterations < MOST

@@ -3,7 +3,6 @@
 import warnings
 from dataclasses import replace
 
-import numba
 import numpy as np
 import pytest
 
@@ -186,16 +185,10 @@ def test_a_strand_that_is_not_finite_does_not_take_others_along(scene, straight)
     np.testing.assert_array_equal(initial.tensions[..., 1], found.tensions[..., 1])
 
 
-def test_result_does_not_depend_on_threads_or_other_strands(sag_free, straight):
+def test_result_does_not_depend_on_threads_or_other_strands(sag_free, straight, same_on_threads):
     strands = [straight(0.02 * (i + 1), 25, [1, 0.1 * i, 0]) for i in range(12)]
-    threads = numba.get_num_threads()
     wanted = SagFree(unstable="settle")
-    many = sag_free(strands, wanted).run(1 / 24).points
-    try:
-        numba.set_num_threads(1)
-        np.testing.assert_array_equal(sag_free(strands, wanted).run(1 / 24).points, many)
-    finally:
-        numba.set_num_threads(threads)
+    many = same_on_threads(lambda: sag_free(strands, wanted).run(1 / 24).points)
     for i in (0, 5, 11):
         np.testing.assert_array_equal(sag_free([strands[i]], wanted).run(1 / 24).points, many[26 * i : 26 * (i + 1)])
 

@@ -3,7 +3,6 @@
 import warnings
 from dataclasses import replace
 
-import numba
 import numpy as np
 import pytest
 
@@ -56,10 +55,11 @@ def test_no_force_is_left(settled, straight):
     assert np.all(found.left <= STILL)
 
 
-def test_it_is_where_the_simulation_comes_to_rest(settled, scene, straight):
+@pytest.mark.parametrize("model", ["network", "chain"])
+def test_it_is_where_the_simulation_comes_to_rest(settled, scene, straight, model):
     strands = [straight(0.1, 25, [1, 0, 0]), straight(0.3, 25, [1, -0.3, 0])]
-    hair, found = settled(strands)
-    axis = scene(strands, drag=15.0).run(6.0).axis
+    hair, found = settled(strands, model=model)
+    axis = scene(strands, drag=15.0, model=model).run(6.0).axis
     np.testing.assert_allclose(hair.layout.axis(found.positions), axis, atol=1e-4)
 
 
@@ -95,16 +95,13 @@ def test_moving_strands_are_named(settled, straight):
     np.testing.assert_array_equal(again.positions[..., 0], found.positions[..., 0])
 
 
-def test_it_depends_neither_on_threads_nor_on_other_strands(settled, straight):
+def test_it_depends_neither_on_threads_nor_on_other_strands(settled, straight, same_on_threads):
     strands = [straight(0.02 * (i + 1), 25, [1, 0.1 * i, 0]) for i in range(12)]
-    threads = numba.get_num_threads()
-    hair, found = settled(strands)
-    many = hair.layout.axis(found.positions)
-    try:
-        numba.set_num_threads(1)
-        np.testing.assert_array_equal(hair.layout.axis(settled(strands)[1].positions), many)
-    finally:
-        numba.set_num_threads(threads)
+
+    def points_of(strands):
+        hair, found = settled(strands)
+        return hair.layout.axis(found.positions)
+
+    many = same_on_threads(lambda: points_of(strands))
     for i in (0, 5, 11):
-        alone, found = settled([strands[i]])
-        np.testing.assert_array_equal(alone.layout.axis(found.positions), many[26 * i : 26 * (i + 1)])
+        np.testing.assert_array_equal(points_of([strands[i]]), many[26 * i : 26 * (i + 1)])

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from numba import get_num_threads, set_num_threads
 
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.chart.sections import section_of
@@ -52,16 +51,8 @@ def test_hair_moved_by_cells_has_its_density_moved(random_hair):
     assert there.length.tobytes() == here.length.tobytes() and there.velocity.tobytes() == here.velocity.tobytes()
 
 
-def test_it_is_the_same_on_any_number_of_threads(random_hair):
-    threads, found = get_num_threads(), []
-    try:
-        for count in (1, min(2, threads)):
-            set_num_threads(count)
-            found.append(density_of(random_hair, CELL))
-    finally:
-        set_num_threads(threads)
-    assert found[0].length.tobytes() == found[1].length.tobytes()
-    assert found[0].velocity.tobytes() == found[1].velocity.tobytes()
+def test_it_is_the_same_on_any_number_of_threads(random_hair, same_on_threads):
+    same_on_threads(lambda: density_of(random_hair, CELL))
 
 
 def test_no_straight_hair_is_lost_by_rounding():

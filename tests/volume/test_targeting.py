@@ -4,7 +4,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from numba import get_num_threads, set_num_threads
 
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.measure.target import energy
@@ -87,15 +86,8 @@ def test_a_target_moves_from_one_frame_to_the_next():
     assert np.abs(between(one, two, 0.0).length).sum() == pytest.approx(one.length.sum(), rel=1e-13)
 
 
-def test_it_is_the_same_on_any_number_of_threads():
-    threads, found = get_num_threads(), []
-    try:
-        for count in (1, min(2, threads)):
-            set_num_threads(count)
-            found.append(attraction(led(bundle(0.1)), grids_of(bundle(0.6)), RATE, 1 / 96))
-    finally:
-        set_num_threads(threads)
-    assert found[0].tobytes() == found[1].tobytes()
+def test_it_is_the_same_on_any_number_of_threads(same_on_threads):
+    same_on_threads(lambda: attraction(led(bundle(0.1)), grids_of(bundle(0.6)), RATE, 1 / 96))
 
 
 def test_invalid_targets_are_refused():

@@ -5,28 +5,18 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy.spatial import ConvexHull
 
-from hairpipe.laws.coulomb import slide
 from hairpipe.laws.settings import Scheme
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.sample import Interpolation
-from hairpipe.values import Mesh
 
 CENTRE, RADIUS = np.array([0.04, -0.06, -0.0333]), 0.05
 
 
 @pytest.fixture(scope="module")
-def ball():
-    i = np.arange(600) + 0.5
-    polar, around = np.arccos(1 - 2 * i / 600), np.pi * (1 + 5**0.5) * i
-    unit = np.stack([np.cos(around) * np.sin(polar), np.sin(around) * np.sin(polar), np.cos(polar)], axis=1)
-    hull = ConvexHull(unit).simplices
-    a, b, c = (unit[hull[:, k]] for k in range(3))
-    inwards = np.sum(np.cross(b - a, c - a) * a, axis=1) < 0
-    hull[inwards] = hull[inwards][:, ::-1]
-    return bake(Mesh(CENTRE + RADIUS * unit, hull.astype(np.int32), np.zeros((600, 3))), 0.004, 6.0)
+def ball(sphere):
+    return bake(sphere(RADIUS, CENTRE), 0.004, 6.0)
 
 
 def still(surface):
@@ -100,13 +90,3 @@ def test_a_body_that_comes_before_the_first_frame_has_no_hair_in_it_there(scene,
     for before, after in pairwise(moving):
         led.run(1 / 24, bodies=[build_collider_field(before, after, 1 / 24, Interpolation.two_sided)])
     assert (_depth(led.axis) > 1e-3).sum() == 0
-
-
-def test_friction_removes_at_most_its_share_of_sliding():
-    n = np.array([0.0, 1.0, 0.0])
-    u = np.array([0.3, -0.5, 0.4])
-    for mu, left in ((0.0, 0.5), (0.4, 0.3), (1.0, 0.0), (5.0, 0.0)):
-        after = np.array(slide(tuple(u), tuple(n), 0.5, mu))
-        np.testing.assert_allclose(after @ n, 0.0, atol=1e-15)
-        np.testing.assert_allclose(np.linalg.norm(after), left, atol=1e-12)
-        np.testing.assert_allclose(np.cross(after, [0.3, 0, 0.4]), 0.0, atol=1e-12)

@@ -6,34 +6,25 @@ import pytest
 from hairpipe.contact.body import ProbeCache, share_gap
 from hairpipe.geometry.collider import SdfSample
 
+from ...strand_scenes import Solid
+
 THICK = 1e-3
 
 
-class Plate:
+def plate(height, up):
     """A half space below or above a height [m] that does not move."""
-
-    def __init__(self, height, up):
-        self.height, self.up = height, up
-
-    def probe(self, points, seconds, out):
-        distance = self.up * (points[:, 1] - self.height)
-        near = distance < out.distance
-        out.distance[near] = distance[near]
-        out.normal[near] = [0.0, self.up, 0.0]
-
-    def sweep(self, walk, start, end, out):
-        raise AssertionError("points that are moved out of surfaces do not sweep along them")
+    return Solid(lambda x, _: (up * (x[:, 1] - height), [0.0, up, 0.0]), swept=False)
 
 
 def settle(gap, start, kept, rounds=50):
     """Where points end that are moved out of the nearest of two plates, again and again, (P,) [m]."""
-    plates = [Plate(0.0, 1.0), Plate(gap, -1.0)]
+    plates = [plate(0.0, 1.0), plate(gap, -1.0)]
     points = np.column_stack([0 * start, start, 0 * start])
     thickness = np.full(len(start), THICK)
     for _ in range(rounds):
         probe = SdfSample.blank(len(points), 0.1)
-        for plate in plates:
-            plate.probe(points, 0.0, probe)
+        for one in plates:
+            one.probe(points, 0.0, probe)
         room = share_gap(points, 0.0, plates, probe, thickness, kept)
         points[:, 1] += np.maximum(room - probe.distance, 0.0) * probe.normal[:, 1]
     return points[:, 1]
@@ -48,10 +39,10 @@ def test_points_come_to_rest_in_the_middle(gap):
 
 def test_where_there_is_room_nothing_changes():
     points = np.array([[0.0, y, 0.0] for y in (-2e-3, 2e-4, 1e-3, 9.5e-3, 5e-3)])
-    plates, kept = [Plate(0.0, 1.0), Plate(1e-2, -1.0)], np.full(5, THICK)
+    plates, kept = [plate(0.0, 1.0), plate(1e-2, -1.0)], np.full(5, THICK)
     probe = SdfSample.blank(5, 0.1)
-    for plate in plates:
-        plate.probe(points, 0.0, probe)
+    for one in plates:
+        one.probe(points, 0.0, probe)
     np.testing.assert_array_equal(share_gap(points, 0.0, plates, probe, kept, kept), kept)
 
 
@@ -64,10 +55,10 @@ def test_points_that_keep_more_from_one_side_share_the_room():
 
 def test_held_roots_inside_a_body_are_accepted():
     points, nothing = np.array([[0.0, -1e-3, 0.0]]), np.zeros(1)
-    plates = [Plate(0.0, 1.0), Plate(-1e-4, -1.0)]
+    plates = [plate(0.0, 1.0), plate(-1e-4, -1.0)]
     probe = SdfSample.blank(1, 0.1)
-    for plate in plates:
-        plate.probe(points, 0.0, probe)
+    for one in plates:
+        one.probe(points, 0.0, probe)
     assert np.isfinite(share_gap(points, 0.0, plates, probe, nothing, nothing)).all()
 
 

@@ -1,6 +1,5 @@
 """Contact springs of hair: energy, Coulomb's law, symmetry, and what a contact remembers."""
 
-import numba
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -156,15 +155,9 @@ def test_turned_hair_gets_turned_pushes(heap):
     np.testing.assert_allclose(matrices(two), expected, atol=1e-9 * np.abs(expected).max())
 
 
-def test_threads_do_not_matter(heap):
+def test_threads_do_not_matter(heap, same_on_threads):
     points, velocities, pairs = heap
-    many, threads = couplings_of(pairs, points, velocities), numba.get_num_threads()
-    numba.set_num_threads(1)
-    try:
-        one = couplings_of(pairs, points, velocities)
-    finally:
-        numba.set_num_threads(threads)
-    assert (one.push == many.push).all() and (matrices(one) == matrices(many)).all()
+    same_on_threads(lambda: couplings_of(pairs, points, velocities))
 
 
 def test_pairs_of_inactive_strands_are_excluded(heap):

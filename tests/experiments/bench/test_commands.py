@@ -34,10 +34,6 @@ def test_progress_is_not_a_result(monkeypatch, bench):
     assert json.loads(result.stdout)["tables"] == {"kernels": [{"kernel": "solve", "median [ns a particle]": 44.04}]}
 
 
-def test_an_unknown_benchmark_is_refused(bench):
-    assert bench("everything").exit_code == 2
-
-
 def test_a_table_that_is_wider_than_the_screen_is_whole(monkeypatch, bench):
     monkeypatch.setenv("COLUMNS", "40")
     shares = {f"{name} [s]": 10.25 for name in ("strands", "search", "stiction", "coupling", "collisions", "body")}

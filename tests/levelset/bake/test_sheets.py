@@ -196,9 +196,5 @@ def test_a_thickness_beyond_the_samples_is_refused(thickness):
         bake_sheets(None, collar(), VOXEL, HALF_WIDTH, "fill", thickness)
 
 
-def test_sheets_do_not_depend_on_threads(sphere, threads):
-    found = []
-    for count in (1, 2):
-        threads(count)
-        found.append(bake_sheets(sphere(0.1, level=3), collar(), VOXEL, HALF_WIDTH, "fill", None))
-    assert np.array_equal(found[0].distance, found[1].distance) and np.array_equal(*(f.velocity for f in found))
+def test_sheets_do_not_depend_on_threads(sphere, same_on_threads):
+    same_on_threads(lambda: bake_sheets(sphere(0.1, level=3), collar(), VOXEL, HALF_WIDTH, "fill", None))

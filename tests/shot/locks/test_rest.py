@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.spatial import ConvexHull
 
 from hairpipe.levelset.bake import bake
 from hairpipe.values import Mesh
@@ -19,17 +18,11 @@ def still(time):
 
 
 @pytest.fixture(params=["free", "ball"])
-def surfaces(request):
+def surfaces(request, sphere):
     """Nothing, or a ball that the bundle sinks onto."""
     if request.param == "free":
         return ()
-    i = np.arange(400) + 0.5
-    polar, around = np.arccos(1 - i / 200), np.pi * (1 + 5**0.5) * i
-    unit = np.stack([np.cos(around) * np.sin(polar), np.sin(around) * np.sin(polar), np.cos(polar)], axis=1)
-    hull = ConvexHull(unit).simplices
-    inwards = np.linalg.det(unit[hull]) < 0
-    hull[inwards] = hull[inwards][:, ::-1]
-    ball = bake(Mesh(CENTRE + RADIUS * unit, hull.astype(np.int32), np.zeros(unit.shape)), 0.004, 6.0)
+    ball = bake(sphere(RADIUS, CENTRE), 0.004, 6.0)
     return ((ball, ball),)
 
 

@@ -11,6 +11,8 @@ from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.interface import StiffnessPart, least_pivot
 from hairpipe.strands.material import Diameter, Material, VariedMaterial
 
+from ...laws.checks import check_law
+
 EXTENDED = np.longdouble
 PLACES = 0, 11, 21, 30
 
@@ -76,31 +78,14 @@ def dense_of(A):
     return (dense + np.triu(dense, 1).T)[:28, :28]
 
 
-@pytest.fixture(scope="module")
-def steps():
-    return np.eye(28, dtype=EXTENDED)
-
-
 @pytest.fixture
 def bent(scene, straight):
     return Bent(scene, straight)
 
 
-def test_forces_are_the_negative_gradient_of_the_energy(bent, steps):
-    slope = np.array([(bent.energy_at(1e-7 * d) - bent.energy_at(-1e-7 * d)) / 2e-7 for d in steps], float)
-    np.testing.assert_allclose(bent.b[1:-1, :, 0].reshape(-1), -slope, rtol=1e-6, atol=1e-7 * np.abs(slope).max())
-
-
-def test_the_tangent_is_the_second_derivative_of_the_energy(bent, steps):
-    dense = dense_of(bent.A)
-    h, E = EXTENDED(1e-6), bent.energy_at
-    found = np.array(
-        [
-            [(E(h * (a + b)) - E(h * (a - b)) - E(h * (b - a)) + E(-h * (a + b))) / (4 * h * h) for a in steps]
-            for b in steps
-        ]
-    )
-    np.testing.assert_allclose(dense, found.astype(float), rtol=1e-6, atol=1e-7 * np.abs(dense).max())
+def test_forces_and_tangent_are_the_derivatives_of_the_energy(bent):
+    force, steps = bent.b[1:-1, :, 0].reshape(-1), (1e-7, 1e-6)
+    check_law(bent.energy_at, lambda _: force, dense_of(bent.A), np.zeros(28), steps=steps, free=False)
 
 
 def test_inner_forces_have_neither_resultant_nor_moment(bent):

@@ -51,17 +51,17 @@ ENGINE: dict[str, tuple[str, ...]] = {
 
 """Files of `hairpipe/engine`, and tests in `tests/engine`."""
 LAWS: dict[str, tuple[str, ...]] = {
-    "adhesion.py": ("test_contact_laws.py", "../contact/hair/test_stiction.py"),
-    "altitude.py": ("test_altitude.py", "test_selection.py"),
+    "adhesion.py": ("../contact/hair/test_stiction.py",),
+    "altitude.py": ("test_altitude.py",),
     "bend_twist.py": ("test_bend_twist.py",),
     "bending.py": ("test_bending.py",),
     "coulomb.py": ("test_coulomb.py",),
     "drag.py": ("test_drag.py",),
     "fold_preservation.py": ("test_fold_preservation.py",),
-    "goal.py": ("test_contact_laws.py",),
+    "goal.py": ("../shot/test_pull.py",),
     "gusts.py": ("test_gusts.py",),
     "pressure.py": ("test_pressure.py",),
-    "repulsion.py": ("test_contact_laws.py",),
+    "repulsion.py": ("../contact/hair/test_repulsion.py",),
     "strain_limit.py": ("test_strain_limit.py",),
     "stretch.py": ("test_spring.py",),
 }

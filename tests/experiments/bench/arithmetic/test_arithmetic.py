@@ -1,14 +1,11 @@
 """Machine code is read, and what kernels do is counted."""
 
-from typing import NamedTuple
-
 import numpy as np
 import pytest
 from numba import njit
 
-from hairpipe.geometry import simd
 from hairpipe.geometry.simd import load, maximum, select, sqrt, store
-from hairpipe.graphs.experiments.bench.arithmetic.assembly import Arithmetic, assembly_of, count_arithmetic
+from hairpipe.graphs.experiments.bench.arithmetic.assembly import Arithmetic, count_arithmetic
 from hairpipe.graphs.experiments.bench.arithmetic.counting import Work, count_work
 from hairpipe.graphs.experiments.bench.strands import hang, machine_code, one_block
 from hairpipe.solve.implicit_stage import run_stage
@@ -28,29 +25,6 @@ CODE = """
 def test_arithmetic_is_distinguished_from_other_instructions():
     assert count_arithmetic(CODE.splitlines()) == Arithmetic(zmm=2, ymm=1, xmm=1, scalar=2)
     assert count_arithmetic(CODE.splitlines()).packed == pytest.approx(4 / 6)
-
-
-@njit
-def _lanes(a):
-    for i in range(len(a)):
-        x = load(a, (i,))
-        store(a, (i,), x * x + 3.0)
-
-
-@njit
-def _numbers(a):
-    x = a[0, 0]
-    for i in range(a.shape[0]):
-        x = x * x + a[i, 0]
-    return x
-
-
-def test_vectors_and_numbers_are_distinguished():
-    code = {
-        kernel: count_arithmetic(assembly_of(kernel, np.ones((4, 8))).splitlines()) for kernel in (_lanes, _numbers)
-    }
-    assert code[_lanes].packed == 1.0 and code[_lanes].scalar == 0
-    assert code[_numbers].packed < 0.5
 
 
 def test_a_solve_computes_in_vectors():
@@ -84,21 +58,6 @@ def test_operations_and_bytes_are_those_of_the_source():
     _kernel(a, compiled, 2)
     np.testing.assert_array_equal(out, compiled)
     assert Work(12, 32).per(2) == Work(6, 16)
-
-
-class _Pair(NamedTuple):
-    a: np.ndarray
-    out: np.ndarray
-
-
-@njit
-def _first_of(pair, i):
-    simd.store(pair.out, (i,), load(pair.a, (i,)) * 2.0)
-
-
-def test_arrays_of_a_tuple_count_too():
-    pair = _Pair(np.ones((2, 16), np.float32), np.ones((2, 16), np.float32))
-    assert count_work(_first_of, pair, 1) == Work(1, 8)
 
 
 def test_a_solve_in_python_gives_the_same_numbers():
