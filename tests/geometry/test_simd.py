@@ -10,6 +10,7 @@ import pytest
 from numba import njit
 from numba.core.errors import TypingError
 
+from hairpipe.geometry import simd_vec4
 from hairpipe.geometry.compile import Inlined, inlined
 from hairpipe.geometry.simd import (
     WIDTH,
@@ -25,17 +26,6 @@ from hairpipe.geometry.simd import (
     sqrt,
     store,
     width,
-)
-from hairpipe.geometry.simd_vec4 import (
-    WHOLE,
-    dot,
-    dot_in_all,
-    item,
-    last_in_all,
-    load_four,
-    load_short_four,
-    store_four,
-    zeros,
 )
 
 KINDS = pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -194,25 +184,25 @@ def test_a_kernel_read_back_rounds_like_one_just_compiled(tmp_path):
 
 @njit
 def _project(parts, v, out):
-    d, v = load_short_four(parts, 1), load_four(v, 2)
-    result = zeros() + dot(d, v) * d - item(d, 3) * v
+    d, v = simd_vec4.load_short_four(parts, 1), simd_vec4.load_four(v, 2)
+    result = simd_vec4.zeros() + simd_vec4.dot(d, v) * d - simd_vec4.item(d, 3) * v
     for place in range(3):
-        out[place] = item(result, place)
+        out[place] = simd_vec4.item(result, place)
 
 
 def test_it_multiplies_vectors_and_numbers():
     rng = np.random.default_rng(0)
     parts, v, out = np.int16([7, -32767, 32767, 4711, 16384]), rng.normal(size=6).astype(np.float32), np.empty(3)
-    d, s = parts[1:4] / WHOLE, parts[4] / WHOLE
+    d, s = parts[1:4] / simd_vec4.WHOLE, parts[4] / simd_vec4.WHOLE
     _project(parts, v, out)
     np.testing.assert_allclose(out, d * (d @ v[2:5]) - s * v[2:5], rtol=1e-5)
 
 
 @njit
 def _spread(v, out):
-    four = load_four(v, 1)
-    store_four(out, 0, dot_in_all(four, load_four(v, 2)))
-    store_four(out, 5, last_in_all(four))
+    four = simd_vec4.load_four(v, 1)
+    simd_vec4.store_four(out, 0, simd_vec4.dot_in_all(four, simd_vec4.load_four(v, 2)))
+    simd_vec4.store_four(out, 5, simd_vec4.last_in_all(four))
 
 
 def test_a_sum_and_the_last_number_are_in_all_four_and_are_written_where_they_belong():

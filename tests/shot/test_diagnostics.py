@@ -9,15 +9,8 @@ from hairpipe.laws.settings import Collisions, StrainLimit
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.sample import Interpolation
+from hairpipe.shot import simulate
 from hairpipe.shot.shot import Frame
-from hairpipe.shot.simulate import (
-    StrandSimulation,
-    warn_of_deep_roots,
-    warn_of_growth,
-    warn_of_stretch,
-    warn_of_sweep,
-    warn_of_weight,
-)
 from hairpipe.strands.material import Material
 
 
@@ -33,24 +26,24 @@ def test_roots_deeper_than_a_segment_are_named(shot, box):
     block = bake(box((-0.2, -0.2, -0.2), (0.2, 0.005, 0.2)), 0.01, 3.0)
     body = [build_collider_field(block, block, 1 / 24, Interpolation.two_sided)]
     with pytest.warns(UserWarning, match=r"1 of 3 roots .* the deepest by 35 mm: strands 1 \(roots on the skin"):
-        warn_of_deep_roots(shot.hair, shot.state.positions, body)
+        simulate.warn_of_deep_roots(shot.hair, shot.state.positions, body)
     shot.state.positions[:, 1, 1] += 0.03
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        warn_of_deep_roots(shot.hair, shot.state.positions, body)
+        simulate.warn_of_deep_roots(shot.hair, shot.state.positions, body)
 
 
 def test_the_largest_stretch_is_named_once_and_again_when_it_has_grown(shot):
     x, scene = shot.state.positions, shot.scene
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert warn_of_stretch(shot.hair, x, scene, 7, 1.0) == 1.0
+        assert simulate.warn_of_stretch(shot.hair, x, scene, 7, 1.0) == 1.0
     x[-1, :, 2:] += 1.3 * (x[-1, :, 2:] - x[-3, :, 2:])  # the last strand fills its block
     with pytest.warns(UserWarning, match=r"strand 2 is stretched to 2.3 times its length at frame 7, .* 1.02"):
-        reported = warn_of_stretch(shot.hair, x, scene, 7, 1.0)
+        reported = simulate.warn_of_stretch(shot.hair, x, scene, 7, 1.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert warn_of_stretch(shot.hair, x, scene, 8, reported) == reported
+        assert simulate.warn_of_stretch(shot.hair, x, scene, 8, reported) == reported
     assert reported == pytest.approx(2.3)
 
 
@@ -61,7 +54,7 @@ def grow(groom, body, factors):
     for frame in range(1, len(bodies)):
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            size = warn_of_growth(groom, (bodies[frame - 1], bodies[frame]), frame, *size)
+            size = simulate.warn_of_growth(groom, (bodies[frame - 1], bodies[frame]), frame, *size)
         messages += [str(warning.message) for warning in caught]
     return messages, size[0]
 
@@ -79,7 +72,7 @@ def test_skin_that_grows_is_named_at_first_and_when_it_has_grown_much_more(shot)
 
 def test_a_shot_names_skin_that_grows(shot):
     larger = replace(shot.body, points=1.2 * shot.body.points)
-    simulation = StrandSimulation(shot.hair, shot.scene)
+    simulation = simulate.StrandSimulation(shot.hair, shot.scene)
     with pytest.warns(UserWarning, match="has grown by 20 % .*at frame 1, and hair keeps its length"):
         state = simulation.advance(shot.state, Frame((shot.body, larger), (), (), 0.0, 1 / 24))
     assert state.grown == state.grown_reported == pytest.approx(1.2)
@@ -87,11 +80,11 @@ def test_a_shot_names_skin_that_grows(shot):
 
 def test_the_published_solver_of_contact_is_warned_of(shot):
     with pytest.warns(UserWarning, match=r'"sweep" adds energy to strands that rest on each other .*"coupled"'):
-        warn_of_sweep(replace(shot.scene, collisions=Collisions(solver="sweep")))
+        simulate.warn_of_sweep(replace(shot.scene, collisions=Collisions(solver="sweep")))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        warn_of_sweep(replace(shot.scene, collisions=Collisions()))
-        warn_of_sweep(shot.scene)
+        simulate.warn_of_sweep(replace(shot.scene, collisions=Collisions()))
+        simulate.warn_of_sweep(shot.scene)
 
 
 @pytest.mark.parametrize("model", ["network", "rod"])
@@ -102,8 +95,8 @@ def test_strands_that_their_weight_stretches_beyond_the_limit_are_named(scene, s
     with pytest.warns(
         UserWarning, match=r"the weight of 1 strands stretches them by up to 0.0\d+, .*: strands 1 \(a lar"
     ):
-        warn_of_weight(shot.hair, shot.scene)
+        simulate.warn_of_weight(shot.hair, shot.scene)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for limit in (StrainLimit(0.06), None):
-            warn_of_weight(shot.hair, replace(shot.scene, strain=limit))
+            simulate.warn_of_weight(shot.hair, replace(shot.scene, strain=limit))

@@ -11,17 +11,9 @@ import pytest
 from hairpipe.engine.store.store import Output, Record
 from hairpipe.engine.worker.machine_code import FOLDER_DIGITS
 from hairpipe.errors import BadInput
-from hairpipe.graphs.experiments.bench.engine import dask_cluster, engine, first_use
+from hairpipe.graphs.experiments.bench.engine import dask_cluster, engine, first_frame, first_use
 from hairpipe.graphs.experiments.bench.engine.engine import Sizes, difference, measure_engine
 from hairpipe.graphs.experiments.bench.engine.engine_shot import EACH, SCAN, ToyRun, ToyShot, toy_shot
-from hairpipe.graphs.experiments.bench.engine.first_frame import (
-    IMPORTS,
-    NUMBA,
-    PYTHON,
-    SECOND,
-    Clock,
-    measure_first_frame,
-)
 from hairpipe.graphs.experiments.bench.engine.first_use import kernels_in
 from hairpipe.graphs.experiments.bench.engine.traffic import measure_traffic, traffic_of
 
@@ -110,7 +102,7 @@ def test_a_scheduler_that_does_not_start_is_named(monkeypatch, tmp_path):
 def test_a_phase_is_counted_without_the_phases_within_it(monkeypatch):
     now = iter([0.0, 1.0, 3.0, 7.0])
     monkeypatch.setattr("time.process_time", lambda: next(now))
-    clock = Clock()
+    clock = first_frame.Clock()
     with clock.phase("outer"):
         clock.counted("inner", lambda: None)()
     assert clock.seconds == {"outer": 5.0, "inner": 2.0}
@@ -118,10 +110,10 @@ def test_a_phase_is_counted_without_the_phases_within_it(monkeypatch):
 
 @pytest.mark.slow
 def test_a_new_process_is_measured(shot):
-    cases = measure_first_frame(shot.path, {}, "sum").tables["phases"]
+    cases = first_frame.measure_first_frame(shot.path, {}, "sum").tables["phases"]
     phases = {case["phase"]: case["processor [s]"] for case in cases}
-    assert phases[PYTHON] > 0 and phases[NUMBA] > 0
-    assert {IMPORTS, SECOND} <= phases.keys()
+    assert phases[first_frame.PYTHON] > 0 and phases[first_frame.NUMBA] > 0
+    assert {first_frame.IMPORTS, first_frame.SECOND} <= phases.keys()
 
 
 def test_kernels_are_named_by_module_and_function(tmp_path):

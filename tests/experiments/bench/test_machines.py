@@ -8,13 +8,6 @@ from hairpipe.formats.hdf5 import digest_file
 from hairpipe.graphs.experiments.bench.machine import Machine
 from hairpipe.graphs.experiments.bench.machines import parity, trials
 from hairpipe.graphs.experiments.bench.machines.fault_list import FAULTS, Fault, do_nothing
-from hairpipe.graphs.experiments.bench.machines.trials import (
-    held,
-    try_machines,
-    verdict_of,
-    violations_of,
-    without_places,
-)
 from hairpipe.graphs.experiments.bench.report import Report
 
 MACHINE = Machine("A Processor", 2, {"numba": "1.2"})
@@ -40,13 +33,13 @@ def test_faults_are_of_all_kinds_and_have_different_names():
 )
 def test_violations_are_named(codes, lines, extra, found):
     fault = Fault("child killed", "local", "add_up 4", do_nothing, lost=1, code=1, lines=2)
-    assert violations_of(fault, codes, lines, extra) == found
+    assert trials.violations_of(fault, codes, lines, extra) == found
 
 
 def test_messages_contain_no_port_and_no_folder_of_a_trial():
     message = "move@1: tcp://127.0.0.1:4321 has another store, or none, at /a/hairpipe-machines-x1/1/store (mount)"
-    assert without_places(message) == "move@1: tcp://127.0.0.1 has another store, or none, at ... (mount)"
-    assert without_places("No space left on device: '/a/hairpipe-machines-x1/store/h.part'") == (
+    assert trials.without_places(message) == "move@1: tcp://127.0.0.1 has another store, or none, at ... (mount)"
+    assert trials.without_places("No space left on device: '/a/hairpipe-machines-x1/store/h.part'") == (
         "No space left on device: '...'"
     )
 
@@ -56,10 +49,10 @@ def test_faults_end_as_required_and_a_loss_that_is_not_allowed_is_found():
     killed = BY_TITLE["local, frame of a scan: child killed"]
     stale = BY_TITLE["local, frame of a scan: two runs, one with stale listings"]
     said = []
-    report = try_machines(said.append, digest_file, [killed, stale, killed._replace(lost=0)])
+    report = trials.try_machines(said.append, digest_file, [killed, stale, killed._replace(lost=0)])
     first, second, third = report.tables["faults"]
     assert (first["violation"], second["violation"]) == ("", ""), report
-    assert third["violation"] == "1 evaluations more than undisturbed, 0 lost" and not held(report)
+    assert third["violation"] == "1 evaluations more than undisturbed, 0 lost" and not trials.held(report)
     assert (first["exit code"], first["next exit codes"], first["lines"]) == (1, "0", 2)
 
 
@@ -69,7 +62,7 @@ def test_a_fault_that_this_machine_does_not_allow_is_not_tried(monkeypatch, tmp_
 
     monkeypatch.setattr(Fault, "scene", refuse)
     case = trials.try_fault(FAULTS[0], tmp_path, trials.Truth({}, 0), digest_file)
-    assert case is None and verdict_of(case) == "not tried"
+    assert case is None and trials.verdict_of(case) == "not tried"
 
 
 WEDGE = """schema = 1

@@ -11,13 +11,6 @@ import hairpipe.graphs.experiments.validation.validation as validation
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.figures.file import read_results
 from hairpipe.graphs.experiments.table.checks import checked
-from hairpipe.graphs.experiments.validation.validation import (
-    PREFIX,
-    ROWS,
-    collecting_node,
-    measured_rows,
-    shipped_validations,
-)
 from hairpipe.values.table import table_of_rows
 
 from ...app.cli.conftest import hairpipe  # noqa: F401
@@ -164,7 +157,7 @@ TABLE = table_of_rows(("case", "error [%]"), [("a", -3.0), ("a", 1.0), ("b", 2.0
 def validations(tmp_path_factory):
     """The shipped validations by name."""
     cache = tmp_path_factory.mktemp("validations") / "cache"
-    return {name: package.load(name, cache=cache) for name in shipped_validations()}
+    return {name: package.load(name, cache=cache) for name in validation.shipped_validations()}
 
 
 def checks_of(shot, node):
@@ -175,7 +168,7 @@ def checks_of(shot, node):
 def test_every_row_has_cases_with_bounds_and_a_source(validations):
     rows, cases = [], 0
     for shot in validations.values():
-        for check in checks_of(shot, ROWS):
+        for check in checks_of(shot, validation.ROWS):
             settings = check.settings
             assert check.type.name == CHECK
             assert len(check.edges) == len(settings["cases"]) == len(settings["allowed"])
@@ -188,23 +181,25 @@ def test_every_row_has_cases_with_bounds_and_a_source(validations):
 
 def test_every_check_is_collected(validations):
     for shot in validations.values():
-        known = {node.name for node in checks_of(shot, ROWS)}
+        known = {node.name for node in checks_of(shot, validation.ROWS)}
         assert known == {node.name for node in shot.nodes.values() if node.type.name == CHECK}
 
 
 def test_a_short_run_is_a_part_of_all_rows_and_short(validations):
     results = 0
     for shot in validations.values():
-        node = collecting_node(shot, quick=True)
+        node = validation.collecting_node(shot, quick=True)
         if node is not None:
-            assert {check.name for check in checks_of(shot, node)} <= {check.name for check in checks_of(shot, ROWS)}
+            assert {check.name for check in checks_of(shot, node)} <= {
+                check.name for check in checks_of(shot, validation.ROWS)
+            }
             results += len(shot.plan(to=node))
-            assert measured_rows(shot, node) == []
+            assert validation.measured_rows(shot, node) == []
     assert 0 < results <= MOST_QUICK_RESULTS
 
 
 def test_validations_have_names_of_their_own():
-    names = [name.removeprefix(PREFIX) for name in shipped_validations()]
+    names = [name.removeprefix(validation.PREFIX) for name in validation.shipped_validations()]
     assert len(set(names)) == len(names) and "statics" in names
 
 

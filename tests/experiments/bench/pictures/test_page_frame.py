@@ -9,22 +9,11 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.pictures import page_frame
-from hairpipe.graphs.experiments.bench.pictures.page_frame import (
-    ASKED,
-    BEGUN,
-    EDITED,
-    RECEIVED,
-    SHOWN,
-    Way,
-    measure_page_frame,
-    measured,
-    values_of,
-)
 
 
 def measured_tables(path, target) -> list[list[dict[str, Any]]]:
     """Tables of a report."""
-    return [*measure_page_frame(str(path), {}, target, "sum").tables.values()]
+    return [*page_frame.measure_page_frame(str(path), {}, target, "sum").tables.values()]
 
 
 @pytest.mark.slow
@@ -43,7 +32,16 @@ def test_parts_of_an_edit_are_its_whole(shot, monkeypatch):
     monkeypatch.setattr(page_frame, "ask", timed)
     pages, server = measured_tables(shot.path, "seed.value")
     parts = {case["part"]: case["time [s]"] for case in pages}
-    assert parts.keys() > {EDITED, ASKED, BEGUN, "node seed", "node move", "node sum", RECEIVED, SHOWN}
+    assert parts.keys() > {
+        page_frame.EDITED,
+        page_frame.ASKED,
+        page_frame.BEGUN,
+        "node seed",
+        "node move",
+        "node sum",
+        page_frame.RECEIVED,
+        page_frame.SHOWN,
+    }
     whole, around = wholes[-1]
     assert sum(parts.values()) == pytest.approx(whole, abs=1e-6) and whole <= around
     assert sum(case["share [%]"] for case in pages) == pytest.approx(100.0)
@@ -64,7 +62,7 @@ def test_parts_of_an_edit_are_its_whole(shot, monkeypatch):
 def test_numbers_of_edits_are_all_different(shot):
     def values(target, **settings):
         draft: Any = SimpleNamespace(shot=SimpleNamespace(graph=shot.load(**settings)))
-        return [float(text) for text in islice(values_of(draft, target), 9)]
+        return [float(text) for text in islice(page_frame.values_of(draft, target), 9)]
 
     for value in (0.0, -2.5, 1000.0):
         assert len({value, *values("seed.value", seed__value=value)}) == 10
@@ -75,4 +73,4 @@ def test_an_edit_without_a_new_result_is_refused():
     shot = SimpleNamespace(plan=lambda *frames, to: SimpleNamespace(records={}))
     session: Any = SimpleNamespace(frames=None, draft=SimpleNamespace(shot=shot))
     with pytest.raises(BadInput, match=r"seed\.value: the edit changes no result of 'sum'"):
-        measured(session, lambda text: [0.0] * 5, Way("sum", 1, "seed.value"), "2")
+        page_frame.measured(session, lambda text: [0.0] * 5, page_frame.Way("sum", 1, "seed.value"), "2")

@@ -7,27 +7,10 @@ from scipy.special import jv
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.curl import Helix, wound
-from hairpipe.graphs.experiments.studies.accuracy import spiral
+from hairpipe.graphs.experiments.studies.accuracy import helix, ring, spiral
 from hairpipe.graphs.experiments.studies.accuracy.cantilever import cantilever_table
 from hairpipe.graphs.experiments.studies.accuracy.column import GREENHILL, column_table, is_stable
 from hairpipe.graphs.experiments.studies.accuracy.fan import fan_table, fanned
-from hairpipe.graphs.experiments.studies.accuracy.helix import (
-    helix_table,
-    spring_of_rod,
-    spring_of_strand,
-    turns,
-)
-from hairpipe.graphs.experiments.studies.accuracy.helix import (
-    rod_of as rod_of_curl,
-)
-from hairpipe.graphs.experiments.studies.accuracy.ring import (
-    buckling_twist,
-    closed,
-    ring_motions,
-    ring_table,
-    ringed,
-    twisted_on,
-)
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample, Spiral
 from hairpipe.graphs.experiments.studies.accuracy.specimen import (
     forces,
@@ -99,20 +82,20 @@ def test_frequencies_are_those_of_the_rod(model):
 def test_the_rod_of_a_curl_runs_through_its_points():
     curl = Helix(radius=0.01, pitch=0.02)
     points = wound(curl, 0.1, 20)
-    rod, clamp = rod_of_curl(Sample(), curl, points)
+    rod, clamp = helix.rod_of(Sample(), curl, points)
     np.testing.assert_allclose(hang_rod(rod, clamp).points[-1], points[-1], atol=1e-7)
 
 
 def test_a_finely_divided_curl_is_as_stiff_as_the_rod():
-    table = helix_table(Sample(length=0.05), Helix(radius=0.02, pitch=0.02), [40], [1.0], 1)
+    table = helix.helix_table(Sample(length=0.05), Helix(radius=0.02, pitch=0.02), [40], [1.0], 1)
     assert abs(table["stiffness error [%]"][0]) < 5 and abs(table["sag error [%]"][0]) < 5
 
 
 @pytest.mark.parametrize(("curl", "length", "segments"), [((0.015, 0.03), 0.3, 25), ((0.004, 0.008), 0.133, 50)])
 def test_a_coarse_curl_is_as_stiff_whichever_way_it_faces_and_is_wound(curl, length, segments):
     sample, points = Sample(length=length), wound(Helix(*curl), length, segments)
-    stiff = spring_of_rod(*rod_of_curl(sample, Helix(*curl), points))
-    found = [spring_of_strand(specimen_of(sample, points @ turn.T), turn[:, 2]) for turn in turns(5)]
+    stiff = helix.spring_of_rod(*helix.rod_of(sample, Helix(*curl), points))
+    found = [helix.spring_of_strand(specimen_of(sample, points @ turn.T), turn[:, 2]) for turn in helix.turns(5)]
     np.testing.assert_allclose(found, found[0], rtol=1e-7)  # the stiffness is differenced
     assert found[0] == pytest.approx(stiff, rel=0.05)
 
@@ -230,7 +213,7 @@ COUNT, TWIST = 8, 2.0
 @pytest.mark.parametrize("model", ["rod", "network"])
 def test_a_ring_is_closed_and_its_segments_keep_their_length(model):
     specimen = straight_specimen(Sample(model=model), COUNT)
-    axis = ringed(specimen, TWIST)[specimen.shape.axis]
+    axis = ring.ringed(specimen, TWIST)[specimen.shape.axis]
     np.testing.assert_allclose(axis[-2:].mean(axis=0), axis[0], atol=1e-12)
     chord = 2 * np.sin(np.pi * specimen.segment / held_length(specimen)) * held_length(specimen) / (2 * np.pi)
     np.testing.assert_allclose(np.linalg.norm(np.diff(axis[:-2], axis=0), axis=1), chord, rtol=1e-12)
@@ -239,8 +222,8 @@ def test_a_ring_is_closed_and_its_segments_keep_their_length(model):
 def test_a_twisted_ring_carries_the_torque_of_the_theory():
     def error(count: int) -> float:
         specimen = straight_specimen(Sample(model="rod"), count)
-        pose = twisted_on(specimen, closed(specimen), 0.0, TWIST)
-        at = balance(specimen, pose, specimen.nothing(), ring_motions(specimen))
+        pose = ring.twisted_on(specimen, ring.closed(specimen), 0.0, TWIST)
+        at = balance(specimen, pose, specimen.nothing(), ring.ring_motions(specimen))
         torque = -forces(specimen, at.pose)[-specimen.shape.clamped, 3] * specimen.lever
         return abs(torque * held_length(specimen) / (specimen.material.torsion * TWIST) - 1)
 
@@ -250,7 +233,7 @@ def test_a_twisted_ring_carries_the_torque_of_the_theory():
 
 def test_the_point_opposite_stays_in_the_plane():
     specimen = straight_specimen(Sample(model="rod"), COUNT)
-    free = ring_motions(specimen).reshape(*specimen.nothing().shape, -1)
+    free = ring.ring_motions(specimen).reshape(*specimen.nothing().shape, -1)
     opposite = np.arange(len(free))[specimen.shape.axis][COUNT // 2]
     assert free[opposite].any(axis=1).tolist() == [True, False, True, True]
 
@@ -258,8 +241,10 @@ def test_the_point_opposite_stays_in_the_plane():
 @pytest.mark.kernels
 def test_a_ring_buckles_at_the_twist_of_michell():
     material = Sample().material
-    assert buckling_twist(material.bending, material.torsion) == pytest.approx(10.8828 * (1 + material.poisson), 1e-5)
-    coarse, fine = (abs(row[4]) for row in ring_table(Sample(model="rod"), [10, 20]).rows())
+    assert ring.buckling_twist(material.bending, material.torsion) == pytest.approx(
+        10.8828 * (1 + material.poisson), 1e-5
+    )
+    coarse, fine = (abs(row[4]) for row in ring.ring_table(Sample(model="rod"), [10, 20]).rows())
     assert fine < 10.0 and fine < coarse / 2
 
 
