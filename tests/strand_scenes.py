@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
 from hairpipe.geometry.rotations import root_frames
 from hairpipe.laws.settings import Air, Drag, Scheme, StepControl, StrainLimit
@@ -69,6 +70,17 @@ def around(ways, radius):
     """Distances and normals of a ball, by the ways of points from its centre."""
     far = np.linalg.norm(ways, axis=1)
     return far - radius, ways / far[:, None]
+
+
+def even_ball(centre, radius, count):
+    """A ball whose corners are spread evenly, at rest."""
+    i = np.arange(count) + 0.5
+    polar, turn = np.arccos(1 - 2 * i / count), np.pi * (1 + 5**0.5) * i
+    unit = np.stack([np.cos(turn) * np.sin(polar), np.sin(turn) * np.sin(polar), np.cos(polar)], axis=1)
+    hull = ConvexHull(unit).simplices
+    inwards = np.linalg.det(unit[hull]) < 0
+    hull[inwards] = hull[inwards][:, ::-1]
+    return Mesh(np.array(centre) + radius * unit, hull.astype(np.int32), np.zeros(unit.shape))
 
 
 class Shot:

@@ -11,12 +11,14 @@ from hairpipe.levelset.bake import bake
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.sample import Interpolation
 
+from ...strand_scenes import even_ball
+
 CENTRE, RADIUS = np.array([0.04, -0.06, -0.0333]), 0.05
 
 
 @pytest.fixture(scope="module")
-def ball(sphere):
-    return bake(sphere(RADIUS, CENTRE), 0.004, 6.0)
+def ball():
+    return bake(even_ball(CENTRE, RADIUS, 600), 0.004, 6.0)
 
 
 def still(surface):

@@ -11,6 +11,7 @@ from hairpipe.app.tune.study import Interrupted
 from hairpipe.engine.worker.machine_code import TABLE
 from hairpipe.graphs.experiments.bench import contact, core, faults
 from hairpipe.graphs.experiments.bench.machine import Machine
+from hairpipe.graphs.experiments.bench.machines import parity, trials
 from hairpipe.graphs.experiments.bench.report import Report
 from hairpipe.graphs.experiments.bench.scene_commands import PROGRAM
 from hairpipe.graphs.experiments.scenes import needs, promises
@@ -49,15 +50,24 @@ def test_a_table_that_is_wider_than_the_screen_is_whole(monkeypatch, bench):
     assert ["1,000,000", "locks", "2", "118", *["10.2"] * 6] in lines
 
 
-@pytest.mark.parametrize(("found", "code"), [([], 0), (["kill 3: other results"], 1)])
-def test_faults_are_a_table_and_an_exit_code(bench, monkeypatch, found, code):
-    count = faults.Count("kill", "coordinator")
-    for fault in ["", *found]:
-        count.add(fault)
-    tables = {"trials": [count.case], "faults": [{"fault": fault} for fault in found]}
+@pytest.mark.parametrize(("violation", "code"), [("", 0), ("other bytes", 1)])
+def test_campaigns_are_a_table_and_an_exit_code(bench, monkeypatch, violation, code):
+    count, case = faults.Count("kill", "coordinator"), {"fault": "child killed", "violation": violation}
+    count.add(violation)
+    tables = {"trials": [count.case], "faults": [case] if violation else [], "ways": [case]}
+    chosen = []
+
+    def try_machines(echo, check, faults):
+        chosen.append([fault.what for fault in faults])
+        return Report("x", MACHINE, {"faults": [case]})
+
     monkeypatch.setattr(faults, "try_faults", lambda echo, check, seed: Report("faults", MACHINE, tables))
-    result = bench("faults --seed 7")
-    assert result.exit_code == code and all(fault in result.stdout for fault in found)
+    monkeypatch.setattr(trials, "try_machines", try_machines)
+    monkeypatch.setattr(parity, "compare_ways", lambda echo, check: Report("x", MACHINE, tables))
+    for command in ("faults --seed 7", "machines --only stale", "parity --json"):
+        result = bench(command)
+        assert result.exit_code == code and violation in result.stdout
+    assert chosen == [["two runs, one with stale listings"]]
     assert json.loads(bench("faults --json").stdout)["tables"]["trials"][0]["faults"] == code
 
 

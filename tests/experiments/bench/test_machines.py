@@ -8,7 +8,6 @@ from hairpipe.formats.hdf5 import digest_file
 from hairpipe.graphs.experiments.bench.machine import Machine
 from hairpipe.graphs.experiments.bench.machines import parity, trials
 from hairpipe.graphs.experiments.bench.machines.fault_list import FAULTS, Fault, do_nothing
-from hairpipe.graphs.experiments.bench.report import Report
 
 MACHINE = Machine("A Processor", 2, {"numba": "1.2"})
 BY_TITLE = {fault.title: fault for fault in FAULTS}
@@ -91,21 +90,6 @@ def test_ways_agree_and_a_difference_is_found(tmp_path, monkeypatch):
     assert first["violation"] == second["violation"] == "" and second["commands"] > 1
     assert first["evaluated"] == second["evaluated"] > 4
     assert third["violation"] == "other results; other objects; other counts" and not parity.agree(report)
-
-
-@pytest.mark.parametrize(("violation", "code"), [("", 0), ("other bytes", 1)])
-def test_benches_are_a_table_and_an_exit_code(bench, monkeypatch, violation, code):
-    case = {"fault": "child killed", "violation": violation}
-    tables = {"faults": [case], "ways": [case]}
-    chosen = []
-    monkeypatch.setattr(
-        trials, "try_machines", lambda echo, check, faults: chosen.append(faults) or Report("x", MACHINE, tables)
-    )
-    monkeypatch.setattr(parity, "compare_ways", lambda echo, check: Report("x", MACHINE, tables))
-    result = bench("machines --only stale")
-    assert result.exit_code == code and "child killed" in result.stdout
-    assert [fault.what for fault in chosen[0]] == ["two runs, one with stale listings"]
-    assert bench("parity --json").exit_code == code
 
 
 def test_parity_without_openjd_is_one_message(monkeypatch):

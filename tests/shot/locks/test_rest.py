@@ -8,6 +8,7 @@ import pytest
 from hairpipe.levelset.bake import bake
 from hairpipe.values import Mesh
 
+from ...strand_scenes import even_ball
 from .bundle import CORNERS, SCENE, build_bundle, shot
 
 CENTRE, RADIUS = np.array([0.06, -0.012, -0.031]), 0.03
@@ -18,11 +19,11 @@ def still(time):
 
 
 @pytest.fixture(params=["free", "ball"])
-def surfaces(request, sphere):
+def surfaces(request):
     """Nothing, or a ball that the bundle sinks onto."""
     if request.param == "free":
         return ()
-    ball = bake(sphere(RADIUS, CENTRE), 0.004, 6.0)
+    ball = bake(even_ball(CENTRE, RADIUS, 400), 0.004, 6.0)
     return ((ball, ball),)
 
 
