@@ -142,9 +142,3 @@ def hair():
 def few_hairs():
     """Give the same of hair that is soon looked through."""
     return tangle(60, 10, 3)
-
-
-@pytest.fixture
-def brute():
-    """Give the functions that list all pairs, and their distances."""
-    return every_pair, distances_of

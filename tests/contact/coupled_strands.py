@@ -1,13 +1,12 @@
 """Strands that are coupled anywhere, and the same couplings as one dense matrix."""
 
 import numpy as np
-import pytest
 
 from hairpipe.geometry.simd_vec4 import WHOLE
 from hairpipe.solve.couplings import Couplings, matrices
 
-LENGTHS = [2, 5, 9, 3, 1800, 700]
-"""Points of the strands; together more than one chunk of any kernel."""
+OFFSETS = np.cumsum([0, 2, 5, 9, 3, 1800, 700]).astype(np.int32)
+"""Of points of strands; together more than one chunk of any kernel."""
 
 
 def segments_of(offsets):
@@ -45,36 +44,20 @@ def own_matrix(diagonal, following):
     return A
 
 
-@pytest.fixture
-def dense():
-    """Give the functions that make dense matrices: of all terms, and of own blocks."""
-    return whole_matrix, own_matrix
-
-
-@pytest.fixture
-def offsets():
-    return np.concatenate([[0], np.cumsum(LENGTHS)]).astype(np.int32)
-
-
-@pytest.fixture
-def random_couplings():
-    """Give couplings between random segments, neighbours of one strand among them, most of which act.
+def random_couplings(offsets, count, seed=0):
+    """Couplings between random segments, neighbours of one strand among them, most of which act.
 
     Their numbers are as precise as kernels keep them.
     """
-
-    def make(offsets, count, seed=0):
-        rng = np.random.default_rng(seed)
-        candidates = segments_of(offsets)
-        pairs = np.sort(np.stack([rng.choice(candidates, 2, replace=False) for _ in range(count)]), axis=1)
-        pairs[:3] = [[candidates[-2], candidates[-1]], [candidates[1], candidates[2]], [candidates[0], candidates[-1]]]
-        fractions = rng.random((count, 2))
-        fractions[3:5] = [[0.0, 1.0], [1.0, 0.0]]
-        d = rng.normal(size=(count, 3))
-        d /= np.linalg.norm(d, axis=1)[:, None]
-        acts, push = rng.random(count) < 0.9, rng.normal(size=(count, 3))
-        kept = np.rint(fractions * WHOLE) / WHOLE, np.trunc(d * WHOLE) / WHOLE
-        strength = rng.random((count, 2)).astype(np.float32)
-        return Couplings(pairs, kept[0], acts, np.concatenate([push, kept[1], strength], axis=1))
-
-    return make
+    rng = np.random.default_rng(seed)
+    candidates = segments_of(offsets)
+    pairs = np.sort(np.stack([rng.choice(candidates, 2, replace=False) for _ in range(count)]), axis=1)
+    pairs[:3] = [[candidates[-2], candidates[-1]], [candidates[1], candidates[2]], [candidates[0], candidates[-1]]]
+    fractions = rng.random((count, 2))
+    fractions[3:5] = [[0.0, 1.0], [1.0, 0.0]]
+    d = rng.normal(size=(count, 3))
+    d /= np.linalg.norm(d, axis=1)[:, None]
+    acts, push = rng.random(count) < 0.9, rng.normal(size=(count, 3))
+    kept = np.rint(fractions * WHOLE) / WHOLE, np.trunc(d * WHOLE) / WHOLE
+    strength = rng.random((count, 2)).astype(np.float32)
+    return Couplings(pairs, kept[0], acts, np.concatenate([push, kept[1], strength], axis=1))

@@ -1,7 +1,6 @@
 """Rods of two points, thrown about, and the pairs that they make, found without the searches of the house."""
 
 import numpy as np
-import pytest
 
 from hairpipe.geometry.segments import Pairs
 
@@ -29,6 +28,11 @@ def closest(points, segments):
     rows = np.arange(len(best))
     fractions = np.stack([np.stack(both, 1) for both in tries])[best, rows]
     return fractions, gaps[best, rows]
+
+
+def segments_of(rods):
+    """The first points of so many rods."""
+    return np.arange(0, 2 * rods, 2)
 
 
 def pairs_within(points, segments, reach):
@@ -64,24 +68,8 @@ def jacobian(pairs, points):
     return J.reshape(-1, 3 * points)
 
 
-@pytest.fixture
-def rods():
-    """Give functions: throw rods, the segments of a number of rods, find their pairs."""
-    return thrown, (lambda count: np.arange(0, 2 * count, 2)), pairs_within
-
-
-@pytest.fixture
-def jacobian_of():
-    return jacobian
-
-
-@pytest.fixture
-def cross():
-    """Give two rods of 10 mm that cross in the middle, one at a height [m] over the other, and their one pair."""
-
-    def make(height):
-        points = np.array([[-5e-3, height, 0.0], [5e-3, height, 0.0], [0.0, 0.0, -5e-3], [0.0, 0.0, 5e-3]])
-        segments = np.array([[0, 2]], np.int32)
-        return points, Pairs(segments, *closest(points, segments))
-
-    return make
+def cross(height):
+    """Two rods of 10 mm that cross in the middle, one at a height [m] over the other, and their one pair."""
+    points = np.array([[-5e-3, height, 0.0], [5e-3, height, 0.0], [0.0, 0.0, -5e-3], [0.0, 0.0, 5e-3]])
+    segments = np.array([[0, 2]], np.int32)
+    return points, Pairs(segments, *closest(points, segments))

@@ -1,3 +1,3 @@
 """Scenes of segments, for what searches them."""
 
-from ..segment_scenes import brute, few_hairs, hair, scene  # noqa: F401
+from ..segment_scenes import few_hairs, hair, scene  # noqa: F401

@@ -8,6 +8,8 @@ from hairpipe.geometry.proximity import CROSS, approaches, closest_pairs, near_p
 from hairpipe.geometry.segment_distance import closest_of
 from hairpipe.geometry.segments import empty_pairs, key_of, within
 
+from ..segment_scenes import distances_of, every_pair
+
 ROUNDING = 1e-9
 
 
@@ -15,10 +17,10 @@ def keys(pairs):
     return set(key_of(np.asarray(pairs)).tolist())
 
 
-def test_none_missing_none_extra(scene, brute):
+def test_none_missing_none_extra(scene):
     points, offsets, reach = scene
-    i, j = brute[0](offsets)
-    distances = brute[1](points, i, j)
+    i, j = every_pair(offsets)
+    distances = distances_of(points, i, j)
     all_pairs, blur = np.stack([i, j], axis=1), ROUNDING * np.abs(points).max()
     found = near_pairs(points, offsets, reach)
     assert keys(all_pairs[distances <= reach - blur]) <= keys(found.segments)

@@ -6,10 +6,7 @@ from numba import njit
 
 from hairpipe.geometry.segment_distance import closest_of, closest_on_segments
 
-
-@njit
-def closest(a, b, c, d):
-    return closest_on_segments(a, b, c, d)
+from ..segment_scenes import distances_of
 
 
 @njit
@@ -19,10 +16,10 @@ def _all(points, out):
 
 
 def of(*points):
-    return closest(*(tuple(map(float, p)) for p in points))
+    return closest_on_segments(*(tuple(map(float, p)) for p in points))
 
 
-def test_no_other_places_are_closer(brute):
+def test_no_other_places_are_closer():
     """Nearly parallel, coplanar, touching and short ones, beside independent formulas; a hundred thousand of them."""
     rng = np.random.default_rng(1)
     points = rng.normal(size=(100_000, 4, 3))
@@ -35,7 +32,7 @@ def test_no_other_places_are_closer(brute):
     found = np.empty((len(points), 3))
     _all(flat, found)
     first = 4 * np.arange(len(points))
-    expected = brute[1](flat, first, first + 2)
+    expected = distances_of(flat, first, first + 2)
     np.testing.assert_allclose(np.sqrt(found[:, 2]), expected, atol=2e-14)
     assert ((found[:, :2] >= 0) & (found[:, :2] <= 1)).all()
 

@@ -115,42 +115,22 @@ def test_a_multiply_add_is_rounded_once(dtype):
     np.testing.assert_array_equal(out, -(small**2))
 
 
-def _single_and_double():
-    return np.ones((1, width(np.float32)), np.float32), np.ones((1, WIDTH))
+MIXTURES = {
+    "sum": lambda a, b: any_lane(load(a, (0,)) + load(b, (0,)) > 1.0),
+    "choice": lambda a, b: any_lane(select(load(a, (0,)) > 0.0, load(b, (0,)), 0.0) > 1.0),
+    "extreme": lambda a, b: any_lane(maximum(load(a, (0,)), load(b, (0,))) > 1.0),
+    "either": lambda a, b: any_lane(either(load(a, (0,)) > 0.0, load(b, (0,)) > 0.0)),
+    "copy": lambda a, b: store(a, (0,), load(b, (0,))),
+}
 
 
-@njit
-def _add(a, b):
-    return any_lane(load(a, (0,)) + load(b, (0,)) > 1.0)
-
-
-@njit
-def _choose(a, b):
-    return any_lane(select(load(a, (0,)) > 0.0, load(b, (0,)), 0.0) > 1.0)
-
-
-@njit
-def _extreme(a, b):
-    return any_lane(maximum(load(a, (0,)), load(b, (0,))) > 1.0)
-
-
-@njit
-def _merge(a, b):
-    return any_lane(either(load(a, (0,)) > 0.0, load(b, (0,)) > 0.0))
-
-
-@njit
-def _copy(a, b):
-    store(a, (0,), load(b, (0,)))
-
-
-@pytest.mark.parametrize("mixing", [_add, _choose, _extreme, _merge, _copy])
-def test_single_and_double_do_not_mix(mixing):
-    single, double = _single_and_double()
-    mixing(single, single)
-    mixing(double, double)
+@pytest.mark.parametrize("name", MIXTURES)
+def test_single_and_double_do_not_mix(name):
+    mixed, single, double = njit(MIXTURES[name]), np.ones((1, width(np.float32)), np.float32), np.ones((1, WIDTH))
+    mixed(single, single)
+    mixed(double, double)
     with pytest.raises(TypingError):
-        mixing(single, double)
+        mixed(single, double)
 
 
 @pytest.mark.parametrize("array", [np.zeros((WIDTH, 2)).T, np.zeros((1, WIDTH), np.int64)])

@@ -121,25 +121,17 @@ def _sides(x, i):
 
 
 @njit
-def _write(out, i, weights, direction, height):
-    store(out, (i, 0), weights[0])
-    store(out, (i, 1), weights[1])
-    store(out, (i, 2), weights[2])
-    store(out, (i, 3), weights[3])
-    store(out, (i, 4), direction[0])
-    store(out, (i, 5), direction[1])
-    store(out, (i, 6), direction[2])
-    store(out, (i, 7), height)
-
-
-@njit
 def _chosen(x, rest, out):
     one = 0.0 * load(x, (0, 0, 0)) + 1.0
     rests = rest[0] * one, rest[1] * one, rest[2] * one, rest[3] * one, rest[4] * one, rest[5] * one, rest[6] * one
     for i in range(len(x)):
         u, v, w = _sides(x, i)
         weights, direction, height, kept = shortest_altitude(u, v, w, rests)
-        _write(out, i, weights, direction, height)
+        for c in range(4):
+            store(out, (i, c), weights[c])
+        for c in range(3):
+            store(out, (i, 4 + c), direction[c])
+        store(out, (i, 7), height)
         store(out, (i, 8), kept)
 
 

@@ -119,28 +119,3 @@ def particles(curtain):
 @pytest.fixture
 def shot(particles):
     return lambda **settings: Shot(particles, **settings)
-
-
-@pytest.fixture(scope="session")
-def make_groom():
-    return groom_of
-
-
-@pytest.fixture(scope="session")
-def rule():
-    return RULE
-
-
-@pytest.fixture(scope="session")
-def place_plate():
-    return plate
-
-
-@pytest.fixture(scope="session")
-def ball():
-    return make_ball
-
-
-@pytest.fixture(scope="session")
-def bytes_of():
-    return copy_of

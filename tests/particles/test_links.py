@@ -13,10 +13,12 @@ from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Fibre
 from hairpipe.particles.simulate import rest_lengths
 
+from .conftest import RULE
+
 
 @pytest.mark.parametrize("sampling", ["strands", "even"])
-def test_all_are_linked_to_roots_with_about_the_requested_number_of_links(curtain, rule, sampling):
-    particles = link(sample(curtain, 500, sampling, 0), rule, Fibre().line_density)
+def test_all_are_linked_to_roots_with_about_the_requested_number_of_links(curtain, sampling):
+    particles = link(sample(curtain, 500, sampling, 0), RULE, Fibre().line_density)
     count, deep = len(particles.points), int(np.count_nonzero(particles.arcs < 0.0))
     led = np.bincount(particles.links[:, 1], minlength=count)
     assert led[deep:].min() >= 1
@@ -45,12 +47,12 @@ def test_reaches_have_the_requested_neighbours():
     assert np.mean(counts) == pytest.approx(30.0, rel=1e-2)
 
 
-def test_too_few_particles_and_loose_ones_are_refused(curtain, rule):
+def test_too_few_particles_and_loose_ones_are_refused(curtain):
     with pytest.raises(BadInput, match=r"cannot have 58 neighbours each \(more than 58\)"):
-        link(sample(curtain, 30, "strands", 0), rule, 1e-5)
+        link(sample(curtain, 30, "strands", 0), RULE, 1e-5)
     points = np.array([[0.0, 0.0, 0.0], [0.0, -0.01, 0.0], [1.0, 0.0, 0.0], [1.0, -0.01, 0.0]])
     with pytest.raises(BadInput, match="2 of 3 particles are not linked to a root"):
-        find_links(points, np.tile([0.0, -1.0, 0.0], (4, 1)), 1, 0.01, rule)
+        find_links(points, np.tile([0.0, -1.0, 0.0], (4, 1)), 1, 0.01, RULE)
 
 
 @pytest.fixture

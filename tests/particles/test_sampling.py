@@ -11,6 +11,8 @@ from hairpipe.geometry.curl import Helix, wound
 from hairpipe.particles.sampling import darts, sample
 from hairpipe.values.strand_arrays import take
 
+from .conftest import groom_of
+
 
 @pytest.mark.parametrize("sampling", ["strands", "even"])
 def test_there_are_as_many_as_requested_and_some_below_the_skin_come_first(curtain, sampling):
@@ -52,11 +54,11 @@ def test_no_two_darts_are_nearer_than_the_spacing_and_there_is_no_room_for_more(
 
 
 @pytest.mark.parametrize("lean", [-20.0, 0.0, 30.0, 45.0, 70.0])
-def test_below_the_skin_they_go_in_at_45_degrees_or_steeper(make_groom, lean):
+def test_below_the_skin_they_go_in_at_45_degrees_or_steeper(lean):
     """Hair that leaves skin that faces down, at an angle from along it; less than none is into the head."""
     way = np.array([np.cos(np.radians(lean)), -np.sin(np.radians(lean)), 0.0])
     roots = np.random.default_rng(2).uniform(-0.05, 0.05, (60, 3)) * (1.0, 0.0, 1.0)
-    samples = sample(make_groom([root + np.linspace(0.0, 0.2, 21)[:, None] * way for root in roots]), 300, "strands", 0)
+    samples = sample(groom_of([root + np.linspace(0.0, 0.2, 21)[:, None] * way for root in roots]), 300, "strands", 0)
     deep = samples.places.arcs < 0.0
     steep = np.radians(max(lean, 45.0))
     assert samples.directions[deep] == pytest.approx(
@@ -65,10 +67,10 @@ def test_below_the_skin_they_go_in_at_45_degrees_or_steeper(make_groom, lean):
     assert samples.points[deep, 1] == pytest.approx(-samples.places.arcs[deep] * np.sin(steep))
 
 
-def test_those_of_a_curl_lie_on_its_axis_and_point_along_it(make_groom):
+def test_those_of_a_curl_lie_on_its_axis_and_point_along_it():
     curl = wound(Helix(0.01, 0.02), 0.5, 120) @ np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
     roots = np.random.default_rng(2).uniform(-0.05, 0.05, (60, 3)) * (1.0, 0.0, 1.0)
-    samples = sample(make_groom([root + curl for root in roots]), 300, "strands", 0)
+    samples = sample(groom_of([root + curl for root in roots]), 300, "strands", 0)
     axis = samples.hair.points[samples.hair.offsets[:-1]][samples.places.strands] - (0.01, 0.0, 0.0)
     assert np.abs((samples.points - axis)[:, [0, 2]]).max() < 1e-3
     assert np.abs(samples.directions[:, 1]).min() > 0.99

@@ -12,6 +12,8 @@ from hairpipe.particles.settings import Interaction
 from hairpipe.particles.skinning import find_influences
 from hairpipe.values.strand_arrays import take
 
+from .conftest import plate
+
 DEFAULTS = {"sag": 0.1, "damping": 0.2, "gravity": 9.81, "interaction": Interaction(), "sag_free": None, "printed": ()}
 
 
@@ -27,18 +29,18 @@ def frames_of(particles, bodies, cuts=(), **settings):
     return clouds
 
 
-def test_hair_follows_the_body_and_the_wind(curtain, place_plate):
+def test_hair_follows_the_body_and_the_wind(curtain):
     particles = sample_particles(curtain, particles=300)
-    still = frames_of(particles, 4 * [place_plate()])
+    still = frames_of(particles, 4 * [plate()])
     assert np.array_equal(still[0].points, particles.points)
     assert still[-1].points[:, 1].mean() < still[0].points[:, 1].mean()
-    blown = frames_of(particles, 4 * [place_plate()], wind=Wind((3.0, 0.0, 0.0)))
+    blown = frames_of(particles, 4 * [plate()], wind=Wind((3.0, 0.0, 0.0)))
     assert np.mean(blown[-1].points - still[-1].points, axis=0)[0] > 1e-3
     assert np.linalg.norm(blown[-1].directions, axis=1) == pytest.approx(1.0)
 
 
-def test_over_a_cut_the_strands_that_they_carry_go_with_the_body_too(curtain, place_plate):
-    particles, there = sample_particles(curtain, particles=300), place_plate((5.0, 0.0, 0.0))
+def test_over_a_cut_the_strands_that_they_carry_go_with_the_body_too(curtain):
+    particles, there = sample_particles(curtain, particles=300), plate((5.0, 0.0, 0.0))
     groom = take(curtain, np.arange(0, 1000, 50))
     influences = find_influences(particles, groom)
     leapt, stayed = (
@@ -46,7 +48,7 @@ def test_over_a_cut_the_strands_that_they_carry_go_with_the_body_too(curtain, pl
             carry_strands(cloud, particles, groom, body, None, None, Time(frame, 24.0), influences)
             for frame, (cloud, body) in enumerate(zip(frames_of(particles, bodies, cuts=cuts), bodies, strict=True), 1)
         ]
-        for bodies, cuts in ([2 * [place_plate()] + 2 * [there], (3,)], [4 * [place_plate()], ()])
+        for bodies, cuts in ([2 * [plate()] + 2 * [there], (3,)], [4 * [plate()], ()])
     )
     for one, other in zip(leapt[2:], stayed[2:], strict=True):
         assert one.points == pytest.approx(other.points + np.array([5.0, 0.0, 0.0]), abs=1e-5)

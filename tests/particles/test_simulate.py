@@ -15,6 +15,8 @@ from hairpipe.particles.simulate import ParticleSimulation, cloud_of, laws_of, s
 from hairpipe.shot.shot import Frame, next_state
 from hairpipe.values.hair import ParticleState
 
+from .conftest import RULE, copy_of, groom_of, make_ball, plate
+
 FRAME = 1 / 24
 
 
@@ -41,11 +43,11 @@ def test_stiff_pressure_neither_draws_particles_together_nor_makes_them_tremble(
     assert pressed.pace < 1e-3
 
 
-def test_sparse_hair_may_be_compressed_to_the_largest_density(make_groom, rule):
+def test_sparse_hair_may_be_compressed_to_the_largest_density():
     """A fan of hair: where its tips come as close as its roots are, nothing presses; at rest nothing does anywhere."""
     roots = np.random.default_rng(3).uniform(-0.02, 0.02, (300, 3)) * (1.0, 0.0, 1.0)
     fan = [root + np.linspace(0.0, 0.2, 21)[:, None] * (8.0 * root[0], -1.0, 8.0 * root[2]) for root in roots]
-    particles = link(sample(make_groom(fan), 500, "strands", 0), rule, 1e-5)
+    particles = link(sample(groom_of(fan), 500, "strands", 0), RULE, 1e-5)
     model = build_model(particles)
     own = find_pairs(model.masses, particles.points, model.range).density
     law, printed = laws_of(Interaction(), (), model, particles.points)
@@ -77,10 +79,10 @@ def test_hair_that_is_pulled_apart_splits_and_merges(shot):
     assert np.mean(side[low] * torn.state.points[low, 0] < -0.01) < 0.01
 
 
-def test_shaken_hair_is_torn_nowhere_for_long_and_comes_to_rest(shot, place_plate):
+def test_shaken_hair_is_torn_nowhere_for_long_and_comes_to_rest(shot):
     def shaken(frame):
         seconds = (frame + 1) * FRAME
-        return place_plate((0.08 * np.sin(2.0 * np.pi * 2.0 * seconds), 0.0, 0.0))
+        return plate((0.08 * np.sin(2.0 * np.pi * 2.0 * seconds), 0.0, 0.0))
 
     hair = shot(interaction=Interaction()).run(24, shaken)
     swung = np.abs(hair.state.velocities[:, 0]).max()
@@ -89,13 +91,13 @@ def test_shaken_hair_is_torn_nowhere_for_long_and_comes_to_rest(shot, place_plat
     assert hair.state.points[:, 1].min() > hair.particles.points[:, 1].min() - 0.05
 
 
-def test_hair_of_a_head_thrown_at_2500_degrees_a_second_stays_finite_and_comes_back(shot, place_plate):
+def test_hair_of_a_head_thrown_at_2500_degrees_a_second_stays_finite_and_comes_back(shot):
     rate = np.deg2rad(2500.0)
 
     def thrown(frame):
         angle, spin = rate * FRAME * min(frame + 1, 6), rate if frame < 5 else 0.0
         turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
-        body = place_plate(turn=turn)
+        body = plate(turn=turn)
         return replace(body, velocities=spin * np.cross([0.0, 1.0, 0.0], body.points))
 
     hair = shot(interaction=Interaction()).run(6, thrown)
@@ -106,11 +108,11 @@ def test_hair_of_a_head_thrown_at_2500_degrees_a_second_stays_finite_and_comes_b
 
 
 @pytest.mark.parametrize("steps", [1, 2])
-def test_no_particle_is_in_a_ball_that_goes_through_the_curtain(shot, ball, steps):
+def test_no_particle_is_in_a_ball_that_goes_through_the_curtain(shot, steps):
     hair, velocity = shot(interaction=Interaction(), steps=steps), np.array([0.0, 0.0, 1.5])
 
     def at(frame):
-        return (ball(np.array([0.0, -0.1, -0.12 + frame * FRAME * 1.5]), velocity),)
+        return (make_ball(np.array([0.0, -0.1, -0.12 + frame * FRAME * 1.5]), velocity),)
 
     pushed = 0.0
     for frame in range(6):
@@ -121,23 +123,23 @@ def test_no_particle_is_in_a_ball_that_goes_through_the_curtain(shot, ball, step
     assert pushed > 1.0
 
 
-def test_bytes_are_the_same_again_with_other_threads_and_from_any_frame_on(shot, threads, bytes_of):
+def test_bytes_are_the_same_again_with_other_threads_and_from_any_frame_on(shot, threads):
     def swung(count, frames=6):
         threads(count)
         hair = shot(interaction=Interaction(), steps=2)
         return hair.run(frames, kick=lambda frame: np.array([0.5, 0.0, 0.2]))
 
     one, two = swung(1), swung(2)
-    assert bytes_of(one.state) == bytes_of(two.state)
+    assert copy_of(one.state) == copy_of(two.state)
     half = swung(2, 3)
-    assert bytes_of(half.run(3, kick=lambda frame: np.array([0.5, 0.0, 0.2])).state) == bytes_of(one.state)
+    assert copy_of(half.run(3, kick=lambda frame: np.array([0.5, 0.0, 0.2])).state) == copy_of(one.state)
 
 
-def test_over_a_cut_shape_and_motion_against_the_roots_are_kept(shot, place_plate):
+def test_over_a_cut_shape_and_motion_against_the_roots_are_kept(shot):
     hair = shot().run(4, kick=lambda frame: np.array([0.5, 0.0, 0.2]))
     turn = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
-    there = place_plate((3.0, 2.0, -4.0), turn)
-    carried = hair.simulation.move_over_cut(hair.state, (place_plate(), there))
+    there = plate((3.0, 2.0, -4.0), turn)
+    carried = hair.simulation.move_over_cut(hair.state, (plate(), there))
     assert carried.points == pytest.approx(hair.state.points @ turn.T + (3.0, 2.0, -4.0), abs=1e-12)
     assert carried.velocities == pytest.approx(hair.state.velocities @ turn.T, abs=1e-9)
     assert carried.directions == pytest.approx(hair.state.directions @ turn.T, abs=1e-12)
@@ -147,25 +149,25 @@ def test_over_a_cut_shape_and_motion_against_the_roots_are_kept(shot, place_plat
     assert hair.run(6).state.points == pytest.approx(straight, abs=1e-5)
 
 
-def test_particles_start_with_their_roots_as_they_move(shot, place_plate):
+def test_particles_start_with_their_roots_as_they_move(shot):
     hair = shot()
-    moving = place_plate((1.0, 0.0, 0.0), velocities=np.tile([0.0, 2.0, 0.0], (3, 1)))
+    moving = plate((1.0, 0.0, 0.0), velocities=np.tile([0.0, 2.0, 0.0], (3, 1)))
     begun = start(hair.simulation, Frame((None, moving), (), (), 0.0, FRAME), ())
     assert begun.points == pytest.approx(hair.particles.points + np.array([1.0, 0.0, 0.0]), abs=1e-12)
     assert begun.velocities == pytest.approx(np.tile([0.0, 2.0, 0.0], (len(begun.points), 1)), abs=1e-9)
     assert cloud_of(begun).velocities.dtype == np.float32
 
 
-def test_hair_without_a_body_to_touch_is_named(shot, place_plate):
+def test_hair_without_a_body_to_touch_is_named(shot):
     hair = shot()
     settings = replace(hair.settings, contact=ParticleContact(friction=0.9))
-    for driver, given in ((place_plate(), hair.settings), (None, settings)):
+    for driver, given in ((plate(), hair.settings), (None, settings)):
         simulation = ParticleSimulation(hair.particles, hair.prepared, given)
         with pytest.warns(UserWarning, match="without in.surface and in.parts: hair passes through bodies"):
             next_state(simulation, None, Frame((driver, driver), (), (), 0.0, FRAME))
 
 
-def test_hair_that_is_not_finite_is_named_and_a_body_around_all_of_it_refused(shot, ball):
+def test_hair_that_is_not_finite_is_named_and_a_body_around_all_of_it_refused(shot):
     hair = shot()
     broken = hair.state.velocities.copy()
     lost = hair.prepared.model.deep + 3
@@ -174,6 +176,6 @@ def test_hair_that_is_not_finite_is_named_and_a_body_around_all_of_it_refused(sh
     given = Frame((hair.body, hair.body), (), (), 0.0, FRAME)
     with pytest.raises(ArithmeticError, match=f"strands {hair.particles.hair.ids[hair.particles.strands[lost]]}"):
         next_state(hair.simulation, state, given)
-    around = ball(np.array([0.0, -0.1, 0.0]), np.zeros(3), 2.0)
+    around = make_ball(np.array([0.0, -0.1, 0.0]), np.zeros(3), 2.0)
     with pytest.raises(BadInput, match="all particles are inside the body"):
         start(hair.simulation, given, (around,))

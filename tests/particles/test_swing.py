@@ -6,6 +6,8 @@ from scipy.special import jv
 
 from hairpipe.particles.settings import Interaction
 
+from .conftest import plate
+
 FRAME, LENGTH, LOWER, DRAG, GRAVITY = 1 / 24, 0.2, 0.15, 3.0, 9.81
 WAY = np.array([0.0, 0.0, 0.01])
 """Across the curtain, where it is thin: along it, hair that acts on hair stiffens it."""
@@ -21,13 +23,13 @@ def of_chain(rate):
     return -np.angle(response) / rate / FRAME, np.abs(response)
 
 
-def swung(shot, place_plate, rate, sag):
+def swung(shot, rate, sag):
     """The same of the curtain, after three seconds."""
 
     def rail(frame):
         seconds = (frame + 1) * FRAME
         velocity = WAY * rate * np.cos(rate * seconds)
-        return place_plate(WAY * np.sin(rate * seconds), velocities=np.tile(velocity, (3, 1)))
+        return plate(WAY * np.sin(rate * seconds), velocities=np.tile(velocity, (3, 1)))
 
     hair, places = shot(interaction=Interaction(), sag=sag), []
     for frame in range(144):
@@ -41,8 +43,8 @@ def swung(shot, place_plate, rate, sag):
 
 
 @pytest.mark.parametrize("hertz", [1.0, 2.0])
-def test_it_lags_and_swings_as_a_chain_does_and_hardly_at_ten_times_the_modulus(shot, place_plate, hertz):
+def test_it_lags_and_swings_as_a_chain_does_and_hardly_at_ten_times_the_modulus(shot, hertz):
     rate = 2.0 * np.pi * hertz
-    (lag, swing), (chain_lag, chain_swing) = swung(shot, place_plate, rate, 0.1), of_chain(rate)
+    (lag, swing), (chain_lag, chain_swing) = swung(shot, rate, 0.1), of_chain(rate)
     assert abs(lag - chain_lag) < 1.0 and swing == pytest.approx(chain_swing, rel=0.2)
-    assert swung(shot, place_plate, rate, 0.01)[0] < 1.0
+    assert swung(shot, rate, 0.01)[0] < 1.0

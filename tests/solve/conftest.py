@@ -1,4 +1,3 @@
-"""Strands that are coupled anywhere."""
+"""Strands on a plate."""
 
-from ..contact.coupled_strands import dense, offsets, random_couplings  # noqa: F401
 from ..strand_scenes import scene, straight, triangle  # noqa: F401

@@ -75,15 +75,16 @@ def test_a_soft_heavy_rod_laid_over_another_folds_and_continues(scene, shape, st
     assert not any("had no solution" in each for each in reported)
 
 
-def thrown(hair, body, shot, speed, frames=1):
-    """Give the second strand a speed [m/s] that no step can be solved for; return the state and what was said."""
-    state = start(hair, body, shot)
-    state.velocities[hair.model.shape.clamped :, :, 1] = speed
+def thrown(hair, body, shot, speed, strand=1, state=None):
+    """Advance a frame in which one strand begins with a speed [m/s]; return the state and what was said."""
+    state = state or start(hair, body, shot)
+    block, lane = np.argwhere(hair.layout.strands == strand)[0]
+    rows, velocities = slice(hair.model.first[block], hair.model.first[block + 1]), state.velocities.copy()
+    velocities[rows, :, lane][hair.model.shape.clamped :] = speed
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        for number in range(frames):
-            state = next_state(hair, state, Frame((body, body), (), (), number * FRAME, FRAME), shot)
-    return state, [str(each.message) for each in caught]
+        after = next_state(hair, replace(state, velocities=velocities), Frame((body, body), (), (), 0.0, FRAME), shot)
+    return after, [str(each.message) for each in caught]
 
 
 @pytest.mark.parametrize("scheme", ["tr_bdf2", "bdf2", "backward_euler"])
@@ -173,18 +174,6 @@ def tries(monkeypatch):
     return seen
 
 
-def thrown_strand(hair, body, shot, speed, strand, state=None):
-    """Advance a frame in which one strand begins with a speed [m/s]; return the state and what was said."""
-    state = state or start(hair, body, shot)
-    block, lane = np.argwhere(hair.layout.strands == strand)[0]
-    rows, velocities = slice(hair.model.first[block], hair.model.first[block + 1]), state.velocities.copy()
-    velocities[rows, :, lane][hair.model.shape.clamped :] = speed
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        after = next_state(hair, replace(state, velocities=velocities), Frame((body, body), (), (), 0.0, FRAME), shot)
-    return after, [str(each.message) for each in caught]
-
-
 def points_of(hair, state):
     return hair.layout.axis(state.positions).reshape(len(hair.groom.ids), -1, 3)
 
@@ -196,9 +185,9 @@ def stretch(points):
 @pytest.mark.parametrize(("speed", "parts", "held"), [(10.0, 1, False), (100.0, 8, False), (1e4, 8, True)])
 def test_a_chain_goes_down_the_ladder_as_far_as_it_must(strands, triangle, tries, speed, parts, held):
     hair, body, shot = strands(3), triangle(), Scene(steps=STEPS)
-    good, _ = thrown_strand(hair, body, shot, 0.0, 1)
+    good, _ = thrown(hair, body, shot, 0.0, 1)
     assert not tries
-    state, reported = thrown_strand(hair, body, shot, speed, 1)
+    state, reported = thrown(hair, body, shot, speed, 1)
     assert max(tries) == parts
     assert any(UNSOLVED in each for each in reported) == held
     points, others = points_of(hair, state), points_of(hair, good)
@@ -211,8 +200,8 @@ def test_a_strand_that_cannot_be_solved_leaves_the_volume_to_the_others(strands,
     """On the grid its speed would be that of its neighbours: it is held before anything is put there."""
     hair, body = strands(9, apart=2e-3), triangle()
     shot = Scene(steps=STEPS, volume=Volume(friction=60.0))
-    good, _ = thrown_strand(hair, body, shot, 0.0, 4)
-    state, reported = thrown_strand(hair, body, shot, 1e200, 4)
+    good, _ = thrown(hair, body, shot, 0.0, 4)
+    state, reported = thrown(hair, body, shot, 1e200, 4)
     assert [each for each in reported if "1 of 9 strands had no solution in 1 of 10 steps" in each]
     points = points_of(hair, state)
     assert stretch(points) < 1.01
@@ -229,8 +218,8 @@ def test_a_guide_that_cannot_be_solved_keeps_its_lock(strands, triangle):
         state = next_state(hair, state, Frame((body, body), (), (), 0.0, FRAME), shot)
     leaders = state.leaders(4)
     guide = int(leaders[leaders != np.arange(4)][0])
-    good, _ = thrown_strand(hair, body, shot, 0.0, guide, state)
-    after, reported = thrown_strand(hair, body, shot, 1e200, guide, state)
+    good, _ = thrown(hair, body, shot, 0.0, guide, state)
+    after, reported = thrown(hair, body, shot, 1e200, guide, state)
     assert [each for each in reported if UNSOLVED in each and f"strands {guide} " in each]
     points = points_of(hair, after)
     assert stretch(points) < 1.02

@@ -10,7 +10,7 @@ from hairpipe.geometry.simd_vec4 import WHOLE
 from hairpipe.solve.conjugate_gradients import MOST, solve
 from hairpipe.solve.couplings import Couplings, coupling_rows, find_incidence, multiply_across
 
-from ..contact.coupled_strands import own_matrix, whole_matrix
+from ..contact.coupled_strands import OFFSETS, own_matrix, random_couplings, whole_matrix
 
 POINTS, STRANDS, LENGTH, MASS = 14, 10, 6e-3, 4e-8
 """Of a strand, strands; of a segment [m], of a point [kg]: real hair, 8 cm."""
@@ -180,8 +180,8 @@ def test_a_matrix_that_is_none_ends_finite(bad):
     assert np.isfinite(exchange.impulses).all() and exchange.iterations <= MOST
 
 
-def test_threads_change_no_bit(offsets, random_couplings, same_on_threads):
-    points = int(offsets[-1]) * 4
+def test_threads_change_no_bit(same_on_threads):
+    points = int(OFFSETS[-1]) * 4
     couplings = random_couplings(np.array([0, points], np.int32), 9000)
     sides = coupling_rows(couplings, find_incidence(couplings.segments, points))
     heavy = 2.0 * sides.diagonal.sum(axis=1)[:, None] + 1.0

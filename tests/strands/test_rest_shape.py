@@ -1,15 +1,13 @@
 """Hair that is combed into an arc and straighter at rest, without gravity: where it comes to rest."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.curl import Helix, wound
 from hairpipe.groom.strands import unbound
-from hairpipe.laws.settings import Air, Drag, SagFree
-from hairpipe.shot.settings import HairSettings, Scene
+from hairpipe.laws.settings import Air, Drag
+from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import advance_frame, start, strands_of
 from hairpipe.strands.hair_model import build_models
 from hairpipe.strands.lattice import unbent
@@ -77,9 +75,3 @@ def test_a_helix_keeps_its_torsion_and_gets_a_share_of_its_curvature():
         torsion = np.arccos(np.clip(np.sum(binormals[1:] * binormals[:-1], axis=1), -1.0, 1.0)) / length
         assert turns_of(points)[50:-50].mean() / length == pytest.approx(share * 0.006 / (0.006**2 + c**2), rel=0.02)
         assert torsion[50:-50].mean() == pytest.approx(c / (0.006**2 + c**2), rel=0.02)
-
-
-def test_a_start_without_sag_contradicts_another_rest_shape():
-    assert HairSettings(sag_free=SagFree()).curvature == 1.0
-    with pytest.raises(BadInput, match=r"curvature = 0.5 contradicts sag_free, .*\(curvature = 1, or no sag_free\)"):
-        replace(HairSettings(sag_free=SagFree()), curvature=0.5)

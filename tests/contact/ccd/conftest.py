@@ -1,3 +1,3 @@
 """Scenes of segments, and rods."""
 
-from ...segment_scenes import brute, few_hairs, hair, scene  # noqa: F401
+from ...segment_scenes import few_hairs, hair, scene  # noqa: F401

@@ -6,6 +6,8 @@ import pytest
 from hairpipe.contact.collision import crossings, neighbourhood, swept_pairs, swept_pairs_of
 from hairpipe.geometry.segments import key_of
 
+from ...segment_scenes import distances_of, every_pair
+
 MOTIONS = {"a little": 0.0, "a turn": 0.02, "one strand is thrown": 0.0, "all ways": 0.0, "rest": 0.02, "together": 0.0}
 """And reach [m]."""
 
@@ -29,16 +31,16 @@ def moved(points, motion):
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_none_that_meet_are_missed(scene, brute, motion):
+def test_none_that_meet_are_missed(scene, motion):
     (before, offsets, _), reach = scene, MOTIONS[motion]
     after = moved(before, motion)
     found = np.sort(key_of(swept(before, after, offsets, reach)))
     assert (np.diff(found) > 0).all()
-    i, j = brute[0](offsets)
+    i, j = every_pair(offsets)
     listed = np.isin(key_of(np.stack([i, j], axis=1)), found)
     for time in np.linspace(0, 1, 6):
         now = (1 - time) * before + time * after
-        assert listed[brute[1](now, i, j) <= reach - 1e-9 * np.abs(now).max()].all()
+        assert listed[distances_of(now, i, j) <= reach - 1e-9 * np.abs(now).max()].all()
     crossed = crossings(before, after, np.stack([i, j], axis=1)[~listed].astype(np.int32))
     sizes = np.abs(before).max()
     assert len(crossed.times) == 0 or sizes > 1e5
@@ -57,14 +59,14 @@ def test_threads_do_not_matter(hair, same_on_threads):
     assert len(same_on_threads(lambda: swept(before, after, offsets, 1e-3))) > 100
 
 
-def test_few_are_listed_that_do_not_come_near(brute, few_hairs):
+def test_few_are_listed_that_do_not_come_near(few_hairs):
     """In a shake only those within half their relative motion, also when a strand is flung far."""
     before, after, offsets = (np.ascontiguousarray(part) for part in few_hairs)
     before, after = 0.1 * before, before * 0.1 + (after - before)
     middle, half = 0.5 * (before + after), 0.5 * (after - before)
-    i, j = brute[0](offsets)
+    i, j = every_pair(offsets)
     gains = [np.linalg.norm(half[i + a] - half[j + b], axis=1) for a in (0, 1) for b in (0, 1)]
-    bound = brute[1](middle, i, j) <= np.max(gains, axis=0)
+    bound = distances_of(middle, i, j) <= np.max(gains, axis=0)
     found = swept(before, after, offsets, 0.0)
     assert len(found) <= 1.01 * bound.sum()
     after[:11] += [300.0, 0.0, 0.0]
@@ -83,11 +85,11 @@ def test_hair_that_slides_along_hair_is_listed_less_where_it_stays_out_of_reach(
 
 
 @pytest.mark.parametrize("motion", ["a little", "a turn", "one strand is thrown", "rest"])
-def test_changed_motion_is_found(scene, brute, motion):
+def test_changed_motion_is_found(scene, motion):
     before, offsets, reach = scene
     after = moved(before, motion)
     around = neighbourhood(before, after, offsets, reach)
-    i, j = brute[0](offsets)
+    i, j = every_pair(offsets)
     struck = np.zeros(len(before), bool)
     struck[::7] = True
     ends = after + struck[:, None] * np.array([0.05, -0.02, 0.01]) * np.ptp(before[:-9], axis=0).max()
@@ -99,5 +101,5 @@ def test_changed_motion_is_found(scene, brute, motion):
     listed = np.isin(key_of(np.stack([i, j], axis=1)), found)
     for time in np.linspace(0, 1, 6):
         now = (1 - time) * before + time * ends
-        near = brute[1](now, i, j) <= reach - 1e-9 * np.abs(now).max()
+        near = distances_of(now, i, j) <= reach - 1e-9 * np.abs(now).max()
         assert listed[near & concerned].all()

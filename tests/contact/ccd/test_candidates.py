@@ -7,6 +7,8 @@ from hairpipe.contact import collision as module
 from hairpipe.contact.collision import Candidates, crossings, touched_by
 from hairpipe.geometry.segments import key_of
 
+from ...segment_scenes import every_pair
+
 ROUNDS = 8
 
 
@@ -46,13 +48,13 @@ def wander(points, part, far, rng):
     ("part", "far", "ways"),
     [(0.01, 0.1, ""), (0.01, 1.0, "some"), (0.05, 10.0, "all some"), (1.0, 0.1, "all some"), (1.0, 3.0, "all")],
 )
-def test_none_is_missed_while_ends_change(brute, part, far, ways, listed):
+def test_none_is_missed_while_ends_change(part, far, ways, listed):
     """Of points that leave where they are by about so many reaches, and of those that come back."""
     rng = np.random.default_rng(11)
     reach, offsets = 0.02, np.arange(41, dtype=np.int32) * 8
     before = (0.05 * rng.normal(size=(40, 8, 3)).cumsum(axis=1) + rng.random((40, 1, 3))).reshape(-1, 3)
     after = before + 0.1 * rng.normal(size=before.shape)
-    every = np.stack(brute[0](offsets), axis=1).astype(np.int32)
+    every = np.stack(every_pair(offsets), axis=1).astype(np.int32)
     candidates, ends = Candidates(before, after, offsets, reach, None), after
     for turn in range(ROUNDS):
         ends = after if turn == ROUNDS - 2 else wander(ends, part, far * reach, rng)
@@ -61,13 +63,13 @@ def test_none_is_missed_while_ends_change(brute, part, far, ways, listed):
         marked = rng.random(len(before)) < 0.1
         touched = touched_by(marked, offsets)
         of = candidates.of(marked)
-        every_pair = candidates.of(np.ones(len(before), bool))
-        expected = every_pair[touched[every_pair].any(axis=1)]
+        listed_now = candidates.of(np.ones(len(before), bool))
+        expected = listed_now[touched[listed_now].any(axis=1)]
         np.testing.assert_array_equal(of, expected)
     assert (listed["all"] > 1) == ("all" in ways) and bool(listed["some"]) == ("some" in ways)
 
 
-def test_nothing_is_listed_again_for_small_moves(brute, listed):
+def test_nothing_is_listed_again_for_small_moves(listed):
     rng = np.random.default_rng(2)
     offsets = np.arange(21, dtype=np.int32) * 8
     before = rng.random((160, 3))

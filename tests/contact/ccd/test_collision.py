@@ -6,6 +6,8 @@ import pytest
 from hairpipe.contact.collision import collide
 from hairpipe.laws.settings import Collisions, Thickness
 
+from ..rod_scenes import cross, segments_of, thrown
+
 LAW = Collisions(Thickness(3e-4), friction=0.3, attempts=10)
 DT = 1 / 30
 
@@ -44,32 +46,27 @@ def crossed(before, after, i, j):
     return found
 
 
-@pytest.fixture
-def throw():
-    """Give far apart couples of rods of 10 mm thrown through each other at about 10 m/s, with random turns."""
+def throw(count, seed=0, apart=10.0):
+    """Far apart couples of rods of 10 mm thrown through each other at about 10 m/s, with random turns."""
+    rng = np.random.default_rng(seed)
 
-    def make(count, seed=0, apart=10.0):
-        rng = np.random.default_rng(seed)
+    def unit():
+        v = rng.normal(size=(count, 3))
+        return v / np.linalg.norm(v, axis=1, keepdims=True)
 
-        def unit():
-            v = rng.normal(size=(count, 3))
-            return v / np.linalg.norm(v, axis=1, keepdims=True)
-
-        meeting = apart * np.arange(count)[:, None] * [1.0, 0.0, 0.0]
-        when, points, speeds = rng.uniform(0.05, 0.95, count)[:, None] * DT, [], []
-        for _ in range(2):
-            along, speed, spin = unit(), 10.0 * unit(), rng.normal(size=(count, 3)) * 0.1
-            place = rng.uniform(0.1, 0.9, count)[:, None]
-            ends = [meeting - 0.01 * place * along, meeting + 0.01 * (1 - place) * along]
-            ways = [speed - spin * place, speed + spin * (1 - place)]
-            points += [end - when * way for end, way in zip(ends, ways, strict=True)]
-            speeds += ways
-        return (np.stack(part, 1).reshape(-1, 3) for part in (points, speeds))
-
-    return make
+    meeting = apart * np.arange(count)[:, None] * [1.0, 0.0, 0.0]
+    when, points, speeds = rng.uniform(0.05, 0.95, count)[:, None] * DT, [], []
+    for _ in range(2):
+        along, speed, spin = unit(), 10.0 * unit(), rng.normal(size=(count, 3)) * 0.1
+        place = rng.uniform(0.1, 0.9, count)[:, None]
+        ends = [meeting - 0.01 * place * along, meeting + 0.01 * (1 - place) * along]
+        ways = [speed - spin * place, speed + spin * (1 - place)]
+        points += [end - when * way for end, way in zip(ends, ways, strict=True)]
+        speeds += ways
+    return (np.stack(part, 1).reshape(-1, 3) for part in (points, speeds))
 
 
-def test_two_hairs_at_ten_metres_per_second_do_not_pass(cross):
+def test_two_hairs_at_ten_metres_per_second_do_not_pass():
     before, _ = cross(0.05)
     velocities = np.outer([1, 1, 0, 0], [0.0, -10.0, 0.0])
     after, speeds, outcome = collided(before, velocities)
@@ -78,14 +75,14 @@ def test_two_hairs_at_ten_metres_per_second_do_not_pass(cross):
     np.testing.assert_allclose(speeds - velocities, (after - before) / DT - velocities, atol=1e-12)
 
 
-def test_hair_that_nearly_touches_is_stopped_where_it_is_and_does_not_rebound(cross):
+def test_hair_that_nearly_touches_is_stopped_where_it_is_and_does_not_rebound():
     before, _ = cross(1e-4)
     after, speeds, _ = collided(before, np.outer([1, 1, 0, 0], [0.0, -10.0, 0.0]))
     assert after[0, 1] - after[2, 1] == pytest.approx(1e-4)
     assert speeds[0, 1] - speeds[2, 1] == pytest.approx(0.0, abs=1e-9)
 
 
-def test_ten_thousand_thrown_pairs_do_not_cross(throw):
+def test_ten_thousand_thrown_pairs_do_not_cross():
     before, velocities = throw(10_000)
     free = before + DT * velocities
     i = np.arange(0, len(before), 4)
@@ -95,11 +92,10 @@ def test_ten_thousand_thrown_pairs_do_not_cross(throw):
     assert not crossed(before, after, i, i + 2).any()
 
 
-def test_a_cloud_ends_with_almost_no_crossing_and_no_speed_is_added(rods):
-    thrown, segments, _ = rods
+def test_a_cloud_ends_with_almost_no_crossing_and_no_speed_is_added():
     before, velocities = thrown(300, 0.03, 0.01, 0.3, 7)
     after, speeds, outcome = collided(before, velocities)
-    i, j = (segments(300)[k] for k in np.triu_indices(300, 1))
+    i, j = (segments_of(300)[k] for k in np.triu_indices(300, 1))
     assert outcome.found > 100
     assert crossed(before, after, i, j).sum() == outcome.left < 0.02 * outcome.found
     assert (speeds**2).sum() < (velocities**2).sum()
@@ -108,7 +104,7 @@ def test_a_cloud_ends_with_almost_no_crossing_and_no_speed_is_added(rods):
     assert (after[still] == (before + DT * velocities)[still]).all()
 
 
-def test_momentum_is_kept(throw):
+def test_momentum_is_kept():
     before, velocities = throw(50, 3)
     masses = np.random.default_rng(0).uniform(1e-8, 9e-8, len(before))
     _, speeds, outcome = collided(before, velocities, masses)
@@ -118,7 +114,7 @@ def test_momentum_is_kept(throw):
 
 
 @pytest.mark.parametrize("sideways", [0.05, 20.0])
-def test_friction_is_within_the_cone_and_does_not_reverse(cross, sideways):
+def test_friction_is_within_the_cone_and_does_not_reverse(sideways):
     before, _ = cross(2e-3)
     before[:2, 0] = [-1.0, 1.0]
     velocities = np.outer([1, 1, 0, 0], [sideways, -1.0, 0.0])
@@ -129,7 +125,7 @@ def test_friction_is_within_the_cone_and_does_not_reverse(cross, sideways):
     assert -change[0] <= sideways * (1 + 1e-9)
 
 
-def test_held_points_do_not_move(throw):
+def test_held_points_do_not_move():
     before, velocities = throw(100, 4)
     masses = np.full(len(before), 4e-8)
     masses[::4] = np.inf
@@ -138,9 +134,8 @@ def test_held_points_do_not_move(throw):
     assert outcome.left == 0
 
 
-def test_hair_that_is_already_tangled_stays_in_bounds(rods):
+def test_hair_that_is_already_tangled_stays_in_bounds():
     """A dense cloud in which hundreds of crossings share points, started again and again."""
-    thrown, _, _ = rods
     before, velocities = thrown(200, 0.01, 0.01, 1.0, 9)
     fastest = np.abs(velocities).max()
     for _ in range(5):
@@ -148,13 +143,13 @@ def test_hair_that_is_already_tangled_stays_in_bounds(rods):
         assert np.isfinite(before).all() and np.abs(velocities).max() < 3 * fastest
 
 
-def test_threads_do_not_matter(rods, same_on_threads):
-    before, velocities = rods[0](200, 0.02, 0.01, 0.3, 8)
+def test_threads_do_not_matter(same_on_threads):
+    before, velocities = thrown(200, 0.02, 0.01, 0.3, 8)
     _, _, outcome = same_on_threads(lambda: collided(before, velocities))
     assert outcome.found > 50
 
 
-def test_ignored_pairs_pass(cross):
+def test_ignored_pairs_pass():
     before, _ = cross(0.05)
     velocities = np.outer([1, 1, 0, 0], [0.0, -10.0, 0.0])
     offsets, ignored = np.array([0, 2, 4], np.int32), np.array([2], np.int64)

@@ -7,17 +7,18 @@ from scipy.spatial.transform import Rotation
 from hairpipe.contact.repulsion import sweep
 from hairpipe.laws.settings import Collisions, Thickness
 
+from ..rod_scenes import cross, pairs_within, segments_of, thrown
+
 LAW = Collisions(Thickness(3e-4), friction=0.3, stiffness=0.5, sweeps=3)
 DT = 1 / 240
 
 
 @pytest.fixture
-def heap(rods):
+def heap():
     """A heap of rods of different masses, some held at an end, with their pairs."""
-    throw, segments, within = rods
-    points, velocities = throw(80, 0.01, 0.008, 0.1, 5)
+    points, velocities = thrown(80, 0.01, 0.008, 0.1, 5)
     masses = np.random.default_rng(1).uniform(1e-8, 9e-8, len(points))
-    return points, velocities, masses, within(points, segments(80), 1.1 * LAW.thickness.value)
+    return points, velocities, masses, pairs_within(points, segments_of(80), 1.1 * LAW.thickness.value)
 
 
 def swept(heap, law=LAW, elastic=True):
@@ -61,7 +62,7 @@ def test_held_points_keep_their_velocity(heap):
 
 
 @pytest.mark.parametrize("sideways", [0.01, 1.0])
-def test_a_pair_stops_and_its_friction_is_within_the_cone(cross, sideways):
+def test_a_pair_stops_and_its_friction_is_within_the_cone(sideways):
     points, pairs = cross(2e-4)
     velocities = np.outer([1, 1, 0, 0], [sideways, -0.5, 0.0])
     after = swept((points, velocities, np.full(4, 4e-8), pairs), elastic=False)
@@ -71,7 +72,7 @@ def test_a_pair_stops_and_its_friction_is_within_the_cone(cross, sideways):
     assert -change[0] == pytest.approx(min(LAW.friction * change[1], sideways))
 
 
-def test_the_spring_undoes_a_tenth_of_the_overlap_or_what_it_can(cross):
+def test_the_spring_undoes_a_tenth_of_the_overlap_or_what_it_can():
     points, pairs = cross(2e-4)
     still = np.zeros((4, 3))
     for stiffness in (1e-4, 10.0):
@@ -81,14 +82,14 @@ def test_the_spring_undoes_a_tenth_of_the_overlap_or_what_it_can(cross):
         assert apart == pytest.approx(min(0.1e-4 / DT, DT * stiffness * 1e-4 / 4e-8))
 
 
-def test_hair_within_reach_slows_down_before_it_touches(cross):
+def test_hair_within_reach_slows_down_before_it_touches():
     points, pairs = cross(3.2e-4)
     velocities = np.outer([1, 1, 0, 0], [0.0, -0.5, 0.0])
     after = swept((points, velocities, np.full(4, 4e-8), pairs))
     assert (after[0] - after[2])[1] == pytest.approx(-0.1 * 2e-5 / DT)
 
 
-def test_ends_are_omitted(cross):
+def test_ends_are_omitted():
     points, pairs = cross(2e-4)
     velocities = np.outer([1, 1, 0, 0], [0.0, -0.5, 0.0])
     at_end = pairs._replace(fractions=np.array([[0.5, 1.0]]))

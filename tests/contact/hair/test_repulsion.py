@@ -13,6 +13,8 @@ from hairpipe.solve.couplings import Couplings, matrices
 from hairpipe.solve.interactions import Prediction
 from hairpipe.values.hair import Shear
 
+from ..rod_scenes import cross, jacobian, pairs_within, segments_of, thrown
+
 LAW = Collisions(Thickness(3e-4), friction=0.3, stiffness=0.5)
 H = 1e-3
 MASS = 4e-8
@@ -36,23 +38,21 @@ def exerted(contacts, points, velocities, law=LAW, h=H, active=None, lagged_velo
 
 
 @pytest.fixture
-def heap(rods):
+def heap():
     """Sixty rods that overlap, their pairs, and velocities."""
-    throw, segments, within = rods
-    points, velocities = throw(60, 0.01, 0.008, 0.05, 3)
-    return points, velocities, within(points, segments(60), 2 * LAW.thickness.value)
+    points, velocities = thrown(60, 0.01, 0.008, 0.05, 3)
+    return points, velocities, pairs_within(points, segments_of(60), 2 * LAW.thickness.value)
 
 
-def test_force_is_minus_the_gradient_of_the_energy(heap, rods, jacobian_of):
+def test_force_is_minus_the_gradient_of_the_energy(heap):
     points, _, pairs = heap
-    _, segments, within = rods
 
     def energy(x):
-        gaps = within(x, segments(60), LAW.thickness.value).distances
+        gaps = pairs_within(x, segments_of(60), LAW.thickness.value).distances
         return 0.5 * LAW.stiffness * ((LAW.thickness.value - gaps) ** 2).sum()
 
     couplings = couplings_of(pairs, points, np.zeros_like(points))
-    force = jacobian_of(pairs, len(points)).T @ couplings.push.ravel() / H
+    force = jacobian(pairs, len(points)).T @ couplings.push.ravel() / H
     rng = np.random.default_rng(0)
     for _ in range(20):
         step = 1e-8 * rng.normal(size=points.shape)
@@ -61,7 +61,7 @@ def test_force_is_minus_the_gradient_of_the_energy(heap, rods, jacobian_of):
     assert (pairs.distances < LAW.thickness.value).sum() > 20
 
 
-def test_matrix_is_that_of_the_push(cross):
+def test_matrix_is_that_of_the_push():
     """A push one Newton step later is what push and matrix said it would be, while nothing slides."""
     points, pairs = cross(1e-4)
     velocities = np.zeros((4, 3))
@@ -90,14 +90,14 @@ def test_matrices_are_positive(heap):
     assert (lowest >= -1e-20).all()
 
 
-def test_hair_carried_through_is_pushed_back(cross):
+def test_hair_carried_through_is_pushed_back():
     points, pairs = cross(2e-4)
     through = points - np.outer([1, 1, 0, 0], [0.0, 5e-4, 0.0])
     push = couplings_of(pairs, points, np.zeros((4, 3)), at=through).push
     assert push[0, 1] == pytest.approx(H * LAW.stiffness * 6e-4)
 
 
-def test_approaching_segments_are_repelled_at_rest(cross):
+def test_approaching_segments_are_repelled_at_rest():
     """Rods that do not touch yet, and would go 2e-4 m into each other."""
     points, pairs = cross(4e-4)
     velocities = np.outer([1, 1, 0, 0], [0.0, -0.3, 0.0])
@@ -111,7 +111,7 @@ def test_approaching_segments_are_repelled_at_rest(cross):
 
 @pytest.mark.parametrize("speed", [1e-3, 0.01, 1.0])
 @pytest.mark.parametrize("share", [0.0, 1.0])
-def test_an_impact_slides_by_coulombs_law_or_stops(cross, jacobian_of, speed, share):
+def test_an_impact_slides_by_coulombs_law_or_stops(speed, share):
     """Rod on rod, pressed together by its overlap; one solve, linearised at rest and at the speed that it has."""
     points, pairs = cross(2.9e-4)
     velocities = np.outer([1, 1, 0, 0], [speed, 0.0, 0.0])
@@ -119,7 +119,7 @@ def test_an_impact_slides_by_coulombs_law_or_stops(cross, jacobian_of, speed, sh
     contacts = find_contacts(pairs, points, velocities, LAW)
     contacts = contacts._replace(loads=np.zeros(1))
     couplings = exerted(contacts, points + H * guess, guess, lagged_velocity=velocities, began=points)
-    J = jacobian_of(pairs, 4)
+    J = jacobian(pairs, 4)
     A = np.kron(np.eye(4), MASS * np.eye(3)) + J.T @ matrices(couplings)[0] @ J
     dv = np.linalg.solve(A, MASS * (velocities - guess).ravel() + J.T @ couplings.push[0])
     impulse = couplings.push[0] - matrices(couplings)[0] @ (J @ dv)
@@ -132,7 +132,7 @@ def test_an_impact_slides_by_coulombs_law_or_stops(cross, jacobian_of, speed, sh
     assert -impulse[0] <= limit * (1 + 1e-9) and 0 <= after <= speed
 
 
-def test_coincident_and_parallel_hair_is_pushed_apart_the_same_way(cross):
+def test_coincident_and_parallel_hair_is_pushed_apart_the_same_way():
     points, pairs = cross(0.0)
     velocities = np.outer([1, 1, 0, 0], [0.0, -1e-3, 0.0])
     pushes = [couplings_of(pairs, points, velocities).push for _ in range(2)]
@@ -188,14 +188,14 @@ def test_hair_held_below_the_limit_of_friction_does_not_creep():
     assert creep(Rub(Collisions()), 0.9, 0.3) < 1e-6
 
 
-def found(cross, depth=1e-5):
+def found(depth=1e-5):
     points, pairs = cross(LAW.thickness.value - depth)
     return points, find_contacts(pairs, points, np.zeros_like(points), LAW)
 
 
-def test_elongation_is_the_way_along_a_contact(cross):
+def test_elongation_is_the_way_along_a_contact():
     """What goes apart or together along the normal elongates nothing."""
-    points, contacts = found(cross)
+    points, contacts = found()
     anchors = anchor(contacts, points, no_shear(), LAW)
     way = np.array([3e-6, -2e-6, 1e-6])
     moved = points + np.outer([1, 1, 0, 0], way)
@@ -203,8 +203,8 @@ def test_elongation_is_the_way_along_a_contact(cross):
     np.testing.assert_allclose(shear.elongations, [[3e-6, 0.0, 1e-6]], atol=1e-18)
 
 
-def test_elongation_is_kept_up_to_the_limit_of_friction(cross):
-    points, contacts = found(cross)
+def test_elongation_is_kept_up_to_the_limit_of_friction():
+    points, contacts = found()
     limit = LAW.friction * contacts.loads[0] / LAW.stiffness
     apart = anchor(contacts, points, no_shear(), LAW)
     for way, kept in ((0.5 * limit, 0.5 * limit), (7.0 * limit, limit)):
@@ -213,16 +213,16 @@ def test_elongation_is_kept_up_to_the_limit_of_friction(cross):
 
 
 @pytest.mark.parametrize(("step", "taken"), [((0, 1), True), ((-1, 1), True), ((0, 2), False)])
-def test_a_contact_that_slides_over_a_joint_keeps_its_elongation(cross, step, taken):
-    points, contacts = found(cross)
+def test_a_contact_that_slides_over_a_joint_keeps_its_elongation(step, taken):
+    points, contacts = found()
     apart = anchor(contacts, points, no_shear(), LAW)
     known = Shear((contacts.segments + step).astype(np.int32), np.array([[1e-6, 0.0, 0.0]]))
     change = anchor(contacts, points, known, LAW) - apart
     np.testing.assert_allclose(change, [[1e-6 * taken, 0.0, 0.0]], atol=1e-18)
 
 
-def test_contacts_that_open_and_lost_hair_are_forgotten(cross):
-    points, contacts = found(cross)
+def test_contacts_that_open_and_lost_hair_are_forgotten():
+    points, contacts = found()
     anchors = anchor(contacts, points, no_shear(), LAW)
     for apart in (2e-5, np.nan):
         assert not len(sheared(contacts, points + np.outer([1, 1, 0, 0], [0.0, apart, 0.0]), anchors).segments)

@@ -26,24 +26,19 @@ def block():
     return Solid(points, np.array(fours, np.int32))
 
 
-@pytest.fixture
-def hexagons():
+def hexagons(columns=24, rows=24, edge=0.05):
     """A flat sheet of equilateral triangles."""
-
-    def make(columns=24, rows=24, edge=0.05):
-        i, j = np.meshgrid(np.arange(columns + 1), np.arange(rows + 1), indexing="ij")
-        x, z = (i + 0.5 * (j % 2)) * edge, j * edge * np.sqrt(3) / 2
-        points = np.stack([x, np.zeros_like(x), z], axis=2).reshape(-1, 3)
-        at = i * (rows + 1) + j
-        a, b = at[:-1, :-1], at[1:, :-1]
-        c, d = at[:-1, 1:], at[1:, 1:]
-        odd = (j[:-1, :-1] % 2 == 1)[:, :, None]
-        first = np.where(odd, np.stack([a, c, d], 2), np.stack([a, c, b], 2))
-        second = np.where(odd, np.stack([a, d, b], 2), np.stack([b, c, d], 2))
-        triangles = np.concatenate([first.reshape(-1, 3), second.reshape(-1, 3)]).astype(np.int32)
-        return Shell(points, triangles, np.zeros(len(points), bool))
-
-    return make
+    i, j = np.meshgrid(np.arange(columns + 1), np.arange(rows + 1), indexing="ij")
+    x, z = (i + 0.5 * (j % 2)) * edge, j * edge * np.sqrt(3) / 2
+    points = np.stack([x, np.zeros_like(x), z], axis=2).reshape(-1, 3)
+    at = i * (rows + 1) + j
+    a, b = at[:-1, :-1], at[1:, :-1]
+    c, d = at[:-1, 1:], at[1:, 1:]
+    odd = (j[:-1, :-1] % 2 == 1)[:, :, None]
+    first = np.where(odd, np.stack([a, c, d], 2), np.stack([a, c, b], 2))
+    second = np.where(odd, np.stack([a, d, b], 2), np.stack([b, c, d], 2))
+    triangles = np.concatenate([first.reshape(-1, 3), second.reshape(-1, 3)]).astype(np.int32)
+    return Shell(points, triangles, np.zeros(len(points), bool))
 
 
 def dense(A, pattern):
@@ -55,8 +50,3 @@ def dense(A, pattern):
         multiply(column, pattern.first, pattern.column, A, unit.reshape(-1, 3))
         full[:, i] = column.ravel()
     return full
-
-
-@pytest.fixture
-def as_dense():
-    return dense

@@ -11,6 +11,7 @@ from hairpipe.graphs.experiments.elastic.spring_mesh import shell_springs, solid
 from hairpipe.graphs.experiments.elastic.torus import build_torus
 
 from ...laws.checks import check_balance, check_law
+from .conftest import dense, hexagons
 
 
 def forces(springs, x, v=None, damping=0.0, h=1.0, tension=False):
@@ -54,23 +55,23 @@ def test_at_rest_nothing_acts(solid):
     np.testing.assert_allclose(forces(springs, points)[0], 0, atol=1e-13)
 
 
-def test_matrix_is_symmetric_and_positive(solid, as_dense):
+def test_matrix_is_symmetric_and_positive(solid):
     springs, points = solid
     x = points + 0.2 * np.random.default_rng(5).normal(size=points.shape)
-    full = as_dense(forces(springs, x, tension=True)[1], springs.pattern)
+    full = dense(forces(springs, x, tension=True)[1], springs.pattern)
     np.testing.assert_allclose(full, full.T, atol=1e-12)
     assert np.linalg.eigvalsh(full).min() > -1e-10
 
 
-def test_matrix_is_the_slope_of_the_force_at_rest(block, as_dense):
+def test_matrix_is_the_slope_of_the_force_at_rest(block):
     springs = solid_springs(block, Rubber(10.0, 1.0))
-    full = as_dense(forces(springs, block.points)[1], springs.pattern)
+    full = dense(forces(springs, block.points)[1], springs.pattern)
     change = np.random.default_rng(6).normal(size=block.points.shape)
     slope = (forces(springs, block.points + 1e-7 * change)[0] - forces(springs, block.points - 1e-7 * change)[0]) / 2e-7
     # At rest several altitudes of these tetrahedra tie, and all have their rest height: any of them gives a force.
     assert full.shape == (81, 81) and np.sum(slope * change) < 0 < change.ravel() @ full @ change.ravel()
     none = solid_springs(block, Rubber(10.0, 1.0, altitudes="none"))
-    full = as_dense(forces(none, block.points)[1], none.pattern)
+    full = dense(forces(none, block.points)[1], none.pattern)
     slope = (forces(none, block.points + 1e-7 * change)[0] - forces(none, block.points - 1e-7 * change)[0]) / 2e-7
     np.testing.assert_allclose(-full @ change.ravel(), slope.ravel(), rtol=1e-5, atol=1e-6)
 
@@ -84,7 +85,7 @@ def test_damping_resists_a_change_of_shape_only(solid):
 
 
 @pytest.mark.parametrize("held", [False, True])
-def test_solution_is_for_free_unknowns(block, as_dense, held):
+def test_solution_is_for_free_unknowns(block, held):
     springs = solid_springs(block, Rubber(10.0, 1.0))
     rng = np.random.default_rng(1)
     x = block.points + 0.1 * rng.normal(size=block.points.shape)
@@ -96,7 +97,7 @@ def test_solution_is_for_free_unknowns(block, as_dense, held):
     if held:
         free[rng.random(x.shape) < 0.3] = 0.0
     found, residual, made = solve(A, b, springs.pattern, free, 1e-12, 500)
-    full, keep = as_dense(A, springs.pattern), free.ravel() > 0
+    full, keep = dense(A, springs.pattern), free.ravel() > 0
     exact = np.zeros(x.size)
     exact[keep] = np.linalg.solve(full[np.ix_(keep, keep)], b.ravel()[keep])
     np.testing.assert_allclose(found.ravel(), exact, atol=1e-9)
@@ -123,7 +124,7 @@ def test_edges_of_a_solid_are_a_material_of_poisson_ratio_one_quarter():
     assert averaged(lambda x: spring_energy(x, springs), solid.points) / volume == pytest.approx(1.2 * 2e5, rel=1e-3)
 
 
-def test_edges_of_a_sheet_are_a_material_of_poisson_ratio_one_third(hexagons):
+def test_edges_of_a_sheet_are_a_material_of_poisson_ratio_one_third():
     shell = hexagons()
     springs = shell_springs(shell, Fabric(1e6, 1e-3, 500.0, across=0.0))
     area = springs.mass.sum() / 0.5
@@ -132,7 +133,7 @@ def test_edges_of_a_sheet_are_a_material_of_poisson_ratio_one_third(hexagons):
     assert modulus == pytest.approx(1e6 * 1e-3 / (1 - 1 / 9), rel=0.01)
 
 
-def test_a_sheet_bends_like_a_plate(hexagons):
+def test_a_sheet_bends_like_a_plate():
     """Rolled on a cylinder: D / (2 R^2) per area, D = E t^3 / (12 (1 - 1/9))."""
     shell, radius = hexagons(), 1.0
     springs = shell_springs(shell, Fabric(1e6, 1e-3, 500.0, across=0.0, altitudes="selected"))
@@ -146,7 +147,7 @@ def test_a_sheet_bends_like_a_plate(hexagons):
         assert energy == pytest.approx(1e6 * 1e-9 / (12 * (1 - 1 / 9)) / 2 / radius**2, rel=0.1)
 
 
-def test_mass_is_that_of_the_matter(hexagons):
+def test_mass_is_that_of_the_matter():
     solid = build_torus(0.5, 0.2, 4, 60, 0.0)
     assert solid_springs(solid, Rubber(density=500.0)).mass.sum() == pytest.approx(500 * 0.3948, rel=0.02)
     shell = hexagons(4, 4, 0.1)

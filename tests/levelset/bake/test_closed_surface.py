@@ -11,6 +11,8 @@ from hairpipe.errors import BadInput
 from hairpipe.levelset.closed_surface import capped, closed_surface, describe, edge_uses, holes
 from hairpipe.values import Mesh
 
+from ..conftest import together
+
 
 def broken(mesh: Mesh, **changes) -> Mesh:
     arrays = {"points": mesh.points.copy(), "triangles": mesh.triangles.copy(), "velocities": mesh.points * 0.0}
@@ -70,7 +72,7 @@ def test_a_body_at_rest_has_velocity_zero(box):
     assert not closed_surface(box(), "refuse").velocities.any()
 
 
-def test_crowded_edges_are_reported(box, together):
+def test_crowded_edges_are_reported(box):
     fins = together(box(), box((0.5, -0.5, -0.5), (1.5, 0.5, 0.5)))
     with pytest.warns(UserWarning, match="5 edges have more than two triangles"):
         points, same = np.unique(fins.points, axis=0, return_inverse=True)

@@ -11,6 +11,8 @@ from hairpipe.levelset.grid_layout import lattice_around
 from hairpipe.levelset.outer_shell import OUTSIDE, marked_samples, outer_surface
 from hairpipe.values import Mesh
 
+from ..conftest import together, torus
+
 
 def samples_of(mesh, voxel):
     """Positions of the samples, and which of them are outside."""
@@ -54,19 +56,19 @@ def test_nothing_leaks_between_triangles_that_meet_on_samples(box):
     assert (outside == (np.abs(points) > 0.5).any(axis=-1)).all()
 
 
-def test_parts_that_overlap_are_one(sphere, together):
+def test_parts_that_overlap_are_one(sphere):
     parts = sphere(level=3), sphere(centre=(0.9, 0.2, 0.0), level=3)
     points, outside = samples_of(together(*parts), 0.11)
     assert (outside == (is_outside_convex(parts[0], points) & is_outside_convex(parts[1], points))).all()
 
 
-def test_enclosed_samples_are_inside(sphere, together):
+def test_enclosed_samples_are_inside(sphere):
     hollow = together(sphere(level=3), sphere(0.6, level=3))
     points, outside = samples_of(hollow, 0.11)
     assert (outside == is_outside_convex(sphere(level=3), points)).all()
 
 
-def test_a_cavity_with_a_way_out_is_outside(box, together):
+def test_a_cavity_with_a_way_out_is_outside(box):
     # A cup: a floor and four walls, open above.
     walls = [((-1, 0, -1), (1, 0.2, 1)), ((-1, 0, -1), (-0.8, 1, 1)), ((0.8, 0, -1), (1, 1, 1))]
     walls += [((-1, 0, -1), (1, 1, -0.8)), ((-1, 0, 0.8), (1, 1, 1))]
@@ -76,7 +78,7 @@ def test_a_cavity_with_a_way_out_is_outside(box, together):
     assert outside[within].all()
 
 
-def test_sign_of_a_body_agrees_with_the_winding_number(torus):
+def test_sign_of_a_body_agrees_with_the_winding_number():
     mesh = torus(1.0, 0.4, 24)
     points, outside = samples_of(mesh, 0.2)
     chosen = np.random.default_rng(0).integers(0, outside.size, 2000)
@@ -111,13 +113,13 @@ def test_faces_that_lie_on_samples_are_kept(box):
     assert area(outer_of(box(), 0.125).surface.corners) == pytest.approx(6)
 
 
-def test_a_part_within_another_is_dropped(sphere, together):
+def test_a_part_within_another_is_dropped(sphere):
     mesh = sphere(level=3)
     outer = outer_of(together(mesh, sphere(0.5, level=2)), 0.1)
     assert np.array_equal(outer.surface.corners, mesh.points[mesh.triangles])
 
 
-def test_sheets_hidden_in_an_overlap_are_dropped(sphere, together):
+def test_sheets_hidden_in_an_overlap_are_dropped(sphere):
     voxel, centre = 0.06, np.array([1.0, 0.0, 0.0])
     outer = outer_of(together(sphere(level=4), sphere(centre=centre, level=4)), voxel)
     middles = outer.surface.corners.mean(axis=1)
@@ -128,13 +130,13 @@ def test_sheets_hidden_in_an_overlap_are_dropped(sphere, together):
     assert shown < area(outer.surface.corners) < shown + 2 * 2 * voxel * 2 * np.pi * np.sqrt(0.75)
 
 
-def test_pieces_move_as_the_triangles_they_are_cut_from(sphere, together):
+def test_pieces_move_as_the_triangles_they_are_cut_from(sphere):
     outer = outer_of(together(sphere(level=2), sphere(centre=(1.0, 0, 0), level=2)), 0.1)
     assert len(outer.surface.corners) > 256
     assert np.allclose(outer.surface.velocities, np.cross([0, 0, 1.0], outer.surface.corners), atol=1e-12)
 
 
-def test_a_sheet_thinner_than_the_samples_is_lost(box, together):
+def test_a_sheet_thinner_than_the_samples_is_lost(box):
     sheet = box((1.0, -0.5, 0.01), (2.0, 0.5, 0.02))
     outer = outer_of(together(box(), sheet), 0.1)
     assert outer.lost == pytest.approx(2.04 / 8.04, abs=0.02)

@@ -11,6 +11,8 @@ from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.sample import Interpolation, distance, field_of, gradient
 from hairpipe.values import LevelSet, Mesh
 
+from ..conftest import positions, together
+
 VOXEL, HALF_WIDTH = 0.01, 6.0
 WIDTH = VOXEL * HALF_WIDTH
 
@@ -57,7 +59,7 @@ def read(surface: LevelSet, points: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("thickness", [0.02, 0.03])
-def test_a_collar_is_within_half_a_thickness_of_its_triangles(positions, thickness):
+def test_a_collar_is_within_half_a_thickness_of_its_triangles(thickness):
     mesh = collar()
     surface = bake_sheets(None, mesh, VOXEL, HALF_WIDTH, "fill", thickness)
     points = positions(surface)
@@ -89,7 +91,7 @@ def test_winding_has_no_effect():
     np.testing.assert_allclose(surfaces[1].distance, surfaces[0].distance, atol=1e-7)
 
 
-def test_a_head_in_a_collar_is_one_collider(sphere, positions):
+def test_a_head_in_a_collar_is_one_collider(sphere):
     head, around = sphere(0.1, (0.0, 0.05, 0.0), 4), collar(0.14)
     surface = bake_sheets(head, around, VOXEL, HALF_WIDTH, "refuse", 0.02)
     points = positions(surface).reshape(-1, 3)
@@ -145,7 +147,7 @@ def test_a_garment_that_crosses_its_band_over_a_body_is_found_between_frames():
         np.testing.assert_allclose(found.velocity, np.tile([speed, 0.0, 0.0], (3, 1)), rtol=1e-5)
 
 
-def test_velocities_beyond_the_bands_are_those_of_the_nearer_of_sheet_and_body(positions):
+def test_velocities_beyond_the_bands_are_those_of_the_nearer_of_sheet_and_body():
     table = build_cylinder(0.15, 0.2, False, 24, (0.0, -0.06, 0.0), (0.0, 1.0, 0.0))
     corners = np.array([[0.02, y, z] for y in (0.16, 0.2) for z in (-0.05, 0.05)])
     cloth = Mesh(corners, np.array([[0, 1, 2], [1, 3, 2]], np.int32), np.tile([2.0, 0.0, 0.0], (4, 1)))
@@ -159,7 +161,7 @@ def test_velocities_beyond_the_bands_are_those_of_the_nearer_of_sheet_and_body(p
     np.testing.assert_array_equal(rates, np.where(nearer, np.float32(2.0), np.float32(0.0)))
 
 
-def test_closed_pieces_of_sheets_are_solid(sphere, together):
+def test_closed_pieces_of_sheets_are_solid(sphere):
     ball = sphere(0.08, (0.0, 0.35, 0.0), 3)
     surface = bake_sheets(None, together(ball, collar()), VOXEL, HALF_WIDTH, "refuse", None)
     places = np.column_stack([np.zeros(9), np.linspace(0.29, 0.45, 9), np.zeros(9)])

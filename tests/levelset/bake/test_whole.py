@@ -11,6 +11,8 @@ from hairpipe.errors import BadInput
 from hairpipe.levelset.bake import bake
 from hairpipe.values import LevelSet, Mesh
 
+from ..conftest import positions, together, torus
+
 HALF_WIDTH = 4.0
 
 
@@ -38,39 +40,39 @@ def to_torus(points, radius, tube):
     return np.hypot(ring, points[..., 1]) - tube
 
 
-def error(surface: LevelSet, positions, exact: np.ndarray) -> float:
+def error(surface: LevelSet, exact: np.ndarray) -> float:
     """Largest error of the samples of the band [voxel]."""
     width = surface.voxel * surface.half_width
     return np.abs(np.clip(surface.distance, -width, width) - np.clip(exact, -width, width)).max() / surface.voxel
 
 
 @pytest.mark.parametrize("voxel", [0.1, 0.07])
-def test_a_box_is_exact(box, positions, voxel):
+def test_a_box_is_exact(box, voxel):
     surface = baked(box(), voxel)
-    assert error(surface, positions, to_box(positions(surface))) < 1e-5
+    assert error(surface, to_box(positions(surface))) < 1e-5
 
 
-def test_a_turned_box_is_exact(box, positions):
+def test_a_turned_box_is_exact(box):
     mesh, turn = box(), Rotation.from_rotvec([0.3, -0.8, 0.5])
     surface = baked(Mesh(turn.apply(mesh.points), mesh.triangles), 0.09)
     points = positions(surface)
-    assert error(surface, positions, to_box(points @ turn.as_matrix())) < 1e-5
+    assert error(surface, to_box(points @ turn.as_matrix())) < 1e-5
 
 
 @pytest.mark.parametrize("level", [3, 4, 5])
-def test_a_sphere_to_the_error_of_its_mesh(sphere, positions, level):
+def test_a_sphere_to_the_error_of_its_mesh(sphere, level):
     mesh, voxel = sphere(level=level), 0.1
     a, b, c = mesh.points[mesh.triangles].transpose(1, 0, 2)
     normals = np.cross(b - a, c - a)
     flattest = 1 - (np.einsum("tj,tj->t", normals, a) / np.linalg.norm(normals, axis=1)).min()
     surface = baked(mesh, voxel)
     # The polyhedron lies within the sphere, by that much where a face is farthest from it.
-    assert error(surface, positions, to_sphere(positions(surface))) < flattest / voxel + 1e-5
+    assert error(surface, to_sphere(positions(surface))) < flattest / voxel + 1e-5
 
 
-def test_a_torus_to_the_error_of_its_mesh(torus, positions):
+def test_a_torus_to_the_error_of_its_mesh():
     surface = baked(torus(1.0, 0.4), 0.08)
-    assert error(surface, positions, to_torus(positions(surface), 1.0, 0.4)) < 0.03
+    assert error(surface, to_torus(positions(surface), 1.0, 0.4)) < 0.03
 
 
 def test_samples_lie_on_the_world_lattice(sphere):
@@ -121,7 +123,7 @@ def test_the_gradient_is_one_in_the_band(sphere):
     assert np.abs(slopes[middle] - 1).mean() < 0.005
 
 
-def test_the_velocity_is_that_of_the_closest_point(sphere, positions):
+def test_the_velocity_is_that_of_the_closest_point(sphere):
     spin, travel = np.array([1.0, 2.0, -0.5]), np.array([0.3, 0.0, -0.2])
     surface = baked(spinning(sphere(level=4), spin, travel), 0.1)
     banded = np.abs(surface.distance) < 0.99 * HALF_WIDTH * surface.voxel
@@ -133,7 +135,7 @@ def test_the_velocity_is_that_of_the_closest_point(sphere, positions):
     assert off.mean() < np.linalg.norm(spin) * 0.01
 
 
-def test_samples_outside_the_band_have_the_velocity_of_the_nearest_part(sphere, together, positions):
+def test_samples_outside_the_band_have_the_velocity_of_the_nearest_part(sphere):
     """Two spheres, one at rest and a fast one: whichever of them the search begins with, it is not what is found."""
     still = sphere(0.3, level=3)
     for side in (-1.0, 1.0):
@@ -147,7 +149,7 @@ def test_samples_outside_the_band_have_the_velocity_of_the_nearest_part(sphere, 
         assert np.allclose(surface.velocity[nearer & (to_fast < 0)], [5.0, 0.0, 0.0])
 
 
-def test_the_velocity_of_a_face_is_interpolated_in_it(box, positions):
+def test_the_velocity_of_a_face_is_interpolated_in_it(box):
     surface = baked(spinning(box(), [0.0, 1.0, 0.0]), 0.1)
     points = positions(surface)
     above = (np.abs(points[..., [0, 2]]) < 0.49).all(axis=-1) & (points[..., 1] > 0.51) & (points[..., 1] < 0.85)
@@ -156,7 +158,7 @@ def test_the_velocity_of_a_face_is_interpolated_in_it(box, positions):
     assert np.allclose(surface.velocity[above], np.cross([0, 1.0, 0], feet), atol=1e-6)
 
 
-def test_overlapping_parts_are_their_union(sphere, together, positions):
+def test_overlapping_parts_are_their_union(sphere):
     voxel, centre = 0.08, np.array([1.0, 0.0, 0.0])
     mesh = together(sphere(level=4), sphere(centre=centre, level=4))
     speed = np.repeat([[1.0, 0, 0], [0, 2.0, 0]], len(mesh.points) // 2, axis=0)
@@ -188,11 +190,11 @@ def test_the_result_does_not_depend_on_threads(sphere, same_on_threads):
     same_on_threads(lambda: baked(mesh, 0.07))
 
 
-def test_an_open_body_is_that_with_a_cap(box, positions):
+def test_an_open_body_is_that_with_a_cap(box):
     mesh = box()
     with pytest.warns(UserWarning, match="capped 1 hole"):
         surface = bake(Mesh(mesh.points, mesh.triangles[2:]), 0.1, HALF_WIDTH)
-    assert error(surface, positions, to_box(positions(surface))) < 1e-5
+    assert error(surface, to_box(positions(surface))) < 1e-5
 
 
 def test_an_inside_out_body_is_the_same(sphere):
@@ -201,7 +203,7 @@ def test_an_inside_out_body_is_the_same(sphere):
     assert np.allclose(baked(flipped, 0.1).distance, baked(mesh, 0.1).distance)
 
 
-def test_a_body_too_thin_for_the_voxel_is_refused_or_reported(box, together):
+def test_a_body_too_thin_for_the_voxel_is_refused_or_reported(box):
     sheet = box((1.0, -0.5, 0.01), (2.0, 0.5, 0.02))
     with pytest.raises(BadInput, match=r"encloses no sample at voxel = 0.1 m \(a smaller voxel\)"):
         bake(sheet, 0.1, HALF_WIDTH)
