@@ -11,9 +11,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import numba
 import numpy as np
-import pytest
 
 import hairpipe
 from hairpipe.laws.settings import Collisions, Stiction, StrainLimit
@@ -73,15 +71,6 @@ def slab():
     return build_collider_field(surface, surface, 1 / 24, Interpolation.two_sided)
 
 
-@pytest.fixture
-def one_thread():
-    """One thread: memory that kernels take themselves is then the same in every run."""
-    before = numba.get_num_threads()
-    numba.set_num_threads(1)
-    yield
-    numba.set_num_threads(before)
-
-
 def bytes_of(shot, monkeypatch):
     """Return the number of points of hair on a slab, and the bytes that lines of Python allocate in a step of it."""
     shot.scene = replace(shot.scene, strain=StrainLimit(), stiction=Stiction(), collisions=Collisions())
@@ -97,7 +86,7 @@ def bytes_of(shot, monkeypatch):
     return shot.hair.layout.offsets[-1], made.total() / len(steps)
 
 
-def test_steps_allocate_few_bytes_for_each_point(scene, straight, monkeypatch, one_thread):
+def test_steps_allocate_few_bytes_for_each_point(scene, straight, monkeypatch):
     hair, apart = straight(0.1, 20, [1, 0, 0]), np.array([0, 0, 3e-4])
     shots = (scene([hair + k * apart for k in range(count)]) for count in (80, 240))
     (few, less), (many, more) = (bytes_of(shot, monkeypatch) for shot in shots)

@@ -3,7 +3,6 @@
 from dataclasses import replace
 from itertools import pairwise
 
-import numba
 import numpy as np
 import pytest
 
@@ -62,13 +61,9 @@ def test_lengths_stay(hair, states):
     np.testing.assert_allclose(np.linalg.norm(np.diff(points, axis=1), axis=2), 0.06 / SEGMENTS, rtol=1e-9)
 
 
-def test_a_shot_that_is_resumed_is_the_same_to_the_bit_on_any_number_of_threads(hair, states):
-    threads = numba.get_num_threads()
-    try:
-        numba.set_num_threads(1)
-        same(shot(hair, SCENE, 4, states[5], 6)[-1], states[9])
-    finally:
-        numba.set_num_threads(threads)
+def test_a_shot_that_is_resumed_is_the_same_to_the_bit_on_any_number_of_threads(hair, states, threads):
+    threads(1)
+    same(shot(hair, SCENE, 4, states[5], 6)[-1], states[9])
 
 
 def test_hairs_whose_guides_disagree_are_simulated_again(hair, states):

@@ -1,3 +1,0 @@
-"""The toy shot of the engine's tests."""
-
-from ....engine.conftest import shot, trusted  # noqa: F401
