@@ -1,14 +1,17 @@
 """A curtain of particles hangs, splits and merges, keeps out of bodies, and comes to rest."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.special import jv
 
 from hairpipe.errors import BadInput
+from hairpipe.laws.settings import Wind
 from hairpipe.particles.interaction import find_pairs
 from hairpipe.particles.links import link
-from hairpipe.particles.model import build_model
+from hairpipe.particles.model import LOAD, build_model
 from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Interaction, ParticleContact, RestTension
 from hairpipe.particles.simulate import ParticleSimulation, cloud_of, laws_of, start
@@ -26,10 +29,7 @@ def moved_by(shot):
 
 def test_hair_sags_as_asked_and_not_at_all_with_links_that_carry_it(shot):
     """The bar that it is taken for: stretched by `sag` at the root, half of that on the mean, which lowers its tip."""
-    hung, carried = (
-        shot(interaction=Interaction()).run(72),
-        shot(interaction=Interaction(), sag_free=RestTension()).run(72),
-    )
+    hung, carried = (shot(interaction=Interaction(), sag_free=s).run(72) for s in (None, RestTension()))
     lowest = hung.particles.arcs > 0.18
     assert moved_by(hung)[lowest].mean() == pytest.approx(0.05 * 0.2, rel=0.6)
     assert moved_by(carried).mean() < 0.1 * moved_by(hung).mean()
@@ -179,3 +179,79 @@ def test_hair_that_is_not_finite_is_named_and_a_body_around_all_of_it_refused(sh
     around = make_ball(np.array([0.0, -0.1, 0.0]), np.zeros(3), 2.0)
     with pytest.raises(BadInput, match="all particles are inside the body"):
         start(hair.simulation, given, (around,))
+
+
+def farthest(hair):
+    """Distance of particles from their roots over that at rest along the hair, which is straight."""
+    deep, particles = hair.prepared.model.deep, hair.particles
+    roots = particles.hair.points[particles.hair.offsets[:-1]][particles.strands[deep:]]
+    return np.linalg.norm(hair.state.points[deep:] - roots, axis=1)
+
+
+def test_wind_throws_no_particle_farther_than_hair_stretches(shot):
+    hair = shot(wind=Wind((0.0, 0.0, -30.0)))
+    with pytest.warns(UserWarning, match=r"are too far from their roots at frame 1, the farthest .* m, over .* m, on"):
+        hair.run(4)
+    assert farthest(hair).max() <= (LENGTH + hair.particles.reach) * (1.0 + LOAD * hair.settings.sag / 2.0) + 1e-9
+    assert hair.pace < 40.0
+
+
+def test_hair_that_hangs_and_swings_is_within_reach(shot):
+    hair = shot()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        hair.run(6, kick=lambda frame: np.array([2.0, 0.0, 0.0]) * (frame == 0))
+    assert farthest(hair).max() > LENGTH
+
+
+def test_wind_that_tears_hair_from_its_roots_diverges_with_numbers(shot):
+    with pytest.raises(ArithmeticError, match=r"^diverged: \d+ of \d+ particles .* the farthest .*e\+\d+ m, over"):
+        shot(wind=Wind((0.0, 0.0, 1e8))).run(2)
+
+
+def test_wind_that_no_solve_can_hold_diverges_with_numbers(shot):
+    """It left hair where it was, at speed 0."""
+    with pytest.raises(ArithmeticError, match=r"^diverged: the force of air on a particle is .*e\+\d\d N"):
+        shot(wind=Wind((0.0, 0.0, 1e30))).run(1)
+
+
+LENGTH, LOWER, DRAG, GRAVITY = 0.2, 0.15, 3.0, 9.81
+WAY = np.array([0.0, 0.0, 0.01])
+"""Across the curtain, where it is thin: along it, hair that acts on hair stiffens it."""
+
+
+def of_chain(rate):
+    """Lag of the lower quarter [frames], and its swing over that of the rail; linear theory, z up from the tip:
+
+    J0(2 k sqrt(z)) / J0(2 k sqrt(L)), g k^2 = w (w - i drag).
+    """
+    k, heights = np.sqrt(rate * (rate - 1j * DRAG) / GRAVITY), np.linspace(0.0, LENGTH - LOWER, 50)
+    response = np.mean(jv(0, 2.0 * k * np.sqrt(heights))) / jv(0, 2.0 * k * np.sqrt(LENGTH))
+    return -np.angle(response) / rate / FRAME, np.abs(response)
+
+
+def swung(shot, rate, sag):
+    """The same of the curtain, after three seconds."""
+
+    def rail(frame):
+        seconds = (frame + 1) * FRAME
+        velocity = WAY * rate * np.cos(rate * seconds)
+        return plate(WAY * np.sin(rate * seconds), velocities=np.tile(velocity, (3, 1)))
+
+    hair, places = shot(interaction=Interaction(), sag=sag), []
+    for frame in range(144):
+        hair.run(1, lambda _, frame=frame: rail(frame))
+        places.append((hair.state.points - hair.particles.points)[hair.particles.arcs > LOWER, 2].mean())
+    phases = rate * FRAME * np.arange(73, 145)
+    waves = np.stack([np.sin(phases), np.cos(phases), np.ones(72)], axis=1)
+    sine, cosine, _ = np.linalg.lstsq(waves, np.array(places[72:]), rcond=None)[0]
+    response = (sine + 1j * cosine) / WAY[2]
+    return -np.angle(response) / rate / FRAME, np.abs(response)
+
+
+@pytest.mark.parametrize("hertz", [1.0, 2.0])
+def test_it_lags_and_swings_as_a_chain_does_and_hardly_at_ten_times_the_modulus(shot, hertz):
+    rate = 2.0 * np.pi * hertz
+    (lag, swing), (chain_lag, chain_swing) = swung(shot, rate, 0.1), of_chain(rate)
+    assert abs(lag - chain_lag) < 1.0 and swing == pytest.approx(chain_swing, rel=0.2)
+    assert swung(shot, rate, 0.01)[0] < 1.0

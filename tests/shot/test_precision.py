@@ -69,11 +69,8 @@ def test_rounding_is_less_than_the_error_of_a_step_up_to_the_limit_of_every_mode
         shot.state = start(shot.hair, shot.body, shot.scene)
         return shot.run(SECONDS).points, of(shot.hair)
 
-    (single, chosen), (double, _), (fine, _) = (
-        fallen("automatic", step),
-        fallen("double", step),
-        fallen("double", step / 4),
-    )
+    asked = ("automatic", step), ("double", step), ("double", step / 4)
+    (single, chosen), (double, _), (fine, _) = (fallen(*each) for each in asked)
     assert chosen == "single"
     off, error = (np.sqrt(np.mean((points - double) ** 2)) for points in (single, fine))
     assert 0.0 < off < error

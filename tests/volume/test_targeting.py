@@ -1,4 +1,4 @@
-"""Hair led to a density: an energy, its gradient, and what does not depend on how the target is given."""
+"""Hair led to a density: an energy, its gradient, and simulations."""
 
 from itertools import pairwise
 

@@ -79,12 +79,8 @@ def test_bar_and_roots_are_at_rest_after_a_period_where_they_began():
 
 def test_hair_that_a_bar_meets_slides_over_it():
     """At 1 m/s in steps of 1/240 s the bar goes 4 mm a step; with friction hair was stretched by 12 %, and flung."""
-    found = meet(
-        build_hair(tuft(), Material(), "network"), replace(LIMITED, steps=StepControl(1 / 240)), True, 1.0, 0.25
-    )
-    fine = meet(
-        build_hair(tuft(), Material(), "network"), replace(LIMITED, steps=StepControl(1 / 960)), True, 1.0, 0.25
-    )
+    hair, steps = build_hair(tuft(), Material(), "network"), (StepControl(1 / 240), StepControl(1 / 960))
+    found, fine = (meet(hair, replace(LIMITED, steps=each), True, 1.0, 0.25) for each in steps)
     assert found.finite and found.stretch < 0.02 and found.deepest == 0.0 and not found.through.any()
     assert found.fastest == pytest.approx(fine.fastest, rel=0.15)
 
