@@ -82,8 +82,19 @@ class Page:
     def tables(self):
         return tomllib.loads(self.text)
 
+    def ask(self, expression, *given):
+        """Value of an expression of the page."""
+        return self.driver.execute_script(f"return {expression}", *given)
+
+    @property
+    def has_errors(self):
+        return self.ask("document.body.dataset.errors") != "0"
+
     def find(self, selector):
         return self.driver.find_element("css selector", selector)
+
+    def all(self, selector):
+        return self.driver.find_elements("css selector", selector)
 
     def node(self, name):
         return self.find(f'.node[data-node="{name}"] .box')
@@ -91,10 +102,7 @@ class Page:
     def until(self, true, most=20.0):
         end = time.monotonic() + most
         while not true():
-            assert time.monotonic() < end, (
-                self.driver.execute_script("return document.body.dataset.refused"),
-                self.text,
-            )
+            assert time.monotonic() < end, (self.ask("document.body.dataset.refused"), self.text)
             time.sleep(0.03)
         self.settle()
 

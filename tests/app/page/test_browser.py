@@ -168,51 +168,36 @@ def test_no_wire_crosses_a_node_in_any_shipped_graph(shown, report, find_data, m
         assert boxes == len(shot.nodes) and not crossed, (name, crossed)
 
 
-def test_live_a_setting_is_edited_run_and_saved(opened, shot, folder):
-    with served(Session(shot)) as address:
-        driver = opened(address)
-        do(driver, "selectNode('picture')")
-        outputs = """return Object.entries(app.state.nodes).flatMap(([node, { cells }]) =>
-            cells.map(({ frame, outputs }) => [node, frame, JSON.stringify(outputs)]))"""
-        before = {tuple(cell) for cell in driver.execute_script(outputs)}
-        edit = """const field = document.querySelector('[data-setting="red"] input');
-            field.value = arguments[0]; field.dispatchEvent(new Event('change'))"""
-        wait = """const [text, done] = arguments;
-            const look = () => {
-                const there = document.querySelector('#controls').innerText.includes(text);
-                return there && !app.state.verdict.running ? done(true) : setTimeout(look, 50);
-            };
-            look();"""
-        do(driver, edit, "7e400")
-        shown = "const look = () => document.querySelector('.wrong') ? arguments[0]() : setTimeout(look, 50); look();"
-        driver.execute_async_script(shown)
-        assert driver.find_element("css selector", ".wrong").text
-        do(driver, "document.querySelector('.explain summary').click()")
-        do(driver, edit, "0.875")
-        driver.execute_async_script(wait, "picture.red = 0.875")
-        assert driver.execute_script("return app.state.verdict.missing") in (
-            4,
-            5,
-        )  # of the frame shown by itself, or not yet
-        do(driver, "document.getElementById('do-run').click()")
-        driver.execute_async_script(wait, "run save 1")
-        changed = {tuple(cell) for cell in driver.execute_script(outputs)} - before
-        assert sorted(cell[:2] for cell in changed) == [("picture", frame) for frame in range(1, 6)]
-        assert driver.execute_script("return app.state.verdict.missing") == 0
-        assert (folder / "shot.toml").read_text() == SHOT
-        explained = """const done = arguments[0];
-            const look = () => {
-                const box = document.querySelector('.explain[open]');
-                return box?.innerText.includes('0.875') ? done(true) : setTimeout(look, 50);
-            };
-            look();"""
-        assert driver.execute_async_script(explained)  # the box has stayed open, and tells of the new result
-        do(driver, "document.getElementById('do-save').click()")
-        driver.execute_async_script(wait, "run save revert")
-        assert (folder / "shot.toml").read_text() == SHOT.replace(
-            '"paint"\nin.hair = "hair"\n', '"paint"\nin.hair = "hair"\nred = 0.875\n'
-        )
-        assert driver.execute_script("return document.body.dataset.errors") == "0"
+def test_live_a_setting_is_edited_run_and_saved(live, folder):
+    do(live.driver, "selectNode('picture')")
+    cells = """Object.entries(app.state.nodes).flatMap(([node, { cells }]) =>
+        cells.map(({ frame, outputs }) => [node, frame, JSON.stringify(outputs)]))"""
+    edit = """const field = document.querySelector('[data-setting="red"] input');
+        field.value = arguments[0]; field.dispatchEvent(new Event('change'))"""
+
+    def wait_for_controls(text):
+        idle = "document.querySelector('#controls').innerText.includes(arguments[0]) && !app.state.verdict.running"
+        live.until(lambda: live.ask(idle, text), 30)
+
+    before = set(map(tuple, live.ask(cells)))
+    do(live.driver, edit, "7e400")
+    live.until(lambda: live.all(".wrong") and live.find(".wrong").text)
+    do(live.driver, "document.querySelector('.explain summary').click()")
+    do(live.driver, edit, "0.875")
+    wait_for_controls("picture.red = 0.875")
+    assert live.ask("app.state.verdict.missing") in (4, 5)  # of the frame shown by itself, or not yet
+    do(live.driver, "document.getElementById('do-run').click()")
+    wait_for_controls("run save 1")
+    changed = set(map(tuple, live.ask(cells))) - before
+    assert sorted(cell[:2] for cell in changed) == [("picture", frame) for frame in range(1, 6)]
+    assert live.ask("app.state.verdict.missing") == 0 and (folder / "shot.toml").read_text() == SHOT
+    explained = "document.querySelector('.explain[open]')?.innerText.includes('0.875')"
+    live.until(lambda: live.ask(explained))  # the box has stayed open, and tells of the new result
+    do(live.driver, "document.getElementById('do-save').click()")
+    wait_for_controls("run save revert")
+    paint = '"paint"\nin.hair = "hair"\n'
+    assert (folder / "shot.toml").read_text() == SHOT.replace(paint, f"{paint}red = 0.875\n")
+    assert not live.has_errors
 
 
 def test_live_a_run_of_another_process_is_followed(opened, shot, folder):
@@ -222,21 +207,18 @@ def test_live_a_run_of_another_process_is_followed(opened, shot, folder):
     session.edit("hair.strands", "310")
     session.cook = lambda node, frame: None
     with served(session) as address:
-        driver = opened(address)
-        until = """const done = arguments[0];
-            const look = () => (%s ? done(true) : setTimeout(look, 50));
-            look();"""
-        do(driver, "selectNode('hair'); app.set({ frame: 1 })")
+        page = Page(opened(address), session)
+        do(page.driver, "selectNode('hair'); app.set({ frame: 1 })")
         lease.parent.mkdir(exist_ok=True)
         lease.write_text(json.dumps({"holder": ELSEWHERE, "host": "render-7"}))
-        driver.execute_async_script(until % "app.cell('hair').state === 'running'")
-        assert "computing: render-7 1" in driver.find_element("id", "verdict").text
-        assert driver.find_element("css selector", "#panel .state").text == "hair@1: running on render-7"
+        page.until(lambda: page.ask("app.cell('hair').state") == "running", 30)
+        assert "computing: render-7 1" in page.find("#verdict").text
+        assert page.find("#panel .state").text == "hair@1: running on render-7"
         lease.unlink()
         run = [*START, "run", "shot.toml", "--set", "hair.strands=310", "--to", "hair", "-j1", "-q"]
         subprocess.run(run, cwd=folder, check=True)
-        driver.execute_async_script(until % "viewer?.items.at(-1)?.places.length === 310 * 12 * 3")
-        assert driver.execute_script("return [app.cell('hair').state, document.body.dataset.errors]") == ["cached", "0"]
+        page.until(lambda: page.ask("viewer?.items.at(-1)?.places.length") == 310 * 12 * 3, 30)
+        assert page.ask("app.cell('hair').state") == "cached" and not page.has_errors
 
 
 @pytest.mark.slow
@@ -246,14 +228,14 @@ def test_live_an_edit_shows_the_selected_node_by_itself_and_names_what_a_run_cos
     live.settle()
     found = """return document.querySelector('[data-setting="strands"] input[type=range]')"""
     slider = live.driver.execute_script(found)  # which is not found again
-    live.until(lambda: live.driver.execute_script("return viewer.items.at(-1)?.lengths?.length") == 211)
+    live.until(lambda: live.ask("viewer.items.at(-1)?.lengths?.length") == 211)
     assert slider.is_displayed(), "only the state in the panel was drawn again"
     live.until(lambda: "hair 4" in live.find("#panel .ahead").text)
     do(live.driver, "selectNode('lag')")
     live.until(lambda: "waits for a run: simulation lag" in live.find("#panel .ahead").text)
     live.find("#run-to").click()
-    live.until(lambda: live.driver.execute_script("return app.cell('lag').state") in ("computed", "cached"), 40)
-    assert live.driver.execute_script("return app.cell('reach').state") == "run"
+    live.until(lambda: live.ask("app.cell('lag').state") in ("computed", "cached"), 40)
+    assert live.ask("app.cell('reach').state") == "run"
 
 
 @pytest.mark.slow
@@ -274,12 +256,12 @@ def test_live_a_slider_that_is_dragged_shows_its_result_and_is_one_edit_on_relea
     live.driver.execute_script("arguments[0].dispatchEvent(new Event('change'))", slider)
     live.until(lambda: live.tables["hair"]["strands"] == value)
     assert len(live.session._history.document()["edits"]) == steps + 1
-    assert live.driver.execute_script("return [viewer.items.at(-1).lengths.length, app.trial]") == [value, None]
+    assert live.ask("[viewer.items.at(-1).lengths.length, app.trial]") == [value, None]
     assert live.session.document("state")[0]["nodes"]["hair"]["cells"][2]["state"] in ("cached", "computed")
     live.driver.execute_script(drag, live.find('[data-setting="strands"] input[type=range]'), 620)
-    live.until(lambda: live.driver.execute_script("return app.trial !== null"))
+    live.until(lambda: live.ask("app.trial !== null"))
     live.driver.execute_script("dropTrial()")  # as a release where the drag began
-    live.until(lambda: live.driver.execute_script("return app.trial") is None)
+    live.until(lambda: live.ask("app.trial") is None)
     live.until(lambda: live.driver.execute_script(strands) == value)
 
 
@@ -294,14 +276,14 @@ def test_live_the_last_result_stays_in_view_and_is_marked(live):
     do(live.driver, "selectNode('hair')")
     assert stale() == []
     live.session.change("shot", {"name": "frames", "text": "[1, 6]"})
-    live.until(lambda: live.driver.execute_script("return app.graph.frames[1]") == 6)
+    live.until(lambda: live.ask("app.graph.frames[1]") == 6)
     do(live.driver, "app.set({ frame: 6 })")
     live.until(lambda: stale() == ["stale: frame 2"])
-    assert live.driver.execute_script("return [viewer.items.length, viewer.ghost.at(-1).lengths.length]") == [0, 300]
+    assert live.ask("[viewer.items.length, viewer.ghost.at(-1).lengths.length]") == [0, 300]
     do(live.driver, "app.last.clear(); selectNode('reach')")
     live.until(lambda: stale() == ["stale: frame 5"])
     assert live.find(".table table").is_displayed(), "the nearest frame, where nothing was shown before"
-    assert live.driver.execute_script("return document.body.dataset.errors") == "0"
+    assert not live.has_errors
 
 
 SEARCH = """const [text, done] = arguments;
@@ -327,19 +309,18 @@ def test_live_nodes_are_found_by_settings_and_words_of_other_programs(looked, te
 
 
 def test_live_the_middle_button_turns_the_view_and_a_double_click_shows_all(looked):
-    live = looked
-    do(live.driver, "selectNode('hair'); app.set({ frame: 1 })")
+    do(looked.driver, "selectNode('hair'); app.set({ frame: 1 })")
     state = "const { yaw, target, distance } = viewer.camera; return [yaw, target, distance]"
-    yaw, target, distance = live.driver.execute_script(state)
-    live.driver.execute_script(
+    yaw, target, distance = looked.driver.execute_script(state)
+    looked.driver.execute_script(
         """for (const [type, x] of [["pointerdown", 100], ["pointermove", 160], ["pointerup", 160]])
         viewer.canvas.dispatchEvent(new PointerEvent(type, { button: 1, clientX: x, clientY: 100, pointerId: 1 }));
         viewer.camera.distance *= 5;"""
     )
-    turned, same, _ = live.driver.execute_script(state)
+    turned, same, _ = looked.driver.execute_script(state)
     assert turned != yaw and same == target
-    live.driver.execute_script("viewer.canvas.dispatchEvent(new MouseEvent('dblclick'))")
-    assert live.driver.execute_script(state)[2] < 2 * distance
+    looked.driver.execute_script("viewer.canvas.dispatchEvent(new MouseEvent('dblclick'))")
+    assert looked.driver.execute_script(state)[2] < 2 * distance
 
 
 def test_live_an_empty_graph_offers_templates(opened, tmp_path):
@@ -351,8 +332,8 @@ def test_live_an_empty_graph_offers_templates(opened, tmp_path):
         for title, files in lacks.items():
             page.find(f'[data-template="{title}"]').click()
             page.until(lambda: len(session.draft.tables) > 1)
-            assert not page.driver.find_elements("css selector", "#templates")
+            assert not page.all("#templates")
             faults = {name for name, fault in session.draft.faults.items() if "is incomplete" not in fault}
             assert faults == files
-            page.driver.execute_script("return edit('undo')")
-            page.until(lambda: page.driver.find_elements("css selector", "#templates"))
+            page.ask("edit('undo')")
+            page.until(lambda: page.all("#templates"))

@@ -86,7 +86,7 @@ def test_a_number_may_leave_its_slider_but_not_its_bounds(live):
     live.until(lambda: live.tables["groom"].get("bend") == 3)
     field = row(live, "groom", "bend").find_element("css selector", "input")
     retype(live, field, "-1")
-    live.until(lambda: live.driver.find_elements("css selector", "#panel .wrong"))
+    live.until(lambda: live.all("#panel .wrong"))
     assert "> 0" in live.find("#panel .wrong").text and live.tables["groom"]["bend"] == 3
     field = live.find('[data-setting="bend"] input')
     retype(live, field, live.Keys.DELETE)
@@ -95,7 +95,7 @@ def test_a_number_may_leave_its_slider_but_not_its_bounds(live):
 
 def test_a_number_opens_into_its_table(live):
     number = row(live, "groom", "length")
-    assert not live.driver.find_elements("css selector", '[data-setting="length.low"]')
+    assert not live.all('[data-setting="length.low"]')
     retype(live, number.find_element("css selector", "input"), "0.3")
     live.until(lambda: "\nlength = 0.3 # of the fringe\n" in live.text)
     live.find('[data-setting="length"] .opener').click()
@@ -118,7 +118,7 @@ def test_factors_of_groups_are_added_changed_and_taken_away(live):
 
     def field(line, place):
         row(live, "hair", "material.diameter.groups")
-        return live.driver.find_elements("css selector", ".pair")[line].find_elements("css selector", "input")[place]
+        return live.all(".pair")[line].find_elements("css selector", "input")[place]
 
     row(live, "hair", "material.diameter").find_element("css selector", ".opener").click()
     retype(live, field(0, 0), "fringe")
@@ -128,7 +128,7 @@ def test_factors_of_groups_are_added_changed_and_taken_away(live):
     retype(live, field(1, 0), 'tail "b"')
     live.until(lambda: groups() == [["fringe", 0.5], ['tail "b"', 1]])
     retype(live, field(0, 1), "much")
-    live.until(lambda: live.driver.find_elements("css selector", "#panel .wrong"))
+    live.until(lambda: live.all("#panel .wrong"))
     live.find('[data-setting="material.diameter.groups"] .pair .unset').click()
     live.until(lambda: groups() == [['tail "b"', 1]])
     live.find('[data-setting="material.diameter.groups"] .pair .unset').click()
@@ -151,8 +151,8 @@ def test_vectors_choices_switches_and_colours(live):
 
 def test_a_file_is_chosen_in_the_project(live):
     row(live, "motion", "file").find_element("css selector", "button").click()
-    live.until(lambda: live.driver.find_elements("css selector", "#popup li"))
-    names = [one.get_attribute("data-value") for one in live.driver.find_elements("css selector", "#popup li")]
+    live.until(lambda: live.all("#popup li"))
+    names = [one.get_attribute("data-value") for one in live.all("#popup li")]
     assert names[-1] == "walk.bvh" and "walk.txt" not in names and ".." not in names
     live.choose("walk")
     live.until(lambda: live.tables["motion"].get("file") == "walk.bvh")

@@ -157,7 +157,7 @@ def test_an_empty_project_becomes_a_fringe_in_the_wind(person):
     person.picture("fringe")
     person.press("s", person.Keys.CONTROL)
     person.until(lambda: Path("fringe.toml").exists())
-    assert person.driver.execute_script("return document.body.dataset.errors") == "0"
+    assert not person.has_errors
     written = Path("fringe.toml").read_text()
     assert written.partition("\n[layout]")[0] == FRINGE.format(last=LAST, strands=STRANDS, segments=SEGMENTS)
     assert set(tomllib.loads(written)["layout"]) == {"bust", "groom", "body", "levelset", "hair"}

@@ -24,5 +24,5 @@ def test_the_page_of_the_demo_shows_its_hair(opened, chromium):
         page.until(lambda: page.driver.execute_script(drawn) == STRANDS)
         page.driver.execute_script("showAll(); viewer.camera.distance *= 0.8; viewer.redraw()")
         assert not page.driver.find_elements("id", "stale")
-        assert page.driver.execute_script("return document.body.dataset.errors") == "0"
+        assert not page.has_errors
         write_picture(page.driver, GRAPHS / "assets/pictures/page.webp")

@@ -24,15 +24,15 @@ def test_an_empty_project_becomes_a_simulation_without_typing_toml(opened, folde
         page.press("l")
         page.until(lambda: "layout" not in page.tables)
         page.drag(page.find(SOCKET.format("swing", "out")), by=(120, 60))
-        page.until(lambda: page.driver.find_elements("css selector", "#popup li"))
+        page.until(lambda: page.all("#popup li"))
         assert page.find("#popup input").get_attribute("placeholder") == "node that takes Strands"
         page.choose("trail")
         page.until(lambda: page.tables.get("trail", {}).get("in") == {"hair": "swing"})
         page.find("#do-run").click()
-        page.until(lambda: page.driver.execute_script("return viewer?.items.at(-1)?.lengths?.length") == 200, 60)
+        page.until(lambda: page.ask("viewer?.items.at(-1)?.lengths?.length") == 200, 60)
         page.press("s", page.Keys.CONTROL)
         page.until(lambda: (folder / "fringe.toml").exists())
-        assert page.driver.execute_script("return document.body.dataset.errors") == "0"
+        assert not page.has_errors
     assert (folder / "fringe.toml").read_text().partition("[layout]")[0] == EMPTY.replace("24]", "2]") + (
         '\n[plate]\ntype = "make_plate"\n\n[swing]\ntype = "swing"\nin.plate = "plate"\n\n'
         '[trail]\ntype = "trail"\nin.hair = "swing"\n\n'
@@ -44,9 +44,7 @@ def test_wires_are_cut_connected_and_refused(undone):
     undone.drag(undone.find(SOCKET.format("picture", "in")), by=(-40, 70))
     undone.until(lambda: "in" not in undone.tables["picture"])
     undone.drag(undone.find(SOCKET.format("plate", "out")), undone.find(SOCKET.format("picture", "in")))
-    assert (
-        undone.driver.execute_script("return document.body.dataset.refused") == "picture.hair takes Strands, not Mesh"
-    )
+    assert undone.ask("document.body.dataset.refused") == "picture.hair takes Strands, not Mesh"
     undone.drag(undone.find(SOCKET.format("lag", "out")), undone.find(SOCKET.format("picture", "in")))
     undone.until(lambda: undone.tables["picture"].get("in") == {"hair": "lag"})
 
@@ -83,7 +81,7 @@ def test_a_box_chooses_nodes_that_are_deleted_together(undone):
     actions = undone.actions().key_down(undone.Keys.SHIFT).move_to_element_with_offset(graph, *map(int, corner))
     actions.click_and_hold().move_to_element(graph).move_to_element_with_offset(graph, *(int(-c) for c in corner))
     actions.release().key_up(undone.Keys.SHIFT).perform()
-    assert len(undone.driver.execute_script("return [...app.chosen]")) == 7
+    assert len(undone.ask("[...app.chosen]")) == 7
     undone.press(undone.Keys.DELETE)
     undone.until(lambda: not {"hair", "ball"} & undone.tables.keys())
     assert "adds a node" in undone.find("#panel").text
@@ -102,43 +100,43 @@ def test_groups_are_switched_and_values_unset(undone):
 
 def choose_action(live, target, name):
     live.actions().context_click(target).perform()
-    live.until(lambda: live.driver.find_elements("css selector", "#popup.menu"))
+    live.until(lambda: live.all("#popup.menu"))
     live.find(f'#popup.menu [data-action="{name}"]').click()
-    assert not live.driver.find_elements("css selector", "#popup.menu")
+    assert not live.all("#popup.menu")
 
 
 def test_a_right_click_opens_the_actions_of_a_node_and_of_the_graph(undone):
     choose_action(undone, undone.node("picture"), "mute or unmute")
     undone.until(lambda: undone.tables["picture"].get("mute"))
-    assert undone.driver.execute_script("return [app.node, ...app.chosen]") == ["picture", "picture"]
+    assert undone.ask("[app.node, ...app.chosen]") == ["picture", "picture"]
     choose_action(undone, undone.node("lag"), "rename")
     undone.choose("later")
     undone.until(lambda: "later" in undone.tables)
     undone.session.edit("hair.strands", "240")
     undone.settle()
     choose_action(undone, undone.node("hair"), "run to this node")
-    undone.until(lambda: undone.driver.execute_script("return app.cell('hair').state") in ("computed", "cached"), 40)
+    undone.until(lambda: undone.ask("app.cell('hair').state") in ("computed", "cached"), 40)
     choose_action(undone, undone.node("later"), "delete")
     undone.until(lambda: "later" not in undone.tables)
     do(undone.driver, "showAll()")
     graph = undone.find("#graph")
     corner = [3 - int(graph.rect[side] / 2) for side in ("width", "height")]
     undone.actions().move_to_element_with_offset(graph, *corner).context_click().perform()
-    undone.until(lambda: undone.driver.find_elements("css selector", "#popup.menu"))
+    undone.until(lambda: undone.all("#popup.menu"))
     undone.actions().send_keys(undone.Keys.ENTER).perform()  # the first action
     undone.choose("make_ball")
     undone.until(lambda: "ball_2" in undone.tables)
-    assert undone.driver.execute_script("return document.body.dataset.errors") == "0"
+    assert not undone.has_errors
 
 
 def test_keys_move_and_fold_nodes_and_close_the_settings(undone):
     undone.node("hair").click()
-    place = undone.driver.execute_script("return boxOfNode('hair')")
+    place = undone.ask("boxOfNode('hair')")
     undone.press("g")
     undone.actions().move_to_element(undone.node("hair")).move_by_offset(40, 25).perform()
-    assert undone.driver.execute_script("return boxOfNode('hair').x === arguments[0] && held.moved", place["x"])
+    assert undone.ask("boxOfNode('hair').x === arguments[0] && held.moved", place["x"])
     undone.press(undone.Keys.ESCAPE)
-    assert undone.driver.execute_script("return [boxOfNode('hair').x, held]") == [place["x"], None]
+    assert undone.ask("[boxOfNode('hair').x, held]") == [place["x"], None]
     undone.press("g")
     undone.actions().move_to_element(undone.node("hair")).move_by_offset(-30, 10).click().perform()
     undone.until(lambda: "hair" in undone.tables.get("layout", {}))
@@ -155,7 +153,7 @@ def test_keys_move_and_fold_nodes_and_close_the_settings(undone):
     undone.press(undone.Keys.TAB)
     assert undone.find("#panel").is_displayed()
     undone.press("?", undone.Keys.SHIFT)
-    listed = [one.text for one in undone.driver.find_elements("css selector", "#keys dt")]
+    listed = [one.text for one in undone.all("#keys dt")]
     assert {"G", "H", "B", "Tab", "Home", "Shift-D", "Ctrl-S"} <= set(listed)
     undone.find("#keys").click()
 
@@ -163,10 +161,10 @@ def test_keys_move_and_fold_nodes_and_close_the_settings(undone):
 def test_every_category_of_nodes_has_an_icon(looked):
     script = """const done = arguments[0];
     hairpipe.plain("catalogue").then(({ types }) => done(types.map((type) => [type.name, categoryOf(type)])));"""
-    icons = looked.driver.execute_script("return Object.keys(ICONS)")
+    icons = looked.ask("Object.keys(ICONS)")
     without = {category for _, category in looked.driver.execute_async_script(script) if category not in icons}
     assert without <= {"normals", "pins", "pointvalues"}
-    assert len(looked.driver.find_elements("css selector", "#graph .node .icon")) == 7
+    assert len(looked.all("#graph .node .icon")) == 7
 
 
 @pytest.mark.parametrize("size", [(1440, 900), (1280, 720)])
@@ -199,14 +197,14 @@ def test_nodes_are_copied_and_pasted_as_toml(undone):
         document.dispatchEvent(new ClipboardEvent("paste", { clipboardData: data }));"""
     text = undone.text
     do(undone.driver, paste, "A sentence, from a letter.")
-    undone.until(lambda: "TOML" in undone.driver.execute_script("return document.body.dataset.refused"))
+    undone.until(lambda: "TOML" in undone.ask("document.body.dataset.refused"))
     assert undone.text == text
 
 
 def test_frames_and_notes_are_made_moved_and_removed(undone):
     undone.node("hair").click()
     undone.press("f")
-    undone.until(lambda: undone.driver.find_elements("css selector", "#popup input"))
+    undone.until(lambda: undone.all("#popup input"))
     undone.actions().send_keys("All of it" + undone.Keys.ENTER).perform()
     undone.until(lambda: undone.tables.get("layout", {}).get("frame") == {"title": "All of it", "nodes": ["hair"]})
     undone.drag(undone.find(".frame .title"), by=(12, 30))
@@ -214,7 +212,7 @@ def test_frames_and_notes_are_made_moved_and_removed(undone):
     graph = undone.find("#graph")
     undone.actions().move_to_element_with_offset(graph, int(-graph.rect["width"] / 2) + 12, 0).perform()
     undone.press("n")
-    undone.until(lambda: undone.driver.find_elements("css selector", "#popup input"))
+    undone.until(lambda: undone.all("#popup input"))
     undone.actions().send_keys("swings slowly" + undone.Keys.ENTER).perform()
     undone.until(lambda: undone.tables["layout"].get("note", {}).get("text") == "swings slowly")
     place = undone.tables["layout"]["note"]["at"]
@@ -252,12 +250,12 @@ def test_old_hair_stays_until_there_is_new_hair_and_is_compared(live, folder):
     live.until(lambda: lit() > 0.002)
     before = lit()
     live.session.edit("hair.wave.height", "0.2")
-    live.until(lambda: live.driver.execute_script("return document.body.dataset.ghost") == "1")
+    live.until(lambda: live.ask("document.body.dataset.ghost") == "1")
     live.until(lambda: 0.002 < lit() < before)
     live.find("#do-run").click()
-    live.until(lambda: live.driver.execute_script("return document.body.dataset.ghost") == "0", 60)
+    live.until(lambda: live.ask("document.body.dataset.ghost") == "0", 60)
     live.driver.execute_script("choosePreset('compare')")
-    live.until(lambda: live.driver.execute_script("return document.body.dataset.ghost") == "2")
+    live.until(lambda: live.ask("document.body.dataset.ghost") == "2")
     assert live.find("#knife").is_displayed()
     live.driver.execute_script("choosePreset('edit')")
 
@@ -267,7 +265,7 @@ def test_bars_change_the_panes_which_are_remembered(live):
     live.drag(live.find("#bar-side"), by=(-60, 0))
     assert abs(live.find("#panel").rect["width"] - width - 60) < 8
     live.driver.refresh()
-    live.until(lambda: live.driver.execute_script("return document.body.dataset.state") == "ready")
+    live.until(lambda: live.ask("document.body.dataset.state") == "ready")
     assert abs(live.find("#panel").rect["width"] - width - 60) < 8
     live.driver.execute_script("choosePreset('edit')")
 
@@ -275,9 +273,9 @@ def test_bars_change_the_panes_which_are_remembered(live):
 def test_a_conflict_is_shown_and_ended(live, folder):
     live.session.edit("picture.red", "0.75")
     (folder / "shot.toml").write_text(SHOT.replace("strands = 300", "strands = 250"))
-    live.until(lambda: live.driver.find_elements("css selector", "#conflict .theirs"))
+    live.until(lambda: live.all("#conflict .theirs"))
     live.find('[data-keep="both"]').click()
-    live.until(lambda: not live.driver.find_elements("css selector", "#conflict"))
+    live.until(lambda: not live.all("#conflict"))
     assert live.tables["hair"]["strands"] == 250 and live.tables["picture"]["red"] == 0.75
 
 
@@ -291,10 +289,10 @@ def test_edits_are_listed_and_saved_as_a_new_file(live, folder):
     assert live.find("#stage").rect == place, "the list lies above the page"
     live.press("s", live.Keys.CONTROL, live.Keys.SHIFT)
     live.choose("../out.toml")
-    live.until(lambda: live.driver.execute_script("return document.body.dataset.refused ?? ''"))
+    live.until(lambda: live.ask("document.body.dataset.refused ?? ''"))
     live.find("#do-save-as").click()
     live.choose("copy.toml")
     live.until(lambda: (folder / "copy.toml").exists())
     assert "strands = 250 # three hundred" in (folder / "copy.toml").read_text()
-    live.until(lambda: not live.driver.find_elements("css selector", "#controls .edits"))
+    live.until(lambda: not live.all("#controls .edits"))
     (folder / "copy.toml").unlink()

@@ -22,7 +22,7 @@ NOTIFICATION = """window.told = [];
 
 
 def text_of(page, selector):
-    return page.driver.execute_script("return document.querySelector(arguments[0])?.innerText ?? ''", selector)
+    return page.ask("document.querySelector(arguments[0])?.innerText ?? ''", selector)
 
 
 @pytest.fixture
@@ -95,9 +95,9 @@ def test_frames_of_failures_and_warnings_are_links(opened, folder):
         page.find("#do-run").click()
         page.until(lambda: "torn@3" in text_of(page, ".failure a"), 60)
         page.find(".failure a").click()
-        assert page.driver.execute_script("return [app.node, app.frame]") == ["torn", 3]
-        page.until(lambda: page.driver.find_elements("css selector", "#log summary"))
+        assert page.ask("[app.node, app.frame]") == ["torn", 3]
+        page.until(lambda: page.all("#log summary"))
         page.find("#log summary").click()
         assert "frayed" in text_of(page, "#log p")
         page.find("#log a[data-frame='4']").click()
-        assert page.driver.execute_script("return [app.node, app.frame]") == ["torn", 4]
+        assert page.ask("[app.node, app.frame]") == ["torn", 4]

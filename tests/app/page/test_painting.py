@@ -150,10 +150,10 @@ def test_length_is_painted_in_the_viewport_mirrored_and_undone(session, opened, 
         page = Page(opened(address), session)
         do(page.driver, "selectNode('hair')")
         page.find("#paint").click()
-        page.until(lambda: page.driver.find_elements("css selector", "#brush"))
+        page.until(lambda: page.all("#brush"))
         page.driver.execute_script("document.querySelector('#brush select').value = 'length'")
         page.driver.execute_script("document.querySelector('#brush select').dispatchEvent(new Event('change'))")
-        page.until(lambda: page.driver.execute_script("return brush.target") == "length")
+        page.until(lambda: page.ask("brush.target") == "length")
         page.find("#brush input[type=checkbox]").click()
         page.driver.execute_script("brush.radius = 0.02; viewer.camera.yaw = 0.2; viewer.redraw()")
         drag(page, (0.04, 0.03, 0.0), (0.06, 0.03, 0.0))
@@ -174,20 +174,20 @@ def test_length_is_painted_in_the_viewport_mirrored_and_undone(session, opened, 
         row = int((0.5 + 0.05 / 0.2) * 512)
         page.until(lambda: page.driver.execute_script(shown, row) == 255)
         page.driver.execute_script("app.answered++; brush.source = ''; brush.texels.values.fill(7)")
-        page.driver.execute_script("return followPainting()")
+        page.ask("followPainting()")
         assert page.driver.execute_script(shown, row) == 7  # the graph is older than the last answer
         page.press("z", page.Keys.CONTROL)
         page.until(lambda: given(session)["length"] == 0.03)
         page.until(lambda: page.driver.execute_script(shown, row) == 255)
         page.driver.execute_script("document.querySelector('#brush select').value = 'density'")
         page.driver.execute_script("document.querySelector('#brush select').dispatchEvent(new Event('change'))")
-        page.until(lambda: page.driver.execute_script("return brush.target") == "density")
+        page.until(lambda: page.ask("brush.target") == "density")
         value = "return brush.texels.values[arguments[0] * 512 + 256] / 255"
         assert page.driver.execute_script(value, row) == pytest.approx(0.25, abs=0.01)  # as the map that it reads
         page.press(page.Keys.ESCAPE)
-        assert not page.driver.find_elements("css selector", "#brush")
+        assert not page.all("#brush")
         session.edit("skin.bare", "true")
-        assert page.driver.execute_script("return document.body.dataset.errors") == "0"
+        assert not page.has_errors
 
 
 @pytest.mark.slow
@@ -199,8 +199,8 @@ def test_hair_grows_where_the_density_is_painted(session, opened, folder):
         page = Page(opened(address), session)
         do(page.driver, "selectNode('hair')")
         for target in ("length", "density"):
-            page.driver.execute_script("return beginPainting(arguments[0])", target)
-            page.driver.execute_script("return followPainting()")
+            page.ask("beginPainting(arguments[0])", target)
+            page.ask("followPainting()")
             do(page.driver, "viewer.camera.yaw = viewer.camera.pitch = 0; viewer.redraw()")
             picture = pixels(page.driver)
             bald, grown = (
@@ -231,15 +231,15 @@ def test_a_stroke_on_the_bust_paints_all_skin_below_it_and_no_other(opened, fold
         page = Page(opened(address), session)
         do(page.driver, "selectNode('hair')")
         page.find("#paint").click()
-        page.until(lambda: page.driver.find_elements("css selector", "#brush"))
+        page.until(lambda: page.all("#brush"))
         assert "overlap" not in page.find("#note").text
-        page.driver.execute_script("return beginPainting('length')")
+        page.ask("beginPainting('length')")
         page.driver.execute_script(RECORD + "viewer.camera.yaw = 0.9; viewer.camera.pitch = 0; viewer.redraw()")
         drag(
             page, (0.03, 0.27, 0.09), (0.07, 0.24, 0.02), (0.06, 0.17, 0.0), (0.13, 0.12, 0.0)
         )  # from cheek to shoulder
         page.until(lambda: "image" in str(given(session)["length"]))
-        dabs = np.array(page.driver.execute_script("return dabs"))
+        dabs = np.array(page.ask("dabs"))
         picture = read_image(folder / given(session)["length"]["image"])
     corners, shares = mesh.points[mesh.triangles], np.random.default_rng(1).dirichlet((1, 1, 1), (6, 1)).swapaxes(0, 1)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -267,4 +267,4 @@ def test_a_body_without_texture_coordinates_is_named(session, opened, folder):
         do(page.driver, "selectNode('hair')")
         page.find("#paint").click()
         page.until(lambda: "no texture coordinates" in page.find("#controls .said").text)
-        assert not page.driver.find_elements("css selector", "#brush")
+        assert not page.all("#brush")

@@ -40,7 +40,7 @@ return { rows: stripNodes().length, scroll: time.scrollHeight, client: time.clie
 @pytest.fixture
 def live(looked, opened, watched):
     """The page, with the graph of the shot in it."""
-    if looked.driver.execute_script("return app.graph.name") != "shot":
+    if looked.ask("app.graph.name") != "shot":
         opened(watched[1])
     return looked
 
@@ -136,17 +136,17 @@ def contrast(one, other):
 
 
 def test_names_of_nodes_are_read_on_the_colour_of_every_state(looked):
-    states = looked.driver.execute_script("return Object.values(STATES).map((colour) => [colour, inkOn(colour)])")
+    states = looked.ask("Object.values(STATES).map((colour) => [colour, inkOn(colour)])")
     assert len(states) > 8 and min(contrast(*pair) for pair in states) >= 4.5
 
 
 def test_wires_and_sockets_are_seen_on_the_boxes_of_nodes(looked, sized):
     """WCAG 2.2 asks for a contrast of 3 of what is no text (success criterion 1.4.11)."""
-    types = looked.driver.execute_script("return [...Object.values(COLOURS), typeColour('another')]")
+    types = looked.ask("[...Object.values(COLOURS), typeColour('another')]")
     boxes = set()
     for theme in ("dark", "light"):
         sized(1280, 720, theme)
-        boxes.add(looked.driver.execute_script("return themed('--box')"))
+        boxes.add(looked.ask("themed('--box')"))
     assert len(boxes) == 2 and min(contrast(colour, box) for colour in types for box in boxes) >= 3.0
 
 
@@ -198,7 +198,7 @@ def test_old_hair_is_seen_also_where_strands_are_thinner_than_a_pixel(live, size
     live.until(lambda: lit().sum() > 100)
     before = lit()
     live.session.edit("hair.wave.height", "0.3125")
-    live.until(lambda: live.driver.execute_script("return document.body.dataset.ghost") == "1")
+    live.until(lambda: live.ask("document.body.dataset.ghost") == "1")
     live.until(lambda: (lit() & before).sum() > 0.5 * before.sum())
 
 

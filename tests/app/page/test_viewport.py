@@ -26,7 +26,7 @@ def click(page, place):
 
 def facts(page):
     """What is told about the picked strand, by name."""
-    names, values = (page.driver.find_elements("css selector", f"#picked {tag}") for tag in ("dt", "dd"))
+    names, values = (page.all(f"#picked {tag}") for tag in ("dt", "dd"))
     return {name.text: value.text for name, value in zip(names, values, strict=True)}
 
 
@@ -38,7 +38,7 @@ def test_a_strand_is_picked_described_and_let_go(live, shot):
     points = hair.points.reshape(300, 12, 3)
     front = int(np.argmax(points[:, -1, 2]))
     click(live, points[front, -1])
-    live.until(lambda: driver.find_elements("css selector", "#picked"))
+    live.until(lambda: live.all("#picked"))
     told = facts(live)
     assert told["strand"] == f"{front} of 300, 12 points"
     step = quantised(hair.points)[1]["step"]
@@ -58,13 +58,13 @@ def test_a_strand_is_picked_described_and_let_go(live, shot):
     live.until(lambda: float(facts(live).get("length", "nan").split()[0]) == length)
     assert facts(live)["strand"] == told["strand"]
     live.press(live.Keys.ESCAPE)
-    assert not driver.find_elements("css selector", "#picked")
+    assert not live.all("#picked")
     click(live, shot.get("hair@4").points.reshape(300, 12, 3)[front, -1])
-    live.until(lambda: driver.find_elements("css selector", "#picked"))
+    live.until(lambda: live.all("#picked"))
     canvas = live.find("#view")
     corner = 4 - int(canvas.rect["width"] / 2), 4 - int(canvas.rect["height"] / 2)
     live.actions().move_to_element_with_offset(canvas, *corner).click().perform()
-    live.until(lambda: not driver.find_elements("css selector", "#picked"))
+    live.until(lambda: not live.all("#picked"))
 
 
 def test_frames_that_were_drawn_are_not_uploaded_again(live):
@@ -72,16 +72,16 @@ def test_frames_that_were_drawn_are_not_uploaded_again(live):
     do(driver, "selectNode('hair')")
     for frame in (1, 2, 3):
         do(driver, "app.set({ frame: arguments[0] })", frame)
-    live.until(lambda: driver.execute_script("return viewer.kept.size") >= 4)  # three of hair, and the plate
-    uploads = driver.execute_script("return viewer.scene.work.uploads")
-    faces = driver.execute_script("return viewer.scene.faces.size")
+    live.until(lambda: live.ask("viewer.kept.size") >= 4)  # three of hair, and the plate
+    uploads = live.ask("viewer.scene.work.uploads")
+    faces = live.ask("viewer.scene.faces.size")
     for frame in (1, 2, 3, 2):
         do(driver, "app.set({ frame: arguments[0] })", frame)
     do(driver, "viewer.camera.yaw += 0.3; viewer.redraw()")
-    assert driver.execute_script("return viewer.scene.work.uploads") == uploads and faces == 1
-    calls = driver.execute_script("return viewer.scene.work.calls")
+    assert live.ask("viewer.scene.work.uploads") == uploads and faces == 1
+    calls = live.ask("viewer.scene.work.calls")
     do(driver, "viewer.redraw()")
-    assert driver.execute_script("return viewer.scene.work.calls") == calls + 2
+    assert live.ask("viewer.scene.work.calls") == calls + 2
 
 
 def test_the_number_of_shown_strands_is_chosen_and_kept(live):
@@ -89,10 +89,10 @@ def test_the_number_of_shown_strands_is_chosen_and_kept(live):
     shown = "return [viewer.items.at(-1).document?.split('@')[1], viewer.items.at(-1).lengths?.length]"
     do(driver, "selectNode('hair'); STRANDS_SHOWN[1] = 120; drawChoices()")
     live.until(lambda: driver.execute_script(shown) == ["4000", 300])
-    work = driver.execute_script("return { ...viewer.scene.work }")
+    work = live.ask("{ ...viewer.scene.work }")
     driver.find_element("css selector", "#strands option[value='120']").click()
     live.until(lambda: driver.execute_script(shown) == ["120", 120])
-    spent = {name: value - work[name] for name, value in driver.execute_script("return viewer.scene.work").items()}
+    spent = {name: value - work[name] for name, value in live.ask("viewer.scene.work").items()}
     points = 120 * 12
     assert spent["uploads"] == 2 and spent["bytes"] == 6 * (points + 3) + 4 * (points + 2)
     dark = pixels(driver)[4, 4]
@@ -100,7 +100,7 @@ def test_the_number_of_shown_strands_is_chosen_and_kept(live):
     do(driver, "")
     assert (pixels(driver)[4, 4] > dark + 50).all()
     assert "120 of 300 strands shown" in driver.find_element("id", "note").text
-    assert driver.execute_script("return localStorage.getItem(STRANDS_KEPT)") == "120"
+    assert live.ask("localStorage.getItem(STRANDS_KEPT)") == "120"
     for text in ("null", "{", "[1]"):
         driver.execute_script("localStorage.setItem(KEPT, arguments[0]); listenToPanes()", text)
     driver.execute_script("localStorage.clear()")
@@ -108,17 +108,17 @@ def test_the_number_of_shown_strands_is_chosen_and_kept(live):
 
 def test_a_kept_result_stays_and_hides_nothing_else(live):
     driver = live.driver
-    ghost = lambda: driver.execute_script("return document.body.dataset.ghost")  # noqa: E731
+    ghost = lambda: live.ask("document.body.dataset.ghost")  # noqa: E731
     hair = lambda items: driver.execute_script(f"return viewer.{items}.at(-1).document")  # noqa: E731
     live.session.cook = lambda node, frame: None
     do(driver, "selectNode('hair'); app.set({ frame: 2 })")
-    live.until(lambda: driver.execute_script("return viewer.items.at(-1)?.document"))
+    live.until(lambda: live.ask("viewer.items.at(-1)?.document"))
     before = hair("items")
     live.find("#choices .pin").click()
     live.until(lambda: ghost() == "2")
     for node, shown in (("picture", ".book img"), ("reach", ".table")):
         do(driver, "selectNode(arguments[0])", node)
-        live.until(lambda shown=shown: driver.find_elements("css selector", f"#stage {shown}"))
+        live.until(lambda shown=shown: live.all(f"#stage {shown}"))
         assert not live.find("#view").is_displayed() and not live.find("#knife").is_displayed()
     do(driver, "selectNode('hair')")
     live.session.edit("hair.strands", "310")
@@ -139,7 +139,7 @@ def test_two_frames_are_compared_with_one_camera(live, shot):
     driver = live.driver
     do(driver, "choosePreset('look'); selectNode('hair'); app.set({ frame: 2 })")
     live.find("#choices .pin").click()
-    live.until(lambda: driver.execute_script("return document.body.dataset.ghost") == "2")
+    live.until(lambda: live.ask("document.body.dataset.ghost") == "2")
     assert live.find("#knife").is_displayed()
     do(driver, "app.set({ apart: true })")
     live.until(lambda: not live.find("#knife").is_displayed())
@@ -175,8 +175,8 @@ def test_two_frames_are_compared_with_one_camera(live, shot):
     fastest = driver.execute_async_script(script)
     assert fastest[0] != fastest[1]
     assert float(live.find("#legend").text.split()[1]) == pytest.approx(max(fastest), rel=5e-3)
-    x, y = driver.execute_script("return [viewer.canvas.clientWidth / 4, viewer.canvas.clientHeight / 2]")
-    assert driver.execute_script("return viewer.pick(arguments[0], arguments[1])", x, y) is None
+    x, y = live.ask("[viewer.canvas.clientWidth / 4, viewer.canvas.clientHeight / 2]")
+    assert live.ask("viewer.pick(arguments[0], arguments[1])", x, y) is None
     live.find("#choices .pin").click()
-    live.until(lambda: driver.execute_script("return document.body.dataset.ghost") == "0")
+    live.until(lambda: live.ask("document.body.dataset.ghost") == "0")
     driver.execute_script("localStorage.clear()")

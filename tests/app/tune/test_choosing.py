@@ -71,11 +71,13 @@ def test_the_chosen_combination_was_measured_and_keeps_the_tolerance(together, t
     assert len({part.axis for part in choice.parts}) == len(choice.parts)
 
 
+def cheapest_single(world: World, tolerance: float) -> Measured:
+    return min((found for found in world.singles().values() if found.bound <= tolerance), key=lambda one: one.seconds)
+
+
 def test_incompatible_simplifications_leave_the_best_single_one():
     world = World(together=30.0)
-    choice = choose(FULL, world.singles(), 1.0, world.measure)
-    alone = [found for found in world.singles().values() if found.bound <= 1.0]
-    assert choice.measured.seconds == min(found.seconds for found in alone)
+    assert choose(FULL, world.singles(), 1.0, world.measure).measured == cheapest_single(world, 1.0)
 
 
 def test_nothing_is_tried_that_goes_as_far_as_what_failed():
@@ -92,9 +94,7 @@ def test_without_time_one_combination_is_measured_and_the_best_so_far_is_chosen(
     world = World(together=30.0)
     choice = choose(FULL, world.singles(), 1.0, world.measure, lambda: False)
     assert len(world.asked) == len(choice.trials) == 1
-    assert choice.measured == min(
-        (found for found in world.singles().values() if found.bound <= 1.0), key=lambda found: found.seconds
-    )
+    assert choice.measured == cheapest_single(world, 1.0)
     assert len(choose(FULL, world.singles(), 1.0, world.measure).trials) > 1
 
 
@@ -122,19 +122,12 @@ def test_unmet_tolerance_is_reported_with_the_nearest_model():
     assert choice.parts is None and choice.measured == FULL and not world.asked
 
 
-def test_models_nearer_than_the_full_one_by_chance_are_not_chosen():
+def test_what_is_nearer_by_chance_useless_or_failed_is_not_chosen():
     lucky = {PARTS[0]: found(0.01, 5.0)}
     assert choose(FULL, lucky, 0.05, World().measure).parts is None
-
-
-def test_where_only_the_full_model_keeps_it_nothing_is_omitted():
     choice = choose(FULL, World(worse=5.0).singles(), 1.0, World().measure)
     assert choice.parts == frozenset() and choice.measured == FULL
-
-
-def test_useless_or_failed_simplifications_are_not_chosen():
-    idle = Simplification("voxels", 1, "voxels of 8 mm")
-    broken = Simplification("model", 2, "broken")
+    idle, broken = Simplification("voxels", 1, "voxels of 8 mm"), Simplification("model", 2, "broken")
     singles = {idle: found(0.1, 10.0 * (WORTH + 0.01)), broken: failed("blew up")}
     assert choose(FULL, singles, 1.0, World().measure).parts == frozenset()
 

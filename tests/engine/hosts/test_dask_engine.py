@@ -28,9 +28,10 @@ def cluster(tmp_path, shot):
     made.close()
 
 
-def run_on(cluster, shot, report=lambda event: None, **options):
-    """Run a shot on a cluster."""
-    set_up = Options(scheduler=cluster.address, insecure=True, **options)
+def run_on(cluster, shot, said=None):
+    """Run a shot on a cluster; its warnings are added to a list."""
+    set_up, said = Options(scheduler=cluster.address, insecure=True), [] if said is None else said
+    report = lambda event: said.append(event.message) if event.kind == "warning" else None  # noqa: E731
     return run(shot.load(), shot.store, None, set_up, report)
 
 
@@ -64,7 +65,7 @@ def pause(line):
 def numeral(value)"""
 
 
-def test_a_scan_continues_elsewhere_when_its_machine_is_killed(shot, cluster):
+def test_a_scan_continues_elsewhere_when_its_machine_is_killed(shot, undisturbed, cluster):
     """The machine of the scan is killed within frame 4: the states before were only in its memory."""
     shot.edit("tally.py", "\ndef numeral(value)", PAUSE)
     shot.edit("tally.py", '.strip() + "\\n")', '.strip() + "\\n")\n    pause(f"{name} {frame}")')
@@ -76,15 +77,11 @@ def test_a_scan_continues_elsewhere_when_its_machine_is_killed(shot, cluster):
 
     thread = Thread(target=kill, daemon=True)
     thread.start()
-    said = []
-    outcome = run_on(cluster, shot, lambda event: said.append(event.message) if event.kind == "warning" else None)
+    outcome = run_on(cluster, shot, said := [])
     thread.join()
     assert outcome.exit_code == 0, (outcome.failures, said)
     assert said and all("other machines go on" in message for message in said)
-    assert shot.tally()["add_up"] == 4 + 10
-    other = Store(shot.folder / "whole")
-    shot.run(store=other)
-    assert shot.results() == shot.results(store=other)
+    assert shot.tally()["add_up"] == 4 + 10 and shot.results() == undisturbed["results"]
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
@@ -103,9 +100,8 @@ def test_a_lost_scheduler_ends_the_run_with_one_line(shot, cluster, monkeypatch,
     outcome = run_on(cluster, shot)
     thread.join()
     assert outcome.exit_code == 1
-    assert {failure.message for failure in outcome.failures} == {
-        f"the Dask scheduler {cluster.address} is lost: run again"
-    }
+    messages = {failure.message for failure in outcome.failures}
+    assert messages == {f"the Dask scheduler {cluster.address} is lost: run again"}
     assert capfd.readouterr().err == ""
 
 
@@ -119,8 +115,7 @@ def test_other_code_on_the_cluster_is_refused_by_name(shot, cluster, monkeypatch
         return client
 
     monkeypatch.setattr(dask_engine.DaskEngine, "_connect", connect)
-    said = []
-    outcome = run_on(cluster, shot, lambda event: said.append(event.message) if event.kind == "warning" else None)
+    outcome = run_on(cluster, shot, said := [])
     assert not shot.tally()
     (failure,) = outcome.failures
     assert failure.kind == "mismatch" and "has other code in" in failure.message and "other.py" in failure.message
@@ -136,19 +131,17 @@ def test_a_silent_machine_is_given_up(shot, cluster, monkeypatch):
     assert shot.tally()["add_up"] == 10
 
 
-def test_an_open_port_needs_a_word(shot):
-    with pytest.raises(BadInput, match="whoever reaches this port can run code as you"):
-        run(shot.load(), shot.store, None, Options(scheduler="tcp://127.0.0.1:1"))
-
-
-def test_a_run_without_a_certificate_for_tls_is_refused_before_it_connects(shot):
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"scheduler": "tcp://127.0.0.1:1"}, "whoever reaches this port can run code as you"),
+        ({"scheduler": "tls://127.0.0.1:1"}, "needs a certificate"),
+        ({"scheduler": "tcp://127.0.0.1:1", "insecure": True}, "no Dask scheduler answers"),
+    ],
+)
+def test_a_scheduler_without_a_word_a_certificate_or_an_answer_is_one_message(shot, monkeypatch, options, message):
+    monkeypatch.setattr(dask_engine, "CONNECT", 1.0)
     dask = pytest.importorskip("dask")
     absent = {f"distributed.comm.tls.{name}": None for name in ("ca-file", "client.cert", "client.key")}
-    with dask.config.set(absent), pytest.raises(BadInput, match="needs a certificate"):
-        run(shot.load(), shot.store, None, Options(scheduler="tls://127.0.0.1:1"))
-
-
-def test_a_scheduler_that_does_not_answer_is_one_message(shot, monkeypatch):
-    monkeypatch.setattr(dask_engine, "CONNECT", 1.0)
-    with pytest.raises(BadInput, match="no Dask scheduler answers"):
-        run(shot.load(), shot.store, None, Options(scheduler="tcp://127.0.0.1:1", insecure=True))
+    with dask.config.set(absent), pytest.raises(BadInput, match=message):
+        run(shot.load(), shot.store, None, Options(**options))

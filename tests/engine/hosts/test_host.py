@@ -77,21 +77,16 @@ def test_a_job_gives_what_a_run_gives_and_is_found_the_second_time(shot, sent):
     assert shot.run().exit_code == 0 and shot.tally()["make_seed"] == 1, "that of the undisturbed run alone"
 
 
-def test_code_that_is_trusted_there_runs_here(shot, sent, monkeypatch):
-    monkeypatch.delenv("HAIRPIPE_TRUST")
-    accept(sent, "other")
-    host = host_for(sent)
-    assert "record" in evaluated(host, job_of(shot))
-    host.close()
-
-
-def test_code_that_is_trusted_nowhere_does_not_run(shot, sent, monkeypatch):
+def test_code_runs_where_it_is_trusted_here_or_there(shot, sent, monkeypatch):
     job = job_of(shot)
     monkeypatch.delenv("HAIRPIPE_TRUST")
     host = host_for(replace(sent, trusted=None))
-    reply = evaluated(host, job)
+    assert "not trusted" in evaluated(host, job)["failure"]["message"] and not shot.tally()
     host.close()
-    assert "not trusted" in reply["failure"]["message"] and not shot.tally()
+    accept(sent, "other")
+    host = host_for(sent)
+    assert "record" in evaluated(host, job)
+    host.close()
 
 
 @pytest.mark.parametrize("name", ["make_seed.py", "tally.py"])
@@ -110,11 +105,15 @@ def test_other_code_of_a_node_is_refused_by_name(shot, sent, name):
     assert not shot.tally() and shot.store.find(job.key) is None
 
 
-def test_other_versions_are_named_with_both(shot, sent, monkeypatch):
+@pytest.mark.parametrize(
+    ("function", "value", "message"),
+    [("version", "99.0", "numba 99.0 in place of 0."), ("processor_class", "z80", "processor z80 in place of ")],
+)
+def test_other_versions_and_classes_of_processor_are_named_with_both(shot, sent, monkeypatch, function, value, message):
     job = job_of(shot)
-    monkeypatch.setattr("hairpipe.engine.code.version", lambda name: "99.0")
+    monkeypatch.setattr(f"hairpipe.engine.code.{function}", lambda *name: value)
     failure = evaluated(host_for(sent), job)["failure"]
-    assert failure["kind"] == "mismatch" and "numba 99.0 in place of 0." in failure["message"]
+    assert failure["kind"] == "mismatch" and message in failure["message"]
     monkeypatch.setattr(offering, "VERSIONS", "hairpipe 99, Python 3.11")
     with pytest.raises(BadInput, match=r"other has hairpipe 99, Python 3.11 .install hairpipe "):
         accept(sent, "other")
@@ -128,13 +127,6 @@ def test_other_versions_of_what_a_choice_calls_are_named(shot, sent):
     host.close()
     here = np.__version__
     assert failure["message"].startswith(f"other has other code of 'make_seed': numpy {here} in place of 0.1 (install")
-
-
-def test_another_class_of_processor_is_named(shot, sent, monkeypatch):
-    job = job_of(shot)
-    monkeypatch.setattr("hairpipe.engine.code.processor_class", lambda: "z80")
-    failure = evaluated(host_for(sent), job)["failure"]
-    assert failure["kind"] == "mismatch" and "processor z80 in place of " in failure["message"]
 
 
 def test_another_store_at_the_same_path_is_refused(shot, sent):

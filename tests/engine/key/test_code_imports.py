@@ -43,39 +43,44 @@ def test_a_module_counts_and_all_that_may_bind_its_names(write, text):
     assert modules() == {"compat", "fastlib"}
 
 
-def test_a_submodule_may_take_the_place_of_a_name(write):
-    """As soon as somebody imports it."""
-    files = {"bake.py": "from pk import core\n", "pk/core.py": "", "engine.py": "core = 1\n"}
-    write(files | {"pk/__init__.py": "def start():\n    from engine import core\n    return core\n"})
-    assert modules() == {"pk", "pk.core", "engine"}
-    write({"pk/__init__.py": "core = 1\n"})
-    assert modules() == {"pk", "pk.core"}
+START = "def start():\n    from engine import core\n    return core\n"
+DEEP = {"pq2/__init__.py": "K = 1\n", "pq2/sub/__init__.py": "", "pq2/sub/deep.py": ""}
+OUTSIDE = "try:\n    from . import tally\nexcept ImportError:\n    import tally\n"
+IMPORTS = {
+    "a submodule in the place of a name, once somebody imports it": (
+        {"bake.py": "from pk import core\n", "pk/core.py": "", "engine.py": "core = 1\n", "pk/__init__.py": START},
+        {"pk", "pk.core", "engine"},
+    ),
+    "a submodule and a name": (
+        {"bake.py": "from pk import core\n", "pk/core.py": "", "pk/__init__.py": "core = 1\n"},
+        {"pk", "pk.core"},
+    ),
+    "a star, for modules that `__all__` lists": (
+        {"bake.py": "from pk import *\n", "pk/__init__.py": "__all__ = ['core']\n", "pk/core.py": ""},
+        {"pk", "pk.core"},
+    ),
+    "folders within folders": (
+        {"bake.py": "from studio.tools import soft\n", "studio/tools/soft.py": ""},
+        {"studio.tools.soft"},
+    ),
+    "a plain import": (DEEP | {"bake.py": "import pq2.sub.deep\n"}, {"pq2", "pq2.sub", "pq2.sub.deep"}),
+    "a plain import as another name": (DEEP | {"bake.py": "import pq2.sub.deep as deep\n"}, {"pq2.sub.deep"}),
+    "a relative import outside of a package, and another": ({"bake.py": OUTSIDE, "tally.py": ""}, {"tally"}),
+    "a relative import outside of a package": ({"bake.py": "def bake():\n    from . import nothing\n"}, set()),
+}
 
 
-def test_a_star_import_takes_the_modules_of_a_package(write):
-    """They are bound where `__all__` lists them, or where somebody has imported them."""
-    write({"bake.py": "from pk import *\n", "pk/__init__.py": "__all__ = ['core']\n", "pk/core.py": ""})
-    assert modules() == {"pk", "pk.core"}
+@pytest.mark.parametrize("name", IMPORTS)
+def test_an_import_leads_to_all_modules_that_may_bind_its_names(write, name):
+    files, found = IMPORTS[name]
+    write(files)
+    assert modules() == found and "studio" not in sys.modules
 
 
 @pytest.mark.parametrize("text", ["from tools import soft\n", "from tools.soft import f\n", "import tools.soft\n"])
 def test_a_folder_without_a_file_of_its_own_has_modules_too(write, text):
     folder = write({"nodes/bake.py": text, "nodes/tools/soft.py": "def f():\n    return 1\n"}) / "nodes"
     assert modules(folder=folder) == {"tools.soft"}
-
-
-def test_folders_within_folders_are_found_without_an_import(write):
-    write({"bake.py": "from studio.tools import soft\n", "studio/tools/soft.py": ""})
-    assert modules() == {"studio.tools.soft"}
-    assert "studio" not in sys.modules
-
-
-def test_names_of_a_plain_import_are_keyed(write):
-    files = {"pq2/__init__.py": "K = 1\n", "pq2/sub/__init__.py": "", "pq2/sub/deep.py": ""}
-    write(files | {"bake.py": "import pq2.sub.deep\n"})
-    assert modules() == {"pq2", "pq2.sub", "pq2.sub.deep"}
-    write({"bake.py": "import pq2.sub.deep as deep\n"})
-    assert modules() == {"pq2.sub.deep"}
 
 
 @pytest.mark.parametrize(
@@ -117,13 +122,6 @@ def test_files_that_were_read_have_stamps(write):
     reader.code_of("bake")
     files = [folder / "bake.py", folder / "pk" / "__init__.py", folder / "pk" / "core.py"]
     assert reader.stamps == {str(path): stamp_of(str(path)) for path in files}
-
-
-def test_a_relative_import_outside_of_a_package_is_ignored(write):
-    write({"bake.py": "try:\n    from . import tally\nexcept ImportError:\n    import tally\n", "tally.py": ""})
-    assert modules() == {"tally"}
-    write({"bake.py": "def bake():\n    from . import nothing\n"})
-    assert modules() == set()
 
 
 def test_a_compiled_module_counts_by_its_bytes(write):

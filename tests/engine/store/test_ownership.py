@@ -32,14 +32,12 @@ def test_the_folder_is_made_for_its_user_alone(tmp_path):
     assert folder.stat().st_mode & 0o777 == 0o700 and claim_kernels(folder) == folder
 
 
-@pytest.mark.parametrize("mode", [0o770, 0o702, 0o777])
-def test_a_folder_that_others_may_write_to_is_refused(tmp_path, mode):
-    tmp_path.chmod(mode)
-    with pytest.raises(BadInput, match=f"{tmp_path}: .* can be written to by others .*chmod go-w"):
-        claim_kernels(tmp_path)
-
-
-def test_a_folder_of_somebody_else_is_refused(tmp_path, somebody_else):
+def test_a_folder_that_others_may_write_to_or_that_is_theirs_is_refused(tmp_path, request):
+    for mode in (0o770, 0o702, 0o777):
+        tmp_path.chmod(mode)
+        with pytest.raises(BadInput, match=f"{tmp_path}: .* can be written to by others .*chmod go-w"):
+            claim_kernels(tmp_path)
+    request.getfixturevalue("somebody_else")
     with pytest.raises(BadInput, match="belongs to somebody else"):
         claim_kernels(tmp_path)
 

@@ -17,6 +17,12 @@ from hairpipe.engine.store.values import Values, check_space
 from hairpipe.formats import hdf5
 
 
+@pytest.fixture
+def values(tmp_path):
+    """Values of a store, with memory for a few."""
+    return Values(Store(tmp_path), 5_000_000)
+
+
 @dataclass(frozen=True)
 class Maps:
     """Arrays by name."""
@@ -33,8 +39,7 @@ def test_a_value_at_hand_has_its_names_in_the_order_of_the_one_on_disk(tmp_path)
     assert orders == [["a", "b"], ["a", "b"]]
 
 
-def test_values_that_are_kept_stay_under_the_limit(tmp_path):
-    values = Values(Store(tmp_path), 5_000_000)
+def test_values_that_are_kept_stay_under_the_limit(values):
     names = [values.put(np.full(125_000, float(i)), np.ndarray, None).object for i in range(20)]
     assert sum(hdf5.nbytes(tree) for tree in values._trees.values()) <= 5_000_000
     assert [values.get(name, np.ndarray)[0] for name in names] == list(range(20))
@@ -123,8 +128,7 @@ def test_space_is_looked_for_where_a_store_will_be(tmp_path):
         check_space(tmp_path / "shows" / "store", 1 << 60)
 
 
-def test_a_node_gets_a_copy_of_its_own(tmp_path):
-    values = Values(Store(tmp_path), 5_000_000)
+def test_a_node_gets_a_copy_of_its_own(values):
     mine = np.arange(6.0).reshape(2, 3)
     name = values.put(mine.T, np.ndarray, None).object
     mine[:] = 0
@@ -146,8 +150,7 @@ def test_a_value_that_is_not_written_is_leased_and_has_the_size_of_its_file(tmp_
     assert not values.store.has(forgotten.object) and not others.is_in_memory(forgotten.object)
 
 
-def test_a_value_that_two_scans_continue_from_is_forgotten_after_both(tmp_path):
-    values = Values(Store(tmp_path), 5_000_000)
+def test_a_value_that_two_scans_continue_from_is_forgotten_after_both(values):
     name, again = (values.put(np.arange(6.0), np.ndarray, None, lasting=False).object for _ in range(2))
     assert name == again
     values.forget(name)
@@ -156,9 +159,8 @@ def test_a_value_that_two_scans_continue_from_is_forgotten_after_both(tmp_path):
     assert not values.unwritten and not Leases(values.store).is_in_memory(name)
 
 
-def test_a_state_that_stays_equal_is_forgotten_once_it_changes(tmp_path):
+def test_a_state_that_stays_equal_is_forgotten_once_it_changes(values):
     """As of hair at rest: after each frame the state before is forgotten."""
-    values = Values(Store(tmp_path), 5_000_000)
     states = [values.put(np.full(6, 1.0), np.ndarray, None, lasting=False).object]
     for value in (1.0, 1.0, 2.0):
         states.append(values.put(np.full(6, value), np.ndarray, None, lasting=False).object)
