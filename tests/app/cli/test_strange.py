@@ -24,21 +24,15 @@ def is_clean(text: str) -> bool:
     return all(line.isprintable() and len(line) < 2500 for line in text.split("\n"))
 
 
+SEED = '[seed]\ntype = "make_seed"\n'
+PLACES = ['schema = 1\n"{}" = 1\n', '["{}"]\ntype = "make_seed"\n', '[seed]\ntype = "{}"\n', SEED + '"{}" = 1\n']
+PLACES += [SEED + line for line in ('file = "{}"\n', 'like = "{}"\n', 'in."{}" = "seed"\n', 'in.seed = "{}"\n')]
+PLACES += ['[list]\ntype = "write_list"\nin.numbers = "list"\npublish = "{}/../../x"\n']
+"""Places of a graph file where a name stands."""
+
+
 @pytest.mark.parametrize("name", [ESCAPE, LONG, f"{'y ' * 4000}"])
-@pytest.mark.parametrize(
-    "text",
-    [
-        'schema = 1\n"{}" = 1\n',
-        '["{}"]\ntype = "make_seed"\n',
-        '[seed]\ntype = "{}"\n',
-        '[seed]\ntype = "make_seed"\n"{}" = 1\n',
-        '[seed]\ntype = "make_seed"\nfile = "{}"\n',
-        '[seed]\ntype = "make_seed"\nlike = "{}"\n',
-        '[seed]\ntype = "make_seed"\nin."{}" = "seed"\n',
-        '[seed]\ntype = "make_seed"\nin.seed = "{}"\n',
-        '[list]\ntype = "write_list"\nin.numbers = "list"\npublish = "{}/../../x"\n',
-    ],
-)
+@pytest.mark.parametrize("text", PLACES)
 def test_a_fault_of_a_graph_is_one_line(text, name, shot, hairpipe):
     head = "" if text.startswith("schema") else "schema = 1\nframes = [1, 2]\nfps = 24\n"
     shot.write_text(head + text.replace("{}", spelt(name)), encoding="utf-8")
@@ -80,18 +74,11 @@ def test_words_of_the_command_line_are_shown_too(words, shot):
     assert result.returncode == 2 and SHOWN in result.stderr and is_clean(result.stderr)
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        "plan {}",
-        "nodes --graph {}",
-        "plan shot.toml --cache {}",
-        "run shot.toml --cache {}",
-        "get shot.toml seed -o {}",
-        "usd check {}",
-        "tune shot.toml --node sum --tolerance 1mm -o {}",
-    ],
-)
+FILES = ["plan {}", "nodes --graph {}", "plan shot.toml --cache {}", "run shot.toml --cache {}", "usd check {}"]
+FILES += ["get shot.toml seed -o {}", "tune shot.toml --node sum --tolerance 1mm -o {}"]
+
+
+@pytest.mark.parametrize("words", FILES)
 @pytest.mark.parametrize("kind", ["pipe", "/dev/zero", "/proc/self/environ"])
 def test_special_files_are_refused_without_waiting(words, kind, computed, hairpipe):
     os.mkfifo("pipe")

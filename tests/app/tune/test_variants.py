@@ -191,11 +191,8 @@ def test_every_groom_behind_the_hair_gets_fewer_segments(scene):
     joined += '[both]\ntype = "join_grooms"\nin.grooms = ["groom", "beard"]\n'
     scene.write_text(joined)
     parts = parts_by_axis(scene)["segments"]
-    assert [dict(part.puts) for part in parts] == [
-        {"groom.segments": 15, "beard.segments": 6},
-        {"groom.segments": 10, "beard.segments": 4},
-        {"groom.segments": 7, "beard.segments": 3},
-    ]
+    segments = [{"groom.segments": first, "beard.segments": other} for first, other in ((15, 6), (10, 4), (7, 3))]
+    assert [dict(part.puts) for part in parts] == segments
     assert parts[1].text == "10, 4 segments, not 20, 8"
 
 

@@ -9,16 +9,7 @@ import pytest
 
 from hairpipe.engine.store import atomic, holder
 from hairpipe.engine.store import holder as renewal
-from hairpipe.engine.store.atomic import (
-    discard,
-    is_left_over,
-    making,
-    open_made,
-    replacing,
-    sweep,
-    workspace,
-    write_text,
-)
+from hairpipe.engine.store.atomic import is_left_over, making, open_made, replacing, sweep, workspace, write_text
 from tests.engine.conftest import wait_for
 
 
@@ -184,5 +175,5 @@ def test_a_folder_is_discarded_with_what_is_in_it_and_of_a_link_the_link_alone(t
         (folder / "a").touch()
     (tmp_path / "link").symlink_to(kept)
     for name in ("gone", "link", "absent"):
-        discard(tmp_path / name)
+        atomic.discard(tmp_path / name)
     assert names_in(tmp_path) == ["kept"] and names_in(kept) == ["a"]

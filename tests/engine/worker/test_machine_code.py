@@ -10,28 +10,15 @@ import pytest
 from hairpipe.engine import code
 from hairpipe.engine.code import CodeReader
 from hairpipe.engine.worker import machine_code
-from hairpipe.engine.worker.machine_code import (
-    FOLDER_DIGITS,
-    KEPT,
-    NOTES,
-    UNUSED,
-    WITHOUT_KERNELS,
-    kernel_digests,
-    kernel_modules,
-    kernels_environment,
-    remove_unused,
-)
+from hairpipe.engine.worker.machine_code import FOLDER_DIGITS, KEPT, NOTES, UNUSED, kernel_digests, kernels_environment
 
 
-def test_kernels_are_found_where_they_stand():
-    found = set(kernel_modules())
+def test_kernels_are_found_where_they_stand_and_other_rooms_compile_nothing():
+    found = set(machine_code.kernel_modules())
     assert {"hairpipe.geometry.banded", "hairpipe.levelset.sample"} <= found
     assert not any(name.startswith("hairpipe.engine") for name in found)
-
-
-def test_rooms_without_kernels_compile_nothing():
     root = Path(machine_code.__file__).parents[2]
-    files = [path for room in WITHOUT_KERNELS for path in (root / room).rglob("*.py")]
+    files = [path for room in machine_code.WITHOUT_KERNELS for path in (root / room).rglob("*.py")]
     lines = [line for path in files for line in path.read_text().splitlines()]
     assert files and not [line for line in lines if line.startswith(("from numba", "import numba"))]
 
@@ -110,9 +97,7 @@ def test_kernels_that_are_compiled_otherwise_have_other_keys(studio, monkeypatch
 def test_a_table_of_one_state_is_one_file(studio):
     reader = CodeReader(lambda name, make: make())
     variables = [kernels_environment(studio, reader) for _ in range(2)]
-    assert (
-        variables[0] == variables[1] and len([path for path in studio.iterdir() if path.name.startswith("table-")]) == 1
-    )
+    assert variables[0] == variables[1] and len(list(studio.glob("table-*"))) == 1
 
 
 def test_analyses_are_kept_next_to_kernels_where_a_new_store_finds_them(studio, monkeypatch):
@@ -140,10 +125,6 @@ def test_kernel_states_unused_for_longest_are_removed_first(tmp_path):
     os.utime(tmp_path / f"often-{KEPT + 2:0{FOLDER_DIGITS}x}")
     (tmp_path / NOTES).mkdir()
     os.utime(tmp_path / NOTES, (time.time() - UNUSED - 100,) * 2)
-    remove_unused(tmp_path)
-    left = {path.name for path in tmp_path.iterdir()}
-    assert left == {
-        NOTES,
-        *(f"often-{number:0{FOLDER_DIGITS}x}" for number in [*range(KEPT - 1), KEPT + 2]),
-        f"rarely-{0:0{FOLDER_DIGITS}x}",
-    }
+    machine_code.remove_unused(tmp_path)
+    often = {f"often-{number:0{FOLDER_DIGITS}x}" for number in [*range(KEPT - 1), KEPT + 2]}
+    assert {path.name for path in tmp_path.iterdir()} == {NOTES, f"rarely-{0:0{FOLDER_DIGITS}x}"} | often
