@@ -101,18 +101,14 @@ def test_a_picture_that_does_not_fit_on_the_disk_leaves_no_file(session, folder)
     assert not list(folder.glob("paint/*")) and session._history.text == GRAPH
 
 
-@pytest.mark.parametrize("target", ["hair", "hair.shade", "skin.bare", "hare.length", "hair.length.value", "../x"])
-def test_other_settings_are_not_painted_and_no_file_is_written(session, folder, target):
-    with pytest.raises(BadInput):
-        stroke(session, target, np.zeros((4, 4), np.uint8))
+def test_other_settings_and_broken_values_are_not_painted_and_no_file_is_written(session, folder):
+    for target in ("hair", "hair.shade", "skin.bare", "hare.length", "hair.length.value", "../x"):
+        with pytest.raises(BadInput):
+            stroke(session, target, np.zeros((4, 4), np.uint8))
+    for values in ("AAAA", "not base64", "", 3):
+        with pytest.raises((ValueError, TypeError)):  # which the server refuses as no request of the page
+            session.stroke({"target": "hair.length", "height": 2, "values": values})
     assert not list(folder.glob("paint/*")) and session._history.text == GRAPH
-
-
-@pytest.mark.parametrize("values", ["AAAA", "not base64", "", 3])
-def test_broken_values_are_refused(session, folder, values):
-    with pytest.raises((ValueError, TypeError)):  # which the server refuses as no request of the page
-        session.stroke({"target": "hair.length", "height": 2, "values": values})
-    assert not list(folder.glob("paint/*"))
 
 
 def test_a_folder_that_is_a_link_out_of_the_project_is_refused(session, folder, tmp_path):
@@ -138,6 +134,20 @@ def drag(page, *places):
     actions.release().perform()
 
 
+def begin(page):
+    """Choose the hair, and begin to paint."""
+    do(page.driver, "selectNode('hair')")
+    page.find("#paint").click()
+    page.until(lambda: page.all("#brush"))
+
+
+def paint_on(page, target):
+    """Choose the setting that is painted."""
+    choose = "const one = document.querySelector('#brush select'); one.value = arguments[0];"
+    page.driver.execute_script(choose + "one.dispatchEvent(new Event('change'))", target)
+    page.until(lambda: page.ask("brush.target") == target)
+
+
 def value_at(picture, x, y):
     """Value of a picture over the square at a place [m]."""
     size = len(picture)
@@ -148,12 +158,8 @@ def value_at(picture, x, y):
 def test_length_is_painted_in_the_viewport_mirrored_and_undone(session, opened, folder):
     with served(session) as address:
         page = Page(opened(address), session)
-        do(page.driver, "selectNode('hair')")
-        page.find("#paint").click()
-        page.until(lambda: page.all("#brush"))
-        page.driver.execute_script("document.querySelector('#brush select').value = 'length'")
-        page.driver.execute_script("document.querySelector('#brush select').dispatchEvent(new Event('change'))")
-        page.until(lambda: page.ask("brush.target") == "length")
+        begin(page)
+        paint_on(page, "length")
         page.find("#brush input[type=checkbox]").click()
         page.driver.execute_script("brush.radius = 0.02; viewer.camera.yaw = 0.2; viewer.redraw()")
         drag(page, (0.04, 0.03, 0.0), (0.06, 0.03, 0.0))
@@ -179,9 +185,7 @@ def test_length_is_painted_in_the_viewport_mirrored_and_undone(session, opened, 
         page.press("z", page.Keys.CONTROL)
         page.until(lambda: given(session)["length"] == 0.03)
         page.until(lambda: page.driver.execute_script(shown, row) == 255)
-        page.driver.execute_script("document.querySelector('#brush select').value = 'density'")
-        page.driver.execute_script("document.querySelector('#brush select').dispatchEvent(new Event('change'))")
-        page.until(lambda: page.ask("brush.target") == "density")
+        paint_on(page, "density")
         value = "return brush.texels.values[arguments[0] * 512 + 256] / 255"
         assert page.driver.execute_script(value, row) == pytest.approx(0.25, abs=0.01)  # as the map that it reads
         page.press(page.Keys.ESCAPE)
@@ -203,10 +207,8 @@ def test_hair_grows_where_the_density_is_painted(session, opened, folder):
             page.ask("followPainting()")
             do(page.driver, "viewer.camera.yaw = viewer.camera.pitch = 0; viewer.redraw()")
             picture = pixels(page.driver)
-            bald, grown = (
-                picture[round(y), round(x)]
-                for x, y in (page.driver.execute_script(PLACE, [side * 0.05, 0.08, 0.0]) for side in (-1, 1))
-            )
+            places = [page.driver.execute_script(PLACE, [side * 0.05, 0.08, 0.0]) for side in (-1, 1)]
+            bald, grown = (picture[round(y), round(x)] for x, y in places)
             assert np.ptp(bald) < 0.6 * np.ptp(grown), "pale"
 
 
@@ -229,15 +231,12 @@ def test_a_stroke_on_the_bust_paints_all_skin_below_it_and_no_other(opened, fold
     session = Session(shot)
     with served(session) as address:
         page = Page(opened(address), session)
-        do(page.driver, "selectNode('hair')")
-        page.find("#paint").click()
-        page.until(lambda: page.all("#brush"))
+        begin(page)
         assert "overlap" not in page.find("#note").text
         page.ask("beginPainting('length')")
         page.driver.execute_script(RECORD + "viewer.camera.yaw = 0.9; viewer.camera.pitch = 0; viewer.redraw()")
-        drag(
-            page, (0.03, 0.27, 0.09), (0.07, 0.24, 0.02), (0.06, 0.17, 0.0), (0.13, 0.12, 0.0)
-        )  # from cheek to shoulder
+        cheek, shoulder = ((0.03, 0.27, 0.09), (0.07, 0.24, 0.02)), ((0.06, 0.17, 0.0), (0.13, 0.12, 0.0))
+        drag(page, *cheek, *shoulder)
         page.until(lambda: "image" in str(given(session)["length"]))
         dabs = np.array(page.ask("dabs"))
         picture = read_image(folder / given(session)["length"]["image"])

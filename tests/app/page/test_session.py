@@ -48,14 +48,12 @@ def test_an_edit_lists_the_tasks_to_run(session):
     assert states(session, "hair") == ["cached"] * 5
 
 
-@pytest.mark.parametrize(
-    "target, text", [("hair.strands", "0"), ("hair.strandz", "1"), ("har.strands", "1"), ("hair", "1")]
-)
-def test_an_edit_that_the_file_would_not_take_changes_nothing(session, target, text):
+def test_an_edit_that_the_file_would_not_take_changes_nothing(session):
     revision = session.revision
-    with pytest.raises(BadInput):
-        session.edit(target, text)
-    assert session.revision == revision and states(session, "hair") == ["cached"] * 5
+    for target, text in (("hair.strands", "0"), ("hair.strandz", "1"), ("har.strands", "1"), ("hair", "1")):
+        with pytest.raises(BadInput):
+            session.edit(target, text)
+        assert session.revision == revision and states(session, "hair") == ["cached"] * 5
 
 
 def test_a_run_computes_the_plan_and_saving_changes_one_value(session, folder):

@@ -35,10 +35,10 @@ def test_sizes_add_up_to_what_is_on_disk(computed, hairpipe):
     assert hairpipe("cache du").stdout.splitlines()[-1].split()[:2] == ["total", "20"]
 
 
-@pytest.mark.parametrize("command", ["ls", "du", "verify", "gc --older 1d"])
-def test_a_cache_that_is_not_there_is_empty_and_stays_away(command, shot, hairpipe):
-    assert hairpipe(f"cache {command}").exit_code == 0
-    assert not Path("cache", "actions").exists()
+def test_a_cache_that_is_not_there_is_empty_and_stays_away(shot, hairpipe):
+    for command in ("ls", "du", "verify", "gc --older 1d"):
+        assert hairpipe(f"cache {command}").exit_code == 0
+        assert not Path("cache", "actions").exists()
 
 
 def test_damage_is_found_removed_and_computed_again(computed, hairpipe):
