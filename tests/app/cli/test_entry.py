@@ -134,10 +134,8 @@ def test_the_shell_completes_settings_values_and_outputs(shot):
     assert bash("run", "demo", "--set", "h") == ["head.", "hair."]
     assert bash("run", "demo", "--set", "hair.scheme", "=", "tr") == ["tr_bdf2"]
     assert "network" in bash("run", "demo", "--set", "hair.model", "=")
-    assert bash("run", "demo", "--set", "hair.stiction.re") == [
-        "hair.stiction.reach=0.0005",
-        "hair.stiction.release=0.0015",
-    ]
+    values = ["hair.stiction.reach=0.0005", "hair.stiction.release=0.0015"]
+    assert bash("run", "demo", "--set", "hair.stiction.re") == values
     assert {"seed.value=1.0", "seed.bent.strength=1.0"} <= set(bash("run", "shot.toml", "--set", "se", cwd=shot.parent))
     assert bash("run", "shot.toml", "--set", "none.x", cwd=shot.parent) == []
     assert bash("get", "demo", "hair.s") == ["hair.strands", "hair.state"]

@@ -170,10 +170,8 @@ def test_every_category_of_nodes_has_an_icon(looked):
 @pytest.mark.parametrize("size", [(1440, 900), (1280, 720)])
 def test_hair_is_at_the_top_left_above_the_fold(looked, size):
     driver = looked.driver
-    driver.execute_cdp_cmd(
-        "Emulation.setDeviceMetricsOverride",
-        {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False},
-    )
+    metrics = {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False}
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
     try:
         do(driver, "selectNode('hair')")
         stage, graph = looked.find("#stage").rect, looked.find("#graph").rect

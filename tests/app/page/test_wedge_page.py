@@ -41,10 +41,8 @@ def test_a_variant_is_selected_everywhere_at_once(shown, wedge_report):
     driver.find_elements("css selector", ".sheet figure")[3].click()
     variant = driver.execute_script("return [app.variant, app.cell('picture').state, pictureOf('picture', '')]")
     assert variant[:2] == [3, "computed"] and variant[2] != plain
-    assert [one.get_attribute("data-variant") for one in driver.find_elements("css selector", "#wedge .selected")] == [
-        "3",
-        "3",
-    ]
+    selected = driver.find_elements("css selector", "#wedge .selected")
+    assert [one.get_attribute("data-variant") for one in selected] == ["3", "3"]
     driver.execute_script("document.querySelector('.pin').click(); selectVariant(0)")
     assert driver.find_element("css selector", ".which").text.count("red=") == 2
     assert driver.execute_script("return document.body.dataset.errors") == "0"

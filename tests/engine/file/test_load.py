@@ -216,10 +216,8 @@ def test_overrides_are_typed_and_checked(shot):
 
 
 def test_whole_numbers_become_floats_before_they_are_keyed(shot):
-    value = [
-        load_graph(write(shot, SEED + f"value = {text}\n")).nodes["seed"].settings["value"] for text in ("3", "3.0")
-    ]
-    assert [type(v) for v in value] == [float, float]
+    for text in ("3", "3.0"):
+        assert type(load_graph(write(shot, SEED + f"value = {text}\n")).nodes["seed"].settings["value"]) is float
 
 
 @settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

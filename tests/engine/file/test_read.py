@@ -67,15 +67,11 @@ def test_unrolling_costs_in_proportion_to_the_tasks(shot, monkeypatch, frames):
 def test_the_code_of_a_type_is_read_once_however_many_nodes_have_it(shot, monkeypatch):
     from hairpipe.engine.code import CodeReader
 
-    shot.path.write_text(
-        "schema = 1\nframes = [1, 2]\nfps = 24\n" + "".join(f'[n{n}]\ntype = "make_seed"\n' for n in range(50))
-    )
-    read_modules = []
-    code_of = CodeReader.code_of
-    monkeypatch.setattr(
-        CodeReader, "code_of", lambda self, module: read_modules.append(module) or code_of(self, module)
-    )
-    assert len(shot.plan()) == 50 and read_modules == ["make_seed"]
+    nodes = "".join(f'[n{n}]\ntype = "make_seed"\n' for n in range(50))
+    shot.write(f"schema = 1\nframes = [1, 2]\nfps = 24\n{nodes}")
+    read, code_of = [], CodeReader.code_of
+    monkeypatch.setattr(CodeReader, "code_of", lambda self, module: read.append(module) or code_of(self, module))
+    assert len(shot.plan()) == 50 and read == ["make_seed"]
 
 
 @pytest.mark.parametrize("key", ["a{}", "a . {}", '"a"{}', "['a'{}]", "a = {{ b{} = 1 }}", 'x = "y"\na{}'])

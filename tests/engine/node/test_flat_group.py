@@ -41,10 +41,7 @@ def sound(*, shared: Shared, wide: int = 1) -> Table:
 
 def test_its_fields_are_settings_with_their_help_and_the_function_gets_the_group():
     node_type = sound.__node__
-    assert {field.name: field.help for field in fields_of(node_type)} == {
-        "depth": "of the water",
-        "name": "of the lake",
-        "wide": "of the boat",
-    }
+    helps = {"depth": "of the water", "name": "of the lake", "wide": "of the boat"}
+    assert {field.name: field.help for field in fields_of(node_type)} == helps
     plain = check_settings(node_type, {"depth": 5}, ".".join)
     assert sound(**build_settings(node_type, plain)) == (Shared(5.0), 1)

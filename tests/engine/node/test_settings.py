@@ -80,18 +80,14 @@ def test_false_leaves_an_optional_group_out_whatever_its_default_is():
 def test_arguments_are_built_from_plain_values():
     built = build_settings(TYPE, check(curl={"radius": 2, "paint": "p.png"}, sizes=[1, 2.5]))
     assert built["curl"] == Curl(2.0, (0.0, 0.0, 1.0), Path("p.png"))
-    assert (
-        built["file"] == Path("a.obj") and built["sizes"] == (1.0, 2.5) and built["wave"] == Curl(5.0, (0.0, 0.0, 1.0))
-    )
+    assert built["file"] == Path("a.obj") and built["sizes"] == (1.0, 2.5)
+    assert built["wave"] == Curl(5.0, (0.0, 0.0, 1.0))
 
 
 def test_files_are_found_in_groups_too():
     found = map_files(fields_of(TYPE), check(curl={"paint": "p.png"}), lambda name, file: f"{name}:{file}")
-    assert (
-        found["file"] == "file:a.obj"
-        and found["curl"]["paint"] == "curl.paint:p.png"
-        and found["wave"]["paint"] is None
-    )
+    assert found["file"] == "file:a.obj" and found["wave"]["paint"] is None
+    assert found["curl"]["paint"] == "curl.paint:p.png"
 
 
 @pytest.mark.parametrize(
@@ -132,11 +128,8 @@ def test_missing_setting_is_named():
 
 def test_description_contains_kind_unit_range_default_and_help():
     fields = {field.name: field for field in fields_of(TYPE)}
-    assert (fields["voxel"].unit, fields["voxel"].range, fields["voxel"].help) == (
-        "m",
-        ">= 0.0002, <= 0.1",
-        "spacing of the samples",
-    )
+    voxel = fields["voxel"]
+    assert (voxel.unit, voxel.range, voxel.help) == ("m", ">= 0.0002, <= 0.1", "spacing of the samples")
     assert [inner.name for inner in fields["curl"].group] == ["radius", "axis", "paint"]
     assert fields["curl"].optional and fields["curl"].group[0].help == "of the helix"
     assert fields["file"].required

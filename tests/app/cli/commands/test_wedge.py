@@ -40,10 +40,8 @@ def test_a_wedge_is_planned_run_compared_and_promoted(wedged, hairpipe):
 
 def test_wedges_are_data_too(wedged, hairpipe):
     found = json.loads(hairpipe("wedge list shot.toml --json").stdout)["wedges"]["steps"]
-    assert found == {
-        "axes": {"move.step": [1.0, 2.0]},
-        "variants": {"step=1": {"move.step": 1.0}, "step=2": {"move.step": 2.0}},
-    }
+    assert found["axes"] == {"move.step": [1.0, 2.0]} and found.keys() == {"axes", "variants"}
+    assert found["variants"] == {"step=1": {"move.step": 1.0}, "step=2": {"move.step": 2.0}}
 
 
 @pytest.mark.parametrize(
