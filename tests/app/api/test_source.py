@@ -33,9 +33,6 @@ def test_where_files_are_published(toy, tmp_path):
     by_name = hairpipe.load("set/toy").nodes
     assert by_name["list"].publish == tmp_path / "graphs" / "set" / "out" / "list.txt"
     assert by_name["seed"].publish is None
-
-
-def test_a_path_is_a_file_never_a_name(toy):
     with pytest.raises(BadInput, match="no such file"):
         hairpipe.load(Path("set/toy"))
 

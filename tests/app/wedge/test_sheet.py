@@ -70,10 +70,8 @@ def test_each_column_is_a_value_of_the_last_axis(graph, tmp_path):
 
 def test_places_without_a_variant_or_a_picture_are_empty(graph, tmp_path):
     wedge = graph.wedge("steps")
-    assert [variant and variant.name for variant in layout(wedge)[0]] == [
-        *("step=10,value=1", None, "step=10,value=3"),
-        *(None, None, None),
-    ]
+    names = ["step=10,value=1", None, "step=10,value=3", None, None, None]
+    assert [variant and variant.name for variant in layout(wedge)[0]] == names
     hairpipe.load(graph.path, {"move.step": 10.0, "seed.value": 3}).run("2", to="picture", jobs=1)
     write_sheet(tmp_path / "sheet.png", wedge, 2)
     ((first, second, third), below) = shades(tmp_path / "sheet.png")

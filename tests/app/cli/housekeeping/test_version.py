@@ -16,14 +16,13 @@ from hairpipe.processor import processor_class
 
 def test_a_document_names_all_that_matters(hairpipe):
     found = json.loads(hairpipe("version --json").stdout)
-    assert found["hairpipe"] == __version__
-    assert found["python"] == platform.python_version()
-    assert found["numpy"] == np.__version__
-    assert found["threads"] >= 1
-    assert found["class"] == processor_class()
-    assert found["threading layer"] == choose_layer().name
+    expected = {"hairpipe": __version__, "python": platform.python_version(), "numpy": np.__version__}
+    expected |= {"class": processor_class(), "threading layer": choose_layer().name}
+    assert expected.items() <= found.items() and found["threads"] >= 1
     assert {"numba", "usd", "h5py", "blosc"} <= found.keys()
     assert (found["openvdb"] is None) == (find_openvdb() is None)
+    assert f"numpy            {np.__version__}\n" in hairpipe("version").stdout
+    assert version_of("no-such-distribution") is None
 
 
 def test_a_broken_module_is_named(monkeypatch):
@@ -33,11 +32,3 @@ def test_a_broken_module_is_named(monkeypatch):
     monkeypatch.setattr(openvdb_library, "find_openvdb", lambda: Path("openvdb.so"))
     monkeypatch.setattr(openvdb_library, "ask", refuse)
     assert openvdb_library.version_of_openvdb() == "unusable: openvdb: OpenVDB failed: undefined symbol"
-
-
-def test_the_text_says_the_same(hairpipe):
-    assert f"numpy            {np.__version__}\n" in hairpipe("version").stdout
-
-
-def test_missing_packages_have_no_version():
-    assert version_of("no-such-distribution") is None
