@@ -60,14 +60,6 @@ def test_a_failure_is_reported_not_raised(failing):
     assert repr(report).endswith("failed: bad@3: ZeroDivisionError: no strands left")
 
 
-def test_a_cache_is_looked_after(computed):
-    cache = hairpipe.Cache("cache")
-    assert len(cache.results()) == 20 and cache.usage()["add_up"][0] == 6
-    assert not cache.verify().damaged
-    assert cache.clean([hairpipe.load(computed)]).records == 0
-    assert cache.clean(dry_run=True).records == 20 == len(cache.results())
-
-
 def test_importing_it_loads_nothing_else():
     code = "import sys, hairpipe; dir(hairpipe); print([name for name in sys.modules if name.startswith('hairpipe.')])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"

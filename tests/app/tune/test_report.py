@@ -57,6 +57,8 @@ def test_every_row_says_why():
     assert verdicts["no stiction"] == verdicts["10 segments, not 20"] == "left out"
     assert verdicts["plain chain"] == "kept: fails, see below"
     assert report.fault_lines(TUNED) == ["plain chain: a chain is straight"]
+    far = replace(TUNED, singles={FEWER: found(1.9, 5.0)}, choice=Choice(frozenset(), FULL, ()))
+    assert report.rows(far)[-1][-1] == "kept: may be beyond 2 mm", "the error is not, its bound is"
     (line,) = report.trial_lines(TUNED)
     assert "10 segments, not 20; no stiction" in line and line.endswith("taken")
 

@@ -38,20 +38,21 @@ def test_a_file_of_the_data_folder_is_found_by_its_name(folder):
     assert other.file(other.nodes["body"].settings["file"]) == folder / "data" / "bodies" / "a.obj"
 
 
-def test_a_missing_file_points_to_the_check(folder):
-    with pytest.raises(BadInput, match=r"shot.toml:6.*b\.obj' does not exist \(.*HAIRPIPE_DATA.*hairpipe data check"):
-        load(folder, '.data = "bodies/b.obj"')
+OUTSIDE = r"file\.data = .* is outside of the data folder"
+MISSING = r"shot.toml:6.*b\.obj' does not exist \(.*HAIRPIPE_DATA.*hairpipe data check"
 
 
-@pytest.mark.parametrize("name", ['"../a.obj"', '"/etc/a.obj"', "3", '{ data = "a.obj" }'])
-def test_a_name_outside_of_the_folder_is_refused(folder, name):
-    with pytest.raises(BadInput, match=r"file\.data = .* is outside of the data folder"):
-        load(folder, f".data = {name}")
-
-
-def test_other_tables_are_not_files(folder):
-    with pytest.raises(BadInput, match="file = "):
-        load(folder, '= { data = "bodies/a.obj", unit = 1 }')
+@pytest.mark.parametrize(
+    ("file", "message"),
+    [
+        ('.data = "bodies/b.obj"', MISSING),
+        *((f".data = {name}", OUTSIDE) for name in ('"../a.obj"', '"/etc/a.obj"', "3", '{ data = "a.obj" }')),
+        ('= { data = "bodies/a.obj", unit = 1 }', "file = "),
+    ],
+)
+def test_what_is_not_a_file_of_the_folder_is_refused(folder, file, message):
+    with pytest.raises(BadInput, match=message):
+        load(folder, file)
 
 
 def test_without_the_variable_it_lies_next_to_the_checkout(monkeypatch, tmp_path):

@@ -29,22 +29,17 @@ def values(axis):
     return wedge(f"axes.seed.value = {axis}").axes["seed.value"]
 
 
-def test_axes_are_crossed_the_last_one_first():
-    found = wedge("axes.seed.value = [1, 2]\naxes.move.step = [0.5, 1.0]").variants
+def test_axes_are_crossed_the_last_one_first_and_joint_ones_vary_together():
+    axes = "axes.seed.value = [1, 2]\naxes.move.step = [0.5, 1.0]"
+    found = wedge(axes).variants
     assert list(found) == ["value=1,step=0.5", "value=1,step=1", "value=2,step=0.5", "value=2,step=1"]
     assert found["value=2,step=0.5"] == {"seed.value": 2, "move.step": 0.5}
-
-
-def test_joint_axes_vary_together():
-    found = wedge("joint = true\naxes.seed.value = [1, 2]\naxes.move.step = [0.5, 1.0]").variants
+    found = wedge(f"joint = true\n{axes}").variants
     assert list(found.values()) == [{"seed.value": 1, "move.step": 0.5}, {"seed.value": 2, "move.step": 1.0}]
 
 
-def test_a_setting_may_be_one_quoted_name():
+def test_a_setting_may_be_one_quoted_name_and_its_value_is_the_setting():
     assert wedge('axes."seed.bent.strength" = [1]').axes == wedge("axes.seed.bent.strength = [1]").axes
-
-
-def test_an_axis_of_a_setting_and_of_its_value_are_the_same():
     one, other = (wedge(f"axes.seed.{name} = [1, 2]") for name in ("bent", "bent.value"))
     assert one.variants == other.variants == {"bent=1": {"seed.bent": 1}, "bent=2": {"seed.bent": 2}}
 
@@ -126,12 +121,9 @@ def test_faults_are_reported_with_their_place(text, message):
         wedge(text)
 
 
-def test_an_unknown_wedge_is_reported_with_similar_names():
+def test_unknown_wedges_and_nodes_called_wedge_are_reported():
     with pytest.raises(BadInput, match=r"no wedge 'gripp' \(did you mean 'grip'\?\)"):
         find_wedge(GraphText(Path("shot.toml"), GRAPH + AXIS), "gripp")
-
-
-@pytest.mark.parametrize("text", ["wedge = 1", "[wedge]\ntype = 'make_seed'", "[wedge.'a b']\n"])
-def test_no_node_is_called_wedge(text):
-    with pytest.raises(BadInput, match="is not a wedge"):
-        read_wedges(GraphText(Path("shot.toml"), text))
+    for text in ("wedge = 1", "[wedge]\ntype = 'make_seed'", "[wedge.'a b']\n"):
+        with pytest.raises(BadInput, match="is not a wedge"):
+            read_wedges(GraphText(Path("shot.toml"), text))

@@ -11,6 +11,7 @@ from hairpipe.engine.store.lease import EXPIRY, Leases
 from hairpipe.engine.store.store import Store
 
 KEY = "d0c7" * 10
+GOOD = dict.fromkeys(["folder", "permissions", "space", "exclusive creation", "leases"], "ok")
 
 
 @pytest.fixture
@@ -27,24 +28,21 @@ def refuse(*given):
 
 
 def test_a_folder_of_this_machine_does_everything(store):
-    found = verdicts(diagnose(store))
-    assert found == dict.fromkeys(["folder", "permissions", "space", "exclusive creation", "leases"], "ok")
+    assert verdicts(diagnose(store)) == GOOD
     assert not [path for path in store.root.rglob("*") if path.is_file()]
 
 
 @pytest.mark.parametrize(
-    ("check", "name", "wrong"),
+    ("check", "name", "wrong", "verdict"),
     [
-        ("exclusive creation", "create", lambda path: path.touch() or True),
-        ("exclusive creation", "create", refuse),
-        ("space", "LITTLE", 1e30),
+        ("exclusive creation", "create", lambda path: path.touch() or True, "fault"),
+        ("exclusive creation", "create", refuse, "fault"),
+        ("space", "LITTLE", 1e30, "note"),
     ],
 )
-def test_a_fault_is_found_and_named(store, check, name, wrong, monkeypatch):
+def test_a_fault_is_found_and_named(store, check, name, wrong, verdict, monkeypatch):
     monkeypatch.setattr(maintenance, name, wrong)
-    found = verdicts(diagnose(store))
-    assert found.pop(check) == ("note" if check == "space" else "fault")
-    assert set(found.values()) == {"ok"}
+    assert verdicts(diagnose(store)) == GOOD | {check: verdict}
 
 
 def test_read_only_users_are_reported(store, monkeypatch):

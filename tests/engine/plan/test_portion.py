@@ -45,7 +45,7 @@ def published(shot):
 CHUNKS = [(1, 2), (3, 4), (5, 6)]
 
 
-@pytest.mark.parametrize("order", itertools.permutations(range(3)))
+@pytest.mark.parametrize("order", list(itertools.permutations(range(3))))
 def test_chunks_in_any_order_give_the_shot_and_nothing_twice(branched, order):
     other = Store(branched.folder / "undisturbed")
     branched.run(store=other)
