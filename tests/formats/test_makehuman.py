@@ -46,60 +46,46 @@ def changed(content: dict, path: str, value) -> dict:
     return copy
 
 
-@pytest.mark.parametrize(
-    ("path", "value", "message"),
-    [
-        ("bones", [], "'bones' is missing"),
-        ("bones", {}, "'bones' is missing, empty"),
-        ("joints", None, "'joints' is missing"),
-        ("bones.tip", 3, "parent '' does not exist"),
-        ("bones.tip.parent", "nobody", r"bones\.tip: parent 'nobody' does not exist"),
-        ("bones.tip.parent", "tip", r"bones\.tip: the bone is its own ancestor"),
-        ("bones.base.parent", "tip", "its own ancestor"),
-        ("bones.tip.head", "nowhere", r"bones\.tip\.head"),
-        ("bones.tip.tail", ["a"], r"bones\.tip\.tail"),
-        ("joints.c", [], r"bones\.tip\.tail"),
-        ("joints.c", [4], r"bones\.tip\.tail"),
-        ("joints.c", [-1], r"bones\.tip\.tail"),
-        ("joints.c", [1.5], r"bones\.tip\.tail"),
-        ("joints.c", [True], r"bones\.tip\.tail"),
-    ],
-)
-def test_broken_rigs_are_refused(tmp_path, path, value, message):
+TAIL, OUT = r"bones\.tip\.tail", "out of range"
+BROKEN: list[tuple[str, object, str]] = [
+    ("bones", [], "'bones' is missing"),
+    ("bones", {}, "'bones' is missing, empty"),
+    ("joints", None, "'joints' is missing"),
+    ("bones.tip", 3, "parent '' does not exist"),
+    ("bones.tip.parent", "nobody", r"bones\.tip: parent 'nobody' does not exist"),
+    ("bones.tip.parent", "tip", r"bones\.tip: the bone is its own ancestor"),
+    ("bones.base.parent", "tip", "its own ancestor"),
+    ("bones.tip.head", "nowhere", r"bones\.tip\.head"),
+    *(("bones.tip.tail", value, TAIL) for value in (["a"], {}, 3)),
+    *(("joints.c", value, TAIL) for value in ([], [4], [-1], [1.5], [True])),
+    ("weights", None, "'weights' is missing"),
+    ("weights.wing", [[0, 1.0]], "no bone 'wing'"),
+    ("weights.tip", {}, "does not consist of pairs"),
+    ("weights.tip", [[0]], "does not consist of pairs"),
+    ("weights.tip", [[4, 0.5]], r"weights\.tip: .*out of range .*0 to 3"),
+    *(("weights.tip", [[vertex, 0.5]], OUT) for vertex in (-1, "0")),
+    *(("weights.tip", [[0, weight]], OUT) for weight in (-0.5, float("nan"), float("inf"), None)),
+]
+
+
+@pytest.mark.parametrize(("path", "value", "message"), BROKEN)
+def test_broken_rigs_and_weights_are_refused(tmp_path, path, value, message):
     with pytest.raises(BadInput, match=message):
-        read_skeleton(written(tmp_path, changed(RIG, path, value)), POINTS)
+        if path.startswith("weights"):
+            read_weights(written(tmp_path, changed(WEIGHTS, path, value)), NAMES, 4)
+        else:
+            read_skeleton(written(tmp_path, changed(RIG, path, value)), POINTS)
 
 
-@pytest.mark.parametrize(
-    ("path", "value", "message"),
-    [
-        ("weights", None, "'weights' is missing"),
-        ("weights.wing", [[0, 1.0]], "no bone 'wing'"),
-        ("weights.tip", {}, "does not consist of pairs"),
-        ("weights.tip", [[0]], "does not consist of pairs"),
-        ("weights.tip", [[4, 0.5]], r"weights\.tip: .*out of range .*0 to 3"),
-        ("weights.tip", [[-1, 0.5]], "out of range"),
-        ("weights.tip", [["0", 0.5]], "out of range"),
-        ("weights.tip", [[0, -0.5]], "out of range"),
-        ("weights.tip", [[0, float("nan")]], "out of range"),
-        ("weights.tip", [[0, float("inf")]], "out of range"),
-        ("weights.tip", [[0, None]], "out of range"),
-    ],
-)
-def test_broken_weights_are_refused(tmp_path, path, value, message):
-    with pytest.raises(BadInput, match=message):
-        read_weights(written(tmp_path, changed(WEIGHTS, path, value)), NAMES, 4)
+INVALID = {
+    '{"bones": ': "line 1",
+    "[1]": "not an object",
+    "[" * 100_000: "nested too deeply",
+    "9" * 5000: "too long a n",
+}
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ('{"bones": ', "line 1"),
-        ("[1]", "not an object"),
-        ("[" * 100_000, "nested too deeply"),
-        ("9" * 5000, "too long a number"),
-    ],
-)
+@pytest.mark.parametrize(("text", "message"), INVALID.items(), ids=INVALID.values())
 def test_invalid_json_is_refused(tmp_path, text, message):
     with pytest.raises(BadInput, match=message):
         read_skeleton(written(tmp_path, text), POINTS)

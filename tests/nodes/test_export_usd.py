@@ -70,7 +70,7 @@ def level_set(folder: Path, frame: int) -> File:
 
 
 @pytest.mark.parametrize("layout", ["single", "clips"])
-def test_level_sets_are_a_volume_that_resolves_where_it_is_published(
+def test_the_published_file_has_every_frame_of_hair_body_and_level_set(
     tmp_path: Path, layout: Literal["single", "clips"]
 ) -> None:
     volume = Frames(NUMBERS, lambda frame: level_set(tmp_path / str(frame), frame))
@@ -78,6 +78,10 @@ def test_level_sets_are_a_volume_that_resolves_where_it_is_published(
     publish(file, tmp_path / "out")
     shutil.rmtree(tmp_path / "workspace")
     stage = Usd.Stage.Open(str(tmp_path / "out" / "final.usd"))
+    assert stage.GetTimeCodesPerSecond() == 30 and (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (1001, 1004)
+    for frame in NUMBERS:
+        for name, given in (("hair", hair(frame)), ("body", body(frame))):
+            np.testing.assert_array_equal(stage.GetAttributeAtPath(f"/shake/{name}.points").Get(frame), given.points)
     prim = UsdVol.Volume(stage.GetPrimAtPath("/shake/levelset"))
     fields = {name: UsdVol.OpenVDBAsset(stage.GetPrimAtPath(path)) for name, path in prim.GetFieldPaths().items()}
     assert set(fields) == {"surface", "vel"}
@@ -93,24 +97,3 @@ def test_level_sets_are_a_volume_that_resolves_where_it_is_published(
     assert UsdGeom.Imageable(prim).ComputePurpose() == "guide"
     found = [f.rule for f in lint(tmp_path / "out" / "final.usd", inspect) if "levelset" in f.path]
     assert set(found) == {"sample-gaps"}, "frame 1003 was left out, and nothing else is wrong"
-
-
-@pytest.mark.parametrize("layout", ["single", "clips"])
-def test_the_published_file_has_every_frame(tmp_path: Path, layout: Literal["single", "clips"]) -> None:
-    file = export(tmp_path / "workspace", layout)
-    assert bool(file.companions) == (layout == "clips")
-    publish(file, tmp_path / "out")
-    shutil.rmtree(tmp_path / "workspace")
-    stage = Usd.Stage.Open(str(tmp_path / "out" / "final.usd"))
-    assert stage.GetTimeCodesPerSecond() == 30 and (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (1001, 1004)
-    for frame in NUMBERS:
-        points = [stage.GetAttributeAtPath(f"/shake/{name}.points").Get(frame) for name in ("hair", "body")]
-        np.testing.assert_array_equal(points[0], hair(frame).points)
-        np.testing.assert_array_equal(points[1], body(frame).points)
-
-
-def test_refuses_a_name_that_usd_does_not_know(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match="'a/b' cannot name a prim"):
-        export_usd(
-            Frames(NUMBERS, hair), None, None, None, None, None, Time(1001, 30.0), (), Workspace(tmp_path), name="a/b"
-        )
