@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from hairpipe.body.skinning import skin
 from hairpipe.errors import BadInput
+from hairpipe.nodes.pose_body import pose_body
 from hairpipe.values import BlendShapes, Body, Bound, DualQuaternions, Mesh, Pose, Skeleton
 
 CHANCE = np.random.default_rng(8)
@@ -56,6 +57,13 @@ def test_moving_every_joint_alike_moves_the_body_as_a_whole():
     body, whole = make_body(20, 3), random_rigid()
     mesh = skin(body, still(whole @ body.skeleton.rest))
     np.testing.assert_allclose(mesh.points, body.mesh.points @ whole[:3, :3].T + whole[:3, 3], atol=1e-12)
+
+
+def test_the_node_poses_the_body():
+    body = make_body(20, 3)
+    pose = still(random_rigid() @ body.skeleton.rest)
+    assert np.array_equal(pose_body(body, pose).points, skin(body, pose).points)
+    assert np.array_equal(pose_body(body).points, body.mesh.points)
 
 
 def test_a_vertex_is_the_mean_of_where_its_joints_would_carry_it():
