@@ -82,6 +82,12 @@ def test_short_strands_are_simulated_once_they_are_loaded(floor: Body, tmp_path:
     assert np.isfinite(moved).all() and np.allclose(moved[groom.offsets[:-1]], groom.points[groom.offsets[:-1]])
 
 
+def test_segments_by_their_length(floor: Body, tmp_path: Path) -> None:
+    file = tmp_path / "hair.usda"
+    file.write_text(USD)
+    assert np.diff(load_groom(floor, file=file, segment_length=0.05).offsets).tolist() == [7, 3]
+
+
 def tfx_3(strands: list[list[tuple[float, float, float]]], held: int) -> bytes:
     """A TressFX file of version 3."""
     header = struct.pack("<f4I", 3.0, len(strands), len(strands[0]), 0, held).ljust(144, b"\0")
