@@ -117,8 +117,8 @@ class Page:
 
     def undo_all(self):
         """Undo all edits, choose nothing, and show the graph as it is shown at first, for another test."""
-        while self.session._history.at:
-            self.session.undo()
+        if self.session._history.at:
+            self.session.undo(-self.session._history.at)
         self.settle()
         first = "openTables.clear(); app.chosen = new Set(); app.fresh = true; app.set({ node: '' }); drawGraph()"
         do(self.driver, first)

@@ -56,24 +56,18 @@ def test_scans_at_a_time_share_the_threads(shot, spare):
     assert [member.environment["NUMBA_NUM_THREADS"] for member in spare if member.wide] == ["2", "2"]
 
 
-def test_a_worker_ends_whose_sources_were_edited_since(shot, spare):
+def test_workers_of_other_sources_or_of_another_store_and_dead_ones_are_replaced(shot, spare):
     before = run_with(shot, spare)
     shot.edit("numeral.py", "load: np.ndarray", "load: np.ndarray | None")
-    assert not run_with(shot, spare) & before
-
-
-def test_a_worker_that_died_meanwhile_is_replaced(shot, spare):
-    before = run_with(shot, spare)
+    edited = run_with(shot, spare)
+    assert not edited & before
     for member in spare:
         member.process.kill()
         member.process.wait()
-    assert not run_with(shot, spare, seed__value=4) & before
-
-
-def test_a_worker_is_kept_for_its_own_store_alone(shot, spare):
-    before = run_with(shot, spare)
+    dead = run_with(shot, spare, seed__value=4)
+    assert not dead & edited
     shot.store = Store(shot.folder / "other")
-    assert not run_with(shot, spare) & before
+    assert not run_with(shot, spare) & dead
 
 
 def test_a_worker_that_is_evaluating_ends_with_the_run(shot, spare):

@@ -78,12 +78,9 @@ def test_a_frame_that_needs_all_frames_is_reported_as_not_reached(branched):
     assert branched.tally()["gather"] == 1
 
 
-def test_frames_outside_of_the_run_are_refused(branched):
+def test_frames_outside_of_the_run_are_refused_and_collectors_are_what_sees_frames(branched):
     with pytest.raises(BadInput, match="--only: frame 7 is not a frame of the run"):
         run_only(branched, (6, 7))
-
-
-def test_collectors_are_what_sees_frames(branched):
     branched.add(ABOVE)
     assert sorted(collectors(branched.load())) == ["list", "total"]
 

@@ -21,16 +21,7 @@ def test_playing_equals_the_run_and_repeats(shot):
     assert shot.tally() == {"add_up": 13} and shot.results() == before
 
 
-def test_other_settings_count_from_the_next_frame_on(shot):
-    shot.run()
-    player = Player(shot.load(), shot.store, "sum")
-    player.advance()
-    player.take(shot.load(**{"sum.warn": 2}))
-    with pytest.warns(UserWarning, match="a strand is too short"):
-        assert player.advance().frame == 2
-
-
-def test_missing_inputs_are_refused(shot):
+def test_missing_inputs_are_refused_and_other_settings_count_from_the_next_frame_on(shot):
     with pytest.raises(BadInput, match="move@1 has not been computed"):
         Player(shot.load(), shot.store, "sum")
     shot.run()
@@ -38,6 +29,9 @@ def test_missing_inputs_are_refused(shot):
     with pytest.raises(BadInput, match="move@1 has not been computed"):
         player.take(shot.load(**{"seed.value": 77}))
     assert player.advance().values["number"].value == shot.value("sum@1", "number")
+    player.take(shot.load(**{"sum.warn": 2}))
+    with pytest.warns(UserWarning, match="a strand is too short"):
+        assert player.advance().frame == 2
 
 
 def test_a_failure_passes_and_the_next_frame_is_the_first(shot):
