@@ -14,25 +14,19 @@ ENGINE: dict[str, tuple[str, ...]] = {
         *("store/test_atomic.py", "store/test_ownership.py", "store/test_values.py", "plan/test_maintenance.py"),
         *("test_leases.py", "test_users.py", "test_damage.py"),
     ),
-    "store/digest.py": ("store/test_digest.py", "store/test_record.py", "store/test_kept_stores.py", "key"),
+    "store/digest.py": ("store/test_digest.py", "store/test_store.py", "store/test_kept_stores.py", "key"),
     "store/fingerprint.py": (
         *("store/test_fingerprint.py", "store/test_seal.py", "key", "test_damage.py", "run/test_scheduler.py"),
     ),
     "store/holder.py": ("store/test_holder.py", "store/test_atomic.py", "store/test_lease.py", "test_leases.py"),
     "store/lease.py": (
-        *("store/test_lease.py", "test_leases.py", "test_notes.py", "test_read_only.py", "plan/test_divergence.py"),
-        "test_faults.py",
+        *("store/test_lease.py", "test_leases.py", "store/test_store.py", "test_read_only.py"),
+        *("plan/test_divergence.py", "test_faults.py"),
     ),
     "store/ownership.py": ("store/test_ownership.py", "test_users.py"),
     "store/store.py": (
-        *(
-            "store/test_record.py",
-            "store/test_store.py",
-            "store/test_identity.py",
-            "store/test_kept_stores.py",
-            "store/test_values.py",
-        ),
-        *("test_notes.py", "test_users.py", "test_read_only.py", "test_damage.py", "plan/test_maintenance.py"),
+        *("store/test_store.py", "store/test_identity.py", "store/test_kept_stores.py", "store/test_values.py"),
+        *("test_users.py", "test_read_only.py", "test_damage.py", "plan/test_maintenance.py"),
     ),
     "store/values.py": (
         *("store/test_values.py", "store/test_kept_stores.py", "test_spent.py", "test_damage.py", "test_users.py"),
