@@ -14,7 +14,6 @@ from hairpipe.app.tune.sampling import Sample
 from hairpipe.app.tune.simplifications import scaled_steps, simplifications
 from hairpipe.app.tune.study import merged_variants, sampled, simplified, with_node
 from hairpipe.engine.file.load import load_graph
-from hairpipe.errors import BadInput
 
 SCENE = """schema = 1
 frames = [1, 30]
@@ -91,23 +90,30 @@ def test_absent_physics_is_not_simplified(scene):
     assert list(parts_by_axis(scene)) == ["segments", "voxels", "particles"]
 
 
+SURFACE, ENDS = 'surface = ["surface"] }', 'surface = ["surface"], ends = "hand" }'
+
+
 @pytest.mark.parametrize(
-    "changed", ['solver = "sweep"', "thickness = 3e-4\n[hair.volume]", "thickness = 3e-4\n[hair.locks]"]
+    ("old", "new", "axis"),
+    [
+        ("thickness = 2e-4", 'solver = "sweep"', "locks"),
+        ("thickness = 2e-4", "thickness = 3e-4\n[hair.volume]", "locks"),
+        ("thickness = 2e-4", "thickness = 3e-4\n[hair.locks]", "locks"),
+        (SURFACE, ENDS, "particles"),
+        ("[hair.collisions]", "gravity = 0.0\n[hair.collisions]", "particles"),
+    ],
 )
-def test_hair_that_cannot_be_in_locks_or_is_is_not_put_into_them(scene, changed):
-    scene.write_text(SCENE.replace("thickness = 2e-4", changed))
-    assert "locks" not in parts_by_axis(scene)
+def test_hair_that_cannot_be_in_locks_or_particles_is_not_put_into_them(scene, old, new, axis):
+    """It is in locks, has a volume, ends of a hand, no weight."""
+    assert axis in parts_by_axis(scene)
+    scene.write_text(SCENE.replace(old, new) + '[hand]\ntype = "drive_ends"\nin.groom = "groom"\n')
+    assert axis not in parts_by_axis(scene)
 
 
 def test_single_precision_is_tried_where_double_was_requested(scene):
     scene.write_text(SCENE.replace('type = "simulate_hair"\n', 'type = "simulate_hair"\nprecision = "double"\n'))
     (part,) = parts_by_axis(scene)["precision"]
     assert part.puts == (("hair.precision", "automatic"),)
-
-
-def test_a_node_that_simulates_nothing_is_refused(scene):
-    with pytest.raises(BadInput, match=r"'groom' is a grow_groom.*--node hair"):
-        simplifications(load_graph(scene), "groom")
 
 
 def test_variants_share_what_they_have_in_common(scene):
@@ -166,14 +172,6 @@ def test_particles_take_the_place_of_strands_and_carry_them_under_the_same_name(
     loaded(scene, after)
 
 
-def test_strands_with_prescribed_ends_or_without_weight_are_not_replaced(scene):
-    driven = '[hand]\ntype = "drive_ends"\nin.groom = "groom"\n'
-    scene.write_text(SCENE.replace('surface = ["surface"] }', 'surface = ["surface"], ends = "hand" }') + driven)
-    assert "particles" not in parts_by_axis(scene)
-    scene.write_text(SCENE.replace("[hair.collisions]", "gravity = 0.0\n[hair.collisions]"))
-    assert "particles" not in parts_by_axis(scene)
-
-
 def test_a_volume_takes_the_place_of_pairs(scene):
     (part,) = parts_by_axis(scene)["pairs"]
     after = simplified(tomllib.loads(SCENE), "hair", [part])["hair"]
@@ -219,7 +217,7 @@ def test_bounds_of_steps_are_scaled_within_range(scene):
 def test_ends_of_key_strands_are_those_of_the_thinned_groom(scene):
     """A hand moves the roots: key strands get ends of their own, and the others are interpolated with those of all."""
     hand = '[hand]\ntype = "drive_ends"\nin.groom = "groom"\nat = 1\n'
-    scene.write_text(SCENE.replace('surface = ["surface"] }', 'surface = ["surface"], ends = "hand" }') + hand)
+    scene.write_text(SCENE.replace(SURFACE, ENDS) + hand)
     tables = simplified(tomllib.loads(scene.read_text()), "hair", [parts_by_axis(scene)["keys"][0]])
     inputs = {"groom": "hair-keys", "body": "body", "surface": ["surface"], "ends": "hand-keys"}
     assert tables["hair"]["in"] == inputs

@@ -121,11 +121,6 @@ def test_invalid_settings_are_reported_with_valid_ones(given, reported):
     assert str(caught.value).startswith("here: ") and reported in str(caught.value), str(caught.value)
 
 
-def test_missing_setting_is_named():
-    with pytest.raises(BadInput, match="setting 'file' is missing"):
-        check_settings(TYPE, {}, lambda names: "here")
-
-
 def test_description_contains_kind_unit_range_default_and_help():
     fields = {field.name: field for field in fields_of(TYPE)}
     voxel = fields["voxel"]
@@ -133,6 +128,8 @@ def test_description_contains_kind_unit_range_default_and_help():
     assert [inner.name for inner in fields["curl"].group] == ["radius", "axis", "paint"]
     assert fields["curl"].optional and fields["curl"].group[0].help == "of the helix"
     assert fields["file"].required
+    with pytest.raises(BadInput, match="setting 'file' is missing"):
+        check_settings(TYPE, {}, lambda names: "here")
 
 
 def test_help_continues_over_lines_that_begin_below_it():

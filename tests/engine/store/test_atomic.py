@@ -135,14 +135,11 @@ def test_files_of_other_machines_go_a_day_after_they_were_last_renewed(tmp_path,
     assert sorted(path.read_text() for path in tmp_path.iterdir()) == ["-3", "0", "23"]
 
 
-def test_a_file_in_the_making_is_renewed(tmp_path):
+def test_a_file_in_the_making_is_renewed_again_and_again(tmp_path, monkeypatch):
     with making(tmp_path) as (path, _):
         os.utime(path, (0, 0))
         renewal.renewal.renew()
         assert path.stat().st_mtime > 0
-
-
-def test_files_are_renewed_again_and_again(tmp_path, monkeypatch):
     monkeypatch.setattr(renewal, "PERIOD", 0.01)
     file, thread = tmp_path / "file", renewal.Renewal()
     with file.open("w") as held:

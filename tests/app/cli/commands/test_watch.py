@@ -87,7 +87,7 @@ def test_half_way_it_counts_what_is_there_and_writes_nothing(half, hairpipe):
     }  # fmt: skip
 
 
-def test_a_lease_names_the_machine_that_computes(half, hairpipe):
+def test_a_lease_names_the_machine_that_computes_until_its_process_ends(half, hairpipe):
     lease(half["move@5"], ELSEWHERE, "render-7\x1b[2J")
     state = state_of(hairpipe)
     assert state["computing"] == [{"node": "move", "frame": 5, "host": "render-7\x1b[2J"}]
@@ -96,19 +96,13 @@ def test_a_lease_names_the_machine_that_computes(half, hairpipe):
     assert move["seconds_left"] == pytest.approx(3 * move["seconds_each"]) and move["seconds_each"] > 0.0
     line = next(line for line in hairpipe("watch shot.toml --once").stdout.splitlines() if line.startswith("move: "))
     assert line.endswith("; computing: render-7\\x1b[2J 1; 2 missing") and line.startswith("move: 3/6, ")
-
-
-def test_the_lease_of_an_ended_process_counts_for_nothing(half, hairpipe):
+    lease(f"{half['move@5']}.{ELSEWHERE}", ELSEWHERE.replace("-7-7-", "-8-8-"), "second")
+    assert [task["host"] for task in state_of(hairpipe)["computing"]] == ["second"], "the successor of a lease"
+    Path("cache/lease", f"{half['move@5']}.{ELSEWHERE}").unlink()
     process = subprocess.Popen(["true"])
     lease(half["move@5"], f"{machine()}-{process.pid}-1-0123456789abcdef", "here")
     process.wait()
-    assert counts(state_of(hairpipe))["move"] == (3, 0, 3, 0)
-
-
-def test_the_successor_of_a_lease_is_named(half, hairpipe):
-    lease(half["move@5"], ELSEWHERE, "first")
-    lease(f"{half['move@5']}.{ELSEWHERE}", ELSEWHERE.replace("-7-7-", "-8-8-"), "second")
-    assert [task["host"] for task in state_of(hairpipe)["computing"]] == ["second"]
+    assert counts(state_of(hairpipe))["move"] == (3, 0, 3, 0), "the process has ended"
 
 
 def test_a_failure_is_reported_until_the_next_start(shot, hairpipe):
@@ -152,14 +146,11 @@ def test_lines_follow_a_run_until_all_is_there(half, hairpipe, monkeypatch):
     assert lines[-8:] == [*between, "list: 1/1", "drawing: 6/6", "20 of 20 results"]
 
 
-def test_a_complete_shot_is_exit_code_0(computed, hairpipe):
+def test_a_complete_shot_is_exit_code_0_and_variants_are_counted_together(computed, hairpipe):
     state = state_of(hairpipe, code=0)
     assert state["complete"] and counts(state) == {name: (total, 0, 0, 0) for name, total in STORED.items()}
     assert hairpipe("watch shot.toml").stdout.splitlines()[-1] == "20 of 20 results"
     assert state_of(hairpipe, "--set move.turn=4")["nodes"]["move"]["missing"] == 6
-
-
-def test_the_variants_of_a_wedge_are_counted_together(computed, hairpipe):
     computed.write_text(SHOT + WEDGE)
     assert counts(state_of(hairpipe, "--wedge turns"))["sum"] == (6, 0, 0, 6)
 
