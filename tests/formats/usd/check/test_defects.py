@@ -1,6 +1,7 @@
 """Each planted defect is named, at its place, and nothing else is.
 
-A path without a leading slash lies under /shot, and primvars of hair need no prefix. A plant is a call with the stage.
+A path without a leading slash lies under /shot; `SHORT` has names for parts of it, so that `.points` is an attribute of
+the hair. Primvars have no prefix. A plant is a call with the stage.
 """
 
 import re
@@ -13,6 +14,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, UsdSkel, UsdVol, Vt
 
 TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens
 FRAMES, STRANDS = range(1001, 1009), 30
+SHORT = {"": "hair", "look": "Looks/hair/surface", "field": "volume/surface"}
 PRIMVARS = ("pref", "hairId", "st", "skinprim", "skinprimuv", "displayColor", "lockId")
 HAIR, BODY, LOOK, SURFACE = "/shot/hair", "/shot/body", "/shot/Looks/hair", "/shot/Looks/hair/surface"
 Plant = Callable[[Usd.Stage], object]
@@ -22,7 +24,12 @@ Edit = Callable[[np.ndarray], np.ndarray]
 def full(path: str) -> str:
     """Return a whole path: of a prim under /shot, of a primvar."""
     prim, dot, name = path.partition(".")
-    return (prim if prim.startswith("/") else f"/shot/{prim}") + dot + "primvars:" * (name in PRIMVARS) + name
+    return (
+        (prim if prim.startswith("/") else f"/shot/{SHORT.get(prim, prim)}")
+        + dot
+        + "primvars:" * (name in PRIMVARS)
+        + name
+    )
 
 
 def attribute_of(stage: Usd.Stage, path: str) -> Usd.Attribute:
@@ -115,7 +122,7 @@ def strands(change: Edit, *times: float, names: str = "points") -> Plant:
     def changed(points: np.ndarray) -> np.ndarray:
         return change(points.reshape(STRANDS, -1, 3)).reshape(-1, 3)
 
-    return boxed(all_of(*(edit(f"hair.{name}", changed, *times) for name in names.split())))
+    return boxed(all_of(*(edit(f".{name}", changed, *times) for name in names.split())))
 
 
 def strand(change: Edit, *times: float, names: str = "points") -> Plant:
@@ -278,7 +285,7 @@ def lock(leaders: Edit) -> Plant:
     """Plant which hair each follows, of its ids."""
 
     def plant(stage: Usd.Stage) -> None:
-        ids = np.array(attribute_of(stage, "hair.hairId").Get())
+        ids = np.array(attribute_of(stage, ".hairId").Get())
         primvar("lockId", TYPES.IntArray, Vt.IntArray(leaders(ids).tolist()))(stage)
 
     return plant
@@ -301,7 +308,7 @@ def without_faces(stage: Usd.Stage) -> None:
     """Plant a skin without every fourth of its lower faces, on which no hair stands."""
     mesh = UsdGeom.Mesh(stage.GetPrimAtPath(BODY))
     corners = np.array(mesh.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3)
-    roots = attribute_of(stage, "hair.skinprim")
+    roots = attribute_of(stage, ".skinprim")
     kept = np.arange(len(corners)) % 4 > 0
     kept[np.array(roots.Get())] = True
     roots.Set((np.cumsum(kept) - 1)[np.array(roots.Get())].tolist())
@@ -360,7 +367,7 @@ def instance(stage: Usd.Stage) -> None:
 
 
 NAN, INF = float("nan"), float("inf")
-LOOKS = "Looks/hair/surface"
+MOVES = "points velocities"
 NORMALS = "NormalMapTextureValidator."
 ALL = "points velocities extent"
 THIRD = (np.arange(30) % 3 > 0)[:, None, None]
@@ -380,82 +387,74 @@ SMALL: list = [
     row("negative units", "metres-per-unit /", meta(metersPerUnit=-1.0)),
     row("two frame rates", "frame-rate /", lambda s: s.SetFramesPerSecond(25)),
     row("no frame rate", "frame-rate /", layer(lambda x: x.ClearTimeCodesPerSecond())),
-    row(
-        "no frame rates at all",
-        "frame-rate /",
-        layer(lambda x: (x.ClearTimeCodesPerSecond(), x.ClearFramesPerSecond())),
-    ),
+    row("no frame rates", "frame-rate /", layer(lambda x: (x.ClearTimeCodesPerSecond(), x.ClearFramesPerSecond()))),
     row("no range", "time-codes /", layer(lambda x: (x.ClearStartTimeCode(), x.ClearEndTimeCode()))),
     row("range backwards", "time-codes /", lambda s: s.SetEndTimeCode(1000)),
     row("endless range", "time-codes /", lambda s: s.SetEndTimeCode(INF)),
     # curves
-    row("points too few", "curve-counts hair.curveVertexCounts", edit("hair.points", lambda p: p[:-1], 1003)),
-    row("counts too few", "curve-counts hair.curveVertexCounts", edit("hair.curveVertexCounts", lambda n: n[:-1])),
-    row("counts negative", "curve-counts hair.curveVertexCounts", put("hair.curveVertexCounts", [-5, 15, 5, 5, 5, 5])),
-    row("no counts", "curve-counts hair.curveVertexCounts", remove("hair.curveVertexCounts")),
+    row("points too few", "curve-counts .curveVertexCounts", edit(".points", lambda p: p[:-1], 1003)),
+    row("counts too few", "curve-counts .curveVertexCounts", edit(".curveVertexCounts", lambda n: n[:-1])),
+    row("counts negative", "curve-counts .curveVertexCounts", put(".curveVertexCounts", [-5, 15, 5, 5, 5, 5])),
+    row("no counts", "curve-counts .curveVertexCounts", remove(".curveVertexCounts")),
     row("one point", "curve-length more.curveVertexCounts", curve([4, 1])),
     row("no point", "curve-length more.curveVertexCounts", curve([4, 0])),
     row("line of one", "curve-length more.curveVertexCounts", curve([4, 1], type="linear", wrap="nonperiodic")),
     row("bspline", "hair-basis more.basis", curve([4], basis="bspline")),
     row("unpinned", "hair-basis more.wrap", curve([4], wrap="nonperiodic")),
-    row("unknown wrap", "hair-basis hair.wrap, token hair.wrap", put("hair.wrap", "nailed")),
-    row("no basis", "curve-length hair.curveVertexCounts, hair-basis hair.basis", remove("hair.basis")),
-    row("no widths", "widths hair.widths", remove("hair.widths")),
-    row("widths too few", "widths hair.widths", edit("hair.widths", lambda w: w[:-1])),
-    row("width negative", "widths hair.widths", edit("hair.widths", lambda w: np.where(np.arange(30) == 4, -w, w))),
-    row("widths varying", "widths hair.widths", prim(lambda p: UsdGeom.Curves(p).SetWidthsInterpolation("varying"))),
-    row("ids twice", "hair-ids hair.hairId", edit("hair.hairId", lambda i: i // 2)),
+    row("unknown wrap", "hair-basis .wrap, token .wrap", put(".wrap", "nailed")),
+    row("no basis", "curve-length .curveVertexCounts, hair-basis .basis", remove(".basis")),
+    row("no widths", "widths .widths", remove(".widths")),
+    row("widths too few", "widths .widths", edit(".widths", lambda w: w[:-1])),
+    row("width negative", "widths .widths", edit(".widths", lambda w: np.where(np.arange(30) == 4, -w, w))),
+    row("widths varying", "widths .widths", prim(lambda p: UsdGeom.Curves(p).SetWidthsInterpolation("varying"))),
+    row("ids twice", "hair-ids .hairId", edit(".hairId", lambda i: i // 2)),
     # counts and numbers
-    row(
-        "NaN", "finite hair.points", edit("hair.points", lambda p: np.where(np.arange(30)[:, None] == 7, NAN, p), 1003)
-    ),
-    row("infinite width", "finite hair.widths", edit("hair.widths", lambda w: np.where(np.arange(30) == 3, INF, w))),
-    row("NaN rest", "finite hair.pref", edit("hair.pref", lambda p: p * NAN)),
+    row("NaN", "finite .points", edit(".points", lambda p: np.where(np.arange(30)[:, None] == 7, NAN, p), 1003)),
+    row("infinite width", "finite .widths", edit(".widths", lambda w: np.where(np.arange(30) == 3, INF, w))),
+    row("NaN rest", "finite .pref", edit(".pref", lambda p: p * NAN)),
     row("NaN velocity", "finite body.velocities", edit("body.velocities", lambda v: v * NAN, 1003)),
-    row("velocities too few", "element-count hair.velocities", edit("hair.velocities", lambda v: v[:-1], 1003)),
-    row("pref too few", "element-count hair.pref", edit("hair.pref", lambda p: p[:-1])),
-    row("st too many", "element-count hair.st", edit("hair.st", lambda p: np.tile(p, (2, 1)))),
-    row("ids too few", "element-count hair.hairId", edit("hair.hairId", lambda i: i[1:])),
+    row("velocities too few", "element-count .velocities", edit(".velocities", lambda v: v[:-1], 1003)),
+    row("pref too few", "element-count .pref", edit(".pref", lambda p: p[:-1])),
+    row("st too many", "element-count .st", edit(".st", lambda p: np.tile(p, (2, 1)))),
+    row("ids too few", "element-count .hairId", edit(".hairId", lambda i: i[1:])),
     row("normals too few", "element-count body.normals", edit("body.normals", lambda n: n[:-1], 1003)),
     row("uv too few", "element-count body.st", edit("body.st", lambda p: p[:-1])),
-    row("pref varying", "element-count hair.pref, hair-interpolation hair.pref", interpolate("pref", "varying")),
+    row("pref varying", "element-count .pref, hair-interpolation .pref", interpolate("pref", "varying")),
     row(
         "st on vertices",
-        "hair-interpolation hair.st",
-        all_of(interpolate("st", "vertex"), edit("hair.st", lambda p: np.tile(p, (5, 1)))),
+        "hair-interpolation .st",
+        all_of(interpolate("st", "vertex"), edit(".st", lambda p: np.tile(p, (5, 1)))),
     ),
     row("face counts", "mesh-faces body.faceVertexCounts", edit("body.faceVertexCounts", lambda n: n[:-1])),
     row("face index", "mesh-faces body.faceVertexIndices", edit("body.faceVertexIndices", lambda i: i + 1)),
     row("two corners", "mesh-faces body.faceVertexCounts", put("body.faceVertexCounts", [2, 4, 3, 3])),
-    row("no extent", "extent hair.extent", remove("hair.extent")),
-    row("extent too small", "extent hair.extent", edit("hair.extent", lambda e: e * 0.9, 1003)),
-    row(
-        "extent without width", "extent hair.extent", edit("hair.extent", lambda e: np.add(e, [[4e-5], [-4e-5]]), 1003)
-    ),
+    row("no extent", "extent .extent", remove(".extent")),
+    row("extent too small", "extent .extent", edit(".extent", lambda e: e * 0.9, 1003)),
+    row("extent without width", "extent .extent", edit(".extent", lambda e: np.add(e, [[4e-5], [-4e-5]]), 1003)),
     row("extent too large", "extent body.extent", edit("body.extent", lambda e: e * 3, 1003)),
     # motion
-    row("frame missing", "sample-gaps hair.points", forget("hair", ALL, 1003)),
-    row("last frames missing", "sample-gaps hair.points", forget("hair", ALL, 1004, 1005)),
-    row("level set missing", "sample-gaps volume/surface.filePath", forget("volume/surface", "filePath", 1004)),
+    row("frame missing", "sample-gaps .points", forget("hair", ALL, 1003)),
+    row("last frames missing", "sample-gaps .points", forget("hair", ALL, 1004, 1005)),
+    row("level set missing", "sample-gaps field.filePath", forget("field", "filePath", 1004)),
     row(
         "frames outside",
-        "sample-range body.points, sample-range hair.points, sample-range volume/surface.filePath",
+        "sample-range .points, sample-range body.points, sample-range field.filePath",
         lambda s: s.SetEndTimeCode(1004),
     ),
-    row("velocity sample missing", "sample-times hair.velocities", forget("hair", "velocities", 1005)),
+    row("velocity sample missing", "sample-times .velocities", forget("hair", "velocities", 1005)),
     row("extent sample missing", "extent body.extent, sample-times body.extent", forget("body", "extent", 1003)),
-    row("velocities per frame", "velocity-match hair.velocities", edit("hair.velocities", lambda v: v / 24)),
-    row("velocities backwards", "velocity-match hair.velocities", edit("hair.velocities", lambda v: -v)),
-    row("velocities lost", "velocity-match hair.velocities", edit("hair.velocities", lambda v: 0 * v)),
+    row("velocities per frame", "velocity-match .velocities", edit(".velocities", lambda v: v / 24)),
+    row("velocities backwards", "velocity-match .velocities", edit(".velocities", lambda v: -v)),
+    row("velocities lost", "velocity-match .velocities", edit(".velocities", lambda v: 0 * v)),
     row(
         "ids change",
-        "topology hair.hairId",
-        all_of(*(put("hair.hairId", [n + t for n in range(6)], time=1001 + t) for t in range(5))),
+        "topology .hairId",
+        all_of(*(put(".hairId", [n + t for n in range(6)], time=1001 + t) for t in range(5))),
     ),
     row(
         "strands change",
-        "topology hair.curveVertexCounts",
-        all_of(*(put("hair.curveVertexCounts", [5 + t, 5 - t, 5, 5, 5, 5], time=1001 + t) for t in (0, 1))),
+        "topology .curveVertexCounts",
+        all_of(*(put(".curveVertexCounts", [5 + t, 5 - t, 5, 5, 5, 5], time=1001 + t) for t in (0, 1))),
     ),
     # prims
     row("shape under shape", "nested-gprim hair/child", lambda s: s.DefinePrim("/shot/hair/child", "Cube")),
@@ -464,17 +463,13 @@ SMALL: list = [
         "kind prop",
         all_of(*(prim(lambda p: Usd.ModelAPI(p).SetKind("component"), path) for path in ("/shot", "prop"))),
     ),
-    row(
-        "double widths",
-        "attribute-type hair.widths",
-        retype("hair.widths", TYPES.DoubleArray, Vt.DoubleArray(30, 8e-5)),
-    ),
+    row("double widths", "attribute-type .widths", retype(".widths", TYPES.DoubleArray, Vt.DoubleArray(30, 8e-5))),
     row("binding without API", "material-binding hair", prim(lambda p: p.RemoveAPI(UsdShade.MaterialBindingAPI))),
-    row("binding to nothing", "dangling-target hair.material:binding", bind("", "/shot/Looks/gone")),
-    row("binding to a mesh", "material-binding hair.material:binding", bind("", BODY)),
-    row("shader without id", "shader-id Looks/hair/surface", remove("Looks/hair/surface.info:id")),
-    row("surface to nothing", "dangling-target Looks/hair.outputs:surface", remove("Looks/hair/surface")),
-    row("field to nothing", "dangling-target volume.field:surface", remove("volume/surface")),
+    row("binding to nothing", "dangling-target .material:binding", bind("", "/shot/Looks/gone")),
+    row("binding to a mesh", "material-binding .material:binding", bind("", BODY)),
+    row("shader without id", "shader-id look", remove("look.info:id")),
+    row("surface to nothing", "dangling-target Looks/hair.outputs:surface", remove("look")),
+    row("field to nothing", "dangling-target volume.field:surface", remove("field")),
     row(
         "field to a mesh",
         "volume-fields volume.field:surface",
@@ -486,34 +481,22 @@ SMALL: list = [
     row("placed nowhere", "transform prop", add_op("Translate", NAN, path="prop")),
     row(
         "level set one late",
-        "frame-names volume/surface.filePath",
-        all_of(
-            *(put("volume/surface.filePath", Sdf.AssetPath(f"./body.{t}.vdb"), time=t + 1) for t in range(1001, 1005))
-        ),
+        "frame-names field.filePath",
+        all_of(*(put("field.filePath", Sdf.AssetPath(f"./body.{t}.vdb"), time=t + 1) for t in range(1001, 1005))),
     ),
     row("level set of another unit", "volume-size volume", add_op("Scale", 100, path="volume")),
     # files
     row("reference missing", "missing-file prop", lambda s: beside(s, "prop.usda").unlink()),
-    row(
-        "level set file missing", "missing-file volume/surface.filePath", lambda s: beside(s, "body.1003.vdb").unlink()
-    ),
+    row("level set file missing", "missing-file field.filePath", lambda s: beside(s, "body.1003.vdb").unlink()),
     row("sublayer missing", "missing-file /", layer(lambda x: x.subLayerPaths.append("./gone.usda"))),
     row(
         "absolute path",
-        "absolute-path volume/surface.filePath",
-        lambda s: put("volume/surface.filePath", Sdf.AssetPath(str(beside(s, "body.1002.vdb"))), time=1002)(s),
+        "absolute-path field.filePath",
+        lambda s: put("field.filePath", Sdf.AssetPath(str(beside(s, "body.1002.vdb"))), time=1002)(s),
     ),
-    row(
-        "level set broken",
-        "openvdb-grid volume/surface.filePath",
-        lambda s: beside(s, "body.1004.vdb").write_text("broken"),
-    ),
-    row(
-        "grid missing",
-        "openvdb-grid volume/surface.filePath",
-        lambda s: beside(s, "body.1005.vdb").write_text("density vel"),
-    ),
-    row("grid of another class", "openvdb-grid volume/surface.filePath", put("volume/surface.fieldClass", "fogVolume")),
+    row("level set broken", "openvdb-grid field.filePath", lambda s: beside(s, "body.1004.vdb").write_text("broken")),
+    row("grid missing", "openvdb-grid field.filePath", lambda s: beside(s, "body.1005.vdb").write_text("density vel")),
+    row("grid of another class", "openvdb-grid field.filePath", put("field.fieldClass", "fogVolume")),
 ]
 """Defects of a stage with hair, a level set, a character and a prop: name, findings, plant."""
 
@@ -534,57 +517,53 @@ HEAD: list = [
     row("scattered", "instanced-hair hair", scatter),
     row(
         "no strands",
-        "curve-counts hair.curveVertexCounts, widths hair.widths",
+        "curve-counts .curveVertexCounts, widths .widths",
         all_of(
-            *(edit(f"hair.{n}", lambda p: p[:0]) for n in ("points", "velocities", "curveVertexCounts", "widths")),
-            *(edit(f"hair.{n}", lambda p: p[:0]) for n in ("pref", "hairId", "st", "skinprim", "skinprimuv")),
+            *(edit(f".{n}", lambda p: p[:0]) for n in ("points", "velocities", "curveVertexCounts", "widths")),
+            *(edit(f".{n}", lambda p: p[:0]) for n in ("pref", "hairId", "st", "skinprim", "skinprimuv")),
         ),
     ),
     # size
     row("centimetres", "size /", meta(metersPerUnit=0.01)),
     row("hundreds of metres", "size /", meta(metersPerUnit=100.0)),
     row("ten metres", "size /", meta(metersPerUnit=10.0)),
-    row("own scale", "hair-transform hair, roots hair.points", add_op("Scale", 1.2)),
-    row("mirrored", "hair-transform hair, roots hair.points", add_op("Scale", -1, 1, 1)),
+    row("own scale", "hair-transform hair, roots .points", add_op("Scale", 1.2)),
+    row("mirrored", "hair-transform hair, roots .points", add_op("Scale", -1, 1, 1)),
     row("all mirrored", "hair-transform hair", add_op("Scale", -1, 1, 1, path="/shot")),
-    row("flat", "roots hair.points, transform body", add_op("Scale", 1, 1, 0, path="body")),
-    row("no width", "widths hair.widths", edit("hair.widths", lambda w: 0 * w)),
-    row("widths of centimetres", "size hair.widths", boxed(edit("hair.widths", lambda w: 100 * w))),
-    row("widths of one", "size hair.widths", boxed(edit("hair.widths", lambda w: 0 * w + 1))),
+    row("flat", "roots .points, transform body", add_op("Scale", 1, 1, 0, path="body")),
+    row("no width", "widths .widths", edit(".widths", lambda w: 0 * w)),
+    row("widths of centimetres", "size .widths", boxed(edit(".widths", lambda w: 100 * w))),
+    row("widths of one", "size .widths", boxed(edit(".widths", lambda w: 0 * w + 1))),
     row(
         "one strand thick",
-        "extent hair.extent, widths-uneven hair.widths",
-        edit("hair.widths", lambda w: np.where(np.arange(len(w)) < 6, 50 * w, w)),
+        "extent .extent, widths-uneven .widths",
+        edit(".widths", lambda w: np.where(np.arange(len(w)) < 6, 50 * w, w)),
     ),
-    row("gaps", "widths-uneven hair.widths", edit("hair.widths", lambda w: w * (np.arange(len(w)) % 6 != 2))),
-    row(
-        "thick tips", "taper hair.widths", boxed(edit("hair.widths", lambda w: w * np.tile(np.linspace(0.2, 2, 6), 30)))
-    ),
+    row("gaps", "widths-uneven .widths", edit(".widths", lambda w: w * (np.arange(len(w)) % 6 != 2))),
+    row("thick tips", "taper .widths", boxed(edit(".widths", lambda w: w * np.tile(np.linspace(0.2, 2, 6), 30)))),
     row(
         "flickering widths",
-        "widths-steady hair.widths",
-        all_of(*(put("hair.widths", Vt.FloatArray(180, 8e-5 if t % 2 else 3e-5), time=t) for t in FRAMES)),
+        "widths-steady .widths",
+        all_of(*(put(".widths", Vt.FloatArray(180, 8e-5 if t % 2 else 3e-5), time=t) for t in FRAMES)),
     ),
-    row("zigzags", "zigzag hair.points", strands(lambda s: s + 8e-3 * swings(s))),
-    row("points in doubles", "doubles hair.points", in_doubles),
-    row("rest in doubles", "doubles hair.pref", rest_in_doubles),
-    row("colours to 255", "colours hair.displayColor", put("hair.displayColor", [Gf.Vec3f(23, 255, 4)])),
-    row("primvars:widths", "two-of-one hair.primvars:widths", put("hair.primvars:widths", [1.0], TYPES.FloatArray)),
-    row("no rest", "rest hair.pref", remove("hair.pref")),
-    row("rest in centimetres", "rest hair.pref", edit("hair.pref", lambda p: 100 * p)),
+    row("zigzags", "zigzag .points", strands(lambda s: s + 8e-3 * swings(s))),
+    row("points in doubles", "doubles .points", in_doubles),
+    row("rest in doubles", "doubles .pref", rest_in_doubles),
+    row("colours to 255", "colours .displayColor", put(".displayColor", [Gf.Vec3f(23, 255, 4)])),
+    row("primvars:widths", "two-of-one .primvars:widths", put(".primvars:widths", [1.0], TYPES.FloatArray)),
+    row("no rest", "rest .pref", remove(".pref")),
+    row("rest in centimetres", "rest .pref", edit(".pref", lambda p: 100 * p)),
     row(
         "rest of other lengths",
-        "rest hair.pref",
-        edit("hair.pref", lambda p: p * np.repeat(np.where(np.arange(30) % 3, 1, 4), 6)[:, None]),
+        "rest .pref",
+        edit(".pref", lambda p: p * np.repeat(np.where(np.arange(30) % 3, 1, 4), 6)[:, None]),
     ),
-    row("rest of others", "rest hair.pref", edit("hair.pref", lambda p: np.roll(p, 6 * 11, axis=0))),
-    row("rest mirrored", "rest hair.pref", edit("hair.pref", lambda p: p * [-1, 1, 1])),
-    row(
-        "rest upside down", "rest hair.pref", edit("hair.pref", lambda p: p.reshape(30, -1, 3)[:, ::-1].reshape(-1, 3))
-    ),
+    row("rest of others", "rest .pref", edit(".pref", lambda p: np.roll(p, 6 * 11, axis=0))),
+    row("rest mirrored", "rest .pref", edit(".pref", lambda p: p * [-1, 1, 1])),
+    row("rest upside down", "rest .pref", edit(".pref", lambda p: p.reshape(30, -1, 3)[:, ::-1].reshape(-1, 3))),
     row(
         "far from the origin",
-        "precision hair.points",
+        "precision .points",
         all_of(strands(lambda s: np.add(s, [1000, 0, 0])), add_op("Translate", -1000, 0, 0)),
     ),
     row(
@@ -592,125 +571,99 @@ HEAD: list = [
         "precision /shot.xformOp:translate",
         shape(lambda s: s.AddTranslateOp(UsdGeom.XformOp.PrecisionFloat).Set(Gf.Vec3f(3e6, 0, 0)), "/shot"),
     ),
-    row("rounded", "rounded hair.points", strands(lambda s: np.round(s / 0.001) * 0.001)),
+    row("rounded", "rounded .points", strands(lambda s: np.round(s / 0.001) * 0.001)),
     row(
         "another unit without a time",
-        "defaults hair.points",
-        lambda s: (a := attribute_of(s, "hair.points")).Set(Vt.Vec3fArray([100 * p for p in a.Get()])),
+        "defaults .points",
+        lambda s: (a := attribute_of(s, ".points")).Set(Vt.Vec3fArray([100 * p for p in a.Get()])),
     ),
     # bound
-    row("roots off", "roots hair.points", strands(lambda s: np.add(s, [0.1, 0, 0]))),
-    row(
-        "half the roots off",
-        "roots hair.points",
-        strands(lambda s: s + (np.arange(30) % 2)[:, None, None] * [0.0, 0.03, 0]),
-    ),
-    row("left and right", "roots hair.points", strands(lambda s: s * [-1, 1, 1], names="points velocities")),
-    row("reversed", "rest hair.pref, roots hair.points", strands(lambda s: s[:, ::-1], names="points velocities")),
-    row("one reversed", "roots hair.points", strand(lambda s: s[::-1], names="points velocities")),
-    row(
-        "two swapped",
-        "roots hair.points",
-        strands(lambda s: s[[0, 1, 2, 7, 4, 5, 6, 3, *range(8, 30)]], names="points velocities"),
-    ),
+    row("roots off", "roots .points", strands(lambda s: np.add(s, [0.1, 0, 0]))),
+    row("half off", "roots .points", strands(lambda s: s + (np.arange(30) % 2)[:, None, None] * [0.0, 0.03, 0])),
+    row("left and right", "roots .points", strands(lambda s: s * [-1, 1, 1], names=MOVES)),
+    row("reversed", "rest .pref, roots .points", strands(lambda s: s[:, ::-1], names=MOVES)),
+    row("one reversed", "roots .points", strand(lambda s: s[::-1], names=MOVES)),
+    row("two swapped", "roots .points", strands(lambda s: s[[0, 1, 2, 7, 4, 5, 6, 3, *range(8, 30)]], names=MOVES)),
     row(
         "one elsewhere for a frame",
-        "roots hair.points, strand-jumps hair.points, velocity-match hair.velocities",
+        "roots .points, strand-jumps .points, velocity-match .velocities",
         strand(lambda s: s + 0.5, 1004),
     ),
-    row("placed twice", "roots hair.points", add_op("Translate", 0, 1.6, 0)),
-    row("faces out of range", "skin-range hair.skinprim", edit("hair.skinprim", lambda f: f + 100)),
+    row("placed twice", "roots .points", add_op("Translate", 0, 1.6, 0)),
+    row("faces out of range", "skin-range .skinprim", edit(".skinprim", lambda f: f + 100)),
+    row("faces negative", "skin-range .skinprim", edit(".skinprim", lambda f: np.where(np.arange(30) == 3, -1, f))),
+    row("other faces", "root-uv .st, roots .points", edit(".skinprim", lambda f: np.roll(f, 1))),
     row(
-        "faces negative",
-        "skin-range hair.skinprim",
-        edit("hair.skinprim", lambda f: np.where(np.arange(30) == 3, -1, f)),
+        "outside",
+        "root-uv .st, roots .points, skin-range .skinprimuv",
+        edit(".skinprimuv", lambda f: np.add(f, [0, 1])),
     ),
-    row("other faces", "root-uv hair.st, roots hair.points", edit("hair.skinprim", lambda f: np.roll(f, 1))),
-    row(
-        "outside of the face",
-        "root-uv hair.st, roots hair.points, skin-range hair.skinprimuv",
-        edit("hair.skinprimuv", lambda f: np.add(f, [0, 1])),
-    ),
-    row("st flipped", "root-uv hair.st", edit("hair.st", lambda f: [0, 1] + f * [1, -1])),
-    row("st constant", "root-uv hair.st", edit("hair.st", lambda f: 0 * f)),
-    row("no ids", "hair-ids hair.hairId", remove("hair.hairId")),
-    row("float ids", "hair-ids hair.hairId", primvar("hairId", TYPES.FloatArray, Vt.FloatArray(range(30)))),
+    row("st flipped", "root-uv .st", edit(".st", lambda f: [0, 1] + f * [1, -1])),
+    row("st constant", "root-uv .st", edit(".st", lambda f: 0 * f)),
+    row("no ids", "hair-ids .hairId", remove(".hairId")),
+    row("float ids", "hair-ids .hairId", primvar("hairId", TYPES.FloatArray, Vt.FloatArray(range(30)))),
     # motion
     row(
         "one frame late",
-        "roots hair.points, velocity-match hair.velocities",
-        all_of(*(at_frames(f"hair.{n}", lambda a, f: a.Get(max(f - 1, 1001))) for n in ALL.split())),
+        "roots .points, velocity-match .velocities",
+        all_of(*(at_frames(f".{n}", lambda a, f: a.Get(max(f - 1, 1001))) for n in ALL.split())),
     ),
     row(
         "body frozen",
-        "roots hair.points",
+        "roots .points",
         all_of(
             still("body.points"), still("body.normals"), still("body.extent"), edit("body.velocities", lambda v: 0 * v)
         ),
     ),
-    row(
-        "hair frozen",
-        "roots hair.points",
-        all_of(still("hair.points"), still("hair.extent"), edit("hair.velocities", lambda v: 0 * v)),
-    ),
-    row("velocities x 0.5", "velocity-match hair.velocities", edit("hair.velocities", lambda v: v / 2)),
-    row("velocities x 2", "velocity-match hair.velocities", edit("hair.velocities", lambda v: v * 2)),
-    row("velocities x 1.25", "velocity-match hair.velocities", edit("hair.velocities", lambda v: v * 1.25)),
+    row("frozen", "roots .points", all_of(still(".points"), still(".extent"), edit(".velocities", lambda v: 0 * v))),
+    row("velocities x 0.5", "velocity-match .velocities", edit(".velocities", lambda v: v / 2)),
+    row("velocities x 2", "velocity-match .velocities", edit(".velocities", lambda v: v * 2)),
+    row("velocities x 1.25", "velocity-match .velocities", edit(".velocities", lambda v: v * 1.25)),
     row(
         "velocities of another frame",
-        "velocity-match hair.velocities",
-        at_frames("hair.velocities", lambda a, f: a.Get(min(f + 1, 1008))),
+        "velocity-match .velocities",
+        at_frames(".velocities", lambda a, f: a.Get(min(f + 1, 1008))),
     ),
-    row(
-        "velocities of other strands",
-        "velocity-match hair.velocities",
-        edit("hair.velocities", lambda v: np.roll(v, 45, axis=0)),
-    ),
-    row("one backwards", "velocity-match hair.velocities", strand(lambda s: -s, names="velocities")),
-    row(
-        "a third without velocities", "velocity-match hair.velocities", strands(lambda s: s * THIRD, names="velocities")
-    ),
+    row("velocities of others", "velocity-match .velocities", edit(".velocities", lambda v: np.roll(v, 45, axis=0))),
+    row("one backwards", "velocity-match .velocities", strand(lambda s: -s, names="velocities")),
+    row("a third without velocities", "velocity-match .velocities", strands(lambda s: s * THIRD, names="velocities")),
     row(
         "a third without velocities for a frame",
-        "velocity-match hair.velocities",
+        "velocity-match .velocities",
         strands(lambda s: s * THIRD, 1004, names="velocities"),
     ),
-    row("no velocities", "velocities hair.velocities", remove("hair.velocities")),
+    row("no velocities", "velocities .velocities", remove(".velocities")),
     row("no velocities of the body", "velocities body.velocities", remove("body.velocities")),
     row(
         "another rate",
-        "velocity-match body.velocities, velocity-match hair.velocities",
+        "velocity-match .velocities, velocity-match body.velocities",
         meta(timeCodesPerSecond=25.0, framesPerSecond=25.0),
     ),
     row(
         "wild accelerations",
-        "acceleration-match hair.accelerations, sample-times hair.accelerations",
-        put("hair.accelerations", Vt.Vec3fArray(180, Gf.Vec3f(1000)), TYPES.Vector3fArray),
+        "acceleration-match .accelerations, sample-times .accelerations",
+        put(".accelerations", Vt.Vec3fArray(180, Gf.Vec3f(1000)), TYPES.Vector3fArray),
     ),
-    row("a sample beside another", "sample-times hair.points", repeat("hair", ALL, 1004, 1004.004)),
+    row("a sample beside another", "sample-times .points", repeat("hair", ALL, 1004, 1004.004)),
     row(
         "a frame twice",
-        "velocity-match body.velocities, velocity-match hair.velocities",
+        "velocity-match .velocities, velocity-match body.velocities",
         all_of(repeat("hair", ALL, 1004, 1005), repeat("body", ALL, 1004, 1005)),
     ),
     # strands
-    row("collapsed", "collapsed hair.points", strand(lambda s: 0 * s + s[:1])),
-    row("all collapsed", "collapsed hair.points, velocity-match hair.velocities", strands(lambda s: 0 * s + s[:, :1])),
-    row("points on each other", "collapsed hair.points", strands(lambda s: s[:, [0, 1, 1, 3, 4, 5]])),
-    row("tips at roots", "stretch hair.points", strands(lambda s: s[:, [0, 1, 2, 3, 4, 0]])),
+    row("collapsed", "collapsed .points", strand(lambda s: 0 * s + s[:1])),
+    row("all collapsed", "collapsed .points, velocity-match .velocities", strands(lambda s: 0 * s + s[:, :1])),
+    row("points on each other", "collapsed .points", strands(lambda s: s[:, [0, 1, 1, 3, 4, 5]])),
+    row("tips at roots", "stretch .points", strands(lambda s: s[:, [0, 1, 2, 3, 4, 0]])),
     row(
         "tips stretched by 3",
-        "stretch hair.points",
+        "stretch .points",
         strands(lambda s: np.concatenate([s[:, :5], s[:, 4:5] + 3 * (s[:, 5:] - s[:, 4:5])], 1)),
     ),
-    row(
-        "one tip far away",
-        "rest hair.pref, spike hair.points, stretch hair.points",
-        strand(lambda s: s + np.eye(6)[5][:, None]),
-    ),
+    row("one tip far away", "rest .pref, spike .points, stretch .points", strand(lambda s: s + np.eye(6)[5][:, None])),
     row(
         "strands grow",
-        "stretch hair.points, velocity-match hair.velocities",
+        "stretch .points, velocity-match .velocities",
         strands(lambda s: s[:, :1] + 1.6 * (s - s[:, :1]), 1006, 1007, 1008),
     ),
     # body and locks
@@ -725,10 +678,10 @@ HEAD: list = [
     ),
     row(
         "ids reversed",
-        "lock-ids hair.lockId",
-        all_of(lock(lambda ids: ids - (ids - 100) % 3), edit("hair.hairId", lambda ids: ids[::-1])),
+        "lock-ids .lockId",
+        all_of(lock(lambda ids: ids - (ids - 100) % 3), edit(".hairId", lambda ids: ids[::-1])),
     ),
-    row("locks of no hair", "lock-ids hair.lockId", lock(lambda ids: ids + 1)),
+    row("locks of no hair", "lock-ids .lockId", lock(lambda ids: ids + 1)),
     row("smoothed", "subdivision body.subdivisionScheme", remove("body.subdivisionScheme")),
     row("normals inward", "normals body.normals", edit("body.normals", lambda n: -n)),
     row("normals all upward", "normals body.normals", edit("body.normals", lambda n: 0 * n + [0, 1, 0])),
@@ -738,17 +691,13 @@ HEAD: list = [
         all_of(edit("body.normals", lambda n: -n), put("body.orientation", "leftHanded")),
     ),
     row("normals of any length", "normals body.normals", edit("body.normals", lambda n: 0.1 * n)),
-    row(
-        "declared holes",
-        "holes body.holeIndices",
-        prim(lambda p: UsdGeom.Mesh(p).CreateHoleIndicesAttr([0, 5, 10]), "body"),
-    ),
+    row("declared holes", "holes body.holeIndices", put("body.holeIndices", [0, 5, 10])),
     row("missing faces", "holes body.faceVertexIndices", without_faces),
     row("other up", "up-axis /", meta(upAxis="Z")),
     row(
         "ignored transform",
-        "ignored-transform hair.xformOp:translate",
-        put("hair.xformOp:translate", Gf.Vec3d(1, 0, 0), TYPES.Double3),
+        "ignored-transform .xformOp:translate",
+        put(".xformOp:translate", Gf.Vec3d(1, 0, 0), TYPES.Double3),
     ),
     row("reset transform", "reset-transform hair", shape(lambda s: s.SetResetXformStack(True))),
     row(
@@ -762,51 +711,39 @@ HEAD: list = [
         level_set(*(f"a.{n}.vdb" for n in FRAMES)),
     ),
     # looks
-    row("unknown shader", "shader-id Looks/hair/surface", put("Looks/hair/surface.info:id", "UsdPreviewSurfaces")),
+    row("unknown shader", "shader-id look", put("look.info:id", "UsdPreviewSurfaces")),
     row("no surface", "surface Looks/hair", remove("Looks/hair.outputs:surface")),
-    row(
-        "transparent",
-        "shader-input Looks/hair/surface.inputs:opacity",
-        put("Looks/hair/surface.inputs:opacity", 0.0, TYPES.Float),
-    ),
+    row("transparent", "shader-input look.inputs:opacity", put("look.inputs:opacity", 0.0, TYPES.Float)),
     row(
         "colours of bytes",
-        "shader-input Looks/hair/surface.inputs:diffuseColor",
-        put("Looks/hair/surface.inputs:diffuseColor", Gf.Vec3f(60, 40, 20), TYPES.Color3f),
+        "shader-input look.inputs:diffuseColor",
+        put("look.inputs:diffuseColor", Gf.Vec3f(60, 40, 20), TYPES.Color3f),
     ),
     row(
-        "input of another type",
-        "shader-input Looks/hair/surface.inputs:roughness",
-        retype(f"{LOOKS}.inputs:roughness", TYPES.Color3f, Gf.Vec3f(0.4)),
+        "roughness as a colour",
+        "shader-input look.inputs:roughness",
+        retype("look.inputs:roughness", TYPES.Color3f, Gf.Vec3f(0.4)),
     ),
     row(
         "roughness in words",
-        "shader-input Looks/hair/surface.inputs:roughness",
-        retype(f"{LOOKS}.inputs:roughness", TYPES.String, "rough"),
+        "shader-input look.inputs:roughness",
+        retype("look.inputs:roughness", TYPES.String, "rough"),
     ),
     row(
         "normal map as colours",
-        f"{NORMALS}InvalidSourceColorSpace {LOOKS}, {NORMALS}NonCompliantBiasAndScale {LOOKS}",
+        f"{NORMALS}InvalidSourceColorSpace look, {NORMALS}NonCompliantBiasAndScale look",
         name_normals,
     ),
-    row("not bound", "hair-material hair", remove("hair.material:binding")),
-    row("bound for full renders", "hair-material hair", all_of(remove("hair.material:binding"), bind(":full", LOOK))),
-    row(
-        "looks outside",
-        "target-outside hair.material:binding",
-        all_of(copy("Looks", "/Looks"), bind("", "/Looks/hair")),
-    ),
-    row("binding of previews to a mesh", "material-binding hair.material:binding:preview", bind(":preview", BODY)),
-    row("binding of previews to nothing", "dangling-target hair.material:binding:preview", bind(":preview", "/gone")),
-    row(
-        "collection without a material",
-        "material-binding hair.material:binding:collection:all",
-        bind(":collection:all", BODY),
-    ),
+    row("not bound", "hair-material hair", remove(".material:binding")),
+    row("bound for full renders", "hair-material hair", all_of(remove(".material:binding"), bind(":full", LOOK))),
+    row("looks outside", "target-outside .material:binding", all_of(copy("Looks", "/Looks"), bind("", "/Looks/hair"))),
+    row("binding of previews to a mesh", "material-binding .material:binding:preview", bind(":preview", BODY)),
+    row("binding of previews to nothing", "dangling-target .material:binding:preview", bind(":preview", "/gone")),
+    row("collection", "material-binding .material:binding:collection:all", bind(":collection:all", BODY)),
     row(
         "binding that is an attribute",
-        "material-binding hair.material:binding:full",
-        put("hair.material:binding:full", LOOK, TYPES.String),
+        "material-binding .material:binding:full",
+        put(".material:binding:full", LOOK, TYPES.String),
     ),
     row("subset of no family", "SubsetMaterialBindFamilyName.MissingFamilyNameOnGeomSubset body/scalp", bind_subset),
     row("unknown kind", "kind /shot", prim(lambda p: Usd.ModelAPI(p).SetKind("hairdo"), "/shot")),
@@ -833,10 +770,10 @@ GOOD: dict[str, Plant] = {
     "Z up": all_of(meta(upAxis="Z"), shape(lambda s: s.AddRotateXOp().Set(90), "/shot")),
     "guides beside": all_of(copy("hair", "guides"), shape(lambda s: s.CreatePurposeAttr("guide"), "guides")),
     "constant width": all_of(
-        put("hair.widths", [8e-5]), prim(lambda p: UsdGeom.Curves(p).SetWidthsInterpolation("constant"))
+        put(".widths", [8e-5]), prim(lambda p: UsdGeom.Curves(p).SetWidthsInterpolation("constant"))
     ),
-    "thin tips": put("hair.widths", [8e-5, 8e-5, 7e-5, 6e-5, 3e-5, 0] * 30),
-    "no groom": all_of(*(remove(f"hair.{n}") for n in ("pref", "st", "skinprim", "skinprimuv"))),
+    "thin tips": put(".widths", [8e-5, 8e-5, 7e-5, 6e-5, 3e-5, 0] * 30),
+    "no groom": all_of(*(remove(f".{n}") for n in ("pref", "st", "skinprim", "skinprimuv"))),
     "locks": lock(lambda ids: ids - (ids - 100) % 3),
     "a hidden scalp inside a drawn head": all_of(copy("body", "scalp"), hide("scalp")),
     "a shader of a renderer": shade_elsewhere,
@@ -848,6 +785,8 @@ GOOD: dict[str, Plant] = {
 def named(found: list[tuple[str, str]]) -> str:
     """Return what is found as the tables write it: rule and place, in the order of rules."""
     rows = (f"{rule.removeprefix('usdShadeValidators:')} {path.removeprefix('/shot/')}" for rule, path in found)
+    for short, path in SHORT.items():
+        rows = [re.sub(rf" {path}(?={'[.]|$' if short else '[.]'})", f" {short}", row) for row in rows]
     return re.sub(rf"primvars:(?=({'|'.join(PRIMVARS)})\b)", "", ", ".join(sorted(rows)))
 
 
@@ -870,7 +809,7 @@ def test_silent_on_good_heads(head, found, plant):
 
 
 def test_silent_on_widths_that_end_at_0_and_on_hair_in_a_selected_variant(head, found):
-    edit("hair.widths", lambda w: w * (np.arange(len(w)) % 6 != 5))(head)
+    edit(".widths", lambda w: w * (np.arange(len(w)) % 6 != 5))(head)
     in_variant(head)
     head.GetPrimAtPath("/shot").GetVariantSet("groom").SetVariantSelection("long")
     assert not {"hair-drawn", "widths-uneven"} & {rule for rule, _ in found(head)}
