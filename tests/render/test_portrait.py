@@ -70,12 +70,9 @@ def test_fewer_cells_of_faint_lamps_change_a_picture_no_more_than_cells_elsewher
     assert np.abs(fewer - all_cells).mean() < 2.0 * np.abs(elsewhere - all_cells).mean()
 
 
-def test_hair_of_dual_scattering_is_equal_on_any_number_of_threads(hair: Strands, head: Mesh, threads) -> None:
-    pictures = []
-    for count in (1, 2):
-        threads(count)
-        pictures.append(draw_portrait(hair, head, Shot(90, 90), BROWN, 1.0, shade_dual))
-    assert np.array_equal(*pictures) and (pictures[0] != take(hair, head, Shot(90, 90))).any()
+def test_hair_of_dual_scattering_is_equal_on_any_number_of_threads(hair: Strands, head: Mesh, same_on_threads) -> None:
+    picture = same_on_threads(lambda: draw_portrait(hair, head, Shot(90, 90), BROWN, 1.0, shade_dual))
+    assert (picture != take(hair, head, Shot(90, 90))).any()
 
 
 def test_the_picture_has_the_size_requested(hair: Strands) -> None:

@@ -133,13 +133,9 @@ def test_roots_are_as_many_as_asked_and_lie_in_their_triangles(ball):
         assert (sites.barycentrics >= 0).all() and np.allclose(sites.barycentrics.sum(axis=1), 1, atol=1e-12)
 
 
-def test_the_same_seed_gives_the_same_roots_on_any_number_of_threads(ball, threads):
+def test_the_same_seed_gives_the_same_roots_on_any_number_of_threads(ball, same_on_threads):
     density = painted(ball.mesh, ball.maps["scalp"])
-    threads(1)
-    one = seed(ball.mesh, density, 500)
-    threads(2)
-    two = seed(ball.mesh, density, 500)
-    assert all(np.array_equal(a, b) for a, b in zip(one, two, strict=True))
+    one = same_on_threads(lambda: seed(ball.mesh, density, 500))
     assert not np.array_equal(one.barycentrics, seed(ball.mesh, density, 500, seed=1).barycentrics)
 
 
@@ -285,10 +281,7 @@ def test_points_in_one_place_do_not_push(threads):
     assert not repulsion(points, normals, reach, sort_into_cells(points, 1.0, 1.0)).any()
 
 
-def test_it_does_not_depend_on_the_number_of_threads(crowd, threads):
+def test_it_does_not_depend_on_the_number_of_threads(crowd, same_on_threads):
     points, normals, reach = crowd
     cells = sort_into_cells(points, 0.3, reach.max())
-    threads(1)
-    alone = repulsion(points, normals, reach, cells)
-    threads(2)
-    assert np.array_equal(alone, repulsion(points, normals, reach, cells))
+    same_on_threads(lambda: repulsion(points, normals, reach, cells))

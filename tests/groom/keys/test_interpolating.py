@@ -158,13 +158,8 @@ def test_hair_of_fewer_segments_follows_the_same_arc(at, shown):
     assert errors[0] < 2e-3 and errors[1] < errors[0] / 3.0
 
 
-def test_any_number_of_threads_gives_the_same_bytes(groom, keys, at, bent, threads, shown):
-    found = []
-    for count in (1, 2):
-        threads(count)
-        hair = shown(at(keys, bent(keys, 60.0, 7), 1.0), keys, groom)
-        found.append(hair.points.tobytes() + hair.velocities.tobytes())
-    assert found[0] == found[1]
+def test_any_number_of_threads_gives_the_same_bytes(groom, keys, at, bent, same_on_threads, shown):
+    same_on_threads(lambda: shown(at(keys, bent(keys, 60.0, 7), 1.0), keys, groom))
 
 
 def test_other_strands_and_two_leads_are_refused(groom, keys, at, shown):
@@ -341,13 +336,9 @@ def test_hair_that_is_bent_into_the_body_comes_out(curtain, surface, at, shown, 
         assert heights(found.points)[others].min() > 2e-3 - 0.1 * VOXEL
 
 
-def test_any_number_of_threads_pushes_alike(curtain, surface, at, threads, shown):
+def test_any_number_of_threads_pushes_alike(curtain, surface, at, same_on_threads, shown):
     groom, keys = curtain
-    found = []
-    for count in (1, 2):
-        threads(count)
-        found.append(shown(at(keys, keys.points), keys, groom, None, None, (surface,)).points.tobytes())
-    assert found[0] == found[1]
+    same_on_threads(lambda: shown(at(keys, keys.points), keys, groom, None, None, (surface,)))
 
 
 def test_nothing_is_probed_beyond_reach():

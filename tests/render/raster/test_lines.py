@@ -1,6 +1,5 @@
 """Lines cover what they should, hide behind what is before them, and strands are smooth curves, sorted by depth."""
 
-import numba
 import numpy as np
 import pytest
 
@@ -121,13 +120,8 @@ def test_any_order_of_strands_gives_the_same_light(lock) -> None:
     assert shuffled == pytest.approx(paint(strands, colours, 4.0), abs=OPAQUE)
 
 
-def test_any_number_of_threads_gives_the_same_bytes(lock) -> None:
-    most, films = numba.get_num_threads(), set()
-    for threads in {1, most}:
-        numba.set_num_threads(threads)
-        films.add(paint(*lock, 0.9).tobytes())
-    numba.set_num_threads(most)
-    assert len(films) == 1
+def test_any_number_of_threads_gives_the_same_bytes(lock, same_on_threads) -> None:
+    same_on_threads(lambda: paint(*lock, 0.9))
 
 
 def test_a_strand_across_tiles_covers_width_times_length_less_its_ends() -> None:
