@@ -1,5 +1,7 @@
 """A body in parts between two frames, and the path of a pose."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -19,6 +21,12 @@ VOXEL, HALF_WIDTH = 0.05, 8.0
 STILL = np.eye(3, 4)[None]
 
 
+@cache
+def surfaces_in(name: str):
+    """The surfaces of the case of a name, which several tests look at."""
+    return surfaces_of({case.name: case for case in CASES}[name], VOXEL, HALF_WIDTH)
+
+
 def error(surface, case: Case, a: float) -> float:
     """The largest error of a surface over the body's radius."""
     off, _ = misses(surface, outline_at(case, a), a * FRAME, VOXEL * HALF_WIDTH)
@@ -27,7 +35,7 @@ def error(surface, case: Case, a: float) -> float:
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_between_frames_nothing_but_the_samples_own_error_is_left(case):
-    surfaces = surfaces_of(case, VOXEL, HALF_WIDTH)
+    surfaces = surfaces_in(case.name)
     floor = max(error(surfaces["parts"], case, a) for a in (0.0, 1.0))
     for a in (0.25, 0.5, 0.8):
         assert error(surfaces["parts"], case, a) < 1.02 * floor + 5e-4
@@ -37,7 +45,7 @@ def test_between_frames_nothing_but_the_samples_own_error_is_left(case):
 
 @pytest.mark.parametrize("case", [CASES[3], CASES[7]], ids=lambda case: case.name)
 def test_normal_and_velocity_are_those_of_the_body(case):
-    surface = surfaces_of(case, VOXEL, HALF_WIDTH)["parts"]
+    surface = surfaces_in(case.name)["parts"]
     poses, rates = poses_at(case, 0.4)
     last = len(case.solids) - 1
     points = case.solids[last].mesh().points @ poses[last][:, :3].T + poses[last][:, 3]
@@ -80,7 +88,7 @@ def test_a_part_that_changes_its_shape_is_blended_and_pushes(swelling):
 
 def test_velocity_is_how_the_distance_changes(swelling):
     # d phi / dt = -v . n |grad phi|, and the gradient of a distance is 1.
-    travel = surfaces_of(CASES[5], VOXEL, HALF_WIDTH)["parts"]
+    travel = surfaces_in(CASES[5].name)["parts"]
     for surface, case_points in ((swelling, ball(0.56).points), (travel, outline_at(CASES[5], 0.5))):
         points = case_points[::13].copy()
         e = 1e-4 * FRAME
