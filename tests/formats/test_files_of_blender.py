@@ -158,10 +158,12 @@ def test_a_body_moves_as_blender_shows(folder, tmp_path, name, converted, near):
     rest = load_body(file=file)
     assert converted or len(rest.mesh.points) == truth.shape[1]  # welded: a glTF file has more
     clip = {"clip": "*"} if file.suffix == ".glb" else {}
-    meshes = [load_mesh_cache(Time(frame, 24.0), (), rest=rest, file=file, at=0, **clip) for frame in range(13)]
+    meshes = {
+        frame: load_mesh_cache(Time(frame, 24.0), (), rest=rest, file=file, at=0, **clip) for frame in (0, 5, 6, 12)
+    }
     _, places = cKDTree(truth[0]).query(meshes[0].points)
-    for mesh, shown in zip(meshes, truth, strict=True):
-        np.testing.assert_allclose(mesh.points, shown[places], atol=near)
+    for frame, mesh in meshes.items():
+        np.testing.assert_allclose(mesh.points, truth[frame][places], atol=near)
     np.testing.assert_allclose(meshes[6].velocities, (truth[7] - truth[5])[places] * 12, atol=1e-3)
     a, b, c = (mesh.points[mesh.triangles[:, k]] for k in range(3))
     assert np.einsum("ij,ij->", a, np.cross(b, c)) > 0.0, "triangles face outward"

@@ -64,7 +64,7 @@ def test_merges_all_prims_in_metres_with_y_up(new_stage, saved, up: str, scale: 
     assert len(read(saved(stage), "/groom/other")[0]) == 3
 
 
-def test_a_catmull_rom_curve_is_its_own_points_and_ends_without_pins_at_its_last_but_one(new_stage, saved) -> None:
+def test_without_pins_a_catmull_rom_curve_loses_its_ends(new_stage, saved) -> None:
     stage, (long, short) = new_stage(), wild(5, 4)
     prim = curves(stage, [long, short], wrap=TOKENS.pinned)
     np.testing.assert_allclose(read(saved(stage), None)[0], np.concatenate([long, short]), atol=1e-7)
