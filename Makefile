@@ -6,12 +6,13 @@ INSTALL := $(RUN) pip install --quiet --disable-pip-version-check --no-compile -
 # neither all of Blender nor the tests of libraries.
 COMPILE := $(RUN) compileall -q -j 0 -x '/(bpy|tests)/' $(VENV)/lib hairpipe nodes graphs
 
-.PHONY: menu demo test quick cases mutate check film pictures docs wheel release clean
+.PHONY: menu demo test quick campaigns cases mutate check film pictures docs wheel release clean
 
 menu:
 	@echo "make demo    simulate hair on our bust and draw it: results in out/demo; FRAMES=1001-1010 for its first pictures"
 	@echo "make quick   run the tests that compile no kernels and take no seconds each: three minutes on two cores"
-	@echo "make test    run all tests; PYTEST='-p tests.seconds' says where their time goes"
+	@echo "make test    run the tests; PYTEST='-p tests.seconds' says where their time goes"
+	@echo "make campaigns  run the tests that it leaves out: more of browsers, clusters and killed runs"
 	@echo "make cases   run the inputs in ../shared/cases, where they are"
 	@echo "make mutate  share of mutations of the engine that its tests find: an hour"
 	@echo "make check   lint, format and types"
@@ -32,11 +33,14 @@ quick: $(VENV)/tested
 # wait, for a browser, a cluster or what they interrupt, run in a process next to these.
 test: $(VENV)/tested
 	@waiting=$$(mktemp); code=0; \
-	$(RUN) pytest $(PYTEST) -m waits tests/app/page $$(find tests -name 'test_dask*.py') \
+	$(RUN) pytest $(PYTEST) -m 'waits and not campaign' tests/app/page $$(find tests -name 'test_dask*.py') \
 		$$(grep -rlE 'def test.*(interrupt|ctrl_c)' tests) >$$waiting 2>&1 & \
-	$(RUN) pytest $(PYTEST) -n auto --dist worksteal -m 'not waits' || code=$$?; \
+	$(RUN) pytest $(PYTEST) -n auto --dist worksteal -m 'not waits and not campaign' || code=$$?; \
 	wait $$! || code=$$?; \
 	cat $$waiting; rm $$waiting; exit $$code
+
+campaigns: $(VENV)/tested
+	$(RUN) pytest $(PYTEST) -m campaign
 
 cases: $(VENV)/tested
 	$(RUN) pytest tests/test_cases.py

@@ -58,16 +58,27 @@ COMPILED_FIRST = (
 """Rooms whose tests wait for kernels, most of them for the same: one process begins with these, the other elsewhere."""
 
 
+CAMPAIGNS = ("app/page", "engine", "experiments/bench")
+"""Rooms whose slow tests are a campaign: of browsers, of clusters, of runs that are killed."""
+
+
 @pytest.hookimpl(tryfirst=True)  # before tests are chosen by their marks
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark tests that wait, and put those that need many kernels first.
+    """Mark tests that wait and those of campaigns, and put those that need many kernels first.
+
+    Of the slow tests of a campaign `make test` runs the first one of each file: begin with the widest.
 
     The order counts: xdist hands each process a stretch of tests that follow one another. Tests of other rooms whose
     processes compile come last: by then most of their kernels have been compiled. Nothing is imported for collection
     any more.
     """
     here = Path(__file__).parent
+    begun: set[Path] = set()
     for item in items:
+        if item.get_closest_marker("slow") and any(item.path.is_relative_to(here / room) for room in CAMPAIGNS):
+            if item.path in begun:
+                item.add_marker("campaign")
+            begun.add(item.path)
         waiting = item.path.is_relative_to(here / "app" / "page") or item.path.name.startswith("test_dask")
         if waiting or re.match(r"test.*(interrupt|ctrl_c)", item.name.partition("[")[0]):
             item.add_marker("waits")
