@@ -89,6 +89,11 @@ def test_state_that_is_needed_is_recomputed_from_the_nearest(shot):
     assert {name: after[name] for name in before if name != "list"} == {n: before[n] for n in before if n != "list"}
 
 
+def store_of(there, has):
+    """A store of some objects."""
+    return SimpleNamespace(has=has, remove=there.discard, object_path=str, record_keys=lambda: (), record=None)
+
+
 class Counted(dict):
     """Results that count how often one is looked at."""
 
@@ -112,13 +117,7 @@ def test_each_state_is_looked_at_once(frames):
     """A scan of many frames costs in proportion to them."""
     there = {f"{frame}.h5" for frame in range(frames)}
     asked = []
-    store = SimpleNamespace(
-        has=lambda name: asked.append(name) or name in there,
-        remove=there.discard,
-        object_path=str,
-        record_keys=lambda: (),
-        record=None,
-    )
+    store = store_of(there, lambda name: asked.append(name) or name in there)
     node = SimpleNamespace(name="scan", checkpoint=24, settings={}, type=SimpleNamespace(name="add", mode="scan"))
     graph = SimpleNamespace(nodes={"scan": node}, frames=(0, frames - 1), begin=0)
     tasks = {Task("scan", frame): {} for frame in range(frames)}
@@ -167,9 +166,7 @@ class TwoScans:
     def __init__(self, shared: int) -> None:
         self.there = {f"{name}{frame}" for name in ("a", "b") for frame in range(6)}
         self.shared = shared
-        store = SimpleNamespace(
-            has=self.there.__contains__, remove=self.there.discard, object_path=str, record_keys=lambda: (), record=None
-        )
+        store = store_of(self.there, self.there.__contains__)
         kind = SimpleNamespace(name="add", mode="scan")
         nodes = {name: SimpleNamespace(name=name, checkpoint=24, settings={}, type=kind) for name in ("a", "b")}
         self.inputs = {Task(name, frame): Task(f"in_{name}", frame) for name in nodes for frame in range(6)}
