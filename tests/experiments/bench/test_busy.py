@@ -23,7 +23,7 @@ def test_every_case_is_measured_next_to_so_many_processes(monkeypatch):
 
 def test_frames_are_timed_in_another_process():
     wall, processor = busy.median_frame(20, 1, 1)
-    assert 0.0 < wall and 0.0 < processor
+    assert wall > 0.0 and processor > 0.0
 
 
 def test_processes_compute_until_the_context_ends():
