@@ -122,7 +122,7 @@ def test_unmet_tolerance_is_reported_with_the_nearest_model():
     assert choice.parts is None and choice.measured == FULL and not world.asked
 
 
-def test_what_is_nearer_by_chance_useless_or_failed_is_not_chosen():
+def test_a_model_nearer_by_chance_useless_or_failed_is_not_chosen():
     lucky = {PARTS[0]: found(0.01, 5.0)}
     assert choose(FULL, lucky, 0.05, World().measure).parts is None
     choice = choose(FULL, World(worse=5.0).singles(), 1.0, World().measure)

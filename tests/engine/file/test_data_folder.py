@@ -50,7 +50,7 @@ MISSING = r"shot.toml:6.*b\.obj' does not exist \(.*HAIRPIPE_DATA.*hairpipe data
         ('= { data = "bodies/a.obj", unit = 1 }', "file = "),
     ],
 )
-def test_what_is_not_a_file_of_the_folder_is_refused(folder, file, message):
+def test_a_file_outside_the_folder_is_refused(folder, file, message):
     with pytest.raises(BadInput, match=message):
         load(folder, file)
 

@@ -69,7 +69,7 @@ def diverging(shot):
     return shot
 
 
-def test_reached_frames_are_used_with_a_warning_and_the_frame_that_failed_is_tried_again(diverging):
+def test_reached_frames_are_used_with_a_warning_and_the_failed_one_is_tried_again(diverging):
     outcome = diverging.run()
     assert outcome.exit_code == 0 and not outcome.failures and outcome.blocked == 0
     assert diverging.warned == [("wild@4", "ArithmeticError: too much; frames before are used")]

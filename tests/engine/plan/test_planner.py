@@ -47,7 +47,7 @@ def test_plan_names_the_first_difference(shot):
     assert shown(shot.plan(), "seed") == ["run code tally"]
 
 
-def test_plan_names_the_input_that_changed_as_an_explanation_does_and_is_what_the_run_does(shot):
+def test_a_plan_names_the_changed_input_as_an_explanation_does_and_runs_so(shot):
     shot.run()
     shot.run(move__turn=7, to=["move"])
     plan = shot.plan(move__turn=7)
