@@ -11,8 +11,9 @@ from hairpipe.child import command
 from hairpipe.graphs.experiments.bench.machine import share_kernels
 from hairpipe.graphs.experiments.bench.report import Case, Echo, Report, make_report
 
-HAIRS, BUSY = (60, 1_000, 10_000), (0, 1, 2, 4)
-"""Numbers of hairs, and of processes that compute next to them."""
+HAIRS = (60, 1_000, 10_000)
+BUSY = (0, 1, 2, 4)
+"""Numbers of processes that compute next to the hair."""
 BEFORE, FRAMES = 2, 5
 """Frames before the first that is measured, which load kernels, and measured ones."""
 _FRAMES = "from hairpipe.graphs.experiments.bench import busy; busy.print_frames({hairs}, {before}, {frames})"

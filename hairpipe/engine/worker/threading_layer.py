@@ -23,8 +23,9 @@ SPIN = {"GOMP_SPINCOUNT": "100", "KMP_BLOCKTIME": "0"}
 """Turns that a thread of GNU's OpenMP waits before it sleeps, and milliseconds that one of LLVM's or Intel's does."""
 WAITING = {"OMP_WAIT_POLICY", *SPIN}
 """Variables that say how threads wait; where one is set, none is added."""
-THREADS, QUOTA = "NUMBA_NUM_THREADS", Path("/sys/fs/cgroup/cpu.max")
-"""Variable that limits threads; processor time that a container may use, and in which time [us]."""
+THREADS = "NUMBA_NUM_THREADS"
+QUOTA = Path("/sys/fs/cgroup/cpu.max")
+"""Processor time that a container may use, and in which time [us]."""
 
 
 class Layer(NamedTuple):
@@ -47,8 +48,7 @@ def choose_layer() -> Layer:
 
 def usable_cores() -> int:
     """Number of cores for threads: what THREADS says, else those that this process is given; BadInput for no number."""
-    named = os.environ.get(THREADS)
-    if named is not None:
+    if (named := os.environ.get(THREADS)) is not None:
         if not (named.isascii() and named.isdigit() and int(named) > 0):
             raise BadInput(f"'{named}' is no number of threads", where=THREADS, right="a whole number from 1")
         return int(named)

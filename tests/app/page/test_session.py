@@ -120,13 +120,14 @@ def test_a_run_by_itself_gives_way_and_keeps_its_process(session):
     session.cook("picture", 1)
     until(lambda: idle(session))
     process = session._runs.process.pid
-    session.edit("hair.strands", "80000")
-    session.cook("picture", 2)
-    session.edit("hair.strands", "299")
-    session.cook("picture", 2)
-    assert [one["label"] for one in session._runs.document()["queue"]] == ["picture@2"] * 2
-    session.run(["picture"])
-    assert [one["label"] for one in session._runs.document()["queue"]] == ["picture@2", "hair.strands = 299"]
+    with session._lock:  # no run ends meanwhile
+        session.edit("hair.strands", "80000")
+        session.cook("picture", 2)
+        session.edit("hair.strands", "299")
+        session.cook("picture", 2)
+        assert [one["label"] for one in session._runs.document()["queue"]] == ["picture@2"] * 2
+        session.run(["picture"])
+        assert [one["label"] for one in session._runs.document()["queue"]] == ["picture@2", "hair.strands = 299"]
     session.cook("picture", 4)
     until(lambda: idle(session))
     assert states(session, "picture") == ["computed"] * 5 and session._runs.last["failures"] == []
