@@ -64,6 +64,7 @@ ROOMS = {
     "app.page": {*BASE, "app.api", "app.wedge", "formats", "geometry", "engine.File", *PURE},
     "app.wedge": {*BASE, "app.api", "formats", *PURE},
     "app.farm": {"errors", "app.api"},
+    "app.bridge": {*BASE, "app.api", *PURE},
     "cli": {"app.cli"},
     "app.cli": {*BASE, "cli", "app", "formats", "engine.File", *PURE, *ASKED, *CHECKOUT},
     "experiments.bench": {*ORDER, "render", "engine", "formats", "app", *CHECKOUT},
