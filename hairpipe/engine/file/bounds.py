@@ -18,6 +18,7 @@ from typing import Any
 
 import hairpipe
 from hairpipe.engine.file.graph import Graph
+from hairpipe.engine.file.read import Location
 from hairpipe.engine.node.messages import is_printed
 from hairpipe.engine.node.settings import Field
 from hairpipe.errors import BadInput
@@ -49,7 +50,8 @@ class Bounds:
                 try:
                     self.folder_of(node.publish)
                 except BadInput as fault:
-                    where = f"{self.graph.path}: [{node.name}]: publish: {node.publish}"
+                    shown = f"{self.graph.path}: [{node.name}]: publish: {node.publish}"
+                    where = Location(shown, node.name, ["publish"])
                     raise BadInput(fault.what, where=where, right=fault.right) from None
 
     def folder_of(self, place: Path) -> Path:

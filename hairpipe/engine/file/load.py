@@ -71,7 +71,7 @@ class Incomplete(BadInput):
         self.node = node
 
 
-def connect(nodes: dict[str, Node], place: Callable[[str, Sequence[str]], str], registry: Registry) -> dict[str, Node]:
+def connect(nodes: dict[str, Node], place: Callable[[str, list[str], str], str], registry: Registry) -> dict[str, Node]:
     """Check the types of all edges, and add the names of omitted outputs."""
     connected = {}
     for node in nodes.values():
@@ -79,12 +79,12 @@ def connect(nodes: dict[str, Node], place: Callable[[str, Sequence[str]], str], 
         for socket in node.type.sockets.values():
             if not socket.optional and socket.name not in plugged:
                 what = f"socket '{socket.name}' is not connected, it takes {socket.type.__name__}"
-                where = f"{place(node.name, ['in'])} {node.type.name}"
+                where = place(node.name, ["in"], node.type.name)
                 right = suggest_source(socket, node, nodes, registry)
                 raise Incomplete(node.name, what, where, f"in.{socket.name} = {right}")
         edges = {}
         for plug, edge in node.edges.items():
-            where = f"{place(node.name, ['in', node.type.socket(plug).name])} {node.type.name}"
+            where = place(node.name, ["in", node.type.socket(plug).name], node.type.name)
             if edge.node not in nodes:
                 right = nearest(edge.node, list(nodes))
                 raise BadInput(f"in.{plug}: no node '{edge.node[:60]}'", where=where, right=right)
@@ -431,7 +431,7 @@ def read_node(text: GraphText, name: str, table: dict[str, Any], registry: Regis
         raise BadInput(error.what, where=text.place(name, ["type"]), right=error.right) from error
 
     def place(names: Sequence[str]) -> str:
-        return f"{text.place(name, names)} {type_name}"
+        return text.place(name, names, type_name)
 
     edges = read_edges(table.get("in", {}), node_type, place)
     given = {key: value for key, value in table.items() if key not in RESERVED}

@@ -27,6 +27,23 @@ HEADER = re.compile(r"""\s*\[\s*(?:(wedge\.[\w-]+|[\w-]+)|["']([^"']*)["'])\s*[\
 """Header of a table; that of a wedge has two names."""
 
 
+class Location(str):
+    """Place in a graph file, as messages show it, with the names at that place.
+
+    node   name of the node; None for the head of the file
+    names  names from the node to a setting; none for the node itself
+    """
+
+    node: str | None
+    names: tuple[str, ...]
+
+    def __new__(cls, shown: str, node: str | None, names: Sequence[str] = ()) -> "Location":
+        location = super().__new__(cls, shown)
+        location.node = node
+        location.names = tuple(names)
+        return location
+
+
 class GraphText:
     """A graph file: its text, its tables, and their lines."""
 
@@ -52,11 +69,14 @@ class GraphText:
         other.tables = tables
         return other
 
-    def place(self, node: str | None = None, names: Sequence[str] = ()) -> str:
-        """Return the place of a node, or of a name within it, as `graph.toml:12: [hair]`; the line may be unknown."""
+    def place(self, node: str | None = None, names: Sequence[str] = (), node_type: str = "") -> Location:
+        """Return the place of a node, or of a name within it, as `graph.toml:12: [hair]`; the line may be unknown.
+
+        node_type  type of the node, to show
+        """
         line = self._line(node, names)
-        label = f": [{node}]" if node is not None else ""
-        return f"{self.path}:{line}{label}" if line else f"{self.path}{label}"
+        label = f": [{node}] {node_type}".rstrip() if node is not None else ""
+        return Location(f"{self.path}:{line}{label}" if line else f"{self.path}{label}", node, names)
 
     def _line(self, node: str | None, names: Sequence[str]) -> int | None:
         """Find the line of the innermost name in the text, else the first line of the node."""

@@ -14,6 +14,7 @@ from typing import Any, TypeGuard
 
 from hairpipe.engine.code import Code, CodeReader, version
 from hairpipe.engine.file.graph import Edge, Graph, Node
+from hairpipe.engine.file.read import Location
 from hairpipe.engine.node.declare import Cuts, First, Time
 from hairpipe.engine.node.settings import Field, fields_of, map_values
 from hairpipe.engine.plan.arguments import name_inputs
@@ -47,7 +48,8 @@ def keyed_settings(graph: Graph, node: Node, store: Store, files: dict[str, str]
         try:
             content = files[str(path)] = fingerprint(path, store)
         except OSError as error:
-            raise BadInput(f"{path} cannot be read: {error.strerror}", where=f"[{node.name}]") from None
+            where = Location(f"[{node.name}]", node.name)
+            raise BadInput(f"{path} cannot be read: {error.strerror}", where=where) from None
         return {"file": content, "suffix": path.suffix.lower()}
 
     return map_values(fields_of(node.type), node.settings, as_key)
