@@ -71,6 +71,7 @@ class Event:
     seconds  that the evaluation took, of `finished` and of `cached` [s]
     message  of a failure, a warning, or the path that was published
     totals   number of tasks by node, of `begun`
+    record   of the result, of `finished` and of `cached`
     """
 
     kind: Kind
@@ -78,6 +79,7 @@ class Event:
     seconds: float = 0.0
     message: str = ""
     totals: tuple[tuple[str, int], ...] = ()
+    record: Record | None = None
 
     def __str__(self) -> str:
         """One line: `hair@12: finished in 1.3 s`."""

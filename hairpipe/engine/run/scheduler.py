@@ -304,7 +304,7 @@ class Scheduler:
             self.compiled[origin(task.node)] += record.compiled or 0.0
         elif before is None:
             self.counts["cached"] += 1
-        self.report(Event(how, task, record.seconds))
+        self.report(Event(how, task, record.seconds, record=record))
         self.limits = self.options.judge.limits(task, record)
         self.report_once(task, record.prepare_warnings, task.node)
         for message in record.warnings if before is None else ():
