@@ -4,6 +4,7 @@ Stop variants of a wedge: each frame of a measure is compared with the wedge's c
 """
 
 import json
+import shutil
 import statistics
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -21,6 +22,7 @@ from hairpipe.engine.file.overrides import nodes_of
 from hairpipe.engine.file.wedge import Comparison
 from hairpipe.engine.hosts.host import Member
 from hairpipe.engine.hosts.offer import program_digest
+from hairpipe.engine.node.declare import File
 from hairpipe.engine.node.messages import nearest
 from hairpipe.engine.plan.planner import Planner, read_result, read_value
 from hairpipe.engine.plan.planner import explain as explain_task
@@ -29,9 +31,11 @@ from hairpipe.engine.run.events import RECENT, Event, Judge, Options
 from hairpipe.engine.run.player import Player, playing_environment
 from hairpipe.engine.run.scheduler import run as run_graph
 from hairpipe.engine.run.survey import Survey
+from hairpipe.engine.store.atomic import keep_mode, replacing
 from hairpipe.engine.store.store import Record, Store
 from hairpipe.engine.worker.threading_layer import usable_cores
 from hairpipe.errors import BadInput
+from hairpipe.plain_file import check_plain
 from hairpipe.values import Table
 
 __all__ = ["GraphShot", "Member"]
@@ -321,6 +325,27 @@ class GraphShot:
         found = self.results(numbers, to=node)
         tasks = [Task(node, number) for number in self.graph.select(numbers)]
         return {task.frame: read_value(self.graph, self._store, task, found.get(str(task)), output) for task in tasks}
+
+    def write(self, target: str | Target, output: Path, *, frames: FrameSet = None) -> None:
+        """Write a result to a file, in the format of its suffix; a result that is a file is copied with its companions.
+
+        BadInput as for `get`, and for a format that does not hold the value. `target` and `frames` are those of `get`.
+        """
+        from hairpipe.formats.values import write_value
+
+        target = self.single(read_target(target) if isinstance(target, str) else target)
+        value = self.get(target, frames=frames)
+        if output.is_dir():
+            raise BadInput("is a folder", where=output, right="the name of a file")
+        check_plain(output, "the name of a file")
+        if isinstance(value, File):
+            names = {output: value.path} | {output.parent / name: path for name, path in value.companions.items()}
+            for copied, source in names.items():
+                with replacing(copied) as temporary:
+                    shutil.copyfile(source, temporary)
+                    keep_mode(temporary, copied)
+        else:
+            write_value(output, value, self.graph.frames[0] if target.frame is None else target.frame, self.fps)
 
     def read(self, task: Task, record: Record | None, output: str | None = None) -> Any:
         """Read an output of a result by its record, see `plan`; BadInput for a missing result or output."""

@@ -5,14 +5,14 @@ import json
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, Protocol
 
 from hairpipe.app.api.formatting import duration, plural, shown, size, table
 from hairpipe.app.api.selection import FrameSet
 from hairpipe.engine.file.graph import Graph, origin
-from hairpipe.engine.file.read import fold_frames
+from hairpipe.engine.file.read import Location, fold_frames
 from hairpipe.engine.node.messages import one_line
 from hairpipe.engine.plan import planner
 from hairpipe.engine.plan.planner import Entry
@@ -20,6 +20,7 @@ from hairpipe.engine.plan.tasks import Level, Task
 from hairpipe.engine.run.events import Event, Failure, NodeProgress, Outcome, Progress
 from hairpipe.engine.run.survey import NodeSurvey, Survey
 from hairpipe.engine.store.store import Record
+from hairpipe.errors import BadInput
 
 __all__ = ["Entry", "Event", "Explanation", "Failure", "Graph", "Level", "NodeProgress", "NodeSurvey", "Outcome"]
 __all__ += ["Plan", "Progress", "Recorder", "Run", "Survey", "Task", "origin"]
@@ -38,6 +39,16 @@ class Plan:
     entries: tuple[Entry, ...]
     records: Mapping[Task, Record]  # of cached results: inputs, time and duration of computation
     stopped: dict[str, str]  # stopped variants of a wedge, with reasons
+
+    @property
+    def missing(self) -> "Plan":
+        """The same plan without cached results."""
+        return replace(self, entries=tuple(entry for entry in self if entry.status != "cached"))
+
+    def document(self) -> dict[str, Any]:
+        """Describe the plan as a JSON document."""
+        tasks = [entry.task._asdict() | {"status": entry.status, "reason": entry.reason} for entry in self]
+        return {"tasks": tasks, "stopped": self.stopped}
 
     def __iter__(self) -> Iterator[Entry]:
         return iter(self.entries)
@@ -98,6 +109,18 @@ class Recorder:
             self._established |= {event.task} if event.kind in ("cached", "finished") else set()
         if self._pass_on is not None:
             self._pass_on(event)
+
+
+def fault_document(fault: BadInput) -> dict[str, Any]:
+    """Describe a fault as a JSON document; node and setting are None where they are unknown."""
+    place = fault.where if isinstance(fault.where, Location) else Location("", None)
+    return {
+        "what": fault.what,
+        "where": None if fault.where is None else str(fault.where),
+        "right": fault.right,
+        "node": place.node,
+        "setting": ".".join(place.names) or None,
+    }
 
 
 class ResultReader(Protocol):

@@ -232,12 +232,12 @@ class Session:
         """
         with self._lock:
             whole, now = (self._shot.plan(frames, to=[node]) for frames in (self.frames, [frame]))
-            left, missing = missing_of(whole), missing_of(now)
+            left, missing = whole.missing, now.missing
             counts = dict(Counter(entry.task.node for entry in left))
             reason = self._reason(self._shot, self._plan, missing)
             return {"counts": counts, "seconds": self._seconds(left), "now": len(missing), "reason": reason}
 
-    def _reason(self, shot: Shot, plan: Plan, missing: list[Entry]) -> str:
+    def _reason(self, shot: Shot, plan: Plan, missing: Plan) -> str:
         """Return why missing results of a shot are not computed unasked; empty where they are."""
         keys = {entry.task: entry.key for entry in plan}
         scans = {e.task.node for e in missing if shot.nodes[e.task.node].type.mode == "scan"}
@@ -248,7 +248,7 @@ class Session:
         costly = (self._seconds(missing) or 0.0) > CHEAP or len(missing) > MOST_COOKED
         return f"{len(missing)} results" if costly else ""
 
-    def _seconds(self, missing: list[Entry]) -> float | None:
+    def _seconds(self, missing: Plan) -> float | None:
         names = {entry.task.node for entry in missing}
         self._costs |= self._shot.costs(names - self._costs.keys())
         return sum(self._costs[e.task.node] for e in missing) if names <= self._costs.keys() else None
@@ -259,10 +259,10 @@ class Session:
         Nothing begins during a run that somebody has asked for; BadInput for work that is not cheap.
         """
         with self._lock:
-            missing = missing_of(self._shot.plan([frame], to=[node]))
+            missing = self._shot.plan([frame], to=[node]).missing
             self._cook(self.draft, self._plan, missing, node, frame)
 
-    def _cook(self, draft: Draft, plan: Plan, missing: list[Entry], node: str, frame: int) -> None:
+    def _cook(self, draft: Draft, plan: Plan, missing: Plan, node: str, frame: int) -> None:
         cooked = draft.text, node, frame
         if not missing or self._runs.asked or self._cooked == cooked or self._wedge is not None:
             return
@@ -283,7 +283,7 @@ class Session:
         with self._lock:
             draft = self.draft.with_text(edited(self.draft, "edit", {"target": target, "text": text})[0])
             now = draft.shot.plan([frame], to=[node])
-            missing = missing_of(now)
+            missing = now.missing
             if missing:
                 self._cook(draft, draft.shot.plan(self.frames), missing, node, frame)
                 return {"begun": self._cooked == (draft.text, node, frame) and self._runs.document()["running"]}
@@ -348,7 +348,7 @@ class Session:
     def _run_state(self) -> dict[str, Any]:
         runs = self._runs.document()
         if runs["running"]:
-            missing = {entry.task.node for entry in missing_of(self._plan)}
+            missing = {entry.task.node for entry in self._plan.missing}
             self._costs |= self._shot.costs(missing - self._costs.keys())
         note = self._note or self._lost
         return runs | {"costs": self._costs, "machine": machine_document(self._shot.cache), "note": note}
@@ -428,10 +428,6 @@ class Session:
             spent = time.monotonic() - begun
             time.sleep(2.0 * spent)
             self._woken.wait(max(0.0, PAUSE - 2.0 * spent))
-
-
-def missing_of(plan: Plan) -> list[Entry]:
-    return [entry for entry in plan if entry.status != "cached"]
 
 
 def stamp(path: Path) -> tuple[int, int]:

@@ -2,12 +2,10 @@
 
 import json
 import os
-import shutil
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,15 +13,12 @@ import click
 
 from hairpipe.app.api.formatting import shown, size
 from hairpipe.app.cli import options
-from hairpipe.errors import BadInput
-from hairpipe.plain_file import check_plain
 
 if TYPE_CHECKING:
     from hairpipe.app.api.graph_shot import GraphShot
     from hairpipe.app.api.reports import Survey
     from hairpipe.app.api.selection import Target
     from hairpipe.app.api.shot import Shot
-    from hairpipe.engine import File
 
 
 @click.command()
@@ -47,13 +42,8 @@ def plan(
     runs only if the new result of X differs from the previous one.
     """
     found = shot.plan(frames, to=to, publish_root=publish_root)
-    if missing:
-        found = replace(found, entries=tuple(entry for entry in found if entry.status != "cached"))
-    if as_json:
-        tasks = [entry.task._asdict() | {"status": entry.status, "reason": entry.reason} for entry in found]
-        click.echo(json.dumps({"tasks": tasks, "stopped": found.stopped}, indent=2))
-    else:
-        click.echo(found)
+    found = found.missing if missing else found
+    click.echo(json.dumps(found.document(), indent=2) if as_json else found)
     if missing and len(found):
         sys.exit(1)
 
@@ -87,28 +77,8 @@ def get(shot: "Shot", target: "Target", frames: tuple[int, ...] | None, output: 
 
     A result that depends on all frames of a run is found with the --frames of that run.
     """
-    from hairpipe.engine import File
-    from hairpipe.formats.values import write_value
-
-    value = shot.get(shot.single(target), frames=frames)
-    frame = shot.frames[0] if target.frame is None else target.frame
-    if output.is_dir():
-        raise BadInput("is a folder", where=output, right="the name of a file")
-    check_plain(output, "the name of a file")
-    if isinstance(value, File):
-        copy(value, output)
-    else:
-        write_value(output, value, frame, shot.fps)
+    shot.write(target, output, frames=frames)
     click.echo(f"{shown(output)}  {size(output.stat().st_size)}")
-
-
-def copy(file: "File", output: Path) -> None:
-    from hairpipe.engine.store.atomic import keep_mode, replacing
-
-    for target, source in {output: file.path, **{output.parent / n: p for n, p in file.companions.items()}}.items():
-        with replacing(target) as temporary:
-            shutil.copyfile(source, temporary)
-            keep_mode(temporary, target)
 
 
 WATCHED = 2.0  # time between two reads of the cache [s]
