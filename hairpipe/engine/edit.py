@@ -26,7 +26,7 @@ from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import InlineTable
 
 from hairpipe.engine.file.overrides import LAYOUT, WEDGE, nodes_of
-from hairpipe.engine.file.read import NAME, read_graph_text
+from hairpipe.engine.file.read import NAME, Location, read_graph_text
 from hairpipe.engine.node.settings import SHORTHAND
 from hairpipe.engine.store.atomic import overwrite, write_text
 from hairpipe.engine.store.ownership import make_own, own_folder
@@ -35,8 +35,11 @@ from hairpipe.errors import BadInput
 KEY = re.compile(rf"[ \t]*({NAME}(?:[ \t]*\.[ \t]*{NAME})*)[ \t]*=")
 HEADER = re.compile(rf"[ \t]*\[\[?[ \t]*({NAME}(?:[ \t]*\.[ \t]*{NAME})*)[ \t]*\]")
 PART = re.compile(NAME)
+BARE = re.compile(r"[A-Za-z0-9_-]+")
 LONGEST = 200
 """Maximum number of lines of one value."""
+WIDEST = 120
+"""Maximum length of a line that is written for a group."""
 
 Names = tuple[str, ...]
 
@@ -313,6 +316,103 @@ def pasted(text: str, block: str) -> tuple[str, dict[str, str]]:
 def with_header(text: str, name: str, literal: str) -> str:
     """Set a value of the shot, such as `frames`; a new one follows the others above the tables."""
     return with_path(text, (name,), literal)
+
+
+def with_tables(text: str, head: Tables, tables: Mapping[str, Tables], owned: Iterable[str]) -> str:
+    """Set values of the shot and whole tables; a value that is equal keeps its text, and other tables are kept.
+
+    head    values of the shot, such as `frames`
+    tables  plain values of each table by its name
+    owned   names of nodes, or the beginning of names and `*`: those that are not in `tables` are removed
+    """
+    for name, value in [*head.items(), *tables.items()]:
+        check_plain_value(value, (name,))
+    gone = [name for name in nodes_of(tables_of(text)) if name not in tables and is_owned(name, owned)]
+    wanted = {name: table for name, table in tables_of(text).items() if name not in gone}
+    text = checked(text, wanted, lambda given: without_tables(given, gone))
+    for path, value in differences(tables_of(text), head, ()):
+        text = with_path(text, path, literal_of(value))
+    for name, table in tables.items():
+        text = with_table(text, name, table)
+    return text
+
+
+def is_owned(name: str, owned: Iterable[str]) -> bool:
+    return any(name == one or (one.endswith("*") and name.startswith(one[:-1])) for one in owned)
+
+
+def check_plain_value(value: Any, path: Names) -> None:
+    """Check that a value can be written as TOML, with keys that need no quotes; BadInput for any other."""
+    where = Location(f"[{path[0]}] {'.'.join(path[1:])}".rstrip(), path[0], path[1:])
+    if not BARE.fullmatch(path[-1]):
+        raise BadInput(f"'{path[-1][:60]}' is not a name", where=where, right="letters, digits, - and _")
+    if isinstance(value, dict):
+        for name, inner in value.items():
+            check_plain_value(inner, (*path, name))
+    elif isinstance(value, list):
+        for inner in value:
+            check_plain_value(inner, path)
+    elif not isinstance(value, bool | int | float | str):
+        raise BadInput(f"{value} is not a value of TOML", where=where, right="a number, a text, true, false or a list")
+
+
+def differences(old: Tables, new: Tables, path: Names) -> Iterator[tuple[Names, Any]]:
+    """List the values of a table that another one does not have, with their paths, recursively through groups."""
+    for name, value in new.items():
+        before = old.get(name)
+        if isinstance(before, dict) and isinstance(value, dict):
+            yield from differences(before, value, (*path, name))
+        elif name not in old or not is_same(before, value):
+            yield (*path, name), value
+
+
+def is_same(value: Any, other: Any) -> bool:
+    """Whether two plain values are equal; 24 is the same as 24.0, but not true the same as 1."""
+    if isinstance(value, list) and isinstance(other, list):
+        return len(value) == len(other) and all(map(is_same, value, other))
+    if isinstance(value, dict) and isinstance(other, dict):
+        return value.keys() == other.keys() and all(is_same(value[name], other[name]) for name in value)
+    return value == other and isinstance(value, bool) == isinstance(other, bool)
+
+
+def with_table(text: str, name: str, table: Tables) -> str:
+    """Set a whole table; in place where its layout permits that, otherwise as a new table."""
+    tables = tables_of(text)
+    if isinstance(tables.get(name), dict):
+        with suppress(BadInput):
+            edited = text
+            for path, _ in differences(table, tables[name], (name,)):
+                if not holds(table, path[1:]):
+                    edited = dropped_value(edited, path)
+            for path, value in differences(tables[name], table, (name,)):
+                edited = with_path(edited, path, literal_of(value))
+            if is_same(tables_of(edited)[name], table):
+                return edited
+    newline = newline_of(text)
+
+    def rewritten(given: list[Statement]) -> list[Statement]:
+        kept = [one for one in given if one.kind in ("comment", "blank") or one.path[0] != name]
+        return inserted(kept, block_of((name,), table, newline), newline)
+
+    return checked(text, {**tables, name: table}, rewritten)
+
+
+def block_of(path: Names, table: Tables, newline: str) -> list[Statement]:
+    """Write a table with a value a line; a group is on one line, or a table of its own where that is too long."""
+    lines = [Statement("header", f"[{'.'.join(path)}]{newline}", path, path)]
+    below = list[Statement]()
+    for name, value in table.items():
+        key = name
+        shown = value
+        if isinstance(value, dict) and len(value) == 1:
+            [(inner, shown)] = value.items()
+            key = f"{name}.{inner}"
+        line = f"{key} = {literal_of(shown)}{newline}"
+        if isinstance(value, dict) and len(line) > WIDEST:
+            below += [Statement("blank", newline, path, path), *block_of((*path, name), value, newline)]
+        else:
+            lines.append(Statement("value", line, (*path, name), path))
+    return lines + below
 
 
 def renamed(text: str, old: str, new: str) -> str:

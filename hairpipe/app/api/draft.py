@@ -8,19 +8,20 @@ from typing import Any
 from hairpipe.app.api.cache import open_store
 from hairpipe.app.api.shot import Shot
 from hairpipe.app.api.source import Source, read_source
-from hairpipe.engine.edit import locked, save_text
+from hairpipe.engine.edit import locked, save_text, with_tables
 from hairpipe.engine.file.bounds import Bounds, entered
 from hairpipe.engine.file.graph import Edge
 from hairpipe.engine.file.load import Incomplete, make_graph, muted_nodes, read_edges, written_out
 from hairpipe.engine.file.overrides import LAYOUT, WEDGE, nodes_of
-from hairpipe.engine.file.read import GraphText, read_graph_text
+from hairpipe.engine.file.read import MOST_BYTES, GraphText, read_graph_text
 from hairpipe.engine.file.registry import Registry
 from hairpipe.engine.file.wedge import read_wedges
 from hairpipe.engine.node.declare import NodeType
 from hairpipe.engine.node.settings import Field, field_at
 from hairpipe.errors import BadInput
 
-EMPTY = "schema = 1\nframes = [1, 24]\nfps = 24\n"
+SCHEMA = "schema = 1\n"
+EMPTY = f"{SCHEMA}frames = [1, 24]\nfps = 24\n"
 """Text of a graph to begin with."""
 
 
@@ -140,6 +141,23 @@ def load_draft(given: str, text: str | None = None, *, cache: Path | str | None 
         return Draft(Source(GraphText(Path(given), text)), folder)
     source = read_source(given)
     return Draft(source if text is None else replace(source, text=GraphText(source.text.path, text)), folder)
+
+
+def write_tables(path: Path, head: dict[str, Any], tables: dict[str, dict[str, Any]], owned: Sequence[str]) -> bool:
+    """Write tables into a graph file, see `with_tables`; return whether the file has changed.
+
+    A missing file is made, with its folder. BadInput, with the file untouched, where the text would not be a graph.
+    """
+    with locked(path):
+        before = read_graph_text(path).text if path.exists() else None
+        text = with_tables(SCHEMA if before is None else before, head, tables, owned)
+        Source(GraphText(path, text)).graph()
+        size = len(text.encode())
+        if size > MOST_BYTES:
+            raise BadInput(f"{size} bytes are too many for a graph", where=path, right=f"<= {MOST_BYTES}")
+        if text != before:
+            save_text(path, text)
+    return text != before
 
 
 def incomplete(text: GraphText) -> dict[str, str]:
