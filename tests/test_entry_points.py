@@ -34,6 +34,7 @@ STARTED = {
     "farm": "farm shot.toml -o job",
     "results": "results .",
     "usd check": "usd check stage.usda --json",
+    "bridge": "bridge",
     "blender": "blender stage.usda",
     "convert": "convert stage.usda made.usd",
     "cache du": "cache du",

@@ -23,7 +23,7 @@ from hairpipe.errors import BadInput
 CHECKOUT = {"validate": "commands.validate", "results": "commands.results", "bench": "bench.commands"}
 """Modules of experiments, which a wheel is without, by the command that each defines."""
 COMMANDS = (
-    *("run", "plan", "watch", "view", "report", "explain", "graph", "nodes", "get", "blender", "convert"),
+    *("run", "plan", "watch", "view", "report", "explain", "graph", "nodes", "get", "bridge", "blender", "convert"),
     *("tune", "validate", "wedge", "farm", "results"),
     *("cache", "warm", "trust", "usd", "data", "bench", "version"),
 )
@@ -33,7 +33,7 @@ MODULES = {
     "results": ("plan", "watch", "explain", "get"),
     "page": ("view", "report"),
     "graph": ("graph", "nodes"),
-    "files": ("blender", "convert", "usd"),
+    "files": ("bridge", "blender", "convert", "usd"),
     "environment": ("trust", "data", "version"),
 }
 """Modules that define several commands; each other command has one of its name."""

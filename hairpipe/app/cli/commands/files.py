@@ -1,4 +1,4 @@
-"""Files of other programs: a shot in Blender, conversion to USD, and checks of USD files."""
+"""Other programs and their files: JSON lines, a shot in Blender, conversion to USD, and checks of USD files."""
 
 import json
 import sys
@@ -14,6 +14,19 @@ from hairpipe.plain_file import check_plain
 
 if TYPE_CHECKING:
     from hairpipe.formats.usd.check.scene import Finding
+
+
+@click.command()
+def bridge() -> None:
+    """Serve another program by JSON lines on the standard streams.
+
+    The program writes requests, such as {"id": 1, "do": "run", "graph": "shot.toml"}, and reads events: progress,
+    frames, failures. The end of the input cancels a run and ends the command; computed results are kept. The reference
+    of the protocol is in the documentation.
+    """
+    from hairpipe.app.bridge import main
+
+    main()
 
 
 @click.command()
