@@ -98,7 +98,7 @@ def read_object(line: bytes) -> Fields:
     if len(line) > MOST_BYTES:
         raise BadInput("the line is too long", right=f"at most {MOST_BYTES} bytes")
     try:
-        found = json.loads(line.decode("utf-8"), parse_constant=refuse_constant)
+        found = json.loads(line.decode("utf-8").strip(), parse_constant=refuse_constant)
     except (ValueError, RecursionError) as error:
         raise BadInput(f"the line is not JSON: {error}", right="a JSON object on one line, in UTF-8") from None
     if not isinstance(found, dict):

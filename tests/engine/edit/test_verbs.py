@@ -2,6 +2,7 @@
 
 import random
 import tomllib
+from collections import Counter
 
 import pytest
 
@@ -228,3 +229,48 @@ def test_frames_of_the_page_follow_their_nodes():
 def test_values_of_the_shot_are_set_above_the_tables():
     assert verbs.with_header(TEXT, "frames", "[2, 9]") == TEXT.replace("[1, 5]", "[2, 9]")
     assert verbs.with_header(TEXT, "preroll", "3") == TEXT.replace("fps = 24\n", "fps = 24\npreroll = 3\n")
+
+
+def changed_table(draw, table):
+    """A copy of a table with some values changed, removed or added, as another program might write it."""
+    found = {}
+    for key, value in table.items():
+        if isinstance(value, dict):
+            found[key] = changed_table(draw, value)
+        elif draw.random() < 0.8:
+            found[key] = value if draw.random() < 0.6 else draw.choice([0.25, "text", True, [1, 2.5], {"inner": 1}])
+    return found | ({"added": draw.choice([2, {"a": 1e-3, "b": "x"}])} if draw.random() < 0.5 else {})
+
+
+@pytest.mark.parametrize("name", GRAPHS)
+def test_tables_are_written_whole_and_all_others_are_kept(name):
+    draw = random.Random(name)
+    text = GRAPHS[name]
+    tables = tomllib.loads(text)
+    assert verbs.with_tables(text, {}, nodes_of(tables), ["*"]) == text
+    chosen = draw.sample([*nodes_of(tables)], min(3, len(nodes_of(tables))))
+    for node in chosen:
+        table = changed_table(draw, tables[node])
+        edited = verbs.with_tables(text, {}, {node: table}, [])
+        assert tomllib.loads(edited) == tables | {node: table}
+        kept = [one.text for one in verbs.read_statements(text) if one.kind == "comment" or node not in one.path[:1]]
+        assert not Counter(kept) - Counter(one.text for one in verbs.read_statements(edited))
+    without = verbs.with_tables(text, {}, {}, chosen)
+    assert tomllib.loads(without) == {key: value for key, value in tables.items() if key not in chosen}
+
+
+def test_new_table_has_a_value_a_line_and_long_groups_below():
+    group = {f"number_{number}": number / 8 for number in range(8)}
+    table = {"type": "simulate_hair", "in": {"groom": "groom"}, "wave": {"height": 0.1, "on": True}, "long": group}
+    text = verbs.with_tables("schema = 1\n", {"frames": [1, 2]}, {"curls": table}, [])
+    lines = ['type = "simulate_hair"', 'in.groom = "groom"', "wave = { height = 0.1, on = true }", "", "[curls.long]"]
+    numbers = [f"number_{number} = {number / 8}" for number in range(8)]
+    assert text.splitlines() == ["schema = 1", "frames = [1, 2]", "", "[curls]", *lines, *numbers]
+    assert verbs.with_tables(text, {"frames": [1.0, 2]}, {"curls": table}, ["cu*"]) == text
+    assert verbs.with_tables(text, {}, {}, ["cu*"]) == "schema = 1\nframes = [1, 2]\n"
+
+
+def test_equal_numbers_keep_their_text_and_a_flag_is_not_a_number():
+    text = "schema = 1\nfps = 24\n[a]\nb = 1_000 # many\nc = true\n"
+    assert verbs.with_tables(text, {"fps": 24.0}, {"a": {"b": 1000.0, "c": True}}, []) == text
+    assert "c = 1" in verbs.with_tables(text, {}, {"a": {"b": 1000, "c": 1}}, [])
