@@ -1,5 +1,6 @@
 """What the README files say is so: commands parse, paths and anchors are there, no figure is typed."""
 
+import os
 import re
 import sys
 import tomllib
@@ -311,6 +312,7 @@ def test_examples_in_python_run_as_they_stand(page, block, tmp_path, monkeypatch
     write_surroundings(tmp_path)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("HAIRPIPE_TRUST", str(tmp_path / "nodes"))
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
     code, declared = compile(block, str(page), "exec"), DECLARED.search(block)
     if declared:
         (tmp_path / f"nodes/{declared[1]}.py").write_text(f'"""An example."""\n{block}')
