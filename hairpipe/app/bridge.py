@@ -145,7 +145,7 @@ def expected_seconds(nodes: Mapping[str, NodeProgress], costs: Mapping[str, floa
         if left and rate is None:
             return None
         total += (rate or 0.0) * ceil(left / node.width)
-    return total
+    return round(total, 3)
 
 
 Send = Callable[..., None]
@@ -376,8 +376,8 @@ class Bridge:
 
     def _write(self, request: Request) -> Fields:
         fields = request.fields
-        tables, head = fields["tables"], fields.get("head", {})
-        return {"changed": write_tables(Path(fields["graph"]), head, tables, fields.get("owned", ()))}
+        path = Path(fields["graph"])
+        return {"changed": write_tables(path, fields.get("head", {}), fields["tables"], fields.get("owned", ()))}
 
     def _plan(self, request: Request) -> Fields:
         fields = request.fields
@@ -423,7 +423,7 @@ class Bridge:
                 self._runs.discard(request.id)
                 self._cancelled.discard(request.id)
         code = INTERRUPTED if done is None else done.outcome.exit_code
-        return {"exit_code": code, **report.counts, "seconds": time.monotonic() - begun}
+        return {"exit_code": code, **report.counts, "seconds": round(time.monotonic() - begun, 3)}
 
     def _interruptible(self, request: Id, run: Callable[[], Run]) -> Run | None:
         """Return what a run returns; None for one that is cancelled before or after its computation."""
