@@ -13,20 +13,20 @@ import threading
 import time
 import traceback
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from math import ceil, inf
 from pathlib import Path
 from types import FrameType
 from typing import Any, BinaryIO, NamedTuple
 
-from hairpipe import __version__, child
-from hairpipe.app.api.draft import write_tables
-from hairpipe.app.api.graph_shot import Member
+from hairpipe import __version__
+from hairpipe.app.api.draft import load_draft, write_tables
+from hairpipe.app.api.graph_shot import GraphShot, Member
 from hairpipe.app.api.node_types import document, node_types
-from hairpipe.app.api.reports import Event, NodeProgress, Progress, Run, Task, fault_document
+from hairpipe.app.api.reports import STATUSES, Event, NodeProgress, Progress, Run, Task, fault_document
 from hairpipe.app.api.selection import fold_frames
-from hairpipe.app.api.shot import Shot, load
+from hairpipe.app.api.shot import load
 from hairpipe.engine.file.overrides import parse_value
 from hairpipe.engine.node.messages import brief, nearest
 from hairpipe.engine.store.atomic import replacing
@@ -37,6 +37,8 @@ from hairpipe.values import Strands
 PROTOCOL = 1
 MOST_BYTES = 16 << 20
 """Maximum length of a request [bytes]."""
+CHUNK = 1 << 16
+"""Number of bytes that are read at a time."""
 MOST_JOBS = 1024
 INTERVAL = 0.05
 """Smallest interval of two lines about the progress of a run [s]."""
@@ -71,13 +73,13 @@ TABLE = Kind("an object", lambda value: isinstance(value, dict))
 TEXTS = Kind("an object of texts", lambda value: isinstance(value, dict) and NAMES.holds([*value.values()]))
 TABLES = Kind("an object of objects", lambda value: TABLE.holds(value) and all(map(TABLE.holds, value.values())))
 
-SHOT = {"graph": GRAPH, "set": TEXTS, "cache": TEXT, "frames": TEXT}
-PART = SHOT | {"to": NAMES, "publish_root": TEXT}
+SHOT = {"graph": GRAPH, "text": TEXT, "set": TEXTS, "cache": TEXT, "frames": TEXT}
+PART = SHOT | {"wedge": TEXT, "to": NAMES, "publish": FLAG, "publish_root": TEXT}
 REQUESTS = {
     "describe": {"types": NAMES},
     "write": {"graph": GRAPH, "head": TABLE, "tables": TABLES, "owned": NAMES},
     "plan": PART,
-    "run": PART | {"jobs": JOBS, "force": FLAG, "live": TEXTS},
+    "run": PART | {"jobs": JOBS, "force": FLAG, "keep_going": FLAG, "tasks": FLAG, "live": TEXTS},
     "get": SHOT | {"value": TEXT, "output": TEXT},
     "cancel": {"run": ID},
 }
@@ -91,6 +93,23 @@ class Request(NamedTuple):
     id: Id
     do: str
     fields: Fields
+
+
+def read_lines(descriptor: int) -> Iterator[bytes]:
+    """Read the lines of a file or pipe; of a line that is too long only the beginning is kept.
+
+    A stream of Python would have a lock, which the end of the process waits for while a thread reads.
+    """
+    kept = bytearray()
+    while chunk := os.read(descriptor, CHUNK):
+        *lines, last = chunk.split(b"\n")
+        for line in lines:
+            yield bytes(kept + line)
+            kept.clear()
+        if len(kept) <= MOST_BYTES:
+            kept += last
+    if kept:
+        yield bytes(kept)
 
 
 def read_object(line: bytes) -> Fields:
@@ -128,9 +147,17 @@ def check_request(given: Fields) -> Request:
     return Request(given["id"], do, {name: value for name, value in given.items() if name not in ("id", "do")})
 
 
-def load_shot(fields: Fields) -> Shot:
+def load_shot(fields: Fields) -> GraphShot:
+    """Load the shot of a request: a text in place of that of the file may be incomplete."""
+    graph = fields["graph"]
+    cache = fields.get("cache")
     settings = {target: parse_value(literal) for target, literal in fields.get("set", {}).items()}
-    return load(fields["graph"], settings, cache=fields.get("cache"))
+    if "text" in fields:
+        shot = load_draft(graph, fields["text"], cache=cache).shot.changed(settings)
+    else:
+        shot = load(graph, settings, cache=cache)
+    shot = shot if fields.get("publish", True) else shot.unpublished()
+    return shot.wedge(fields["wedge"]) if "wedge" in fields else shot
 
 
 def expected_seconds(nodes: Mapping[str, NodeProgress], costs: Mapping[str, float]) -> float | None:
@@ -157,8 +184,9 @@ class RunReport:
     live  folder of the files with points of hair, by node
     """
 
-    def __init__(self, shot: Shot, fields: Fields, jobs: int, send: Send) -> None:
+    def __init__(self, shot: GraphShot, fields: Fields, jobs: int, send: Send) -> None:
         self._shot, self._send = shot, send
+        self._names_tasks = fields.get("tasks", False)
         graph = shot.part(fields.get("to", ()))
         self._live = {name: Path(folder) for name, folder in fields.get("live", {}).items()}
         self._outputs = {name: hair_output(shot, graph.node(name).name) for name in self._live}
@@ -200,6 +228,8 @@ class RunReport:
         """Write an event of the run, or keep it as the latest progress."""
         self._progress.update(event)
         nodes = self._progress.nodes
+        if self._names_tasks and event.task is not None and event.kind in STATUSES:
+            self._send("task", **event.task._asdict(), status=STATUSES[event.kind])
         if event.kind == "begun":
             self._send("begun", totals=dict(event.totals))
         elif event.kind == "published":
@@ -236,7 +266,7 @@ class RunReport:
             self._send("frame", node=node, frame=frame, file=str(path), **counts)
 
 
-def hair_output(shot: Shot, name: str) -> str:
+def hair_output(shot: GraphShot, name: str) -> str:
     """Return the output of a node that is hair per frame; BadInput for a node without one."""
     node = shot.graph.node(name)
     found = [output for output, kind in node.type.outputs.items() if kind is Strands]
@@ -248,7 +278,7 @@ def hair_output(shot: Shot, name: str) -> str:
 class Bridge:
     """Handles the requests of one program until their end; `serve` runs in the main thread."""
 
-    def __init__(self, requests: BinaryIO, events: BinaryIO) -> None:
+    def __init__(self, requests: Iterable[bytes], events: BinaryIO) -> None:
         self._requests, self._events = requests, events
         self._lock = threading.RLock()  # a signal comes while it is held
         self._queue: queue.SimpleQueue[Request | None] = queue.SimpleQueue()
@@ -311,11 +341,7 @@ class Bridge:
         self._answer(request, "error", **fault_document(fault))
 
     def _read(self) -> None:
-        """Read requests until their end; a line that is too long is read to its end."""
-        while line := self._requests.readline(MOST_BYTES + 1):
-            rest = line
-            while len(rest) > MOST_BYTES and not rest.endswith(b"\n"):
-                rest = self._requests.readline(MOST_BYTES + 1)
+        for line in self._requests:
             self._accept(line)
         self._end()
 
@@ -411,6 +437,7 @@ class Bridge:
                     fields.get("frames"),
                     to=fields.get("to", ()),
                     jobs=jobs,
+                    keep_going=fields.get("keep_going", False),
                     publish_root=root and Path(root),
                     force=fields.get("force", False),
                     progress=lambda event: self._report(report, event),
@@ -458,8 +485,7 @@ def main() -> None:
 
     Whatever libraries print on the standard output goes to the standard error stream.
     """
-    child.die_with_parent()
     events = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    with suppress(BrokenPipeError), os.fdopen(os.dup(0), "rb") as requests, events:
-        Bridge(requests, events).serve()
+    with suppress(BrokenPipeError), events:
+        Bridge(read_lines(0), events).serve()

@@ -6,6 +6,7 @@ import random
 import signal
 import subprocess
 import sys
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -26,6 +27,7 @@ from .page.conftest import SHOT, until, write_shot
 
 WAITING = '\n[wait]\ntype = "stay"\nin.hair = "lag"\nuntil = "gate"\n'
 FAILING = '\n[bad]\ntype = "tear"\nin.hair = "lag"\n'
+MOMENTS = 4  # number of runs that are cancelled
 Event = dict[str, Any]
 Step = dict[str, Any] | bytes | Callable[[list[Event]], object]
 
@@ -37,25 +39,18 @@ class Client:
         self.events: list[Event] = []
         self._steps = iter([*steps, lambda events: not stays or self.is_answered()])
         self._asked = 0
-        self._rest = b""
 
     def is_answered(self) -> bool:
         return sum(event["event"] in ("done", "error") for event in self.events) >= self._asked
 
-    def readline(self, limit: int) -> bytes:
-        if self._rest:
-            line, self._rest = self._rest[:limit], self._rest[limit:]
-            return line
+    def __iter__(self) -> Iterator[bytes]:
         for step in self._steps:
             if callable(step):
                 with suppress(AssertionError):  # waited in vain: the input ends, and the test sees the events so far
                     until(lambda step=step: step(self.events), 20.0)
             else:
                 self._asked += 1
-                line = step if isinstance(step, bytes) else json.dumps(step).encode()
-                self._rest = (line + b"\n")[limit:]
-                return (line + b"\n")[:limit]
-        return b""
+                yield step if isinstance(step, bytes) else json.dumps(step).encode()
 
     def write(self, line: bytes) -> None:
         assert line.count(b"\n") == 1 and line.endswith(b"\n")
@@ -178,6 +173,22 @@ def test_cancelled_run_keeps_its_results(shot):
     ]
 
 
+def test_run_is_cancelled_at_any_moment(shot):
+    draw = random.Random(68)
+    steps = list[Step]()
+    for number in range(MOMENTS):
+        settings = {"hair.strands": str(201 + number)}
+        steps.append({"id": number, "do": "run", "graph": "shot.toml", "to": ["lag"], "jobs": 2, "set": settings})
+        steps.append(lambda _: time.sleep(draw.uniform(0.0, 0.3)) or True)
+        steps += [
+            {"id": f"c{number}", "do": "cancel", "run": number},
+            lambda events, n=number: has("done", id=n)(events),
+        ]
+    steps.append({"id": "last", "do": "run", "graph": "shot.toml", "to": ["lag"]})
+    done = {event["id"]: event for event in of_kind(talk(*steps), "done")}
+    assert {done[number]["exit_code"] for number in range(MOMENTS)} <= {0, 130} and done["last"]["exit_code"] == 0
+
+
 def test_end_of_the_input_cancels_a_run(shot):
     shot.write_text(SHOT + WAITING)
     run = {"id": 1, "do": "run", "graph": "shot.toml", "jobs": 1, "to": ["wait"]}
@@ -279,6 +290,19 @@ def test_faulty_request_has_one_error_and_the_next_is_read(shot, monkeypatch):
     found = "\n".join(event["what"] for event in events[:-1])
     assert not [what for what in (*FAULTS.values(), "the line is too long") if what not in found], found
     assert Counter(event["id"] for event in events) == {None: 11, 1: len(FAULTS) - 11, 2: 1, "last": 1}
+
+
+@pytest.mark.parametrize("end", [b"", b"\n"])
+def test_lines_are_read_whole_and_long_ones_are_cut(end, monkeypatch):
+    monkeypatch.setattr(bridge, "MOST_BYTES", 10)
+    monkeypatch.setattr(bridge, "CHUNK", 7)
+    reading, writing = os.pipe()
+    os.write(writing, b"one\n\n" + b"x" * 100 + b"\nthe third\nlast" + end)
+    os.close(writing)
+    one, blank, long, third, last = bridge.read_lines(reading)
+    assert (one, blank, third, last) == (b"one", b"", b"the third", b"last")
+    assert len(long) > 10 and set(long) == set(b"x")
+    os.close(reading)
 
 
 REQUESTS = [

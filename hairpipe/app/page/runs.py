@@ -1,12 +1,10 @@
-"""Runs of a live page in a child process, one at a time: the others wait in a queue.
+"""Runs of a live page in a bridge, one at a time: the others wait in a queue.
 
-The process reads a job a line, and reports events line by line; its workers are kept between runs.
+The process of the bridge keeps its workers between runs.
 """
 
 import json
-import signal
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable
@@ -15,10 +13,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from hairpipe import child
-from hairpipe.app.api.draft import load_draft
-from hairpipe.app.api.graph_shot import Member
-from hairpipe.app.api.reports import STATUSES, Status, Task
-from hairpipe.app.page.documents import ending
+from hairpipe.app.api.reports import Status, Task
+from hairpipe.app.api.selection import fold_frames
 from hairpipe.errors import BadInput
 
 NOTHING: dict[str, Any] = {"failures": [], "computed": 0, "reused": 0, "took": 0.0, "interrupted": False}
@@ -37,47 +33,17 @@ class Job:
     wedge: str | None  # wedge whose variants are run; None for the graph itself
     quiet: bool = False  # whether nothing is published: the page runs it by itself
 
-
-def main() -> None:
-    """Read jobs from the input until its end, run each, and write its events and its end as lines of JSON."""
-    spare: list[Member] = []
-    for line in sys.stdin:
-        ended = NOTHING | {"interrupted": True}
-        with suppress(KeyboardInterrupt):  # of a run that has just ended
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-            ended = end_of(Job(**json.loads(line)), spare)
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
-        send({"kind": "ended", **ended})
-
-
-def end_of(job: Job, spare: list[Member]) -> dict[str, Any]:
-    try:
-        shot = load_draft(job.graph, job.edited, cache=job.cache).shot
-        shot = shot.unpublished() if job.quiet else shot
-        run = (shot if job.wedge is None else shot.wedge(job.wedge)).with_workers(spare).run
-        return ending(run(job.frames, to=job.to, progress=send_event, keep_going=True))
-    except BadInput as fault:
-        return NOTHING | {"failures": [str(fault)]}
-    except KeyboardInterrupt:
-        return NOTHING | {"interrupted": True}
-
-
-def send_event(event: Any) -> None:
-    if event.task is not None:
-        send({"kind": event.kind, "node": event.task.node, "frame": event.task.frame, "message": event.message})
-
-
-def send(document: dict[str, Any]) -> None:
-    """Write a line, unless the reader has ended; an interrupt comes before it or after it, never within."""
-    try:
-        sys.stdout.buffer.write(json.dumps(document).encode() + b"\n")  # `print` writes the end of the line by itself
-        sys.stdout.buffer.flush()
-    except BrokenPipeError:
-        signal.raise_signal(signal.SIGINT)
+    def fields(self) -> dict[str, Any]:
+        """Return the fields of a request of the bridge."""
+        given = {"graph": self.graph, "text": self.edited, "to": self.to, "cache": self.cache}
+        frames = {} if self.frames is None else {"frames": fold_frames(self.frames)}
+        wedge = {} if self.wedge is None else {"wedge": self.wedge}
+        return given | frames | wedge | {"publish": not self.quiet, "keep_going": True, "tasks": True}
 
 
 IDLE = 600.0  # time without a run after which the process of runs ends [s]
-Message = dict[str, Any]  # a message of a run: an event, or its end
+INTERRUPTED = 130  # exit code of a run that was stopped
+Message = dict[str, Any]  # an event of the bridge, or the end of a run
 
 
 class Request(NamedTuple):
@@ -106,7 +72,7 @@ class Runs:
         self._program = ""
         self._asked = 0
         self._begun = self._used = 0.0
-        self._stopped = False
+        self._failures: list[str] = []
         self.job: Job | None = None
         self.process: subprocess.Popen[str] | None = None
         self.statuses: dict[Task, Status] = {}
@@ -154,16 +120,19 @@ class Runs:
     def stop(self) -> None:
         """Interrupt the active run, whose results are kept, and empty the queue."""
         del self._queue[1:]
-        if self._queue and self.process is not None and self.process.poll() is None:
-            self._stopped = True
-            # A run without a message has no workers, and may not handle interrupts yet.
-            self.process.send_signal(signal.SIGINT if self.statuses else signal.SIGTERM)
+        self._interrupt()
 
     def _interrupt(self) -> None:
-        """Interrupt the active run, once it has begun a task: the process and its workers stay for the next one."""
-        self._stopped = True
-        if self.statuses and self.process is not None and self.process.poll() is None:
-            self.process.send_signal(signal.SIGINT)
+        """Interrupt the active run: the process and its workers stay for the next one."""
+        if self._queue:
+            self._ask(0, "cancel", {"run": self._queue[0].number})
+
+    def _ask(self, number: int, do: str, fields: dict[str, Any]) -> None:
+        """Write a request to the bridge, unless its process has ended, which `_listen` notices."""
+        if self.process is not None and self.process.stdin is not None:
+            with suppress(BrokenPipeError):
+                self.process.stdin.write(json.dumps({"id": number, "do": do, **fields}) + "\n")
+                self.process.stdin.flush()
 
     def rest(self) -> None:
         """End the process of runs after a while without any."""
@@ -178,25 +147,25 @@ class Runs:
         self.process = None
 
     def _begin(self) -> None:
-        self.statuses, self._stopped, self._begun = {}, False, time.monotonic()
-        self.job = self._queue[0].job
+        self.statuses = {}
+        self._failures = []
+        self._begun = time.monotonic()
+        active = self._queue[0]
+        self.job = active.job
         try:
-            stdin = self._ready(self._queue[0].program).stdin
+            self._start(active.program)
         except OSError as error:
-            return self._end({"failures": [f"the run did not start: {error}"], "interrupted": False})
-        assert stdin is not None
-        with suppress(BrokenPipeError):  # `_listen` notices
-            stdin.write(json.dumps(vars(self._queue[0].job)) + "\n")
-            stdin.flush()
+            return self._end(NOTHING | {"failures": [f"the run did not start: {error}"]})
+        self._ask(active.number, "run", active.job.fields())
 
-    def _ready(self, program: str) -> "subprocess.Popen[str]":
-        """Return the process of runs; a new one if there is none, or after a change of code."""
+    def _start(self, program: str) -> None:
+        """Start a process of runs if there is none, or after a change of code; OSError where that fails."""
         if self._program != program:
             self.close()
         if self.process is None or self.process.poll() is not None:
             self._program = program
             self.process = subprocess.Popen(
-                child.command("from hairpipe.app.page.runs import main; main()"),
+                child.command("from hairpipe.app.bridge import main; main()"),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
@@ -204,26 +173,32 @@ class Runs:
                 env=child.environment(),
             )
             threading.Thread(target=self._listen, args=(self.process,), daemon=True).start()
-        return self.process
 
     def _listen(self, process: "subprocess.Popen[str]") -> None:
         assert process.stdout is not None
         for line in process.stdout:
-            message = json.loads(line)
             with self._lock:
-                if message["kind"] == "ended":
-                    self._end(message)
-                elif message["kind"] in STATUSES:
-                    first = not self.statuses
-                    self.statuses[Task(message["node"], message["frame"])] = STATUSES[message["kind"]]
-                    if first and self._stopped:
-                        self._interrupt()
-                    (self._changed if message["kind"] == "started" else self._found)()
+                self._take(json.loads(line))
         process.wait()
         with self._lock:
             if self._queue and process is self.process:
-                died = [] if self._stopped else [f"the run ended with exit code {process.returncode}"]
-                self._end({"failures": died, "interrupted": self._stopped})
+                self._end(NOTHING | {"failures": [f"the run ended with exit code {process.returncode}"]})
+
+    def _take(self, message: Message) -> None:
+        """Note an event of the active run."""
+        if not self._queue or message.get("id") != self._queue[0].number:
+            return
+        match message:
+            case {"event": "task", "node": node, "frame": frame, "status": status}:
+                self.statuses[Task(node, frame)] = status
+                (self._changed if status == "running" else self._found)()
+            case {"event": "failed", "node": node, "frame": frame, "what": what}:
+                self._failures.append(f"{Task(node, frame)}: {what}")
+            case {"event": "error", "what": what, "where": where, "right": right}:
+                self._end(NOTHING | {"failures": [str(BadInput(what, where=where, right=right))]})
+            case {"event": "done", "exit_code": code, "computed": computed, "cached": cached, "seconds": seconds}:
+                counts = {"computed": computed, "reused": cached, "took": seconds}
+                self._end(counts | {"failures": self._failures, "interrupted": code == INTERRUPTED})
 
     def _end(self, message: Message) -> None:
         self._used = time.monotonic()

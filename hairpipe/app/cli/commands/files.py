@@ -25,7 +25,9 @@ def bridge() -> None:
     of the protocol is in the documentation.
     """
     from hairpipe.app.bridge import main
+    from hairpipe.child import die_with_parent
 
+    die_with_parent()
     main()
 
 
