@@ -72,6 +72,7 @@ class Event:
     message  of a failure, a warning, or the path that was published
     totals   number of tasks by node, of `begun`
     record   of the result, of `finished` and of `cached`
+    parts    of a failure
     """
 
     kind: Kind
@@ -80,6 +81,7 @@ class Event:
     message: str = ""
     totals: tuple[tuple[str, int], ...] = ()
     record: Record | None = None
+    parts: Mapping[str, str | None] = field(default_factory=dict)
 
     def __str__(self) -> str:
         """One line: `hair@12: finished in 1.3 s`."""
@@ -99,12 +101,14 @@ class Failure:
                subclass; disk: full; crash: its process died; gone: its machine did not answer; mismatch: no machine has
                the code, versions and files of its key; publish
     traceback  of the node, for those who wrote it
+    parts      what, where and right of a BadInput of the node; empty for another failure
     """
 
     task: Task
     kind: Literal["input", "node", "diverged", "disk", "crash", "gone", "mismatch", "publish"]
     message: str
     traceback: str = ""
+    parts: Mapping[str, str | None] = field(default_factory=dict)
 
     def __str__(self) -> str:
         return f"{self.task}: {self.message}"

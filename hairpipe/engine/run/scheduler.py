@@ -358,7 +358,7 @@ class Scheduler:
                     self.agenda.append(task)
             return
         self.failures[failure.task] = failure
-        self.report(Event("failed", failure.task, message=failure.message))
+        self.report(Event("failed", failure.task, message=failure.message, parts=failure.parts))
 
     def note_latest(self) -> None:
         """Record which results are the latest: a plan is compared with them."""

@@ -170,11 +170,14 @@ def failure(error: Exception) -> Reply:
     """Describe the exception that is being handled."""
     kind = "input"
     message = str(error)
-    if not isinstance(error, BadInput):
+    parts = {}
+    if isinstance(error, BadInput):
+        parts = {"what": error.what, "where": error.where and str(error.where), "right": error.right}
+    else:
         full = isinstance(error, OSError) and is_full(error)
         kind = "disk" if full else "diverged" if type(error) is ArithmeticError else "node"
         message = f"{type(error).__name__}: {error}"
-    return {"failure": {"kind": kind, "message": message, "traceback": traceback.format_exc()}}
+    return {"failure": {"kind": kind, "message": message, "traceback": traceback.format_exc(), "parts": parts}}
 
 
 def is_closed(connection: Connection) -> bool:
