@@ -237,7 +237,8 @@ class RunReport:
         elif event.task is not None and event.kind == "warning":
             self._send("warning", **event.task._asdict(), message=event.message)
         elif event.task is not None and event.kind == "failed":
-            self._send("failed", **event.task._asdict(), what=event.message, where=None, right=None)
+            parts = {"what": event.message, "where": None, "right": None, **event.parts}
+            self._send("failed", **event.task._asdict(), **parts)
         elif event.task is not None and event.kind in ("cached", "finished"):
             self._latest = {
                 "done": sum(node.done for node in nodes.values()),

@@ -19,6 +19,8 @@ import pytest
 import hairpipe
 from hairpipe.app import bridge
 from hairpipe.app.api.node_types import document, node_types
+from hairpipe.app.api.reports import Event as RunEvent
+from hairpipe.app.api.reports import Task
 from hairpipe.app.bridge import Bridge
 from hairpipe.engine.worker import machine_code
 
@@ -27,6 +29,7 @@ from .page.conftest import SHOT, until, write_shot
 
 WAITING = '\n[wait]\ntype = "stay"\nin.hair = "lag"\nuntil = "gate"\n'
 FAILING = '\n[bad]\ntype = "tear"\nin.hair = "lag"\n'
+CACHED = RunEvent("cached", Task("hair", 1))
 MOMENTS = 4  # number of runs that are cancelled
 Event = dict[str, Any]
 Step = dict[str, Any] | bytes | Callable[[list[Event]], object]
@@ -140,19 +143,40 @@ def test_settings_of_a_request_change_nothing_else(shot):
     assert other["seconds"] > 0.0 and (shot.parent / "other").is_dir() and shot.read_text() == SHOT
 
 
+REFUSING = '''"""A node that refuses its input."""
+
+from hairpipe.engine import node
+from hairpipe.errors import BadInput
+from hairpipe.values import Strands, Table
+
+
+@node(frames="each")
+def refuse(hair: Strands) -> Table:
+    """Refuse hair."""
+    raise BadInput("not a clip", where="walk.bvh:7", right="a clip")
+'''
+
+
 def test_failures_warnings_and_published_files_are_events(shot):
-    shot.write_text(SHOT.replace('type = "paint"', 'type = "paint"\npublish = "out/####.png"') + FAILING)
-    run = {"id": 1, "do": "run", "graph": "shot.toml", "jobs": 1}
-    events = talk(run | {"to": ["picture", "bad"]}, run | {"id": 2, "frames": "4-5"})
-    [failed] = of_kind(events, "failed")
-    fault = {"what": "ValueError: </script> at frame 3", "where": None, "right": None}
-    assert failed == {"event": "failed", "id": 1, "node": "bad", "frame": 3} | fault
-    warning = {"event": "warning", "id": 2, "node": "bad", "frame": 4, "message": "frayed"}
-    assert warning in events
-    assert [done["exit_code"] for done in of_kind(events, "done")] == [1, 0]
-    published = {Path(event["path"]) for event in of_kind(events, "published")}
-    assert {shot.parent / "out" / "0004.png", shot.parent / "out" / "0005.png"} <= published
-    assert all(path.is_file() for path in published)
+    (shot.parent / "nodes" / "refuse.py").write_text(REFUSING)
+    published = SHOT.replace('type = "paint"', 'type = "paint"\npublish = "out/####.png"')
+    shot.write_text(published + FAILING + '\n[refused]\ntype = "refuse"\nin.hair = "lag"\n')
+    run = {"do": "run", "graph": "shot.toml", "jobs": 1, "to": ["picture", "bad"]}
+    events = talk(
+        *[run | {"id": 1, "frames": "3", "to": ["refused", "bad"], "keep_going": True, "tasks": True}],
+        *[run | {"id": 2, "frames": "4-5"}, run | {"id": 3, "frames": "4-5", "publish": False}],
+    )
+    failed = {event["node"]: (event["what"], event["where"], event["right"]) for event in of_kind(events, "failed")}
+    fault = ("ValueError: </script> at frame 3", None, None)
+    assert failed == {"bad": fault, "refused": ("not a clip", "walk.bvh:7", "a clip")}
+    assert has("task", id=1, node="lag", frame=1, status="computed")(events)
+    assert has("task", id=1, node="bad", frame=3, status="failed")(events)
+    assert {event["id"] for event in of_kind(events, "task")} == {1}
+    assert has("warning", id=2, node="bad", frame=4, message="frayed")(events)
+    assert [done["exit_code"] for done in of_kind(events, "done")] == [1, 0, 0]
+    paths = {Path(event["path"]) for event in of_kind(events, "published")}
+    assert paths == {shot.parent / "out" / f"000{frame}.png" for frame in (4, 5)}
+    assert all(path.is_file() for path in paths)
 
 
 def test_cancelled_run_keeps_its_results(shot):
@@ -194,6 +218,18 @@ def test_end_of_the_input_cancels_a_run(shot):
     run = {"id": 1, "do": "run", "graph": "shot.toml", "jobs": 1, "to": ["wait"]}
     events = talk(run, {"id": 2, "do": "describe", "types": []}, has("progress", done=11), stays=False)
     assert [(done["id"], done.get("exit_code")) for done in of_kind(events, "done")] == [(1, 130), (2, None)]
+
+
+def test_progress_is_written_twenty_times_a_second_and_at_the_end(shot):
+    lines: list[Event] = []
+    report = bridge.RunReport(hairpipe.load("shot.toml"), {}, 1, lambda event, **fields: lines.append(fields))
+    begun = time.monotonic()
+    with report.sampled():
+        for number in range(200):
+            report(CACHED if number else RunEvent("begun", totals=(("hair", 200),)))
+            time.sleep(0.001)
+    assert 2 <= len(lines) - 1 <= 21.0 * (time.monotonic() - begun) + 1.0
+    assert (lines[-1]["done"], lines[-1]["total"], lines[-1]["cached"]) == (199, 200, True)
 
 
 TABLES = {"hair": {"type": "swing", "in": {"plate": "plate"}, "strands": 20, "wave": {"height": 0.03}}}

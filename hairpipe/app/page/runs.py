@@ -46,6 +46,10 @@ INTERRUPTED = 130  # exit code of a run that was stopped
 Message = dict[str, Any]  # an event of the bridge, or the end of a run
 
 
+def fault_of(message: Message) -> BadInput:
+    return BadInput(message["what"], where=message["where"], right=message["right"])
+
+
 class Request(NamedTuple):
     """A run that was asked for."""
 
@@ -192,10 +196,10 @@ class Runs:
             case {"event": "task", "node": node, "frame": frame, "status": status}:
                 self.statuses[Task(node, frame)] = status
                 (self._changed if status == "running" else self._found)()
-            case {"event": "failed", "node": node, "frame": frame, "what": what}:
-                self._failures.append(f"{Task(node, frame)}: {what}")
-            case {"event": "error", "what": what, "where": where, "right": right}:
-                self._end(NOTHING | {"failures": [str(BadInput(what, where=where, right=right))]})
+            case {"event": "failed", "node": node, "frame": frame}:
+                self._failures.append(f"{Task(node, frame)}: {fault_of(message)}")
+            case {"event": "error"}:
+                self._end(NOTHING | {"failures": [str(fault_of(message))]})
             case {"event": "done", "exit_code": code, "computed": computed, "cached": cached, "seconds": seconds}:
                 counts = {"computed": computed, "reused": cached, "took": seconds}
                 self._end(counts | {"failures": self._failures, "interrupted": code == INTERRUPTED})
