@@ -24,12 +24,12 @@ from hairpipe import __version__
 from hairpipe.app.api.draft import load_draft, write_tables
 from hairpipe.app.api.graph_shot import GraphShot, Member
 from hairpipe.app.api.node_types import document, node_types
-from hairpipe.app.api.reports import STATUSES, Event, NodeProgress, Progress, Run, Task, fault_document
+from hairpipe.app.api.reports import STATUSES, Event, Graph, NodeProgress, Progress, Run, Task, fault_document, origin
 from hairpipe.app.api.selection import fold_frames
 from hairpipe.app.api.shot import load
 from hairpipe.engine.file.overrides import parse_value
 from hairpipe.engine.node.messages import brief, nearest
-from hairpipe.engine.store.atomic import replacing
+from hairpipe.engine.store.atomic import open_made, replacing
 from hairpipe.engine.worker.threading_layer import usable_cores
 from hairpipe.errors import BadInput
 from hairpipe.values import Strands
@@ -181,7 +181,10 @@ Send = Callable[..., None]
 class RunReport:
     """Writes the events of a run; the latest progress is written by a thread, at most once in an interval.
 
-    live  folder of the files with points of hair, by node
+    shot    shot that is run
+    fields  fields of the request
+    jobs    number of processes of the run
+    send    function that writes an event
     """
 
     def __init__(self, shot: GraphShot, fields: Fields, jobs: int, send: Send) -> None:
@@ -189,7 +192,7 @@ class RunReport:
         self._names_tasks = fields.get("tasks", False)
         graph = shot.part(fields.get("to", ()))
         self._live = {name: Path(folder) for name, folder in fields.get("live", {}).items()}
-        self._outputs = {name: hair_output(shot, graph.node(name).name) for name in self._live}
+        self._outputs = {name: hair_output(graph, name) for name in self._live}
         self._costs = shot.costs(graph.nodes)
         self._known: set[Task] = set()
         self._progress = Progress(graph, jobs)
@@ -258,8 +261,8 @@ class RunReport:
         path = self._live[node].absolute() / f"{node}.{frame}.f32"
         try:
             hair: Strands = self._shot.read(event.task, event.record, self._outputs[node])
-            with replacing(path, lasting=False) as temporary:
-                hair.points.astype("<f4").tofile(temporary)
+            with replacing(path, lasting=False) as temporary, open_made(temporary) as file:
+                file.write(hair.points.astype("<f4").tobytes())
         except (BadInput, OSError) as fault:
             self._send("warning", node=node, frame=frame, message=f"{path} cannot be written: {fault}")
         else:
@@ -267,9 +270,9 @@ class RunReport:
             self._send("frame", node=node, frame=frame, file=str(path), **counts)
 
 
-def hair_output(shot: GraphShot, name: str) -> str:
+def hair_output(graph: Graph, name: str) -> str:
     """Return the output of a node that is hair per frame; BadInput for a node without one."""
-    node = shot.graph.node(name)
+    node = graph.node(name)
     found = [output for output, kind in node.type.outputs.items() if kind is Strands]
     if not found or not node.per_frame:
         raise BadInput(f"'{name}' has no hair per frame", where="live", right="a node whose output is Strands")
@@ -329,9 +332,6 @@ class Bridge:
             except (OSError, ValueError):  # the reader has ended
                 self._end()
 
-    def _answer(self, request: Id | None, event: str, **fields: Any) -> None:
-        self._send(event, id=request, **fields)
-
     def _fail(self, request: Id | None, fault: Exception) -> None:
         """Answer with an error; a fault that is not of the request is also written to the standard error stream."""
         if isinstance(fault, OSError):
@@ -339,7 +339,7 @@ class Bridge:
         if not isinstance(fault, BadInput):
             traceback.print_exception(fault, file=sys.stderr)
             fault = BadInput(f"{type(fault).__name__}: {fault}")
-        self._answer(request, "error", **fault_document(fault))
+        self._send("error", id=request, **fault_document(fault))
 
     def _read(self) -> None:
         for line in self._requests:
@@ -355,7 +355,7 @@ class Bridge:
             request = check_request(given)
             if request.do == "cancel":
                 self._cancel(request.fields["run"])
-                self._answer(known, "done")
+                self._send("done", id=known)
                 return
             if request.do == "run":
                 with self._lock:
@@ -373,10 +373,10 @@ class Bridge:
             self._stop({run})
 
     def _end(self) -> None:
-        """Cancel all runs, and end after the other requests."""
+        """Cancel all runs, and end after the other requests; the signal may interrupt this function."""
+        self._queue.put(None)
         with self._lock:
             self._stop(self._runs)
-        self._queue.put(None)
 
     def _stop(self, runs: Collection[Id]) -> None:
         self._cancelled |= set(runs)
@@ -393,7 +393,7 @@ class Bridge:
 
     def _handle(self, request: Request) -> None:
         try:
-            self._answer(request.id, "done", **self._handlers[request.do](request))
+            self._send("done", id=request.id, **self._handlers[request.do](request))
         except Exception as fault:  # the next request is handled whatever this one has met
             self._fail(request.id, fault)
 
@@ -414,8 +414,8 @@ class Bridge:
         frames: dict[str, list[int]] = {}
         for entry in found.missing:
             if entry.task.frame is not None:
-                frames.setdefault(entry.task.node, []).append(entry.task.frame)
-        counts = Counter(entry.task.node for entry in found.missing)
+                frames.setdefault(origin(entry.task.node), []).append(entry.task.frame)
+        counts = Counter(origin(entry.task.node) for entry in found.missing)
         progress = Progress(shot.graph, usable_cores())
         progress.update(Event("begun", totals=tuple(counts.items())))
         return found.document() | {
@@ -456,8 +456,7 @@ class Bridge:
     def _interruptible(self, request: Id, run: Callable[[], Run]) -> Run | None:
         """Return what a run returns; None for one that is cancelled before or after its computation."""
         try:
-            with self._lock:
-                self._active = request
+            self._active = request
             self._may_stop = True
             return None if request in self._cancelled else run()
         except KeyboardInterrupt:

@@ -213,10 +213,22 @@ def test_run_is_cancelled_at_any_moment(shot):
     assert {done[number]["exit_code"] for number in range(MOMENTS)} <= {0, 130} and done["last"]["exit_code"] == 0
 
 
-def test_end_of_the_input_cancels_a_run(shot):
+def test_wedges_and_unsaved_texts_are_planned_and_run(shot):
+    wedge = '\n[wedge.feel]\naxes = { "hair.wave.height" = [0.03, 0.05] }\nshow = ["picture"]\n'
+    plan = {"do": "plan", "graph": "shot.toml", "text": SHOT + wedge, "frames": "1-2", "wedge": "feel", "to": ["hair"]}
+    events = talk(plan | {"id": 1}, plan | {"id": 2, "do": "run", "jobs": 1}, plan | {"id": 3})
+    before, ran, after = events[0], events[-2], events[-1]
+    assert before["to_run"] == {"plate": 1, "hair": 4} and before["frames_to_run"] == {"hair": "1-2"}
+    assert (ran["computed"], after["to_run"]) == (5, {}) and shot.read_text() == SHOT
+
+
+@pytest.mark.parametrize("number", [0, signal.SIGINT])
+def test_end_of_the_input_and_ctrl_c_cancel_a_run(number, shot):
     shot.write_text(SHOT + WAITING)
     run = {"id": 1, "do": "run", "graph": "shot.toml", "jobs": 1, "to": ["wait"]}
-    events = talk(run, {"id": 2, "do": "describe", "types": []}, has("progress", done=11), stays=False)
+    steps: list[Step] = [run, {"id": 2, "do": "describe", "types": []}, has("progress", done=11)]
+    steps += [lambda _: os.kill(os.getpid(), number) or True, has("done", id=2)] if number else []
+    events = talk(*steps, stays=False)
     assert [(done["id"], done.get("exit_code")) for done in of_kind(events, "done")] == [(1, 130), (2, None)]
 
 
