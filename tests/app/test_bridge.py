@@ -27,6 +27,7 @@ from hairpipe.engine.worker import machine_code
 from .cli.conftest import START
 from .page.conftest import SHOT, until, write_shot
 
+PAGE = Path(__file__).parents[2] / "docs" / "reference" / "bridge.md"
 WAITING = '\n[wait]\ntype = "stay"\nin.hair = "lag"\nuntil = "gate"\n'
 FAILING = '\n[bad]\ntype = "tear"\nin.hair = "lag"\n'
 CACHED = RunEvent("cached", Task("hair", 1))
@@ -298,7 +299,24 @@ def test_fault_of_a_table_has_a_place_and_leaves_the_file_untouched(shot):
     }
     events = talk(*(write | fields | {"id": number} for number, fields in enumerate(faults.values())))
     assert [(event["node"], event["setting"]) for event in of_kind(events, "error")] == [*faults]
+    [error] = talk({"id": 1, "do": "plan", "graph": "shot.toml", "set": {"hare.strands": "3"}})
+    assert (error["node"], error["setting"], error["right"]) == ("hare", "strands", "did you mean 'hair'?")
     assert shot.read_text() == SHOT
+
+
+def test_conversation_on_the_page_has_the_same_answers(shot):
+    lines = PAGE.read_text(encoding="utf-8").splitlines()
+    asked, answered = ([json.loads(line[2:]) for line in lines if line.startswith(mark)] for mark in ("> ", "< "))
+    writes = {request["id"]: request for request in asked if request["do"] == "write"}
+    assert len(writes) == 2 and talk(*writes.values()) == [event for event in answered if event["id"] in writes]
+    types = {request["do"] for request in asked} | {event["event"] for event in answered}
+    assert types <= bridge.REQUESTS.keys() | {"begun", "progress", "frame", "done", "error"}
+
+
+def test_page_lists_every_field():
+    text = PAGE.read_text(encoding="utf-8")
+    named = {name for do, kinds in bridge.REQUESTS.items() for name in (do, *kinds)}
+    assert not [name for name in named if f"`{name}`" not in text]
 
 
 FAULTS = {

@@ -8,6 +8,7 @@ import tomllib
 from typing import Any
 
 from hairpipe.engine.file.bounds import KEY
+from hairpipe.engine.file.read import Location
 from hairpipe.engine.node.declare import RESERVED
 from hairpipe.engine.node.messages import listed, nearest
 from hairpipe.engine.node.settings import SHORTHAND
@@ -26,14 +27,15 @@ def nodes_of(tables: Tables) -> Tables:
 def put(tables: Tables, target: str, value: Any) -> None:
     """Set a setting, or a group of them; in place."""
     node, *names = target.split(".")
+    where = Location("--set", node, names)
     nodes = list(nodes_of(tables))
     if node not in nodes or not names or not all(names):
         known = nearest(node, nodes) if node not in nodes and names else f"NODE.SETTING of a node: {listed(nodes)}"
-        raise BadInput(f"cannot set '{target}'", where="--set", right=known)
+        raise BadInput(f"cannot set '{target}'", where=where, right=known)
     table = tables[node]
     for name in names[:-1]:
         if isinstance(table.get(name), bool):
-            raise BadInput(f"'{name}' in '{target}' is not a group", where="--set", right="node.setting=value")
+            raise BadInput(f"'{name}' in '{target}' is not a group", where=where, right="node.setting=value")
         value_there = table.get(name, {})
         table[name] = table = value_there if isinstance(value_there, dict) else {SHORTHAND: value_there}
     last = names[-1]
