@@ -158,6 +158,16 @@ def refuse(hair: Strands) -> Table:
 '''
 
 
+def test_idle_workers_end_and_others_start(shot, monkeypatch):
+    monkeypatch.setattr(bridge, "IDLE", 0.05)
+    run = {"id": 1, "do": "run", "graph": "shot.toml", "to": ["ball"], "jobs": 1}
+    again = run | {"id": 2, "set": {"ball.radius": "0.2"}}
+    client = Client((run, has("done", id=1), lambda _: not served._spare, again), stays=True)
+    served = Bridge(client, client)
+    served.serve()
+    assert [done["computed"] for done in of_kind(client.events, "done")] == [1, 1]
+
+
 def test_failures_warnings_and_published_files_are_events(shot):
     (shot.parent / "nodes" / "refuse.py").write_text(REFUSING)
     published = SHOT.replace('type = "paint"', 'type = "paint"\npublish = "out/####.png"')
@@ -336,6 +346,7 @@ FAULTS = {
     b'{"id": 1, "do": "plan", "graph": 3}': "graph = 3",
     b'{"id": 1, "do": "plan", "graph": "a\\nb"}': "graph = 'a\\nb'",
     b'{"id": 1, "do": "plan", "graph": "\\ud800"}': "",
+    b'{"id": 1, "do": "write", "graph": "\\ud800.toml", "tables": {}}': "UnicodeEncodeError",
     b'{"id": 1, "do": "plan", "graph": "absent.toml"}': "no such file",
     b'{"id": 1, "do": "plan", "graph": "shot.toml", "frames": "5-1"}': "'5-1' is an empty range",
     b'{"id": 1, "do": "plan", "graph": "shot.toml", "frame": "1"}': "plan has no field 'frame'",

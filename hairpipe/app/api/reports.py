@@ -113,7 +113,7 @@ class Recorder:
 
 def fault_document(fault: BadInput) -> dict[str, Any]:
     """Describe a fault as a JSON document; node and setting are None where they are unknown."""
-    place = fault.where if isinstance(fault.where, Location) else Location("", None)
+    place = fault.where if isinstance(fault.where, Location) else Location("")
     return {
         "what": fault.what,
         "where": None if fault.where is None else str(fault.where),

@@ -37,7 +37,7 @@ class Location(str):
     node: str | None
     names: tuple[str, ...]
 
-    def __new__(cls, shown: str, node: str | None, names: Sequence[str] = ()) -> "Location":
+    def __new__(cls, shown: str, node: str | None = None, names: Sequence[str] = ()) -> "Location":
         location = super().__new__(cls, shown)
         location.node = node
         location.names = tuple(names)
