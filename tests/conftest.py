@@ -250,7 +250,7 @@ def same_on_threads(threads: Callable[[int], None]) -> Callable[[Callable], Any]
         one = compute()
         threads(2)
         for alone, together in zip(arrays_of(one), arrays_of(compute()), strict=True):
-            np.testing.assert_array_equal(alone, together)
+            assert (alone.dtype, alone.shape, alone.tobytes()) == (together.dtype, together.shape, together.tobytes())
         return one
 
     return check

@@ -86,7 +86,7 @@ OPENVDB = ("hairpipe/openvdb_library.py", "hairpipe/levelset/bake.py")
 PLACES = {
     "pxr": "hairpipe/formats/usd/",
     "alembic3d": "hairpipe/formats/alembic.py",
-    "bpy": ("hairpipe/render/cycles", "hairpipe/formats/blender", *OPENVDB),
+    "bpy": ("hairpipe/render/cycles", "hairpipe/blender", *OPENVDB),
     **dict.fromkeys(("openvdb", "pyopenvdb"), OPENVDB),
     "blosc": "hairpipe/formats/vdb.py",
     "h5py": "hairpipe/formats/hdf5.py",

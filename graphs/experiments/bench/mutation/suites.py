@@ -52,10 +52,10 @@ LAWS: dict[str, tuple[str, ...]] = {
     "coulomb.py": ("test_coulomb.py",),
     "drag.py": ("test_drag.py",),
     "fold_preservation.py": ("test_fold_preservation.py",),
-    "goal.py": ("../shot/test_pull.py",),
+    "goal.py": ("test_goal.py", "../shot/test_pull.py"),
     "gusts.py": ("test_gusts.py",),
     "pressure.py": ("test_pressure.py",),
-    "repulsion.py": ("../contact/hair/test_repulsion.py",),
+    "repulsion.py": ("test_repulsion.py", "../contact/hair/test_repulsion.py"),
     "strain_limit.py": ("test_strain_limit.py",),
     "stretch.py": ("test_spring.py",),
 }

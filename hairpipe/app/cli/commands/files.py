@@ -4,11 +4,12 @@ import json
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from hairpipe.app.cli import options
+from hairpipe.app.cli.stderr import echo
 from hairpipe.engine.node.messages import one_line
 from hairpipe.plain_file import check_plain
 
@@ -32,31 +33,59 @@ def bridge() -> None:
 
 
 @click.command()
-@click.argument("file", type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Blender file to save, .blend.")
+@click.argument("file", type=click.Path(path_type=Path), required=False)
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Blender file to save, .blend; or .zip.")
 @click.option("--picture", type=click.Path(path_type=Path), help="Picture of the first frame to render, .png or .webp.")
-def blender(file: Path, output: Path | None, picture: Path | None) -> None:
-    """Import a USD shot into Blender.
+@click.option("--simulate", "hair", metavar="HAIR", help="Name of a hair object of FILE, a .blend file, to simulate.")
+@click.option("--extension", is_flag=True, help="Write the extension for Blender, which simulates hair of a scene.")
+def blender(file: Path | None, output: Path | None, picture: Path | None, hair: str | None, extension: bool) -> None:
+    """Import a USD shot into Blender, or simulate hair of a Blender scene.
 
-    Hair gets a material; body, level sets and frame range are those of the shot. With -o or --picture Blender runs in
-    the background. Without, the script is printed, for Blender's text editor, or to start Blender with it.
+    FILE is a USD shot: hair gets a material; body, level sets and frame range are those of the shot. With -o or
+    --picture Blender runs in the background. Without, the script is printed, for Blender's text editor, or to start
+    Blender with it.
+
+    With --simulate FILE is a .blend file, whose hair is simulated as by the extension; with -o it is saved with the
+    result. No script in it is run. With --extension -o hairpipe.zip the extension is written.
     """
-    from hairpipe.formats.blender import make_scene, script_of
+    from hairpipe.blender import programs
 
-    check_plain(file, "a USD file")
-    if output is None and picture is None:
-        click.echo(script_of(file), nl=False)
+    def path_of(path: Path, *suffixes: str) -> Path:
+        if path.suffix.lower() not in suffixes:
+            raise click.UsageError(f"{path}: a file that ends in {' or '.join(suffixes)} is needed")
+        check_plain(path, f"a {path.suffix} file")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return path
+
+    if extension:
+        from hairpipe.blender.extension_zip import write_extension
+
+        if file or picture or hair or output is None:
+            raise click.UsageError("--extension takes -o FILE.zip, and nothing else")
+        write_extension(path_of(output, ".zip"), describe_node)
+        click.echo(output)
         return
-    for path, suffixes in ((output, (".blend",)), (picture, (".png", ".webp"))):
-        if path is not None:
-            if path.suffix.lower() not in suffixes:
-                raise click.UsageError(f"{path}: a file that ends in {' or '.join(suffixes)} is needed")
-            check_plain(path, f"a {path.suffix} file")
-            path.parent.mkdir(parents=True, exist_ok=True)
-    make_scene(file, output, picture)
-    for path in (output, picture):
-        if path is not None:
-            click.echo(path)
+    if file is None:
+        raise click.UsageError("Missing argument 'FILE': a USD shot, or a .blend file with --simulate.")
+    check_plain(file, "a Blender file" if hair else "a USD file")
+    made = [path_of(path, *ends) for path, ends in ((output, (".blend",)), (picture, (".png", ".webp"))) if path]
+    if hair is not None:
+        if picture:
+            raise click.UsageError("--simulate and --picture exclude each other")
+        programs.simulate(file, hair, output, describe_node, echo)
+    elif made:
+        programs.make_scene(file, output, picture)
+    else:
+        click.echo(programs.script_of(file), nl=False)
+    for path in made:
+        click.echo(path)
+
+
+def describe_node(name: str) -> dict[str, Any]:
+    """Return what `hairpipe nodes NAME --json` prints."""
+    from hairpipe.app.api.node_types import document, node_types
+
+    return document(node_types(None).find(name))
 
 
 @click.command()
@@ -70,7 +99,7 @@ def convert(file: Path, output: Path) -> None:
     are not. Blender runs in the background: the module bpy, or the program blender in the PATH. No script in a .blend
     file is run.
     """
-    from hairpipe.formats.blender import convert
+    from hairpipe.blender.programs import convert
 
     check_plain(file, "a file that Blender reads")
     check_plain(output, "a USD file")

@@ -1,9 +1,12 @@
-"""Programs of this folder run by Blender in a child process: import of a shot, and conversion of files to USD."""
+"""Programs of this folder run by Blender in a child process: import, conversion to USD, simulation of a scene."""
 
 import json
 import os
+import re
 import subprocess
-from collections.abc import Sequence
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from shutil import which
@@ -12,6 +15,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from hairpipe.apart import work_apart
+from hairpipe.blender.extension_zip import contents
 from hairpipe.child import command, environment
 from hairpipe.errors import BadInput
 from hairpipe.formats.usd.stage import find_drawn
@@ -21,15 +25,25 @@ IN_MODULE = "from hairpipe.child import die_with_parent; die_with_parent(); from
 IN_BLENDER = "import sys; sys.path.insert(0, {folder!r}); import {program}; {program}.main()"
 
 
-def run_program(module: str, job: dict[str, Any], made: Sequence[Path], where: Path) -> None:
-    """Run the program of a module of this folder with a job; BadInput where it fails, or has not `made` all files."""
+def run_program(
+    module: str, job: dict[str, Any], made: Sequence[Path], where: Path, said: Callable[[str], object] = len
+) -> None:
+    """Run the program of a module of this folder with a job; BadInput where it fails, or has not `made` all files.
+
+    said  is given each line that it prints
+    """
     for path in made:
         path.unlink(missing_ok=True)
-    given = json.dumps(job).encode()
-    child = subprocess.run(
-        blender(module), input=given, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=environment()
-    )
-    last = (child.stdout.decode(errors="replace").strip().splitlines() or ["no message"])[-1]
+    with subprocess.Popen(
+        blender(module), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=environment()
+    ) as child:
+        assert child.stdin is not None and child.stdout is not None
+        with suppress(BrokenPipeError), child.stdin:
+            child.stdin.write(json.dumps(job).encode())
+        last = "no message"
+        for line in child.stdout:
+            last = line.decode(errors="replace").strip() or last
+            said(last)
     if child.returncode < 0:
         raise BadInput(f"Blender was ended by {Signals(-child.returncode).name}", where=where)
     if child.returncode or not all(path.is_file() for path in made):
@@ -48,7 +62,7 @@ def blender(module: str) -> list[str]:
 
 
 NO_JOB = "JOB: dict[str, Any] = {}"
-PROGRAM = Path(__file__).with_name("blender_import_shot.py")
+PROGRAM = Path(__file__).with_name("import_shot.py")
 
 
 def job_of(shot: Path, blend: Path | None = None, picture: Path | None = None) -> dict[str, Any]:
@@ -66,7 +80,7 @@ def script_of(shot: Path) -> str:
 def make_scene(shot: Path, blend: Path | None, picture: Path | None) -> None:
     """Import a shot into Blender, in a child process; save it, and render its first frame; BadInput if that fails."""
     made = [path for path in (blend, picture) if path]
-    run_program("hairpipe.formats.blender_import_shot", job_of(shot, blend, picture), made, shot)
+    run_program("hairpipe.blender.import_shot", job_of(shot, blend, picture), made, shot)
 
 
 IMPORTERS = {
@@ -101,5 +115,39 @@ def convert(file: Path, made: Path) -> None:
     with TemporaryDirectory(dir=made.parent, prefix=".convert-") as folder:
         whole = Path(folder, made.name)
         job = {"file": os.fspath(file.resolve()), "importers": importers, "made": os.fspath(whole.resolve())}
-        run_program("hairpipe.formats.blender_convert_file", job, [whole], file)
+        run_program("hairpipe.blender.convert_file", job, [whole], file)
         whole.replace(made)
+
+
+def simulate(
+    file: Path, hair: str, output: Path | None, describe: Callable[[str], Any], said: Callable[[str], object]
+) -> None:
+    """Simulate a hair object of a .blend file as the extension does; BadInput where that fails.
+
+    output    .blend file to save with the result; None: results lie next to the file, which is not changed
+    describe  gives the document of a node type
+    said      is given each line of progress, and each warning
+    """
+
+    def told(line: str) -> None:
+        if re.match(r"\d+ % |Warning: ", line):  # Blender prints more
+            said(line)
+
+    checked_size(file, "a .blend file")
+    job = {"file": os.fspath(file.resolve()), "hair": hair, "program": os.fspath(Path(sys.argv[0]).resolve())}
+    with TemporaryDirectory() as folder:
+        package = Path(folder, "hairpipe_extension")
+        package.mkdir()
+        for name, data in contents(describe).items():
+            (package / name).write_bytes(data)
+        job["extension"] = folder
+        if output is None:
+            run_program("hairpipe.blender.simulate_scene", job, [], file, told)
+            return
+        whole = output.resolve().with_name(f".{output.stem}.{os.getpid()}.blend")  # paths in it are relative to its folder
+        job["output"] = os.fspath(whole)
+        try:
+            run_program("hairpipe.blender.simulate_scene", job, [whole], file, told)
+            whole.replace(output)
+        finally:
+            whole.unlink(missing_ok=True)
