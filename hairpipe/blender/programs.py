@@ -144,7 +144,9 @@ def simulate(
         if output is None:
             run_program("hairpipe.blender.simulate_scene", job, [], file, told)
             return
-        whole = output.resolve().with_name(f".{output.stem}.{os.getpid()}.blend")  # paths in it are relative to its folder
+        whole = output.resolve().with_name(
+            f".{output.stem}.{os.getpid()}.blend"
+        )  # paths in it are relative to its folder
         job["output"] = os.fspath(whole)
         try:
             run_program("hairpipe.blender.simulate_scene", job, [whole], file, told)

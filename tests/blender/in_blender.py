@@ -311,7 +311,7 @@ class Recorder:
 
 
 def render(folder: Path) -> dict[str, Any]:
-    """Render a saved scene by Cycles, as a farm without the extension does; return the size and spread of the picture."""
+    """Render a saved scene by Cycles, as a farm without the extension does."""
     bpy.ops.wm.open_mainfile(filepath=str(folder / "mit ä blank" / "done.blend"))
     scene = bpy.context.scene
     scene.frame_set(FIRST + 2)

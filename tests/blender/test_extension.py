@@ -160,7 +160,7 @@ def test_two_grooms_pins_and_colliders_of_a_turned_scene_in_centimetres(blender,
     found = case("scene_of_all", tmp_path, package)
     for part in (
         *("[groom_hair]", "[groom_fringe]", "[collider_garment]", 'in.sheets = "collider_garment"'),
-        *('groups', "type = \"pin_hair\"", "speed = 2.0", f"frames = [{FIRST - 2}, {LAST}]", "at = [1.0]"),
+        *("groups", 'type = "pin_hair"', "speed = 2.0", f"frames = [{FIRST - 2}, {LAST}]", "at = [1.0]"),
     ):
         assert part in found["graph"], part
     assert found["hand"]
@@ -214,7 +214,9 @@ def test_a_command_simulates_a_scene_without_a_screen(simulated, tmp_path):
     shot, output = folder / "mit ä blank" / "shot.blend", folder / "mit ä blank" / "farm.blend"
     before = shot.read_bytes()
     program = Path(sys.executable).with_name("hairpipe")
-    done = subprocess.run([program, "blender", shot, "--simulate", "Hair", "-o", output], capture_output=True, text=True)
+    done = subprocess.run(
+        [program, "blender", shot, "--simulate", "Hair", "-o", output], capture_output=True, text=True
+    )
     assert done.returncode == 0 and done.stdout.strip() == str(output), done.stderr
     assert "Frame" in done.stderr and shot.read_bytes() == before and output.is_file()
     done = subprocess.run([program, "blender", shot, "--simulate", "Wig"], capture_output=True, text=True)

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from hairpipe.blender.programs import convert, job_of, make_scene, script_of
 from hairpipe.body.skinning import skin
 from hairpipe.engine import Frames, Time, Workspace
 from hairpipe.errors import BadInput
-from hairpipe.blender.programs import convert, job_of, make_scene, script_of
 from hairpipe.nodes.export_groom import export_groom
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_groom import load_groom

@@ -23,7 +23,7 @@ running: dict[str, Progress] = {}
 
 
 def hair_of(context: Any, name: str = "") -> Any:
-    """Return the hair object that a button is about: the named one, or the active one, or the one it is the result of."""
+    """Return the named object, or the active one; of a result the hair object that it is of."""
     item = bpy.data.objects.get(name) if name else context.object
     if item is None:
         return None

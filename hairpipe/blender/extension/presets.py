@@ -11,8 +11,16 @@ from .settings import set_values
 CONTACT: dict[str, Any] = {"stiction": {}, "collisions": {}}
 PRESETS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "MEDIUM": ("Medium hair", "80 um thick, as most scalp hair; hairs touch and cling", CONTACT),
-    "FINE": ("Fine hair", "55 um thick: bends 4.5 times as easily as medium hair", CONTACT | {"material": {"diameter": 55e-6}}),
-    "COARSE": ("Coarse hair", "105 um thick: three times as stiff as medium hair", CONTACT | {"material": {"diameter": 105e-6}}),
+    "FINE": (
+        "Fine hair",
+        "55 um thick: bends 4.5 times as easily as medium hair",
+        CONTACT | {"material": {"diameter": 55e-6}},
+    ),
+    "COARSE": (
+        "Coarse hair",
+        "105 um thick: three times as stiff as medium hair",
+        CONTACT | {"material": {"diameter": 105e-6}},
+    ),
     "WET": (
         "Wet hair",
         "Water makes hair heavier and softer, and holds hairs together from a larger distance",

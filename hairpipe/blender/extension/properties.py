@@ -17,7 +17,12 @@ from . import presets
 from .scene import SURFACES
 from .settings import COMMON, group_class, settings_of
 
-NODES = {"simulation": "simulate_hair", "surface": "bake_levelset", "roots": "load_groom", "interpolation": "interpolate_hair"}
+NODES = {
+    "simulation": "simulate_hair",
+    "surface": "bake_levelset",
+    "roots": "load_groom",
+    "interpolation": "interpolate_hair",
+}
 """Nodes whose settings an object has, by the name of the property."""
 LEFT_OUT = {
     "surface": {"engine", "thickness"},

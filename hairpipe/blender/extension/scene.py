@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
-import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 from mathutils.bvhtree import BVHTree
@@ -165,7 +164,7 @@ def turned(corners: np.ndarray, sizes: np.ndarray) -> np.ndarray:
 
 
 def numbers_of(rows: Any, name: str, columns: int, kind: Any = np.float32) -> np.ndarray:
-    """Return a number or vector of all rows of a collection, (n,) or (n, columns); float64 where they have fractions."""
+    """Return a number or vector of all rows of a collection, (n,) or (n, columns): fractions in float64."""
     found = np.empty(len(rows) * columns, kind)
     rows.foreach_get(name, found)
     found = found.astype(np.float64) if kind is np.float32 else found
@@ -224,7 +223,7 @@ def values_at(curves: Any, name: str, domain: str) -> np.ndarray | None:
 def maps_of(
     item: Any, curves: Any, owners: np.ndarray, body: Any, roots: np.ndarray, wanted: Sequence[str], axes: Axes
 ) -> dict[str, np.ndarray]:
-    """Return a number of each curve, by name: of attributes of curves, and of points in their mean; of wanted groups."""
+    """Return a number of each curve, by name: of attributes, of points in their mean, and of wanted vertex groups."""
     found = {}
     counts = np.maximum(np.bincount(owners, minlength=len(curves.curves)), 1)
     for attribute in curves.attributes:

@@ -220,7 +220,9 @@ class Export:
         """Write the samples before the first frame: from the rest to the first pose in the first half, then still."""
         for name, faces in first.items():
             if len(rest[name].points) != len(faces.points):
-                raise Refused(f"{name}: the mesh at rest has {len(rest[name].points)} vertices, not {len(faces.points)}")
+                raise Refused(
+                    f"{name}: the mesh at rest has {len(rest[name].points)} vertices, not {len(faces.points)}"
+                )
             for number in range(count):
                 share = min(1.0, 2.0 * number / count)
                 share = share * share * (3.0 - 2.0 * share)
@@ -411,4 +413,4 @@ def clock(seconds: float) -> str:
 FAULTS = (Refused, Absent, Failed, OSError, RuntimeError, ValueError)
 """What ends a run with a message."""
 
-__all__ = ["Axes", "FAULTS", "Run", "bridge", "clock", "close_bridge", "forget_plan", "known", "own_environment"]
+__all__ = ["FAULTS", "Axes", "Run", "bridge", "clock", "close_bridge", "forget_plan", "known", "own_environment"]

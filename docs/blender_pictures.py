@@ -1,0 +1,180 @@
+"""Pictures of the how-to on Blender, made as an artist makes them: a scene, the button Simulate, Cycles.
+
+`python docs/blender_pictures.py FOLDER`, after a run of graphs/demo.toml: the body is that of out/demo/shot.usd. The module
+bpy runs it, with the extension as hairpipe writes it.
+"""
+
+import os
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Vector
+
+from hairpipe.app.cli.commands.files import describe_node
+from hairpipe.blender.extension_zip import contents
+from hairpipe.blender.import_shot import hair_material
+
+HOME = Path(__file__).resolve().parent.parent
+SHOT, STYLES = HOME / "out/demo/shot.usd", HOME / "graphs/assets/styles.usda"
+FIRST, LAST, DRAWN = 1001, 1024, 1016
+SIZE, SAMPLES, QUALITY = 480, 64, 80
+TIE = Vector((0.0, 0.118, 0.375))
+"""Place of the hair tie of the ponytail [m]."""
+WIDTH = 4.0
+"""Times a hair is drawn as wide as it is: the curves stand for more hairs."""
+
+
+def make_scene(file: Path) -> Any:
+    """A saved scene with the moving bust of the demo; return the bust."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    bpy.ops.wm.usd_import(filepath=str(SHOT), import_curves=False, import_volumes=False, set_frame_range=False)
+    scene.frame_start, scene.frame_end, scene.render.fps = FIRST, LAST, 24
+    scene.frame_set(FIRST)
+    bpy.ops.wm.save_as_mainfile(filepath=str(file))
+    return next(item for item in scene.objects if item.type == "MESH")
+
+
+def take_hair(file: Path, name: str, body: Any, every: int, colour: tuple[float, float, float]) -> Any:
+    """Return every n-th curve of a prim of a USD file, still, as a hair object on a body."""
+    known = set(bpy.data.objects)
+    bpy.ops.wm.usd_import(filepath=str(file), import_meshes=False, import_volumes=False, set_frame_range=False)
+    made = [item for item in bpy.data.objects if item not in known]
+    hair = next(item for item in made if item.type == "CURVES" and item.name.startswith(name))
+    place = hair.matrix_world.copy()
+    hair.parent = None
+    hair.matrix_world = place
+    hair.modifiers.clear()
+    for item in made:
+        if item != hair:
+            bpy.data.objects.remove(item)
+    left_out = [row for row in range(len(hair.data.curves)) if row % every]
+    if left_out:
+        hair.data.remove_curves(indices=left_out)
+    widen(hair, WIDTH * np.sqrt(every))
+    hair.data.surface = body
+    hair.data.materials.clear()
+    hair.data.materials.append(hair_material(f"{name} hair", {"diffuseColor": colour}))
+    return hair
+
+
+def widen(hair: Any, times: float) -> None:
+    radii = hair.data.attributes["radius"].data
+    found = np.empty(len(radii), np.float32)
+    radii.foreach_get("value", found)
+    radii.foreach_set("value", found * np.float32(times))
+
+
+def tie(hair: Any) -> None:
+    """Mark the point of each curve that is nearest to the tie in the attribute "tied"."""
+    points = np.empty(3 * len(hair.data.points), np.float32)
+    hair.data.position_data.foreach_get("vector", points)
+    away = np.linalg.norm(points.reshape(-1, 3) - np.array(hair.matrix_world.inverted() @ TIE), axis=1)
+    tied = np.zeros(len(away), bool)
+    for curve in hair.data.curves:
+        begin = curve.first_point_index
+        tied[begin + np.argmin(away[begin : begin + curve.points_length])] = True
+    hair.data.attributes.new("tied", "BOOLEAN", "POINT").data.foreach_set("value", tied)
+    hair.hairpipe.pins = "tied"
+
+
+def dress(body: Any) -> Any:
+    """Return a cape: an open cone that a modifier lays on the body."""
+    low, high = (Vector(corner) for corner in (body.bound_box[0], body.bound_box[6]))
+    bpy.ops.mesh.primitive_cone_add(vertices=96, radius1=0.24, radius2=0.075, depth=0.16, end_fill_type="NOTHING")
+    cape = bpy.context.object
+    cape.name = "Cape"
+    cape.location = body.matrix_world @ ((low + high) / 2)
+    cape.location.z = (body.matrix_world @ low).z + 0.12
+    lay = cape.modifiers.new("lay", "SHRINKWRAP")
+    lay.target, lay.wrap_mode, lay.offset = body, "ABOVE_SURFACE", 0.006
+    cape.data.materials.append(plain_material("cloth", (0.05, 0.12, 0.25)))
+    return cape
+
+
+def plain_material(name: str, colour: tuple[float, float, float]) -> Any:
+    material = bpy.data.materials.new(name)
+    material.use_nodes = True
+    shader = material.node_tree.nodes["Principled BSDF"]
+    shader.inputs["Base Color"].default_value = (*colour, 1.0)
+    shader.inputs["Roughness"].default_value = 0.8
+    return material
+
+
+def draw(picture: Path, eye: tuple[float, float, float]) -> None:
+    """Render a frame by Cycles; eye: direction from the head to the camera."""
+    scene = bpy.context.scene
+    scene.frame_set(DRAWN)
+    body = next(item for item in scene.objects if item.type == "MESH")
+    corners = [body.matrix_world @ Vector(corner) for corner in body.bound_box]
+    middle = sum(corners, Vector()) / 8.0
+    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+    camera.data.lens = 85.0
+    camera.location = middle + 1.9 * Vector(eye).normalized()
+    camera.rotation_euler = (middle - camera.location).to_track_quat("-Z", "Y").to_euler()
+    scene.collection.objects.link(camera)
+    for name, energy, size, place in (("key", 25.0, 0.8, (-1.0, -1.4, 1.6)), ("rim", 30.0, 0.6, (1.2, 1.2, 1.3))):
+        lamp = bpy.data.objects.new(name, bpy.data.lights.new(name, "AREA"))
+        lamp.data.energy, lamp.data.size = energy, size
+        lamp.location = middle + Vector(place)
+        lamp.rotation_euler = (middle - lamp.location).to_track_quat("-Z", "Y").to_euler()
+        scene.collection.objects.link(lamp)
+    scene.world = bpy.data.worlds.new("world")
+    scene.world.use_nodes = True
+    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.25, 0.27, 0.3, 1.0)
+    scene.camera, scene.render.engine, scene.cycles.samples = camera, "CYCLES", SAMPLES
+    scene.render.resolution_x = scene.render.resolution_y = SIZE
+    scene.render.image_settings.file_format, scene.render.image_settings.quality = "WEBP", QUALITY
+    scene.render.filepath = str(picture)
+    bpy.ops.render.render(write_still=True)
+
+
+def draw_fringe(folder: Path, picture: Path) -> None:
+    body = make_scene(folder / "fringe.blend")
+    fringe = take_hair(STYLES, "fringe", body, 1, (0.09, 0.045, 0.013))
+    fringe.hairpipe.preset = "FINE"
+    bpy.ops.hairpipe.simulate(name=fringe.name)
+    draw(picture, (0.45, -1.0, 0.12))
+
+
+def draw_ponytail(folder: Path, picture: Path) -> None:
+    body = make_scene(folder / "ponytail.blend")
+    tail = take_hair(STYLES, "ponytail", body, 1, (0.2, 0.09, 0.02))
+    tie(tail)
+    bpy.ops.hairpipe.simulate(name=tail.name)
+    draw(picture, (1.0, -0.35, 0.12))
+
+
+def draw_garment(folder: Path, picture: Path) -> None:
+    body = make_scene(folder / "garment.blend")
+    hair = take_hair(SHOT, "hair", body, 4, (0.06, 0.03, 0.012))
+    cape = dress(body)
+    entry = hair.hairpipe.colliders.add()
+    entry.item, entry.sheet = cape, True
+    hair.hairpipe.preset = "MEDIUM"
+    bpy.ops.hairpipe.simulate(name=hair.name)
+    draw(picture, (0.5, -1.0, 0.15))
+
+
+def main(output: Path) -> None:
+    os.environ["HAIRPIPE"] = str(Path(sys.executable).with_name("hairpipe"))
+    with TemporaryDirectory() as name:
+        package = Path(name, "hairpipe_extension")
+        package.mkdir()
+        for file, data in contents(describe_node).items():
+            (package / file).write_bytes(data)
+        sys.path.insert(0, name)
+        import hairpipe_extension  # pyright: ignore[reportMissingImports]
+
+        hairpipe_extension.register()
+        for make in (draw_fringe, draw_ponytail, draw_garment):
+            make(Path(name), output / f"blender_{make.__name__.removeprefix('draw_')}.webp")
+        hairpipe_extension.stop()
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
