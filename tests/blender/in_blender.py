@@ -11,16 +11,18 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import bmesh
 import bpy
 import numpy as np
 
 CURVES, POINTS, RADIUS = 12, 6, 0.1
-FIRST, LAST = 1001, 1006
+FIRST, STILL, LAST = 1001, 1016, 1024
+"""The head turns in three frames and is still until the second; then it moves if a keyframe is set at the last."""
 
 
 def make_head(name: str = "Head", scale: float = 1.0) -> Any:
     """A sphere that turns and becomes wider, with a vertex group."""
+    import bmesh  # which is there once bpy is
+
     mesh = bpy.data.meshes.new(name)
     shape = bmesh.new()
     bmesh.ops.create_uvsphere(shape, u_segments=24, v_segments=12, radius=RADIUS / scale)
@@ -32,7 +34,7 @@ def make_head(name: str = "Head", scale: float = 1.0) -> Any:
     wide = head.shape_key_add(name="wide")
     for point in wide.data:
         point.co.x *= 1.05
-    for frame, value in ((FIRST, 0.0), (FIRST + 3, 1.0)):
+    for frame, value in ((FIRST, 0.0), (FIRST + 3, 1.0), (STILL, 1.0)):
         wide.value = value
         wide.keyframe_insert("value", frame=frame)
         head.rotation_euler = (0.0, 0.0, 0.5 * value)
@@ -100,22 +102,14 @@ def refused() -> Iterator[list[str]]:
         said.append(str(fault).removeprefix("Error: ").strip())
 
 
-def live(folder: Path) -> dict[int, list]:
-    """Points that hairpipe gave of each frame while it ran [m], Y up."""
-    return {
-        int(path.stem.rpartition(".")[2] if "." in path.stem else path.stem): np.fromfile(path, "<f4").tolist()
-        for path in sorted(folder.rglob("live/*/*"))
-    }
-
-
 def simulate(folder: Path) -> dict[str, Any]:
     """Simulate, change a keyframe, look at the plan, simulate again, remove; and once more from the saved file."""
     from hairpipe_extension.simulation import known
 
     hair = make_scene(folder / "mit ä blank" / "shot.blend")
     hair.name = "Hair"
-    hair.hairpipe.simulation.material.diameter.map = "right"
-    hair.hairpipe.simulation.material.diameter.low = 60.0
+    hair.hairpipe.simulation.material.young.map = "right"
+    hair.hairpipe.simulation.material.young.low = 2.0
     bpy.context.scene.frame_set(FIRST + 2)
     bpy.ops.hairpipe.check()
     found: dict[str, Any] = {"first": known["Hair"].lines, "frame": bpy.context.scene.frame_current}
@@ -141,7 +135,8 @@ def simulate(folder: Path) -> dict[str, Any]:
     found["changed"] = known["Hair"].lines
     hair.name = "Renamed"
     bpy.ops.hairpipe.simulate(name="Renamed")
-    found["renamed"] = [item.name for item in bpy.data.objects if item.type == "CURVES"]
+    found["changed places"] = places(result, LAST).tolist()
+    found["renamed"] = sorted(item.name for item in bpy.data.objects if item.type == "CURVES")
     saved = folder / "mit ä blank" / "done.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(saved))
     bpy.ops.hairpipe.remove()
@@ -155,6 +150,7 @@ def scene_of_all(folder: Path) -> dict[str, Any]:
     """Two grooms, pins, a garment and a hidden collider in a scene in centimetres with gravity along X."""
     hair = make_scene(folder / "all.blend", scale=0.01)
     head = bpy.data.objects["Head"]
+    head.animation_data_clear()
     other = make_hair(head, "Fringe", 0.01, seed=2)
     pinned = hair.data.attributes.new("tied", "BOOLEAN", "POINT")
     pinned.data.foreach_set("value", np.tile(np.arange(POINTS) == POINTS - 1, CURVES))
@@ -171,7 +167,7 @@ def scene_of_all(folder: Path) -> dict[str, Any]:
         entry = own.colliders.add()
         entry.item, entry.sheet = item, sheet
     own.companions.add().item = other
-    own.pins, own.preset, own.samples, own.preroll = "tied", "COARSE", 2, 2
+    own.pins, own.preset, own.samples, own.preroll = "tied", "FINE", 2, 2
     own.use_rest, own.rest = True, FIRST
     other.data.attributes.new("tied", "BOOLEAN", "CURVE")
     bpy.ops.hairpipe.simulate(name="Hair")
@@ -194,6 +190,37 @@ def places_of_original(item: Any) -> np.ndarray:
     found = places(item, FIRST)
     item.hide_viewport = True
     return found
+
+
+def particles(folder: Path) -> dict[str, Any]:
+    """Simulate the hair of an old particle system."""
+    hair = make_scene(folder / "shot.blend")
+    head = hair.data.surface
+    bpy.data.objects.remove(hair)
+    system = head.modifiers.new("hair", "PARTICLE_SYSTEM").particle_system.settings
+    system.type, system.count, system.hair_length, system.hair_step = "HAIR", 20, 0.1, 5
+    bpy.context.view_layer.objects.active = head
+    bpy.ops.hairpipe.simulate()
+    curves = [item for item in bpy.data.objects if item.type == "CURVES"]
+    return {item.name: [len(item.data.curves), item.hide_render, len(item.modifiers)] for item in curves}
+
+
+def long_run(folder: Path) -> dict[str, Any]:
+    """A run that the test kills."""
+    hair = make_scene(folder / "shot.blend")
+    bpy.context.scene.frame_end = FIRST + 99
+    bpy.ops.wm.save_mainfile()
+    bpy.ops.hairpipe.simulate(name=hair.name)
+    return {}
+
+
+def plan_again(folder: Path) -> dict[str, Any]:
+    """What is left of a run that was killed."""
+    from hairpipe_extension.simulation import known
+
+    bpy.ops.wm.open_mainfile(filepath=str(folder / "shot.blend"))
+    bpy.ops.hairpipe.check(name="Hair")
+    return {"lines": known["Hair"].lines}
 
 
 def faults(folder: Path) -> dict[str, Any]:

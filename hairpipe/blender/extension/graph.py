@@ -11,6 +11,9 @@ OWNED = [
 ]
 """Names of tables that are the extension's: those that it does not need any more are removed."""
 
+CHECKPOINT = 8
+"""A run that goes on, or that follows a later change, computes at most so many frames again."""
+
 
 class Collider(NamedTuple):
     """An object that stops hair: its name here and in Blender, whether it is a sheet, and how thick [m]."""
@@ -89,7 +92,7 @@ def tables_of(shot: Shot) -> dict[str, dict[str, Any]]:
     held = {"pins": [*pin_tables(shot, groom, tables)]}
     edges = {"groom": groom, "body": "body", "surface": surfaces if len(surfaces) > 1 else "surface"}
     edges |= held if held["pins"] else {}
-    tables["hair"] = {"type": "simulate_hair", "in": edges, **shot.simulation}
+    tables["hair"] = {"type": "simulate_hair", "in": edges, "checkpoint": CHECKPOINT, **shot.simulation}
     for item in shot.hairs:
         shape, shown = f"shape_{item.slug}", f"shown_{item.slug}"
         edges = {"hair": "hair", "keys": groom, "groom": shape, "body": "body", "surface": surfaces}

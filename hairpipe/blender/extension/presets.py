@@ -32,8 +32,8 @@ PRESETS: dict[str, tuple[str, str, dict[str, Any]]] = {
     ),
     "FUR": (
         "Short fur",
-        "Short hair that hardly touches: no contact among hairs, and the shape of the groom is held",
-        {"goal": {"frequency": 4.0}},
+        "Short hair that hardly touches: no contact among hairs; a pull at 4 Hz holds the shape of the groom",
+        {"goal": {}},
     ),
     "BRAID": (
         "Braid",

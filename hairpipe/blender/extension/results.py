@@ -25,9 +25,11 @@ def attach(scene: Any, original: Any, usd: Path, axes: Axes) -> Any:
     It has the materials and the attributes of the original, which is hidden. Raises RuntimeError where Blender does not
     read the file.
     """
+    result = original.hairpipe.result
+    if result is not None:
+        release_cache(result)  # else Blender would show what it has read of an earlier file of this name
     curves, cache, prim = import_curves(usd)
     copy_attributes(original.data, curves)
-    result = original.hairpipe.result
     if result is None or result.name not in scene.objects:
         result = bpy.data.objects.new(f"{original.name} simulated", curves)
         for collection in original.users_collection or (scene.collection,):
@@ -35,14 +37,8 @@ def attach(scene: Any, original: Any, usd: Path, axes: Axes) -> Any:
         original.hairpipe.result = result
     else:
         old, result.data = result.data, curves
-        old_caches = {m.cache_file for m in result.modifiers if m.type == "MESH_SEQUENCE_CACHE" and m.cache_file}
         if not old.users:
             bpy.data.hair_curves.remove(old)
-        for modifier in [m for m in result.modifiers if m.name == MODIFIER]:
-            result.modifiers.remove(modifier)
-        for one in old_caches - {cache}:
-            if not one.users:
-                bpy.data.cache_files.remove(one)
     curves.name = result.name
     for slot in original.data.materials:
         curves.materials.append(slot)
@@ -53,6 +49,15 @@ def attach(scene: Any, original: Any, usd: Path, axes: Axes) -> Any:
     result.matrix_world = axes.matrix()
     hide(original)
     return result
+
+
+def release_cache(result: Any) -> None:
+    """Remove the modifier of a result, and its cache file if nothing else reads it."""
+    for modifier in [m for m in result.modifiers if m.type == "MESH_SEQUENCE_CACHE"]:
+        cache = modifier.cache_file
+        result.modifiers.remove(modifier)
+        if cache is not None and not cache.users:
+            bpy.data.batch_remove([cache])
 
 
 def import_curves(usd: Path) -> tuple[Any, Any, str]:
@@ -144,14 +149,11 @@ def remove(original: Any) -> None:
     """Remove the result of a hair object, and show the original as it was."""
     kept = original.hairpipe
     if kept.result is not None:
+        release_cache(kept.result)
         curves = kept.result.data
-        caches = {m.cache_file for m in kept.result.modifiers if m.type == "MESH_SEQUENCE_CACHE" and m.cache_file}
         bpy.data.objects.remove(kept.result)
         if not curves.users:
             bpy.data.hair_curves.remove(curves)
-        for cache in caches:
-            if not cache.users:
-                bpy.data.cache_files.remove(cache)
         kept.result = None
     if kept.is_hidden:
         original.hide_viewport, original.hide_render = kept.was_hidden, kept.was_unrendered

@@ -43,7 +43,7 @@ class Scale(NamedTuple):
 
 def scale_of(setting: Setting) -> Scale:
     """Return the largest unit in which the default of a setting is 0.1 or more."""
-    unit, default = setting["unit"] or "", setting["default"]
+    unit, default = setting["unit"] or "", setting.get("like", setting["default"])
     if unit not in PREFIXED or not default:
         return Scale("" if unit == "1" else unit, 1.0)
     size, prefix = max((pair for pair in PREFIXES if abs(default) / pair[0] >= 0.1), default=PREFIXES[0])
@@ -51,11 +51,12 @@ def scale_of(setting: Setting) -> Scale:
 
 
 def fields_of(setting: Setting) -> list[Setting]:
-    """Return the fields of a group; the values of a setting that is a number or a group have the unit of the number."""
+    """Return the fields of a group; both ends of what a map varies are shown in one unit, that of its number."""
     number = VARIED.match(setting["kind"])
     if not number:
         return setting["group"]
-    return [f | {"unit": number[1]} if f["name"] in ("value", "low") else f for f in setting["group"]]
+    shown = {"unit": number[1], "like": setting["group"][0]["default"]}
+    return [field | shown if field["name"] in ("value", "low") else field for field in setting["group"]]
 
 
 def may_be_absent(setting: Setting) -> bool:

@@ -255,7 +255,7 @@ class Export:
             [graph.Collider(o.hairpipe.slug, o.name, sheet, thick) for o, sheet, thick in self.inputs.colliders],
             first,
             last,
-            float(f"{scene.render.fps / scene.render.fps_base:.12g}"),
+            scene.render.fps / float(f"{scene.render.fps_base:.6g}"),
             own.samples,
             self.values["roots"],
             self.values["surface"],
@@ -286,8 +286,8 @@ class Run:
         for step in self.export.steps():
             yield step._replace(share=0.2 * step.share, text=f"Reading the scene: {step.text}")
         shot = self.export.shot
-        tables = graph.tables_of(shot)
-        fields = {"head": graph.head_of(shot), "tables": tables, "owned": graph.OWNED}
+        self.tables = graph.tables_of(shot)
+        fields = {"head": graph.head_of(shot), "tables": self.tables, "owned": graph.OWNED}
         yield from self.wait(self.bridge.ask("write", graph=str(self.export.file), **fields))
 
     def wait(self, number: int) -> Iterator[Progress]:
@@ -330,8 +330,13 @@ class Run:
         return f"{name}{frame}: {what}{right}{setting}"
 
     def plan(self) -> Iterator[Progress]:
-        """Find what a run would compute, and why; `known` has it in lines afterwards."""
+        """Find what a run would compute, and why; `known` has it in lines afterwards.
+
+        Bodies and curves are read first: what they are decides which frames stand.
+        """
         yield from self.write_graph()
+        read = [n for n, table in self.tables.items() if table["type"].startswith("load_")]
+        yield from self.wait(self.bridge.ask("run", graph=str(self.export.file), **self.where() | {"to": read}))
         yield from self.wait(self.bridge.ask("plan", graph=str(self.export.file), **self.where()))
         known[self.item_name] = Known(self.lines_of(self.answer))
 
