@@ -36,3 +36,5 @@ def main() -> None:
         sys.exit("hair is not simulated")
     if "output" in job:
         bpy.ops.wm.save_as_mainfile(filepath=job["output"])
+    sys.stdout.flush()
+    os._exit(0)  # the module of Blender 4.2 crashes at its end where a class with a function is registered

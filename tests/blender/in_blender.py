@@ -249,7 +249,7 @@ def faults(folder: Path) -> dict[str, Any]:
     trial("no pins", lambda hair: setattr(hair.hairpipe, "pins", "nowhere"))
     trial("linked", linked)
     trial("instances", lambda hair: setattr(hair.data.surface, "instance_type", "VERTS"))
-    trial("no curves", lambda hair: hair.data.remove_curves(indices=list(range(CURVES))))
+    trial("no curves", lambda hair: setattr(hair, "data", bpy.data.hair_curves.new("none")))
     trial("far", lambda hair: setattr(hair, "location", (5.0, 0.0, 0.0)))
     with refused() as said:
         bpy.ops.hairpipe.simulate(name="Nobody")

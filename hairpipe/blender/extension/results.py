@@ -19,17 +19,19 @@ MODIFIER = "Simulated hair"
 MARK = "hairpipe"
 
 
-def attach(scene: Any, original: Any, usd: Path, axes: Axes) -> Any:
+def attach(scene: Any, original: Any, usd: Path, axes: Axes, ids: np.ndarray) -> Any:
     """Make or renew the result of a hair object: curves that read a USD file; return it.
 
-    It has the materials and the attributes of the original, which is hidden. Raises RuntimeError where Blender does not
-    read the file.
+    It has the materials and the attributes of the original, which is hidden.
+
+    ids  index in the original of each curve that was written, (S,)
+    Raises RuntimeError where Blender does not read the file.
     """
     result = original.hairpipe.result
     if result is not None:
         release_cache(result)  # else Blender would show what it has read of an earlier file of this name
     curves, cache, prim = import_curves(usd)
-    copy_attributes(original.data, curves)
+    copy_attributes(original.data, curves, ids)
     if result is None or result.name not in scene.objects:
         result = bpy.data.objects.new(f"{original.name} simulated", curves)
         for collection in original.users_collection or (scene.collection,):
@@ -97,17 +99,18 @@ def relative(path: Path) -> str:
         return str(path)
 
 
-def copy_attributes(original: Any, curves: Any) -> None:
-    """Copy attributes of the original curves, by their ids; what the file has itself, as positions, stays.
+def copy_attributes(original: Any, curves: Any, written: np.ndarray) -> None:
+    """Copy surface and attributes of the original curves, by their ids; what the file has, as positions, stays.
 
-    Attributes of points are copied where both have the same number of points.
+    Attributes of points are copied where both have the same number of points. Blender 4.2 does not read ids: the curves
+    are then those that were written, if they are as many.
     """
-    ids = curves.attributes.get("id")
-    if ids is None:
-        return
-    rows = np.empty(len(ids.data), np.int32)
-    ids.data.foreach_get("value", rows)
-    if not len(rows) or rows.max() >= len(original.curves):
+    curves.surface, curves.surface_uv_map = original.surface, original.surface_uv_map
+    rows = written
+    if (ids := curves.attributes.get("id")) is not None:
+        rows = np.empty(len(ids.data), np.int32)
+        ids.data.foreach_get("value", rows)
+    if len(rows) != len(curves.curves) or not len(rows) or rows.max() >= len(original.curves):
         return
     counts = np.empty(len(original.curve_offset_data), np.int32)
     original.curve_offset_data.foreach_get("value", counts)
@@ -128,8 +131,6 @@ def copy_attributes(original: Any, curves: Any) -> None:
             copied.data.foreach_set(name, taken)
         else:
             curves.attributes.remove(copied)
-    curves.surface = original.surface
-    curves.surface_uv_map = original.surface_uv_map
 
 
 def ramp(sizes: np.ndarray) -> np.ndarray:

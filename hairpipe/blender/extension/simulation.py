@@ -369,8 +369,9 @@ class Run:
             raise Failed("hairpipe was stopped: what is computed is kept")
         for item in self.export.shot.hairs:
             original = self.original(item.name)
+            usd, read = self.export.folder / f"{item.slug}.usdc", self.export.read[item.slug]
             if original is not None:
-                results.attach(self.context.scene, original, self.export.folder / f"{item.slug}.usdc", self.export.axes)
+                results.attach(self.context.scene, original, usd, self.export.axes, read.ids)
         known[self.item_name] = Known(["Nothing to compute: the result is current"])
 
     def original(self, name: str) -> Any:
