@@ -14,9 +14,8 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from hairpipe.app.cli.commands.files import describe_node
+from hairpipe.app.api.node_types import describe
 from hairpipe.blender.extension_zip import contents
-from hairpipe.blender.import_shot import hair_material
 
 HOME = Path(__file__).resolve().parent.parent
 SHOT, STYLES = HOME / "out/demo/shot.usd", HOME / "graphs/assets/styles.usda"
@@ -24,7 +23,9 @@ FIRST, LAST, DRAWN = 1001, 1024, 1016
 SIZE, SAMPLES, QUALITY = 480, 64, 80
 TIE = Vector((0.0, 0.118, 0.375))
 """Place of the hair tie of the ponytail [m]."""
-WIDTH = 4.0
+HEAD = (0.0, 0.0, 0.3)
+"""What the camera looks at [m]."""
+WIDTH = 5.0
 """Times a hair is drawn as wide as it is: the curves stand for more hairs."""
 
 
@@ -58,7 +59,7 @@ def take_hair(file: Path, name: str, body: Any, every: int, colour: tuple[float,
     widen(hair, WIDTH * np.sqrt(every))
     hair.data.surface = body
     hair.data.materials.clear()
-    hair.data.materials.append(hair_material(f"{name} hair", {"diffuseColor": colour}))
+    hair.data.materials.append(material_of(name, "ShaderNodeBsdfHairPrincipled", colour, 0.3))
     return hair
 
 
@@ -92,16 +93,19 @@ def dress(body: Any) -> Any:
     cape.location.z = (body.matrix_world @ low).z + 0.12
     lay = cape.modifiers.new("lay", "SHRINKWRAP")
     lay.target, lay.wrap_mode, lay.offset = body, "ABOVE_SURFACE", 0.006
-    cape.data.materials.append(plain_material("cloth", (0.05, 0.12, 0.25)))
+    cape.data.materials.append(material_of("cloth", "ShaderNodeBsdfDiffuse", (0.05, 0.12, 0.25), 0.8))
     return cape
 
 
-def plain_material(name: str, colour: tuple[float, float, float]) -> Any:
+def material_of(name: str, shader: str, colour: tuple[float, float, float], roughness: float) -> Any:
     material = bpy.data.materials.new(name)
     material.use_nodes = True
-    shader = material.node_tree.nodes["Principled BSDF"]
-    shader.inputs["Base Color"].default_value = (*colour, 1.0)
-    shader.inputs["Roughness"].default_value = 0.8
+    nodes = material.node_tree.nodes
+    nodes.clear()
+    surface = nodes.new(shader)
+    surface.inputs["Color"].default_value = (*colour, 1.0)
+    surface.inputs["Roughness"].default_value = roughness
+    material.node_tree.links.new(surface.outputs[0], nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
     return material
 
 
@@ -109,15 +113,13 @@ def draw(picture: Path, eye: tuple[float, float, float]) -> None:
     """Render a frame by Cycles; eye: direction from the head to the camera."""
     scene = bpy.context.scene
     scene.frame_set(DRAWN)
-    body = next(item for item in scene.objects if item.type == "MESH")
-    corners = [body.matrix_world @ Vector(corner) for corner in body.bound_box]
-    middle = sum(corners, Vector()) / 8.0
+    middle = Vector(HEAD)
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     camera.data.lens = 85.0
-    camera.location = middle + 1.9 * Vector(eye).normalized()
+    camera.location = middle + 1.35 * Vector(eye).normalized()
     camera.rotation_euler = (middle - camera.location).to_track_quat("-Z", "Y").to_euler()
     scene.collection.objects.link(camera)
-    for name, energy, size, place in (("key", 25.0, 0.8, (-1.0, -1.4, 1.6)), ("rim", 30.0, 0.6, (1.2, 1.2, 1.3))):
+    for name, energy, size, place in (("key", 45.0, 0.5, (-1.1, -1.2, 1.3)), ("rim", 60.0, 0.4, (1.0, 1.2, 1.2))):
         lamp = bpy.data.objects.new(name, bpy.data.lights.new(name, "AREA"))
         lamp.data.energy, lamp.data.size = energy, size
         lamp.location = middle + Vector(place)
@@ -125,7 +127,7 @@ def draw(picture: Path, eye: tuple[float, float, float]) -> None:
         scene.collection.objects.link(lamp)
     scene.world = bpy.data.worlds.new("world")
     scene.world.use_nodes = True
-    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.25, 0.27, 0.3, 1.0)
+    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.1, 0.11, 0.13, 1.0)
     scene.camera, scene.render.engine, scene.cycles.samples = camera, "CYCLES", SAMPLES
     scene.render.resolution_x = scene.render.resolution_y = SIZE
     scene.render.image_settings.file_format, scene.render.image_settings.quality = "WEBP", QUALITY
@@ -135,7 +137,7 @@ def draw(picture: Path, eye: tuple[float, float, float]) -> None:
 
 def draw_fringe(folder: Path, picture: Path) -> None:
     body = make_scene(folder / "fringe.blend")
-    fringe = take_hair(STYLES, "fringe", body, 1, (0.09, 0.045, 0.013))
+    fringe = take_hair(STYLES, "fringe", body, 1, (0.05, 0.024, 0.008))
     fringe.hairpipe.preset = "FINE"
     bpy.ops.hairpipe.simulate(name=fringe.name)
     draw(picture, (0.45, -1.0, 0.12))
@@ -143,7 +145,7 @@ def draw_fringe(folder: Path, picture: Path) -> None:
 
 def draw_ponytail(folder: Path, picture: Path) -> None:
     body = make_scene(folder / "ponytail.blend")
-    tail = take_hair(STYLES, "ponytail", body, 1, (0.2, 0.09, 0.02))
+    tail = take_hair(STYLES, "ponytail", body, 1, (0.12, 0.05, 0.012))
     tie(tail)
     bpy.ops.hairpipe.simulate(name=tail.name)
     draw(picture, (1.0, -0.35, 0.12))
@@ -165,7 +167,7 @@ def main(output: Path) -> None:
     with TemporaryDirectory() as name:
         package = Path(name, "hairpipe_extension")
         package.mkdir()
-        for file, data in contents(describe_node).items():
+        for file, data in contents(describe).items():
             (package / file).write_bytes(data)
         sys.path.insert(0, name)
         import hairpipe_extension  # pyright: ignore[reportMissingImports]

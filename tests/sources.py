@@ -7,7 +7,9 @@ from pathlib import Path
 HOME = Path(__file__).resolve().parents[1]
 SOURCES = sorted(path for room in ("hairpipe", "nodes", "graphs", "docs") for path in (HOME / room).rglob("*.py"))
 TESTS = sorted((HOME / "tests").rglob("*.py"))
-PACKAGES = sorted(path.parent.relative_to(HOME) for path in SOURCES if path.name == "__init__.py")
+EXTENSION = HOME / "hairpipe/blender/extension"
+"""Files that Blender runs, under a name of its own, and that nothing imports."""
+PACKAGES = sorted(p.parent.relative_to(HOME) for p in SOURCES if p.name == "__init__.py" and p.parent != EXTENSION)
 
 
 @cache
@@ -28,8 +30,11 @@ def imports_of(path: Path) -> list[str]:
         if isinstance(item, ast.Import):
             found += [alias.name for alias in item.names]
         elif isinstance(item, ast.ImportFrom):
-            assert item.level == 0, f"{path}: relative import"
-            found += [f"{item.module}.{alias.name}" for alias in item.names]
+            assert item.level == (path.parent == EXTENSION and item.level), f"{path}: relative import"
+            home = (
+                ".".join(("hairpipe.blender.extension", item.module or "")).rstrip(".") if item.level else item.module
+            )
+            found += [f"{home}.{alias.name}" for alias in item.names]
         elif isinstance(item, ast.Call) and ast.unparse(item.func).endswith(("import_module", "find_spec")):
             found += [value.value for value in item.args if isinstance(value, ast.Constant) and value.value]
     return found

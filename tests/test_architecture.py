@@ -55,6 +55,7 @@ ROOMS = {
     **{room: set(ORDER[:place]) for place, room in enumerate(ORDER)},
     "render": {*BASE, "geometry"},
     "formats": BASE,
+    "blender": {*BASE, "formats"},
     "engine": {"errors", "units", "child", "plain_file", "processor"},
     "__init__": {"app.api", "errors"},
     "nodes": {*ORDER, "render", "formats", "engine"},
@@ -66,7 +67,7 @@ ROOMS = {
     "app.farm": {"errors", "app.api"},
     "app.bridge": {*BASE, "app.api", *PURE},
     "cli": {"app.cli"},
-    "app.cli": {*BASE, "cli", "app", "formats", "engine.File", *PURE, *ASKED, *CHECKOUT},
+    "app.cli": {*BASE, "cli", "app", "blender", "formats", "engine.File", *PURE, *ASKED, *CHECKOUT},
     "experiments.bench": {*ORDER, "render", "engine", "formats", "app", *CHECKOUT},
     "experiments.chart": BASE,
     "experiments.commands": {*BASE, "app", *PURE, *CHECKOUT},
@@ -79,14 +80,14 @@ ROOMS = {
     "experiments.studies": {*ORDER, "experiments.measure"},
     "experiments.nodes": {*ORDER, "render", "formats", "engine", "experiments"},
     "experiments.validation": {*BASE, "app.api", *CHECKOUT},
-    "docs": {*BASE, "app", "formats", "__init__", *CHECKOUT},
+    "docs": {*BASE, "app", "blender", "formats", "__init__", *CHECKOUT},
 }
 """Which other rooms the files of a room may import."""
 OPENVDB = ("hairpipe/openvdb_library.py", "hairpipe/levelset/bake.py")
 PLACES = {
     "pxr": "hairpipe/formats/usd/",
     "alembic3d": "hairpipe/formats/alembic.py",
-    "bpy": ("hairpipe/render/cycles", "hairpipe/blender", *OPENVDB),
+    "bpy": ("hairpipe/render/cycles", "hairpipe/blender/", "docs/blender_pictures.py", *OPENVDB),
     **dict.fromkeys(("openvdb", "pyopenvdb"), OPENVDB),
     "blosc": "hairpipe/formats/vdb.py",
     "h5py": "hairpipe/formats/hdf5.py",

@@ -5,12 +5,17 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from .sources import HOME, SOURCES, imports_of, module_of, name_of, tree_of
+from .sources import EXTENSION, HOME, SOURCES, imports_of, module_of, name_of, tree_of
 
 
 def is_in_wheel(path: Path) -> bool:
-    """Whether a module is installed: those of graphs/experiments, and programs that wrote the assets, are not."""
-    return name_of(path).startswith(("hairpipe/", "nodes/")) or path == HOME / "graphs/__init__.py"
+    """Whether a module is installed: those of graphs/experiments, and programs that wrote the assets, are not.
+
+    The extension of Blender is installed as files.
+    """
+    return (
+        path.parent != EXTENSION and name_of(path).startswith(("hairpipe/", "nodes/"))
+    ) or path == HOME / "graphs/__init__.py"
 
 
 def quoted_in(path: Path) -> Iterator[str]:

@@ -26,11 +26,11 @@ IN_BLENDER = "import sys; sys.path.insert(0, {folder!r}); import {program}; {pro
 
 
 def run_program(
-    module: str, job: dict[str, Any], made: Sequence[Path], where: Path, said: Callable[[str], object] = len
+    module: str, job: dict[str, Any], made: Sequence[Path], where: Path, report: Callable[[str], object] = len
 ) -> None:
     """Run the program of a module of this folder with a job; BadInput where it fails, or has not `made` all files.
 
-    said  is given each line that it prints
+    report  is given each line that it prints
     """
     for path in made:
         path.unlink(missing_ok=True)
@@ -43,7 +43,7 @@ def run_program(
         last = "no message"
         for line in child.stdout:
             last = line.decode(errors="replace").strip() or last
-            said(last)
+            report(last)
     if child.returncode < 0:
         raise BadInput(f"Blender was ended by {Signals(-child.returncode).name}", where=where)
     if child.returncode or not all(path.is_file() for path in made):
@@ -120,18 +120,18 @@ def convert(file: Path, made: Path) -> None:
 
 
 def simulate(
-    file: Path, hair: str, output: Path | None, describe: Callable[[str], Any], said: Callable[[str], object]
+    file: Path, hair: str, output: Path | None, describe: Callable[[str], Any], report: Callable[[str], object]
 ) -> None:
     """Simulate a hair object of a .blend file as the extension does; BadInput where that fails.
 
     output    .blend file to save with the result; None: results lie next to the file, which is not changed
     describe  gives the document of a node type
-    said      is given each line of progress, and each warning
+    report    is given each line of progress, and each warning
     """
 
-    def told(line: str) -> None:
+    def filtered(line: str) -> None:
         if re.match(r"\d+ % |Warning: ", line):  # Blender prints more
-            said(line)
+            report(line)
 
     checked_size(file, "a .blend file")
     job = {"file": os.fspath(file.resolve()), "hair": hair, "program": os.fspath(Path(sys.argv[0]).resolve())}
@@ -142,14 +142,14 @@ def simulate(
             (package / name).write_bytes(data)
         job["extension"] = folder
         if output is None:
-            run_program("hairpipe.blender.simulate_scene", job, [], file, told)
+            run_program("hairpipe.blender.simulate_scene", job, [], file, filtered)
             return
         whole = output.resolve().with_name(
             f".{output.stem}.{os.getpid()}.blend"
         )  # paths in it are relative to its folder
         job["output"] = os.fspath(whole)
         try:
-            run_program("hairpipe.blender.simulate_scene", job, [whole], file, told)
+            run_program("hairpipe.blender.simulate_scene", job, [whole], file, filtered)
             whole.replace(output)
         finally:
             whole.unlink(missing_ok=True)

@@ -17,7 +17,7 @@ import pytest
 from PIL import Image
 
 import hairpipe
-from hairpipe.app.cli.commands.files import describe_node
+from hairpipe.app.api.node_types import describe
 from hairpipe.blender.extension_zip import FOLDER, contents, write_extension
 from hairpipe.errors import BadInput
 
@@ -32,7 +32,7 @@ def package(tmp_path_factory) -> Path:
     """Folder with the files of the extension as a package that needs no installation."""
     folder = tmp_path_factory.mktemp("package")
     (folder / "hairpipe_extension").mkdir()
-    for name, data in contents(describe_node).items():
+    for name, data in contents(describe).items():
         (folder / "hairpipe_extension" / name).write_bytes(data)
     return folder
 
@@ -61,13 +61,13 @@ def simulated(blender, package, tmp_path_factory) -> tuple[Path, dict[str, Any]]
 
 def test_the_zip_has_a_manifest_and_always_the_same_bytes(tmp_path):
     for name in ("one.zip", "other.zip"):
-        write_extension(tmp_path / name, describe_node)
+        write_extension(tmp_path / name, describe)
     assert (tmp_path / "one.zip").read_bytes() == (tmp_path / "other.zip").read_bytes()
     with zipfile.ZipFile(tmp_path / "one.zip") as archive:
         assert {"__init__.py", "blender_manifest.toml", "declaration.json"} <= {*archive.namelist()}
         assert f'version = "{hairpipe.__version__}"' in archive.read("blender_manifest.toml").decode()
     with pytest.raises(BadInput, match=r"right: \.zip|\.zip"):
-        write_extension(tmp_path / "one.tar", describe_node)
+        write_extension(tmp_path / "one.tar", describe)
 
 
 def test_it_imports_what_blender_has_and_nothing_of_hairpipe():
@@ -83,7 +83,7 @@ def test_it_imports_what_blender_has_and_nothing_of_hairpipe():
 
 @pytest.mark.slow
 def test_blender_validates_it_and_installs_it(blender, tmp_path):
-    write_extension(tmp_path / "hairpipe.zip", describe_node)
+    write_extension(tmp_path / "hairpipe.zip", describe)
     spec = find_spec("bpy")
     assert spec is not None and spec.origin is not None
     program = next(Path(spec.origin).parent.rglob("bl_pkg/cli/blender_ext.py"))
@@ -202,7 +202,7 @@ FAULTS = {
     "unsaved": "Hair: save the file first",
     "no surface": "Hair: Hair has no surface: pick a body",
     "no map": "no attribute and no vertex group 'nowhere'",
-    "no list": "profile: steep is no list",
+    "no list": "profile: steep is not a list",
     "no pins": "Hair has no attribute 'nowhere'",
     "linked": "Hair is linked: make a library override",
     "instances": "Head has instances: realize them",
@@ -216,7 +216,7 @@ FAULTS = {
 
 
 @pytest.mark.slow
-def test_what_cannot_be_simulated_ends_in_one_line(blender, package, tmp_path):
+def test_faults_of_a_scene_end_in_one_line(blender, package, tmp_path):
     found = case("faults", tmp_path, package)
     assert found.keys() == FAULTS.keys()
     for name, part in FAULTS.items():

@@ -88,3 +88,8 @@ def described(field: Field) -> dict[str, Any]:
         "help": field.help,
         "group": group,
     }
+
+
+def describe(name: str) -> dict[str, Any]:
+    """Return what `hairpipe nodes NAME --json` prints; BadInput where there is no such type."""
+    return document(node_types(None).find(name))

@@ -76,12 +76,13 @@ def tuples(rows: np.ndarray) -> str:
 def pin_places(hair: Hair) -> tuple[list[str], dict[str, list[float]]]:
     """Return the group of each curve, and where the curves of a group are pinned, in parts of their length.
 
-    Curves with pins at the same eighths of their length are a group; those without pins are the group "free". There
-    are no groups where no points can be pinned.
+    Curves with pins at the same eighths of their length are a group; those without pins are the group "free". Without
+    pins there are neither.
     """
     if hair.pinned is None:
         return [], {}
-    groups, places = [], {}
+    groups: list[str] = []
+    places: dict[str, list[float]] = {}
     begin = 0
     for size in hair.sizes.tolist():
         points, pinned = hair.points[begin : begin + size], hair.pinned[begin : begin + size]

@@ -78,10 +78,11 @@ def tables_of(shot: Shot) -> dict[str, dict[str, Any]]:
         surfaces.append(level)
     scalp = {"scalp": "body_rest"}
     for item in shot.hairs:
-        file = {"file": f"curves/{item.slug}.usda"}
-        tables[f"groom_{item.slug}"] = {"type": "load_groom", "in": scalp, **file, **shot.roots}
+        shape = f"curves/{item.slug}.usda"
+        file = f"curves/{item.slug}.pins.usda" if item.pins else shape
+        tables[f"groom_{item.slug}"] = {"type": "load_groom", "in": scalp, "file": file, **shot.roots}
         reach = {"reach": shot.roots["reach"]} if "reach" in shot.roots else {}
-        tables[f"shape_{item.slug}"] = {"type": "load_groom", "in": scalp, **file, "points": "file", **reach}
+        tables[f"shape_{item.slug}"] = {"type": "load_groom", "in": scalp, "file": shape, "points": "file", **reach}
     groom = f"groom_{shot.hairs[0].slug}"
     if len(shot.hairs) > 1:
         groom = "groom"

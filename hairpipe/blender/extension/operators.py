@@ -41,6 +41,7 @@ def convert_particles(context: Any, item: Any) -> Any:
 
 
 def has_particles(item: Any) -> bool:
+    """Whether an object has hair of a particle system."""
     return item.type == "MESH" and any(system.settings.type == "HAIR" for system in item.particle_systems)
 
 
@@ -262,9 +263,10 @@ class HAIRPIPE_OT_install(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def execute(self, context: Any) -> set[str]:
-        wheel, place = Path(self.filepath), simulation.own_environment()
+        wheel = Path(self.filepath)
+        place = simulation.own_environment()
         if not wheel.is_file():
-            self.report({"ERROR"}, f"{wheel} is no file: pick hairpipe-VERSION-py3-none-any.whl")
+            self.report({"ERROR"}, f"{wheel} is not a file: pick hairpipe-VERSION-py3-none-any.whl")
             return {"CANCELLED"}
         python = place / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
         pip = [python, "-m", "pip", "install", "--no-index", "--find-links", wheel.parent, wheel]

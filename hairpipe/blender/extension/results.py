@@ -67,7 +67,8 @@ def import_curves(usd: Path) -> tuple[Any, Any, str]:
     known = {kind: set(getattr(bpy.data, kind)) for kind in ("objects", "collections", "hair_curves", "materials")}
     scene = bpy.context.scene
     frames = scene.frame_start, scene.frame_end, scene.frame_current, scene.frame_subframe
-    active, selected = bpy.context.view_layer.objects.active, [*bpy.context.selected_objects]
+    active = bpy.context.view_layer.objects.active
+    selected = [*bpy.context.selected_objects]
     bpy.ops.wm.usd_import(filepath=str(usd), set_frame_range=False, import_guide=False, import_materials=False)
     scene.frame_start, scene.frame_end = frames[:2]
     scene.frame_set(frames[2], subframe=frames[3])
@@ -76,7 +77,9 @@ def import_curves(usd: Path) -> tuple[Any, Any, str]:
     modifiers = [] if found is None else [m for m in found.modifiers if m.type == "MESH_SEQUENCE_CACHE"]
     if found is None or not modifiers:
         raise RuntimeError(f"{usd}: Blender finds no moving curves in it")
-    curves, cache, prim = found.data, modifiers[0].cache_file, modifiers[0].object_path
+    curves = found.data
+    cache = modifiers[0].cache_file
+    prim = modifiers[0].object_path
     curves.use_fake_user = True
     for item in new:
         bpy.data.objects.remove(item)

@@ -55,6 +55,7 @@ def axes_of(scene: Any) -> Axes:
 
 
 def gravity_of(scene: Any) -> float:
+    """Return the strength of the gravity of a scene [m/s^2]."""
     return float(f"{Vector(scene.gravity).length:.6g}") if scene.use_gravity else 0.0
 
 
@@ -140,7 +141,7 @@ def evaluated(item: Any, graph: Any) -> Any:
 def read_faces(item: Any, graph: Any, axes: Axes) -> Faces:
     """Return the surface of an object with all its modifiers at the frame of a depsgraph; Refused without faces."""
     if item.type not in SURFACES:
-        raise Refused(f"{item.name} is no surface: pick a mesh")
+        raise Refused(f"{item.name} is not a surface: pick a mesh")
     found = evaluated(item, graph)
     mesh = found.to_mesh()
     try:
@@ -180,7 +181,7 @@ def read_hair(item: Any, graph: Any, axes: Axes, body: Any, wanted: Sequence[str
     Raises Refused where there are no curves, or no such map.
     """
     if item.type != "CURVES":
-        raise Refused(f"{item.name} is no hair curves object")
+        raise Refused(f"{item.name} is not a hair curves object")
     found = evaluated(item, graph)
     curves = found.data
     offsets = numbers_of(curves.curve_offset_data, "value", 1, np.int32) if len(curves.curves) else np.zeros(1, int)
@@ -268,7 +269,8 @@ def barycentrics(at: Vector, a: Vector, b: Vector, c: Vector) -> np.ndarray:
     """Return the barycentric coordinates of a place of a triangle, (3,)."""
     normal = (b - a).cross(c - a)
     whole = normal.length_squared or 1.0
-    second, third = (a - c).cross(at - c).dot(normal) / whole, (b - a).cross(at - a).dot(normal) / whole
+    second = (a - c).cross(at - c).dot(normal) / whole
+    third = (b - a).cross(at - a).dot(normal) / whole
     return np.array((1.0 - second - third, second, third))
 
 

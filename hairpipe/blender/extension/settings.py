@@ -43,7 +43,8 @@ class Scale(NamedTuple):
 
 def scale_of(setting: Setting) -> Scale:
     """Return the largest unit in which the default of a setting is 0.1 or more."""
-    unit, default = setting["unit"] or "", setting.get("like", setting["default"])
+    unit = setting["unit"] or ""
+    default = setting.get("like", setting["default"])
     if unit not in PREFIXED or not default:
         return Scale("" if unit == "1" else unit, 1.0)
     size, prefix = max((pair for pair in PREFIXES if abs(default) / pair[0] >= 0.1), default=PREFIXES[0])
@@ -65,10 +66,12 @@ def may_be_absent(setting: Setting) -> bool:
 
 
 def settings_of(node: str) -> list[Setting]:
+    """Return the settings that a node type declares."""
     return DECLARATION["types"][node]["settings"]
 
 
 def label_of(name: str, unit: str = "") -> str:
+    """Return the label of a setting, with its unit if it has one."""
     words = name.replace("_", " ").capitalize()
     return f"{words} ({unit})" if unit else words
 
@@ -162,7 +165,7 @@ def value_of(shown: Any, setting: Setting, turn: Turn) -> Any:
         try:
             return json.loads(shown)
         except ValueError:
-            raise ValueError(f"{setting['name']}: {shown[:60]} is no list, such as [[0, 1], [1, 0.5]]") from None
+            raise ValueError(f"{setting['name']}: {shown[:60]} is not a list such as [[0, 1], [1, 0.5]]") from None
     return None if shown == "" else shown
 
 

@@ -74,6 +74,7 @@ def bridge() -> Bridge:
 
 
 def close_bridge() -> None:
+    """End the process of hairpipe, if there is one; what it has computed is kept."""
     while _bridges:
         _bridges.pop().close()
 
@@ -116,7 +117,7 @@ def inputs_of(item: Any) -> Inputs:
     hairs = [item, *(c.item for c in own.companions if c.item is not None and c.item != item)]
     for one in hairs:
         if one.type != "CURVES":
-            raise Refused(f"{one.name} is no hair curves object: convert its particle system first")
+            raise Refused(f"{one.name} is not a hair curves object: convert its particle system first")
         if one.library is not None:
             raise Refused(f"{one.name} is linked: make a library override of it first")
     bodies = {b for b in (own.body or one.data.surface for one in hairs) if b is not None}
@@ -164,7 +165,8 @@ class Export:
 
     def steps(self) -> Iterator[Progress]:
         """Write all files; the scene is at its frame again afterwards. Refused and OSError end it."""
-        scene, own = self.scene, self.item.hairpipe
+        scene = self.scene
+        own = self.item.hairpipe
         now = scene.frame_current, scene.frame_subframe
         first, last = scene.frame_start, scene.frame_end
         rest = own.rest if own.use_rest else first
@@ -197,7 +199,9 @@ class Export:
         for item in self.inputs.hairs:
             hair = read_hair(item, depsgraph, self.axes, self.inputs.body, wanted, self.item.hairpipe.pins)
             groups, self.pins[item.hairpipe.slug] = pin_places(hair)
-            self.put(f"curves/{item.hairpipe.slug}.usda", usd_of(hair, groups))
+            self.put(f"curves/{item.hairpipe.slug}.usda", usd_of(hair, []))
+            if groups:  # in a file of its own: of a result with names Blender would warn at every frame
+                self.put(f"curves/{item.hairpipe.slug}.pins.usda", usd_of(hair, groups))
             self.read[item.hairpipe.slug] = hair
             if hair.omitted:
                 self.warnings.append(f"{item.name}: {hair.omitted} curves of one point or no length are left out")
@@ -241,7 +245,8 @@ class Export:
 
     def describe(self, first: int, last: int) -> graph.Shot:
         """Return what the graph depends on; gravity and wind are those of the scene."""
-        own, scene = self.item.hairpipe, self.scene
+        own = self.item.hairpipe
+        scene = self.scene
         simulation = dict(self.values["simulation"])
         gravity = gravity_of(scene)
         if gravity != 9.81:
@@ -304,9 +309,9 @@ class Run:
         """Use an event of hairpipe; Failed for an error."""
         kind = event["event"]
         if kind in ("error", "failed"):
-            raise Failed(self.told(event))
+            raise Failed(self.message_of(event))
         if kind == "warning":
-            self.warnings.append(self.told(event))
+            self.warnings.append(self.message_of(event))
         elif kind == "frame":
             self.show(event)
         elif kind == "progress" and event["total"]:
@@ -318,7 +323,7 @@ class Run:
             self.answer = event
         return progress
 
-    def told(self, event: Event) -> str:
+    def message_of(self, event: Event) -> str:
         """Return a message of hairpipe with the name of the object of Blender that it concerns."""
         node = event.get("node")
         shot = getattr(self.export, "shot", None)
@@ -369,7 +374,8 @@ class Run:
             raise Failed("hairpipe was stopped: what is computed is kept")
         for item in self.export.shot.hairs:
             original = self.original(item.name)
-            usd, read = self.export.folder / f"{item.slug}.usdc", self.export.read[item.slug]
+            usd = self.export.folder / f"{item.slug}.usdc"
+            read = self.export.read[item.slug]
             if original is not None:
                 results.attach(self.context.scene, original, usd, self.export.axes, read.ids)
         known[self.item_name] = Known(["Nothing to compute: the result is current"])
@@ -382,7 +388,8 @@ class Run:
         """Show a frame that has arrived, if the scene is there."""
         slug = event["node"].partition("_")[2]
         name = next(item.name for item in self.export.shot.hairs if item.slug == slug)
-        original, read = self.original(name), self.export.read[slug]
+        original = self.original(name)
+        read = self.export.read[slug]
         if bpy.app.background or original is None:
             return
         if slug not in self.previews:

@@ -4,7 +4,7 @@ import json
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -48,6 +48,7 @@ def blender(file: Path | None, output: Path | None, picture: Path | None, hair: 
     With --simulate FILE is a .blend file, whose hair is simulated as by the extension; with -o it is saved with the
     result. No script in it is run. With --extension -o hairpipe.zip the extension is written.
     """
+    from hairpipe.app.api.node_types import describe
     from hairpipe.blender import programs
 
     def path_of(path: Path, *suffixes: str) -> Path:
@@ -62,7 +63,7 @@ def blender(file: Path | None, output: Path | None, picture: Path | None, hair: 
 
         if file or picture or hair or output is None:
             raise click.UsageError("--extension takes -o FILE.zip, and nothing else")
-        write_extension(path_of(output, ".zip"), describe_node)
+        write_extension(path_of(output, ".zip"), describe)
         click.echo(output)
         return
     if file is None:
@@ -72,20 +73,13 @@ def blender(file: Path | None, output: Path | None, picture: Path | None, hair: 
     if hair is not None:
         if picture:
             raise click.UsageError("--simulate and --picture exclude each other")
-        programs.simulate(file, hair, output, describe_node, echo)
+        programs.simulate(file, hair, output, describe, echo)
     elif made:
         programs.make_scene(file, output, picture)
     else:
         click.echo(programs.script_of(file), nl=False)
     for path in made:
         click.echo(path)
-
-
-def describe_node(name: str) -> dict[str, Any]:
-    """Return what `hairpipe nodes NAME --json` prints."""
-    from hairpipe.app.api.node_types import document, node_types
-
-    return document(node_types(None).find(name))
 
 
 @click.command()
