@@ -6,7 +6,7 @@ INSTALL := $(RUN) pip install --quiet --disable-pip-version-check --no-compile -
 # neither all of Blender nor the tests of libraries.
 COMPILE := $(RUN) compileall -q -j 0 -x '/(bpy|tests)/' $(VENV)/lib hairpipe nodes graphs
 
-.PHONY: menu demo test quick campaigns cases mutate check film pictures docs wheel release clean
+.PHONY: menu demo test quick campaigns cases mutate check film pictures extension docs wheel release clean
 
 menu:
 	@echo "make demo    simulate hair on our bust and draw it: results in out/demo; FRAMES=1001-1010 for its first pictures"
@@ -18,6 +18,7 @@ menu:
 	@echo "make check   lint, format and types"
 	@echo "make film    compute and record the films of the gallery, GRAPH=demo for one of them"
 	@echo "make pictures   make the pictures of the tutorials and of the front page, in a browser and in Blender"
+	@echo "make extension  write the extension for Blender: out/hairpipe-blender.zip"
 	@echo "make docs    build the documentation: out/docs/index.html"
 	@echo "make wheel   build the wheel, and run the demo from it in an empty folder"
 	@echo "make release check the figures of the README, the tests, the wheel and the documentation of a version"
@@ -61,6 +62,10 @@ pictures: $(VENV)/tested
 	$(VENV)/bin/hairpipe run graphs/demo.toml --frames 1001-1004 --to usd
 	PAGE_PICTURES=$(CURDIR)/docs/tutorials/pictures $(RUN) pytest -n 0 tests/app/page/test_fringe.py tests/app/page/test_front.py
 	$(VENV)/bin/hairpipe blender out/demo/shot.usd --picture docs/tutorials/pictures/blender.webp
+	$(VENV)/bin/python docs/blender_pictures.py docs/tutorials/pictures
+
+extension: $(VENV)/installed
+	$(VENV)/bin/hairpipe blender --extension -o out/hairpipe-blender.zip
 
 docs: $(VENV)/tested
 	$(RUN) sphinx -q -W --keep-going -E -j auto docs out/docs

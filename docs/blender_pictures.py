@@ -92,7 +92,7 @@ def dress(body: Any) -> Any:
     cape.location = body.matrix_world @ ((low + high) / 2)
     cape.location.z = (body.matrix_world @ low).z + 0.12
     lay = cape.modifiers.new("lay", "SHRINKWRAP")
-    lay.target, lay.wrap_mode, lay.offset = body, "ABOVE_SURFACE", 0.006
+    lay.target, lay.wrap_mode, lay.offset = body, "OUTSIDE_SURFACE", 0.004
     cape.data.materials.append(material_of("cloth", "ShaderNodeBsdfDiffuse", (0.05, 0.12, 0.25), 0.8))
     return cape
 
@@ -158,6 +158,7 @@ def draw_garment(folder: Path, picture: Path) -> None:
     entry = hair.hairpipe.colliders.add()
     entry.item, entry.sheet = cape, True
     hair.hairpipe.preset = "MEDIUM"
+    hair.hairpipe.surface.voxel = 3.0  # mm
     bpy.ops.hairpipe.simulate(name=hair.name)
     draw(picture, (0.5, -1.0, 0.15))
 
@@ -174,6 +175,7 @@ def main(output: Path) -> None:
 
         hairpipe_extension.register()
         for make in (draw_fringe, draw_ponytail, draw_garment):
+            output.mkdir(parents=True, exist_ok=True)
             make(Path(name), output / f"blender_{make.__name__.removeprefix('draw_')}.webp")
         hairpipe_extension.stop()
 

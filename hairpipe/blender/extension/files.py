@@ -93,4 +93,4 @@ def pin_places(hair: Hair) -> tuple[list[str], dict[str, list[float]]]:
         groups.append(name)
         if eighths:
             places[name] = [eighth / EIGHTHS for eighth in eighths]
-    return groups, places
+    return (groups, places) if places else ([], {})

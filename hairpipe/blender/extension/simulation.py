@@ -159,6 +159,11 @@ class Export:
         self.sizes: list[int] = []
 
     @property
+    def cache(self) -> Path:
+        """Folder of the results of all shots of the .blend files of a folder."""
+        return self.folder.parent.parent / "cache"
+
+    @property
     def file(self) -> Path:
         """Path of the graph."""
         return self.folder / "shot.toml"
@@ -346,7 +351,7 @@ class Run:
         known[self.item_name] = Known(self.lines_of(self.answer))
 
     def where(self) -> dict[str, Any]:
-        return {"cache": str(self.export.folder.parent.parent / "cache"), "to": self.targets()}
+        return {"cache": str(self.export.cache), "to": self.targets()}
 
     def targets(self) -> list[str]:
         return [f"usd_{item.slug}" for item in self.export.shot.hairs]
