@@ -1,6 +1,6 @@
 """Pictures of the how-to on Blender, made as an artist makes them: a scene, the button Simulate, Cycles.
 
-`python docs/blender_pictures.py FOLDER`, after a run of graphs/demo.toml: the body is that of out/demo/shot.usd. It
+`python docs/blender_pictures.py FOLDER [NAME ...]`, after a run of graphs/demo.toml: the body is that of out/demo/shot.usd. It
 runs in the module bpy, with the extension as hairpipe writes it.
 """
 
@@ -23,8 +23,10 @@ FIRST, LAST, DRAWN = 1001, 1024, 1016
 SIZE, SAMPLES, QUALITY = 480, 64, 80
 TIE = Vector((0.0, 0.118, 0.375))
 """Place of the hair tie of the ponytail [m]."""
-HEAD = (0.0, 0.0, 0.3)
+HEAD = (0.0, 0.0, 0.32)
 """What the camera looks at [m]."""
+NECK = 0.14
+"""Where the shirt ends [m]."""
 WIDTH = 5.0
 """Times a hair is drawn as wide as it is: the curves stand for more hairs."""
 
@@ -84,17 +86,21 @@ def tie(hair: Any) -> None:
 
 
 def dress(body: Any) -> Any:
-    """Return a cape: an open cone that a modifier lays on the body."""
-    low, high = (Vector(corner) for corner in (body.bound_box[0], body.bound_box[6]))
-    bpy.ops.mesh.primitive_cone_add(vertices=96, radius1=0.24, radius2=0.075, depth=0.16, end_fill_type="NOTHING")
-    cape = bpy.context.object
-    cape.name = "Cape"
-    cape.location = body.matrix_world @ ((low + high) / 2)
-    cape.location.z = (body.matrix_world @ low).z + 0.12
-    lay = cape.modifiers.new("lay", "SHRINKWRAP")
-    lay.target, lay.wrap_mode, lay.offset = body, "OUTSIDE_SURFACE", 0.004
-    cape.data.materials.append(material_of("cloth", "ShaderNodeBsdfDiffuse", (0.05, 0.12, 0.25), 0.8))
-    return cape
+    """Return a shirt: a copy of the body below the neck, with its modifiers, a little larger."""
+    shirt = body.copy()
+    shirt.data = body.data.copy()
+    shirt.name = "Shirt"
+    for collection in body.users_collection:
+        collection.objects.link(shirt)
+    heights = [(body.matrix_world @ vertex.co).z for vertex in body.data.vertices]
+    worn = shirt.vertex_groups.new(name="worn")
+    worn.add([row for row, height in enumerate(heights) if height < NECK], 1.0, "REPLACE")
+    shirt.modifiers.new("worn", "MASK").vertex_group = "worn"
+    larger = shirt.modifiers.new("larger", "DISPLACE")
+    larger.strength, larger.mid_level = 0.004, 0.0
+    shirt.data.materials.clear()
+    shirt.data.materials.append(material_of("cloth", "ShaderNodeBsdfDiffuse", (0.05, 0.12, 0.25), 0.8))
+    return shirt
 
 
 def material_of(name: str, shader: str, colour: tuple[float, float, float], roughness: float) -> Any:
@@ -153,17 +159,20 @@ def draw_ponytail(folder: Path, picture: Path) -> None:
 
 def draw_garment(folder: Path, picture: Path) -> None:
     body = make_scene(folder / "garment.blend")
-    hair = take_hair(SHOT, "hair", body, 4, (0.06, 0.03, 0.012))
-    cape = dress(body)
+    hair = take_hair(SHOT, "hair", body, 2, (0.06, 0.03, 0.012))
     entry = hair.hairpipe.colliders.add()
-    entry.item, entry.sheet = cape, True
+    entry.item = dress(body)
+    entry.sheet = True
     hair.hairpipe.preset = "MEDIUM"
     hair.hairpipe.surface.voxel = 3.0  # mm
     bpy.ops.hairpipe.simulate(name=hair.name)
     draw(picture, (0.5, -1.0, 0.15))
 
 
-def main(output: Path) -> None:
+PICTURES = {"fringe": draw_fringe, "ponytail": draw_ponytail, "garment": draw_garment}
+
+
+def main(output: Path, names: list[str]) -> None:
     os.environ["HAIRPIPE"] = str(Path(sys.executable).with_name("hairpipe"))
     with TemporaryDirectory() as name:
         package = Path(name, "hairpipe_extension")
@@ -174,11 +183,10 @@ def main(output: Path) -> None:
         import hairpipe_extension  # pyright: ignore[reportMissingImports]
 
         hairpipe_extension.register()
-        for make in (draw_fringe, draw_ponytail, draw_garment):
-            output.mkdir(parents=True, exist_ok=True)
-            make(Path(name), output / f"blender_{make.__name__.removeprefix('draw_')}.webp")
+        for picture in names or PICTURES:
+            PICTURES[picture](Path(name), output / f"blender_{picture}.webp")
         hairpipe_extension.stop()
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]), sys.argv[2:])

@@ -234,6 +234,11 @@ def faults(folder: Path) -> dict[str, Any]:
             bpy.ops.hairpipe.simulate(name="Hair")
         found[name] = said[0] if said else ""
 
+    def empty(hair: Any) -> None:
+        surface = hair.data.surface
+        hair.data = bpy.data.hair_curves.new("none")
+        hair.data.surface = surface
+
     def linked(hair: Any) -> None:
         bpy.ops.wm.save_as_mainfile(filepath=str(folder / "library.blend"))
         bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -249,7 +254,7 @@ def faults(folder: Path) -> dict[str, Any]:
     trial("no pins", lambda hair: setattr(hair.hairpipe, "pins", "nowhere"))
     trial("linked", linked)
     trial("instances", lambda hair: setattr(hair.data.surface, "instance_type", "VERTS"))
-    trial("no curves", lambda hair: setattr(hair, "data", bpy.data.hair_curves.new("none")))
+    trial("no curves", empty)
     trial("far", lambda hair: setattr(hair, "location", (5.0, 0.0, 0.0)))
     with refused() as said:
         bpy.ops.hairpipe.simulate(name="Nobody")

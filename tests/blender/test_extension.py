@@ -151,6 +151,7 @@ def test_the_panel_says_how_many_frames_would_run(simulated):
     assert STILL - 8 <= begin <= STILL and end == LAST
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.kernels
 def test_a_farm_renders_the_saved_scene_without_the_extension(simulated):
@@ -176,6 +177,7 @@ def test_two_grooms_pins_and_colliders_of_a_turned_scene_in_centimetres(blender,
     assert free[0] > 0.5 and abs(free[2]) < free[0]  # gravity points along X
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.kernels
 def test_old_particle_hair_becomes_curves_that_are_simulated(blender, package, tmp_path):
@@ -183,6 +185,7 @@ def test_old_particle_hair_becomes_curves_that_are_simulated(blender, package, t
     assert sorted(found.values()) == [[20, False, 1], [20, True, 0]], found
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.kernels
 def test_nothing_is_lost_when_blender_is_killed(blender, package, tmp_path):
@@ -234,6 +237,7 @@ def test_panels_show_all_settings_and_presets_are_what_they_say(blender, package
     assert len(rows) > 80
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.kernels
 def test_a_command_simulates_a_scene_without_a_screen(simulated, tmp_path):

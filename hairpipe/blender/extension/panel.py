@@ -102,10 +102,10 @@ class HAIRPIPE_PT_hair(bpy.types.Panel):
             layout.label(text="The particle system becomes hair curves")
             return
         own = item.hairpipe
-        about = known.get(item.name)
-        for line in about.lines if about else []:
-            layout.label(text=line, icon="NONE" if about.current else "QUESTION")
-        if about and not about.current:
+        lines, current = known.get(item.name, ([], True))
+        for line in lines:
+            layout.label(text=line, icon="NONE" if current else "QUESTION")
+        if not current:
             layout.label(text="Settings have changed since: Check counts again")
         if own.result is not None:
             layout.operator("hairpipe.remove", icon="TRASH")

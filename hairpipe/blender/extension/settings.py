@@ -172,8 +172,9 @@ def value_of(shown: Any, setting: Setting, turn: Turn) -> Any:
 def in_graph(shown: float, scale: Scale, default: float | None) -> float:
     """Return a number in the unit of the graph, with the digits of single precision that Blender keeps."""
     value = float(f"{shown:.6g}e{round_power(scale.size)}")
-    same = default is not None and abs(value - default) <= 1e-6 * abs(default)
-    return default if same else value
+    if default is not None and abs(value - default) <= 1e-6 * abs(default):
+        return default
+    return value
 
 
 def round_power(size: float) -> int:
