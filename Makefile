@@ -59,7 +59,7 @@ film: $(VENV)/tested
 	$(VENV)/bin/python docs/film.py $(GRAPH)
 
 pictures: $(VENV)/tested
-	$(VENV)/bin/hairpipe run graphs/demo.toml --frames 1001-1004 --to usd
+	$(VENV)/bin/hairpipe run graphs/demo.toml --frames 1001-1024 --to usd
 	PAGE_PICTURES=$(CURDIR)/docs/tutorials/pictures $(RUN) pytest -n 0 tests/app/page/test_fringe.py tests/app/page/test_front.py
 	$(VENV)/bin/hairpipe blender out/demo/shot.usd --picture docs/tutorials/pictures/blender.webp
 	$(VENV)/bin/python docs/blender_pictures.py docs/tutorials/pictures
