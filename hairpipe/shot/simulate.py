@@ -42,7 +42,7 @@ from hairpipe.shot.locks import advance_locked, check_locks
 from hairpipe.shot.settings import Scene
 from hairpipe.shot.shot import Frame, move_over_cut
 from hairpipe.solve.boundary import ClampPath, about, clamp_at, follow, origin_of, place
-from hairpipe.solve.integrator import rows_of
+from hairpipe.solve.integrator import lead_past_tips, rows_of
 from hairpipe.solve.lost import are_finite
 from hairpipe.solve.sag_free import find_initial_state
 from hairpipe.solve.stage import State, Step
@@ -426,6 +426,7 @@ def advance_frame(
             dt = next_step(limits, now, path, time, left)
             with np.errstate(over="ignore", invalid="ignore"):  # strands that a step loses are found after it
                 integrator.advance(model, now, Step(path, time, dt), around)
+                lead_past_tips(model, now, path.held)
         except LostPoints as lost:
             raise _lost(hair, lost.points) from None
         except TooManySteps as many:

@@ -97,3 +97,19 @@ def sum_changes(one: ContactChange, other: ContactChange) -> ContactChange:
         combine_all(one, 1.0, one, 1.0, other)
         return one
     return other if isinstance(other, np.ndarray) else one
+
+
+def lead_past_tips(model: StrandModel, state: State, held: np.ndarray) -> None:
+    """Let what lies past free tips move with them, in place: q' of a rod, which has no equation.
+
+    Contact moves points of the axis alone. Impulses that q' did not take would add up in its acceleration, with which
+    a step begins, and its speed would bound the steps.
+
+    held  1 where the tip of a strand is held, (blocks, W); no rows where all are free
+    """
+    if model.shape.after:
+        rows = model.first[1:] - 1
+        free = held[:, None, :] < 0.5 if len(held) else True
+        ahead = 2.0 * state.x[rows - 1] - state.x[rows - 2]
+        for values, there in ((state.x, ahead), (state.v, state.v[rows - 1]), (state.a, state.a[rows - 1])):
+            values[rows] = np.where(free, there, values[rows])

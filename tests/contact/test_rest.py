@@ -112,3 +112,17 @@ def test_pile_comes_to_rest(pile, step):
     assert len(heights) > 30 and (heights > 0.5 * LAW.thickness.value).all()
     near = near_pairs(shot.axis, shot.hair.layout.offsets, LAW.thickness.value)
     assert len(near.distances) > 5 and near.distances.min() > 0.5 * LAW.thickness.value
+
+
+def test_director_past_a_free_tip_of_a_rod_moves_with_the_tip():
+    """It has no equation: a speed of its own would stay for ever, and would bound the steps of all hair."""
+    scene = Scene()
+    hair = build_hair(groom_of([np.linspace(0.0, 0.1, 11)[:, None] * [1.0, 0.0, 0.0]]), Material(), "rod")
+    state = start(hair, None, scene)
+    past = hair.model.first[1:] - 1
+    state.velocities[past] += 10.0
+    state.positions[past] += 1.0
+    state = advance_frame(hair, state, (None, None), (), 1.0 / FPS, scene, 0.0)
+    np.testing.assert_array_equal(state.velocities[past], state.velocities[past - 1])
+    ahead = state.positions[past] - state.positions[past - 1]
+    np.testing.assert_allclose(np.linalg.norm(ahead, axis=1), 0.01, rtol=0.02)
