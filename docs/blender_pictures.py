@@ -1,7 +1,7 @@
 """Pictures of the how-to on Blender, made as an artist makes them: a scene, the button Simulate, Cycles.
 
-`python docs/blender_pictures.py FOLDER [NAME ...]`, after a run of graphs/demo.toml: the body is that of its shot. It runs
-in the module bpy, with the extension as hairpipe writes it.
+`python docs/blender_pictures.py FOLDER [NAME ...]`, after a run of graphs/demo.toml: the body is that of its shot.
+Blender is the module bpy, and the extension is as hairpipe writes it.
 """
 
 import os

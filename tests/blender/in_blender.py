@@ -202,7 +202,8 @@ def particles(folder: Path) -> dict[str, Any]:
     bpy.context.view_layer.objects.active = head
     bpy.ops.hairpipe.simulate()
     curves = [item for item in bpy.data.objects if item.type == "CURVES"]
-    return {item.name: [len(item.data.curves), item.hide_render, len(item.modifiers)] for item in curves}
+    found = {item.name: [len(item.data.curves), item.hide_render, len(item.modifiers)] for item in curves}
+    return {"curves": found, "drawn": head.modifiers["hair"].show_render}
 
 
 def long_run(folder: Path) -> dict[str, Any]:

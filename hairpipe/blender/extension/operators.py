@@ -31,12 +31,18 @@ def hair_of(context: Any, name: str = "") -> Any:
 
 
 def convert_particles(context: Any, item: Any) -> Any:
-    """Return hair curves made from the first hair particle system of an object."""
+    """Return hair curves made from the active hair particle system of an object, which is hidden."""
     known = set(bpy.data.objects)
     with context.temp_override(object=item, active_object=item, selected_objects=[item]):
         bpy.ops.curves.convert_from_particle_system()
     made = next(o for o in bpy.data.objects if o not in known)
     made.data.surface = made.data.surface or item
+    settings = item.particle_systems.active.settings
+    if 0 < settings.material <= len(item.material_slots) and not made.data.materials:
+        made.data.materials.append(item.material_slots[settings.material - 1].material)
+    for modifier in item.modifiers:
+        if modifier.type == "PARTICLE_SYSTEM" and modifier.particle_system.settings == settings:
+            modifier.show_viewport = modifier.show_render = False
     return made
 
 

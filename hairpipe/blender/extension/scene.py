@@ -16,8 +16,11 @@ Z_UP_TO_Y_UP = Matrix(((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)))
 DOWN = Vector((0.0, 0.0, -1.0))
 SURFACES = ("MESH", "CURVE", "SURFACE", "FONT", "META")
 """Types of objects that have faces after evaluation."""
-STANDARD = ("position", "radius", "surface_uv_coordinate", "curve_type", "cyclic", "resolution", "id")
-"""Attributes with a meaning of their own, which are not maps."""
+STANDARD = (
+    *("position", "radius", "surface_uv_coordinate", "curve_type", "cyclic", "resolution", "id", "widths"),
+    *("hairId", "hairDiameter", "lockId", "skinprim", "displayOpacity", "groom_id", "groom_guide", "groom_group_id"),
+)
+"""Attributes with a meaning of their own in Blender or in a groom file, which are not maps."""
 NUMBERS = {"FLOAT": np.float32, "INT": np.int32, "BOOLEAN": bool, "INT8": np.int8}
 
 
