@@ -6,9 +6,11 @@ Each is a function that works in a folder and returns what it found, which is pr
 import json
 import os
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import bpy
@@ -116,7 +118,7 @@ def simulate(folder: Path) -> dict[str, Any]:
     bpy.ops.hairpipe.simulate()
     result = hair.hairpipe.result
     times = [FIRST, FIRST + 1, FIRST + 1.5, LAST]
-    found["places"] = {time: places(result, time).tolist() for time in times}
+    found["places"] = {moment: places(result, moment).tolist() for moment in times}
     found["attributes"] = sorted(attribute.name for attribute in result.data.attributes)
     clump = np.empty(CURVES, np.float32)
     result.data.attributes["clump"].data.foreach_get("value", clump)
@@ -204,6 +206,62 @@ def particles(folder: Path) -> dict[str, Any]:
     curves = [item for item in bpy.data.objects if item.type == "CURVES"]
     found = {item.name: [len(item.data.curves), item.hide_render, len(item.modifiers)] for item in curves}
     return {"curves": found, "drawn": head.modifiers["hair"].show_render}
+
+
+def modal(folder: Path) -> dict[str, Any]:
+    """Drive a run by a timer, as Blender does with a screen: to the end, and to Esc in the middle."""
+    from hairpipe_extension.operators import Driven, running
+    from hairpipe_extension.simulation import known
+
+    class Trial(Driven):
+        name = "Hair"
+
+        def report(self, kind: set[str], text: str) -> None:
+            said.append(text)
+
+        def steps(self, run: Any) -> Any:
+            return run.simulate()
+
+    said: list[str] = []
+    found: dict[str, Any] = {}
+    for name, ticks in (("stopped", 60), ("whole", 100_000)):
+        hair = make_scene(folder / "shot.blend")
+        bpy.context.scene.frame_set(FIRST + 1)
+        trial, context = Trial(), Screen()
+        assert trial.invoke(context, None) == {"RUNNING_MODAL"}
+        answer = {"PASS_THROUGH"}
+        seen = 0.0
+        for tick in range(100_000):
+            time.sleep(0.01)
+            event = SimpleNamespace(type="ESC" if tick == ticks else "TIMER", value="PRESS")
+            answer = trial.modal(context, event)
+            preview = bpy.data.objects.get("Hair (running)")
+            if preview is not None:
+                seen = float(np.abs(places(preview, FIRST + 1)).max())
+            if answer != {"PASS_THROUGH"}:
+                break
+        curves = [item.name for item in bpy.data.objects if item.type == "CURVES"]
+        shown = None if hair.hairpipe.result is None else float(np.abs(places(hair.hairpipe.result, FIRST + 1)).max())
+        found[name] = [*answer, curves, seen, shown, len(running), known.get("Hair"), context.lines[-2:]]
+    return found | {"said": said}
+
+
+class Screen:
+    """What an operator uses of the context of a window."""
+
+    def __init__(self) -> None:
+        self.lines: list[str | None] = []
+        self.window_manager = self.workspace = self.screen = self.window = self
+        self.areas: list[Any] = []
+        self.object = bpy.data.objects["Hair"]
+        self.scene, self.view_layer = bpy.context.scene, bpy.context.view_layer
+        self.evaluated_depsgraph_get = bpy.context.evaluated_depsgraph_get
+
+    def status_text_set(self, text: str | None) -> None:
+        self.lines.append(text)
+
+    def __getattr__(self, name: str) -> Callable[..., None]:
+        return lambda *_, **__: None  # progress and timers of a window
 
 
 def long_run(folder: Path) -> dict[str, Any]:

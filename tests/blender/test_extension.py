@@ -219,6 +219,18 @@ FAULTS = {
 
 
 @pytest.mark.slow
+@pytest.mark.kernels
+def test_a_window_shows_frames_as_they_arrive_and_esc_stops_a_run(blender, package, tmp_path):
+    found = case("modal", tmp_path, package)
+    answer, curves, _, _, left, _, lines = found["stopped"]
+    assert (answer, curves, left, lines[-1]) == ("CANCELLED", ["Hair"], 0, None)
+    answer, curves, seen, shown, left, known, lines = found["whole"]
+    assert (answer, left, lines[-1]) == ("FINISHED", 0, None) and sorted(curves) == ["Hair", "Hair simulated"]
+    assert seen == pytest.approx(shown, abs=1e-6) and "Esc: stop" in lines[-2]
+    assert known == [["Nothing to compute: the result is current"], True]
+
+
+@pytest.mark.slow
 def test_faults_of_a_scene_end_in_one_line(blender, package, tmp_path):
     found = case("faults", tmp_path, package)
     assert found.keys() == FAULTS.keys()

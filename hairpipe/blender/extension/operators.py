@@ -107,6 +107,7 @@ class Driven:
         if item is None:
             return {"CANCELLED"}
         self.item = item.name
+        self.run.is_live = True
         running[self.item] = Progress(0.0, "Begins")
         manager = context.window_manager
         manager.progress_begin(0, 1000)
@@ -146,9 +147,16 @@ class Driven:
                 area.tag_redraw()
         return {"PASS_THROUGH"}
 
+    def cancel(self, context: Any) -> None:
+        """Stop when Blender ends the operator, as it does to load a file."""
+        running.clear()
+        self.run.cancel()
+        self.driver.close()
+
     def end(self, context: Any) -> None:
         running.clear()
-        bpy.app.handlers.frame_change_post.remove(self.show_frame)
+        if self.show_frame in bpy.app.handlers.frame_change_post:
+            bpy.app.handlers.frame_change_post.remove(self.show_frame)
         context.window_manager.event_timer_remove(self.timer)
         context.window_manager.progress_end()
         context.workspace.status_text_set(None)
@@ -284,7 +292,7 @@ class HAIRPIPE_OT_install(bpy.types.Operator):
                 self.report({"ERROR"}, f"{last}: {right}")
                 return {"CANCELLED"}
         simulation.close_bridge()
-        return bpy.ops.hairpipe.__getattr__("try")()
+        return getattr(bpy.ops.hairpipe, "try")()
 
 
 CLASSES = (

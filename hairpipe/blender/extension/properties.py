@@ -85,11 +85,13 @@ def use_preset(properties: Any, _: Any) -> None:
 class HairProperties(bpy.types.PropertyGroup):
     """Settings of a shot, with the hair object that it is started from."""
 
-    slug: StringProperty(description="Name of this object in the graph and in files; a new name does not change it")
-    result: PointerProperty(type=bpy.types.Object)
-    is_hidden: BoolProperty()
-    was_hidden: BoolProperty()
-    was_unrendered: BoolProperty()
+    slug: StringProperty(
+        description="Name of this object in the graph and in files; a new name does not change it", **COMMON
+    )
+    result: PointerProperty(type=bpy.types.Object, **COMMON)
+    is_hidden: BoolProperty(**COMMON)
+    was_hidden: BoolProperty(**COMMON)
+    was_unrendered: BoolProperty(**COMMON)
     preset: EnumProperty(
         name="Preset", items=presets.ITEMS, update=use_preset, description="Kind of hair; sets the material and contact"
     )

@@ -16,7 +16,8 @@ KINDS |= {"FLOAT2": ("vector", 2), "FLOAT_VECTOR": ("vector", 3), "FLOAT_COLOR":
 KINDS |= {"BYTE_COLOR": ("color", 4), "QUATERNION": ("value", 4)}
 """Name and size of what an attribute has at each place, by its type."""
 MODIFIER = "Simulated hair"
-MARK = "hairpipe"
+MARK = "hairpipe preview"
+"""Property of the objects of previews."""
 
 
 def attach(scene: Any, original: Any, usd: Path, axes: Axes, ids: np.ndarray) -> Any:
@@ -178,7 +179,7 @@ class Preview:
         item = bpy.data.objects.new(self.name, curves)
         self.name = item.name
         item.matrix_world = axes.matrix()
-        item.hide_render = True
+        item.hide_render = item[MARK] = True
         scene.collection.objects.link(item)
 
     def arrive(self, frame: int, file: Path, points: int) -> None:
@@ -199,9 +200,10 @@ class Preview:
             item.data.position_data.foreach_set("vector", points)
             item.data.update_tag()
 
-    def close(self) -> None:
-        item = bpy.data.objects.get(self.name)
-        if item is not None:
-            curves = item.data
-            bpy.data.objects.remove(item)
-            bpy.data.hair_curves.remove(curves)
+
+def discard_previews() -> None:
+    """Remove all previews, also those that were saved in the file while a run went on."""
+    for item in [item for item in bpy.data.objects if item.get(MARK)]:
+        curves = item.data
+        bpy.data.objects.remove(item)
+        bpy.data.hair_curves.remove(curves)

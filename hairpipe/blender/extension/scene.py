@@ -131,21 +131,19 @@ def shown(context: Any, objects: Sequence[Any]) -> Iterator[None]:
             scene.collection.objects.unlink(item)
 
 
-def evaluated(item: Any, graph: Any) -> Any:
-    """Return an object with its modifiers; Refused if it consists of instances."""
-    found = item.evaluated_get(graph)
-    if item.instance_type != "NONE" or any(
-        one.is_instance and one.parent and one.parent.original == item for one in graph.object_instances
-    ):
-        raise Refused(f"{item.name} has instances: realize them (Realize Instances, Make Instances Real)")
-    return found
+def check_instances(items: Sequence[Any], graph: Any) -> None:
+    """Raise Refused for an object that makes instances."""
+    made = {one.parent.original for one in graph.object_instances if one.is_instance and one.parent}
+    for item in items:
+        if item.instance_type != "NONE" or item in made:
+            raise Refused(f"{item.name} has instances: realize them (Realize Instances, Make Instances Real)")
 
 
 def read_faces(item: Any, graph: Any, axes: Axes) -> Faces:
     """Return the surface of an object with all its modifiers at the frame of a depsgraph; Refused without faces."""
     if item.type not in SURFACES:
         raise Refused(f"{item.name} is not a surface: pick a mesh")
-    found = evaluated(item, graph)
+    found = item.evaluated_get(graph)
     mesh = found.to_mesh()
     try:
         if not len(mesh.polygons):
@@ -185,7 +183,7 @@ def read_hair(item: Any, graph: Any, axes: Axes, body: Any, wanted: Sequence[str
     """
     if item.type != "CURVES":
         raise Refused(f"{item.name} is not a hair curves object")
-    found = evaluated(item, graph)
+    found = item.evaluated_get(graph)
     curves = found.data
     offsets = numbers_of(curves.curve_offset_data, "value", 1, np.int32) if len(curves.curves) else np.zeros(1, int)
     sizes = np.diff(offsets)

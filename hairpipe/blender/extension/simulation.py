@@ -16,7 +16,19 @@ from . import graph, results
 from .bridge import Absent, Bridge, Event, find_program
 from .files import pin_places, ply_of, usd_of, write
 from .properties import NODES, shown_settings
-from .scene import SURFACES, Axes, Faces, Hair, Refused, axes_of, gravity_of, read_faces, read_hair, shown, wind_of
+from .scene import (
+    SURFACES,
+    Faces,
+    Hair,
+    Refused,
+    axes_of,
+    check_instances,
+    gravity_of,
+    read_faces,
+    read_hair,
+    shown,
+    wind_of,
+)
 from .settings import values_of
 
 PACKAGE = __package__ or "hairpipe"
@@ -196,6 +208,7 @@ class Export:
     def write_rest(self) -> dict[str, Faces]:
         """Write hair and body at rest; return the surfaces."""
         depsgraph = self.context.evaluated_depsgraph_get()
+        check_instances(self.inputs.all, depsgraph)
         surfaces = {name: read_faces(item, depsgraph, self.axes) for name, item in self.surfaces().items()}
         self.put("body/rest.ply", ply_of(surfaces["body"]))
         wanted = sorted(maps_in(self.values))
@@ -281,7 +294,10 @@ class Failed(Exception):
 
 
 class Run:
-    """Export, graph, and a request to hairpipe: `plan` for what would be computed, or `run`."""
+    """Export, graph, and a request to hairpipe: `plan` for what would be computed, or `run`.
+
+    is_live  whether frames are shown as they arrive
+    """
 
     def __init__(self, context: Any, item: Any) -> None:
         """Refused where the objects cannot be used, Absent without hairpipe."""
@@ -289,6 +305,7 @@ class Run:
         self.export = Export(context, item)
         self.bridge = bridge()
         self.request: int | None = None
+        self.is_live = False
         self.previews: dict[str, results.Preview] = {}
         self.warnings: list[str] = self.export.warnings
 
@@ -367,6 +384,7 @@ class Run:
 
     def simulate(self) -> Iterator[Progress]:
         """Compute what has changed, and attach the results."""
+        results.discard_previews()
         yield from self.write_graph()
         live = {f"shown_{item.slug}": str(self.export.folder / LIVE / item.slug) for item in self.export.shot.hairs}
         self.request = self.bridge.ask("run", graph=str(self.export.file), live=live, **self.where())
@@ -395,7 +413,7 @@ class Run:
         name = next(item.name for item in self.export.shot.hairs if item.slug == slug)
         original = self.original(name)
         read = self.export.read[slug]
-        if bpy.app.background or original is None:
+        if not self.is_live or original is None:
             return
         if slug not in self.previews:
             sizes = read.sizes.tolist()
@@ -410,8 +428,8 @@ class Run:
             preview.show(frame)
 
     def close_previews(self) -> None:
-        while self.previews:
-            self.previews.popitem()[1].close()
+        self.previews.clear()
+        results.discard_previews()
 
     def cancel(self) -> None:
         """Stop; what is computed is kept."""
@@ -430,5 +448,3 @@ def clock(seconds: float) -> str:
 
 FAULTS = (Refused, Absent, Failed, OSError, RuntimeError, ValueError)
 """What ends a run with a message."""
-
-__all__ = ["FAULTS", "Axes", "Run", "bridge", "clock", "close_bridge", "forget_plan", "known", "own_environment"]
