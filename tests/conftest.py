@@ -250,10 +250,15 @@ def same_on_threads(threads: Callable[[int], None]) -> Callable[[Callable], Any]
         one = compute()
         threads(2)
         for alone, together in zip(arrays_of(one), arrays_of(compute()), strict=True):
-            assert (alone.dtype, alone.shape, alone.tobytes()) == (together.dtype, together.shape, together.tobytes())
+            assert bits_of(alone) == bits_of(together)
         return one
 
     return check
+
+
+def bits_of(array: np.ndarray) -> tuple:
+    """Type, shape and bytes of an array; of one of other objects, such as texts, these."""
+    return array.dtype, array.shape, array.tolist() if array.dtype.kind == "O" else array.tobytes()
 
 
 def arrays_of(value: Any) -> Iterator[np.ndarray]:

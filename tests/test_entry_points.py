@@ -80,7 +80,7 @@ SMALL = {
     "tune": """from hairpipe.app.tune import study, tuning
 def tune(*_): raise study.Interrupted
 tuning.tune = tune""",
-    "convert": """from hairpipe.formats import blender as it
+    "convert": """from hairpipe.blender import programs as it
 it.IMPORTERS = {".usda": ()}
 it.run_program = lambda program, job, made, where: made[0].write_text("made")""",
     "experiments core": """from hairpipe.graphs.experiments.bench import core as it

@@ -39,7 +39,7 @@ def bridge() -> None:
 @click.option("--simulate", "hair", metavar="HAIR", help="Name of a hair object of FILE, a .blend file, to simulate.")
 @click.option("--extension", is_flag=True, help="Write the extension for Blender, which simulates hair of a scene.")
 def blender(file: Path | None, output: Path | None, picture: Path | None, hair: str | None, extension: bool) -> None:
-    """Import a USD shot into Blender, or simulate hair of a Blender scene.
+    """Import a shot into Blender, or simulate the hair of a scene.
 
     FILE is a USD shot: hair gets a material; body, level sets and frame range are those of the shot. With -o or
     --picture Blender runs in the background. Without, the script is printed, for Blender's text editor, or to start
