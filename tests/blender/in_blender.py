@@ -214,13 +214,10 @@ def modal(folder: Path) -> dict[str, Any]:
     from hairpipe_extension.simulation import known
 
     class Trial(Driven):
-        name = "Hair"
+        verb, name = "simulate", "Hair"
 
         def report(self, kind: set[str], text: str) -> None:
             said.append(text)
-
-        def steps(self, run: Any) -> Any:
-            return run.simulate()
 
     said: list[str] = []
     found: dict[str, Any] = {}

@@ -11,15 +11,14 @@ EIGHTHS = 8
 """Places of pins along a strand: parts of its length from the root."""
 
 
-def write(path: Path, content: bytes) -> bool:
-    """Write a file as a whole, if its content differs; return whether it did. OSError where it cannot be written."""
+def write(path: Path, content: bytes) -> None:
+    """Write a file as a whole, if its content differs. OSError where it cannot be written."""
     if path.is_file() and path.stat().st_size == len(content) and path.read_bytes() == content:
-        return False
+        return
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.{os.getpid()}")
     part.write_bytes(content)
     part.replace(path)
-    return True
 
 
 def ply_of(faces: Faces) -> bytes:

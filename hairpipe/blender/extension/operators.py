@@ -52,16 +52,17 @@ def has_particles(item: Any) -> bool:
 
 
 class Driven:
-    """An operator that drives a run: by a timer with a screen, in a loop without one."""
+    """An operator that drives a run: by a timer with a screen, in a loop without one.
 
+    verb  what the run does: its method `simulate` or `plan`
+    """
+
+    verb: str
     name: StringProperty(name="Hair", description="Name of the hair object; by default the active one")
 
     @classmethod
     def poll(cls, context: Any) -> bool:
         return not running
-
-    def steps(self, run: Run) -> Iterator[Progress]:
-        raise NotImplementedError
 
     def start(self, context: Any) -> Any:
         """Return the hair object, or None after a report."""
@@ -77,7 +78,7 @@ class Driven:
         except FAULTS as fault:
             self.report({"ERROR"}, f"{item.name}: {fault}")
             return None
-        self.driver = self.steps(self.run)
+        self.driver: Iterator[Progress] = getattr(self.run, self.verb)()
         return item
 
     def execute(self, context: Any) -> set[str]:
@@ -178,9 +179,7 @@ class HAIRPIPE_OT_simulate(Driven, bpy.types.Operator):
     bl_idname = "hairpipe.simulate"
     bl_label = "Simulate"
     bl_options = {"REGISTER"}  # noqa: RUF012 - as Blender wants it
-
-    def steps(self, run: Run) -> Iterator[Progress]:
-        return run.simulate()
+    verb = "simulate"
 
 
 class HAIRPIPE_OT_check(Driven, bpy.types.Operator):
@@ -189,9 +188,7 @@ class HAIRPIPE_OT_check(Driven, bpy.types.Operator):
     bl_idname = "hairpipe.check"
     bl_label = "Check"
     bl_options = {"REGISTER"}  # noqa: RUF012
-
-    def steps(self, run: Run) -> Iterator[Progress]:
-        return run.plan()
+    verb = "plan"
 
 
 class HAIRPIPE_OT_remove(bpy.types.Operator):

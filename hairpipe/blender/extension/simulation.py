@@ -166,9 +166,7 @@ class Export:
         self.values = {
             name: values_of(getattr(item.hairpipe, name), shown_settings(name), self.axes.vector) for name in NODES
         }
-        self.written = 0
         self.warnings: list[str] = []
-        self.sizes: list[int] = []
 
     @property
     def cache(self) -> Path:
@@ -252,7 +250,7 @@ class Export:
                 self.put(f"{name}/{name}.{number:04d}.ply", ply_of(faces._replace(points=points)))
 
     def put(self, name: str, content: bytes) -> None:
-        self.written += write(self.folder / name, content)
+        write(self.folder / name, content)
 
     def discard_others(self, count: int) -> None:
         """Remove samples of a longer shot: a sequence is all files of its name."""
