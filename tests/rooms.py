@@ -12,7 +12,7 @@ BUDGETS = {
     "geometry": ("vectors, SIMD lanes, banded systems, trees, pairs, distances", 3350),
     "body": ("skeletons, motion capture, skinning, our own bust", 1950),
     "levelset": ("level sets of bodies, baked and interpolated in time", 2523),
-    "groom": ("hair at rest: seeded, grown, imported, painted, interpolated", 2176),
+    "groom": ("hair at rest: seeded, grown, imported, painted, interpolated, transferred", 2634),
     "laws": ("one law a file: force, derivative, source", 1748),
     "strands": ("rod, network, chain: rows, rest shape, calibration", 2492),
     "solve": ("stages, integrators, conjugate gradients, step size, lost steps, strands at rest", 3885),
@@ -28,7 +28,7 @@ BUDGETS = {
     "app": ("Python interface, command line, page, bridge, tuning, wedges, farms", 8642),
 }
 """What a room is about, and its most lines of Python. A budget falls, but for a new feature."""
-MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 64_380, 328, 25, 105
+MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 64_838, 329, 25, 105
 """Most lines and files of all rooms, files with one importer, and files that `simulate_hair` imports."""
 REGISTERS = (
     *("hairpipe.nodes.", "hairpipe.app.cli.", "hairpipe.strands.registry", "hairpipe.shot.build"),

@@ -331,3 +331,19 @@ def grow_strands(
         stride_on(axis, extent / segments, strand)
         keep_out(solid, strand, GAP)
     return points
+
+
+@njit(cache=True, parallel=True)
+def keep_strands_out(tree: Tree, normals: np.ndarray, points: np.ndarray, offsets: np.ndarray, gap: float) -> None:
+    """Rotate segments of strands out of a body, in place, see `keep_out`; points (P, 3) [m], by the offsets."""
+    for s in prange(len(offsets) - 1):
+        keep_out(Solid(tree, normals), points[offsets[s] : offsets[s + 1]], gap)
+
+
+@njit(cache=True, parallel=True)
+def depths(tree: Tree, normals: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return the signed distances of points, (P, 3), from a body, negative inside [m], (P,)."""
+    found = np.empty(len(points))
+    for i in prange(len(points)):
+        found[i] = distance_and_normal(Solid(tree, normals), row(points, i), 0)[0]
+    return found
