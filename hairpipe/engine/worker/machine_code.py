@@ -11,6 +11,8 @@ A kernel is one file, which holds what numba looks it up by: there is no index t
 that names types which another process cannot import. The seal that follows the pickle is checked before numba reads it.
 Numba's locators alone choose folders; they check no file that is loaded, and see no types.
 
+One process compiles a kernel, while others that need it wait for its file.
+
 The folders lie where only this user can write, never in a store: a store may come from anywhere, and kernels are code.
 
 Numba optimises every function by itself, generates its machine code, and does both again in each function that
@@ -20,6 +22,7 @@ intermediate code, in memory and in the folder of kernels, and the function that
 """
 
 import errno
+import fcntl
 import json
 import os
 import shutil
@@ -46,6 +49,7 @@ from hairpipe.engine.store.ownership import fault_of, make_own, own_folder
 from hairpipe.engine.store.store import Store
 from hairpipe.engine.worker.threading_layer import choose_layer
 from hairpipe.errors import BadInput
+from hairpipe.plain_file import Stamp, stamp_of
 
 KNOWN = (0, 68)
 """Version of numba whose internal classes are patched here; another one compiles as it does by itself.
@@ -130,6 +134,30 @@ def defer_code() -> None:
     codegen.JITCPUCodegen.set_env = set_env_of_generated  # pyright: ignore[reportAttributeAccessIssue]
     builder: Any = compiler.DefaultPassBuilder
     builder.define_parfor_gufunc_pipeline = staticmethod(define_without_entries)
+
+
+def shorten_compilation() -> None:
+    """Patch what numba repeats for each call of LLVM and each comparison of options, in place; code stays the same.
+
+    Numba adds up the duration of each call of LLVM, in every function that is being compiled. It compares options as
+    new dictionaries with all of them. It also generates an entry for C in each function, which nobody calls.
+    """
+    import numba
+    from llvmlite.binding import ffi
+    from numba.core import compiler, targetconfig
+
+    if numba.version_info[:2] != KNOWN:
+        return
+    config: Any = targetconfig.TargetConfig
+
+    def equals(self: Any, other: Any) -> bool:
+        if not isinstance(other, config):
+            return NotImplemented
+        return self._values == other._values or self.values() == other.values()
+
+    config.__eq__, config.__hash__ = equals, lambda self: hash(type(self))
+    compiler.Flags.options["no_cfunc_wrapper"]._default = True
+    ffi.lib._lock._cblist.clear()
 
 
 TABLE = "HAIRPIPE_KERNELS"
@@ -245,10 +273,21 @@ def guard(caching: Any) -> None:
         return
     locators.insert(0, KernelLocator)
     load_data, save_data, open_for_write = cache_file._load_data, cache_file._save_data, cache_file._open_for_write
+    save_overload = caching.Cache.save_overload
 
     def load(self: Any, key: Any) -> Any:
         name = name_of(self, key)
-        if name and is_there(Path(self._data_path(name))):
+        if name is None:
+            return None
+        data = read(self, name, key)
+        if data is None and claim(self, Path(self._data_path(name))):
+            data = read(self, name, key)
+        if data is not None:
+            release(self)
+        return data
+
+    def read(self: Any, name: str, key: Any) -> Any:
+        if is_there(Path(self._data_path(name))):
             with suppress(OSError):  # of one that has gone since
                 known, data = load_data(self, name)
                 with suppress(OSError):
@@ -261,6 +300,12 @@ def guard(caching: Any) -> None:
         if name and is_current(self._cache_path):
             save_data(self, name, (key, data))
 
+    def save_and_release(self: Any, signature: Any, result: Any) -> None:
+        try:
+            save_overload(self, signature, result)
+        finally:
+            release(self._cache_file)
+
     @contextmanager
     def open_to_seal(self: Any, path: str) -> Iterator[IO[bytes]]:
         buffer = BytesIO()
@@ -272,14 +317,59 @@ def guard(caching: Any) -> None:
                 file.write(data + seal(Path(path), data))
 
     cache_file.load, cache_file.save, cache_file._open_for_write = load, save, open_to_seal
+    caching.Cache.save_overload = save_and_release
     defer_code()
+    shorten_compilation()
     from numba.core.event import TimingListener, register
 
-    _timing.append(TimingListener())
+    class Compilation(TimingListener):
+        """Adds up the duration of compilation, and releases kernels that do not compile."""
+
+        def on_end(self, event: Any) -> None:
+            super().on_end(event)
+            if event._exc_details is not None:
+                release(getattr(event.data["dispatcher"]._cache, "_cache_file", None))
+
+    _timing.append(Compilation())
     register("numba:compile", _timing[0])
 
 
 _timing: list[Any] = []
+_claims: dict[Any, list[IO[bytes]]] = {}
+"""Locked files of the kernels that this process compiles, by the file of numba's cache."""
+POLL = 0.02
+"""Interval at which a process tries to lock a kernel again [s]."""
+LONGEST_WAIT = 60.0
+"""Time for which a process waits for a kernel that another one compiles [s]."""
+
+
+def claim(cache_file: Any, kernel: Path) -> bool:
+    """Lock a kernel that is missing, so that one process compiles it; return whether another one has held it before.
+
+    Functions call no function that calls them: two processes do not wait for each other.
+    """
+    waited = False
+    with suppress(OSError):
+        kernel.parent.mkdir(parents=True, exist_ok=True)
+        file = kernel.with_suffix(".claim").open("wb")
+        _claims.setdefault(cache_file, []).append(file)
+        end = time.monotonic() + LONGEST_WAIT
+        while time.monotonic() < end:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                return waited
+            except BlockingIOError:
+                waited = True
+                time.sleep(POLL)
+    return waited
+
+
+def release(cache_file: Any) -> None:
+    """Unlock the kernels that this process has compiled, or cannot compile."""
+    for file in _claims.pop(cache_file, ()):
+        with suppress(OSError):
+            Path(file.name).unlink()
+        file.close()
 
 
 def seconds_compiled() -> float:
@@ -334,9 +424,19 @@ def file_of(module: str) -> str:
 
 def is_current(folder: str) -> bool:
     """Whether nothing has been edited since the table was made that kernels of a folder are compiled of."""
+    stamps = _current.get(folder)
+    if stamps is not None and all(stamp_of(path) == stamp for path, stamp in stamps.items()):
+        return True
     reader = CodeReader(lambda name, make: make())
     alike = [entry for entry in table().values() if entry.key.startswith(folder[-FOLDER_DIGITS:])]
-    return all(reader.code_of(entry.module).digest == entry.code for entry in alike)
+    found = all(reader.code_of(entry.module).digest == entry.code for entry in alike)
+    if found:
+        _current[folder] = reader.stamps
+    return found
+
+
+_current: dict[str, dict[str, Stamp]] = {}
+"""Stamps of the sources behind folders of kernels that were found current."""
 
 
 WITHOUT_KERNELS = ("app", "engine")

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import numba
 import numpy as np
@@ -155,3 +156,12 @@ def test_types_name_the_modules_that_they_are_of():
     assert {"hairpipe.strands.chain", "hairpipe.strands.interface", "hairpipe.geometry.simd"} <= modules
     assert codes_behind((numba.optional(numba.float64), numba.typeof(arrays[0]))) == []
     assert codes_behind((numba.typeof(numba.njit(lambda x: x)),)) is None
+
+
+@pytest.mark.kernels
+def test_two_processes_do_not_compile_the_same_kernel(studio):
+    """Both begin with an empty folder: each kernel is compiled by one of them, and read by the other."""
+    with ThreadPoolExecutor() as pool:
+        (one, read), (other, read_by_other) = (done.result() for done in [pool.submit(studio.run) for _ in range(2)])
+    assert one == other == VALUES
+    assert {name: read[name] + read_by_other[name] for name in VALUES} == ALL
