@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from hairpipe.engine import Cuts, File, Frames, Time, Workspace, node
+from hairpipe.engine import Cuts, File, Frames, Origin, Time, Workspace, node
 from hairpipe.units import Interval, Suffixes
 from hairpipe.values import Groom, Mesh, Strands
 from hairpipe.values.hair import HairState
@@ -19,6 +19,7 @@ def export_usd(
     time: Time,
     cuts: Cuts,
     workspace: Workspace,
+    origin: Origin = Origin(),  # noqa: B008 - immutable
     *,
     layout: Literal["single", "clips"] = "single",
     curve: Literal["catmull_rom", "bspline"] = "catmull_rom",
@@ -35,6 +36,9 @@ def export_usd(
 
     With the files of `export_vdb` as `volume`, the stage has a Volume, in a folder next to the file.
 
+    The metadata of the root prim have the version of hairpipe, and the nodes and settings behind the file, from which
+    `usd check` names the cause of a finding.
+
     layout  file layout: a single file, or one file per frame, joined by the first as value clips
     curve   curve basis: catmull_rom through the points of the hair, or bspline with the points as its control polygon,
             whose distance from the points `usd check` reports
@@ -43,7 +47,7 @@ def export_usd(
     name    name of the root prim and of the folders of clips and level sets; shots in one folder need different names
     """
     from hairpipe.errors import BadInput
-    from hairpipe.formats.usd.shot import Shot, VolumeFile, write_clips, write_shot
+    from hairpipe.formats.usd.shot import Shot, VolumeFile, noted, write_clips, write_shot
     from hairpipe.formats.vdb import box
     from hairpipe.groom.key_weights import keys_among
 
@@ -53,5 +57,5 @@ def export_usd(
         raise BadInput("keys without the groom", right="in.groom: that of all hair")
     simulated = None if keys is None or groom is None else keys_among(groom, keys) >= 0
     path = workspace / f"{name}.usdc"
-    shot = Shot(hair, body, groom, time.fps, name, files, states, simulated, curve, cuts, hairs)
+    shot = Shot(hair, body, groom, time.fps, name, files, states, simulated, curve, cuts, hairs, noted(**vars(origin)))
     return File(path, (write_clips if layout == "clips" else write_shot)(path, shot))

@@ -24,8 +24,9 @@ An input is annotated with its type `T`, or with what the node sees of it over t
 `Frames[Spent]`, `Reached[Spent]`  the time that each result took, of a node with values of any type
 
 A parameter of type `Time` gives the frame and its length, one of type `Cuts` the frames at which the shot is cut, one
-of type `First` the first frame of the shot, one of type `Workspace` an empty folder for a `File`, a value that the
-graph can publish. A node raises `BadInput` for input that the user can fix; its warnings are reported.
+of type `First` the first frame of the shot, one of type `Origin` the nodes and settings behind the result, one of type
+`Workspace` an empty folder for a `File`, a value that the graph can publish. A node raises `BadInput` for input that
+the user can fix; its warnings are reported.
 `@flat_group("settings")` makes the fields of that group settings of the node itself.
 """
 
@@ -34,6 +35,7 @@ from hairpipe.engine.node.declare import (
     File,
     First,
     Frames,
+    Origin,
     Pair,
     Reached,
     Spent,
@@ -43,4 +45,17 @@ from hairpipe.engine.node.declare import (
     node,
 )
 
-__all__ = ["Cuts", "File", "First", "Frames", "Pair", "Reached", "Spent", "Time", "Workspace", "flat_group", "node"]
+__all__ = [
+    "Cuts",
+    "File",
+    "First",
+    "Frames",
+    "Origin",
+    "Pair",
+    "Reached",
+    "Spent",
+    "Time",
+    "Workspace",
+    "flat_group",
+    "node",
+]

@@ -1,5 +1,6 @@
 """The node hands over a file, and with clips what has to lie beside it; others open them where they are published."""
 
+import json
 import shutil
 from pathlib import Path
 from typing import Literal
@@ -8,7 +9,10 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom, UsdVol
 
-from hairpipe.engine import File, Frames, Time, Workspace
+import hairpipe
+from hairpipe.engine import File, Frames, Origin, Time, Workspace
+from hairpipe.engine.plan.key import Resolver
+from hairpipe.engine.store.store import Store
 from hairpipe.errors import BadInput
 from hairpipe.formats.usd.check.lint import lint
 from hairpipe.formats.vdb import inspect
@@ -97,3 +101,70 @@ def test_the_published_file_has_every_frame_of_hair_body_and_level_set(
     assert UsdGeom.Imageable(prim).ComputePurpose() == "guide"
     found = [f.rule for f in lint(tmp_path / "out" / "final.usd", inspect) if "levelset" in f.path]
     assert set(found) == {"sample-gaps"}, "frame 1003 was left out, and nothing else is wrong"
+
+
+GRAPH = """
+schema = 1
+frames = [1, 2]
+[head]
+type = "make_bust"
+[groom]
+type = "grow_groom"
+in.scalp = "head"
+strands = 20
+[motion]
+type = "load_motion"
+in.rest = "head"
+file = "{clip}"
+[body]
+type = "pose_body"
+in = {{ rest = "head", pose = "motion" }}
+[{hair}]
+type = "carry_groom"
+in = {{ groom = "groom", body = "body" }}
+[unused]
+type = "grow_groom"
+in.scalp = "head"
+[usd]
+type = "export_usd"
+in = {{ hair = "{hair}", groom = "groom" }}
+"""
+
+
+def origin_in(folder: Path, hair: str = "hair", clip: str = "a.glb", **settings: object) -> Origin:
+    """The origin of a graph in a folder of its own."""
+    folder.mkdir()
+    shutil.copy(Path(hairpipe.__file__).parent.parent / "graphs" / "assets" / "nod.glb", folder / clip)
+    (folder / "shot.toml").write_text(GRAPH.format(hair=hair, clip=clip))
+    changes = {name.replace("__", "."): value for name, value in settings.items()}
+    shot = hairpipe.load(folder / "shot.toml", changes, cache=folder / "cache")
+    return Origin(**Resolver(shot.graph, Store(folder / "cache"), (1, 2)).origins["usd"])
+
+
+def test_the_origin_is_the_graph_behind_a_file_without_paths(tmp_path):
+    here, there = (origin_in(tmp_path / name, clip=clip) for name, clip in (("a", "a.glb"), ("b", "nod.glb")))
+    assert here == there and str(tmp_path) not in repr(here)
+    assert list(here.nodes) == ["head", "groom", "motion", "body", "hair", "usd"]  # not the unused one
+    assert here.nodes["usd"]["in"] == {"hair": "hair", "groom": "groom"} and here.node == "usd"
+    assert here.nodes["motion"]["settings"]["file"]["suffix"] == ".glb"
+
+
+def test_the_key_of_an_origin_is_of_settings_and_not_of_names(tmp_path):
+    key = origin_in(tmp_path / "a").key
+    assert origin_in(tmp_path / "b", hair="tresses").key == key
+    assert origin_in(tmp_path / "c", unused__strands=7).key == key
+    assert origin_in(tmp_path / "d", groom__strands=21).key != key
+
+
+def test_metadata_state_the_graph_and_equal_graphs_give_equal_bytes(tmp_path):
+    origin = origin_in(tmp_path / "graph")
+    frames = Frames(NUMBERS, hair), None, None, None, None, None
+    files = []
+    for name in "ab":
+        (tmp_path / name).mkdir()
+        files.append(export_usd(*frames, Time(1001, 30.0), (), Workspace(tmp_path / name), origin).path)
+    assert files[0].read_bytes() == files[1].read_bytes()
+    notes = Usd.Stage.Open(str(files[0])).GetDefaultPrim().GetCustomDataByKey("hairpipe")
+    assert (notes["version"], notes["node"], notes["key"]) == (hairpipe.__version__, "usd", origin.key)
+    assert json.loads(notes["nodes"]["groom"]) == origin.nodes["groom"]
+    assert lint(files[0]) == []

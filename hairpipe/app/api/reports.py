@@ -258,7 +258,8 @@ def made_of(parts: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
     yield "code", "", parts["code"]
     yield from (("setting", name, text) for name, text in spread(parts["settings"]))
     yield from (("input", name, written(value)) for name, value in parts["inputs"].items())
-    yield from (("time", name, str(value)) for name, value in (parts["time"] or {}).items())
+    times = (parts["time"] or {}).items()
+    yield from (("time", name, str(value["key"] if name == "origin" else value)) for name, value in times)
 
 
 def spread(settings: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:

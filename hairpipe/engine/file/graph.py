@@ -201,6 +201,8 @@ def project_of(path: Path) -> Path:
 
 BEGIN, END = "[", "]"
 """Delimiters of the label of a variant; names of nodes in a graph file do not contain them."""
+UNVARIED = "unvaried"
+"""Label of a node that variants leave as it is in the graph file."""
 
 
 def merged(
@@ -252,7 +254,7 @@ def unvaried(graph: Graph, base: Graph, varied: Collection[str]) -> Graph:
     }
     if not fixed:
         return graph
-    names = {name: f"{name}{BEGIN}unvaried{END}" for name in base.upto(fixed.values()).nodes if name in changed}
+    names = {name: f"{name}{BEGIN}{UNVARIED}{END}" for name in base.upto(fixed.values()).nodes if name in changed}
     nodes: dict[str, Node] = {}
     for name, node in graph.nodes.items():
         edges = {plug: moved(edge, names) if (name, plug) in fixed else edge for plug, edge in node.edges.items()}
@@ -271,6 +273,15 @@ def moved(edge: Edge, names: Mapping[str, str]) -> Edge:
 def origin(name: str) -> str:
     """Return the name, in the graph file, of a node of a merged graph."""
     return name.partition(BEGIN)[0]
+
+
+def base_name(name: str) -> str:
+    """Return the name of a node without the label of a variant; one that the variants leave as it was keeps its mark.
+
+    A variant and the graph that its wedge is merged into have equal names.
+    """
+    unvaried = f"{BEGIN}{UNVARIED}{END}"
+    return origin(name) + (unvaried if unvaried in name else "")
 
 
 def renamed(node: Node, names: Mapping[str, str], label: str) -> Node:

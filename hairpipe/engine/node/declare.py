@@ -67,6 +67,25 @@ First = NewType("First", int)
 """First frame of the shot, without preroll: a longer range at its end does not change it."""
 
 
+@dataclass(frozen=True)
+class Origin:
+    """The part of a graph that a result is computed from; only nodes with this parameter depend on it.
+
+    Equal graphs have equal origins on all machines: without paths, times, versions, and labels of variants.
+
+    node   name of the node in the graph file; empty outside of a graph
+    key    digest of the types, settings and files of all these nodes, whatever their names are
+    shot   fps, first frame, preroll and cuts of the graph
+    nodes  this node and those before it, by name: `type`, `in` (sources by socket) and `settings`, plain values, with
+           the digest of a file in its place
+    """
+
+    node: str = ""
+    key: str = ""
+    shot: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    nodes: Mapping[str, Mapping[str, Any]] = dataclasses.field(default_factory=dict)
+
+
 class Frames(Mapping[int, T]):
     """A value at every frame of the run, by frame number; loaded on access and not cached.
 
@@ -149,7 +168,7 @@ SINGLE = ""
 """Name of a single output."""
 VALUES = "a frozen dataclass of arrays, such as a Table, or a File"
 """Types of values on edges."""
-SPECIAL = (Time, Cuts, First, Workspace)
+SPECIAL = (Time, Cuts, First, Origin, Workspace)
 """Types of parameters that take what the engine knows of an evaluation."""
 PREPARED = "prepared"
 """Parameter of a node for the result of its `prepare` function."""
@@ -189,7 +208,7 @@ class NodeType:
     returns         declared type, a NamedTuple of several outputs
     writes          suffixes under which its File may be published, in lower case
     state           output that a scan receives back as `previous`
-    special         its parameters that take Time, Cuts, First or a Workspace, with this type
+    special         its parameters that take Time, Cuts, First, an Origin or a Workspace, with this type
     prepare         computes the value of the parameter `prepared`; None if absent
     tuning          module that lists simplifications, see `hairpipe/values/simplification.py`; None: none
     unvaried        sockets that all variants of a wedge connect to results of the graph file

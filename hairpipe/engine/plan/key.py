@@ -4,29 +4,30 @@ type      name of the node type
 code      digest of its module with all imports, of versions, and of the class of the processor: `hairpipe.engine.code`
 settings  checked values; a file is there by its bytes and suffix, a choice that calls libraries with their versions
 inputs    by socket, or `socket.0` ...: a digest, [previous, current], [[frame, digest], ...] or None
-time      frame, fps, cuts and first frame of the shot where the node asks for them, else None
+time      frame, fps, cuts, first frame and origin of the result where the node asks for them, else None
 """
 
 import json
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeGuard
 
 from hairpipe.engine.code import Code, CodeReader, version
-from hairpipe.engine.file.graph import Edge, Graph, Node
+from hairpipe.engine.file.graph import Edge, Graph, Node, base_name
 from hairpipe.engine.file.read import Location
-from hairpipe.engine.node.declare import Cuts, First, Time
+from hairpipe.engine.node.declare import Cuts, First, Origin, Time
 from hairpipe.engine.node.settings import Field, fields_of, map_values
 from hairpipe.engine.plan.arguments import name_inputs
 from hairpipe.engine.plan.tasks import Inputs, Source, Task, sources, unroll
-from hairpipe.engine.store.digest import Parts
+from hairpipe.engine.store.digest import Parts, digest
 from hairpipe.engine.store.fingerprint import fingerprint
 from hairpipe.engine.store.lease import Leases
 from hairpipe.engine.store.store import Record, Store
 from hairpipe.errors import BadInput
 from hairpipe.plain_file import check_plain
 
-TIMES = {Time: ("frame", "fps"), Cuts: ("cuts",), First: ("first",)}
+TIMES = {Time: ("frame", "fps"), Cuts: ("cuts",), First: ("first",), Origin: ("origin",)}
 """Parts of the time in a key, by the type of the parameter that asks for them."""
 
 
@@ -53,6 +54,39 @@ def keyed_settings(graph: Graph, node: Node, store: Store, files: dict[str, str]
         return {"file": content, "suffix": path.suffix.lower()}
 
     return map_values(fields_of(node.type), node.settings, as_key)
+
+
+def origin_of(graph: Graph, node: str, settings: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the fields of the `Origin` of a node as plain values.
+
+    settings  of all nodes, as in their keys
+    """
+    plain = {name: without_versions(values) for name, values in settings.items()}
+
+    @cache
+    def key(name: str) -> str:
+        own = graph.nodes[name]
+        inputs = {plug: [key(edge.node), edge.output] for plug, edge in own.edges.items()}
+        return digest("origin", {"type": own.type.name, "settings": plain[name], "in": inputs})
+
+    nodes = {}
+    for name, own in graph.upto([node]).nodes.items():
+        sources = {plug: ".".join(filter(None, (base_name(e.node), e.output))) for plug, e in own.edges.items()}
+        nodes[base_name(name)] = {"type": own.type.name, "in": sources, "settings": plain[name]}
+    shot = {"fps": graph.fps, "first": graph.frames[0], "preroll": graph.preroll, "cuts": list(graph.cuts)}
+    return {"node": base_name(node), "key": key(node), "shot": shot, "nodes": nodes}
+
+
+def without_versions(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the settings of a key with choices alone, without the versions of the libraries that they call."""
+    found = {}
+    for name, value in settings.items():
+        if isinstance(value, dict):
+            is_choice = value.keys() == {"choice", "versions"}
+            found[name] = value["choice"] if is_choice else without_versions(value)
+        else:
+            found[name] = value
+    return found
 
 
 def differing_versions(settings: Mapping[str, Any]) -> dict[str, str]:
@@ -168,6 +202,7 @@ class Resolver:
         self.files: dict[str, dict[str, str]] = {name: {} for name in graph.nodes}
         nodes = graph.nodes.values()
         self.settings = {node.name: keyed_settings(graph, node, store, self.files[node.name]) for node in nodes}
+        self.origins = {n.name: origin_of(graph, n.name, self.settings) for n in nodes if n.type.asks(Origin)}
 
     def parts(self, task: Task) -> Parts:
         """Return the parts of the key of a task, whose inputs must be known."""
@@ -189,10 +224,14 @@ class Resolver:
         return self.results[source.task].key
 
     def time_of(self, task: Task) -> dict[str, Any]:
-        """Return frame (for a value for the shot, the first of the run), frames per second, cuts, and first frame."""
+        """Return frame (for a value for the shot, the first of the run), frames per second, cuts, first frame, origin.
+
+        The origin is None where the node does not ask for one.
+        """
         frame = self.frames[0] if task.frame is None else task.frame
         cuts = self.graph.cuts_of(self.graph.nodes[task.node], task.frame, self.frames)
-        return {"frame": frame, "fps": self.graph.fps, "cuts": list(cuts), "first": self.graph.frames[0]}
+        first, origin = self.graph.frames[0], self.origins.get(task.node)
+        return {"frame": frame, "fps": self.graph.fps, "cuts": list(cuts), "first": first, "origin": origin}
 
     def find(self, task: Task, key: str) -> Record | None:
         """Find the result of a task in the store; the state of a scan may be missing unless it is demanded."""

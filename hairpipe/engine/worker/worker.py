@@ -22,7 +22,7 @@ from typing import Any
 from hairpipe.child import die_with_parent, processor_time
 from hairpipe.engine.file.registry import Registry
 from hairpipe.engine.file.trust import grant
-from hairpipe.engine.node.declare import Cuts, First, NodeType, Time, Workspace
+from hairpipe.engine.node.declare import Cuts, First, NodeType, Origin, Time, Workspace
 from hairpipe.engine.node.messages import recorded_warnings
 from hairpipe.engine.plan.arguments import Preparations, build_arguments
 from hairpipe.engine.store.atomic import workspace
@@ -94,7 +94,7 @@ class Worker:
             inputs = job["parts"]["inputs"]
             given = job["time"]
             special = {Time: Time(given["frame"], given["fps"]), Cuts: tuple(given["cuts"]), First: given["first"]}
-            special[Workspace] = folder
+            special |= {Origin: Origin(**(given["origin"] or {})), Workspace: folder}
             arguments = build_arguments(node_type, inputs, job["settings"], special, self.values.get)
             begun = time.perf_counter()
             worked = processor_time()

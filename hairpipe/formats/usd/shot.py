@@ -12,6 +12,7 @@ Unreal reads primvars named groom_*, of the types int, float, float2, float3 and
 primvar `rest`. Blender imports curves of purpose guide only on request.
 """
 
+import json
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -26,7 +27,7 @@ from hairpipe import __version__
 from hairpipe.errors import BadInput
 from hairpipe.formats.groom_shot import DIAMETER, GroomShot
 from hairpipe.formats.usd.curves import GUIDED, KNOWN
-from hairpipe.formats.usd.stage import create_stage
+from hairpipe.formats.usd.stage import NOTES, create_stage
 from hairpipe.values import Groom, Mesh, Strands
 from hairpipe.values.groom import DIAMETERS, drawn_widths, labels_of
 from hairpipe.values.hair import HairState
@@ -76,6 +77,7 @@ class Shot:
     curve  type of the curves: through the points of the hair, or with them as control points
     cuts  frames at which the shot is cut, noted for the lint
     hairs  number of hairs that the strands represent in a picture; None: widths are diameters
+    notes  metadata of the root prim, see `noted`
     """
 
     hair: Mapping[int, Strands]
@@ -89,6 +91,7 @@ class Shot:
     curve: Literal["catmull_rom", "bspline"] = "catmull_rom"
     cuts: tuple[int, ...] = ()
     hairs: int | None = None
+    notes: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -104,6 +107,19 @@ class Frame:
     diameters: np.ndarray | None
     body: Mesh | None
     locks: np.ndarray | None
+
+
+def noted(node: str, key: str, shot: Mapping[str, Any], nodes: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the origin of a file, see `hairpipe.engine.Origin`, as metadata of its root prim; empty without a node.
+
+    They are composed over references, and kept where a stage is flattened. Tables are texts in JSON.
+    """
+    tables = {name: _table(fields) for name, fields in nodes.items()}
+    return {"version": __version__, "node": node, "key": key, "shot": _table(shot), "nodes": tables} if node else {}
+
+
+def _table(values: Mapping[str, Any]) -> str:
+    return json.dumps(values, sort_keys=True)
 
 
 def write_shot(path: Path, shot: Shot) -> dict[str, Path]:
@@ -215,6 +231,8 @@ def _begin_shot(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
     model = Usd.ModelAPI(stage.GetDefaultPrim())
     model.SetKind(Kind.Tokens.component)
     model.SetAssetName(shot.name)
+    if shot.notes:
+        stage.GetDefaultPrim().SetCustomDataByKey(NOTES, dict(shot.notes))
     _author_hair(_hair(stage), shot, first)
     if first.body is not None:
         author_body(_body(stage), first.body)

@@ -21,6 +21,8 @@ from hairpipe.errors import BadInput
 from hairpipe.formats.registry import USD
 from hairpipe.plain_file import Absent, checked_size, special_kind
 
+NOTES = "hairpipe"
+"""Name of our metadata of a layer, and of the root prim of a shot."""
 TEMPLATE = 100_000  # maximum number of files of a template
 
 

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +16,9 @@ from hairpipe.plain_file import check_plain
 
 if TYPE_CHECKING:
     from hairpipe.formats.usd.check.scene import Finding
+
+PROGRAMS = ("unreal", "houdini", "blender", "karma", "storm", "renderman", "moonray")
+"""Programs with rules of their own."""
 
 
 @click.command()
@@ -110,31 +114,40 @@ def usd() -> None:
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
     "--for",
-    "client",
-    type=click.Choice(["unreal", "houdini", "blender"]),
-    help="Program that reads the file, with rules of its own.",
+    "programs",
+    type=click.Choice([*PROGRAMS, "all"]),
+    multiple=True,
+    help="Program that reads the file, with rules of its own, and what it does not show. May be repeated.",
 )
+@click.option("--since", type=click.Path(path_type=Path), help="Earlier version of FILE; differences are listed.")
 @options.as_json
-def check(file: Path, client: str | None, as_json: bool) -> None:
+def check(file: Path, programs: tuple[str, ...], since: Path | None, as_json: bool) -> None:
     """Check a shot and its OpenVDB files, more strictly than OpenUSD does.
 
-    Each finding is a line: severity, rule, path @ time, fault. Exit code 0: no findings, 1: findings, 2: FILE cannot be
-    read.
+    The validators of OpenUSD run first, then rules for hair. Each finding is a line: severity, rule, path @ time,
+    fault. If `export_usd` has written FILE, the line ends with the settings of the graph that caused it, and what to
+    write there. Errors and warnings are faults; `change` is a difference from --since, `note` what a program does not
+    show.
+
+    Exit code 0: no faults, 1: faults, 2: a file cannot be read.
     """
     from hairpipe.apart import work_apart
 
     check_plain(file, "a USD file")
-    findings = work_apart(lint_file, file, client)
+    if since is not None:
+        check_plain(since, "a USD file")
+    findings = work_apart(lint_file, file, PROGRAMS if "all" in programs else programs, since)
     if as_json:
         click.echo(json.dumps({"file": str(file), "findings": [asdict(finding) for finding in findings]}, indent=2))
     else:
         for finding in findings:
             click.echo(one_line(str(finding)))
-    sys.exit(1 if findings else 0)
+    sys.exit(1 if any(finding.severity in ("error", "warning") for finding in findings) else 0)
 
 
-def lint_file(file: Path, client: str | None = None) -> "list[Finding]":
+def lint_file(file: Path, programs: Sequence[str] = (), since: Path | None = None) -> "list[Finding]":
+    from hairpipe.formats.usd.check.changes import compare
     from hairpipe.formats.usd.check.lint import lint
     from hairpipe.formats.vdb import inspect
 
-    return lint(file, inspect, client)
+    return [*lint(file, inspect, programs), *([] if since is None else compare(file, since))]

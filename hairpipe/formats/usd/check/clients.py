@@ -1,6 +1,6 @@
 """Rules for one program each: what Unreal, Houdini and Blender read of hair, and drop or misread without a message.
 
-The rules are general; CLIENTS lists for each program what it reads.
+The rules are general; CLIENTS lists for each program what it reads, and UNSHOWN what no file can make a program show.
 """
 
 from collections.abc import Iterator
@@ -75,13 +75,70 @@ CLIENTS: dict[str, Client] = {
 }
 
 
-def rules_for(name: str) -> tuple[Rule, ...]:
-    """Return the rules for the scene of a stage that a program reads."""
-    client = CLIENTS[name]
+class Unshown(NamedTuple):
+    """What a program does not show of the files of `export_usd`, and who says so.
 
+    attribute  of hair, or a purpose of prims
+    value      that it has then; empty: any
+    message    what is not shown, and how to get it
+    source     issue, page or file, or the release that we ran
+    """
+
+    program: str
+    attribute: str
+    value: str
+    message: str
+    source: str
+
+
+KARMA = "https://www.sidefx.com/docs/houdini/nodes/lop/motionblur.html"
+MOONRAY = "https://docs.openmoonray.org/user-reference/tools/hydra/hdmoonray-features"
+UNREAL = "USDGroomConversion.cpp of Unreal 5"
+UNSHOWN = (
+    Unshown("blender", "material:binding", "", "no material on curves; `hairpipe blender FILE` binds one", "bpy 5.0.1"),
+    Unshown("blender", "purpose", "guide", "not imported by default; enable Guide of the import", "bpy 5.0.1"),
+    Unshown("blender", "purpose", "proxy", "not imported by default; enable Proxy of the import", "bpy 5.0.1"),
+    Unshown("unreal", "velocities", "", "not read: a groom cache has positions, widths and colours", UNREAL),
+    Unshown("unreal", "basis", "", "not read: points are joined as they are", UNREAL),
+    Unshown("karma", "velocities", "", "no motion blur without Velocity Blur of a Motion Blur LOP", KARMA),
+    Unshown("storm", "wrap", "pinned", "Catmull-Rom curves ended before root and tip in 23.05", "OpenUSD#2445"),
+    Unshown("storm", "widths", "varying", "on pinned curves, replaced by 1; use vertex", "OpenUSD#2775"),
+    Unshown("renderman", "widths", "varying", "refused as of a wrong size; use vertex", "OpenUSD#1308"),
+    Unshown("moonray", "basis", "catmullRom", "not supported: linear, bspline and bezier are", MOONRAY),
+    Unshown("moonray", "wrap", "pinned", "not supported", MOONRAY),
+)
+"""By program; Storm draws in usdview."""
+PROGRAMS = tuple(dict.fromkeys((*CLIENTS, *(row.program for row in UNSHOWN))))
+
+
+def unshown(name: str, scene: Scene) -> Iterator[Fault]:
+    """Find what a program does not show, whatever the file states."""
+    for row in (row for row in UNSHOWN if row.program == name):
+        message = f"{f'is {row.value}: ' if row.value else ''}{row.message} (source: {row.source})"
+        for prim in scene.stage.Traverse() if row.attribute == "purpose" and scene.hair else ():
+            if prim.IsA(UsdGeom.Gprim) and UsdGeom.Imageable(prim).ComputePurpose() == row.value:
+                yield fault_of(prim, message)
+        for hair in scene.hair if row.attribute != "purpose" else ():
+            if row.value in ("", _state_of(hair, row.attribute)) and hair.prim.HasProperty(row.attribute):
+                yield hair.fault(row.attribute, message)
+
+
+def _state_of(hair: Track, attribute: str) -> str:
+    """Return the token of an attribute, or the interpolation of widths."""
+    if attribute == "widths":
+        return UsdGeom.Curves(hair.prim).GetWidthsInterpolation()
+    return str(hair.prim.GetAttribute(attribute).Get())
+
+
+def rules_for(name: str) -> tuple[Rule, ...]:
+    """Return the rules for the scene of a stage that a program reads, one of PROGRAMS."""
+    limits = Rule(f"{name}-unshown", "note", "scene", partial(unshown, name))
+    client = CLIENTS.get(name)
+    if client is None:
+        return (limits,)
     found = {"schema": schemas, "primvar": primvars, "widths": widths, "basis": bases, "guides": guides}
     rules = [Rule(f"{name}-{key}", "error", "hair", partial(find, client, name)) for key, find in found.items()]
-    return (*rules, Rule(f"{name}-binding", "error", "scene", partial(bindings, client)))
+    return (*rules, Rule(f"{name}-binding", "error", "scene", partial(bindings, client)), limits)
 
 
 def schemas(client: Client, name: str, _: Scene, hair: Track) -> Iterator[Fault]:

@@ -1,6 +1,6 @@
 """All rules for stages in one table, and their application with one frame of one shape in memory at a time."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from hairpipe.formats.usd.check import (
     shape_rules,
     stage_rules,
 )
+from hairpipe.formats.usd.check.causes import cause_of
 from hairpipe.formats.usd.check.scene import Finding, Rule, Subject, Track, find_scene
 from hairpipe.formats.usd.stage import message_of, open_stage, usd_faults
 
@@ -104,22 +105,24 @@ RULES = (
 )
 
 
-def lint(path: Path, inspect: stage_rules.Inspect | None = None, client: str | None = None) -> list[Finding]:
+def lint(path: Path, inspect: stage_rules.Inspect | None = None, programs: Sequence[str] = ()) -> list[Finding]:
     """Return the faults of a stage, one finding for each rule and path; a stage of `usd/shot.py` has none.
 
-    inspect  lists the grids of an OpenVDB file; without it only the existence of these files is checked
-    client   program whose own rules are applied, too: one of `clients.CLIENTS`
+    inspect   lists the grids of an OpenVDB file; without it only the existence of these files is checked
+    programs  whose own rules are applied, too: of `clients.PROGRAMS`
 
     Raises BadInput if the file cannot be read at all.
     """
     groups: dict[tuple[str, str], list[Finding]] = {}
     with usd_faults(path):
-        for finding in _lint_stage(open_stage(path), inspect, client):
+        stage = open_stage(path)
+        for finding in _lint_stage(stage, inspect, programs):
             groups.setdefault((finding.rule, finding.path), []).append(finding)
-    return [replace(group[0], count=len(group)) for group in groups.values()]
+        merged = [replace(group[0], count=len(group)) for group in groups.values()]
+        return [replace(finding, cause=cause_of(finding, stage)) for finding in merged]
 
 
-def _lint_stage(opened: Usd.Stage, inspect: stage_rules.Inspect | None, client: str | None) -> Iterator[Finding]:
+def _lint_stage(opened: Usd.Stage, inspect: stage_rules.Inspect | None, programs: Sequence[str]) -> Iterator[Finding]:
     yield from _readable(stage_rules.validate(opened))
     yield from _apply("stage", opened)
     for asset in stage_rules.find_assets(opened):
@@ -135,7 +138,7 @@ def _lint_stage(opened: Usd.Stage, inspect: stage_rules.Inspect | None, client: 
     for track in scene.hair:
         for hair in track:
             yield from _apply("frame", track, hair) if hair.sound else ()
-    for rule in (*RULES, *(() if client is None else clients.rules_for(client))):
+    for rule in (*RULES, *(rule for program in programs for rule in clients.rules_for(program))):
         if rule.subject == "scene":
             yield from _findings(rule, scene)
         elif rule.subject == "hair":

@@ -1,5 +1,6 @@
 """Faults, and what rules look at: hair and meshes over time, with one frame of one shape in memory, and their roots."""
 
+import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -12,7 +13,9 @@ from hairpipe.errors import BadInput
 from hairpipe.formats.usd.meshes import Binding, find_bindings
 from hairpipe.formats.usd.stage import RENDERED, spaces_of, to_metres
 
-Severity = Literal["error", "warning"]
+Severity = Literal["error", "warning", "change", "note"]
+"""Of a finding: a fault, or a difference from another file, or what a program does not show."""
+FAULTS = ("error", "warning")
 Subject = Literal["stage", "asset", "prim", "field", "curves", "shape", "frame", "scene", "hair"]
 """Arguments of a rule: the stage, a file that it names, a prim, a field of a volume and a reader of its file, curves or
 any shape at one time, sound hair with its motion at one time, all visible shapes, or these and one hair over time."""
@@ -46,8 +49,37 @@ class Rule(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Cause:
+    """The node of a graph that caused a finding, its settings by full name, and what to write there."""
+
+    node: str
+    settings: dict[str, Any]
+    write: str
+
+    def __str__(self) -> str:
+        shown = ", ".join(f"{name} = {_written(value)}" for name, value in self.settings.items())
+        return f"from {shown}: write {self.write}" if shown else f"write {self.write}"
+
+
+def _written(value: Any) -> str:
+    """Write a value of a setting as a graph file has it; a file by the first digits of its digest."""
+    if isinstance(value, dict):
+        if "file" in value:
+            return f"bytes {str(value['file'])[:8]}"
+        inner = {name: inner for name, inner in value.items() if inner not in (None, [], 0.0)}
+        return _written(value["value"]) if inner.keys() == {"value"} else json.dumps(inner)
+    return "absent" if value is None else json.dumps(value)
+
+
+@dataclass(frozen=True)
 class Finding:
-    """A rule that is broken at one place, by its name; `time` is the first time code, `count` the number of faults."""
+    """A rule that is broken at one place, by its name.
+
+    time    first time code
+    count   number of faults
+    cause   in the graph behind the file, where the file states it
+    values  numbers of the message, by region
+    """
 
     rule: str
     path: str
@@ -55,11 +87,15 @@ class Finding:
     message: str
     severity: Severity
     count: int = 1
+    cause: Cause | None = None
+    values: dict[str, float] = field(default_factory=dict)
 
     def __str__(self) -> str:
         time = "" if self.time is None else f" @ {self.time:g}"
         more = "" if self.count == 1 else f" [{self.count} times]"
-        return f"{self.severity}: {self.rule}: {self.path}{time}: {self.message}{more}"
+        return f"{self.severity}: {self.rule}: {self.path}{time}: {self.message}{more}" + (
+            f"; {self.cause}" if self.cause else ""
+        )
 
 
 TOKENS = UsdGeom.Tokens

@@ -11,7 +11,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, UsdVol
 
 from hairpipe.errors import BadInput
 from hairpipe.formats.usd.check.lint import lint
-from hairpipe.formats.usd.shot import Shot, write_clips, write_shot
+from hairpipe.formats.usd.shot import Shot, noted, write_clips, write_shot
 from hairpipe.values import Groom, Mesh, Strands
 
 SKIN, FIELD = "/shot/char/skin", "/shot/volume/surface"
@@ -147,10 +147,34 @@ def groom() -> Groom:
     return Groom(rest(), hair(1001).offsets, ids, FACES, WEIGHTS, np.zeros((STRANDS, 3, 4)), uv)
 
 
+NODES = {
+    "head": {"type": "load_body", "in": {}, "settings": {"file": {"file": "4f" * 20, "suffix": ".obj"}, "unit": 0.01}},
+    "other": {"type": "load_mesh_cache", "in": {}, "settings": {"unit": 1.0}},
+    "groom": {"type": "load_groom", "in": {"scalp": "head"}, "settings": {"points": "file", "reach": 0.02}},
+    "hair": {
+        "type": "simulate_hair",
+        "in": {"groom": "groom", "body": "head"},
+        "settings": {
+            "strain": None,
+            "steps": {"longest": 0.02},
+            "material": {"diameter": {"value": 8e-5, "map": None, "groups": []}},
+        },
+    },
+    "usd": {
+        "type": "export_usd",
+        "in": {"hair": "hair.strands", "body": "head", "groom": "groom"},
+        "settings": {"curve": "bspline", "hairs": 900, "name": "shot"},
+    },
+}
+"""The graph that the head states."""
+SHOT = {"fps": FPS, "first": FRAMES[0], "preroll": 0, "cuts": []}
+
+
 @pytest.fixture(scope="session")
 def head_shot() -> Shot:
     """A head with hair that turns and sways: small, of true size, everything known in closed form."""
-    return Shot({f: hair(f) for f in FRAMES}, {f: body(f) for f in FRAMES}, groom(), FPS)
+    notes = noted("usd", "ab" * 20, SHOT, NODES)
+    return Shot({f: hair(f) for f in FRAMES}, {f: body(f) for f in FRAMES}, groom(), FPS, notes=notes)
 
 
 @pytest.fixture(scope="session")

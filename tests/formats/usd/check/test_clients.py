@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom
 
+from hairpipe.app.cli.commands import files
 from hairpipe.engine import Frames, Time, Workspace
 from hairpipe.errors import BadInput
+from hairpipe.formats.usd.check.clients import PROGRAMS, UNSHOWN, Unshown
 from hairpipe.formats.usd.check.lint import lint
 from hairpipe.formats.usd.curves import read_curves
 from hairpipe.nodes.export_groom import export_groom
@@ -42,7 +44,8 @@ def written(folder: Path, groom: Groom, target: str) -> Path:
 
 @pytest.mark.parametrize("target", CLIENTS)
 def test_lint_is_silent_on_an_exported_groom(tmp_path, groom, target):
-    assert [str(finding) for finding in lint(written(tmp_path, groom, target), None, target)] == []
+    found = lint(written(tmp_path, groom, target), None, (target,))
+    assert [str(finding) for finding in found if finding.severity != "note"] == []
 
 
 @pytest.mark.parametrize("target", CLIENTS)
@@ -107,6 +110,37 @@ def bound(stage: Usd.Stage) -> None:
     prim.CreateRelationship("unreal:groomBinding:referenceMesh").SetTargets(["/nowhere"])
 
 
+def hair_of_a_shot(stage: Usd.Stage) -> UsdGeom.BasisCurves:
+    return UsdGeom.BasisCurves(stage.GetPrimAtPath("/shot/hair"))
+
+
+def of_purpose(purpose: str) -> Plant:
+    return lambda stage: UsdGeom.Cube.Define(stage, f"/shot/{purpose}").CreatePurposeAttr(purpose)
+
+
+def prepare(row: Unshown, stage: Usd.Stage) -> None:
+    """Give the hair what a program does not show."""
+    if row.attribute == "purpose":
+        of_purpose(row.value)(stage)
+    elif row.attribute == "widths":
+        hair_of_a_shot(stage).SetWidthsInterpolation(row.value)
+
+
+@pytest.mark.parametrize("row", UNSHOWN, ids=lambda row: f"{row.program} {row.attribute} {row.value}")
+def test_what_a_program_does_not_show_is_a_note_with_its_source(head, row):
+    prepare(row, head)
+    head.Save()
+    file = Path(head.GetRootLayer().realPath)
+    place = f"/shot/{row.value}" if row.attribute == "purpose" else f"/shot/hair.{row.attribute}"
+    notes = [f for f in lint(file, None, (row.program,)) if f.rule == f"{row.program}-unshown" and f.path == place]
+    assert any(row.message in note.message and row.source in note.message for note in notes)
+    assert all(note.severity == "note" and note.cause is None for note in notes)
+
+
+def test_the_command_offers_every_program():
+    assert sorted(files.PROGRAMS) == sorted(PROGRAMS)
+
+
 ONE, UV = Gf.Vec3f(1), Gf.Vec2f(0)
 DEFECTS: list[tuple[str, str, Plant]] = [
     ("unreal-schema", "GroomAPI", unschemed),
@@ -141,6 +175,6 @@ def test_a_planted_defect_is_found(tmp_path, groom, rule, message, plant):
     stage = Usd.Stage.Open(str(written(tmp_path, groom, target)))
     plant(stage)
     stage.Export(str(tmp_path / "bad.usda"))
-    found = [str(finding) for finding in lint(tmp_path / "bad.usda", None, target)]
+    found = [str(finding) for finding in lint(tmp_path / "bad.usda", None, (target,))]
     assert any(f" {rule}: " in line and re.search(message, line) for line in found), found
     assert not any(f" {rule}: " in str(finding) for finding in lint(tmp_path / "bad.usda"))

@@ -4,12 +4,18 @@ A path without a leading slash lies under /shot; `SHORT` has names for parts of 
 the hair. Primvars have no prefix. A plant is a call with the stage.
 """
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, UsdSkel, UsdVol, Vt
+
+from hairpipe.engine.file.registry import Registry
+from hairpipe.formats.usd.check.causes import CAUSES, SHOT, lineage_of
+from hairpipe.formats.usd.check.clients import PROGRAMS, rules_for
+from hairpipe.formats.usd.check.lint import RULES, lint
 
 TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens
 FRAMES, STRANDS = range(1001, 1009), 30
@@ -796,6 +802,110 @@ def test_names_the_defect_of_a_stage_and_nothing_else(stage, found, findings, pl
 def test_names_the_defect_of_a_head_and_nothing_else(head, found, findings, plant):
     plant(head)
     assert sorted(found(head)) == listed(findings)
+
+
+def rewired(node: str, socket: str, source: str) -> Plant:
+    """Plant another source of an input in the graph that the head states."""
+
+    def plant(stage: Usd.Stage) -> None:
+        key = f"hairpipe:nodes:{node}"
+        fields = json.loads(stage.GetDefaultPrim().GetCustomDataByKey(key))
+        stage.GetDefaultPrim().SetCustomDataByKey(key, json.dumps(fields | {"in": fields["in"] | {socket: source}}))
+
+    return plant
+
+
+LATER = "write nothing in the graph: usd writes this right, and the file was changed later; publish it again"
+LEAP = strands(lambda s: s + np.where(np.arange(30) == 4, 3.0, 0.0)[:, None, None], *range(1005, 1009))
+CAUSED: list = [
+    row(
+        "bspline",
+        'hair-basis .basis from usd.curve = "bspline": write usd.curve = "catmull_rom"',
+        put(".basis", "bspline"),
+    ),
+    row(
+        "stretched",
+        "stretch .points from hair.strain.tolerance = absent, hair.steps.longest = 0.02: write hair.strain.tolerance",
+        strands(lambda s: s[:, :1] + 2 * (s - s[:, :1]), 1004),
+    ),
+    row("no width", "widths .widths from usd.hairs = 900: write usd.hairs", edit(".widths", lambda w: 0 * w)),
+    row(
+        "in centimetres",
+        "size / from head.unit = 0.01, head.up = absent: write head.unit",
+        meta(metersPerUnit=0.01),
+    ),
+    row("rest of another unit", "rest .pref from groom.unit = absent", edit(".pref", lambda p: 100 * p)),
+    row("a leap", "strand-jumps .points from cuts = []: write cuts = [1005]", LEAP),
+    row(
+        "holes",
+        "holes body.holeIndices from head.file = bytes 4f4f4f4f: write another head.file",
+        put("body.holeIndices", [0, 1], TYPES.IntArray),
+    ),
+    row(
+        "another body",
+        'roots .points from usd.in.body = "other", hair.in.body = "head": write usd.in.body = "head"',
+        all_of(rewired("usd", "body", "other"), strands(lambda s: np.add(s, [0.1, 0, 0]))),
+    ),
+    row(
+        "another groom",
+        'rest .pref from usd.in.groom = "dense", hair.in.groom = "groom": write usd.in.groom = "groom"',
+        all_of(rewired("usd", "groom", "dense"), edit(".pref", lambda p: 100 * p)),
+    ),
+    row("box", f"extent .extent {LATER}", remove(".extent")),
+    row("units", f"metres-per-unit / {LATER}", meta(metersPerUnit=-1.0)),
+]
+"""Defects of a head whose graph is in its metadata: rule, place, and the cause that is named; plant."""
+
+
+@pytest.mark.parametrize(("expected", "plant"), CAUSED)
+def test_names_the_setting_that_caused_a_defect(head, expected, plant):
+    plant(head)
+    head.Save()
+    rule, place, cause = expected.split(" ", 2)
+    found = {(f.rule, f.path): str(f.cause) for f in lint(beside(head, "shot.usdc"))}
+    assert found[rule, full(place)].startswith(cause)
+
+
+@pytest.mark.parametrize(("findings", "plant"), HEAD)
+def test_every_finding_of_a_stated_graph_has_a_cause(head, findings, plant):
+    plant(head)
+    head.Save()
+    assert all(f.cause for f in lint(beside(head, "shot.usdc")) if not f.path.startswith("/other"))
+
+
+def test_every_row_of_causes_names_a_rule_and_settings_that_exist():
+    rules = {rule.name for rule in (*RULES, *(rule for name in PROGRAMS for rule in rules_for(name)))}
+    assert set(CAUSES) <= rules
+    registry = Registry(Path("/none"))
+    for rows in CAUSES.values():
+        for row in (row for row in rows if row.types != (SHOT,)):
+            for setting in row.settings:
+                types = [registry.find(name) for name in row.types]
+                assert any(setting.partition(".")[0] in node.settings for node in types), (row.types, setting)
+
+
+def test_the_graph_is_found_over_references_and_in_flattened_stages(head, tmp_path):
+    head.Save()
+    stage = Usd.Stage.CreateNew(str(tmp_path / "scene.usda"))
+    stage.DefinePrim("/scene/left").GetReferences().AddReference("./shot.usdc")
+    stage.Save()
+    stage.Flatten().Export(str(tmp_path / "flat.usda"))
+    for name in ("scene.usda", "flat.usda"):
+        lineage = lineage_of(Usd.Stage.Open(str(tmp_path / name)), "/scene/left/hair.points")
+        assert lineage is not None and (lineage.node, lineage.key) == ("usd", "ab" * 20)
+        assert lineage.upstream("hair") == ["usd", "hair", "head", "groom"]
+    assert lineage_of(Usd.Stage.Open(str(tmp_path / "scene.usda")), "/scene") is None
+
+
+@pytest.mark.parametrize("damage", ["nodes", "shot", "key", "{", "[]", '{"usd": 3}', '{"in": {"a": 1}}', "[" * 100_000])
+def test_damaged_metadata_are_no_graph(head, damage):
+    prim = head.GetDefaultPrim()
+    if damage in ("nodes", "shot", "key"):
+        prim.ClearCustomDataByKey(f"hairpipe:{damage}")
+    else:
+        prim.SetCustomDataByKey("hairpipe:nodes:usd", damage)
+    head.Save()
+    assert lineage_of(head) is None and lint(beside(head, "shot.usdc")) == []
 
 
 @pytest.mark.parametrize("plant", GOOD.values(), ids=GOOD)
