@@ -230,8 +230,8 @@ class Resolver:
         """
         frame = self.frames[0] if task.frame is None else task.frame
         cuts = self.graph.cuts_of(self.graph.nodes[task.node], task.frame, self.frames)
-        first, origin = self.graph.frames[0], self.origins.get(task.node)
-        return {"frame": frame, "fps": self.graph.fps, "cuts": list(cuts), "first": first, "origin": origin}
+        time = {"frame": frame, "fps": self.graph.fps, "cuts": list(cuts), "first": self.graph.frames[0]}
+        return time | {"origin": self.origins.get(task.node)}
 
     def find(self, task: Task, key: str) -> Record | None:
         """Find the result of a task in the store; the state of a scan may be missing unless it is demanded."""

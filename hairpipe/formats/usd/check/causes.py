@@ -126,7 +126,8 @@ class Lineage:
     def behind(self, socket: str) -> list[str]:
         """List the nodes behind an input of the export, the nearest first; none where it is not connected."""
         begin = self.nodes[self.node]["in"].get(socket)
-        queue, found = [begin] if begin else [], list[str]()
+        queue = [begin] if begin else []
+        found = list[str]()
         while queue:
             name = queue.pop(0).partition(".")[0]
             if name in self.nodes and name not in found:
@@ -149,6 +150,7 @@ def _flat(prefix: str, values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 def is_file(value: Any) -> bool:
+    """Whether a setting is a file, of which the metadata have digest and suffix."""
     return isinstance(value, dict) and value.keys() == {"file", "suffix"}
 
 
@@ -214,7 +216,8 @@ def socket_of(path: str) -> tuple[str, ...]:
 
 def _crossed(rule: str, lineage: Lineage, order: list[str]) -> Cause | None:
     """Return the cause of a finding where the export has another body, or groom, than what moves the hair."""
-    socket, node = CROSSED.get(rule), lineage.node
+    socket = CROSSED.get(rule)
+    node = lineage.node
     own = lineage.nodes[node]["in"].get(socket)
     sources = ((name, lineage.nodes[name]["in"].get(socket)) for name in lineage.upstream("hair") if name != node)
     name, used = next(((name, source) for name, source in sources if source), (node, own))

@@ -85,7 +85,7 @@ def _text(value: object) -> str:
 
 def _facts(before: Usd.Stage, now: Usd.Stage) -> Iterator[Finding]:
     for name in FACTS:
-        was, value = before.GetMetadata(name), now.GetMetadata(name)
+        was, value = (stage.GetMetadata(name) for stage in (before, now))
         if was != value:
             yield _change("stage", "/", f"{name} {was} -> {value}")
 
@@ -208,8 +208,8 @@ class _Pair:
 
     def regions_of(self, hair: Hair) -> np.ndarray:
         """Return the side of the earlier scalp on which each root is, (c,): the axis nearest to the way there."""
-        low, high = self.old.roots.min(axis=0), self.old.roots.max(axis=0)
-        away = hair.roots - (low + high) / 2
+        centre = (self.old.roots.min(axis=0) + self.old.roots.max(axis=0)) / 2
+        away = hair.roots - centre
         axis = np.abs(away).argmax(axis=1)
         return SIDES[2 * axis + (away[np.arange(len(away)), axis] < 0)]
 
@@ -230,7 +230,8 @@ class _Pair:
 
 
 def _hair(pair: _Pair) -> Iterator[Finding]:
-    path, old, new = str(pair.new.track.prim.GetPath()), pair.old, pair.new
+    path = str(pair.new.track.prim.GetPath())
+    old, new = pair.old, pair.new
     added, gone = (int(len(hair.ids) - len(pair.ids)) for hair in (new, old))
     if added or gone:
         yield _change(

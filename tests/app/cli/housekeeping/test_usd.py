@@ -54,7 +54,7 @@ def test_an_unreadable_file_is_code_2_and_a_message(file, hairpipe) -> None:
     assert result.stderr.startswith(f"hairpipe: {file}: not a readable USD file: line 2, column 1")
 
 
-def test_differences_and_notes_are_no_faults(tmp_path, hairpipe) -> None:
+def test_differences_and_notes_keep_the_exit_code(tmp_path, hairpipe) -> None:
     curves = np.linspace(0.0, 0.2, 4 * 24).reshape(-1, 1) * [[1.0, 0.5, 0.0]]
     offsets = np.arange(0, 97, 4, dtype=np.int32)
     for name, width in (("old", 8e-5), ("new", 9e-5)):

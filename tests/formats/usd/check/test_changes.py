@@ -94,7 +94,7 @@ def test_names_the_settings_that_moved_the_hair_and_how_to_undo_it(head, since):
     assert motion.time == 1004 and sum(motion.values.values()) == pytest.approx(3**0.5 * len(motion.values), rel=1e-3)
 
 
-def test_units_and_axes_are_no_difference(head, since):
+def test_points_are_compared_in_metres(head, since):
     scaled = meta(metersPerUnit=0.01)
     hundred = [edit(f".{name}", lambda p: 100 * p) for name in ("points", "pref", "widths")]
     found = differences(head, since, all_of(scaled, *hundred, edit("body.points", lambda p: 100 * p)))

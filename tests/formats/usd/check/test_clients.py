@@ -127,7 +127,7 @@ def prepare(row: Unshown, stage: Usd.Stage) -> None:
 
 
 @pytest.mark.parametrize("row", UNSHOWN, ids=lambda row: f"{row.program} {row.attribute} {row.value}")
-def test_what_a_program_does_not_show_is_a_note_with_its_source(head, row):
+def test_unshown_data_are_noted_with_a_source(head, row):
     prepare(row, head)
     head.Save()
     file = Path(head.GetRootLayer().realPath)

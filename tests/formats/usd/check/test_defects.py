@@ -898,7 +898,7 @@ def test_the_graph_is_found_over_references_and_in_flattened_stages(head, tmp_pa
 
 
 @pytest.mark.parametrize("damage", ["nodes", "shot", "key", "{", "[]", '{"usd": 3}', '{"in": {"a": 1}}', "[" * 100_000])
-def test_damaged_metadata_are_no_graph(head, damage):
+def test_damaged_metadata_state_no_graph(head, damage):
     prim = head.GetDefaultPrim()
     if damage in ("nodes", "shot", "key"):
         prim.ClearCustomDataByKey(f"hairpipe:{damage}")
