@@ -29,8 +29,9 @@ A cache of distances to bodies: only points whose answer may have changed are qu
 
 Within a step points are queried many times: at the start, at the predicted and the computed end of each stage, and at
 the end of the step. An unmoved point is not queried again at the same time, nor is a free point that cannot have come
-near: distances change by at most STEEPEST times the path of the point and of the bodies. The cached distance of such a
-point may have an error of that size; it is read only where the error is harmless.
+near: distances change by at most STEEPEST times the way of the point relative to the bodies. That way is bounded by the
+way in the world and the fastest speed of a body; where this does not suffice, each body bounds it: hair moves with the
+head. The cached distance of such a point may have an error of that size; it is read only where the error is harmless.
 """
 
 from collections.abc import Sequence
@@ -55,9 +56,9 @@ from hairpipe.contact.body_implicit import (
 )
 from hairpipe.contact.body_projection import Motion, drape, farthest, project
 from hairpipe.contact.contact_points import USUAL, Scale, scale_of
-from hairpipe.geometry.collider import Collider, FirstHit, SdfSample, Walk
+from hairpipe.geometry.collider import STEEPEST, Collider, FirstHit, SdfSample, Walk, Wander
 from hairpipe.geometry.compile import inlined
-from hairpipe.geometry.sorting import places_of
+from hairpipe.geometry.sorting import places_of, rows_at
 from hairpipe.geometry.vec3 import length, minus, row
 from hairpipe.laws.fold_preservation import Turns, add_heights, turns_of
 from hairpipe.laws.settings import BodyContact
@@ -168,8 +169,8 @@ def _mark_pushed(probe, kept, least, marked):
         marked[i] = probe.distance[i] < kept[i] - least and (n[0] != 0.0 or n[1] != 0.0 or n[2] != 0.0)
 
 
-STEEPEST = 2.0
-"""Change of a distance over the way: of samples of a distance, as they are interpolated, at most the root of 3."""
+_MANY = 4096
+"""Points for which it pays to ask bodies for their ways: the poses of its parts are found anew each time."""
 
 
 @dataclass(eq=False)
@@ -179,7 +180,7 @@ class ProbeCache:
     reach      distance beyond which bound points get the distance only [m]
     far        distance beyond which free points get the distance only, which is not used [m]
     probe      last results, changed in place
-    clearance  lower bound of the distance at the last query [m], (P,); exact up to `far`
+    clearance  lower bound of the distance where the point is now [m], (P,); exact up to `far`
     """
 
     surfaces: Sequence[Collider]
@@ -190,16 +191,18 @@ class ProbeCache:
     clearance: np.ndarray = field(init=False)
     _band: float = field(init=False)
     _speed: float = field(init=False)
-    _places: np.ndarray = field(init=False)
-    _times: np.ndarray = field(init=False)
+    _seen: tuple[np.ndarray, ...] = field(init=False)
+    _last: float = field(default=np.nan, init=False)
 
     def __post_init__(self) -> None:
         self._band = min((surface.band for surface in self.surfaces), default=np.inf)
         self._speed = max((surface.speed for surface in self.surfaces), default=0.0)
         self.probe = SdfSample.blank(self.count, self._band)
         self.clearance = np.full(self.count, np.nan)
-        self._places = np.full((self.count, 3), np.nan)
-        self._times = np.full(self.count, np.nan)
+        # Places [m], when points were there [s], whether they were queried there, and the bounds: unpacked for kernels,
+        # as a parallel loop loses writes to a member.
+        places, times = np.full((self.count, 3), np.nan), np.full(self.count, np.nan)
+        self._seen = places, times, np.zeros(self.count, np.bool_), self.clearance
 
     def renew(self, points: np.ndarray, time: float, active: np.ndarray, bound: np.ndarray) -> None:
         """Query the bodies at points [m], (P, 3), at a time since the previous frame [s].
@@ -207,52 +210,68 @@ class ProbeCache:
         active  points to query, (P,) bool; the others keep their last results, of any position and time
         bound   points bound to a body at any distance: queried if they have moved, (P,) bool
         """
-        seen = _Seen(self._places, self._times, self.probe.distance)
         unsure = np.empty(self.count, np.bool_)
-        _find_unsure(points, time, seen, active, bound, (self.far, self._speed), self.clearance, unsure)
-        again = np.flatnonzero(unsure)
+        _find_unsure(points, time, active, bound, (self.far, self._speed), unsure, *self._seen)
+        again = places_of(unsure)
+        if len(again) >= _MANY and self._last < np.inf:
+            ways = np.zeros(len(again))
+            wander = Wander(self._seen[0], self._last, points, time, again)
+            for surface in self.surfaces:
+                surface.approach(wander, ways)
+            _leave_out(wander, ways, bound, self.far, unsure, *self._seen)
+            again = places_of(unsure)
+        self._last = time
         if len(again):
-            places = np.empty((len(again), 3))
+            places = rows_at(points, again)
             some = SdfSample.blank(len(again), self._band)
-            _take(points, again, places, self._places)
             reach = np.where(bound[again], self.reach, self.far)
             for surface in self.surfaces:
                 surface.probe(places, time, some, reach)
-            self._times[again] = time
-            self.clearance[again] = some.distance
+            _note_exact(points, time, again, some.distance, *self._seen)
             _put(some, again, *self.probe)
 
 
-class _Seen(NamedTuple):
-    """Places, times and results of the last probes."""
-
-    places: np.ndarray
-    times: np.ndarray
-    distance: np.ndarray
-
-
 @njit(cache=True, parallel=True)
-def _find_unsure(points, time, seen, active, bound, law, clearance, unsure):
+def _find_unsure(points, time, active, bound, law, unsure, places, times, is_exact, clearance):
     """Mark active points whose answers may differ from those seen, (P,) bool, and bound the others, in place."""
     far, speed = law
     for i in prange(len(points)):
         unsure[i] = False
         if active[i]:
-            way = length(minus(row(points, i), row(seen.places, i))) + speed * abs(time - seen.times[i])
-            least = seen.distance[i] - STEEPEST * way
-            # The same place and time, or a free point that cannot have come near: nobody reads its exact distance.
-            known = (way == 0.0 and time == seen.times[i]) or (not bound[i] and least > far)
-            unsure[i] = not known
-            if known:
-                clearance[i] = least  # A bound from below, as the distance itself is no longer known.
+            way = length(minus(row(points, i), row(places, i))) + speed * abs(time - times[i])
+            if not (way == 0.0 and time == times[i] and is_exact[i]):
+                unsure[i] = bound[i] or not clearance[i] - STEEPEST * way > far
+                if not unsure[i]:
+                    _note(points, time, i, clearance[i] - STEEPEST * way, places, times, clearance)
+                    is_exact[i] = False
 
 
 @njit(cache=True, parallel=True)
-def _take(points, which, out, places):
-    """Set out, (n, 3), and the places of points to where those which, (n,), are, in place."""
+def _leave_out(wander, ways, bound, far, unsure, places, times, is_exact, clearance):
+    """Take the marks from points that have not come near by ways relative to the bodies [m], (n,), in place."""
+    for k in prange(len(ways)):
+        i = wander.which[k]
+        least = clearance[i] - STEEPEST * ways[k]
+        if times[i] == wander.then and not bound[i] and least > far:
+            unsure[i] = is_exact[i] = False
+            _note(wander.after, wander.now, i, least, places, times, clearance)
+
+
+@inlined
+def _note(points, time, i, least, places, times, clearance):
+    """Write down where and when point i is, with a lower bound of its distance [m]."""
+    times[i] = time
+    clearance[i] = least
+    for c in range(3):
+        places[i, c] = points[i, c]
+
+
+@njit(cache=True, parallel=True)
+def _note_exact(points, time, which, distance, places, times, is_exact, clearance):
+    """Write down where and when points, (n,), were queried, with their distances [m], (n,), in place."""
     for k in prange(len(which)):
-        for c in range(3):
-            out[k, c] = places[which[k], c] = points[which[k], c]
+        _note(points, time, which[k], distance[k], places, times, clearance)
+        is_exact[which[k]] = True
 
 
 @njit(cache=True, parallel=True)

@@ -6,6 +6,10 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 
+STEEPEST = 2.0
+"""Change of a distance over the way: of samples of a distance, as they are interpolated, at most the root of 3."""
+
+
 class SdfSample(NamedTuple):
     """Samples of the signed distance to a body at points; of several bodies, the nearest."""
 
@@ -40,10 +44,20 @@ class Walk(NamedTuple):
     finish: np.ndarray  # of the end
 
 
+class Wander(NamedTuple):
+    """Points that were at one place at an earlier time, and are at another now."""
+
+    before: np.ndarray  # [m], (P, 3) float64
+    then: float  # the earlier time [s]
+    after: np.ndarray  # [m], (P, 3) float64
+    now: float  # [s]
+    which: np.ndarray  # the points to consider, (n,) int64
+
+
 class Collider(Protocol):
     """A body between two frames. Times are counted from the first of them [s].
 
-    Both queries write in place, only where this body is nearer, or hit earlier, than the present value: the union of
+    Queries write in place, only where this body is nearer, or hit earlier, than the present value: the union of
     bodies is queried body by body. Results do not depend on the number of threads.
     """
 
@@ -64,6 +78,13 @@ class Collider(Protocol):
         reach    distance from which on only the distance is written [m], (P,); None: all is written everywhere
 
         Nothing is written for a point beyond the narrow band of the body.
+        """
+        ...
+
+    def approach(self, wander: Wander, out: np.ndarray) -> None:
+        """Raise out to the ways of points relative to this body, where it is in reach of them now [m], (n,).
+
+        The distance of a point has changed by no more than STEEPEST times that.
         """
         ...
 

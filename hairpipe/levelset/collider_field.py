@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.geometry.collider import FirstHit, SdfSample, Walk
+from hairpipe.geometry.collider import FirstHit, SdfSample, Walk, Wander
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.vec3 import Vector, length, minus, row, scaled
 from hairpipe.levelset.sample import (
@@ -117,6 +117,10 @@ class ColliderField:
         """Write hits that are sooner than out, in place; see Collider."""
         motion = Motion(self.frame, int(self.scheme), self.speed, self.corners)
         sweep_field(self.before, self.after, motion, walk, start, end, out.fraction)
+
+    def approach(self, wander: Wander, out: np.ndarray) -> None:
+        """Raise out to the ways of points and of the body together, in place; see Collider."""
+        raise_ways(wander, self.speed * abs(wander.now - wander.then), out)
 
 
 def build_collider_field(before: LevelSet, after: LevelSet, frame: float, scheme: Interpolation) -> ColliderField:
@@ -277,6 +281,14 @@ def _probe_one(
                 if phi < reach[i]:
                     normals[i, 0], normals[i, 1], normals[i, 2] = normal_of(*gradient(field, x, y, z))
                     velocities[i, 0], velocities[i, 1], velocities[i, 2] = velocity(field, x, y, z)
+
+
+@njit(cache=True, parallel=True)
+def raise_ways(wander: Wander, farthest: float, out: np.ndarray) -> None:
+    """Raise out to the ways of points in the world plus the farthest way of the body [m], (n,), in place."""
+    for k in prange(len(out)):
+        i = wander.which[k]
+        out[k] = max(out[k], length(minus(row(wander.after, i), row(wander.before, i))) + farthest)
 
 
 @njit(cache=True, parallel=True)

@@ -26,7 +26,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.errors import BadInput
-from hairpipe.geometry.collider import FirstHit, SdfSample, Walk
+from hairpipe.geometry.collider import FirstHit, SdfSample, Walk, Wander
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.rotations import exponential, inverse_jacobian, jacobian, logarithm
 from hairpipe.geometry.vec3 import Vector, length, minus, mix, row
@@ -437,8 +437,6 @@ def first_hit_on_path(
     shape: Shape, outlines: Outlines, part_poses: PartPoses, x: Vector, y: Vector, kept: float, soonest: float
 ) -> float:
     """Return the fraction of the way from x to y at which a part that moves gets nearer than `kept` [m], if sooner."""
-    if stays_clear(shape, part_poses, x, y, kept):
-        return soonest
     times = part_poses.times
     legs = len(part_poses.times) - 1
     low, high = row(outlines.low, shape.part), row(outlines.high, shape.part)
@@ -456,16 +454,25 @@ def first_hit_on_path(
 
 
 @inlined
-def stays_clear(shape: Shape, part_poses: PartPoses, x: Vector, y: Vector, kept: float) -> bool:
-    """Return whether the path from x to y in the frame of a part is too short to get nearer than `kept` [m]."""
-    times = part_poses.times
+def way_past(part_poses: PartPoses, part: int, x: Vector, y: Vector) -> float:
+    """Return how long the path from x to y is in the frame of a part, leg by leg: with the part's own turning [m]."""
     legs = len(part_poses.times) - 1
-    start = end = place_in(part_poses, 0, shape.part, x)
+    end = place_in(part_poses, 0, part, x)
     way = 0.0
     for t in range(legs):
         last = end
-        end = place_in(part_poses, t + 1, shape.part, mix(x, y, (t + 1) / legs))
-        way += length(minus(end, last))  # The way as the part sees it, leg by leg: the part's own turning is in it.
+        end = place_in(part_poses, t + 1, part, mix(x, y, (t + 1) / legs))
+        way += length(minus(end, last))
+    return way
+
+
+@inlined
+def stays_clear(shape: Shape, part_poses: PartPoses, x: Vector, y: Vector, way: float, kept: float) -> bool:
+    """Return whether the path from x to y in the frame of a part is too short to get nearer than `kept` [m]."""
+    times = part_poses.times
+    legs = len(part_poses.times) - 1
+    start = place_in(part_poses, 0, shape.part, x)
+    end = place_in(part_poses, legs, shape.part, y)
     ray = SpaceTimeRay(start, minus(end, start), times[0], times[legs] - times[0])
     before, after = distance_on(shape, ray, 0.0) - kept, distance_on(shape, ray, 1.0) - kept
     return after >= 0.0 and before + after > MARGIN * (way + swelling_along(shape, ray, 0.0, 1.0))
@@ -479,32 +486,55 @@ def sweep_parts(
     part_poses: PartPoses,
     boxes: np.ndarray,
     walk: Walk,
-    farthest: float,
+    changes: tuple[float, np.ndarray],
     fraction: np.ndarray,
 ) -> None:
     """Write the hits before `fraction` of points that move from the first of the times to the last, in place.
 
-    boxes     boxes around the parts in the world at all these times [m], (G, 2, 3)
-    farthest  longest displacement of a part [m]
+    boxes    boxes around the parts in the world at all these times [m], (G, 2, 3)
+    changes  longest displacement of a part [m], and how much the shape of each changes its distance [m], (G,)
     """
     count = len(walk.thickness)
-    changes = outlines.changes
+    farthest, swelling = changes
+    most = 0.5 * before.background
     for chunk in prange((count + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
             if is_clear(walk, i, farthest):
                 continue
             x, y = row(walk.before, i), row(walk.after, i)
+            known = walk.begin[i] + walk.finish[i] - 2.0 * walk.thickness[i]
             kept = -1.0
-            for part in range(len(changes)):
+            for part in range(len(swelling)):
                 if not meets_box(boxes, part, x, y):
                     continue
+                way = way_past(part_poses, part, x, y)
+                if known > MARGIN * (way + swelling[part]):  # As in `is_clear`, by the way that this part sees.
+                    continue
                 if kept < 0.0:
-                    _, phi = nearest_part(before, after, changes, part_poses, boxes, x)
-                    kept = min(walk.thickness[i], phi, 0.5 * before.background)
-                    if phi <= 0.0:  # It begins inside: to come out is not a hit.
-                        break
-                shape = Shape(before, after, changes, part)
-                fraction[i] = first_hit_on_path(shape, outlines, part_poses, x, y, kept, fraction[i])
+                    kept = min(walk.thickness[i], most)
+                    if not walk.begin[i] > kept:  # It may begin nearer than what it keeps.
+                        _, phi = nearest_part(before, after, outlines.changes, part_poses, boxes, x)
+                        kept = min(kept, phi)
+                        if phi <= 0.0:  # It begins inside: to come out is not a hit.
+                            break
+                shape = Shape(before, after, outlines.changes, part)
+                if not stays_clear(shape, part_poses, x, y, way, kept):
+                    fraction[i] = first_hit_on_path(shape, outlines, part_poses, x, y, kept, fraction[i])
+
+
+@njit(cache=True, parallel=True)
+def raise_ways(part_poses: PartPoses, boxes: np.ndarray, swelling: np.ndarray, wander: Wander, out: np.ndarray) -> None:
+    """Raise out to the ways of points in the frames of the parts whose boxes they are in, from the first time to the last.
+
+    boxes     boxes around the parts in the world at the last time [m], (G, 2, 3)
+    swelling  how much the shape of each part changes its distance [m], (G,)
+    """
+    for k in prange(len(out)):
+        x, y = row(wander.before, wander.which[k]), row(wander.after, wander.which[k])
+        for part in range(len(swelling)):
+            if is_within(boxes, part, y):  # Beyond its box a part is no nearer than the border of the band.
+                way = length(minus(place_in(part_poses, 1, part, y), place_in(part_poses, 0, part, x)))
+                out[k] = max(out[k], way + swelling[part])
 
 
 # A part turns by no more than this from a sample of its pose to the next [rad], between which its points move straight.
@@ -561,8 +591,14 @@ class ColliderParts:
         """Write hits that are sooner than out, in place; see Collider."""
         part_poses = part_poses_at(self.path, self.looks(start, end))
         boxes = boxes_at(part_poses, self.outlines)
-        farthest = self.speed * (end - start)
-        sweep_parts(self.before, self.after, self.outlines, part_poses, boxes, walk, farthest, out.fraction)
+        changes = self.speed * (end - start), self.swelling * (end - start)
+        sweep_parts(self.before, self.after, self.outlines, part_poses, boxes, walk, changes, out.fraction)
+
+    def approach(self, wander: Wander, out: np.ndarray) -> None:
+        """Raise out to the ways of points relative to this body, in place; see Collider."""
+        part_poses = part_poses_at(self.path, np.array([wander.then, wander.now]))
+        boxes = boxes_at(part_poses_at(self.path, np.array([wander.now])), self.outlines)
+        raise_ways(part_poses, boxes, self.swelling * abs(wander.now - wander.then), wander, out)
 
     def looks(self, start: float, end: float) -> np.ndarray:
         """Return even times from start to end [s] between which no part turns much, (T,)."""
