@@ -36,7 +36,6 @@ head. The cached distance of such a point may have an error of that size; it is 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange

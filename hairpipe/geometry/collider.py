@@ -5,7 +5,6 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-
 STEEPEST = 2.0
 """Change of a distance over the way: of samples of a distance, as they are interpolated, at most the root of 3."""
 

@@ -215,6 +215,16 @@ def shape_distance(shape: Shape, a: float, X: Vector) -> float:
 
 
 @inlined
+def distance_and_change(shape: Shape, a: float, X: Vector) -> tuple[float, float]:
+    """Return the distance to a part, as `shape_distance` does, and by how much it grows over the frame [m]."""
+    phi = part_distance(shape.before, shape.part, X)
+    change = 0.0
+    if shape.changes[shape.part]:
+        change = part_distance(shape.after, shape.part, X) - phi
+    return phi + a * change, change
+
+
+@inlined
 def shape_gradient(shape: Shape, a: float, X: Vector) -> Vector:
     e = 0.5 / shape.before.per_metre  # central differences over one voxel, as those of `sample.gradient`
     per = shape.before.per_metre
@@ -453,16 +463,36 @@ def first_hit_on_path(
     return soonest
 
 
-@inlined
-def way_past(part_poses: PartPoses, part: int, x: Vector, y: Vector) -> float:
-    """Return how long the path from x to y is in the frame of a part, leg by leg: with the part's own turning [m]."""
+@njit(cache=True)
+def legs_between(part_poses: PartPoses) -> np.ndarray:
+    """Return how far points get in the frames of G parts from one of T times to the next, (G, T - 1, 3, 7); pure.
+
+    A point that moves straight from x to y in all of the time gets there by M [x, y, 1] [m].
+    """
     legs = len(part_poses.times) - 1
-    end = place_in(part_poses, 0, part, x)
+    parts = part_poses.places.shape[1]
+    out = np.empty((parts, legs, 3, 7))
+    for part in range(parts):
+        for t in range(legs):
+            R0, R1 = part_poses.turns[t, part].T, part_poses.turns[t + 1, part].T
+            a, b = t / legs, (t + 1) / legs
+            out[part, t, :, :3] = (1.0 - b) * R1 - (1.0 - a) * R0
+            out[part, t, :, 3:6] = b * R1 - a * R0
+            out[part, t, :, 6] = R0 @ part_poses.places[t, part] - R1 @ part_poses.places[t + 1, part]
+    return out
+
+
+@inlined
+def way_past(legs: np.ndarray, part: int, x: Vector, y: Vector) -> float:
+    """Return how long the path from x to y is in the frame of a part, leg by leg: with the part's own turning [m]."""
     way = 0.0
-    for t in range(legs):
-        last = end
-        end = place_in(part_poses, t + 1, part, mix(x, y, (t + 1) / legs))
-        way += length(minus(end, last))
+    for t in range(legs.shape[1]):
+        squared = 0.0
+        for c in range(3):
+            M = legs[part, t, c]
+            gone = M[0] * x[0] + M[1] * x[1] + M[2] * x[2] + M[3] * y[0] + M[4] * y[1] + M[5] * y[2] + M[6]
+            squared += gone * gone
+        way += np.sqrt(squared)
     return way
 
 
@@ -473,9 +503,10 @@ def stays_clear(shape: Shape, part_poses: PartPoses, x: Vector, y: Vector, way: 
     legs = len(part_poses.times) - 1
     start = place_in(part_poses, 0, shape.part, x)
     end = place_in(part_poses, legs, shape.part, y)
-    ray = SpaceTimeRay(start, minus(end, start), times[0], times[legs] - times[0])
-    before, after = distance_on(shape, ray, 0.0) - kept, distance_on(shape, ray, 1.0) - kept
-    return after >= 0.0 and before + after > MARGIN * (way + swelling_along(shape, ray, 0.0, 1.0))
+    before, earlier = distance_and_change(shape, times[0], start)
+    after, later = distance_and_change(shape, times[legs], end)
+    swelling = max(abs(earlier), abs(later)) * (times[legs] - times[0])
+    return after >= kept and before + after - 2.0 * kept > MARGIN * (way + swelling)
 
 
 @njit(cache=True, parallel=True)
@@ -496,6 +527,7 @@ def sweep_parts(
     """
     count = len(walk.thickness)
     farthest, swelling = changes
+    legs = legs_between(part_poses)
     most = 0.5 * before.background
     for chunk in prange((count + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
@@ -507,7 +539,7 @@ def sweep_parts(
             for part in range(len(swelling)):
                 if not meets_box(boxes, part, x, y):
                     continue
-                way = way_past(part_poses, part, x, y)
+                way = way_past(legs, part, x, y)
                 if known > MARGIN * (way + swelling[part]):  # As in `is_clear`, by the way that this part sees.
                     continue
                 if kept < 0.0:
@@ -523,18 +555,18 @@ def sweep_parts(
 
 
 @njit(cache=True, parallel=True)
-def raise_ways(part_poses: PartPoses, boxes: np.ndarray, swelling: np.ndarray, wander: Wander, out: np.ndarray) -> None:
-    """Raise out to the ways of points in the frames of the parts whose boxes they are in, from the first time to the last.
+def raise_ways(legs: np.ndarray, boxes: np.ndarray, swelling: np.ndarray, wander: Wander, out: np.ndarray) -> None:
+    """Raise out to the ways of points in the frames of the parts whose boxes they are in now [m], (n,), in place.
 
-    boxes     boxes around the parts in the world at the last time [m], (G, 2, 3)
+    legs      from then to now, see `legs_between`
+    boxes     boxes around the parts in the world now [m], (G, 2, 3)
     swelling  how much the shape of each part changes its distance [m], (G,)
     """
     for k in prange(len(out)):
         x, y = row(wander.before, wander.which[k]), row(wander.after, wander.which[k])
         for part in range(len(swelling)):
             if is_within(boxes, part, y):  # Beyond its box a part is no nearer than the border of the band.
-                way = length(minus(place_in(part_poses, 1, part, y), place_in(part_poses, 0, part, x)))
-                out[k] = max(out[k], way + swelling[part])
+                out[k] = max(out[k], way_past(legs, part, x, y) + swelling[part])
 
 
 # A part turns by no more than this from a sample of its pose to the next [rad], between which its points move straight.
@@ -598,7 +630,7 @@ class ColliderParts:
         """Raise out to the ways of points relative to this body, in place; see Collider."""
         part_poses = part_poses_at(self.path, np.array([wander.then, wander.now]))
         boxes = boxes_at(part_poses_at(self.path, np.array([wander.now])), self.outlines)
-        raise_ways(part_poses, boxes, self.swelling * abs(wander.now - wander.then), wander, out)
+        raise_ways(legs_between(part_poses), boxes, self.swelling * abs(wander.now - wander.then), wander, out)
 
     def looks(self, start: float, end: float) -> np.ndarray:
         """Return even times from start to end [s] between which no part turns much, (T,)."""

@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pytest
 
-from hairpipe.geometry.collider import Collider, FirstHit, SdfSample, Walk
+from hairpipe.geometry.collider import STEEPEST, Collider, FirstHit, SdfSample, Walk, Wander
 from hairpipe.graphs.experiments.studies.interpolation.bodies import FRAME, outline_at, poses_at, surfaces_of
 from hairpipe.graphs.experiments.studies.interpolation.cases import CASES, Case, Way, moved
 from hairpipe.graphs.experiments.studies.interpolation.solids import ellipsoid
@@ -78,6 +78,23 @@ def test_a_way_whose_ends_are_known_is_swept_as_one_of_which_nothing_is(travel, 
     change = np.linalg.norm(ways.after - before, axis=1) + surface.speed * (end - start)
     left_out = ends[0].distance + ends[1].distance - 2.0 * ways.thickness > MARGIN * change
     assert left_out.mean() > 0.2 and (found[0].fraction <= 1.0).sum() > 40
+
+
+@pytest.mark.parametrize("name", SCHEMES)
+def test_no_distance_changes_by_more_than_the_way_past_the_body_allows(travel, name):
+    surface, chance = travel[name], np.random.default_rng(7)
+    before = chance.uniform(-1.5, 1.5, (20_000, 3))
+    for step in (0.0, 0.02, 0.2):
+        wander = Wander(
+            before, 0.3 * FRAME, before + step * chance.normal(size=before.shape), 0.5 * FRAME, np.arange(20_000)
+        )
+        ways, ends = np.zeros(len(before)), [SdfSample.blank(len(before), surface.band) for _ in range(2)]
+        surface.approach(wander, ways)
+        surface.probe(wander.before, wander.then, ends[0])
+        surface.probe(wander.after, wander.now, ends[1])
+        near = ends[1].distance < surface.band
+        assert near.sum() > 100
+        assert (np.abs(ends[1].distance - ends[0].distance) <= STEEPEST * ways + 1e-9)[near].all()
 
 
 @pytest.mark.parametrize("name", SCHEMES)

@@ -83,6 +83,10 @@ class Ball:
         out.normal[near] = (way / length[:, None])[near]
         out.velocity[near] = [1.0, 0.0, 0.0]
 
+    def approach(self, wander, out):
+        gone = (wander.after - wander.before)[wander.which] - [wander.now - wander.then, 0.0, 0.0]
+        out[:] = np.maximum(out, np.linalg.norm(gone, axis=1))
+
 
 @pytest.fixture
 def around():
@@ -130,6 +134,18 @@ def test_far_points_are_not_probed_at_later_times(around):
         assert (cache.clearance <= truth).all()
         np.testing.assert_array_equal(cache.clearance[truth <= FAR], truth[truth <= FAR])
     assert 4 * len(points) < ball.looks < 5 * len(points)
+
+
+def test_many_far_points_that_move_with_the_body_are_probed_once(around):
+    points, bound = np.repeat(around[0], 3, axis=0), np.repeat(around[1], 3)
+    ball, everyone = Ball(), np.ones(len(points), bool)
+    cache = ProbeCache([ball], len(points), REACH, FAR)
+    for k in range(6):
+        moved = points + np.array([0.2 * k, 0.0, 0.0])
+        cache.renew(moved, 0.2 * k, everyone, bound)
+        assert_same_where_it_matters(cache, moved, 0.2 * k, bound)
+    close = bound | (np.linalg.norm(points, axis=1) - 1.0 <= FAR)
+    assert ball.looks == len(points) + 5 * close.sum()
 
 
 def test_many_small_ways_are_not_taken_for_none(around):
