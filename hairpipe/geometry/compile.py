@@ -4,15 +4,18 @@ Records (NamedTuples) of arrays may be arguments of any kernel. But in a loop ov
 writes to an array that is a member of a tuple, without a warning: such arrays are arguments of their own there, or an
 inlined function writes to them.
 
+A parallel call costs a wake-up of every thread: small scenes compute on few.
+
 Prefetch instructions: memory is requested ahead of its use, so that kernels that follow index lists do not stall.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
 
 from llvmlite import ir
-from numba import njit, types
+from numba import get_num_threads, njit, set_num_threads, types
 from numba.core import extending
 from numba.core.registry import CPUDispatcher
 
@@ -51,6 +54,21 @@ def inlined(function: Callable) -> Inlined:
     kernel = Inlined(function, targetoptions=_OPTIONS | entries | {"nopython": True, "forceinline": True})
     kernel.enable_caching()
     return kernel
+
+
+POINTS_A_THREAD = 6_000
+"""Points of hair from which a further thread pays: `hairpipe bench busy`."""
+
+
+@contextmanager
+def threads_for(points: int) -> Iterator[None]:
+    """Compute on no more threads than so many points keep busy; no result depends on their number."""
+    most = get_num_threads()
+    set_num_threads(min(most, 1 + points // POINTS_A_THREAD))
+    try:
+        yield
+    finally:
+        set_num_threads(most)
 
 
 AHEAD = 48

@@ -15,6 +15,7 @@ from warnings import warn
 
 import numpy as np
 
+from hairpipe.geometry.compile import threads_for
 from hairpipe.solve.boundary import apply_rigid, follow, motion_of_roots
 from hairpipe.strands.hair_model import HairModel
 from hairpipe.values import BodyParts, Density, Ends, Groom, LevelSet, Mesh, Pins
@@ -168,13 +169,14 @@ class Simulation(Protocol[S]):
 
 def next_state(simulation: Simulation[S], previous: S | None, frame: Frame) -> S:
     """Return the hair at a frame from that at the previous one; None: it is the first. Pure."""
-    if previous is None:
-        return simulation.start(frame)
-    if frame.cut:
-        before = driver_before(frame.drivers[1], simulation.groom, frame.frame_dt)
-        previous = simulation.move_over_cut(previous, (frame.drivers[0], before))
-        frame = after_cut(frame, before)
-    return simulation.advance(previous, frame)
+    with threads_for(len(simulation.groom.points)):
+        if previous is None:
+            return simulation.start(frame)
+        if frame.cut:
+            before = driver_before(frame.drivers[1], simulation.groom, frame.frame_dt)
+            previous = simulation.move_over_cut(previous, (frame.drivers[0], before))
+            frame = after_cut(frame, before)
+        return simulation.advance(previous, frame)
 
 
 def warn_of_connections(groom: Groom, frame: Frame, *, contact: bool) -> None:
