@@ -36,6 +36,7 @@ head. The cached distance of such a point may have an error of that size; it is 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
@@ -169,7 +170,7 @@ def _mark_pushed(probe, kept, least, marked):
 
 
 _MANY = 4096
-"""Points for which it pays to ask bodies for their ways: the poses of its parts are found anew each time."""
+"""Points for which it pays to ask bodies for their ways: each time they find the poses of their parts."""
 
 
 @dataclass(eq=False)
@@ -190,7 +191,7 @@ class ProbeCache:
     clearance: np.ndarray = field(init=False)
     _band: float = field(init=False)
     _speed: float = field(init=False)
-    _seen: tuple[np.ndarray, ...] = field(init=False)
+    _seen: "_Seen" = field(init=False)
     _last: float = field(default=np.nan, init=False)
 
     def __post_init__(self) -> None:
@@ -198,10 +199,9 @@ class ProbeCache:
         self._speed = max((surface.speed for surface in self.surfaces), default=0.0)
         self.probe = SdfSample.blank(self.count, self._band)
         self.clearance = np.full(self.count, np.nan)
-        # Places [m], when points were there [s], whether they were queried there, and the bounds: unpacked for kernels,
-        # as a parallel loop loses writes to a member.
-        places, times = np.full((self.count, 3), np.nan), np.full(self.count, np.nan)
-        self._seen = places, times, np.zeros(self.count, np.bool_), self.clearance
+        places = np.full((self.count, 3), np.nan)
+        times = np.full(self.count, np.nan)
+        self._seen = _Seen(places, times, np.zeros(self.count, np.bool_), self.clearance)
 
     def renew(self, points: np.ndarray, time: float, active: np.ndarray, bound: np.ndarray) -> None:
         """Query the bodies at points [m], (P, 3), at a time since the previous frame [s].
@@ -210,14 +210,14 @@ class ProbeCache:
         bound   points bound to a body at any distance: queried if they have moved, (P,) bool
         """
         unsure = np.empty(self.count, np.bool_)
-        _find_unsure(points, time, active, bound, (self.far, self._speed), unsure, *self._seen)
+        _find_unsure(points, time, self._seen, active, bound, (self.far, self._speed), unsure)
         again = places_of(unsure)
         if len(again) >= _MANY and self._last < np.inf:
             ways = np.zeros(len(again))
-            wander = Wander(self._seen[0], self._last, points, time, again)
+            wander = Wander(self._seen.places, self._last, points, time, again)
             for surface in self.surfaces:
                 surface.approach(wander, ways)
-            _leave_out(wander, ways, bound, self.far, unsure, *self._seen)
+            _leave_out(wander, ways, self._seen, bound, self.far, unsure)
             again = places_of(unsure)
         self._last = time
         if len(again):
@@ -226,51 +226,65 @@ class ProbeCache:
             reach = np.where(bound[again], self.reach, self.far)
             for surface in self.surfaces:
                 surface.probe(places, time, some, reach)
-            _note_exact(points, time, again, some.distance, *self._seen)
+            _note_all(self._seen, points, time, again, some.distance)
             _put(some, again, *self.probe)
 
 
+class _Seen(NamedTuple):
+    """Where points were last [m], (P, 3), when [s], whether they were queried there, and lower bounds [m], (P,)."""
+
+    places: np.ndarray
+    times: np.ndarray
+    is_exact: np.ndarray
+    clearance: np.ndarray
+
+
 @njit(cache=True, parallel=True)
-def _find_unsure(points, time, active, bound, law, unsure, places, times, is_exact, clearance):
+def _find_unsure(points, time, seen, active, bound, law, unsure):
     """Mark active points whose answers may differ from those seen, (P,) bool, and bound the others, in place."""
     far, speed = law
     for i in prange(len(points)):
         unsure[i] = False
         if active[i]:
-            way = length(minus(row(points, i), row(places, i))) + speed * abs(time - times[i])
-            if not (way == 0.0 and time == times[i] and is_exact[i]):
-                unsure[i] = bound[i] or not clearance[i] - STEEPEST * way > far
-                if not unsure[i]:
-                    _note(points, time, i, clearance[i] - STEEPEST * way, places, times, clearance)
-                    is_exact[i] = False
+            way = length(minus(row(points, i), row(seen.places, i))) + speed * abs(time - seen.times[i])
+            if not (way == 0.0 and time == seen.times[i] and seen.is_exact[i]):
+                unsure[i] = bound[i] or not _stays_far(seen, points, time, i, way, far)
 
 
 @njit(cache=True, parallel=True)
-def _leave_out(wander, ways, bound, far, unsure, places, times, is_exact, clearance):
+def _leave_out(wander, ways, seen, bound, far, unsure):
     """Take the marks from points that have not come near by ways relative to the bodies [m], (n,), in place."""
     for k in prange(len(ways)):
         i = wander.which[k]
-        least = clearance[i] - STEEPEST * ways[k]
-        if times[i] == wander.then and not bound[i] and least > far:
-            unsure[i] = is_exact[i] = False
-            _note(wander.after, wander.now, i, least, places, times, clearance)
+        if seen.times[i] == wander.then and not bound[i]:
+            unsure[i] = not _stays_far(seen, wander.after, wander.now, i, ways[k], far)
 
 
 @inlined
-def _note(points, time, i, least, places, times, clearance):
-    """Write down where and when point i is, with a lower bound of its distance [m]."""
-    times[i] = time
-    clearance[i] = least
+def _stays_far(seen, points, time, i, way, far):
+    """Whether point i cannot have come nearer than far by a way: nobody reads its exact distance."""
+    least = seen.clearance[i] - STEEPEST * way
+    if least > far:
+        _note(seen, points, time, i, least)
+        seen.is_exact[i] = False
+    return least > far
+
+
+@inlined
+def _note(seen, points, time, i, least):
+    """Write down where and when point i is, with a lower bound of its distance [m], in place."""
+    seen.times[i] = time
+    seen.clearance[i] = least
+    seen.is_exact[i] = True
     for c in range(3):
-        places[i, c] = points[i, c]
+        seen.places[i, c] = points[i, c]
 
 
 @njit(cache=True, parallel=True)
-def _note_exact(points, time, which, distance, places, times, is_exact, clearance):
+def _note_all(seen, points, time, which, distance):
     """Write down where and when points, (n,), were queried, with their distances [m], (n,), in place."""
     for k in prange(len(which)):
-        _note(points, time, which[k], distance[k], places, times, clearance)
-        is_exact[which[k]] = True
+        _note(seen, points, time, which[k], distance[k])
 
 
 @njit(cache=True, parallel=True)

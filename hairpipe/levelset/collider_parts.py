@@ -474,8 +474,10 @@ def legs_between(part_poses: PartPoses) -> np.ndarray:
     out = np.empty((parts, legs, 3, 7))
     for part in range(parts):
         for t in range(legs):
-            R0, R1 = part_poses.turns[t, part].T, part_poses.turns[t + 1, part].T
-            a, b = t / legs, (t + 1) / legs
+            R0 = part_poses.turns[t, part].T
+            R1 = part_poses.turns[t + 1, part].T
+            a = t / legs
+            b = (t + 1) / legs
             out[part, t, :, :3] = (1.0 - b) * R1 - (1.0 - a) * R0
             out[part, t, :, 3:6] = b * R1 - a * R0
             out[part, t, :, 6] = R0 @ part_poses.places[t, part] - R1 @ part_poses.places[t + 1, part]
