@@ -35,6 +35,7 @@ __all__ = [
     "PerSecond",
     "Pixels",
     "Reads",
+    "Replaces",
     "Seconds",
     "SecondsSquaredPerMetreSquared",
     "Suffixes",
@@ -78,6 +79,13 @@ class Calls:
 
     choice: str
     libraries: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Replaces:
+    """Former settings in place of a setting, each with what to write now, for the message that refuses them."""
+
+    former: tuple[tuple[str, str], ...]
 
 
 Metres = Annotated[float, Unit("m")]

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, NamedTuple
 
 from hairpipe.engine import Cuts, Pair, Time, flat_group, node
-from hairpipe.laws.settings import Construction
+from hairpipe.laws.settings import Construction, Rest
 from hairpipe.shot.settings import HairSettings
 from hairpipe.strands.material import VariedMaterial
 from hairpipe.strands.registry import ModelName
@@ -22,13 +22,13 @@ class Hair(NamedTuple):
 
 
 def model_strands(
-    groom: Groom, material: VariedMaterial, model: ModelName, construction: Construction, curvature: float
+    groom: Groom, material: VariedMaterial, model: ModelName, construction: Construction, rest: Rest
 ) -> "HairModels":
     """Model the strands of a groom, for the whole shot."""
     from hairpipe.formats.pictures import read_image
     from hairpipe.strands.hair_model import build_models
 
-    return build_models(groom, material, model, construction, read_image, curvature)
+    return build_models(groom, material, model, construction, read_image, rest.shape)
 
 
 @node(frames="scan", prepare=model_strands, tuning="hairpipe.shot.tuning")

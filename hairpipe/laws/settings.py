@@ -340,16 +340,50 @@ class Scheme:
 
 
 @dataclass(frozen=True)
-class SagFree:
-    """Equilibrium of the groom under gravity at the start, by adapted rest shapes.
+class Share(Varied):
+    __doc__ = Varied.__doc__
+    value: Fraction
+    low: Fraction = 0.0
 
-    unstable  treatment of strands without a stable equilibrium in the groom's shape: fall (from the shape of the
-              groom), settle (start in the sagged shape), refuse (stop with a message)
-    strain    maximum strain of a spring in equilibrium; more marks the strand as unstable
+
+@dataclass(frozen=True)
+class Rest:
+    """Shape of hair at rest, without a load, and the shape in which it begins.
+
+    shape     share of the curvature of the groom at rest: 1 (the groom), 0 (straight hair), in between linearly, also
+              along a strand
+    balanced  share of its weight that a strand bears in the shape of the groom, by a rest shape bent against gravity: 0
+              (hair sags from the groom), 1 (the groom is in equilibrium)
+    start     shape at the first frame: groomed, or settled (the equilibrium of the rest shape under gravity)
+    unstable  treatment of balanced strands without a stable equilibrium in the shape of the groom: fall (from there),
+              settle (start in the sagged shape), refuse (stop with a message)
+    strain    maximum strain of a spring in a balanced strand; more marks the strand as unstable
     """
 
+    shape: Share = Share(1.0)
+    balanced: Share = Share(0.0)
+    start: Literal["groomed", "settled"] = "groomed"
     unstable: Literal["fall", "settle", "refuse"] = "fall"
     strain: Annotated[float, Interval(gt=0.0, le=1.0)] = 0.3
+
+    def __post_init__(self) -> None:
+        if self.balanced.profile:
+            what = "balanced varies along strands, which bear their weight as a whole"
+            raise BadInput(what, where="balanced.profile", right="a map, an image or groups")
+        if self.shape.is_constant and self.balanced.is_constant:
+            check_rest(self.shape.value < 1.0 and self.balanced.value > 0.0, "all strands")
+
+    @property
+    def in_equilibrium(self) -> bool:
+        """Whether hair, or some of it, begins in equilibrium."""
+        return self.start == "settled" or self.balanced != Share(0.0)
+
+
+def check_rest(contradicts: bool, strands: str) -> None:
+    """Raise BadInput, which names the strands, where hair that is straighter than the groom should be balanced."""
+    if contradicts:
+        what = f"shape below 1 contradicts balanced, whose rest shape is that which holds the groom up: {strands}"
+        raise BadInput(what, where="rest", right="balanced = 0, or shape = 1")
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from hairpipe.errors import BadInput
 from hairpipe.laws.settings import (
     Air,
     BodyContact,
@@ -11,7 +10,7 @@ from hairpipe.laws.settings import (
     Construction,
     Goal,
     Locks,
-    SagFree,
+    Rest,
     Scheme,
     StepControl,
     Stiction,
@@ -22,10 +21,16 @@ from hairpipe.laws.settings import (
 from hairpipe.strands.material import VariedMaterial
 from hairpipe.strands.registry import ModelName
 from hairpipe.units import (
-    Fraction,
     Interval,
     MetresPerSecondSquared,
+    Replaces,
 )
+
+FORMER = (
+    ("curvature", "its value as rest.shape"),
+    ("sag_free", "rest.balanced = 1.0, and its settings unstable and strain as those of rest"),
+)
+"""What replaces settings of former releases."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +43,7 @@ class Scene:
     strain      strain limit of segments; if `false`, the springs alone limit the strain
     steps       limits that divide a frame into steps
     scheme      time integration scheme of a step
-    sag_free    equilibrium of the groom at the start; if absent, hair sags from it
+    rest        shape of hair at rest, and whether it begins in equilibrium
     stiction    connections between close strands until they are pulled apart; if absent, there are none
     collisions  repulsion between strands; if absent, strands pass through each other
     volume      drag and pressure between strands, on a grid; if absent, there are none
@@ -53,7 +58,7 @@ class Scene:
     strain: StrainLimit | None = StrainLimit()
     steps: StepControl = StepControl()
     scheme: Scheme = Scheme()
-    sag_free: SagFree | None = None
+    rest: Annotated[Rest, Replaces(FORMER)] = Rest()
     stiction: Stiction | None = None
     collisions: Collisions | None = None
     volume: Volume | None = None
@@ -75,18 +80,10 @@ class HairSettings(Scene):
                   segments), chain (straight hair without twist)
     precision     floating-point precision of the solver: automatic uses single precision where that is safe
     material      material of the fibre, which determines the spring constants
-    curvature     share of the groom's curvature that is at rest: 1 (the groom is the rest shape) to 0 (straight hair,
-                  combed into the shape of the groom, from which it starts)
     construction  parameters of the network, for experiments with its parts
     """
 
     model: ModelName = "rod"
     precision: Literal["automatic", "double", "single"] = "automatic"
     material: VariedMaterial = VariedMaterial()
-    curvature: Fraction = 1.0
     construction: Construction = Construction()
-
-    def __post_init__(self) -> None:
-        if self.curvature != 1.0 and self.sag_free is not None:
-            what = f"curvature = {self.curvature:g} contradicts sag_free, whose rest shape holds the groom up"
-            raise BadInput(what, right="curvature = 1, or no sag_free")

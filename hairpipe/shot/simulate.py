@@ -33,7 +33,7 @@ from hairpipe.contact.body_projection import STRETCH
 from hairpipe.errors import BadInput
 from hairpipe.geometry.collider import Collider, SdfSample
 from hairpipe.geometry.segments import LostPoints
-from hairpipe.laws.settings import BodyContact
+from hairpipe.laws.settings import BodyContact, Rest, check_rest
 from hairpipe.shot import shot
 from hairpipe.shot.breeze import warn_of_storm
 from hairpipe.shot.build import bodies_of, check_scheme, gravity_of, integrator_of, surroundings_of, with_interactions
@@ -359,15 +359,18 @@ def start(hair: HairModel, driver: Driver, scene: Scene) -> HairState:
     tensions = np.zeros_like(hair.model.inverse_lengths)
     inverse_lengths = None
     pull = gravity[:, None]
-    if scene.sag_free is not None:
+    if scene.rest.in_equilibrium:
+        shares = shares_of_weight(hair, scene.rest)
         origin = origin_of(positions, layout)
         near = about(origin, positions, layout)
-        initial = find_initial_state(hair.model, layout, hair.groom.ids, near, gravity, scene.sag_free)
+        initial = find_initial_state(hair.model, layout, hair.groom.ids, near, gravity, scene.rest, shares)
         # What stands as groomed stays where it is, to the bit.
         positions = positions + (initial.positions - near)
         velocities = follow(driver, hair.groom, positions, layout)
-        tensions, inverse_lengths = initial.tensions, initial.inverse_lengths
-        pull = np.where(initial.rests[:, None], 0.0, pull)
+        tensions = initial.tensions
+        inverse_lengths = initial.inverse_lengths if shares.any() else None
+        sags = initial.sags[:, None]
+        pull = np.where(sags > 0.0, sags * pull, 0.0)
     return HairState(
         positions,
         velocities,
@@ -380,6 +383,16 @@ def start(hair: HairModel, driver: Driver, scene: Scene) -> HairState:
         pace=np.inf,
         stretched=1.0,
     )
+
+
+def shares_of_weight(hair: HairModel, rest: Rest) -> np.ndarray:
+    """Return the share of its weight that each strand bears as groomed, (blocks, W); BadInput as `check_rest`."""
+    offsets = hair.layout.offsets
+    values = (hair.values_of(getattr(rest, name), f"rest.{name}") for name in ("shape", "balanced"))
+    shape, balanced = (np.broadcast_to(each if np.ndim(each) == 0 else each[0], offsets[-1]) for each in values)
+    wrong = (np.minimum.reduceat(shape, offsets[:-1]) < 1.0) & (balanced[offsets[:-1]] > 0.0)
+    check_rest(bool(wrong.any()), name_strands(hair.groom.ids[wrong]))
+    return balanced[offsets[:-1]][hair.layout.strands]
 
 
 def advance_frame(
@@ -492,8 +505,8 @@ def choose_precision(
     """
     if first:
         models.kind.warn(models.groom, models.fibres)
-    if asked == "single" and scene.sag_free is not None:
-        message = "a sag-free start is impossible in single precision"
+    if asked == "single" and scene.rest.in_equilibrium:
+        message = "a start in equilibrium is impossible in single precision"
         raise BadInput(message, where="precision", right='"automatic" or "double"')
     if asked == "double":
         return models.in_precision("double")
@@ -517,4 +530,4 @@ def needs_double(scene: Scene, bodies: bool) -> str:
         return "hair that touches a body"
     if scene.stiction is not None or scene.collisions is not None:
         return "hair that touches hair"
-    return "a start without sag" if scene.sag_free is not None else ""
+    return "a start in equilibrium" if scene.rest.in_equilibrium else ""

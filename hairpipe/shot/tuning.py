@@ -80,7 +80,7 @@ def deformed_by_particles(name: str, table: dict[str, Any], whole: str, part: Si
     moved = {"type": "simulate_particles", "in": {"particles": particles} | around} | fibre
     moved |= {key: table[key] for key in SHARED if key in table}
     moved |= {"air": _numbers(table["air"])} if "air" in table else {}
-    moved |= {"sag_free": {}} if "sag_free" in table else {}
+    moved |= {"sag_free": {}} if table.get("rest", {}).get("balanced") else {}
     moved |= {"interaction": {}} if any(group in table for group, _ in GROUPS) else {}
     friction = table.get("contact", {}).get("friction")
     moved |= {"contact": {"friction": friction}} if friction is not None else {}

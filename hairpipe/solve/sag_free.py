@@ -35,7 +35,7 @@ from hairpipe.geometry.banded import add
 from hairpipe.geometry.compile import inlined
 from hairpipe.geometry.simd import fill, load, maximum, select, sqrt, store
 from hairpipe.geometry.vec3 import cross, dot, minus, scaled
-from hairpipe.laws.settings import SagFree
+from hairpipe.laws.settings import Rest
 from hairpipe.solve.band import row_size, start_row
 from hairpipe.solve.settle import settle, solve
 from hairpipe.solve.stage import Iterate, System
@@ -181,13 +181,13 @@ class InitialState:
     positions        [m], (rows, 3, W)
     inverse_lengths  1 / l0 of their springs [1/m], (rows, springs, W)
     tensions         of their springs [N], same shape
-    rests            lanes in equilibrium, as groomed or settled, (rows, W) bool
+    sags             share of the weight that is not balanced: 0 in equilibrium, as groomed or settled, (rows, W)
     """
 
     positions: np.ndarray
     inverse_lengths: np.ndarray
     tensions: np.ndarray
-    rests: np.ndarray
+    sags: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,42 +228,72 @@ def are_stable(model: StrandModel, x: np.ndarray, found: Equilibrium, limit: flo
 
 
 def find_initial_state(
-    model: StrandModel, layout: Layout, ids: np.ndarray, x: np.ndarray, gravity: np.ndarray, wanted: SagFree
+    model: StrandModel,
+    layout: Layout,
+    ids: np.ndarray,
+    x: np.ndarray,
+    gravity: np.ndarray,
+    wanted: Rest,
+    shares: np.ndarray,
 ) -> InitialState:
-    """Find the springs of strands in equilibrium as placed; others fall, settle or are refused, with a warning.
+    """Find the springs of strands that bear a share of their weight as placed, and where strands settle.
+
+    Springs are linear in the share s: 1 / l0 = (1 - s) / l0(rest) + s / l0(equilibrium), as tensions are linear in
+    gravity; so are the natural curvature and twist of a rod. Strands without a stable equilibrium fall, settle or are
+    refused, with a warning.
 
     ids      ids of the strands, for messages
     x        particles as placed [m], (rows, 3, W)
     gravity  [m/s^2], (3,)
+    shares   of their weight that strands bear, (blocks, W)
 
     Raises BadInput where the model has too few springs, or where unstable strands are refused.
     """
+    asked = shares > 0.0
+    able = np.zeros_like(asked)
+    lengths, tensions = model.inverse_lengths, np.zeros_like(model.inverse_lengths)
+    rows = np.diff(layout.first)
+    if asked.any():
+        found = partly(find_balance(model, x, gravity), model, shares, rows)
+        able = asked & are_stable(model, x, found, wanted.strain)
+        _report(asked & ~able, layout, ids, wanted.unstable)
+        keeps = np.repeat(able, rows, axis=0)[:, None]
+        lengths = np.where(keeps, found.inverse_lengths, lengths)
+        tensions = np.where(keeps, found.tensions, 0.0)
+    sags = np.where(able, 1.0 - shares, 1.0)
+    settling = sags > 0.0 if wanted.start == "settled" else asked & ~able & (wanted.unstable == "settle")
+    if settling.any():
+        own = model._replace(inverse_lengths=lengths)
+        settled = settle(own, layout, ids, x, gravity, settling)
+        x = settled.positions
+        tensions = np.where(np.repeat(settling, rows, axis=0)[:, None], settled.tensions, tensions)
+    return InitialState(x, lengths, tensions, np.repeat(np.where(settling, 0.0, sags), rows, axis=0))
+
+
+def find_balance(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> Equilibrium:
+    """Find the equilibrium of strands as placed; BadInput where the model has too few springs for it."""
     if kind_of(model).equilibrium is None and model.inverse_lengths.shape[1] != SPRINGS:
         message = f"a {kind_of(model).name} has no equilibrium in a groomed shape"
         raise BadInput(message, where="model", right='"network" or "rod"')
-    found = find_equilibrium(model, x, gravity)
-    able = are_stable(model, x, found, wanted.strain)
-    _report(able, layout, ids, wanted.unstable)
-    keeps = np.repeat(able, np.diff(layout.first), axis=0)
-    lengths = np.where(keeps[:, None], found.inverse_lengths, model.inverse_lengths)
-    tensions = np.where(keeps[:, None], found.tensions, 0.0)
-    if wanted.unstable == "fall" or able.all():
-        return InitialState(x, lengths, tensions, keeps)
-    settled = settle(model, layout, ids, x, gravity, ~able)
-    return InitialState(
-        settled.positions, lengths, np.where(keeps[:, None], tensions, settled.tensions), np.full_like(keeps, True)
-    )
+    return find_equilibrium(model, x, gravity)
 
 
-def _report(able: np.ndarray, layout: Layout, ids: np.ndarray, unstable: str) -> None:
-    unable = ids[np.unique(layout.strands[~able])]
+def partly(found: Equilibrium, model: StrandModel, shares: np.ndarray, rows: np.ndarray) -> Equilibrium:
+    """Return springs in equilibrium with a share of the weight of strands, (blocks, W); rows of blocks, (blocks,)."""
+    share = np.repeat(shares, rows, axis=0)[:, None]
+    lengths = (1.0 - share) * model.inverse_lengths + share * found.inverse_lengths
+    return Equilibrium(lengths, share * found.tensions, shares * found.strains)
+
+
+def _report(lost: np.ndarray, layout: Layout, ids: np.ndarray, unstable: str) -> None:
+    unable = ids[np.unique(layout.strands[lost])]
     if not len(unable):
         return
     message = f"{len(unable)} of {len(ids)} strands have no stable equilibrium as groomed"
     if unstable == "refuse":
         raise BadInput(
             f"{message}: {name_strands(unable)}",
-            where="sag_free.unstable",
+            where="rest.unstable",
             right='shorter or stiffer hair, or "fall" or "settle"',
         )
     warn(f"{message} and {unstable}: {name_strands(unable)}", stacklevel=3)

@@ -32,7 +32,7 @@ from hairpipe.strands.layout import Layout
 from hairpipe.strands.material import VariedMaterial
 from hairpipe.strands.registry import ModelName
 from hairpipe.values import Groom
-from hairpipe.values.painting import ReadImage
+from hairpipe.values.painting import ReadImage, Varied
 from hairpipe.values.strand_arrays import name_strands
 
 STILL = 1e-7
@@ -187,17 +187,19 @@ def settle_groom(
     gravity: float,
     model: ModelName,
     read_image: ReadImage | None = None,
+    shape: Varied | float = 1.0,
 ) -> Groom:
-    """Return the groom with its strands at rest under gravity, with springs at rest as groomed.
+    """Return the groom with its strands at rest under gravity, with springs at rest as groomed, or straighter.
 
     gravity  along -Y [m/s^2]
     model    of a strand
+    shape    share of the curvature of the groom at rest
 
     A warning names strands that do not come to rest. Raise BadInput where the body holds tips.
     """
     if groom.tip_triangles is not None:
         raise BadInput("tips held by the body would be released", where="in.groom", right="a groom of free tips")
-    hair = build_models(groom, material, model, construction, read_image).in_precision("double")
+    hair = build_models(groom, material, model, construction, read_image, shape).in_precision("double")
     everyone = np.ones(hair.layout.strands.shape, bool)
     down = np.array([0.0, -gravity, 0.0])
     settled = settle(hair.model, hair.layout, groom.ids, hair.rest, down, everyone)

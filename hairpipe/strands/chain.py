@@ -46,7 +46,7 @@ class Chain(NamedTuple):
 
 
 def build_chain(
-    layout: Layout, groom: Groom, fibres: Fibres, construction: Construction, curvature: float
+    layout: Layout, groom: Groom, fibres: Fibres, construction: Construction, shape: float | np.ndarray
 ) -> tuple[Chain, np.ndarray]:
     """Make the chains of a groom of strands that are straight at rest; the construction does not affect a chain."""
     rest = layout.empty(3, dtype=np.float64)
@@ -58,8 +58,8 @@ def build_chain(
         particles = np.concatenate([2 * axis[:, :1] - axis[:, 1:2], axis], axis=1)
         edges = np.diff(particles, axis=1)
         lengths = np.linalg.norm(edges, axis=2)
-        if curvature:
-            _check_straight(edges / lengths[:, :, None])
+        bent = (np.broadcast_to(shape, len(groom.points))[places] > 0.0).any(axis=1)
+        _check_straight((edges / lengths[:, :, None])[bent])
         segment = lengths[:, 1:].mean(1)
         after = SHAPE.segments(axis.shape[1] - 1)
         dense = fibre.segments.line_density[:, after]

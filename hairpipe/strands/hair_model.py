@@ -76,7 +76,7 @@ class HairModel:
 class HairModels:
     """The strands of a groom in single precision and in double, each built when it is first asked for, and kept.
 
-    curvature  share of the curvature of the groom that is at rest
+    shape  share of the curvature of the groom at rest, at all points, or at points, (P,)
     """
 
     groom: Groom
@@ -84,7 +84,7 @@ class HairModels:
     kind: ModelKind
     construction: Construction = DEFAULT
     read_image: ReadImage | None = None
-    curvature: float = 1.0
+    shape: float | np.ndarray = 1.0
     _built: dict[Precision, HairModel] = field(default_factory=dict, init=False)
 
     def in_precision(self, precision: Precision) -> HairModel:
@@ -95,7 +95,7 @@ class HairModels:
         if precision not in self._built:
             check_segments(self.groom)
             layout = lay_out(self.groom.offsets, self.kind.shape, DTYPES[precision])
-            model, rest = self.kind.build(layout, self.groom, self.fibres, self.construction, self.curvature)
+            model, rest = self.kind.build(layout, self.groom, self.fibres, self.construction, self.shape)
             finer = partial(self.in_precision, "double") if precision == "single" else None
             more = {"in_double": finer, "read_image": self.read_image, "diameters": self.fibres.widths}
             self._built[precision] = HairModel(self.groom, layout, model, rest, self.fibres.diameter, **more)
@@ -113,14 +113,16 @@ def build_models(
     model: ModelName,
     construction: Construction = DEFAULT,
     read_image: ReadImage | None = None,
-    curvature: float = 1.0,
+    shape: Varied | float = 1.0,
 ) -> HairModels:
     """Model the strands of a groom by a model of the house, with a share of its curvature at rest.
 
-    Raises BadInput as `fibres_of`.
+    Raises BadInput as `fibres_of` and `values_of`.
     """
     fibres = fibres_of(groom, material, read_image)
-    return HairModels(groom, fibres, strand_models()[model], construction, read_image, curvature)
+    shares = values_of(shape, groom, "rest.shape", read_image)
+    shares = shares if np.ndim(shares) == 0 else shares[0]
+    return HairModels(groom, fibres, strand_models()[model], construction, read_image, shares)
 
 
 def build_hair(

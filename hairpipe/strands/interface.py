@@ -70,7 +70,7 @@ class StiffnessPart(IntEnum):
     exact = 2
 
 
-Build = Callable[[Layout, Groom, Fibres, Construction, float], tuple[Any, np.ndarray]]
+Build = Callable[[Layout, Groom, Fibres, Construction, float | np.ndarray], tuple[Any, np.ndarray]]
 FindEquilibrium = Callable[[Any, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
@@ -81,8 +81,8 @@ class ModelKind:
     name    name in a graph
     model   the NamedTuple, a `StrandModel`
     shape   shape of its strands
-    build   makes the models of a groom in a layout, with a share of its curvature at rest, and their particles in the
-            shape of the groom [m], (rows, 3, W) float64; raises BadInput for unsuitable grooms
+    build   makes the models of a groom in a layout, with a share of its curvature at rest, one or at points, (P,), and
+            their particles in the shape of the groom [m], (rows, 3, W) float64; raises BadInput for unsuitable grooms
     warn    warns once per shot of properties of the material that the model ignores
 
     equilibrium   finds the rest state of strands in equilibrium at x [m], (rows, 3, W), under gravity [m/s^2], (3,):

@@ -168,17 +168,18 @@ def rest_heights(particles: np.ndarray) -> np.ndarray:
     return heights
 
 
-def unbent(axis: np.ndarray, normals: np.ndarray, curvature: float) -> np.ndarray:
+def unbent(axis: np.ndarray, normals: np.ndarray, shares: np.ndarray) -> np.ndarray:
     """Return strands with a share of the curvature, and the same first segments and lengths [m], (s, n+1, 3); pure.
 
-    Each segment turns from the one before it by that share of its angle, in the same direction in a frame that is
-    transported along the strand without twist: a helix keeps its torsion.
+    Each segment turns from the one before it by the share of its angle at the point between them, in the same direction
+    in a frame that is transported along the strand without twist: a helix keeps its torsion.
 
-    axis       points of strands [m], (s, n+1, 3)
-    normals    unit normals of the first segments, (s, 3)
-    curvature  share of the turn at every point: 1 returns the axis itself, 0 straight strands
+    axis     points of strands [m], (s, n+1, 3)
+    normals  unit normals of the first segments, (s, 3)
+    shares   of the turn at every point, (s, n+1): where all are 1, a strand is the axis itself; 0 is straight
     """
-    if curvature == 1.0:
+    whole = (shares == 1.0).all(axis=1)
+    if whole.all():
         return axis
     edges = np.diff(axis, axis=1)
     lengths = np.linalg.norm(edges, axis=2, keepdims=True)
@@ -193,11 +194,12 @@ def unbent(axis: np.ndarray, normals: np.ndarray, curvature: float) -> np.ndarra
         across = after - cosine * before
         sine = np.linalg.norm(across, axis=1, keepdims=True)
         across /= np.maximum(sine, np.finfo(float).tiny)
-        angle = curvature * np.arctan2(sine, cosine)
+        angle = shares[:, i, None] * np.arctan2(sine, cosine)
         aside = np.sum(across * director, axis=1, keepdims=True) * turned
         aside += np.sum(across * np.cross(before, director), axis=1, keepdims=True) * np.cross(now, turned)
         following = np.cos(angle) * now + np.sin(angle) * aside
         following /= np.linalg.norm(following, axis=1, keepdims=True)
         director, turned = transport(director, before, after), transport(turned, now, following)
         found[:, i] = now = following
-    return np.concatenate([axis[:, :1], axis[:, :1] + np.cumsum(lengths * found, axis=1)], axis=1)
+    bare = np.concatenate([axis[:, :1], axis[:, :1] + np.cumsum(lengths * found, axis=1)], axis=1)
+    return np.where(whole[:, None, None], axis, bare)

@@ -55,7 +55,7 @@ class Network(NamedTuple):
 
 
 def build_of_groom(
-    layout: Layout, groom: Groom, fibres: Fibres, construction: Construction, curvature: float
+    layout: Layout, groom: Groom, fibres: Fibres, construction: Construction, shape: float | np.ndarray
 ) -> tuple[Network, np.ndarray]:
     """Make the networks of a groom, see `build_network`."""
     short = least_softenings(groom, fibres) < 1.0
@@ -66,7 +66,7 @@ def build_of_groom(
             where="groom",
             right="segments longer than hair is thick: fewer of them, or those strands left out",
         )
-    return build_network(layout, groom.points, groom.root_frames, fibres, construction, curvature)
+    return build_network(layout, groom.points, groom.root_frames, fibres, construction, shape)
 
 
 def warn_of_softening(groom: Groom, fibres: Fibres) -> None:
@@ -112,7 +112,7 @@ def build_network(
     frames: np.ndarray,
     fibres: Fibres,
     construction: Construction,
-    curvature: float = 1.0,
+    shape: float | np.ndarray = 1.0,
 ) -> tuple[Network, np.ndarray]:
     """Make the network of a groom."""
     rest = layout.empty(3, dtype=np.float64)
@@ -124,7 +124,7 @@ def build_network(
         length = np.linalg.norm(np.diff(axis, axis=1), axis=2).mean(1)
         normals = lattice.first_normals(axis, frames[layout.strands[blocks].reshape(-1)])
         after = SHAPE.segments(axis.shape[1] - 1)
-        straightened = unbent(axis, normals, curvature)
+        straightened = unbent(axis, normals, np.broadcast_to(shape, len(points))[places])
         fit = _fit(straightened, normals, length, fibre, construction)
         particles, resting = (lattice.perturb(shape, fit.normals, fit.turns) for shape in (axis, straightened))
         edges = edge_constants(fibre.segments, length[:, None])

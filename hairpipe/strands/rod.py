@@ -384,7 +384,7 @@ class Rod(NamedTuple):
 
 
 def build_rod(
-    layout: Layout, groom: Groom, fibres: Fibres, construction: Construction, curvature: float
+    layout: Layout, groom: Groom, fibres: Fibres, construction: Construction, shape: float | np.ndarray
 ) -> tuple[Rod, np.ndarray]:
     """Make the rods of a groom, of round section; the construction does not affect a rod."""
     rest = layout.empty(3, dtype=np.float64)
@@ -396,8 +396,9 @@ def build_rod(
         fibre = fibres.of(places)
         normals = lattice.first_normals(axis, frames)
         rows, mass, natural = shape_at_rest(axis, normals, fibre)
-        if curvature != 1.0:
-            natural = shape_at_rest(unbent(axis, normals, curvature), normals, fibre)[2]
+        shares = np.broadcast_to(shape, len(groom.points))[places]
+        if (shares != 1.0).any():
+            natural = shape_at_rest(unbent(axis, normals, shares), normals, fibre)[2]
         layout.scatter(rows, blocks, rest)
         layout.scatter(mass, blocks, rod.mass)
         layout.scatter(natural, blocks, rod.inverse_lengths)

@@ -10,7 +10,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.measure.tensions import turns
 from hairpipe.graphs.experiments.nodes.measure_tension import measure_tension
 from hairpipe.groom.strands import lay_strands
-from hairpipe.laws.settings import SagFree
+from hairpipe.laws.settings import Rest, Share
 from hairpipe.levelset.bake import bake
 from hairpipe.measure.contact import still
 from hairpipe.measure.motion import measure_points, swing_table, tensions
@@ -90,7 +90,7 @@ def hair_of(groom, points):
 
 
 def test_tension_is_the_weight_below_and_stretch_the_change_of_length():
-    state = start(build_hair(HANGING, Material(), "network"), None, Scene(sag_free=SagFree()))
+    state = start(build_hair(HANGING, Material(), "network"), None, Scene(rest=Rest(balanced=Share(1.0))))
     found = measure_points(hair_of(HANGING, 1.02 * HANGING.points), HANGING, state, ())
     assert found.names == ("stretch [%]", "tension [uN]")
     assert found.values[0] == pytest.approx(np.full(len(HANGING.points), 2.0), abs=1e-4)

@@ -11,7 +11,7 @@ from hairpipe.engine import Pair, Time
 from hairpipe.geometry.rotations import root_frames
 from hairpipe.groom.key_weights import weigh_keys
 from hairpipe.groom.sampling import thinned
-from hairpipe.laws.settings import Collisions, Construction, Locks, SagFree, Stiction, StrainLimit, Volume
+from hairpipe.laws.settings import Collisions, Construction, Locks, Rest, Share, Stiction, StrainLimit, Volume
 from hairpipe.levelset.bake import bake
 from hairpipe.nodes.carry_strands import carry_strands, weigh
 from hairpipe.nodes.interpolate_hair import interpolate_hair
@@ -89,7 +89,7 @@ def frames_of(take: Take, step) -> list:
 
 def strands_by(groom: Groom, model: str = "network", bodies: str = "", **settings):
     prepared = model_strands(groom, Material(), model, Construction(), 1.0)
-    settings = {"model": model, "precision": "double", "sag_free": SagFree("settle"), **settings}
+    settings = {"model": model, "precision": "double", "rest": Rest(balanced=Share(1.0), unstable="settle"), **settings}
 
     def step(body, box, state, time, cuts):
         parts, whole = ((pair,) if name == bodies else None for name, pair in zip(("parts", "whole"), box, strict=True))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.laws.settings import Collisions, SagFree, Stiction
+from hairpipe.laws.settings import Collisions, Rest, Share, Stiction
 from hairpipe.shot.simulate import choose_precision, start
 from hairpipe.strands.hair_model import build_hair, build_models
 from hairpipe.strands.material import Material
@@ -76,7 +76,9 @@ def test_rounding_is_less_than_the_error_of_a_step_up_to_the_limit_of_every_mode
     assert 0.0 < off < error
 
 
-@pytest.mark.parametrize("settings", [{"stiction": Stiction()}, {"collisions": Collisions()}, {"sag_free": SagFree()}])
+@pytest.mark.parametrize(
+    "settings", [{"stiction": Stiction()}, {"collisions": Collisions()}, {"rest": Rest(balanced=Share(1.0))}]
+)
 def test_hair_that_touches_hair_or_stands_stays_in_double(swing, settings):
     shot = swing("automatic", 10, 1 / 480)
     assert of(shot.hair) == "single"
@@ -128,7 +130,7 @@ def test_the_limit_is_a_number_of_explicit_steps_whatever_hair_is_made_of(swing)
 
 def test_it_is_refused_for_a_start_without_sag(swing):
     shot = swing("double", 6, 1 / 240)
-    shot.scene = replace(shot.scene, sag_free=SagFree())
+    shot.scene = replace(shot.scene, rest=Rest(balanced=Share(1.0)))
     with pytest.raises(BadInput, match="impossible in single precision"):
         choose("single", shot)
     assert of(choose("automatic", shot)) == "double"

@@ -81,11 +81,17 @@ in.groom = "tuft"
             "stiction = { reach = 2e-3, release = 1e-3 }",
             r"hair.*stiction: the release distance, 0.001 m, is not more than the reach, 0.002 m \(a larger release",
         ),
-        ("curvature = 0.5\nsag_free = {}", r"\[hair\].*curvature = 0.5 contradicts sag_free, .*\(curvature = 1, or no"),
-        ("curvature = 1.5", r"curvature = 1.5 is not allowed"),
+        (
+            "rest = { shape = 0.5, balanced = 1.0 }",
+            r"\[hair\].* shape below 1 contradicts balanced, .*\(balanced = 0, or",
+        ),
+        ("rest.shape = 1.5", r"rest.shape.value = 1.5 is not allowed"),
+        ("rest.balanced = { value = 1.0, profile = [[0.0, 1.0]] }", r"balanced varies along strands"),
+        ("sag_free = {}", r"unknown setting 'sag_free' \(rest.balanced = 1.0, and its settings"),
+        ("curvature = 0.5", r"unknown setting 'curvature' \(its value as rest.shape\)"),
     ],
 )
 def test_contradictions_are_refused(line, message):
     with pytest.raises(BadInput, match=message):
         hairpipe.load(GRAPH + line + "\n")
-    assert hairpipe.load(GRAPH + "curvature = 0.5\nstiction = { reach = 2e-3, release = 3e-3 }\n")
+    assert hairpipe.load(GRAPH + "rest.shape = 0.5\nstiction = { reach = 2e-3, release = 3e-3 }\n")

@@ -9,13 +9,14 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.geometry.curl import Helix, wound
 from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
-from hairpipe.laws.settings import Construction, SagFree
+from hairpipe.laws.settings import Construction, Rest, Share
 from hairpipe.shot.simulate import advance_frame, start
 from hairpipe.solve.sag_free import STEP, assemble, find_equilibrium, find_initial_state, find_stable, tangent
 from hairpipe.solve.settle import STILL, settle, settle_groom
 from hairpipe.strands.hair_model import build_hair
 from hairpipe.strands.material import Material
 
+BALANCED = Rest(balanced=Share(1.0))
 GRAVITY = np.array([0.0, -9.81, 0.0])
 OUT, UP, DOWN = [1, 0, 0], [0, 1, 0], [0, -1, 0]
 
@@ -29,9 +30,9 @@ def curl(radius=0.003, pitch=0.012, length=0.15, segments=75):
 def sag_free(scene):
     """A shot with a sag-free start, and what was said about it."""
 
-    def make(strands, wanted=SagFree(), **settings):  # noqa: B008 (frozen)
+    def make(strands, wanted=BALANCED, **settings):
         s = scene(strands, **settings)
-        s.scene = replace(s.scene, sag_free=wanted)
+        s.scene = replace(s.scene, rest=wanted)
         with warnings.catch_warnings(record=True) as reported:
             warnings.simplefilter("always")
             s.state = start(s.hair, s.body, s.scene)
@@ -139,7 +140,7 @@ def test_unstable_strands_are_named_and_fall(sag_free, scene, straight):
 
 
 def test_unstable_strands_may_settle(sag_free, straight):
-    s = sag_free([straight(0.1, 25, OUT), straight(0.3, 25, OUT)], SagFree(unstable="settle"))
+    s = sag_free([straight(0.1, 25, OUT), straight(0.3, 25, OUT)], replace(BALANCED, unstable="settle"))
     assert len(s.reported) == 1
     before = s.axis
     assert before[51, 1] < -0.25
@@ -149,7 +150,7 @@ def test_unstable_strands_may_settle(sag_free, straight):
 
 def test_settled_strands_start_with_the_body(sag_free, straight, triangle):
     """About the plumb line: what hangs under its root goes with it, and does not fly as what it was groomed would."""
-    s = sag_free([straight(0.3, 25, OUT)], SagFree(unstable="settle"))
+    s = sag_free([straight(0.3, 25, OUT)], replace(BALANCED, unstable="settle"))
     middle = triangle().points.mean(0)
     turning = triangle(velocities=np.cross([0.0, 5.0, 0.0], triangle().points))
     with pytest.warns(UserWarning, match="settle"):
@@ -163,12 +164,12 @@ def test_settled_strands_start_with_the_body(sag_free, straight, triangle):
 
 def test_unstable_strands_may_be_refused(sag_free, straight):
     with pytest.raises(BadInput, match=r"1 of 2 strands have no stable equilibrium.*: strands 1"):
-        sag_free([straight(0.1, 25, OUT), straight(0.3, 25, OUT)], SagFree(unstable="refuse"))
+        sag_free([straight(0.1, 25, OUT), straight(0.3, 25, OUT)], replace(BALANCED, unstable="refuse"))
 
 
 def test_springs_strained_too_much_do_not_stand(sag_free, straight):
-    assert not sag_free([straight(0.1, 50, OUT)], SagFree(strain=0.06)).reported
-    assert sag_free([straight(0.1, 50, OUT)], SagFree(strain=0.03)).reported
+    assert not sag_free([straight(0.1, 50, OUT)], replace(BALANCED, strain=0.06)).reported
+    assert sag_free([straight(0.1, 50, OUT)], replace(BALANCED, strain=0.03)).reported
 
 
 def test_a_chain_cannot_hold_a_groom(sag_free, straight):
@@ -178,10 +179,11 @@ def test_a_chain_cannot_hold_a_groom(sag_free, straight):
 
 def test_a_strand_that_is_not_finite_does_not_take_others_along(scene, straight):
     hair = scene([straight(0.1, 25, OUT), straight(0.1, 25, OUT)]).hair
+    whole = np.ones(hair.layout.strands.shape)
     lost = hair.rest.copy()
     lost[20, :, 0] = np.nan
     with pytest.warns(UserWarning, match="1 of 2 strands .* and fall: strands 0"):
-        initial = find_initial_state(hair.model, hair.layout, hair.groom.ids, lost, GRAVITY, SagFree())
+        initial = find_initial_state(hair.model, hair.layout, hair.groom.ids, lost, GRAVITY, BALANCED, whole)
     np.testing.assert_array_equal(initial.inverse_lengths[..., 0], hair.model.inverse_lengths[..., 0])
     found = find_equilibrium(hair.model, hair.rest, GRAVITY)
     np.testing.assert_array_equal(initial.tensions[..., 1], found.tensions[..., 1])
@@ -189,7 +191,7 @@ def test_a_strand_that_is_not_finite_does_not_take_others_along(scene, straight)
 
 def test_result_does_not_depend_on_threads_or_other_strands(sag_free, straight, same_on_threads):
     strands = [straight(0.02 * (i + 1), 25, [1, 0.1 * i, 0]) for i in range(12)]
-    wanted = SagFree(unstable="settle")
+    wanted = replace(BALANCED, unstable="settle")
     many = same_on_threads(lambda: sag_free(strands, wanted).run(1 / 24).points)
     for i in (0, 5, 11):
         np.testing.assert_array_equal(sag_free([strands[i]], wanted).run(1 / 24).points, many[26 * i : 26 * (i + 1)])
@@ -251,7 +253,7 @@ def test_the_settled_groom_keeps_its_shape_when_it_is_simulated_sag_free(scene, 
     s = scene([straight(0.1, 50, [1, 0, 0]), straight(0.3, 50, [1, 0, 0]), curl()])
     groom = settle_groom(s.hair.groom, Material(), Construction(), 9.81, "network")
     np.testing.assert_array_equal(groom.points[groom.offsets[:-1]], s.hair.groom.points[groom.offsets[:-1]])
-    hair, sag_free = build_hair(groom, Material(), "network"), replace(s.scene, sag_free=SagFree())
+    hair, sag_free = build_hair(groom, Material(), "network"), replace(s.scene, rest=BALANCED)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         state = start(hair, s.body, sag_free)
@@ -289,3 +291,73 @@ def test_it_depends_neither_on_threads_nor_on_other_strands(settled, straight, s
     many = same_on_threads(lambda: points_of(strands))
     for i in (0, 5, 11):
         np.testing.assert_array_equal(points_of([strands[i]]), many[26 * i : 26 * (i + 1)])
+
+
+@pytest.mark.parametrize("model", ["rod", "network"])
+@pytest.mark.parametrize("share", [0.4, 1.0])
+def test_a_share_of_the_weight_is_balanced_under_that_share_of_gravity(scene, straight, model, share):
+    hair = scene([straight(0.1, 25, OUT)], model=model).hair
+    shares = np.full(hair.layout.strands.shape, share)
+    found = find_initial_state(hair.model, hair.layout, hair.groom.ids, hair.rest, GRAVITY, BALANCED, shares)
+    springs = hair.model._replace(inverse_lengths=found.inverse_lengths)
+    forces = assemble(springs, 0, hair.rest, found.tensions, 0)[1][:, :3]
+    weight = hair.model.mass[:, None] * GRAVITY[:, None]
+    free = slice(3, -1 if model == "rod" else None)  # a rod ends in a row that is not a node
+    np.testing.assert_allclose((forces + share * weight)[free], 0.0, atol=1e-9 * np.abs(weight).sum())
+    np.testing.assert_allclose(found.sags, 1.0 - share)
+
+
+def test_the_dial_ends_in_the_groom_and_in_the_balance(scene, straight):
+    hair = scene([straight(0.1, 25, OUT), curl(0.002, 0.02, 0.1)]).hair
+    balance = find_equilibrium(hair.model, hair.rest, GRAVITY)
+    for share, lengths, tensions in (
+        (1.0, balance.inverse_lengths, balance.tensions),
+        (0.0, hair.model.inverse_lengths, 0.0 * balance.tensions),
+    ):
+        shares = np.full(hair.layout.strands.shape, share)
+        found = find_initial_state(hair.model, hair.layout, hair.groom.ids, hair.rest, GRAVITY, BALANCED, shares)
+        np.testing.assert_array_equal(found.inverse_lengths, lengths)
+        np.testing.assert_array_equal(found.tensions, tensions)
+        np.testing.assert_array_equal(found.positions, hair.rest)
+
+
+@pytest.mark.parametrize("model", ["rod", "network"])
+def test_hair_that_starts_settled_stays_there(scene, straight, model):
+    s = scene([straight(0.1, 25, OUT), straight(0.3, 25, [1, 0.4, 0])], model=model)
+    s.scene = replace(s.scene, rest=Rest(start="settled"))
+    s.state = start(s.hair, s.body, s.scene)
+    before = s.axis
+    assert before[25, 1] < s.hair.groom.points[25, 1] - 0.01
+    assert s.state.inverse_lengths is None
+    moved = s.run(0.5).axis - before
+    assert np.sqrt(np.mean(np.sum(moved**2, axis=1))) < 1e-6
+
+
+def test_a_settled_groom_that_is_balanced_is_straight_at_rest_as_groomed(scene, straight):
+    """Up to the stiffness of vertices, which is that of their bend: settling and balancing is starting settled."""
+    groom = scene([straight(0.1, 25, OUT), straight(0.15, 25, [1, 0.4, 0.2])]).hair.groom
+    settled = settle_groom(groom, Material(), Construction(), 9.81, "rod")
+    hung = build_hair(settled, Material(), "rod")
+    found = find_equilibrium(hung.model, hung.rest, GRAVITY).inverse_lengths
+    own, rest = (hung.layout.axis(v[:, 1:4])[np.r_[1:25, 27:51], :2] for v in (hung.model.inverse_lengths, found))
+    own, rest = (np.linalg.norm(bends, axis=1) for bends in (own, rest))
+    assert own.max() > 0.1 and rest.max() < 0.03 * own.max()
+
+
+def test_hair_without_weight_settles_in_its_straight_rest_shape(scene):
+    wavy = scene([curl(0.002, 0.02, 0.1)]).hair.groom
+    ways = np.diff(settle_groom(wavy, Material(), Construction(), 0.0, "rod", shape=0.0).points, axis=0)
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    np.testing.assert_allclose(ways, np.broadcast_to(ways[0], ways.shape), atol=1e-4)
+
+
+def test_strands_that_are_straighter_than_groomed_cannot_be_balanced(scene, straight):
+    s = scene([straight(0.1, 25, OUT), straight(0.1, 25, OUT)])
+    groom = replace(s.hair.groom, maps={"held": np.array([0.0, 1.0])})
+    hair = build_hair(groom, Material(), "rod")
+    rest = Rest(shape=Share(1.0, profile=((0.0, 0.5),)), balanced=Share(1.0, map="held"))
+    with pytest.raises(BadInput, match=r"shape below 1 contradicts balanced, .*: strands 1 "):
+        start(hair, s.body, replace(s.scene, rest=rest))
+    state = start(hair, s.body, replace(s.scene, rest=replace(rest, shape=Share(1.0))))
+    changed = state.inverse_lengths != hair.model.inverse_lengths
+    assert not changed[..., 0].any() and changed[..., 1].any()

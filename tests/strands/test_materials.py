@@ -15,7 +15,7 @@ from hairpipe.graphs.experiments.studies.accuracy.specimen import specimen_of, s
 from hairpipe.graphs.experiments.studies.accuracy.statics import motions
 from hairpipe.graphs.experiments.studies.accuracy.vibration import frequencies
 from hairpipe.groom.strands import unbound
-from hairpipe.laws.settings import SagFree
+from hairpipe.laws.settings import Rest, Share
 from hairpipe.shot.settings import Scene
 from hairpipe.shot.simulate import advance_frame, start
 from hairpipe.solve.settle import settle
@@ -155,10 +155,11 @@ def fallen(groom, material, model, driver):
 
 
 @pytest.mark.parametrize("model", ["rod", "network"])
-def test_sag_free_strands_of_varying_material_stay(scene, straight, triangle, model):
+def test_balanced_strands_of_varying_material_stay(scene, straight, triangle, model):
     curl = wound(Helix(radius=0.003, pitch=0.012), 0.1, 50) @ np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
     groom = scene([straight(0.06, 50, [1, 0, 0]), curl + straight(0.1, 1, [1, 0, 0])[0]]).hair.groom
-    hair, rules = build_hair(groom, tapered(((0.0, 1.0), (1.0, 0.6)), 100.0), model), Scene(sag_free=SagFree("refuse"))
+    hair = build_hair(groom, tapered(((0.0, 1.0), (1.0, 0.6)), 100.0), model)
+    rules = Scene(rest=Rest(balanced=Share(1.0), unstable="refuse"))
     state = start(hair, triangle(), rules)
     for frame in range(12):
         state = advance_frame(hair, state, (triangle(), triangle()), (), 1 / 24, rules, frame / 24)

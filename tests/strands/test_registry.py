@@ -32,7 +32,7 @@ class Beads(NamedTuple):
     shape = SHAPE
 
 
-def build_beads(layout, groom, fibres, construction, curvature):
+def build_beads(layout, groom, fibres, construction, shape):
     beads, rest = Beads(layout.first, layout.empty(), layout.empty(1), layout.empty(1)), layout.empty(3)
     beads.mass[:], beads.constants[:], beads.inverse_lengths[:] = MASS, STIFFNESS, 0.0
     for blocks in layout.classes():

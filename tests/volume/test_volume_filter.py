@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.laws.settings import Pressure, SagFree, Scheme, Volume
+from hairpipe.laws.settings import Pressure, Rest, Scheme, Share, Volume
 from hairpipe.shot.simulate import advance_frame, start
 from hairpipe.strands.layout import axis_of, following_masses
 from hairpipe.values.groom import reach_of
@@ -121,7 +121,7 @@ def test_hair_that_stands_as_groomed_is_not_pressed(scene, straight):
     """Its densest cell is as dense as it may be."""
     shot = scene([straight(0.01, 4, (0.0, 1.0, 0.3)) + np.array([0, 0, 1e-3 * n]) for n in range(9)])
     volume = Volume(cell=2e-3, pressure=Pressure(compliance=0.0))
-    shot.scene = dataclasses.replace(shot.scene, volume=volume, sag_free=SagFree())
+    shot.scene = dataclasses.replace(shot.scene, volume=volume, rest=Rest(balanced=Share(1.0)))
     shot.state = start(shot.hair, shot.body, shot.scene)
     before = shot.points
     shot.run(0.25)

@@ -60,7 +60,7 @@ def draw_scene(seed: int, number: int) -> DrawnScene:
     blown, wind = draw_wind(random)
     hair: Tables = {"type": "simulate_hair", "in": {"groom": "groom", "body": "body", "parts": "parts"}}
     hair |= {"strain": {"tolerance": 0.02}, "contact": {"friction": drawn(random, 0.1, 0.6)}, **wind}
-    hair |= {group: {} for group in between} | ({"sag_free": {}} if random.random() < SAG_FREE else {})
+    hair |= {group: {} for group in between} | ({"rest": {"balanced": 1.0}} if random.random() < SAG_FREE else {})
     tolerance = Tolerance(float(random.choice(TOLERANCES)), "%")
     moved, one = draw_motion(stream(seed, f"scene {number} motion"))
     moved_again, other = draw_motion(stream(seed, f"scene {number} other"), one)

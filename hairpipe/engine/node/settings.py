@@ -20,7 +20,7 @@ from annotated_types import Ge, GroupedMetadata, Gt, Le, Lt, MaxLen, MinLen
 from hairpipe.engine.node.declare import NodeType, text_of, without_none
 from hairpipe.engine.node.messages import cut, nearest
 from hairpipe.errors import BadInput
-from hairpipe.units import Calls, Reads, Suffixes, Unit
+from hairpipe.units import Calls, Reads, Replaces, Suffixes, Unit
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -79,6 +79,11 @@ class Field:
     def reads(self) -> Reads | None:
         """The files that are read for one of this setting; None if it is that file alone."""
         return next((m for m in metadata(self.annotation) if isinstance(m, Reads)), None)
+
+    @property
+    def replaces(self) -> dict[str, str]:
+        """What to write in place of former settings, by their names."""
+        return dict(next((m.former for m in metadata(self.annotation) if isinstance(m, Replaces)), ()))
 
     def libraries(self, choice: Any) -> tuple[str, ...]:
         """Names of the modules of libraries that a choice calls, in addition to the imports of the node."""
@@ -332,7 +337,9 @@ def explain(error: "ErrorDetails", fields: tuple[Field, ...], place: Place) -> B
     dotted = ".".join(names)
     where = place(names)
     if error["type"] == "extra_forbidden":
-        return BadInput(f"unknown setting '{dotted}'", where=where, right=nearest(names[-1], [f.name for f in known]))
+        former = {name: text for each in known for name, text in each.replaces.items()}
+        right = former.get(names[-1]) or nearest(names[-1], [f.name for f in known])
+        return BadInput(f"unknown setting '{dotted}'", where=where, right=right)
     if error["type"] == "missing" and len(names) == len(error["loc"]):
         return Missing(f"setting '{dotted}' is missing", where=where, right=field and field.allowed)
     given = cut(json.dumps(error["input"], default=str))
