@@ -251,7 +251,8 @@ def find_initial_state(
     """
     asked = shares > 0.0
     able = np.zeros_like(asked)
-    lengths, tensions = model.inverse_lengths, np.zeros_like(model.inverse_lengths)
+    lengths = model.inverse_lengths
+    tensions = np.zeros_like(lengths)
     rows = np.diff(layout.first)
     if asked.any():
         found = partly(find_balance(model, x, gravity), model, shares, rows)

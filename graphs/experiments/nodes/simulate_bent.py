@@ -22,7 +22,7 @@ class Hair(NamedTuple):
 
 
 def model_bent(
-    groom: Groom, rest: Groom, material: VariedMaterial, model: ModelName, construction: Construction
+    groom: Groom, unbent: Groom, material: VariedMaterial, model: ModelName, construction: Construction
 ) -> "HairModel":
     """Model strands with the shape of one groom and the rest shape of another; BadInput where these differ in cut."""
     from dataclasses import replace
@@ -32,18 +32,18 @@ def model_bent(
     from hairpipe.errors import BadInput
     from hairpipe.strands.hair_model import build_hair
 
-    if not np.array_equal(groom.offsets, rest.offsets):
-        raise BadInput("other strands or segments than in.groom", where="in.rest", right="the same, in another shape")
+    if not np.array_equal(groom.offsets, unbent.offsets):
+        raise BadInput("other strands or segments than in.groom", where="in.unbent", right="the same, in another shape")
     bent = build_hair(groom, material, model, construction)
     # What touches in the groom does not collide: here that of the rest shape.
-    return replace(build_hair(rest, material, model, construction), rest=bent.rest)
+    return replace(build_hair(unbent, material, model, construction), rest=bent.rest)
 
 
 @node(frames="scan", prepare=model_bent)
 @flat_group("settings")
 def simulate_bent(
     groom: Groom,
-    rest: Groom,
+    unbent: Groom,
     ends: Pair[Ends],
     previous: HairState | None,
     time: Time,
