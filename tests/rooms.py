@@ -7,28 +7,28 @@ from pathlib import Path
 from .sources import EXTENSION, HOME, SOURCES, imports_of, length_of, module_of, tree_of
 
 BUDGETS = {
-    "base": ("errors, units, files, processes: what every room may need", 992),
+    "base": ("errors, units, files, processes: what every room may need", 1000),
     "values": ("what travels along edges", 1669),
     "geometry": ("vectors, SIMD lanes, banded systems, trees, pairs, distances", 3350),
     "body": ("skeletons, motion capture, skinning, our own bust", 1950),
     "levelset": ("level sets of bodies, baked and interpolated in time", 2523),
     "groom": ("hair at rest: seeded, grown, imported, painted, interpolated, transferred", 2634),
-    "laws": ("one law a file: force, derivative, source", 1748),
-    "strands": ("rod, network, chain: rows, rest shape, calibration", 2492),
-    "solve": ("stages, integrators, conjugate gradients, step size, lost steps, strands at rest", 3885),
+    "laws": ("one law a file: force, derivative, source", 1782),
+    "strands": ("rod, network, chain: rows, rest shape, calibration", 2497),
+    "solve": ("stages, integrators, conjugate gradients, step size, lost steps, strands at rest", 3918),
     "volume": ("hair as a continuum on grids", 795),
     "contact": ("who touches whom: search, swept collisions, active sets", 2646),
-    "shot": ("scene to interactions, frame, cuts, locks", 2769),
+    "shot": ("scene to interactions, frame, cuts, locks", 2781),
     "particles": ("hair as loosely connected particles", 2275),
     "measure": ("metrics that a shot or `tune` uses", 1402),
     "render": ("pictures", 2830),
     "formats": ("one file a format, and their registry", 10798),
     "blender": ("programs that Blender runs: the extension, import of a shot, conversion", 2740),
-    "engine": ("files, nodes, keys, store, plan, run, workers, hosts; no word of hair", 9598),
+    "engine": ("files, nodes, keys, store, plan, run, workers, hosts; no word of hair", 9605),
     "app": ("Python interface, command line, page, bridge, tuning, wedges, farms", 8656),
 }
 """What a room is about, and its most lines of Python. A budget falls, but for a new feature."""
-MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 65_752, 331, 25, 105
+MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 66_003, 331, 25, 105
 """Most lines and files of all rooms, files with one importer, and files that `simulate_hair` imports."""
 REGISTERS = (
     *("hairpipe.nodes.", "hairpipe.app.cli.", "hairpipe.strands.registry", "hairpipe.shot.build"),
