@@ -20,7 +20,7 @@ DAMAGED = (UnidentifiedImageError, OSError, SyntaxError, ValueError, Image.Decom
 
 def write_png(path: Path, picture: np.ndarray) -> None:
     """Write a picture, (height, width, 3) uint8, sRGB; equal pictures give equal bytes."""
-    Image.fromarray(picture).save(path, "PNG")
+    Image.fromarray(picture).save(path, "PNG", compress_level=2)  # a third of the time of 6, files 17 % larger
 
 
 def write_webp(
