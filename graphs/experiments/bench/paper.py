@@ -63,7 +63,36 @@ def measure_paper(
                 found |= {"particles in the paper": printed.particles, "frame in the paper [s]": 60.0 * printed.minutes}
             cases.append(found)
             parts.append({"scene": name, FIRST: case[FIRST], "threads": case["threads"], **in_seconds(shares)})
-    return make_report(__name__, {"frames": cases, "parts": parts})
+    tables = {"frames": cases, "parts": parts}
+    serial = serial_shares(parts)
+    return make_report(__name__, tables | {"serial": serial} if serial else tables)
+
+
+def serial_shares(parts: Sequence[Case]) -> list[Case]:
+    """Return the share of one thread's time in which further threads do not help, by part [%]; pure.
+
+    parts  rows of `measure_paper`: those of one thread come before others of the same scene and first frame
+
+    Amdahl's law, t_n = t_1 (s + (1 - s) / n). A second thread also waits for memory, which counts as serial. Source:
+    G. M. Amdahl, Validity of the single processor approach to achieving large scale computing capabilities, 1967.
+    """
+    found = list[Case]()
+    alone = dict[tuple, dict[str, float]]()
+    for row in parts:
+        times = {name: float(value) for name, value in row.items() if name.endswith(" [s]")}
+        times["all [s]"] = sum(times.values())
+        place = row["scene"], row[FIRST]
+        count = int(row["threads"])
+        if count == 1:
+            alone[place] = times
+        elif place in alone:
+            shares = {
+                name.replace("[s]", "[%]"): 100.0 * (count * seconds / alone[place][name] - 1.0) / (count - 1.0)
+                for name, seconds in times.items()
+                if alone[place][name] > 0.0
+            }
+            found.append({"scene": row["scene"], FIRST: row[FIRST], "threads": count, **shares})
+    return found
 
 
 def measure_scene(
