@@ -88,8 +88,9 @@ def frames_of(take: Take, step) -> list:
 
 
 def strands_by(groom: Groom, model: str = "network", bodies: str = "", **settings):
-    prepared = model_strands(groom, Material(), model, Construction(), 1.0)
-    settings = {"model": model, "precision": "double", "rest": Rest(balanced=Share(1.0), unstable="settle"), **settings}
+    rest = Rest(balanced=Share(1.0), unstable="settle")
+    prepared = model_strands(groom, Material(), model, Construction(), rest)
+    settings = {"model": model, "precision": "double", "rest": rest, **settings}
 
     def step(body, box, state, time, cuts):
         parts, whole = ((pair,) if name == bodies else None for name, pair in zip(("parts", "whole"), box, strict=True))

@@ -335,8 +335,8 @@ def guard(caching: Any) -> None:
 
 
 _timing: list[Any] = []
-_claims: dict[Any, list[IO[bytes]]] = {}
-"""Locked files of the kernels that this process compiles, by the file of numba's cache."""
+_claims: dict[Path, tuple[Any, IO[bytes]]] = {}
+"""Files of numba's cache, and locked files, by the kernels that this process compiles."""
 POLL = 0.02
 """Interval at which a process tries to lock a kernel again [s]."""
 LONGEST_WAIT = 60.0
@@ -349,10 +349,12 @@ def claim(cache_file: Any, kernel: Path) -> bool:
     Functions call no function that calls them: two processes do not wait for each other.
     """
     waited = False
+    if kernel in _claims:
+        return waited
     with suppress(OSError):
         kernel.parent.mkdir(parents=True, exist_ok=True)
         file = kernel.with_suffix(".claim").open("wb")
-        _claims.setdefault(cache_file, []).append(file)
+        _claims[kernel] = cache_file, file
         end = time.monotonic() + LONGEST_WAIT
         while time.monotonic() < end:
             try:
@@ -366,7 +368,8 @@ def claim(cache_file: Any, kernel: Path) -> bool:
 
 def release(cache_file: Any) -> None:
     """Unlock the kernels that this process has compiled, or cannot compile."""
-    for file in _claims.pop(cache_file, ()):
+    for kernel in [kernel for kernel, (of, _) in _claims.items() if of is cache_file]:
+        file = _claims.pop(kernel)[1]
         with suppress(OSError):
             Path(file.name).unlink()
         file.close()
