@@ -24,11 +24,11 @@ BUDGETS = {
     "render": ("pictures", 2830),
     "formats": ("one file a format, and their registry", 10798),
     "blender": ("programs that Blender runs: the extension, import of a shot, conversion", 2740),
-    "engine": ("files, nodes, keys, store, plan, run, workers, hosts; no word of hair", 9605),
+    "engine": ("files, nodes, keys, store, plan, run, workers, hosts; no word of hair", 9608),
     "app": ("Python interface, command line, page, bridge, tuning, wedges, farms", 8656),
 }
 """What a room is about, and its most lines of Python. A budget falls, but for a new feature."""
-MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 66_003, 331, 25, 105
+MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 66_006, 331, 25, 105
 """Most lines and files of all rooms, files with one importer, and files that `simulate_hair` imports."""
 REGISTERS = (
     *("hairpipe.nodes.", "hairpipe.app.cli.", "hairpipe.strands.registry", "hairpipe.shot.build"),
