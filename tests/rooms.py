@@ -11,7 +11,7 @@ BUDGETS = {
     "values": ("what travels along edges", 1669),
     "geometry": ("vectors, SIMD lanes, banded systems, trees, pairs, distances", 3388),
     "body": ("skeletons, motion capture, skinning, our own bust", 1950),
-    "levelset": ("level sets of bodies, baked and interpolated in time", 2605),
+    "levelset": ("level sets of bodies, baked and interpolated in time", 2597),
     "groom": ("hair at rest: seeded, grown, imported, painted, interpolated, transferred", 2634),
     "laws": ("one law a file: force, derivative, source", 1782),
     "strands": ("rod, network, chain: rows, rest shape, calibration", 2497),
@@ -28,7 +28,7 @@ BUDGETS = {
     "app": ("Python interface, command line, page, bridge, tuning, wedges, farms", 8656),
 }
 """What a room is about, and its most lines of Python. A budget falls, but for a new feature."""
-MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 66_006, 331, 25, 105
+MOST_LINES, MOST_FILES, MOST_SINGLE, MOST_CLOSURE = 65_998, 331, 25, 105
 """Most lines and files of all rooms, files with one importer, and files that `simulate_hair` imports."""
 REGISTERS = (
     *("hairpipe.nodes.", "hairpipe.app.cli.", "hairpipe.strands.registry", "hairpipe.shot.build"),

@@ -83,7 +83,7 @@ class Collider(Protocol):
     def approach(self, wander: Wander, out: np.ndarray) -> None:
         """Raise out to the ways of points relative to this body, where it is in reach of them now [m], (n,).
 
-        The distance of a point has changed by no more than STEEPEST times that.
+        The distance of a point has changed by no more than STEEPEST times that; inf where the body knows no bound.
         """
         ...
 

@@ -57,7 +57,7 @@ def inlined(function: Callable) -> Inlined:
 
 
 POINTS_A_THREAD = 6_000
-"""Points of hair from which a further thread pays: `hairpipe bench busy`."""
+"""Points of hair from which a further thread pays: `hairpipe bench busy`, with other values of it."""
 
 
 @contextmanager

@@ -119,8 +119,8 @@ class ColliderField:
         sweep_field(self.before, self.after, motion, walk, start, end, out.fraction)
 
     def approach(self, wander: Wander, out: np.ndarray) -> None:
-        """Raise out to the ways of points and of the body together, in place; see Collider."""
-        raise_ways(wander, self.speed * abs(wander.now - wander.then), out)
+        """Raise out to inf: the velocities of the frames bound no way; see Collider."""
+        out[:] = np.inf
 
 
 def build_collider_field(before: LevelSet, after: LevelSet, frame: float, scheme: Interpolation) -> ColliderField:
@@ -281,14 +281,6 @@ def _probe_one(
                 if phi < reach[i]:
                     normals[i, 0], normals[i, 1], normals[i, 2] = normal_of(*gradient(field, x, y, z))
                     velocities[i, 0], velocities[i, 1], velocities[i, 2] = velocity(field, x, y, z)
-
-
-@njit(cache=True, parallel=True)
-def raise_ways(wander: Wander, farthest: float, out: np.ndarray) -> None:
-    """Raise out to the ways of points in the world plus the farthest way of the body [m], (n,), in place."""
-    for k in prange(len(out)):
-        i = wander.which[k]
-        out[k] = max(out[k], length(minus(row(wander.after, i), row(wander.before, i))) + farthest)
 
 
 @njit(cache=True, parallel=True)

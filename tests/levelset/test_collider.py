@@ -80,9 +80,8 @@ def test_a_way_whose_ends_are_known_is_swept_as_one_of_which_nothing_is(travel, 
     assert left_out.mean() > 0.2 and (found[0].fraction <= 1.0).sum() > 40
 
 
-@pytest.mark.parametrize("name", SCHEMES)
-def test_no_distance_changes_by_more_than_the_way_past_the_body_allows(travel, name):
-    surface, chance = travel[name], np.random.default_rng(7)
+def test_no_distance_changes_by_more_than_the_way_past_the_body_allows(travel):
+    surface, chance = travel["parts"], np.random.default_rng(7)
     before = chance.uniform(-1.5, 1.5, (20_000, 3))
     for step in (0.0, 0.02, 0.2):
         wander = Wander(
@@ -93,7 +92,7 @@ def test_no_distance_changes_by_more_than_the_way_past_the_body_allows(travel, n
         surface.probe(wander.before, wander.then, ends[0])
         surface.probe(wander.after, wander.now, ends[1])
         near = ends[1].distance < surface.band
-        assert near.sum() > 100
+        assert near.sum() > 100 and np.isfinite(ways).all()
         assert (np.abs(ends[1].distance - ends[0].distance) <= STEEPEST * ways + 1e-9)[near].all()
 
 
