@@ -66,6 +66,7 @@ STARTED = {
     "experiments schedules": "schedules --seeds 2",
     "experiments mutate": "mutate --room key --most 1",
     "experiments contact": "contact --segments 100 --between pairs",
+    "bench busy": "bench busy --hairs 20 --busy 1",
     "bench digests": "bench digests --threads 1",
     "bench paper": "bench paper medium_straight --set groom.strands=24",
     "bench engine": "bench engine -j1",
@@ -109,6 +110,8 @@ it.try_mutations = lambda *_: it.make_report("mutate", {"scores": [{"room": "key
 it.measure_contact = lambda say, *words: it.make_report("contact", {"frames": [{"frame [s]": 0.1}]})""",
     "experiments swing": """from hairpipe.graphs.experiments.bench import swing as it
 it.measure_swing = lambda *_: it.make_report("swing", {"peers": [{"name": "hairpipe"}], "converged": []})""",
+    "bench busy": """from hairpipe.graphs.experiments.bench import busy as it
+it.measure_busy.__defaults__ = (20,), (1,), 0, 1""",
     "bench digests": """from hairpipe.graphs.experiments.bench import digests as it
 it.SCENES = {"torus": it.Scene("experiments/torus", "0-1", ("edges",), {})}""",
     "bench paper": """from hairpipe.graphs.experiments.bench import paper as it
