@@ -6,7 +6,7 @@ from typing import Annotated
 from hairpipe.engine import Time, node
 from hairpipe.groom.key_weights import KeyWeights, weigh_keys
 from hairpipe.units import Degrees, Fraction, Interval, Metres
-from hairpipe.values import BodyParts, Ends, Groom, LevelSet, Mesh, Strands
+from hairpipe.values import BodyParts, Ends, Groom, Guidance, LevelSet, Mesh, Strands
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,7 @@ def interpolate_hair(
     hair: Strands,
     keys: Groom,
     groom: Groom,
+    guidance: Guidance | None,
     body: Mesh | None,
     ends: Ends | None,
     surface: tuple[LevelSet, ...] | None,
@@ -41,6 +42,8 @@ def interpolate_hair(
 
     Strands keep the lengths of the groom; a strand that is a key itself, by id and points, is unchanged. With `surface`
     or `parts`, contact moves the other strands out of them. The ends are those of the whole groom.
+
+    With the `guidance` of `choose_guides`, strands follow these guides; otherwise the three nearest within `parting`.
 
     parting    maximum angle between a strand and its key strands at rest, from root to tip
     thickness  distance kept from bodies, from the fifth point on; one fifth of it at the first

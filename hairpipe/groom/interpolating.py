@@ -63,7 +63,7 @@ def interpolated(
         widths = np.empty(len(points), np.float32)
         _mix_widths(followed, keys.offsets, hair.widths, groom.offsets, widths)
     now = hair.points, hair.velocities
-    _interpolate(followed, turns, now, groom.points, groom.offsets, roots, points, velocities)
+    _interpolate(followed, turns, now, followed.rest, groom.offsets, roots, points, velocities)
     return Strands(points, velocities, groom.offsets, hair.diameter, widths)
 
 

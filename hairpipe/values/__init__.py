@@ -12,7 +12,7 @@ from hairpipe.values.body import (
     Pose,
     Skeleton,
 )
-from hairpipe.values.groom import Ends, Groom, Normals, Pins, PointValues, Strands
+from hairpipe.values.groom import Ends, Groom, Guidance, Normals, Pins, PointValues, Strands
 from hairpipe.values.hair import Cloud, Particles
 from hairpipe.values.table import Table
 
@@ -26,6 +26,7 @@ __all__ = [
     "DualQuaternions",
     "Ends",
     "Groom",
+    "Guidance",
     "LevelSet",
     "Mesh",
     "Normals",

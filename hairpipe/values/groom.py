@@ -76,6 +76,21 @@ class Strands:
 
 
 @value
+class Guidance:
+    """Guides that every strand of a groom follows; see `choose_guides`.
+
+    ids      ids of the guides of each strand, that of the largest weight first, (S, 3) int32
+    weights  weights of these guides, rows sum to 1, (S, 3) float32
+    rest     points of the groom as its guides rotate them; lengths of segments are those of the groom [m],
+             (p, 3) float64
+    """
+
+    ids: np.ndarray
+    weights: np.ndarray
+    rest: np.ndarray
+
+
+@value
 class Curves:
     """Strands of a file, root first.
 

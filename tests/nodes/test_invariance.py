@@ -119,7 +119,7 @@ def keys_by(groom: Groom):
 
     def step(body, box, state, time, cuts):
         hair, state = simulate(body, box, state, time, cuts)
-        return interpolate_hair(hair, keys, groom, body.current, None, None, None, time, weights), state
+        return interpolate_hair(hair, keys, groom, None, body.current, None, None, None, time, weights), state
 
     return step
 

@@ -60,7 +60,7 @@ def at() -> Callable[..., Strands]:
 
 def show(hair, keys, groom, body=None, ends=None, surface=None, parting=30.0, **settings):
     followed = weigh_keys(keys, groom, parting)
-    return interpolate_hair(hair, keys, groom, body, ends, surface, None, Time(1, 24.0), followed, **settings)
+    return interpolate_hair(hair, keys, groom, None, body, ends, surface, None, Time(1, 24.0), followed, **settings)
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,68 @@
+"""Choices of guides at equal numbers, on the motion that they were chosen on and on another one."""
+
+from collections.abc import Iterator, Mapping
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from hairpipe.groom.guide_choice import Choice, farthest_roots
+from hairpipe.groom.interpolating import interpolated
+from hairpipe.groom.key_weights import KeyWeights, weigh_keys
+from hairpipe.measure.following import COLUMNS, Guiding, Sample, measure_following
+from hairpipe.solve.boundary import motion_of_roots
+from hairpipe.values import Groom, Mesh, Strands, Table
+from hairpipe.values.strand_arrays import take
+from hairpipe.values.table import table_of_rows
+
+PARTING = 30.0
+"""As `interpolate_hair` has it by default [deg]."""
+ON, OTHER = "the same, between the sampled frames", "another"
+
+
+class Motion(NamedTuple):
+    """A full simulation of a motion and its twin."""
+
+    hair: Mapping[int, Strands]
+    body: Mapping[int, Mesh]
+    twin: Mapping[int, Strands]
+
+    def at(self, groom: Groom, frame: int) -> Sample:
+        """Return the frame of the simulation."""
+        return Sample(self.hair[frame], motion_of_roots(self.body[frame], groom), (self.twin[frame],), None)
+
+
+def compared(groom: Groom, motions: tuple[Motion, Motion], every: tuple[int, ...], samples: int) -> Table:
+    """Return a row for each number of guides, choice, way to follow, and motion; the first motion is that of choice."""
+    on, other = motions
+    frames = [*on.hair]
+    guiding = Guiding(groom, partial(on.at, groom), frames, samples)
+    later = [other.at(groom, frame) for frame in [*other.hair][1:]]
+    order = Choice(groom, guiding.motions)
+    rows = []
+    for n in every:
+        strands = np.arange(n // 2, len(groom.ids), n)
+        number = len(strands)
+        choices = {
+            "one in n": strands,
+            "farthest roots": np.sort(farthest_roots(groom, number)),
+            "chosen": order.guides(number),
+        }
+        for choice, strands in choices.items():
+            keys = take(groom, strands)
+            fitted = guiding.fit(keys)[0].guidance
+            for follows, guidance in (("nearest", None), ("fitted", fitted)):
+                weights = weigh_keys(keys, groom, PARTING, guidance)
+                for motion, some in ((ON, guiding.between or guiding.fitted), (OTHER, later)):
+                    found = measure_following(shown(groom, keys, strands, weights, some))
+                    rows.append((choice, number, follows, motion, *found.values()))
+    return table_of_rows(("guides are", "guides", "strands follow", "motion", *COLUMNS[1:]), rows)
+
+
+def shown(
+    groom: Groom, keys: Groom, strands: np.ndarray, weights: KeyWeights, samples: list[Sample]
+) -> Iterator[tuple[Strands, Strands, tuple[Strands, ...]]]:
+    """Return the hair that follows keys, with that of the full simulation and its twins, at frames."""
+    for sample in samples:
+        hair = interpolated(take(sample.hair, strands), keys, groom, weights, sample.roots)
+        yield hair, sample.hair, tuple(sample.twins)
