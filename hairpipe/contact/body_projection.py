@@ -32,6 +32,7 @@ from hairpipe.contact.body_implicit import DEEP, PUSH_OUT
 from hairpipe.contact.contact_points import USUAL, Scale
 from hairpipe.geometry.collider import SdfSample
 from hairpipe.laws.coulomb import slide
+from hairpipe.solve.stretch import STRETCH
 
 _CHUNK = 512
 
@@ -149,8 +150,6 @@ def _stop(motion, i, share, n, b, dx, dv):
     _slow(motion, i, n, b, dv)
 
 
-STRETCH = 0.1
-"""Largest stretch of a segment by a correction of its ends, over its length."""
 _ROUNDS = 64  # of both; what is inside then cannot be helped
 _PATIENCE = 4  # rounds until points are laid next to those before them
 _SHORT = 0.5  # of what a point keeps from the body; nearer than that it is moved out again

@@ -29,7 +29,6 @@ from warnings import warn
 
 import numpy as np
 
-from hairpipe.contact.body_projection import STRETCH
 from hairpipe.errors import BadInput
 from hairpipe.geometry.collider import Collider, SdfSample
 from hairpipe.geometry.segments import LostPoints
@@ -47,6 +46,7 @@ from hairpipe.solve.lost import are_finite
 from hairpipe.solve.sag_free import find_initial_state
 from hairpipe.solve.stage import State, Step
 from hairpipe.solve.step_size import TooManySteps, crossing_limit, limits_of, next_step
+from hairpipe.solve.stretch import STRETCH
 from hairpipe.strands.hair_model import HairModel, HairModels
 from hairpipe.strands.interface import may_be_lost
 from hairpipe.strands.layout import relaid
@@ -119,7 +119,7 @@ def warn_of_deep_roots(hair: HairModel, positions: np.ndarray, bodies: Sequence[
 
 
 def warn_of_stretch(hair: HairModel, positions: np.ndarray, scene: Scene, frame: int, reported: float) -> float:
-    """Warn of the strand with the largest stretch, if it exceeds the stretch that a body may cause.
+    """Warn of the strand with the largest stretch, if it is pulled as far as corrections may stretch hair, or farther.
 
     positions  of the particles [m], (rows, 3, W)
     reported   last stretch that was reported; only a stretch that exceeds it by a margin is reported again
@@ -131,7 +131,7 @@ def warn_of_stretch(hair: HairModel, positions: np.ndarray, scene: Scene, frame:
     stretch = segment_lengths(hair.layout.axis(positions), offsets) / rest
     worst = int(np.argmax(stretch))
     limit = _FREE if scene.strain is None else scene.strain.tolerance
-    if not stretch[worst] > max((1.0 + limit) * (1.0 + STRETCH) + _EXACT, MORE * reported):
+    if not stretch[worst] > max((1.0 + limit) * (1.0 + STRETCH) - _EXACT, MORE * reported):
         return reported
     strand = int(np.searchsorted(offsets[1:] - np.arange(1, len(offsets)), worst, side="right"))
     far = f"a segment of strand {hair.groom.ids[strand]} is stretched to {stretch[worst]:.3g} times its length"

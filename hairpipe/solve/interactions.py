@@ -176,8 +176,8 @@ class Interaction:
     def repel(self, end: StepEnd, *, elastic: bool) -> None:
         """Change velocities by impulses, in place; elastic: undo overlaps too."""
 
-    def limit(self, x: np.ndarray, held: np.ndarray) -> None:
-        """Keep positions of particles [m], (rows, 3, W), within bounds, in place; held as in `Step`."""
+    def limit(self, x: np.ndarray, held: np.ndarray, excess: float = 0.0) -> None:
+        """Keep positions of particles [m], (rows, 3, W), within 1 + excess of bounds, in place; held as in `Step`."""
 
     def correct(self, end: StepEnd) -> None:
         """Correct positions and velocities at the end of a step, in place."""

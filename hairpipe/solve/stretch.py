@@ -75,6 +75,10 @@ def _mark_lost(model, block, x, limit, out):
     store(out, (block,), select(lanes, 0.0 * load(out, (block,)) + 1.0, 0.0))
 
 
+STRETCH = 0.1
+"""Largest stretch of a segment by corrections of its ends, over its length, and over the strain limit after a step."""
+
+
 @dataclass(frozen=True, eq=False)
 class StrainFilter(Interaction):
     """The strain limit at the end of a step.
@@ -87,9 +91,10 @@ class StrainFilter(Interaction):
     model: StrandModel
     tolerance: float
 
-    def limit(self, x: np.ndarray, held: np.ndarray) -> None:
+    def limit(self, x: np.ndarray, held: np.ndarray, excess: float = 0.0) -> None:
         """Limit the strain of hair, in place, except of strands held at both ends."""
-        limits = np.full((len(self.model.first) - 1, x.shape[2]), 1.0 + self.tolerance, x.dtype)
+        most = (1.0 + self.tolerance) * (1.0 + excess)
+        limits = np.full((len(self.model.first) - 1, x.shape[2]), most, x.dtype)
         if len(held):
             limits[held > 0.0] = np.inf
         limit_all(self.model, x, limits)

@@ -36,7 +36,7 @@ from hairpipe.solve.implicit_stage import (
 )
 from hairpipe.solve.interactions import Interaction, Prediction, Start, StepEnd
 from hairpipe.solve.stage import Iterate, Rule, Stage, State, Step, System
-from hairpipe.solve.stretch import mark_length_jumps
+from hairpipe.solve.stretch import STRETCH, mark_length_jumps
 from hairpipe.strands.interface import StrandModel, shape_of
 from hairpipe.strands.layout import Axis, Layout, axis_of
 from hairpipe.values.hair import HairState
@@ -361,7 +361,9 @@ class Surroundings:
         """Correct the result of the solves of a step, in place; before: positions at its start [m], (rows, 3, W).
 
         Velocities first, in order: velocities that only enforced positions are removed, and close hair repels. Then
-        positions, in reverse order.
+        positions, in reverse order. Hair that bodies and other hair pull beyond its length slips through them: the
+        strain limit has the last word, with an excess that corrections may leave. Held, such hair would store the work
+        of the pull, and be flung away when it is released.
 
         Returns the change of velocities [m/s], (rows, 3, W), or 0.
         """
@@ -379,6 +381,8 @@ class Surroundings:
         for interaction in reversed(self.interactions):
             interaction.limit(state.x, step.held)
             interaction.correct(end)
+        for interaction in self.interactions:
+            interaction.limit(state.x, step.held, STRETCH)
         mark_length_jumps(self.model, solved, state.x, self._jumped)
         return end.pushed()
 

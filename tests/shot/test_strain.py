@@ -8,12 +8,13 @@ import pytest
 
 from hairpipe.body.scripted_motion import Track, Wave, drive
 from hairpipe.laws.settings import StepControl, StrainLimit
-from hairpipe.shot.build import integrator_of
+from hairpipe.shot.build import integrator_of, with_interactions
 from hairpipe.shot.simulate import start
 from hairpipe.solve.boundary import ClampPath, clamp_at
+from hairpipe.solve.interactions import Interaction
 from hairpipe.solve.stage import State, Step
 from hairpipe.solve.step_size import limits_of, next_step
-from hairpipe.solve.stretch import StrainFilter
+from hairpipe.solve.stretch import STRETCH, StrainFilter
 from hairpipe.solve.surroundings import Surroundings
 from hairpipe.strands.material import Material
 
@@ -92,3 +93,40 @@ def test_the_limit_takes_little_momentum_from_a_default_strand(scene, straight):
     recorder, weight = shaken(scene([straight(0.3, 30, [0, -1, 0])], drag=10.0), 0.5, 0.02, 1 / 240)
     taken = np.linalg.norm(recorder.momenta, axis=1).sum()
     assert 0 < taken < 1e-3 * weight * len(recorder.momenta)
+
+
+@dataclass(eq=False)
+class Snag(Interaction):
+    """Something that takes a point along, at a velocity [m/s], whatever holds it back, for a time [s]."""
+
+    in_solve = False
+    point: int
+    velocity: np.ndarray
+    lasts: float
+    place: np.ndarray | None = None
+
+    def correct(self, end):
+        points = end.points
+        if self.place is None:
+            self.place = points[self.point].copy()
+        self.lasts -= end.dt
+        if self.lasts > 0.0:
+            self.place += end.dt * self.velocity
+            change = np.zeros_like(points)
+            change[self.point] = self.place - points[self.point]
+            end.move(change)
+
+
+def test_hair_that_is_pulled_beyond_its_length_slips(scene, straight):
+    """Its middle is taken 40 cm away, three times as far as its root lets it go."""
+    shot = scene([straight(0.3, 20, [0, -1, 0])], drag=10.0)
+    shot.scene = with_interactions(shot.scene, Snag(10, np.array([1.0, 0.5, 0.0]), 0.4))
+    stretches, speeds = [], []
+    for _ in range(48):
+        shot.run(FRAME)
+        lengths = np.linalg.norm(np.diff(shot.axis, axis=0), axis=1) * 20 / 0.3
+        stretches.append(lengths.max())
+        speeds.append(np.linalg.norm(shot.state.velocities, axis=1).max())
+    assert 1.02 < max(stretches) < 1.02 * (1.0 + STRETCH) + 1e-9
+    assert max(speeds) < 10.0
+    assert speeds[-1] < 0.1

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from hairpipe.contact.body_projection import STRETCH, Motion, drape, farthest, keep_lengths, project
+from hairpipe.contact.body_projection import Motion, drape, farthest, keep_lengths, project
 from hairpipe.geometry.collider import SdfSample
+from hairpipe.solve.stretch import STRETCH
 
 
 def test_points_that_began_inside_are_unchanged_and_near_ones_rise_slowly():
