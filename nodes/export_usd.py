@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from hairpipe.engine import Cuts, File, Frames, Origin, Time, Workspace, node
 from hairpipe.units import Interval, Suffixes
-from hairpipe.values import Groom, Mesh, Strands
+from hairpipe.values import Groom, Guidance, Mesh, Strands
 from hairpipe.values.hair import HairState
 
 
@@ -16,6 +16,7 @@ def export_usd(
     volume: Frames[File] | None,
     keys: Groom | None,
     states: Frames[HairState] | None,
+    guidance: Guidance | None,
     time: Time,
     cuts: Cuts,
     workspace: Workspace,
@@ -30,6 +31,9 @@ def export_usd(
 
     With the key groom of `interpolate_hair` as `keys`, `primvars:groom_guide` is 1 for simulated strands and 0 for
     interpolated ones. Clients that read it may treat the former as guides and not draw them.
+
+    With the `guidance` of `choose_guides`, `hair` is that of the keys. The file has all strands of the groom once, at
+    rest, with the guides and weights by which a reader deforms them at every frame (docs/howto/guides.md).
 
     With the states of hair in locks, `primvars:lockId` is at every frame the `hairId` of a strand's guide, or its own
     if it is simulated.
@@ -47,15 +51,23 @@ def export_usd(
     name    name of the root prim and of the folders of clips and level sets; shots in one folder need different names
     """
     from hairpipe.errors import BadInput
-    from hairpipe.formats.usd.shot import Shot, VolumeFile, noted, write_clips, write_shot
+    from hairpipe.formats.usd.shot import Followers, Shot, VolumeFile, noted, write_clips, write_shot
     from hairpipe.formats.vdb import box
-    from hairpipe.groom.key_weights import keys_among
+    from hairpipe.groom.key_weights import keys_among, places_of
 
     vdb = {} if volume is None else {frame: volume[frame].path for frame in volume.numbers}
     files = None if volume is None else {frame: VolumeFile(path, box(path)) for frame, path in vdb.items()}
     if keys is not None and groom is None:
         raise BadInput("keys without the groom", right="in.groom: that of all hair")
+    followers = None
+    if guidance is not None:
+        if keys is None or groom is None or body is None:
+            raise BadInput("guidance without keys, groom and body", right="in.keys, in.groom and in.body")
+        followers = Followers(groom, keys, places_of(guidance, keys, groom), guidance.weights, guidance.rest)
+        groom = keys
+        keys = None
     simulated = None if keys is None or groom is None else keys_among(groom, keys) >= 0
     path = workspace / f"{name}.usdc"
-    shot = Shot(hair, body, groom, time.fps, name, files, states, simulated, curve, cuts, hairs, noted(**vars(origin)))
+    given = (states, simulated, curve, cuts, hairs, noted(**vars(origin)), followers)
+    shot = Shot(hair, body, groom, time.fps, name, files, *given)
     return File(path, (write_clips if layout == "clips" else write_shot)(path, shot))

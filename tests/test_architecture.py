@@ -85,7 +85,7 @@ ROOMS = {
 """Which other rooms the files of a room may import."""
 OPENVDB = ("hairpipe/openvdb_library.py", "hairpipe/levelset/bake.py")
 PLACES = {
-    "pxr": "hairpipe/formats/usd/",
+    "pxr": ("hairpipe/formats/usd/", "docs/howto/deform_guides.py"),
     "alembic3d": "hairpipe/formats/alembic.py",
     "bpy": ("hairpipe/render/cycles", "hairpipe/blender/", "docs/blender_pictures.py", *OPENVDB),
     **dict.fromkeys(("openvdb", "pyopenvdb"), OPENVDB),

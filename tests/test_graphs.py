@@ -79,7 +79,6 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "load_groom": {"strands": 24},
     "sample_particles": {"particles": 200},
     "thin_groom": {"every": 2},
-    "choose_guides": {"guides": 4},
     "compare_guides": {"every": [6]},
     "measure_cantilever": {"segments": [8], "angles": [90], "rolls": 1, "gammas": [1]},
     "measure_torsion": {"segments": [8], "twists": [1]},

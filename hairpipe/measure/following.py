@@ -122,7 +122,7 @@ class Guiding:
         self.motions = record_motions(groom, [(sample.hair, sample.roots) for sample in self.fitted])
 
     def find(self, guides: int | None, tolerance: float | None, by: Literal["motion", "roots"]) -> Found:
-        """Choose so many guides, or the fewest of those tried that keep a tolerance [m] of the bound.
+        """Choose so many guides, up to all strands, or the fewest of those tried whose bound keeps a tolerance [m].
 
         Numbers are doubled until the bound is kept, and halved between the last two. BadInput unless one is given.
         """
@@ -131,9 +131,7 @@ class Guiding:
             raise BadInput("guides are chosen by their number or by a tolerance", right="guides or tolerance")
         order = Choice(self._groom, self.motions).guides if by == "motion" else partial(farthest_roots, self._groom)
         if guides is not None:
-            if guides > total:
-                raise BadInput(f"{guides} guides of {total} strands", where="guides", right=f"up to {total}")
-            return self.fit(take(self._groom, np.sort(order(guides))))[0]
+            return self.fit(take(self._groom, np.sort(order(min(guides, total)))))[0]
         kept = 0
         count = min(FEWEST, total)
         found, bound = self.fit(take(self._groom, np.sort(order(count))))

@@ -36,7 +36,7 @@ def export(folder: Path, layout: Literal["single", "clips"], volume: Frames[File
     folder.mkdir()
     frames = Frames(NUMBERS, hair), Frames(NUMBERS, body)
     return export_usd(
-        *frames, None, volume, None, None, Time(1001, 30.0), (), Workspace(folder), layout=layout, name="shake"
+        *frames, None, volume, None, None, None, Time(1001, 30.0), (), Workspace(folder), layout=layout, name="shake"
     )
 
 
@@ -49,12 +49,12 @@ def test_simulated_strands_are_marked(tmp_path):
 
     whole, keys = groom([3, 7], hair(1001).points), groom([7], hair(1001).points[4:])
     settings = Time(1001, 30.0), (), Workspace(tmp_path)
-    file = export_usd(Frames(NUMBERS, hair), None, whole, None, keys, None, *settings)
+    file = export_usd(Frames(NUMBERS, hair), None, whole, None, keys, None, None, *settings)
     stage = Usd.Stage.Open(str(file.path))
     primvar = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath("/shot/hair")).GetPrimvar("groom_guide")
     assert list(primvar.Get()) == [0, 1] and primvar.GetInterpolation() == UsdGeom.Tokens.uniform
     with pytest.raises(BadInput, match="keys without the groom"):
-        export_usd(Frames(NUMBERS, hair), None, None, None, keys, None, *settings)
+        export_usd(Frames(NUMBERS, hair), None, None, None, keys, None, None, *settings)
 
 
 def publish(file: File, folder: Path) -> None:
@@ -159,7 +159,7 @@ def test_the_key_of_an_origin_is_of_settings_and_not_of_names(tmp_path):
 
 def test_metadata_state_the_graph_and_equal_graphs_give_equal_bytes(tmp_path):
     origin = origin_in(tmp_path / "graph")
-    frames = Frames(NUMBERS, hair), None, None, None, None, None
+    frames = Frames(NUMBERS, hair), None, None, None, None, None, None
     files = []
     for name in "ab":
         (tmp_path / name).mkdir()

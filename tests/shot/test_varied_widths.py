@@ -132,7 +132,7 @@ def test_files_have_the_widths_of_the_hair_before_those_of_the_groom(tmp_path, g
     ):
         frames = Frames((1, 2), lambda f, hair=hair: hair)
         shot, interpolation = exported(
-            export_usd(frames, None, of, None, None, None, time, (), Workspace(tmp_path)).path
+            export_usd(frames, None, of, None, None, None, None, time, (), Workspace(tmp_path)).path
         )
         np.testing.assert_allclose(shot, np.broadcast_to(right, 36), rtol=1e-6)
         assert interpolation == UsdGeom.Tokens.vertex

@@ -1,19 +1,22 @@
-"""Choices of guides at equal numbers, on the motion that they were chosen on and on another one."""
+"""Choices of guides at equal numbers, on the motion of the choice and on another one; files of guides."""
 
 from collections.abc import Iterator, Mapping
 from functools import partial
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from time import process_time
 from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.groom.guide_choice import Choice, farthest_roots
+from hairpipe.groom.guide_choice import Choice, farthest_roots, mean_squares
 from hairpipe.groom.interpolating import interpolated
 from hairpipe.groom.key_weights import KeyWeights, weigh_keys
-from hairpipe.measure.following import COLUMNS, Guiding, Sample, measure_following
+from hairpipe.measure.following import BOUND, COLUMNS, Guiding, Sample, measure_following
 from hairpipe.solve.boundary import motion_of_roots
 from hairpipe.values import Groom, Mesh, Strands, Table
 from hairpipe.values.strand_arrays import take
-from hairpipe.values.table import table_of_rows
+from hairpipe.values.table import table_of_columns, table_of_rows
 
 PARTING = 30.0
 """As `interpolate_hair` has it by default [deg]."""
@@ -66,3 +69,42 @@ def shown(
     for sample in samples:
         hair = interpolated(take(sample.hair, strands), keys, groom, weights, sample.roots)
         yield hair, sample.hair, tuple(sample.twins)
+
+
+READER = Path(__file__).resolve().parents[3] / "docs/howto/deform_guides.py"
+MB = 1e6
+
+
+def file_table(whole: Path, guides: Path) -> Table:
+    """Return sizes of a file of all strands and of one of guides, time of the reader and its error: one row."""
+    spec = spec_from_file_location("deform_guides", READER)
+    assert spec is not None and spec.loader is not None
+    reader = module_from_spec(spec)
+    spec.loader.exec_module(reader)
+    stages = [reader.Usd.Stage.Open(str(path)) for path in (guides, whole)]
+    strands = reader.Strands(stages[0])
+    points = reader.UsdGeom.BasisCurves(stages[1].GetDefaultPrim().GetChild("hair")).GetPointsAttr()
+    frames = points.GetTimeSamples()
+    squares = np.zeros(len(strands.counts))
+    seconds = 0.0
+    for frame in frames:
+        begun = process_time()
+        found = strands.at(frame)
+        seconds += process_time() - begun
+        squares += mean_squares(found - np.array(points.Get(frame), float), np.append(strands.firsts, len(found)))
+    errors = np.sqrt(squares / len(frames))
+    sizes = [path.stat().st_size / MB for path in (whole, guides)]
+    columns = {
+        "strands": [len(errors)],
+        "guides": [len(strands.guide_counts)],
+        "frames": [len(frames)],
+        "all strands [MB]": [sizes[0]],
+        "guides [MB]": [sizes[1]],
+        "a frame of guides [MB]": [strands.guide_counts.sum() * 24 / MB],
+        "a frame of all strands [MB]": [strands.counts.sum() * 24 / MB],
+        "processor time a frame [s]": [seconds / len(frames)],
+        "rms [m]": [np.sqrt(np.mean(errors**2))],
+        "95 % [m]": [np.quantile(errors, BOUND)],
+        "largest [m]": [errors.max()],
+    }
+    return table_of_columns(columns)

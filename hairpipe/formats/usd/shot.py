@@ -63,6 +63,24 @@ class VolumeFile:
 
 
 @dataclass(frozen=True)
+class Followers:
+    """Strands that a reader of the file deforms by its hair, which is guides; see docs/howto/guides.md.
+
+    groom    all strands; those of the hair are its keys
+    keys     the keys, in the order of the hair
+    places   places of the guides of every strand in the hair, (S, k)
+    weights  weights of these guides, (S, k)
+    rest     points that the guides rotate [m], (p, 3)
+    """
+
+    groom: Groom
+    keys: Groom
+    places: np.ndarray
+    weights: np.ndarray
+    rest: np.ndarray
+
+
+@dataclass(frozen=True)
 class Shot:
     """Contents of the file; frame numbers are time codes.
 
@@ -78,6 +96,7 @@ class Shot:
     cuts  frames at which the shot is cut, noted for the lint
     hairs  number of hairs that the strands represent in a picture; None: widths are diameters
     notes  metadata of the root prim, see `noted`
+    followers  strands that follow the hair, written at rest; None: none
     """
 
     hair: Mapping[int, Strands]
@@ -92,6 +111,7 @@ class Shot:
     cuts: tuple[int, ...] = ()
     hairs: int | None = None
     notes: Mapping[str, Any] | None = None
+    followers: Followers | None = None
 
 
 @dataclass(frozen=True)
@@ -236,6 +256,8 @@ def _begin_shot(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
     _author_hair(_hair(stage), shot, first)
     if first.body is not None:
         author_body(_body(stage), first.body)
+    if shot.followers is not None:
+        _author_followers(stage, shot.followers, shot, first.hair.diameter)
     return stage
 
 
@@ -355,6 +377,37 @@ def _author_hair(prim: UsdGeom.BasisCurves, shot: Shot, first: Frame) -> None:
         primvar(prim, "skinprimuv", TYPES.Float2Array, TOKENS.uniform, pairs(groom.root_barycentrics[:, 1:]))
     if shot.simulated is not None:  # the name in Unreal and in Alembic grooms
         primvar(prim, "groom_guide", TYPES.IntArray, TOKENS.uniform, integers(shot.simulated))
+
+
+def _author_followers(stage: Usd.Stage, followers: Followers, shot: Shot, diameter: float) -> None:
+    """Author strands at rest with their guides, inactive until a reader deforms them, and the frames of the guides."""
+    groom = followers.groom
+    frames = np.swapaxes(followers.keys.root_frames[:, :, :3], 1, 2)  # USD has rows of axes.
+    primvar(_hair(stage), "restFrame", TYPES.Matrix3dArray, TOKENS.uniform, Vt.Matrix3dArray.FromNumpy(frames.copy()))
+    prim = UsdGeom.BasisCurves.Define(stage, stage.GetDefaultPrim().GetPath().AppendChild("strands"))
+    author_curves(prim, np.diff(groom.offsets), BASES[shot.curve])
+    prim.CreatePointsAttr(vectors(followers.rest))
+    widths = np.full(len(groom.points), diameter) if groom.widths is None else groom.widths
+    if shot.hairs is not None:
+        widths = drawn_widths(widths, groom.offsets, shot.hairs / len(groom.ids))
+    prim.CreateExtentAttr(extent(followers.rest, float(np.max(widths)) / 2))
+    prim.CreateWidthsAttr(floats(widths))
+    prim.SetWidthsInterpolation(TOKENS.vertex)
+    origins = groom.points[groom.offsets[:-1]] - groom.root_frames[:, :, 3]
+    primvar(prim, "hairId", TYPES.IntArray, TOKENS.uniform, integers(groom.ids))
+    primvar(prim, "skinprim", TYPES.IntArray, TOKENS.uniform, integers(groom.root_triangles))
+    primvar(prim, "skinprimuv", TYPES.Float2Array, TOKENS.uniform, pairs(groom.root_barycentrics[:, 1:]))
+    offset = np.einsum("sji,sj->si", groom.root_frames[:, :, :3], origins)
+    primvar(prim, "rootOffset", TYPES.Float3Array, TOKENS.uniform, vectors(offset))
+    elements = followers.places.shape[1]
+    kinds = {
+        "guideIndex": (TYPES.IntArray, integers(followers.places.ravel())),
+        "guideWeight": (TYPES.FloatArray, floats(followers.weights.ravel())),
+    }
+    for name, (kind, values) in kinds.items():
+        primvar(prim, name, kind, TOKENS.uniform, values)
+        UsdGeom.PrimvarsAPI(prim).GetPrimvar(name).SetElementSize(elements)
+    prim.GetPrim().SetActive(False)
 
 
 def author_curves(prim: UsdGeom.BasisCurves, counts: np.ndarray, basis: str) -> None:

@@ -113,7 +113,7 @@ def test_table_of_formats_is_what_comes_back(tmp_path, groom):
         points = found.points[:, [0, 2, 1]] if target == "unreal" else found.points  # its axes are left-handed
         assert np.abs(points[: len(groom.points)] - groom.points).max() < 1e-6 and has_maps(groom, found)
         rows.append(row_of(f'Alembic of `export_alembic`, `target = "{target}"`', "in, out", found))
-    path = export_usd(frames, None, groom, None, keys, None, time, (), Workspace(tmp_path)).path
+    path = export_usd(frames, None, groom, None, keys, None, None, time, (), Workspace(tmp_path)).path
     found = read_strands(path, 1.0, "y", None)
     assert np.abs(found.points - groom.points).max() < 1e-6
     rows.append(row_of("USD of `export_usd`", "in, out", found))

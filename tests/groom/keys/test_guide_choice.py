@@ -169,17 +169,10 @@ def test_guides_simulated_alone_are_fitted(groom, shot):
     assert np.array_equal(one.guidance.rest, two.guidance.rest)
 
 
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({}, "guides or tolerance"),
-        ({"guides": 4, "tolerance": 1e-3}, "guides or tolerance"),
-        ({"guides": 99}, "up to 24"),
-    ],
-)
-def test_wrong_numbers_are_refused(groom, shot, given, message):
+@pytest.mark.parametrize("given", [{}, {"guides": 4, "tolerance": 1e-3}])
+def test_a_number_or_a_tolerance_is_needed(groom, shot, given):
     frames = Frames(tuple(shot), shot.__getitem__)
-    with pytest.raises(BadInput, match=message):
+    with pytest.raises(BadInput, match="guides or tolerance"):
         choose_guides(groom, frames, None, None, None, None, None, samples=2, **given)
 
 

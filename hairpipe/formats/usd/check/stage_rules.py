@@ -178,10 +178,15 @@ SAME = 0.5  # share of strands at the same place from which two grooms are equal
 NEAR = 1e-4  # distance of equal places, over the size of the shape
 
 
+DEFORMED = "primvars:guideIndex"
+"""Attribute of strands that readers deform by guides and activate; see docs/howto/guides.md."""
+
+
 def hair_drawn(stage: Usd.Stage) -> Iterator[Fault]:
     """Find hair that is not drawn: invisible, inactive, without a definition, of another purpose."""
     whole = Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)
     hair = [prim for prim in Usd.PrimRange(stage.GetPseudoRoot(), whole) if _holds_hair(prim)]
+    hair = [prim for prim in hair if not prim.HasAttribute(DEFORMED)]
     why = {prim: why_hidden(prim, UsdGeom.BasisCurves) for prim in hair}
     bare = all(why.values())
     for prim, (message, time, meant) in ((prim, reason) for prim, reason in why.items() if reason):
