@@ -41,15 +41,25 @@ def rest_shape(rod: Rod, start: Clamp) -> Shape:
     return Shape(arc, points, quaternions.T, nothing, nothing)
 
 
-def hang_rod(rod: Rod, start: Clamp, force: np.ndarray | None = None, couple: np.ndarray | None = None) -> Shape:
+def hang_rod(
+    rod: Rod,
+    start: Clamp,
+    force: np.ndarray | None = None,
+    couple: np.ndarray | None = None,
+    guess: Shape | None = None,
+) -> Shape:
     """Solve a rod that is clamped at its start, for weight and end loads that grow from nothing.
 
     force   on the free end [N], (3,)
     couple  on the free end [N m], (3,)
 
+    guess   shape of a similar rod near which it is solved at once, in place of a growing load
+
     ArithmeticError where the way ends before the full load: there the rod buckles.
     """
     force, couple = (np.zeros(3) if load is None else load for load in (force, couple))
+    if guess is not None:
+        return _hang(rod, start, force, couple, guess, _AT_ITS_END)
     size = np.linalg.norm(rod.weight) * rod.length + np.linalg.norm(force) + np.linalg.norm(couple) / rod.length
     shape = rest_shape(rod, start)
     done = 0.0

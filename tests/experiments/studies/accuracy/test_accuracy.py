@@ -7,7 +7,8 @@ from scipy.special import jv
 
 from hairpipe.errors import BadInput
 from hairpipe.geometry.curl import Helix, wound
-from hairpipe.graphs.experiments.studies.accuracy import helix, ring, spiral
+from hairpipe.graphs.experiments.studies.accuracy import curls, helix, ring, spiral
+from hairpipe.graphs.experiments.studies.accuracy.balanced import balanced_tables
 from hairpipe.graphs.experiments.studies.accuracy.cantilever import cantilever_table
 from hairpipe.graphs.experiments.studies.accuracy.column import GREENHILL, column_table, is_stable
 from hairpipe.graphs.experiments.studies.accuracy.fan import fan_table, fanned
@@ -38,6 +39,23 @@ def test_a_calibrated_strand_sags_as_the_elastica_and_a_guessed_one_does_not():
     guessed = cantilever_table(GUESSED, [12], [90.0], 1, [1.0])
     assert not calibrated["no equilibrium"].any()
     assert max(calibrated["tip error [% of length]"]) < 1.0 < guessed["tip error [% of length]"][0]
+
+
+def test_hanging_rod_leaves_its_plane_where_theory_does_and_rises_to_its_height():
+    assert abs(curls.hook_table(ROD, [25], [30.0])["error [%]"][0]) < 2.0
+    assert abs(curls.coil_table(ROD, [25], [8.0])["error [%]"][0]) < 2.0
+    assert abs(curls.height_table(ROD, [20], 8.0, 40.0)["error [% of length]"][0]) < 2.0
+
+
+def test_hanging_rod_is_planar_outside_of_the_border_alone():
+    shapes = curls.shape_table(ROD, 30, [6.0], [5.0, 20.0, 160.0])
+    assert shapes.texts["shape"] == ("planar", "helix", "planar")
+
+
+def test_balanced_rod_has_the_shape_of_the_table_and_its_modulus():
+    shape, modulus = balanced_tables(ROD, [40])
+    assert max(shape["error [% of D]"]) < 0.3
+    assert abs(modulus["modulus error [%]"][0]) < 1.5
 
 
 def test_a_chain_is_not_twisted():
