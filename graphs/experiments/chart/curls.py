@@ -52,6 +52,7 @@ def draw_curls(
             ylabel="natural curvature times length",
             title="Shapes of a hanging arc",
         )
+        left.set_yticks([2, 5, 10, 20])
         for axis in (left.xaxis, left.yaxis):
             axis.set_major_formatter("{x:g}")
             axis.set_minor_formatter(NullFormatter())
